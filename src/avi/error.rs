@@ -1,0 +1,56 @@
+//! Why a simulation cannot go on.
+
+/// Why a step could not be completed (numerics A11). The state is that of the last consistent tick.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StepError {
+    /// An element stayed turned inside out.
+    #[error(
+        "element {element} is inverted at {time:.6e} s: J = {jacobian:.3} at two of its own ticks in a row. \
+         The mesh cannot follow the deformation: use a smaller mesh.size near the impact, a lower speed, or a stiffer gel"
+    )]
+    Inverted {
+        /// The element.
+        element: usize,
+        /// When, s.
+        time: f64,
+        /// det F then.
+        jacobian: f64,
+    },
+    /// A force is not a number.
+    #[error("element {element} gave a force that is not finite at {time:.6e} s. Its nodes have run away: lower integrator.cfl")]
+    NotFinite {
+        /// The element.
+        element: usize,
+        /// When, s.
+        time: f64,
+    },
+    /// The stable step fell below a thousandth of what it was.
+    #[error(
+        "the step of element {element} fell to {step:.3e} s at {time:.6e} s, below a thousandth of the smallest at the start. \
+         The element is crushed (J = {jacobian:.3}): use a smaller mesh.size near the impact or a lower speed"
+    )]
+    StepCollapsed {
+        /// The element.
+        element: usize,
+        /// When, s.
+        time: f64,
+        /// Its step, s.
+        step: f64,
+        /// det F then.
+        jacobian: f64,
+    },
+    /// The projectile slips between surface nodes.
+    #[error(
+        "the projectile leaks through the surface at {time:.6e} s: the middle of facet {facet} is {depth:.3e} m inside it, \
+         more than a quarter of the element size. Use a smaller mesh.size near the impact"
+    )]
+    Leak {
+        /// The facet.
+        facet: usize,
+        /// When, s.
+        time: f64,
+        /// How deep, m.
+        depth: f64,
+    },
+}

@@ -1,0 +1,3 @@
+//! The asynchronous variational integrator.
+mod error;
+pub use error::StepError;

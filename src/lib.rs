@@ -1,0 +1,10 @@
+//! A block of ballistic gelatin hit by a rigid projectile, as an FMI 2.0 co-simulation component.
+//!
+//! Explicit finite elements of a hyperelastic gel, stepped by an asynchronous variational integrator (every element at
+//! its own time step), meet a rigid body by a penalty-free momentum-exchange contact. `ARCHITECTURE.md` is the map.
+
+pub mod algebra;
+pub mod avi;
+pub mod output;
+pub mod scene;
+pub mod simulation;

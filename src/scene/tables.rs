@@ -1,0 +1,348 @@
+//! The tables of a scene file. Field docs are the help an editor shows; units are SI.
+
+use serde::{Deserialize, Serialize};
+
+/// A scene: one gel, one projectile, and how to compute their meeting.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Scene {
+    /// Name, dimension and duration.
+    pub scene: Header,
+    /// The gelatin.
+    pub gel: Gel,
+    /// The rigid body that meets it.
+    pub projectile: Projectile,
+    /// How fine the gel is divided.
+    pub mesh: MeshSpec,
+    /// How time is stepped.
+    #[serde(default)]
+    pub integrator: Integrator,
+    /// What happens where gel and projectile touch.
+    #[serde(default)]
+    pub contact: Contact,
+    /// What is written.
+    #[serde(default)]
+    pub output: Output,
+}
+
+/// Name, dimension and duration of a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Header {
+    /// Short name, used for the output folder: letters, digits, `-` and `_`.
+    pub name: String,
+    /// One line that says what the scene shows.
+    #[serde(default)]
+    pub title: String,
+    /// The space the gel lives in.
+    pub dimension: Dimension,
+    /// End of the run, s.
+    pub end_time: f64,
+    /// Step at which kinematics and impulse are exchanged, s.
+    pub communication_step: f64,
+}
+
+/// The space the gel lives in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum Dimension {
+    /// Plane strain in the x–z plane.
+    Planar,
+    /// A body of revolution about z; x is the radius; totals are for the full revolution.
+    Axisymmetric,
+    /// Three dimensions.
+    Spatial,
+}
+
+/// The gelatin: shape, material, supports and initial motion.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Gel {
+    /// Shape and size; the entry surface of a block or cylinder is z = 0, the gel below.
+    pub shape: GelShape,
+    /// Material model.
+    pub material: MaterialModel,
+    /// Mass density at rest, kg/m3.
+    pub density: f64,
+    /// Shear modulus at rest, Pa.
+    pub shear_modulus: f64,
+    /// Bulk modulus at rest, Pa.
+    pub bulk_modulus: f64,
+    /// Which faces are held; a face that is not named is free.
+    #[serde(default)]
+    pub supports: Supports,
+    /// Thickness of a planar gel, m (1 if absent).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thickness: Option<f64>,
+    /// Initial velocity of the whole gel, m/s.
+    #[serde(default)]
+    pub velocity: [f64; 3],
+}
+
+/// Shape of the gel at rest.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum GelShape {
+    /// A block, centred on the z axis below z = 0.
+    Block {
+        /// Edge lengths, m: [x, y, z] in `spatial`, [x, z] in `planar`.
+        size: Vec<f64>,
+    },
+    /// A cylinder about the z axis below z = 0.
+    Cylinder {
+        /// Radius, m.
+        radius: f64,
+        /// Height, m.
+        height: f64,
+    },
+    /// Two legs of equal length at a right angle, the outer corner pointing down, standing at `corner`.
+    LBeam {
+        /// Length of each leg along its outer edge, m.
+        leg: f64,
+        /// Thickness of each leg in its plane, m.
+        thickness: f64,
+        /// Width across the plane, m (`spatial` only; `planar` uses `gel.thickness`).
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        width: Option<f64>,
+        /// Angle of the first leg from the x axis towards z, degrees: 45 stands on its corner.
+        angle: f64,
+        /// Where the outer corner is, m.
+        corner: [f64; 3],
+    },
+}
+
+/// Material model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum MaterialModel {
+    /// Compressible neo-Hookean with a C2 continuation below J = 0.2.
+    NeoHookean,
+}
+
+/// How one face of the gel is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum Support {
+    /// Not held.
+    #[default]
+    Free,
+    /// Held normal to the face, free to slide along it.
+    Roller,
+    /// Held in every direction.
+    Fixed,
+}
+
+/// Which faces of a block or cylinder are held.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Supports {
+    /// The face of least x of a block.
+    pub x_min: Support,
+    /// The face of greatest x of a block.
+    pub x_max: Support,
+    /// The face of least y of a spatial block.
+    pub y_min: Support,
+    /// The face of greatest y of a spatial block.
+    pub y_max: Support,
+    /// The bottom of a block or cylinder.
+    pub z_min: Support,
+    /// The entry surface of a block or cylinder.
+    pub z_max: Support,
+    /// The mantle of a cylinder (`roller` in `axisymmetric` only).
+    pub side: Support,
+}
+
+/// The rigid body that meets the gel.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Projectile {
+    /// Shape, in the frame of the body.
+    pub shape: BodyShape,
+    /// Mass, kg; in `planar` for the gel's thickness. Not needed when `fixed`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass: Option<f64>,
+    /// Inertia about the centre of mass in the frame of the body, kg m2: xx, yy, zz, xy, xz, yz.
+    /// Computed for a homogeneous body of the given mass if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inertia: Option<[f64; 6]>,
+    /// Centre of mass (a point of the plane of a half-space) at the start, m.
+    pub position: [f64; 3],
+    /// Velocity at the start, m/s.
+    #[serde(default)]
+    pub velocity: [f64; 3],
+    /// Orientation at the start: Hamilton quaternion w, x, y, z from the frame of the body to the world.
+    #[serde(default = "upright")]
+    pub orientation: [f64; 4],
+    /// Angular velocity at the start, world frame, rad/s.
+    #[serde(default)]
+    pub angular_velocity: [f64; 3],
+    /// Held where it is.
+    #[serde(default)]
+    pub fixed: bool,
+}
+
+fn upright() -> [f64; 4] {
+    [1.0, 0.0, 0.0, 0.0]
+}
+
+/// Shape of the rigid body, in its own frame with the centre of mass at the origin.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum BodyShape {
+    /// A sphere (`planar`: a disc).
+    Sphere {
+        /// Radius, m.
+        radius: f64,
+    },
+    /// A right circular cylinder about the z axis of the body.
+    Cylinder {
+        /// Radius, m.
+        radius: f64,
+        /// Length, m.
+        length: f64,
+    },
+    /// All space on the far side of a plane through the body's origin.
+    HalfSpace {
+        /// Normal of the plane, out of the body; normalised.
+        normal: [f64; 3],
+    },
+}
+
+/// How fine the gel is divided.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct MeshSpec {
+    /// Edge of the finest cell, m.
+    pub size: f64,
+    /// Which simplices fill a cell.
+    #[serde(default)]
+    pub lattice: Lattice,
+    /// Coarser away from the point of entry; uniform if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub grading: Option<Grading>,
+}
+
+/// Which simplices fill a cell of the mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum Lattice {
+    /// A node in the middle of each cell: crossed triangles, or the tetrahedra of the body-centred cubic lattice.
+    #[default]
+    Centred,
+    /// Cells cut along one diagonal: two triangles, or six Kuhn tetrahedra.
+    Kuhn,
+}
+
+/// A mesh that coarsens away from the point of entry (x = y = 0, z = 0), axis by axis.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Grading {
+    /// Distance from the point of entry within which cells keep `mesh.size`, m.
+    pub core: f64,
+    /// Each further cell is so many times longer than the one before it; above 1.
+    pub growth: f64,
+    /// Longest cell edge, m.
+    pub largest: f64,
+}
+
+/// How time is stepped.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Integrator {
+    /// Which elements step together.
+    pub schedule: ScheduleKind,
+    /// Fraction of the stable step that an element takes; 0.8 by default, at most 1.
+    pub cfl: f64,
+}
+
+impl Default for Integrator {
+    fn default() -> Self {
+        Self { schedule: ScheduleKind::Bins, cfl: 0.8 }
+    }
+}
+
+/// Which elements step together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum ScheduleKind {
+    /// Steps are powers of two of the tick; elements of a step fire together.
+    Bins,
+    /// The paper's priority queue: every element has its own step.
+    Queue,
+}
+
+/// What happens where gel and projectile touch.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Contact {
+    /// Impulse law.
+    pub law: ContactLaw,
+    /// Restitution of a surface node, 0 to 1 (`moreau` only). The gel's own rebound does not come from it.
+    pub restitution: f64,
+    /// Fraction of a standing penetration removed in one step of a node, 0 to 0.5 (`moreau` only).
+    pub bias: f64,
+}
+
+impl Default for Contact {
+    fn default() -> Self {
+        Self { law: ContactLaw::Moreau, restitution: 0.0, bias: 0.1 }
+    }
+}
+
+/// Impulse law of a surface node against the projectile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum ContactLaw {
+    /// Moreau's law on half-step velocities, once per node and tick.
+    Moreau,
+    /// The paper's literal reversal of the approaching momentum, after each element's kick.
+    Reversal,
+}
+
+/// What is written.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Output {
+    /// Number of mesh frames over the run, the first one included.
+    pub frames: usize,
+    /// Width of the window over which the peak force is averaged, s; a hundredth of the end time if 0.
+    pub force_window: f64,
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Self { frames: 41, force_window: 0.0 }
+    }
+}
+
+impl Scene {
+    /// Thickness that planar masses and impulses are for, m; 1 in the other dimensions.
+    #[must_use]
+    pub fn thickness(&self) -> f64 {
+        self.gel.thickness.unwrap_or(1.0)
+    }
+
+    /// Width of the window over which the peak force is averaged, s.
+    #[must_use]
+    pub fn force_window(&self) -> f64 {
+        if self.output.force_window > 0.0 { self.output.force_window } else { self.scene.end_time / 100.0 }
+    }
+}

@@ -1,0 +1,148 @@
+//! What can be seen of a simulation. Reads drifted positions; never writes.
+
+use super::{Exchange, Kinematics};
+use crate::algebra::Vector3;
+
+/// Everything an importer, a table or a page shows of one instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Observation {
+    /// Time since the start of the simulation, s.
+    pub time: f64,
+    /// The projectile.
+    pub projectile: Kinematics,
+    /// Depth of the projectile's foremost point below z = 0, m (negative above).
+    pub depth: f64,
+    /// What the last communication step exchanged.
+    pub exchange: Exchange,
+    /// Contact since the start.
+    pub contact: ContactReport,
+    /// Energy by account.
+    pub energy: EnergyReport,
+    /// Linear momentum that no account explains, N·s (world; zero in directions the dimension does not conserve).
+    pub momentum_closure: Vector3,
+    /// Angular momentum about the origin that no account explains, N·m·s.
+    pub angular_momentum_closure: Vector3,
+    /// |momentum closure| / momentum throughput.
+    pub momentum_error: f64,
+    /// |angular momentum closure| / angular momentum throughput.
+    pub angular_momentum_error: f64,
+    /// What it cost.
+    pub cost: CostReport,
+}
+
+/// The contact between gel and projectile.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ContactReport {
+    /// Impulse on the projectile since the start, N·s.
+    pub total_impulse: Vector3,
+    /// Whether an impulse acted in the last communication step.
+    pub active: bool,
+    /// Area of the surface nodes within reach of the projectile, m².
+    pub area: f64,
+    /// Deepest penetration of a surface node, m.
+    pub penetration: f64,
+    /// k ≈ 2 E* a of a flat punch of the contact area, N/m.
+    pub stiffness: f64,
+    /// Z = ρ c A, N·s/m.
+    pub impedance: f64,
+    /// Direction of the last impulse on the projectile; zero before the first.
+    pub direction: Vector3,
+    /// Time of the first impulse, s.
+    pub first: Option<f64>,
+    /// Time of the last impulse, s.
+    pub last: Option<f64>,
+    /// Greatest mean force over a window of `output.force_window`, N.
+    pub peak_force: f64,
+    /// Greatest depth seen at an impulse or an observation, m, and when, s.
+    pub peak_depth: (f64, f64),
+    /// Mean |g| of touching nodes over the run, in element sizes.
+    pub mean_standing_penetration: f64,
+    /// Communication step to take next, s.
+    pub step_advice: f64,
+    /// Below which mean forces chatter, s.
+    pub step_min: f64,
+}
+
+/// Energy by named, signed account, J (numerics A6).
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct EnergyReport {
+    /// Kinetic energy of gel and projectile, half-step velocities.
+    pub kinetic: f64,
+    /// Kinetic energy of the projectile alone.
+    pub projectile: f64,
+    /// Stored energy of the gel, each element at its own last tick.
+    pub elastic: f64,
+    /// Work of the contact law: negative is dissipated.
+    pub contact: f64,
+    /// Work of the removal of standing penetration.
+    pub contact_bias: f64,
+    /// Trapezoidal residual of the time integration.
+    pub integration: f64,
+    /// Work of external force and torque, and of a prescribed motion.
+    pub external: f64,
+    /// Jumps of the projectile's state made by the importer.
+    pub importer: f64,
+    /// Change of the discrete energy that no account explains.
+    pub closure: f64,
+    /// Energy at the start.
+    pub initial: f64,
+    /// |closure| / throughput.
+    pub energy_error: f64,
+    /// (|integration| + |contact bias| + |importer|) / energy at the start.
+    pub energy_defect: f64,
+}
+
+/// What a run costs.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CostReport {
+    /// Element updates since the start.
+    pub element_updates: f64,
+    /// Updates that one global stable step of the assembled system would have cost so far.
+    pub synchronous_updates: f64,
+    /// Smallest element step now, s.
+    pub smallest_step: f64,
+    /// Largest element step now, s.
+    pub largest_step: f64,
+    /// Elements.
+    pub elements: usize,
+    /// Nodes.
+    pub nodes: usize,
+    /// Smallest J = det F seen since the start.
+    pub min_jacobian: f64,
+    /// Elements whose J is below the start of the continuation now.
+    pub crushed_elements: usize,
+}
+
+/// The mesh at one instant, in world coordinates, for files and pictures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Time, s.
+    pub time: f64,
+    /// Dimension of the gel: 2 or 3.
+    pub dimension: usize,
+    /// Node positions, m; y = 0 in two dimensions.
+    pub points: Vec<Vector3>,
+    /// Node velocities, m/s.
+    pub velocities: Vec<Vector3>,
+    /// Node displacements, m.
+    pub displacements: Vec<Vector3>,
+    /// The elements.
+    pub cells: FrameCells,
+    /// The projectile.
+    pub projectile: Kinematics,
+}
+
+/// The elements of a [`Frame`], one entry each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameCells {
+    /// Node indices, `dimension + 1` used.
+    pub nodes: Vec<[u32; 4]>,
+    /// Step, s.
+    pub step: Vec<f64>,
+    /// J = det F.
+    pub jacobian: Vec<f64>,
+    /// Stored energy density, J/m³ of rest volume.
+    pub energy_density: Vec<f64>,
+    /// Boundary facets by node index, `dimension` used, outward oriented.
+    pub facets: Vec<[u32; 3]>,
+}
