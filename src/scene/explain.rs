@@ -15,7 +15,8 @@ pub(super) fn syntax(text: &str, span: Option<Range<usize>>, message: &str) -> S
 /// TOML that is not a scene.
 pub(super) fn content(text: &str, places: &Places<'_>, error: &toml::de::Error) -> SceneError {
     let span = error.span().unwrap_or(0..0);
-    let key = places.key_at(&span);
+    let whole_text = span.is_empty();
+    let key = if whole_text { "" } else { places.key_at(&span) };
     let line = (!key.is_empty()).then(|| line_at(text, span.start));
     let message = error.message();
     if let Some(name) = quoted_after(message, "missing field ") {
@@ -31,14 +32,19 @@ fn quoted_after<'a>(message: &'a str, phrase: &str) -> Option<&'a str> {
 }
 
 fn absent(table: &str) -> String {
-    if table.is_empty() { "a table of this name".to_owned() } else { "this key in the table that starts here".to_owned() }
+    if table.is_empty() {
+        "a table of this name".to_owned()
+    } else {
+        "this key in the table that starts here".to_owned()
+    }
 }
 
 fn kind(text: &str, places: &Places<'_>, message: &str, key: &str, span: &Range<usize>) -> SceneErrorKind {
     let found = quote(&text[span.clone()]);
     if let Some(rest) = message.strip_prefix("unexpected keys in table: ") {
-        let (found, expected) = rest.split_once(", available keys: ").unwrap_or((rest, "none"));
-        return SceneErrorKind::UnknownKey { found: found.to_owned(), expected: expected.to_owned() };
+        let (found, known) = rest.split_once(", available keys: ").unwrap_or((rest, "none"));
+        let expected = format!("`{}`", known.replace(", ", "`, `"));
+        return SceneErrorKind::UnknownKey { found: found.to_owned(), expected };
     }
     let (complaint, expected) = message.split_once(", expected ").unwrap_or((message, message));
     if let Some(name) = quoted_after(complaint, "unknown field ") {
@@ -52,7 +58,7 @@ fn kind(text: &str, places: &Places<'_>, message: &str, key: &str, span: &Range<
 
 fn one_of(names: &[&str]) -> SceneErrorKind {
     let found = if names.is_empty() { "an empty table".to_owned() } else { names.join(" and ") };
-    SceneErrorKind::Value { found, expected: "exactly one of the alternatives".to_owned() }
+    SceneErrorKind::Value { found, expected: "only one of them".to_owned() }
 }
 
 /// A piece of the scene text, cut to fit a line.
@@ -76,6 +82,8 @@ fn plain(expected: &str) -> String {
         "an array of length 6" => "six numbers, [xx, yy, zz, xy, xz, yz]",
         "a sequence" => "a list",
         "a string" => "text in quotes",
+        "a boolean" => "true or false",
+        e if e.starts_with("struct variant") => "a table that gives its dimensions",
         e if e.starts_with("struct") => "a table",
         e => e,
     }

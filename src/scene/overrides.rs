@@ -53,7 +53,7 @@ pub fn resolve(text: &str, overrides: &[Override]) -> Result<String, SceneError>
 fn write(document: &mut DocumentMut, change: &Override) -> Result<(), SceneError> {
     let value = parse_value(change)?;
     let path = Key::parse(&change.key)
-        .map_err(|_| SceneError::value(&change.key, "no dotted key", "a dotted key, such as mesh.size"))?;
+        .map_err(|_| SceneError::value(&change.key, "a broken key", "a dotted key, such as mesh.size"))?;
     let Some((last, tables)) = path.split_last() else {
         return Err(SceneError::value(&change.key, "no key", "a dotted key, such as mesh.size"));
     };

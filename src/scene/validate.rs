@@ -28,7 +28,12 @@ fn header(header: &Header) -> Check {
     positive("scene.end_time", header.end_time, "a positive time, s")?;
     let (step, end) = (header.communication_step, header.end_time);
     positive("scene.communication_step", step, "a positive time, s")?;
-    require(step <= end, "scene.communication_step", || format!("{step:?}"), &format!("at most scene.end_time, {end:?} s"))
+    require(
+        step <= end,
+        "scene.communication_step",
+        || format!("{step:?}"),
+        &format!("at most scene.end_time, {end:?} s"),
+    )
 }
 
 fn mesh(scene: &Scene) -> Check {

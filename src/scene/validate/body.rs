@@ -12,7 +12,11 @@ pub(super) fn check(scene: &Scene) -> Check {
     all_finite("projectile.velocity", &body.velocity)?;
     all_finite("projectile.angular_velocity", &body.angular_velocity)?;
     orientation(body.orientation)?;
-    if body.fixed { held(body)? } else { moving(body)? }
+    if body.fixed {
+        held(body)?
+    } else {
+        moving(body)?
+    }
     outside(scene)
 }
 
@@ -48,7 +52,8 @@ fn orientation(q: [f64; 4]) -> Check {
 
 fn held(body: &Projectile) -> Check {
     const EXPECTED: &str = "nothing: the projectile is fixed";
-    let absent = |given: Option<String>, key| given.map_or(Ok(()), |found| Err(SceneError::value(key, found, EXPECTED)));
+    let absent =
+        |given: Option<String>, key| given.map_or(Ok(()), |found| Err(SceneError::value(key, found, EXPECTED)));
     absent(body.mass.map(|mass| format!("{mass:?}")), "projectile.mass")?;
     absent(body.inertia.map(|inertia| format!("{inertia:?}")), "projectile.inertia")?;
     let still = |v: [f64; 3], key| require(v == [0.0; 3], key, || format!("{v:?}"), "zero: the projectile is fixed");

@@ -81,7 +81,9 @@ fn beam_width(width: Option<f64>, dimension: Dimension) -> Check {
     match (width, dimension) {
         (Some(width), Dimension::Spatial) => positive(key, width, LENGTH),
         (None, Dimension::Spatial) => Err(SceneError::value(key, "nothing", LENGTH)),
-        (Some(width), _) => Err(SceneError::value(key, format!("{width:?}"), "nothing: a planar gel has gel.thickness")),
+        (Some(width), _) => {
+            Err(SceneError::value(key, format!("{width:?}"), "nothing: a planar gel has gel.thickness"))
+        }
         (None, _) => Ok(()),
     }
 }
@@ -97,9 +99,11 @@ fn material(gel: &Gel) -> Check {
 
 fn supports(gel: &Gel, dimension: Dimension) -> Check {
     let s = &gel.supports;
-    let faces = [("x_min", s.x_min), ("x_max", s.x_max), ("y_min", s.y_min), ("y_max", s.y_max)]
-        .into_iter()
-        .chain([("z_min", s.z_min), ("z_max", s.z_max), ("side", s.side)]);
+    let faces = [("x_min", s.x_min), ("x_max", s.x_max), ("y_min", s.y_min), ("y_max", s.y_max)].into_iter().chain([
+        ("z_min", s.z_min),
+        ("z_max", s.z_max),
+        ("side", s.side),
+    ]);
     let (held, expected) = held_faces(&gel.shape, dimension);
     for (face, support) in faces.filter(|(_, support)| *support != Support::Free) {
         let key = format!("gel.supports.{face}");
