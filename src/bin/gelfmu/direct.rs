@@ -1,10 +1,9 @@
 //! A run by the library, without the FMU.
 
 use crate::job::{Ending, Job, Progress, RunError};
-use ballistic_gel::algebra::Vector3;
 use ballistic_gel::output::{Interface, Recorder};
 use ballistic_gel::scene::{self, Scene};
-use ballistic_gel::simulation::{CouplingMode, Inputs, Simulation, Wrench};
+use ballistic_gel::simulation::{CouplingMode, Simulation};
 
 /// Runs the job to its end, to the step that fails, or until `progress` asks to stop; what was computed is written.
 pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
@@ -29,7 +28,7 @@ fn advance(
     progress: &mut Progress<'_>,
 ) -> Result<Ending, RunError> {
     for time in job.times(scene) {
-        let inputs = inputs(simulation);
+        let inputs = simulation.inputs();
         if let Err(error) = simulation.step(&inputs, time) {
             return Ok(Ending::Stopped(error.to_string()));
         }
@@ -39,9 +38,4 @@ fn advance(
         }
     }
     Ok(Ending::Completed)
-}
-
-/// Nothing but the gel acts on the projectile.
-fn inputs(simulation: &Simulation) -> Inputs {
-    Inputs { kinematics: simulation.kinematics(), acceleration: Vector3::zeros(), wrench: Wrench::default() }
 }
