@@ -3,7 +3,8 @@
 use ballistic_gel::scene;
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 use tempfile::TempDir;
 
 /// What one call of the command gave.
@@ -242,4 +243,97 @@ fn colour_is_used_when_asked_for_and_never_in_a_pipe() {
 #[test]
 fn version_is_that_of_the_package() {
     assert_eq!(gelfmu(&["--version"]).out, format!("gelfmu {}\n", env!("CARGO_PKG_VERSION")));
+}
+
+/// A run that takes a moment.
+const SMALL: [&str; 8] =
+    ["run", "ball-square", "--direct", "--set", "mesh.size=1e-2", "--set", "projectile.velocity=[0, 0, -1]", "--json"];
+
+fn small(folder: &Path, more: &[&str]) -> Said {
+    gelfmu_in(folder, &[&SMALL, more].concat())
+}
+
+#[test]
+fn a_run_leaves_a_folder_to_look_at_and_prints_its_summary() {
+    let folder = folder();
+    let said = small(folder.path(), &[]);
+    assert_eq!(said.status, Some(0), "{}", said.err);
+    let out = folder.path().join("gelfmu-out/ball-square");
+    for file in ["summary.json", "history.csv", "series.pvd", "report.html", "frames"] {
+        assert!(out.join(file).exists(), "{file}");
+    }
+    let summary = json(&said.out);
+    assert_eq!(summary, json(&std::fs::read_to_string(out.join("summary.json")).unwrap()));
+    assert_eq!((&summary["completed"], &summary["end_time"]), (&Value::from(true), &Value::from(2e-3)));
+    assert_eq!(small(folder.path(), &[]).status, Some(2), "the folder is not empty any more");
+    assert_eq!(small(folder.path(), &["--force"]).status, Some(0));
+}
+
+#[test]
+fn a_run_for_people_ends_with_a_table_and_the_files() {
+    let folder = folder();
+    let said = gelfmu_in(folder.path(), &[&SMALL[..7], &["--out", "here"]].concat());
+    assert_eq!(said.status, Some(0), "{}", said.err);
+    assert!(said.err.contains("(by the library, into here)"), "{}", said.err);
+    for text in ["reached at 2.000 ms", "greatest depth", "digest", "here/report.html", "here/series.pvd"] {
+        assert!(said.out.contains(text), "{text} in {}", said.out);
+    }
+    let quiet = gelfmu_in(folder.path(), &[&SMALL[..7], &["--out", "there", "--quiet"]].concat());
+    assert_eq!((quiet.status, quiet.out.as_str(), quiet.err.as_str()), (Some(0), "", ""));
+}
+
+#[test]
+fn step_and_threads_do_not_change_the_digest_and_the_scene_does() {
+    let folder = folder();
+    let digest = |out: &str, more: &[&str]| {
+        let said = small(folder.path(), &[&["--out", out], more].concat());
+        json(&said.out)["digest"].as_str().map(str::to_owned).expect("a run has a digest")
+    };
+    let reference = digest("a", &[]);
+    assert_eq!(digest("b", &["--step", "7e-4"]), reference);
+    assert_eq!(digest("c", &["--threads", "2"]), reference);
+    assert_ne!(digest("d", &["--set", "gel.density=1031"]), reference);
+}
+
+#[test]
+fn a_run_whose_mesh_fails_says_why_and_keeps_what_it_has() {
+    let folder = folder();
+    let said = gelfmu_in(folder.path(), &["run", "ball-square", "--direct", "--json"]);
+    assert_eq!(said.status, Some(1));
+    assert!(said.err.contains("error: the run stopped before its end: "), "{}", said.err);
+    assert!(said.err.contains("mesh.size") && said.err.contains("Kept in gelfmu-out/ball-square"), "{}", said.err);
+    let summary = json(&said.out);
+    assert_eq!(summary["completed"], false);
+    assert!(summary["end_time"].as_f64().is_some_and(|end| end > 1e-4 && end < 2e-3), "{summary}");
+}
+
+#[test]
+fn a_mesh_that_is_too_fine_is_bad_input() {
+    let folder = folder();
+    let said = gelfmu_in(folder.path(), &["run", "--direct", "--set", "mesh.size=1e-5"]);
+    assert_eq!(said.status, Some(2), "{}", said.err);
+    assert!(said.err.contains("raise mesh.size"), "{}", said.err);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_keeps_what_it_has() {
+    let folder = folder();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
+    command.args(["run", "ball-bounce", "--direct", "--out", "here"]).current_dir(folder.path());
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let history = folder.path().join("here/history.csv");
+    for _ in 0..1000 {
+        if history.exists() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let said = said(child.wait_with_output().unwrap());
+    assert_eq!(said.status, Some(130), "{}", said.err);
+    assert!(said.err.contains("error: interrupted; what was computed is in here"), "{}", said.err);
+    let summary = json(&std::fs::read_to_string(folder.path().join("here/summary.json")).unwrap());
+    assert_eq!(summary["completed"], false);
 }

@@ -42,17 +42,21 @@ fn deepest(s: &Value) -> String {
 }
 
 fn updates(s: &Value) -> String {
-    let work = match (s["element_updates"].as_f64(), s["synchronous_updates"].as_f64()) {
-        (Some(done), Some(synchronous)) if done > 0.0 => {
-            format!(", {:.2} times fewer than with one step for all", synchronous / done)
-        }
-        _ => String::new(),
-    };
-    format!("{} ({} per second){work}", count(&s["element_updates"]), count(&s["updates_per_second"]))
+    let (done, synchronous) = (&s["element_updates"], &s["synchronous_updates"]);
+    format!(
+        "{}, {} with one step for all, {} per second",
+        count(done),
+        count(synchronous),
+        count(&s["updates_per_second"])
+    )
 }
 
 fn rebound(s: &Value) -> String {
-    if s["rebound_velocity"].is_null() { "in contact".to_owned() } else { quantity(&s["rebound_velocity"], "m/s") }
+    if s["rebound_velocity"].is_null() {
+        "none: in contact, or held".to_owned()
+    } else {
+        quantity(&s["rebound_velocity"], "m/s")
+    }
 }
 
 /// A number with four digits and a prefix to its unit, or the norm of a list of numbers.
