@@ -149,7 +149,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Makes the impulses an event of the body, and tells the importer and the record what it received.
-    pub(super) fn receive(&mut self, (was, now): (&BodyState, &BodyState), time: f64, (end, exchange): (f64, &mut Exchange)) {
+    pub(super) fn receive(
+        &mut self,
+        (was, now): (&BodyState, &BodyState),
+        time: f64,
+        (end, exchange): (f64, &mut Exchange),
+    ) {
         let touches = std::mem::take(&mut self.scratch.touches);
         let mut impulse = Vector3::zeros();
         let struck = touches.iter().any(|touch| touch.impulse > 0.0);
@@ -196,7 +201,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for touch in &self.scratch.touches {
             for id in surface.around.of(touch.node) {
                 let corners = &surface.facets[id.index()][..D];
-                let middle = corners.iter().map(|node| embed(&self.position_at(*node, time))).sum::<Vector3>() / D as f64;
+                let middle =
+                    corners.iter().map(|node| embed(&self.position_at(*node, time))).sum::<Vector3>() / D as f64;
                 let depth = -self.body.gap(body, &middle).distance;
                 if depth > LEAK * touch.size {
                     return Err(StepError::Leak { facet: id.index(), time, depth });
