@@ -14,7 +14,9 @@ const BULK_TO_SHEAR: [f64; 3] = [25.0, 100.0, 400.0];
 
 /// Depth and restitution of `ball-bounce` by speed, mesh size and K/G.
 pub fn study() {
-    println!("| v, m/s | K/G | h, mm | depth, mm | ref | error, % | at, ms | ref | e | ref | error | defect | seconds |");
+    println!(
+        "| v, m/s | K/G | h, mm | depth, mm | ref | error, % | at, ms | ref | e | ref | error | defect | seconds |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for shot in SHOTS {
         for size in SIZES {

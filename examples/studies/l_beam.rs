@@ -3,7 +3,9 @@ use ballistic_gel::simulation::Observation;
 
 /// Energy of `l-beam` over the run and through the impact, by schedule and contact law.
 pub fn study() {
-    println!("| schedule | law | CFL | updates | loss in contact, % of E₀ | bias | greatest integration residual | at the end | closure |");
+    println!(
+        "| schedule | law | CFL | updates | loss in contact, % of E₀ | bias | greatest integration residual | at the end | closure |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|");
     for schedule in ["bins", "queue"] {
         for (law, cfl) in [("moreau", 0.8), ("moreau", 0.4), ("reversal", 0.8), ("reversal", 0.4), ("reversal", 0.1)] {

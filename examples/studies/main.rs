@@ -9,7 +9,11 @@ type Study = (&'static str, &'static str, fn());
 
 const STUDIES: [Study; 3] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
-    ("ball-bounce", "depth and restitution against the reference table, by mesh size and bulk modulus", ball_bounce::study),
+    (
+        "ball-bounce",
+        "depth and restitution against the reference table, by mesh size and bulk modulus",
+        ball_bounce::study,
+    ),
     ("l-beam", "energy over the run, drop through impact, both schedules and both contact laws", l_beam::study),
 ];
 

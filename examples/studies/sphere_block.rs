@@ -36,7 +36,8 @@ struct Figures {
 
 fn row(lattice: &str, n: u32) -> Figures {
     let size = 0.1 / f64::from(n);
-    let keys = [("mesh.size", format!("{size:e}")), ("mesh.lattice", lattice.to_owned()), ("output.frames", "1".to_owned())];
+    let keys =
+        [("mesh.size", format!("{size:e}")), ("mesh.lattice", lattice.to_owned()), ("output.frames", "1".to_owned())];
     let Run { last, failure, seconds } = run(&scene("sphere-block", &keys), 1, |_| {});
     assert!(failure.is_none(), "{failure:?}");
     let (depth, at) = last.contact.peak_depth;
