@@ -205,10 +205,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                     corners.iter().map(|node| embed(&self.position_at(*node, time))).sum::<Vector3>() / D as f64;
                 let depth = -self.body.gap(body, &middle).distance;
                 if depth > LEAK * touch.size {
-                    return Err(StepError::Leak { facet: id.index(), time, depth });
+                    let element = self.element_behind(corners).index();
+                    return Err(StepError::Leak { element, time, depth, at: middle.into() });
                 }
             }
         }
         Ok(())
+    }
+
+    /// The element that has all nodes of a facet.
+    fn element_behind(&self, corners: &[NodeId]) -> ElementId {
+        let has_all = |patch: &&ElementId| corners.iter().all(|node| self.gel.potential.nodes(**patch).contains(node));
+        self.gel.star.of(corners[0]).iter().find(has_all).copied().unwrap_or_default()
     }
 }
