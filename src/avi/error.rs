@@ -18,7 +18,9 @@ pub enum StepError {
         jacobian: f64,
     },
     /// A force is not a number.
-    #[error("element {element} gave a force that is not finite at {time:.6e} s. Its nodes have run away: lower integrator.cfl")]
+    #[error(
+        "element {element} gave a force that is not finite at {time:.6e} s. Its nodes have run away: lower integrator.cfl"
+    )]
     NotFinite {
         /// The element.
         element: usize,

@@ -48,7 +48,9 @@ fn lathe(profile: &[(f64, f64)]) -> Solid {
     let (south, north) = ((rings * SEGMENTS) as u32, (rings * SEGMENTS + 1) as u32);
     let mut points = Vec::with_capacity(rings * SEGMENTS + 2);
     for &(r, z) in &profile[1..=rings] {
-        points.extend((0..SEGMENTS).map(|i| TAU * i as f64 / SEGMENTS as f64).map(|a| Vector3::new(r * a.cos(), r * a.sin(), z)));
+        points.extend(
+            (0..SEGMENTS).map(|i| TAU * i as f64 / SEGMENTS as f64).map(|a| Vector3::new(r * a.cos(), r * a.sin(), z)),
+        );
     }
     points.extend([profile[0].1, profile[rings + 1].1].map(|z| Vector3::new(0.0, 0.0, z)));
     let at = |ring: usize, i: usize| (ring * SEGMENTS + i % SEGMENTS) as u32;

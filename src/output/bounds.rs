@@ -38,6 +38,8 @@ impl Bounds {
     }
 
     pub(super) fn corners(&self) -> impl Iterator<Item = Vector3> + '_ {
-        (0..8).map(|bits| Vector3::from_fn(|axis, _| if bits >> axis & 1 == 0 { self.lower[axis] } else { self.upper[axis] }))
+        (0..8).map(|bits| {
+            Vector3::from_fn(|axis, _| if bits >> axis & 1 == 0 { self.lower[axis] } else { self.upper[axis] })
+        })
     }
 }

@@ -119,7 +119,8 @@ impl FrameSeries {
         for (number, Written { time, .. }) in self.written.iter().enumerate() {
             for (part, name) in ["frame", "projectile"].iter().enumerate() {
                 let file = file(name, number);
-                writeln!(text, "<DataSet timestep=\"{time:e}\" part=\"{part}\" file=\"{file}\"/>").expect("a string grows");
+                writeln!(text, "<DataSet timestep=\"{time:e}\" part=\"{part}\" file=\"{file}\"/>")
+                    .expect("a string grows");
             }
         }
         text += "</Collection>\n</VTKFile>\n";

@@ -17,16 +17,19 @@ pub(super) fn gel(frame: &Frame) -> Vec<u8> {
     let mut file = Grid::new(frame.points.len(), frame.cells.nodes.len());
     file.section("FieldData", &[Array::time(frame.time)]);
     file.geometry(&frame.points, cells, kind);
-    file.section("PointData", &[
-        Array::vectors("velocity", &frame.velocities),
-        Array::vectors("displacement", &frame.displacements),
-    ]);
-    file.section("CellData", &[
-        Array::scalars("step", &frame.cells.step),
-        Array::bytes("step_level", step_levels(&frame.cells.step)),
-        Array::scalars("jacobian", &frame.cells.jacobian),
-        Array::scalars("energy_density", &frame.cells.energy_density),
-    ]);
+    file.section(
+        "PointData",
+        &[Array::vectors("velocity", &frame.velocities), Array::vectors("displacement", &frame.displacements)],
+    );
+    file.section(
+        "CellData",
+        &[
+            Array::scalars("step", &frame.cells.step),
+            Array::bytes("step_level", step_levels(&frame.cells.step)),
+            Array::scalars("jacobian", &frame.cells.jacobian),
+            Array::scalars("energy_density", &frame.cells.energy_density),
+        ],
+    );
     file.finish()
 }
 
@@ -64,7 +67,10 @@ impl Array {
 
     fn vectors(name: &str, values: &[Vector3]) -> Self {
         let attributes = format!("type=\"Float32\" Name=\"{name}\" NumberOfComponents=\"3\"");
-        Self { attributes, bytes: values.iter().flat_map(|v| v.iter()).flat_map(|x| (*x as f32).to_le_bytes()).collect() }
+        Self {
+            attributes,
+            bytes: values.iter().flat_map(|v| v.iter()).flat_map(|x| (*x as f32).to_le_bytes()).collect(),
+        }
     }
 
     fn scalars(name: &str, values: &[f64]) -> Self {
@@ -103,11 +109,14 @@ impl Grid {
         });
         let kinds = vec![kind; cells.clone().count()];
         self.section("Points", &[Array::points(points)]);
-        self.section("Cells", &[
-            Array::integers("connectivity", cells.flatten().copied()),
-            Array::integers("offsets", ends),
-            Array::bytes("types", kinds),
-        ]);
+        self.section(
+            "Cells",
+            &[
+                Array::integers("connectivity", cells.flatten().copied()),
+                Array::integers("offsets", ends),
+                Array::bytes("types", kinds),
+            ],
+        );
     }
 
     /// Appends arrays, each behind its length in bytes; an array is found by its offset from the first of them.
@@ -115,7 +124,8 @@ impl Grid {
         let mut text = format!("<{name}>\n");
         for Array { attributes, bytes } in arrays {
             let offset = self.appended.len();
-            writeln!(text, "<DataArray {attributes} format=\"appended\" offset=\"{offset}\"/>").expect("a string grows");
+            writeln!(text, "<DataArray {attributes} format=\"appended\" offset=\"{offset}\"/>")
+                .expect("a string grows");
             self.appended.extend((bytes.len() as u64).to_le_bytes());
             self.appended.extend(bytes);
         }

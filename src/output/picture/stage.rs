@@ -69,12 +69,16 @@ fn mirrored(mut polygons: Vec<Polygon>) -> Vec<Polygon> {
 /// The boundary of the gel behind the plane, and its section.
 fn halved(frame: &Frame, plane: Plane) -> impl Iterator<Item = Polygon> + '_ {
     let owners = owners(frame);
-    let boundary = frame.cells.facets.iter().zip(owners).filter_map(move |(facet, owner)| {
-        Some(gel(frame, owner?, plane.clip(&facet.map(|node| corner(frame, node)))))
-    });
-    let sections = frame.cells.nodes.iter().enumerate().map(move |(element, nodes)| {
-        gel(frame, element, plane.section(&nodes.map(|node| corner(frame, node))))
-    });
+    let boundary =
+        frame.cells.facets.iter().zip(owners).filter_map(move |(facet, owner)| {
+            Some(gel(frame, owner?, plane.clip(&facet.map(|node| corner(frame, node)))))
+        });
+    let sections = frame
+        .cells
+        .nodes
+        .iter()
+        .enumerate()
+        .map(move |(element, nodes)| gel(frame, element, plane.section(&nodes.map(|node| corner(frame, node)))));
     boundary.chain(sections)
 }
 

@@ -52,8 +52,17 @@ fn mean_force(from: &(f64, Vector3), to: &(f64, Vector3)) -> f64 {
 }
 
 fn energy(rows: &[Row]) -> Plot {
-    let names =
-        ["kinetic", "projectile", "elastic", "contact", "contact_bias", "integration", "external", "importer", "closure"];
+    let names = [
+        "kinetic",
+        "projectile",
+        "elastic",
+        "contact",
+        "contact_bias",
+        "integration",
+        "external",
+        "importer",
+        "closure",
+    ];
     let curves = names.map(|name| (name.replace('_', " "), format!("energy_{name}_J")));
     Plot { title: "Energy accounts", unit: "J", height: Height::Linear, curves: moving(rows, &curves) }
 }

@@ -87,8 +87,9 @@ fn picture(png: &[u8], when: &str, what: &str) -> String {
 }
 
 fn legend(what: &str, unit: &str, map: &Map, scale: &Scale) -> String {
-    let ticks: String =
-        [0.0, 0.25, 0.5, 0.75, 1.0].map(|place| format!("<span>{}</span>", quantity(scale.value(place), unit))).concat();
+    let ticks: String = [0.0, 0.25, 0.5, 0.75, 1.0]
+        .map(|place| format!("<span>{}</span>", quantity(scale.value(place), unit)))
+        .concat();
     format!(
         "<figure class=\"legend\"><figcaption>{what}</figcaption>\n<div class=\"bar\" style=\"background: \
          linear-gradient(to right, {})\"></div>\n<div class=\"ticks\">{ticks}</div></figure>\n",

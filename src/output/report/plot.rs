@@ -73,7 +73,10 @@ impl Plot {
         text.replacen(&size, "", 1)
     }
 
-    fn draw<B: DrawingBackend>(&self, area: DrawingArea<B, plotters::coord::Shift>) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+    fn draw<B: DrawingBackend>(
+        &self,
+        area: DrawingArea<B, plotters::coord::Shift>,
+    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
         let (times, values) = (self.range(|point| point.0), self.range(|point| point.1));
         let (time_factor, time_prefix) = prefix(times.end);
         let (factor, value_prefix) = match self.height {

@@ -10,7 +10,8 @@ pub(super) fn energy(summary: &Summary) -> String {
     let initial = summary.initial_energy();
     let mut rows = String::new();
     for account in &summary.accounts {
-        let share = if initial == 0.0 { "–".to_string() } else { format!("{} %", ratio(100.0 * account.value / initial)) };
+        let share =
+            if initial == 0.0 { "–".to_string() } else { format!("{} %", ratio(100.0 * account.value / initial)) };
         let (name, meaning) = (account.name.replace('_', " "), account.meaning);
         let value = quantity(account.value, "J");
         row(&mut rows, &name, &[meaning, &value, &share]);

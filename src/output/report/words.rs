@@ -28,7 +28,9 @@ fn meeting(scene: &Scene) -> String {
     let speed = Vector3::from(scene.projectile.velocity).norm();
     let gel = Vector3::from(scene.gel.velocity).norm();
     match (scene.projectile.fixed, speed > 0.0, gel > 0.0) {
-        (true, _, true) => format!("The gel is thrown at {} against a body that is held in place.", quantity(gel, "m/s")),
+        (true, _, true) => {
+            format!("The gel is thrown at {} against a body that is held in place.", quantity(gel, "m/s"))
+        }
         (true, ..) => "The projectile is held in place.".to_string(),
         (false, true, _) => format!("A projectile meets the gel at {}.", quantity(speed, "m/s")),
         (false, false, _) => "A projectile at rest meets the gel.".to_string(),
