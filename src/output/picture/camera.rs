@@ -62,9 +62,9 @@ impl View<'_> {
 
     /// Brightness of a face, 0 to 1: light from over the viewer's left shoulder, and some from everywhere.
     pub(super) fn shade(&self, normal: &Vector3) -> f64 {
-        let light = (self.camera.towards_viewer + 0.7 * self.camera.up - 0.5 * self.camera.right).normalize();
+        let light = (self.camera.towards_viewer + 0.5 * self.camera.up - 0.4 * self.camera.right).normalize();
         let facing = normal * normal.dot(&self.camera.towards_viewer).signum();
-        0.45 + 0.55 * facing.dot(&light).max(0.0)
+        0.5 + 0.5 * facing.dot(&light).max(0.0)
     }
 }
 
@@ -80,5 +80,8 @@ fn subject(frame: &Frame, scene: &Scene) -> Bounds {
         }
         shape => Bounds::around(body::solid(&shape, &frame.projectile, &gel).points),
     };
-    gel.with(&other.near(&gel, 0.75 * gel.radius()))
+    let mut subject = gel.with(&other.near(&gel, 0.75 * gel.radius()));
+    // What lies before the cut is not drawn.
+    subject.lower.y = subject.lower.y.max(frame.projectile.position.y).min(subject.upper.y);
+    subject
 }

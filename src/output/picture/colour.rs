@@ -6,7 +6,7 @@ pub(in crate::output) struct Map([[u8; 3]; 5]);
 
 /// Speed: violet at rest, through rose, to yellow. Lightness grows along it, also for eyes that see no red or no green.
 pub(in crate::output) const SPEED: Map =
-    Map([[46, 30, 122], [128, 36, 160], [205, 72, 118], [246, 148, 66], [250, 240, 110]]);
+    Map([[74, 60, 168], [146, 52, 172], [212, 78, 122], [246, 148, 66], [250, 240, 110]]);
 /// Step: dark blue is small (busy), through green, to pale yellow for large.
 pub(in crate::output) const STEP: Map =
     Map([[28, 32, 92], [36, 92, 150], [40, 150, 140], [128, 200, 96], [244, 236, 150]]);

@@ -1,5 +1,6 @@
 //! Which curves the report shows.
 
+use super::number::quantity;
 use super::plot::{Curve, Height, Plot};
 use crate::algebra::Vector3;
 use crate::output::history::Row;
@@ -25,30 +26,33 @@ fn speed(rows: &[Row]) -> Plot {
     Plot { title: "Velocity of the projectile", unit: "m/s", height: Height::Linear, curves: moving(rows, &curves) }
 }
 
-/// Mean force between rows, and over the window of the peak force.
+/// Mean force over the window of the peak force, and over windows of a 200th of the run.
 fn force(rows: &[Row], window: f64) -> Plot {
     let history: Vec<(f64, Vector3)> =
         rows.iter().map(|row| (row.get("time_s"), row.triple("total_impulse_", "_N_s"))).collect();
-    let step = history.windows(2).filter(|pair| pair[1].0 > pair[0].0);
-    let step = step.map(|pair| (0.5 * (pair[0].0 + pair[1].0), mean_force(&pair[0], &pair[1])));
-    let mut first = 0;
-    let mean = (0..history.len()).filter_map(|last| {
-        while history[last].0 - history[first].0 > window * (1.0 + 1e-9) {
-            first += 1;
-        }
-        let (from, to) = (&history[first.saturating_sub(1)], &history[last]);
-        (to.0 - from.0 >= window * (1.0 - 1e-9)).then(|| (0.5 * (from.0 + to.0), mean_force(from, to)))
+    let fine = history.last().map_or(window, |last| last.0 / 200.0).min(window);
+    let curves = [(fine, "a short window"), (window, "the window of the peak force")].map(|(width, name)| Curve {
+        name: format!("mean over {name}, {}", quantity(width, "s")),
+        points: moving_mean(&history, width),
     });
-    let curves = [
-        Curve { name: "mean between rows".into(), points: step.collect() },
-        Curve { name: "mean over the force window".into(), points: mean.collect() },
-    ];
     let curves = curves.into_iter().filter(Curve::varies).collect();
     Plot { title: "Force on the projectile", unit: "N", height: Height::Linear, curves }
 }
 
-fn mean_force(from: &(f64, Vector3), to: &(f64, Vector3)) -> f64 {
-    (to.1 - from.1).norm() / (to.0 - from.0)
+/// Mean force over a window of at least this width, s, behind each row; drawn in the middle of the window.
+fn moving_mean(history: &[(f64, Vector3)], width: f64) -> Vec<(f64, f64)> {
+    let mut first = 0;
+    let mut points = Vec::with_capacity(history.len());
+    for to in history {
+        while history.get(first + 1).is_some_and(|next| next.0 <= to.0 - width * (1.0 - 1e-9)) {
+            first += 1;
+        }
+        let from = &history[first];
+        if to.0 > from.0 && to.0 - from.0 >= width * (1.0 - 1e-9) {
+            points.push((0.5 * (from.0 + to.0), (to.1 - from.1).norm() / (to.0 - from.0)));
+        }
+    }
+    points
 }
 
 fn energy(rows: &[Row]) -> Plot {

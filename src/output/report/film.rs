@@ -1,6 +1,6 @@
 //! The pictures of the mesh, with a slider through time.
 
-use super::number::quantity;
+use super::number::{quantity, quantity_like};
 use crate::output::picture::{Field, Map, SPEED, STEP, Shot};
 use crate::output::summary::Summary;
 use base64::Engine;
@@ -88,7 +88,7 @@ fn picture(png: &[u8], when: &str, what: &str) -> String {
 
 fn legend(what: &str, unit: &str, map: &Map, scale: &Scale) -> String {
     let ticks: String = [0.0, 0.25, 0.5, 0.75, 1.0]
-        .map(|place| format!("<span>{}</span>", quantity(scale.value(place), unit)))
+        .map(|place| format!("<span>{}</span>", quantity_like(scale.value(place), scale.high, unit)))
         .concat();
     format!(
         "<figure class=\"legend\"><figcaption>{what}</figcaption>\n<div class=\"bar\" style=\"background: \

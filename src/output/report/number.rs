@@ -3,6 +3,8 @@
 /// Prefixes of the SI from 10⁻¹² in steps of a thousand.
 const PREFIXES: [&str; 9] = ["p", "n", "µ", "m", "", "k", "M", "G", "T"];
 const UNITY: i32 = 4;
+/// Smaller values have no prefix.
+const SMALLEST: f64 = 1e-12;
 
 /// Factor and prefix that bring a magnitude between 1 and 1000: 0.014 gives 10³ and "m".
 pub(super) fn prefix(magnitude: f64) -> (f64, &'static str) {
@@ -16,10 +18,16 @@ pub(super) fn prefix(magnitude: f64) -> (f64, &'static str) {
 
 /// A value with its unit in four significant digits: "14.05 mm".
 pub(super) fn quantity(value: f64, unit: &str) -> String {
-    if !value.is_finite() {
-        return "not known".to_string();
+    match value.abs() {
+        size if !size.is_finite() => "not known".to_string(),
+        size if size > 0.0 && size < SMALLEST => format!("{} {unit}", ratio(value)),
+        _ => quantity_like(value, value, unit),
     }
-    let (factor, prefix) = prefix(value);
+}
+
+/// A value with the prefix that suits another one: the marks of a scale share theirs.
+pub(super) fn quantity_like(value: f64, model: f64, unit: &str) -> String {
+    let (factor, prefix) = prefix(model);
     format!("{} {prefix}{unit}", digits(value * factor))
 }
 

@@ -87,10 +87,11 @@ impl Plot {
             .margin(8)
             .x_label_area_size(40)
             .y_label_area_size(64)
-            .build_cartesian_2d(scaled(&times, time_factor), padded(&scaled(&values, factor)))?;
+            .build_cartesian_2d(scaled(&times, time_factor), self.padded(&scaled(&values, factor)))?;
         let name = |value: &f64| match self.height {
             Height::Linear => tick(*value),
-            Height::Decades => format!("1e{value:.0}"),
+            Height::Decades if (value - value.round()).abs() < 1e-6 => format!("1e{value:.0}"),
+            Height::Decades => String::new(),
         };
         let mut mesh = chart.configure_mesh();
         mesh.x_desc(format!("time, {time_prefix}s")).x_labels(8).y_labels(6);
@@ -106,6 +107,17 @@ impl Plot {
         area.present()
     }
 
+    /// Room above and below the curves; whole decades, three at least.
+    fn padded(&self, range: &Range<f64>) -> Range<f64> {
+        match self.height {
+            Height::Linear => {
+                let margin = 0.05 * (range.end - range.start);
+                range.start - margin..range.end + margin
+            }
+            Height::Decades => range.start.floor().min(range.end.ceil() - 3.0)..range.end.ceil(),
+        }
+    }
+
     fn range(&self, of: impl Fn(&(f64, f64)) -> f64) -> Range<f64> {
         let values = self.curves.iter().flat_map(|curve| &curve.points).map(of).filter(|x| x.is_finite());
         values.fold(f64::INFINITY..f64::NEG_INFINITY, |range, x| range.start.min(x)..range.end.max(x))
@@ -114,11 +126,6 @@ impl Plot {
 
 fn scaled(range: &Range<f64>, factor: f64) -> Range<f64> {
     range.start * factor..range.end * factor
-}
-
-fn padded(range: &Range<f64>) -> Range<f64> {
-    let margin = 0.05 * (range.end - range.start);
-    range.start - margin..range.end + margin
 }
 
 /// A number without the zeros behind it.
