@@ -34,7 +34,7 @@ pub(super) struct Pixel {
 }
 
 impl Pixel {
-    pub(super) fn value(&self, field: Field) -> f64 {
+    pub(super) fn value(self, field: Field) -> f64 {
         let half = match field {
             Field::Speed => self.speed,
             Field::Step => self.step,
@@ -43,7 +43,7 @@ impl Pixel {
     }
 
     /// Red, green, blue and opacity with the gel in this colour.
-    pub(super) fn painted(&self, gel: [u8; 3]) -> [u8; 4] {
+    pub(super) fn painted(self, gel: [u8; 3]) -> [u8; 4] {
         const STEEL: [u8; 3] = [150, 156, 168];
         let opacity = u32::from(self.gel) + u32::from(self.body);
         let mix = |i: usize| {
@@ -103,13 +103,12 @@ impl Canvas {
             let low = a[axis].min(b[axis]).min(c[axis]).floor().max(0.0) as usize;
             low..(a[axis].max(b[axis]).max(c[axis]).ceil().max(0.0) as usize).min(n)
         };
-        for y in span(1, height) {
-            for x in span(0, width) {
-                let p = [x as f64 + 0.5, y as f64 + 0.5, 0.0];
-                let weights = [cross(p, b, c), cross(a, p, c), cross(a, b, p)].map(|w| w / double);
-                if weights.iter().all(|w| *w >= 0.0) {
-                    self.put(y * width + x, &face.sample(weights, double.abs()));
-                }
+        let places = span(1, height).flat_map(|y| span(0, width).map(move |x| (x, y)));
+        for (x, y) in places {
+            let p = [x as f64 + 0.5, y as f64 + 0.5, 0.0];
+            let weights = [cross(p, b, c), cross(a, p, c), cross(a, b, p)].map(|w| w / double);
+            if weights.iter().all(|w| *w >= 0.0) {
+                self.put(y * width + x, &face.sample(weights, double.abs()));
             }
         }
     }

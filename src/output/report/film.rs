@@ -1,6 +1,6 @@
 //! The pictures of the mesh, with a slider through time.
 
-use super::number::{quantity, quantity_like};
+use super::number::{mark, quantity};
 use crate::output::picture::{Field, Map, SPEED, STEP, Shot};
 use crate::output::summary::Summary;
 use base64::Engine;
@@ -56,22 +56,24 @@ pub(super) fn film(summary: &Summary, shots: &[&Shot]) -> String {
         return String::new();
     }
     let (step, speed) = (Scale::of_step(shots), Scale::of_speed(shots));
+    let step_legend = legend("Step of each element", "s", &STEP, &step);
+    let speed_legend = legend("Speed", "m/s", &SPEED, &speed);
     let mut frames = String::new();
     for shot in shots {
         let when = quantity(shot.time, "s");
-        let left = picture(&shot.png(Field::Step, &STEP, |x| step.place(x)), &when, "step of each element");
-        let right = picture(&shot.png(Field::Speed, &SPEED, |x| speed.place(x)), &when, "speed");
+        let steps = shot.png(Field::Step, &STEP, |x| step.place(x));
+        let speeds = shot.png(Field::Speed, &SPEED, |x| speed.place(x));
+        let left = picture(&steps, &format!("{when}, coloured by step of each element"), &step_legend);
+        let right = picture(&speeds, &format!("{when}, coloured by speed"), &speed_legend);
         writeln!(frames, "<div class=\"shot\"><h3>{when}</h3>\n<div class=\"pair\">{left}{right}</div></div>")
             .expect("a string grows");
     }
     format!(
         "<section><h2>The gel</h2>\n<p class=\"slider\" hidden=\"hidden\"><label for=\"moment\">Move through time</label> \
          <input id=\"moment\" type=\"range\" min=\"0\" max=\"{}\" value=\"{}\" step=\"1\"/></p>\n{frames}\
-         <div class=\"pair\">{}{}</div>\n<script>\n{SLIDER}\n</script></section>\n",
+         <script>\n{SLIDER}\n</script></section>\n",
         shots.len() - 1,
-        deepest(summary, shots),
-        legend("Step of each element", "s", &STEP, &step),
-        legend("Speed", "m/s", &SPEED, &speed)
+        deepest(summary, shots)
     )
 }
 
@@ -81,18 +83,21 @@ fn deepest(summary: &Summary, shots: &[&Shot]) -> usize {
     (0..shots.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
 }
 
-fn picture(png: &[u8], when: &str, what: &str) -> String {
+fn picture(png: &[u8], what: &str, legend: &str) -> String {
     let bytes = STANDARD.encode(png);
-    format!("<img alt=\"The deformed gel at {when}, coloured by {what}\" src=\"data:image/png;base64,{bytes}\"/>")
+    format!(
+        "<figure class=\"picture\"><img alt=\"The deformed gel at {what}\" src=\"data:image/png;base64,{bytes}\"/>\n\
+         {legend}</figure>\n"
+    )
 }
 
 fn legend(what: &str, unit: &str, map: &Map, scale: &Scale) -> String {
     let ticks: String = [0.0, 0.25, 0.5, 0.75, 1.0]
-        .map(|place| format!("<span>{}</span>", quantity_like(scale.value(place), scale.high, unit)))
+        .map(|place| format!("<span>{}</span>", mark(scale.value(place), scale.high, unit)))
         .concat();
     format!(
-        "<figure class=\"legend\"><figcaption>{what}</figcaption>\n<div class=\"bar\" style=\"background: \
-         linear-gradient(to right, {})\"></div>\n<div class=\"ticks\">{ticks}</div></figure>\n",
+        "<figcaption>{what}</figcaption>\n<div class=\"bar\" style=\"background: \
+         linear-gradient(to right, {})\"></div>\n<div class=\"ticks\">{ticks}</div>",
         map.css()
     )
 }

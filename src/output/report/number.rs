@@ -21,14 +21,18 @@ pub(super) fn quantity(value: f64, unit: &str) -> String {
     match value.abs() {
         size if !size.is_finite() => "not known".to_string(),
         size if size > 0.0 && size < SMALLEST => format!("{} {unit}", ratio(value)),
-        _ => quantity_like(value, value, unit),
+        _ => prefixed(value, value, unit, 4),
     }
 }
 
-/// A value with the prefix that suits another one: the marks of a scale share theirs.
-pub(super) fn quantity_like(value: f64, model: f64, unit: &str) -> String {
+/// A value with its unit in three significant digits and the prefix that suits the end of its scale.
+pub(super) fn mark(value: f64, end: f64, unit: &str) -> String {
+    prefixed(value, end, unit, 3)
+}
+
+fn prefixed(value: f64, model: f64, unit: &str, significant: i32) -> String {
     let (factor, prefix) = prefix(model);
-    format!("{} {prefix}{unit}", digits(value * factor))
+    format!("{} {prefix}{unit}", digits(value * factor, significant))
 }
 
 /// A ratio or an error: few digits, with an exponent where it is small or large.
@@ -36,7 +40,7 @@ pub(super) fn ratio(value: f64) -> String {
     match value.abs() {
         0.0 => "0".to_string(),
         size if !size.is_finite() => "not known".to_string(),
-        size if (1e-3..1e4).contains(&size) => digits(value),
+        size if (1e-3..1e4).contains(&size) => digits(value, 4),
         _ => {
             let text = format!("{value:.2e}");
             let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
@@ -52,11 +56,11 @@ pub(super) fn count(value: f64) -> String {
     digits.collect::<Vec<_>>().join("\u{202f}")
 }
 
-fn digits(value: f64) -> String {
+fn digits(value: f64, significant: i32) -> String {
     let size = value.abs();
     let places = match size {
         0.0 => 0,
-        _ => (3 - size.log10().floor() as i32).clamp(0, 6) as usize,
+        _ => (significant - 1 - size.log10().floor() as i32).clamp(0, 6) as usize,
     };
     format!("{value:.places$}").replace('-', "−")
 }

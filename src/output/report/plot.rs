@@ -51,15 +51,13 @@ impl Curve {
 impl Plot {
     /// The plot with its title and a legend.
     pub(super) fn figure(&self) -> String {
-        let colours = self.curves.iter().zip(COLOURS);
-        let legend: String = colours
-            .map(|(curve, RGBColor(r, g, b))| {
-                format!("<li><span style=\"background:rgb({r},{g},{b})\"></span>{}</li>", curve.name)
-            })
-            .collect();
+        let key = self.curves.iter().zip(COLOURS).map(|(curve, RGBColor(r, g, b))| {
+            format!("<li><span style=\"background:rgb({r},{g},{b})\"></span>{}</li>", curve.name)
+        });
+        let key = key.collect::<Vec<_>>().concat();
         format!(
             "<figure class=\"plot\"><figcaption>{}</figcaption>\n<div role=\"img\" aria-label=\"{} against time\">{}</div>\n\
-             <ul class=\"key\">{legend}</ul></figure>\n",
+             <ul class=\"key\">{key}</ul></figure>\n",
             self.title,
             self.title,
             self.svg()
@@ -68,14 +66,14 @@ impl Plot {
 
     fn svg(&self) -> String {
         let mut text = String::new();
-        self.draw(SVGBackend::with_string(&mut text, SIZE).into_drawing_area()).expect("a string takes every shape");
+        self.draw(&SVGBackend::with_string(&mut text, SIZE).into_drawing_area()).expect("a string takes every shape");
         let size = format!("width=\"{}\" height=\"{}\" ", SIZE.0, SIZE.1);
         text.replacen(&size, "", 1)
     }
 
     fn draw<B: DrawingBackend>(
         &self,
-        area: DrawingArea<B, plotters::coord::Shift>,
+        area: &DrawingArea<B, plotters::coord::Shift>,
     ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
         let (times, values) = (self.range(|point| point.0), self.range(|point| point.1));
         let (time_factor, time_prefix) = prefix(times.end);
@@ -83,7 +81,7 @@ impl Plot {
             Height::Linear => prefix(values.start.abs().max(values.end.abs())),
             Height::Decades => (1.0, ""),
         };
-        let mut chart = ChartBuilder::on(&area)
+        let mut chart = ChartBuilder::on(area)
             .margin(8)
             .x_label_area_size(40)
             .y_label_area_size(64)
