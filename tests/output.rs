@@ -1,5 +1,7 @@
 //! The folder of a run, made from observations and frames written by hand.
 
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
 #[path = "output/stage.rs"]
 mod stage;
 

@@ -175,7 +175,9 @@ fn block() -> Mesh {
 fn boundary(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
     let mut facets: Vec<[u32; 3]> =
         tetrahedra.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, b, d], [a, c, d], [b, c, d]]).collect();
-    facets.iter_mut().for_each(|facet| facet.sort_unstable());
+    for facet in &mut facets {
+        facet.sort_unstable();
+    }
     facets.sort_unstable();
     facets.chunk_by(|a, b| a == b).filter(|group| group.len() == 1).map(|group| group[0]).collect()
 }
