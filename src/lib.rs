@@ -5,6 +5,13 @@
 
 pub mod algebra;
 pub mod avi;
+pub mod contact;
+pub mod element;
+pub mod geometry;
+pub mod ledger;
+pub mod material;
+pub mod mesh;
 pub mod output;
 pub mod scene;
 pub mod simulation;
+pub mod state;

@@ -1,10 +1,22 @@
 //! A scene: what the user wrote, read, checked and given back with every default filled in.
 
+mod builtin;
 mod error;
+mod explain;
+mod overrides;
+mod physics;
+mod places;
 mod read;
+#[cfg(feature = "cli")]
+mod schema;
 mod tables;
 mod validate;
 
+pub use builtin::{builtin, builtins};
 pub use error::{SceneError, SceneErrorKind};
-pub use read::{Override, read, resolve};
+pub use overrides::{Override, resolve};
+pub use physics::{modelled, switched_off};
+pub use read::read;
+#[cfg(feature = "cli")]
+pub use schema::schema;
 pub use tables::*;

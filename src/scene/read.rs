@@ -1,24 +1,61 @@
-//! Skeleton.
-use super::{Scene, SceneError};
-/// One replaced value: dotted key and TOML value.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Override {
-    /// Dotted key, such as `mesh.size` or `projectile.shape.sphere.radius`.
-    pub key: String,
-    /// TOML text of the value, such as `1e-3` or `[0, 0, -2]`.
-    pub value: String,
-}
-/// The scene text with the overrides written into it.
-///
-/// # Errors
-/// [`SceneError`]
-pub fn resolve(_text: &str, _overrides: &[Override]) -> Result<String, SceneError> {
-    todo!()
-}
+//! Scene text to checked scene.
+
+use super::places::{Places, join};
+use super::validate::validate;
+use super::{Scene, SceneError, explain};
+use toml::de::{DeTable, DeValue};
+
 /// Reads and checks a scene.
 ///
 /// # Errors
-/// [`SceneError`]
-pub fn read(_text: &str) -> Result<Scene, SceneError> {
-    todo!()
+/// [`SceneError`] with the key, the line, what was found there and what was expected, for the first thing that is wrong.
+///
+/// # Examples
+/// ```
+/// use ballistic_gel::scene;
+///
+/// let text = scene::builtin("sphere-block").unwrap();
+/// assert_eq!(scene::read(text)?.scene.end_time, 0.01);
+///
+/// let error = scene::read(&text.replace("end_time = 10e-3", "end_time = -1.0")).unwrap_err();
+/// assert_eq!(error.key, "scene.end_time");
+/// # Ok::<(), scene::SceneError>(())
+/// ```
+pub fn read(text: &str) -> Result<Scene, SceneError> {
+    let table = DeTable::parse(text).map_err(|error| explain::syntax(text, error.span(), error.message()))?;
+    let places = Places::of(text, table.get_ref());
+    let scene: Scene = toml::from_str(text).map_err(|error| explain::content(text, &places, &error))?;
+    let checked = same_lengths(table.get_ref(), &scene).and_then(|()| validate(&scene));
+    match checked {
+        Ok(()) => Ok(scene),
+        Err(error) => Err(SceneError { line: places.line_of(&error.key), ..error }),
+    }
+}
+
+/// Refuses lists of which serde read only the beginning, and tables written as lists.
+fn same_lengths(text: &DeTable<'_>, scene: &Scene) -> Result<(), SceneError> {
+    match toml::Table::try_from(scene) {
+        Ok(read) => compare_tables("", text, &read),
+        Err(error) => unreachable!("a scene that was read from TOML can be written as TOML: {error}"),
+    }
+}
+
+fn compare_tables(prefix: &str, text: &DeTable<'_>, read: &toml::Table) -> Result<(), SceneError> {
+    for (name, value) in text {
+        if let Some(same) = read.get(name.get_ref().as_ref()) {
+            compare_values(&join(prefix, name.get_ref()), value.get_ref(), same)?;
+        }
+    }
+    Ok(())
+}
+
+fn compare_values(key: &str, text: &DeValue<'_>, read: &toml::Value) -> Result<(), SceneError> {
+    match (text, read) {
+        (DeValue::Table(text), toml::Value::Table(read)) => compare_tables(key, text, read),
+        (DeValue::Array(_), toml::Value::Table(_)) => Err(SceneError::value(key, "a list", "a table")),
+        (DeValue::Array(text), toml::Value::Array(read)) if text.len() != read.len() => {
+            Err(SceneError::value(key, format!("{} entries", text.len()), format!("{} entries", read.len())))
+        }
+        _ => Ok(()),
+    }
 }

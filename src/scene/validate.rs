@@ -1,1 +1,83 @@
-//! Skeleton.
+//! Checks that every number of a scene is finite, in its domain, and fits the others.
+
+mod body;
+mod domain;
+mod gel;
+mod motion;
+
+use super::{Contact, ContactLaw, GelShape, Grading, Header, Integrator, Output, Scene};
+use domain::{Check, finite, positive, require, within};
+
+/// Refuses the first thing in the scene that cannot be computed.
+pub(super) fn validate(scene: &Scene) -> Check {
+    header(&scene.scene)?;
+    gel::check(scene)?;
+    body::check(scene)?;
+    motion::check(scene)?;
+    mesh(scene)?;
+    integrator(&scene.integrator)?;
+    contact(&scene.contact)?;
+    output(&scene.output, scene.scene.end_time)
+}
+
+fn header(header: &Header) -> Check {
+    let name = &header.name;
+    let allowed = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    let good = !name.is_empty() && name.chars().all(allowed);
+    require(good, "scene.name", || format!("{name:?}"), "letters, digits, - and _: it names the output folder")?;
+    positive("scene.end_time", header.end_time, "a positive time, s")?;
+    let (step, end) = (header.communication_step, header.end_time);
+    positive("scene.communication_step", step, "a positive time, s")?;
+    require(
+        step <= end,
+        "scene.communication_step",
+        || format!("{step:?}"),
+        &format!("at most scene.end_time, {end:?} s"),
+    )
+}
+
+fn mesh(scene: &Scene) -> Check {
+    let size = scene.mesh.size;
+    positive("mesh.size", size, "a positive length, m")?;
+    let smallest = gel::smallest_dimension(&scene.gel.shape);
+    let expected = format!("at most the smallest dimension of the gel, {smallest:?} m");
+    require(size <= smallest, "mesh.size", || format!("{size:?}"), &expected)?;
+    scene.mesh.grading.map_or(Ok(()), |grading| graded(&grading, scene))
+}
+
+fn graded(grading: &Grading, scene: &Scene) -> Check {
+    let Grading { core, growth, largest } = *grading;
+    let beam = matches!(scene.gel.shape, GelShape::LBeam { .. });
+    require(!beam, "mesh.grading", || "a table".to_owned(), "nothing: an l-beam has a uniform mesh")?;
+    finite("mesh.grading.core", core)?;
+    require(core >= 0.0, "mesh.grading.core", || format!("{core:?}"), "a length of 0 or more, m")?;
+    finite("mesh.grading.growth", growth)?;
+    require(growth > 1.0, "mesh.grading.growth", || format!("{growth:?}"), "a ratio above 1")?;
+    finite("mesh.grading.largest", largest)?;
+    let size = scene.mesh.size;
+    let expected = format!("at least mesh.size, {size:?} m");
+    require(largest >= size, "mesh.grading.largest", || format!("{largest:?}"), &expected)
+}
+
+fn integrator(integrator: &Integrator) -> Check {
+    let cfl = integrator.cfl;
+    require(cfl > 0.0 && cfl <= 1.0, "integrator.cfl", || format!("{cfl:?}"), "a fraction above 0, at most 1")
+}
+
+fn contact(contact: &Contact) -> Check {
+    within("contact.restitution", contact.restitution, 0.0..=1.0)?;
+    within("contact.bias", contact.bias, 0.0..=0.5)?;
+    let unheeded = contact.law == ContactLaw::Reversal && contact.restitution != 0.0;
+    let expected = "0: the law \"reversal\" knows no restitution, \"moreau\" does";
+    require(!unheeded, "contact.restitution", || format!("{:?}", contact.restitution), expected)
+}
+
+fn output(output: &Output, end_time: f64) -> Check {
+    const MOST_FRAMES: usize = 10_000;
+    let Output { frames, force_window } = *output;
+    let good = (1..=MOST_FRAMES).contains(&frames);
+    require(good, "output.frames", || frames.to_string(), &format!("a number from 1 to {MOST_FRAMES}"))?;
+    let good = (0.0..=end_time).contains(&force_window);
+    let expected = format!("a time from 0 to scene.end_time, {end_time:?} s");
+    require(good, "output.force_window", || format!("{force_window:?}"), &expected)
+}

@@ -1,0 +1,34 @@
+//! The scenes that come with the program.
+
+const BUILTINS: [(&str, &str); 4] = [
+    ("sphere-block", include_str!("../../scenes/sphere-block.toml")),
+    ("ball-bounce", include_str!("../../scenes/ball-bounce.toml")),
+    ("ball-square", include_str!("../../scenes/ball-square.toml")),
+    ("l-beam", include_str!("../../scenes/l-beam.toml")),
+];
+
+/// The text of a built-in scene.
+#[must_use]
+pub fn builtin(name: &str) -> Option<&'static str> {
+    builtins().find(|(known, _)| *known == name).map(|(_, text)| text)
+}
+
+/// Names and texts of all built-in scenes; the first is the default.
+pub fn builtins() -> impl Iterator<Item = (&'static str, &'static str)> {
+    BUILTINS.into_iter()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::builtins;
+    use crate::scene::read;
+
+    #[test]
+    fn every_builtin_scene_reads_and_carries_its_own_name() {
+        for (name, text) in builtins() {
+            let scene = read(text).unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert_eq!(scene.scene.name, name);
+            assert!(!scene.scene.title.is_empty(), "{name} has no title");
+        }
+    }
+}

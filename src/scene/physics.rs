@@ -1,0 +1,142 @@
+//! What a scene models and what it does not: a scene models only what it asks for.
+
+use super::{ContactLaw, Dimension, GelShape, Lattice, MaterialModel, Scene, ScheduleKind, Support, Supports};
+
+/// Short sentences of the physics that a scene computes.
+#[must_use]
+pub fn modelled(scene: &Scene) -> Vec<String> {
+    let motion = if scene.projectile.fixed {
+        "projectile: rigid and held"
+    } else {
+        match scene.scene.dimension {
+            Dimension::Planar => "projectile: rigid, moves and turns in the plane",
+            Dimension::Axisymmetric => "projectile: rigid, moves along the axis",
+            Dimension::Spatial => "projectile: rigid, six degrees of freedom",
+        }
+    };
+    [space(scene.scene.dimension), material(scene), elements(scene), steps(scene), contact(scene.contact.law), motion]
+        .map(str::to_owned)
+        .into()
+}
+
+fn space(dimension: Dimension) -> &'static str {
+    match dimension {
+        Dimension::Planar => "gel: plane strain in the x-z plane, large deformation",
+        Dimension::Axisymmetric => "gel: a body of revolution about z, large deformation",
+        Dimension::Spatial => "gel: three dimensions, large deformation",
+    }
+}
+
+fn material(scene: &Scene) -> &'static str {
+    match scene.gel.material {
+        MaterialModel::NeoHookean => "material: compressible neo-Hookean, elastic waves in shear and pressure",
+    }
+}
+
+fn elements(scene: &Scene) -> &'static str {
+    match (scene.scene.dimension, scene.mesh.lattice) {
+        (Dimension::Spatial, Lattice::Centred) => "elements: linear tetrahedra of the body-centred cubic lattice",
+        (Dimension::Spatial, Lattice::Kuhn) => "elements: linear tetrahedra, six to a cell",
+        (Dimension::Planar | Dimension::Axisymmetric, Lattice::Centred) => "elements: linear triangles, crossed",
+        (Dimension::Planar | Dimension::Axisymmetric, Lattice::Kuhn) => "elements: linear triangles, two to a cell",
+    }
+}
+
+fn steps(scene: &Scene) -> &'static str {
+    match scene.integrator.schedule {
+        ScheduleKind::Bins => "time: every element at its own step, a power of two of the tick",
+        ScheduleKind::Queue => "time: every element at its own step, by priority queue",
+    }
+}
+
+fn contact(law: ContactLaw) -> &'static str {
+    match law {
+        ContactLaw::Moreau => "contact: impulses between surface nodes and projectile, no penalty",
+        ContactLaw::Reversal => "contact: reversal of the approaching momentum of surface nodes, no penalty",
+    }
+}
+
+/// Short sentences of the physics that a scene does not compute.
+#[must_use]
+pub fn switched_off(scene: &Scene) -> Vec<String> {
+    let mut off = vec![
+        "friction: none, the projectile slides freely",
+        "viscosity: none, the gel is elastic at every rate",
+        "strength and failure: none, the gel does not tear",
+        "gravity: none",
+        "remeshing: none, the run stops where the mesh cannot follow",
+        "locking-free elements: none, plain elements are too stiff near incompressibility",
+        "self-contact of the gel: none",
+        "heat: none",
+    ];
+    off.extend(depends_on_dimension(scene.scene.dimension));
+    off.extend(depends_on_tables(scene).into_iter().flatten());
+    off.into_iter().map(str::to_owned).collect()
+}
+
+fn depends_on_dimension(dimension: Dimension) -> Option<&'static str> {
+    match dimension {
+        Dimension::Planar => Some("motion out of the plane: none"),
+        Dimension::Axisymmetric => Some("motion off the axis, spin and torsion: none"),
+        Dimension::Spatial => None,
+    }
+}
+
+fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 3] {
+    let fixed = scene.projectile.fixed.then_some("motion of the projectile: none, it is fixed");
+    let inelastic = scene.contact.law == ContactLaw::Moreau && scene.contact.restitution == 0.0;
+    let restitution = inelastic.then_some("restitution of surface nodes: none, the gel rebounds by its own elasticity");
+    let free = is_free(&scene.gel.supports) || matches!(scene.gel.shape, GelShape::LBeam { .. });
+    [fixed, restitution, free.then_some("supports: none, the gel is free")]
+}
+
+fn is_free(supports: &Supports) -> bool {
+    let Supports { x_min, x_max, y_min, y_max, z_min, z_max, side } = *supports;
+    [x_min, x_max, y_min, y_max, z_min, z_max, side].iter().all(|&support| support == Support::Free)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{modelled, switched_off};
+    use crate::scene::{builtin, read};
+
+    fn off(name: &str) -> Vec<String> {
+        switched_off(&read(builtin(name).unwrap()).unwrap())
+    }
+
+    #[test]
+    fn what_a_scene_does_not_ask_for_is_listed() {
+        let off = off("sphere-block");
+        for physics in ["friction", "viscosity", "strength and failure", "gravity", "remeshing", "locking-free"] {
+            assert!(off.iter().any(|line| line.starts_with(physics)), "{physics} is not in {off:?}");
+        }
+    }
+
+    #[test]
+    fn a_fixed_wall_and_a_free_beam_are_listed() {
+        let off = off("l-beam");
+        assert!(off.contains(&"motion of the projectile: none, it is fixed".to_owned()), "{off:?}");
+        assert!(off.contains(&"supports: none, the gel is free".to_owned()), "{off:?}");
+    }
+
+    #[test]
+    fn what_two_dimensions_leave_out_is_listed_in_two_dimensions_only() {
+        assert!(off("ball-square").contains(&"motion out of the plane: none".to_owned()));
+        assert!(off("ball-bounce").contains(&"motion off the axis, spin and torsion: none".to_owned()));
+        assert!(!off("sphere-block").iter().any(|line| line.starts_with("motion")));
+    }
+
+    #[test]
+    fn restitution_that_is_asked_for_is_not_switched_off() {
+        let mut scene = read(builtin("sphere-block").unwrap()).unwrap();
+        scene.contact.restitution = 0.5;
+        assert!(!switched_off(&scene).iter().any(|line| line.starts_with("restitution")));
+    }
+
+    #[test]
+    fn the_queue_is_named_where_it_is_chosen() {
+        let mut scene = read(builtin("sphere-block").unwrap()).unwrap();
+        scene.integrator.schedule = crate::scene::ScheduleKind::Queue;
+        assert!(modelled(&scene).iter().any(|line| line.contains("priority queue")));
+    }
+}

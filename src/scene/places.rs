@@ -1,0 +1,71 @@
+//! Where each dotted key of a scene text stands.
+
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// The keys of a text with their places, in no particular order.
+pub(super) struct Places<'a> {
+    text: &'a str,
+    entries: Vec<Entry>,
+}
+
+struct Entry {
+    key: String,
+    name: Range<usize>,
+    value: Range<usize>,
+}
+
+impl<'a> Places<'a> {
+    pub(super) fn of(text: &'a str, table: &DeTable<'_>) -> Self {
+        let mut places = Self { text, entries: Vec::new() };
+        places.collect("", table);
+        places
+    }
+
+    fn collect(&mut self, prefix: &str, table: &DeTable<'_>) {
+        for (name, value) in table {
+            let key = join(prefix, name.get_ref());
+            self.entries.push(Entry { key: key.clone(), name: name.span(), value: value.span() });
+            self.collect_inner(&key, value);
+        }
+    }
+
+    fn collect_inner(&mut self, key: &str, value: &Spanned<DeValue<'_>>) {
+        if let DeValue::Table(inner) = value.get_ref() {
+            self.collect(key, inner);
+        }
+    }
+
+    /// The key whose name or value is the smallest around `span`; empty if there is none.
+    pub(super) fn key_at(&self, span: &Range<usize>) -> &str {
+        let around = |r: &Range<usize>| r.start <= span.start && span.end <= r.end;
+        let hits = self.entries.iter().filter(|e| around(&e.name) || around(&e.value));
+        hits.min_by_key(|e| if around(&e.name) { e.name.len() } else { e.value.len() }).map_or("", |e| &e.key)
+    }
+
+    /// The line, from 1, on which `key` is set, or the table that should hold it begins.
+    pub(super) fn line_of(&self, key: &str) -> Option<usize> {
+        let holds = |e: &&Entry| key.strip_prefix(&e.key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+        let nearest = self.entries.iter().filter(holds).max_by_key(|e| e.key.len())?;
+        Some(line_at(self.text, nearest.name.start))
+    }
+
+    /// The names inside the table `key`, as they stand in the text.
+    pub(super) fn names_in(&self, key: &str) -> Vec<&str> {
+        let parent = |e: &Entry| e.key.rsplit_once('.').is_some_and(|(table, _)| table == key);
+        let mut inner: Vec<&Entry> = self.entries.iter().filter(|e| parent(e)).collect();
+        inner.sort_unstable_by_key(|e| e.name.start);
+        inner.into_iter().map(|e| &self.text[e.name.clone()]).collect()
+    }
+}
+
+/// `name` inside the table `prefix`.
+pub(super) fn join(prefix: &str, name: &str) -> String {
+    if prefix.is_empty() { name.to_owned() } else { format!("{prefix}.{name}") }
+}
+
+/// The line, from 1, of a byte of the text.
+pub(super) fn line_at(text: &str, byte: usize) -> usize {
+    1 + text.as_bytes().iter().take(byte).filter(|&&b| b == b'\n').count()
+}

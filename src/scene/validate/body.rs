@@ -1,0 +1,131 @@
+//! The projectile: shape, mass, inertia and place of the start.
+
+use super::domain::{Check, all_finite, positive, require};
+use crate::algebra::{Tensor3, Vector3};
+use crate::scene::{BodyShape, GelShape, Projectile, Scene, SceneError};
+use nalgebra::{Quaternion, UnitQuaternion};
+
+pub(super) fn check(scene: &Scene) -> Check {
+    let body = &scene.projectile;
+    shape(&body.shape)?;
+    all_finite("projectile.position", &body.position)?;
+    all_finite("projectile.velocity", &body.velocity)?;
+    all_finite("projectile.angular_velocity", &body.angular_velocity)?;
+    orientation(body.orientation)?;
+    if body.fixed {
+        held(body)?
+    } else {
+        moving(body)?
+    }
+    outside(scene)
+}
+
+/// Rotation from the frame of the body to the world.
+pub(super) fn rotation(body: &Projectile) -> UnitQuaternion<f64> {
+    let [w, x, y, z] = body.orientation;
+    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
+}
+
+fn shape(shape: &BodyShape) -> Check {
+    const LENGTH: &str = "a positive length, m";
+    match *shape {
+        BodyShape::Sphere { radius } => positive("projectile.shape.sphere.radius", radius, LENGTH),
+        BodyShape::Cylinder { radius, length } => {
+            positive("projectile.shape.cylinder.radius", radius, LENGTH)?;
+            positive("projectile.shape.cylinder.length", length, LENGTH)
+        }
+        BodyShape::HalfSpace { normal } => {
+            let norm = Vector3::from(normal).norm();
+            let key = "projectile.shape.half-space.normal";
+            require(norm.is_finite() && norm > 0.0, key, || format!("{normal:?}"), "a vector that is not zero")
+        }
+    }
+}
+
+fn orientation(q: [f64; 4]) -> Check {
+    const SLACK: f64 = 1e-3;
+    let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let good = (norm - 1.0).abs() <= SLACK;
+    let found = || format!("{q:?} of norm {norm:?}");
+    require(good, "projectile.orientation", found, "a quaternion [w, x, y, z] of norm 1, within 1e-3")
+}
+
+fn held(body: &Projectile) -> Check {
+    const EXPECTED: &str = "nothing: the projectile is fixed";
+    let absent =
+        |given: Option<String>, key| given.map_or(Ok(()), |found| Err(SceneError::value(key, found, EXPECTED)));
+    absent(body.mass.map(|mass| format!("{mass:?}")), "projectile.mass")?;
+    absent(body.inertia.map(|inertia| format!("{inertia:?}")), "projectile.inertia")?;
+    let still = |v: [f64; 3], key| require(v == [0.0; 3], key, || format!("{v:?}"), "zero: the projectile is fixed");
+    still(body.velocity, "projectile.velocity")?;
+    still(body.angular_velocity, "projectile.angular_velocity")
+}
+
+fn moving(body: &Projectile) -> Check {
+    const EXPECTED: &str = "a positive mass, kg, or projectile.fixed = true";
+    let Some(mass) = body.mass else {
+        return Err(SceneError::value("projectile.mass", "nothing", EXPECTED));
+    };
+    positive("projectile.mass", mass, EXPECTED)?;
+    match (body.inertia, body.shape) {
+        (Some(inertia), _) => physical(&inertia),
+        (None, BodyShape::HalfSpace { .. }) => {
+            let expected = "six numbers, [xx, yy, zz, xy, xz, yz], kg m2: a half-space has no inertia of its own";
+            Err(SceneError::value("projectile.inertia", "nothing", expected))
+        }
+        (None, BodyShape::Sphere { .. } | BodyShape::Cylinder { .. }) => Ok(()),
+    }
+}
+
+/// An inertia is that of some body if its principal moments are positive and none exceeds the sum of the others.
+fn physical(inertia: &[f64; 6]) -> Check {
+    const ROUND_OFF: f64 = 1e-9;
+    let key = "projectile.inertia";
+    all_finite(key, inertia)?;
+    let [xx, yy, zz, xy, xz, yz] = *inertia;
+    let moments = Tensor3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz).symmetric_eigenvalues();
+    let (least, most, sum) = (moments.min(), moments.max(), moments.sum());
+    let found = || format!("{inertia:?} with a principal moment of {least:?}");
+    require(least > 0.0, key, found, "positive principal moments, kg m2")?;
+    let found = || format!("{inertia:?} with principal moments {:?}", moments.as_slice());
+    let expected = "no principal moment above the sum of the other two";
+    require(most <= (sum - most) * (1.0 + ROUND_OFF), key, found, expected)
+}
+
+/// The projectile may start touching the gel, not deep inside it.
+fn outside(scene: &Scene) -> Check {
+    let body = &scene.projectile;
+    let radius = match body.shape {
+        BodyShape::Sphere { radius } | BodyShape::Cylinder { radius, .. } => radius,
+        BodyShape::HalfSpace { .. } => return Ok(()),
+    };
+    let Some(bottom) = bottom_under(&scene.gel.shape, body.position) else { return Ok(()) };
+    let depth = reach_down(body) - body.position[2];
+    let inside = depth > radius && body.position[2] > bottom;
+    let found = || format!("{:?}, the foremost point {depth:?} m deep in the gel", body.position);
+    require(!inside, "projectile.position", found, "a start outside the gel or just touching it; its surface is z = 0")
+}
+
+/// Distance from the centre of mass down to the lowest point, m.
+fn reach_down(body: &Projectile) -> f64 {
+    match body.shape {
+        BodyShape::Sphere { radius } => radius,
+        BodyShape::Cylinder { radius, length } => {
+            let axis_z = (rotation(body) * Vector3::z()).z.abs().min(1.0);
+            0.5 * length * axis_z + radius * (1.0 - axis_z * axis_z).sqrt()
+        }
+        BodyShape::HalfSpace { .. } => f64::INFINITY,
+    }
+}
+
+/// Height of the bottom of an undisturbed block or cylinder, m, if `position` is above or inside it.
+fn bottom_under(gel: &GelShape, [x, y, _]: [f64; 3]) -> Option<f64> {
+    match gel {
+        GelShape::Block { size } => {
+            let under = x.abs() < 0.5 * size[0] && (size.len() == 2 || y.abs() < 0.5 * size[1]);
+            under.then(|| -size[size.len() - 1])
+        }
+        GelShape::Cylinder { radius, height } => (x.hypot(y) < *radius).then_some(-height),
+        GelShape::LBeam { .. } => None,
+    }
+}

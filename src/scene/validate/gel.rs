@@ -1,0 +1,148 @@
+//! The gel: shape, material and supports fit the dimension and each other.
+
+use super::domain::{Check, all_finite, finite, positive, require};
+use crate::scene::{Dimension, Gel, GelShape, Scene, SceneError, Support};
+
+const LENGTH: &str = "a positive length, m";
+
+pub(super) fn check(scene: &Scene) -> Check {
+    let (gel, dimension) = (&scene.gel, scene.scene.dimension);
+    shape(&gel.shape, dimension)?;
+    material(gel)?;
+    supports(gel, dimension)?;
+    thickness(gel.thickness, dimension)?;
+    all_finite("gel.velocity", &gel.velocity)
+}
+
+/// The smallest length of a shape, m.
+pub(super) fn smallest_dimension(shape: &GelShape) -> f64 {
+    match shape {
+        GelShape::Block { size } => size.iter().copied().fold(f64::INFINITY, f64::min),
+        GelShape::Cylinder { radius, height } => radius.min(*height),
+        GelShape::LBeam { leg, thickness, width, .. } => leg.min(*thickness).min(width.unwrap_or(f64::INFINITY)),
+    }
+}
+
+fn shape(shape: &GelShape, dimension: Dimension) -> Check {
+    match shape {
+        GelShape::Block { size } => block(size, dimension),
+        GelShape::Cylinder { radius, height } => {
+            let key = "gel.shape.cylinder";
+            let expected = "a block or an l-beam: a cylinder is axisymmetric or spatial";
+            require(dimension != Dimension::Planar, key, || in_a_scene("a cylinder", dimension), expected)?;
+            positive("gel.shape.cylinder.radius", *radius, LENGTH)?;
+            positive("gel.shape.cylinder.height", *height, LENGTH)
+        }
+        GelShape::LBeam { .. } => l_beam(shape, dimension),
+    }
+}
+
+fn in_a_scene(what: &str, dimension: Dimension) -> String {
+    let dimension = match dimension {
+        Dimension::Planar => "a planar",
+        Dimension::Axisymmetric => "an axisymmetric",
+        Dimension::Spatial => "a spatial",
+    };
+    format!("{what} in {dimension} scene")
+}
+
+fn block(size: &[f64], dimension: Dimension) -> Check {
+    let (n, expected) = match dimension {
+        Dimension::Planar => (2, "two positive lengths, [x, z], m"),
+        Dimension::Spatial => (3, "three positive lengths, [x, y, z], m"),
+        Dimension::Axisymmetric => {
+            let expected = "a cylinder: a block is planar or spatial";
+            return Err(SceneError::value("gel.shape.block", in_a_scene("a block", dimension), expected));
+        }
+    };
+    let good = size.len() == n && size.iter().all(|&edge| edge.is_finite() && edge > 0.0);
+    require(good, "gel.shape.block.size", || format!("{size:?}"), expected)
+}
+
+fn l_beam(shape: &GelShape, dimension: Dimension) -> Check {
+    let &GelShape::LBeam { leg, thickness, width, angle, corner } = shape else {
+        unreachable!("only an l-beam is checked as one");
+    };
+    let key = "gel.shape.l-beam";
+    let expected = "a cylinder: an l-beam is planar or spatial";
+    let revolved = dimension == Dimension::Axisymmetric;
+    require(!revolved, key, || in_a_scene("an l-beam", dimension), expected)?;
+    positive("gel.shape.l-beam.leg", leg, LENGTH)?;
+    positive("gel.shape.l-beam.thickness", thickness, LENGTH)?;
+    let expected = format!("less than the leg, {leg:?} m");
+    require(thickness < leg, "gel.shape.l-beam.thickness", || format!("{thickness:?}"), &expected)?;
+    beam_width(width, dimension)?;
+    finite("gel.shape.l-beam.angle", angle)?;
+    all_finite("gel.shape.l-beam.corner", &corner)
+}
+
+fn beam_width(width: Option<f64>, dimension: Dimension) -> Check {
+    let key = "gel.shape.l-beam.width";
+    match (width, dimension) {
+        (Some(width), Dimension::Spatial) => positive(key, width, LENGTH),
+        (None, Dimension::Spatial) => Err(SceneError::value(key, "nothing", LENGTH)),
+        (Some(width), _) => {
+            Err(SceneError::value(key, format!("{width:?}"), "nothing: a planar gel has gel.thickness"))
+        }
+        (None, _) => Ok(()),
+    }
+}
+
+fn material(gel: &Gel) -> Check {
+    positive("gel.density", gel.density, "a positive density, kg/m3")?;
+    positive("gel.shear_modulus", gel.shear_modulus, "a positive modulus, Pa")?;
+    positive("gel.bulk_modulus", gel.bulk_modulus, "a positive modulus, Pa")?;
+    let least = 2.0 / 3.0 * gel.shear_modulus;
+    let expected = format!("more than 2/3 of gel.shear_modulus, {least:?} Pa: Poisson's ratio must be positive");
+    require(gel.bulk_modulus > least, "gel.bulk_modulus", || format!("{:?}", gel.bulk_modulus), &expected)
+}
+
+fn supports(gel: &Gel, dimension: Dimension) -> Check {
+    let s = &gel.supports;
+    let faces = [("x_min", s.x_min), ("x_max", s.x_max), ("y_min", s.y_min), ("y_max", s.y_max)].into_iter().chain([
+        ("z_min", s.z_min),
+        ("z_max", s.z_max),
+        ("side", s.side),
+    ]);
+    let (held, expected) = held_faces(&gel.shape, dimension);
+    for (face, support) in faces.filter(|(_, support)| *support != Support::Free) {
+        let key = format!("gel.supports.{face}");
+        require(held.contains(&face), &key, || format!("{:?}", name(support)), expected)?;
+    }
+    let slides = s.side == Support::Roller && dimension == Dimension::Spatial;
+    let expected = "\"free\" or \"fixed\": a mantle slides on rollers only in axisymmetric scenes";
+    require(!slides, "gel.supports.side", || "\"roller\"".to_owned(), expected)
+}
+
+fn held_faces(shape: &GelShape, dimension: Dimension) -> (&'static [&'static str], &'static str) {
+    match shape {
+        GelShape::Block { .. } if dimension == Dimension::Spatial => (
+            &["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"],
+            "nothing: a block has the faces x_min, x_max, y_min, y_max, z_min and z_max",
+        ),
+        GelShape::Block { .. } => (
+            &["x_min", "x_max", "z_min", "z_max"],
+            "nothing: a planar block has the faces x_min, x_max, z_min and z_max",
+        ),
+        GelShape::Cylinder { .. } => {
+            (&["z_min", "z_max", "side"], "nothing: a cylinder has the faces z_min, z_max and side")
+        }
+        GelShape::LBeam { .. } => (&[], "nothing: an l-beam flies free"),
+    }
+}
+
+fn name(support: Support) -> &'static str {
+    match support {
+        Support::Free => "free",
+        Support::Roller => "roller",
+        Support::Fixed => "fixed",
+    }
+}
+
+fn thickness(thickness: Option<f64>, dimension: Dimension) -> Check {
+    let Some(thickness) = thickness else { return Ok(()) };
+    let planar = dimension == Dimension::Planar;
+    let expected = "nothing: only a planar gel has a thickness";
+    require(planar, "gel.thickness", || format!("{thickness:?}"), expected)?;
+    positive("gel.thickness", thickness, LENGTH)
+}

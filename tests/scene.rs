@@ -1,0 +1,264 @@
+//! Every way in which a scene can be wrong has its own message: key, line, what was found, what was expected.
+
+use ballistic_gel::scene::{self, Override, Scene};
+
+/// Scenes that read, what to replace in them, and the message then: see [`every_fault_has_its_message`].
+const REFUSED: &str = include_str!("scene/refused.txt");
+
+const SPATIAL: &str = r#"[scene]
+name = "test"
+dimension = "spatial"
+end_time = 0.01
+communication_step = 1e-4
+[gel]
+shape.block.size = [0.1, 0.1, 0.05]
+material = "neo-hookean"
+density = 1030.0
+shear_modulus = 7e4
+bulk_modulus = 7e5
+supports.z_min = "fixed"
+[projectile]
+shape.sphere.radius = 0.01
+mass = 0.033
+position = [0.0, 0.0, 0.01]
+velocity = [0.0, 0.0, -5.0]
+[mesh]
+size = 5e-3
+"#;
+
+const BLOCK: &str = "shape.block.size = [0.1, 0.1, 0.05]";
+const CYLINDER: &str = "shape.cylinder = { radius = 0.1, height = 0.05 }";
+const SPHERE: &str = "shape.sphere.radius = 0.01";
+const MASS: &str = "mass = 0.033";
+const VELOCITY: &str = "velocity = [0.0, 0.0, -5.0]";
+const SIZE: &str = "size = 5e-3";
+
+fn planar() -> String {
+    SPATIAL.replace("spatial", "planar").replace("[0.1, 0.1, 0.05]", "[0.1, 0.05]")
+}
+
+fn axisymmetric() -> String {
+    SPATIAL.replace("spatial", "axisymmetric").replace(BLOCK, CYLINDER)
+}
+
+fn l_beam() -> String {
+    let beam = "shape.l-beam = { leg = 0.2, thickness = 0.05, width = 0.05, angle = 45.0, corner = [0.0, 0.0, 0.1] }";
+    SPATIAL.replace(BLOCK, beam).replace("supports.z_min = \"fixed\"\n", "")
+}
+
+/// A scene whose projectile is held.
+fn held(base: &str) -> String {
+    base.replace(MASS, "fixed = true").replace(VELOCITY, "velocity = [0.0, 0.0, 0.0]")
+}
+
+/// A scene with a wall instead of a sphere.
+fn wall(base: &str) -> String {
+    held(base).replace(SPHERE, "shape.half-space.normal = [0.0, 0.0, 1.0]")
+}
+
+#[track_caller]
+fn read(text: &str) -> Scene {
+    match scene::read(text) {
+        Ok(scene) => scene,
+        Err(error) => panic!("{error}\n{text}"),
+    }
+}
+
+#[track_caller]
+fn not_a_scene(text: &str, message: &str) {
+    match scene::read(text) {
+        Ok(_) => panic!("accepted\n{text}"),
+        Err(error) => assert_eq!(error.to_string(), message),
+    }
+}
+
+/// The scenes that `refused.txt` names.
+fn base(name: &str) -> String {
+    let still = "fixed = true";
+    let rod = "shape.cylinder = { radius = 0.01, length = 0.1 }\norientation = [0.7071067811865476, 0.7071067811865476, 0, 0]";
+    match name {
+        "spatial" => SPATIAL.to_owned(),
+        "planar" => planar(),
+        "axisymmetric" => axisymmetric(),
+        "l-beam" => l_beam(),
+        "held" => held(SPATIAL),
+        "wall" => wall(&l_beam()),
+        "moving wall" => wall(&l_beam()).replace(still, "mass = 1.0\ninertia = [1, 1, 1, 0, 0, 0]"),
+        "planar wall" => wall(&l_beam()).replace("\"spatial\"", "\"planar\"").replace("width = 0.05, ", ""),
+        "axisymmetric wall" => wall(&axisymmetric()),
+        "sliding mantle" => axisymmetric().replace("supports.z_min = \"fixed\"", "supports.side = \"roller\""),
+        "lying rod" => SPATIAL.replace(SPHERE, rod),
+        _ => panic!("refused.txt names the unknown scene {name:?}"),
+    }
+}
+
+/// What is wrong with one entry of `refused.txt`, if anything.
+fn objection(case: &str, expected: &str) -> Option<String> {
+    let (name, change) = case.split_once(": ").expect("a case is `scene: from => to`");
+    let (from, to) = change.split_once(" =>").expect("a case is `scene: from => to`");
+    let (from, to) = (from.replace("\\n", "\n"), to.trim_start().replace("\\n", "\n"));
+    let base = base(name);
+    read(&base);
+    assert!(base.contains(&from), "{case}: the scene has no {from:?}");
+    match scene::read(&base.replacen(&from, &to, 1)) {
+        Ok(_) => Some(format!("{case}\n    accepted")),
+        Err(error) if error.to_string() == expected => None,
+        Err(error) => Some(format!("{case}\n    {error}")),
+    }
+}
+
+#[test]
+fn every_fault_has_its_message() {
+    let lines: Vec<&str> = REFUSED.lines().filter(|line| !line.is_empty() && !line.starts_with('#')).collect();
+    let objections: Vec<String> = lines.chunks(2).filter_map(|pair| objection(pair[0], pair[1].trim_start())).collect();
+    assert!(objections.is_empty(), "not as in refused.txt:\n{}", objections.join("\n"));
+    assert!(lines.len() > 200, "refused.txt was not read");
+}
+
+#[test]
+fn what_is_just_inside_its_bounds_is_accepted() {
+    let with = |line: &str| read(&SPATIAL.replace(MASS, &format!("{MASS}\n{line}")));
+    with("inertia = [1, 1, 2, 0, 0, 0]");
+    with("orientation = [1.0009, 0, 0, 0]");
+    read(&SPATIAL.replace("position = [0.0, 0.0, 0.01]", "position = [0.06, 0.0, -0.02]"));
+    let turned = "mass = 1.0\norientation = [0.6, 0, 0.8, 0]\nangular_velocity = [0, 3, 0]";
+    read(&planar().replace(MASS, turned));
+    read(&axisymmetric().replace(MASS, "mass = 1.0\norientation = [0.6, 0, 0, 0.8]"));
+}
+
+/// The spatial scene with one value replaced.
+#[track_caller]
+fn resolved(change: &str) -> String {
+    let change: Result<Override, _> = change.parse();
+    match change.and_then(|change| scene::resolve(SPATIAL, &[change])) {
+        Ok(text) => text,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+#[track_caller]
+fn not_an_override(change: &str, message: &str) {
+    let parsed: Result<Override, _> = change.parse();
+    match parsed.and_then(|change| scene::resolve(SPATIAL, &[change])) {
+        Ok(text) => panic!("accepted\n{text}"),
+        Err(error) => assert_eq!(error.to_string(), message),
+    }
+}
+
+#[test]
+fn an_override_changes_its_line_and_no_other() {
+    assert_eq!(resolved("mesh.size=1e-3"), SPATIAL.replace(SIZE, "size = 1e-3"));
+    let wider = resolved("projectile.shape.sphere.radius = 0.02");
+    assert_eq!(wider, SPATIAL.replace("radius = 0.01", "radius = 0.02"));
+}
+
+#[test]
+fn an_override_keeps_the_comment_behind_the_value() {
+    let text = SPATIAL.replace(SIZE, "size = 5e-3 # fine");
+    let change = "mesh.size=1e-3".parse().unwrap();
+    assert!(scene::resolve(&text, &[change]).unwrap().contains("size = 1e-3 # fine\n"));
+}
+
+#[test]
+fn an_override_adds_what_is_absent() {
+    assert_eq!(read(&resolved("contact.restitution=0.25")).contact.restitution, 0.25);
+    assert_eq!(read(&resolved("gel.supports.x_min=roller")).gel.supports.x_min, scene::Support::Roller);
+    let graded = read(&resolved("mesh.grading={core = 0.01, growth = 1.5, largest = 0.02}"));
+    assert_eq!(graded.mesh.grading.unwrap().largest, 0.02);
+    let parts = ["core=0.01", "growth=1.5", "largest=0.02"].map(|p| format!("mesh.grading.{p}").parse().unwrap());
+    assert_eq!(read(&scene::resolve(SPATIAL, &parts).unwrap()), graded);
+}
+
+#[test]
+fn an_override_may_replace_a_whole_table() {
+    let rod = read(&resolved("projectile.shape={cylinder={radius=0.01, length=0.02}}"));
+    assert_eq!(rod.projectile.shape, scene::BodyShape::Cylinder { radius: 0.01, length: 0.02 });
+}
+
+#[test]
+fn a_bare_word_is_text() {
+    assert_eq!(read(&resolved("mesh.lattice=kuhn")).mesh.lattice, scene::Lattice::Kuhn);
+}
+
+#[test]
+fn the_last_override_wins() {
+    let changes = ["mesh.size=1e-3", "mesh.size=2e-3"].map(|change| change.parse().unwrap());
+    assert_eq!(read(&scene::resolve(SPATIAL, &changes).unwrap()).mesh.size, 2e-3);
+}
+
+#[test]
+fn without_overrides_the_text_stays() {
+    assert_eq!(scene::resolve(SPATIAL, &[]).unwrap(), SPATIAL);
+}
+
+#[test]
+fn what_is_not_a_key_and_a_value_is_refused() {
+    not_an_override("mesh.size", "mesh.size: found no value, expected key=value, such as mesh.size=2e-3");
+    not_an_override(
+        "mesh.size=",
+        "mesh.size: found no value, expected a TOML value, such as 2e-3, [0, 0, -2], true or \"text\"",
+    );
+    not_an_override(
+        "mesh.size=[1,",
+        "mesh.size: found `[1,`, expected a TOML value, such as 2e-3, [0, 0, -2], true or \"text\"",
+    );
+    not_an_override("mesh..size=1", "mesh..size: found a broken key, expected a dotted key, such as mesh.size");
+    not_an_override(
+        "mesh.size.x=1",
+        "mesh.size.x: found that mesh.size is a single value, expected a key inside a table",
+    );
+}
+
+#[test]
+fn an_override_of_an_unknown_key_is_refused_when_the_scene_is_read() {
+    not_a_scene(
+        &resolved("mesh.sizes=1"),
+        "line 20: mesh.sizes: found the unknown key `sizes`, expected one of `size`, `lattice`, `grading`",
+    );
+    not_a_scene(
+        &resolved("mesch.size=1"),
+        "line 1: mesch: found the unknown key `mesch`, expected one of `scene`, `gel`, `projectile`, `mesh`, `integrator`, `contact`, `output`",
+    );
+}
+
+#[test]
+fn overrides_of_broken_text_are_refused() {
+    let error = scene::resolve("[mesh\n", &[]).unwrap_err();
+    assert_eq!(error.to_string(), "line 1: found `[mesh`, which is not TOML: unclosed table, expected `]`");
+}
+
+fn builtin(name: &str) -> Scene {
+    read(scene::builtin(name).unwrap())
+}
+
+#[test]
+fn the_builtin_scenes_are_the_promised_ones_and_the_first_is_the_default() {
+    let names: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
+    assert_eq!(names, ["sphere-block", "ball-bounce", "ball-square", "l-beam"]);
+    assert_eq!(scene::builtin("sphere"), None);
+}
+
+#[test]
+fn builtin_moduli_are_those_of_the_young_modulus_and_poisson_ratio_they_name() {
+    for (name, poisson) in [("sphere-block", 0.45), ("ball-square", 0.45), ("l-beam", 0.3)] {
+        let gel = builtin(name).gel;
+        let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-14;
+        assert!(close(gel.shear_modulus, 200e3 / (2.0 * (1.0 + poisson))), "{name}: {}", gel.shear_modulus);
+        assert!(close(gel.bulk_modulus, 200e3 / (3.0 * (1.0 - 2.0 * poisson))), "{name}: {}", gel.bulk_modulus);
+    }
+}
+
+#[test]
+fn the_disc_of_ball_square_is_of_steel() {
+    let disc = std::f64::consts::PI * 0.01 * 0.01;
+    let mass = builtin("ball-square").projectile.mass.unwrap();
+    assert!((mass / (7850.0 * disc) - 1.0).abs() < 1e-6, "{mass}");
+}
+
+#[test]
+fn a_scene_written_as_toml_reads_as_itself() {
+    for (name, text) in scene::builtins() {
+        let before = read(text);
+        assert_eq!(read(&toml::to_string(&before).unwrap()), before, "{name}");
+    }
+}
