@@ -214,6 +214,7 @@ fn summary_tells_a_finished_run() {
     assert!((summary["rebound_velocity"].as_f64().unwrap() - 0.014 * std::f64::consts::PI / 0.01).abs() < 1e-12);
     assert!((summary["contact_duration"].as_f64().unwrap() - 0.0079).abs() < 1e-15);
     assert!(summary["mass_error"].as_f64().unwrap() < 1e-14);
+    assert!(summary["switched_off"].as_array().unwrap().iter().any(|entry| entry == "gravity: none"));
     assert_eq!(summary["energy"].as_object().unwrap().len(), 10);
 }
 
@@ -272,7 +273,7 @@ fn reports_are_well_formed_and_need_nothing_from_outside() {
         while reader.read_event().unwrap() != quick_xml::events::Event::Eof {}
         assert_eq!(page.matches("<svg ").count(), 5, "position, velocity, force, energy, closure");
         assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 22, "two pictures of eleven frames");
-        assert_eq!(page.matches("<table>").count(), 2);
+        assert_eq!(page.matches("<table>").count(), 3, "energy, cost, switched off");
         assert!(page.contains("14.00 mm") && page.contains("&lt; dents &gt; a gel &amp; leaves"));
         for outside in ["src=\"http", "href=", "url(", "@import"] {
             assert!(!page.contains(outside), "{outside}");

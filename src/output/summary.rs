@@ -2,7 +2,7 @@
 
 use super::Ending;
 use crate::algebra::Vector3;
-use crate::scene::{Dimension, Scene};
+use crate::scene::{self, Dimension, Scene};
 use crate::simulation::{EnergyReport, Frame, Observation};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -154,7 +154,7 @@ impl Summary {
             mass_error: run.initial_mass.map(|mass| (rest_mass(ending.frame, &run.scene) / mass - 1.0).abs()),
             mean_standing_penetration: contact.mean_standing_penetration,
             digest: format!("{:032x}", ending.digest),
-            switched_off: Vec::new(),
+            switched_off: scene::switched_off(&run.scene),
             failure: ending.failure.map(str::to_string),
         }
     }
