@@ -10,13 +10,18 @@ pub(in crate::output) const SPEED: Map =
 /// Step: dark blue is small (busy), through green, to pale yellow for large.
 pub(in crate::output) const STEP: Map =
     Map([[28, 32, 92], [36, 92, 150], [40, 150, 140], [128, 200, 96], [244, 236, 150]]);
+/// Gel whose value is not known, such as the step of an element that has not made one.
+const UNKNOWN: [u8; 3] = [190, 190, 190];
 /// Gelatin.
 pub(super) const AMBER: [u8; 3] = [240, 178, 74];
 
 impl Map {
-    /// The colour at a place, 0 to 1.
+    /// The colour at a place, 0 to 1; grey if there is no such place.
     pub(in crate::output) fn at(&self, place: f64) -> [u8; 3] {
-        let x = if place.is_finite() { place.clamp(0.0, 1.0) * 4.0 } else { 0.0 };
+        if !place.is_finite() {
+            return UNKNOWN;
+        }
+        let x = place.clamp(0.0, 1.0) * 4.0;
         let i = (x as usize).min(3);
         let (below, above, t) = (self.0[i], self.0[i + 1], x - i as f64);
         std::array::from_fn(|k| (f64::from(below[k]) * (1.0 - t) + f64::from(above[k]) * t).round() as u8)

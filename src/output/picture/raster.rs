@@ -15,11 +15,20 @@ struct Sample {
     height: f32,
     shade: f32,
     speed: f32,
-    /// Step of the element, s; 0 on the projectile, negative where there is nothing.
-    step: f32,
+    substance: Option<Substance>,
 }
 
-const NOTHING: Sample = Sample { height: f32::NEG_INFINITY, shade: 0.0, speed: 0.0, step: -1.0 };
+const NOTHING: Sample = Sample { height: f32::NEG_INFINITY, shade: 0.0, speed: 0.0, substance: None };
+
+impl Sample {
+    /// Step of the element, s; none outside the gel.
+    fn step(&self) -> Option<f32> {
+        match self.substance {
+            Some(Substance::Gel { step }) => Some(step as f32),
+            Some(Substance::Body) | None => None,
+        }
+    }
+}
 
 /// What one pixel shows: 8 bytes, because the pictures of a whole run are kept.
 #[derive(Debug, Clone, Copy, Default)]
@@ -131,15 +140,15 @@ impl Canvas {
 impl Face<'_> {
     fn sample(&self, weights: [f64; 3], double: f64) -> Sample {
         let blend = |values: [f64; 3]| (0..3).map(|i| weights[i] * values[i]).sum::<f64>() as f32;
-        let (step, line) = match self.polygon.substance {
-            Substance::Gel { step } => (step, self.line(weights, double)),
-            Substance::Body => (0.0, 0.0),
+        let line = match self.polygon.substance {
+            Substance::Gel { .. } => self.line(weights, double),
+            Substance::Body => 0.0,
         };
         Sample {
             height: blend(self.corners.map(|corner| corner[2])),
             shade: (self.shade * (1.0 - line)) as f32,
             speed: blend(self.speeds),
-            step: step as f32,
+            substance: Some(self.polygon.substance),
         }
     }
 
@@ -165,8 +174,8 @@ fn normal(corners: &[Corner]) -> Vector3 {
 }
 
 fn mean(samples: [Sample; FINE * FINE]) -> Pixel {
-    let gel: Vec<&Sample> = samples.iter().filter(|sample| sample.step > 0.0).collect();
-    let body: Vec<&Sample> = samples.iter().filter(|sample| sample.step == 0.0).collect();
+    let gel: Vec<&Sample> = samples.iter().filter(|sample| sample.step().is_some()).collect();
+    let body: Vec<&Sample> = samples.iter().filter(|sample| sample.substance == Some(Substance::Body)).collect();
     let average = |of: &[&Sample], value: fn(&Sample) -> f32| {
         of.iter().map(|sample| value(sample)).sum::<f32>() / of.len().max(1) as f32
     };
@@ -179,6 +188,6 @@ fn mean(samples: [Sample; FINE * FINE]) -> Pixel {
         gel_shade: byte(average(&gel, |sample| sample.shade)),
         body_shade: byte(average(&body, |sample| sample.shade)),
         speed: half(average(&gel, |sample| sample.speed)),
-        step: half(average(&gel, |sample| sample.step)),
+        step: half(average(&gel, |sample| sample.step().unwrap_or(0.0))),
     }
 }

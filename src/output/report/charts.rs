@@ -6,6 +6,8 @@ use crate::algebra::Vector3;
 use crate::output::history::Row;
 use crate::scene::Scene;
 
+/// Curves that move less than this share of the liveliest one would lie on top of each other at zero.
+const VISIBLE: f64 = 1e-3;
 /// Errors below this are drawn on it: zero has no logarithm.
 const FLOOR: f64 = 1e-18;
 
@@ -16,14 +18,30 @@ pub(super) fn charts(scene: &Scene, rows: &[Row]) -> String {
     if figures.is_empty() { figures } else { format!("<section><h2>In time</h2>\n{figures}</section>\n") }
 }
 
+/// Time at which the gel stores the most energy, s: the fullest picture.
+pub(super) fn fullest(rows: &[Row]) -> f64 {
+    let stored = |row: &&Row| row.get("energy_elastic_J");
+    rows.iter().max_by(|a, b| stored(a).total_cmp(&stored(b))).map_or(0.0, |row| row.get("time_s"))
+}
+
 fn motion(rows: &[Row]) -> Plot {
     let curves = ["x", "y", "z"].map(|axis| (format!("position {axis}"), format!("position_{axis}_m")));
-    Plot { title: "Position of the projectile", unit: "m", height: Height::Linear, curves: moving(rows, &curves) }
+    Plot {
+        title: "Position of the projectile",
+        unit: "m",
+        height: Height::Linear,
+        curves: visible(moving(rows, &curves)),
+    }
 }
 
 fn speed(rows: &[Row]) -> Plot {
     let curves = ["x", "y", "z"].map(|axis| (format!("velocity {axis}"), format!("velocity_{axis}_m_per_s")));
-    Plot { title: "Velocity of the projectile", unit: "m/s", height: Height::Linear, curves: moving(rows, &curves) }
+    Plot {
+        title: "Velocity of the projectile",
+        unit: "m/s",
+        height: Height::Linear,
+        curves: visible(moving(rows, &curves)),
+    }
 }
 
 /// Mean force over the window of the peak force, and over windows of a 200th of the run.
@@ -68,7 +86,7 @@ fn energy(rows: &[Row]) -> Plot {
         "closure",
     ];
     let curves = names.map(|name| (name.replace('_', " "), format!("energy_{name}_J")));
-    Plot { title: "Energy accounts", unit: "J", height: Height::Linear, curves: moving(rows, &curves) }
+    Plot { title: "Energy accounts", unit: "J", height: Height::Linear, curves: visible(moving(rows, &curves)) }
 }
 
 fn closure(rows: &[Row]) -> Plot {
@@ -79,6 +97,13 @@ fn closure(rows: &[Row]) -> Plot {
         point.1 = point.1.max(FLOOR).log10();
     }
     Plot { title: "What no account explains, relative to what went through", unit: "", height: Height::Decades, curves }
+}
+
+/// The curves that can be told from a line at rest.
+fn visible(mut curves: Vec<Curve>) -> Vec<Curve> {
+    let most = curves.iter().map(Curve::travel).fold(0.0, f64::max);
+    curves.retain(|curve| curve.travel() > VISIBLE * most);
+    curves
 }
 
 /// The columns that change, as curves: (name, column).

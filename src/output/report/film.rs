@@ -2,7 +2,6 @@
 
 use super::number::{mark, quantity};
 use crate::output::picture::{Field, Map, SPEED, STEP, Shot};
-use crate::output::summary::Summary;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use std::fmt::Write;
@@ -50,8 +49,8 @@ impl Scale {
     }
 }
 
-/// The section of pictures; nothing if there are none.
-pub(super) fn film(summary: &Summary, shots: &[&Shot]) -> String {
+/// The section of pictures, open at the time `moment`, s; nothing if there are none.
+pub(super) fn film(moment: f64, shots: &[&Shot]) -> String {
     if shots.is_empty() {
         return String::new();
     }
@@ -73,13 +72,12 @@ pub(super) fn film(summary: &Summary, shots: &[&Shot]) -> String {
          <input id=\"moment\" type=\"range\" min=\"0\" max=\"{}\" value=\"{}\" step=\"1\"/></p>\n{frames}\
          <script>\n{SLIDER}\n</script></section>\n",
         shots.len() - 1,
-        deepest(summary, shots)
+        nearest(moment, shots)
     )
 }
 
-/// The picture nearest to the time of greatest depth.
-fn deepest(summary: &Summary, shots: &[&Shot]) -> usize {
-    let distance = |i: &usize| (shots[*i].time - summary.time_of_peak_depth).abs();
+fn nearest(moment: f64, shots: &[&Shot]) -> usize {
+    let distance = |i: &usize| (shots[*i].time - moment).abs();
     (0..shots.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
 }
 
@@ -103,7 +101,8 @@ fn legend(what: &str, unit: &str, map: &Map, scale: &Scale) -> String {
 }
 
 fn sorted(shots: &[&Shot], field: Field) -> Vec<f64> {
-    let mut values: Vec<f64> = shots.iter().flat_map(|shot| shot.values(field)).filter(|x| x.is_finite()).collect();
+    let known = |x: &f64| x.is_finite() && (field == Field::Speed || *x > 0.0);
+    let mut values: Vec<f64> = shots.iter().flat_map(|shot| shot.values(field)).filter(known).collect();
     values.sort_by(f64::total_cmp);
     values
 }

@@ -24,8 +24,8 @@ pub(super) fn page(scene: &Scene, summary: &Summary, rows: &[Row], shots: &[&Sho
     let sections = [
         words::failure(summary),
         words::summary(scene, summary),
-        words::key_figures(summary),
-        film::film(summary, shots),
+        words::key_figures(scene, summary),
+        film::film(charts::fullest(rows), shots),
         charts::charts(scene, rows),
         tables::energy(summary),
         tables::cost(summary),

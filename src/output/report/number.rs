@@ -49,6 +49,11 @@ pub(super) fn ratio(value: f64) -> String {
     }
 }
 
+/// A share in percent.
+pub(super) fn percent(value: f64) -> String {
+    ratio(100.0 * value) + " %"
+}
+
 /// A count with thin spaces between thousands.
 pub(super) fn count(value: f64) -> String {
     let plain = format!("{value:.0}");

@@ -44,7 +44,14 @@ pub(super) struct Plot {
 impl Curve {
     /// Whether there is anything to see.
     pub(super) fn varies(&self) -> bool {
-        self.points.iter().any(|point| point.1 != self.points[0].1)
+        self.travel() > 0.0
+    }
+
+    /// From the lowest to the highest value.
+    pub(super) fn travel(&self) -> f64 {
+        let values = self.points.iter().map(|point| point.1);
+        let range = values.fold(f64::INFINITY..f64::NEG_INFINITY, |range, x| range.start.min(x)..range.end.max(x));
+        (range.end - range.start).max(0.0)
     }
 }
 

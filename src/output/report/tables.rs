@@ -1,7 +1,7 @@
 //! Tables of the report.
 
 use super::escape;
-use super::number::{count, quantity, ratio};
+use super::number::{count, percent, quantity, ratio};
 use crate::output::summary::Summary;
 use std::fmt::Write;
 
@@ -10,8 +10,7 @@ pub(super) fn energy(summary: &Summary) -> String {
     let initial = summary.initial_energy();
     let mut rows = String::new();
     for account in &summary.accounts {
-        let share =
-            if initial == 0.0 { "–".to_string() } else { format!("{} %", ratio(100.0 * account.value / initial)) };
+        let share = if initial == 0.0 { "–".to_string() } else { percent(account.value / initial) };
         let (name, meaning) = (account.name.replace('_', " "), account.meaning);
         let value = quantity(account.value, "J");
         row(&mut rows, &name, &[meaning, &value, &share]);
@@ -23,7 +22,7 @@ pub(super) fn energy(summary: &Summary) -> String {
         ratio(summary.energy_error),
         ratio(summary.momentum_error),
         ratio(summary.angular_momentum_error),
-        ratio(summary.energy_defect),
+        percent(summary.energy_defect),
         summary.mass_error.map_or("not known".to_string(), ratio)
     );
     format!("<section><h2>Energy</h2>\n{}{errors}</section>\n", table("Energy accounts at the end", &heads, &rows))

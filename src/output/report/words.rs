@@ -1,7 +1,7 @@
 //! What happened, in plain words.
 
 use super::escape;
-use super::number::{count, quantity, ratio};
+use super::number::{count, percent, quantity};
 use crate::algebra::Vector3;
 use crate::output::summary::{Interface, Summary};
 use crate::scene::Scene;
@@ -70,26 +70,28 @@ fn trust(summary: &Summary) -> String {
     format!(
         "The ledger explains all energy but {} of what went through it, and the method's own error is {} of the energy at \
          the start.",
-        ratio(summary.energy_error),
-        ratio(summary.energy_defect)
+        percent(summary.energy_error),
+        percent(summary.energy_defect)
     )
 }
 
 /// The figures that are looked for first.
-pub(super) fn key_figures(summary: &Summary) -> String {
+pub(super) fn key_figures(scene: &Scene, summary: &Summary) -> String {
     let known = |value: Option<f64>, unit: &str| value.map_or("none yet".to_string(), |value| quantity(value, unit));
-    let figures = [
+    let way = [
         ("greatest depth", quantity(summary.peak_depth, "m")),
         ("reached after", quantity(summary.time_of_peak_depth, "s")),
         ("depth at the end", quantity(summary.final_depth, "m")),
         ("rebound speed", known(summary.rebound_velocity, "m/s")),
+    ];
+    let rest = [
         ("contact lasts", known(summary.contact_duration, "s")),
         ("peak force", quantity(summary.peak_force, "N")),
         ("elements", count(summary.elements as f64)),
         ("element updates", count(summary.element_updates)),
     ];
     let mut list = String::from("<section aria-label=\"Key figures\"><dl class=\"figures\">\n");
-    for (name, value) in figures {
+    for (name, value) in way.into_iter().filter(|_| !scene.projectile.fixed).chain(rest) {
         writeln!(list, "<div><dt>{name}</dt><dd>{value}</dd></div>").expect("a string grows");
     }
     list + "</dl></section>\n"
