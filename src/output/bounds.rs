@@ -23,9 +23,14 @@ impl Bounds {
 
     /// The part of this box in the other one grown by `margin`, m, on every side.
     pub(super) fn near(&self, other: &Self, margin: f64) -> Self {
-        let m = Vector3::repeat(margin);
-        let clamp = |p: &Vector3| p.sup(&(other.lower - m)).inf(&(other.upper + m));
+        let room = other.grown(margin);
+        let clamp = |p: &Vector3| p.sup(&room.lower).inf(&room.upper);
         Self { lower: clamp(&self.lower), upper: clamp(&self.upper) }
+    }
+
+    /// This box grown by `margin`, m, on every side.
+    pub(super) fn grown(&self, margin: f64) -> Self {
+        Self { lower: self.lower.add_scalar(-margin), upper: self.upper.add_scalar(margin) }
     }
 
     pub(super) fn centre(&self) -> Vector3 {

@@ -68,6 +68,9 @@ impl View<'_> {
     }
 }
 
+/// Share of its size that a flying gel has room to move and to spread in.
+const ROOM: f64 = 0.12;
+
 /// The gel, and as much of the projectile as is within three quarters of the gel's size.
 fn subject(frame: &Frame, scene: &Scene) -> Bounds {
     let mirrored = scene.scene.dimension == Dimension::Axisymmetric;
@@ -81,6 +84,9 @@ fn subject(frame: &Frame, scene: &Scene) -> Bounds {
         shape => Bounds::around(body::solid(&shape, &frame.projectile, &gel).points),
     };
     let mut subject = gel.with(&other.near(&gel, 0.75 * gel.radius()));
+    if scene.gel.velocity != [0.0; 3] {
+        subject = subject.grown(ROOM * gel.radius());
+    }
     // What lies before the cut is not drawn.
     subject.lower.y = subject.lower.y.max(frame.projectile.position.y).min(subject.upper.y);
     subject

@@ -16,7 +16,9 @@ const COLOURS: [RGBColor; 9] = [
     RGBColor(132, 104, 220),
     RGBColor(128, 128, 128),
 ];
-const SIZE: (u32, u32) = (640, 300);
+/// Units of the drawing per pixel of the page: coordinates are whole numbers, and curves must not show their steps.
+const FINE: u32 = 8;
+const SIZE: (u32, u32) = (640 * FINE, 300 * FINE);
 
 /// A named curve of (time, s, value).
 pub(super) struct Curve {
@@ -89,9 +91,10 @@ impl Plot {
             Height::Decades => (1.0, ""),
         };
         let mut chart = ChartBuilder::on(area)
-            .margin(8)
-            .x_label_area_size(40)
-            .y_label_area_size(64)
+            .margin(8 * FINE)
+            .margin_right(18 * FINE)
+            .x_label_area_size(40 * FINE)
+            .y_label_area_size(64 * FINE)
             .build_cartesian_2d(scaled(&times, time_factor), self.padded(&scaled(&values, factor)))?;
         let name = |value: &f64| match self.height {
             Height::Linear => tick(*value),
@@ -103,11 +106,14 @@ impl Plot {
         if self.height == Height::Linear {
             mesh.y_desc(format!("{value_prefix}{}", self.unit));
         }
-        mesh.label_style(("sans-serif", 14)).light_line_style(TRANSPARENT).bold_line_style(BLACK.mix(0.15));
+        mesh.axis_style(BLACK.stroke_width(FINE)).set_all_tick_mark_size(5 * FINE);
+        mesh.label_style(("sans-serif", 14 * FINE))
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(BLACK.mix(0.15).stroke_width(FINE));
         mesh.x_label_formatter(&|time| tick(*time)).y_label_formatter(&name).draw()?;
         for (curve, colour) in self.curves.iter().zip(COLOURS) {
             let points = curve.points.iter().map(|(t, y)| (t * time_factor, y * factor));
-            chart.draw_series(LineSeries::new(points, colour.stroke_width(2)))?;
+            chart.draw_series(LineSeries::new(points, colour.stroke_width(2 * FINE)))?;
         }
         area.present()
     }
