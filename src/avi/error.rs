@@ -62,7 +62,10 @@ impl StepError {
     #[must_use]
     pub fn time(&self) -> f64 {
         match self {
-            Self::Inverted { time, .. } | Self::NotFinite { time, .. } | Self::StepCollapsed { time, .. } | Self::Leak { time, .. } => *time,
+            Self::Inverted { time, .. }
+            | Self::NotFinite { time, .. }
+            | Self::StepCollapsed { time, .. }
+            | Self::Leak { time, .. } => *time,
         }
     }
 }

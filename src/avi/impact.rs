@@ -38,6 +38,10 @@ const SWEEPS: usize = 10;
 const SETTLED: f64 = 1e-12;
 /// Removal of penetration is at most this fraction of the greatest approach speed seen (numerics 2.5).
 const BIAS_CAP: f64 = 0.1;
+/// Penetration that is left standing, in element sizes. Without it nodes are pushed off and fall back for ever: on
+/// `sphere-block` the removal then pumps 2.3 % of the impact energy through the contact, with it 0.05 %; at 0.02 the mean
+/// standing penetration would approach the 0.01 that is allowed (A7).
+const SLOP: f64 = 0.005;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// φ and n of the active surface nodes.
@@ -97,7 +101,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn bias(&self, touch: &Touch<D>) -> f64 {
         let Law::Moreau { bias, .. } = self.rules.law else { return 0.0 };
         let step = self.grid.time(self.shortest_around(touch.node) as Tick);
-        (bias * -touch.distance / step).min(BIAS_CAP * self.state.record.approach)
+        let standing = (-touch.distance - SLOP * touch.size).max(0.0);
+        (bias * standing / step).min(BIAS_CAP * self.state.record.approach)
     }
 
     /// J n on the node and −J n on the body, at the same point.
@@ -144,7 +149,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Makes the impulses an event of the body, and tells the importer and the record what it received.
-    pub(super) fn receive(&mut self, (was, now): (&BodyState, &BodyState), time: f64, (end, exchange): (f64, &mut Exchange)) {
+    pub(super) fn receive(
+        &mut self,
+        (was, now): (&BodyState, &BodyState),
+        time: f64,
+        (end, exchange): (f64, &mut Exchange),
+    ) {
         let touches = std::mem::take(&mut self.scratch.touches);
         let mut impulse = Vector3::zeros();
         let struck = touches.iter().any(|touch| touch.impulse > 0.0);
@@ -191,7 +201,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for touch in &self.scratch.touches {
             for id in surface.around.of(touch.node) {
                 let corners = &surface.facets[id.index()][..D];
-                let middle = corners.iter().map(|node| embed(&self.position_at(*node, time))).sum::<Vector3>() / D as f64;
+                let middle =
+                    corners.iter().map(|node| embed(&self.position_at(*node, time))).sum::<Vector3>() / D as f64;
                 let depth = -self.body.gap(body, &middle).distance;
                 if depth > LEAK * touch.size {
                     return Err(StepError::Leak { facet: id.index(), time, depth });
