@@ -5,6 +5,7 @@
 
 pub mod algebra;
 pub mod avi;
+pub mod fmi2;
 pub mod output;
 pub mod scene;
 pub mod simulation;

@@ -1,0 +1,104 @@
+//! Derivatives: of inputs and outputs by time, and of the contact force by position and velocity.
+
+use super::call::CallError;
+use super::instance::{Instance, Model};
+use super::table::{Input, Kind, Observed, Source, Variable};
+use super::variables::{known, mean};
+use super::{body, table::Causality};
+use crate::algebra::Vector3;
+
+impl Instance {
+    /// Sets first derivatives of inputs for the next step: all of them, or none.
+    pub(super) fn set_input_rates(&mut self, asked: &[(u32, i32)], values: &[f64]) -> Result<(), CallError> {
+        for (&(reference, order), &value) in asked.iter().zip(values) {
+            let (variable, component) = known(reference, Kind::Real)?;
+            let name = variable.component_name(component);
+            if variable.causality != Causality::Input {
+                let (when, remedy) = ("by its derivative".to_string(), "only inputs have input derivatives");
+                return Err(CallError::NotSettable { name, when, remedy });
+            }
+            if order != 1 {
+                return Err(CallError::value(format!("order of the derivative of {name}"), order, "1"));
+            }
+            if !value.is_finite() {
+                return Err(CallError::value(format!("derivative of {name}"), value, "a finite number"));
+            }
+        }
+        self.inputs.rates.extend(asked.iter().map(|(reference, _)| *reference).zip(values.iter().copied()));
+        Ok(())
+    }
+
+    /// First derivative of an output by time.
+    pub(super) fn output_rate(&mut self, reference: u32, order: i32) -> Result<f64, CallError> {
+        let (variable, component) = known(reference, Kind::Real)?;
+        let name = variable.component_name(component);
+        if variable.causality != Causality::Output {
+            return Err(CallError::value(name, format!("{:?}", variable.causality), "an output"));
+        }
+        if order != 1 {
+            return Err(CallError::value(format!("order of the derivative of {name}"), order, "1"));
+        }
+        self.model()?;
+        let model = self.model.as_ref().expect("the model was built above");
+        let o = &model.observation;
+        let force = mean(o.exchange.impulse, o.exchange.duration);
+        Ok(match variable.source {
+            Source::Observed(Observed::ProjectilePredictedPosition) => o.projectile.velocity[component],
+            Source::Observed(Observed::ProjectilePredictedVelocity) => self.acceleration(model, force)[component],
+            Source::Observed(Observed::ContactTotalImpulse) => force[component],
+            Source::Observed(_) | Source::Setting(_) | Source::Scene | Source::Input(_) => 0.0,
+        })
+    }
+
+    /// Σ ∂unknown/∂known · seed.
+    pub(super) fn directional(&mut self, unknown: u32, seeds: &[(u32, f64)]) -> Result<f64, CallError> {
+        let (row, i) = known(unknown, Kind::Real)?;
+        let model = self.model()?;
+        let mut sum = 0.0;
+        for &(reference, seed) in seeds {
+            let (column, j) = known(reference, Kind::Real)?;
+            sum += sensitivity(model, (row, i), (column, j)) * seed;
+        }
+        Ok(sum)
+    }
+
+    /// Contact force and external force over the mass; a motion that is held or prescribed has no force of its own.
+    fn acceleration(&self, model: &Model, contact: Vector3) -> Vector3 {
+        let mass = body::mass(model);
+        let external = super::table::row(Source::Input(Input::ProjectileExternalForce));
+        let force = contact + Vector3::from_fn(|i, _| self.inputs.value(external, i, &model.table));
+        if mass > 0.0 { force / mass } else { Vector3::zeros() }
+    }
+}
+
+/// −k n⊗n for position, −Z n⊗n for velocity, with n the direction of the last impulse.
+fn sensitivity(model: &Model, (row, i): (&Variable, usize), (column, j): (&Variable, usize)) -> f64 {
+    if row.source != Source::Observed(Observed::ContactLinearForce) {
+        return 0.0;
+    }
+    let contact = &model.observation.contact;
+    let scale = match column.source {
+        Source::Input(Input::ProjectilePosition) => contact.stiffness,
+        Source::Input(Input::ProjectileVelocity) => contact.impedance,
+        Source::Input(_) | Source::Observed(_) | Source::Setting(_) | Source::Scene => return 0.0,
+    };
+    -scale * contact.direction[i] * contact.direction[j]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fmi2::logger::Log;
+    use crate::fmi2::parameters::Packed;
+
+    #[test]
+    fn only_first_derivatives_of_inputs_are_taken() {
+        let mut it = Instance::new("a".into(), Packed::of(Err("none".into())), Log::new(false));
+        assert!(it.set_input_rates(&[(105, 2)], &[1.0]).unwrap_err().to_string().contains("expected 1"));
+        assert!(it.set_input_rates(&[(105, 1), (200, 1)], &[1.0, 1.0]).is_err());
+        assert!(it.set_input_rates(&[(105, 1)], &[f64::INFINITY]).is_err());
+        assert!(it.inputs.rates.is_empty());
+        it.set_input_rates(&[(105, 1)], &[4.0]).unwrap();
+        assert_eq!(it.inputs.rates.get(&105), Some(&4.0));
+    }
+}

@@ -1,0 +1,30 @@
+//! The FMI 2.0 co-simulation interface: exported functions, life cycle, variables, state.
+//!
+//! [`abi`] holds the 34 C functions and the only `unsafe` code of the crate. Everything below it is safe Rust that takes
+//! and gives plain values, and logs into a list that `abi` hands to the importer before it returns.
+
+pub mod abi;
+mod body;
+mod call;
+mod derivatives;
+mod inputs;
+mod instance;
+mod lifecycle;
+mod logger;
+mod parameters;
+mod recording;
+mod snapshot;
+mod stepping;
+mod table;
+mod types;
+mod uri;
+mod variables;
+
+pub use call::CallError;
+pub use logger::CATEGORIES;
+pub use table::{Causality, Enumeration, GUID, Item, Kind, Start, UNITS, Unit, VARIABLES, Variable};
+pub use table::{ENUMERATIONS, start_of};
+pub use types::{Callbacks, LoggerCallback, Status};
+
+/// Name of the model and of its library inside the archive.
+pub const MODEL: &str = "BallisticGel";
