@@ -31,7 +31,7 @@ pub fn build(out: &Path) -> Result<Option<PathBuf>, String> {
 
 /// Writes the Rust source that `gelfmu` includes: the library's bytes, where it goes, or that there is none.
 pub fn embed(library: Option<&Path>, file: &Path) -> Result<(), String> {
-    let bytes = library.map_or("None".to_string(), |path| format!("Some(include_bytes!({path:?}))"));
+    let bytes = library.map_or("None".to_string(), |path| format!("Some(include_bytes!({}))", literal(path)));
     let platform = platform()?;
     let source = format!(
         "/// The library of the FMU; absent from a debug build.\n\
@@ -64,12 +64,18 @@ fn inherited(key: &OsString) -> bool {
 /// The flags of the outer build, and no folder of this machine in the binary.
 fn flags(folder: &Path) -> Result<String, String> {
     let home = env::var_os("CARGO_HOME").map(PathBuf::from);
-    let home = home.or_else(|| env::home_dir().map(|h| h.join(".cargo"))).ok_or("neither CARGO_HOME nor HOME is set")?;
+    let home =
+        home.or_else(|| env::home_dir().map(|h| h.join(".cargo"))).ok_or("neither CARGO_HOME nor HOME is set")?;
     let mut flags: Vec<String> = env::var("CARGO_ENCODED_RUSTFLAGS").into_iter().filter(|f| !f.is_empty()).collect();
     flags.push(format!("--remap-path-prefix={}=/cargo", home.display()));
     flags.push(format!("--remap-path-prefix={}=/ballistic-gel", variable("CARGO_MANIFEST_DIR")?));
     flags.push(format!("--remap-path-prefix={}=/build", folder.display()));
     Ok(flags.join("\u{1f}"))
+}
+
+/// The path as a string of Rust source.
+pub fn literal(path: &Path) -> String {
+    format!("{:?}", path.display().to_string())
 }
 
 fn file_name() -> Result<&'static str, String> {

@@ -1,5 +1,6 @@
 //! Licences of every crate that ends up in the library, for the archive's `documentation/licenses/`.
 
+use crate::library::literal;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::env;
@@ -17,11 +18,11 @@ pub fn collect(wanted: bool, out: &Path) -> Result<(), String> {
         let packages = linked()?;
         let table = out.join("linked-crates.txt");
         fs::write(&table, list(&packages)).map_err(|e| format!("cannot write {}: {e}", table.display()))?;
-        let _ = writeln!(source, "(\"linked-crates.txt\", include_bytes!({table:?})),");
+        let _ = writeln!(source, "(\"linked-crates.txt\", include_bytes!({})),", literal(&table));
         for package in &packages {
             for file in &package.files {
                 let name = file.file_name().unwrap_or_default().to_string_lossy();
-                let _ = writeln!(source, "(\"{}/{name}\", include_bytes!({file:?})),", package.folder());
+                let _ = writeln!(source, "(\"{}/{name}\", include_bytes!({})),", package.folder(), literal(file));
             }
         }
     }
@@ -60,7 +61,9 @@ fn linked() -> Result<Vec<Package>, String> {
         .filter(|p| p["id"].as_str().is_some_and(|id| reached.contains(id)))
         .map(package)
         .collect::<Result<_, String>>()?;
-    packages.sort_by(|a, b| (a.name != "ballistic-gel", &a.name, &a.version).cmp(&(b.name != "ballistic-gel", &b.name, &b.version)));
+    packages.sort_by(|a, b| {
+        (a.name != "ballistic-gel", &a.name, &a.version).cmp(&(b.name != "ballistic-gel", &b.name, &b.version))
+    });
     Ok(packages)
 }
 
@@ -90,12 +93,18 @@ fn package(value: &Value) -> Result<Package, String> {
     let text = |key: &str| value[key].as_str().unwrap_or_default().to_string();
     let manifest = PathBuf::from(text("manifest_path"));
     let folder = manifest.parent().ok_or_else(|| format!("{} has no folder", manifest.display()))?;
-    Ok(Package { name: text("name"), version: text("version"), license: text("license"), files: license_files(folder)? })
+    Ok(Package {
+        name: text("name"),
+        version: text("version"),
+        license: text("license"),
+        files: license_files(folder)?,
+    })
 }
 
 fn license_files(folder: &Path) -> Result<Vec<PathBuf>, String> {
     let entries = fs::read_dir(folder).map_err(|e| format!("cannot read {}: {e}", folder.display()))?;
-    let mut files: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.is_file() && is_license(p)).collect();
+    let mut files: Vec<PathBuf> =
+        entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.is_file() && is_license(p)).collect();
     files.sort();
     Ok(files)
 }

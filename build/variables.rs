@@ -61,7 +61,8 @@ pub fn generate(table: &str, file: &Path) -> Result<(), String> {
     let parsed: File = toml::from_str(&text).map_err(|e| format!("{table}: {e}"))?;
     check(&parsed).map_err(|e| format!("{table}: {e}"))?;
     let version = std::env::var("CARGO_PKG_VERSION").map_err(|e| format!("CARGO_PKG_VERSION: {e}"))?;
-    fs::write(file, source(&parsed, &guid(&text, &version))?).map_err(|e| format!("cannot write {}: {e}", file.display()))
+    fs::write(file, source(&parsed, &guid(&text, &version))?)
+        .map_err(|e| format!("cannot write {}: {e}", file.display()))
 }
 
 fn check(file: &File) -> Result<(), String> {
@@ -142,7 +143,9 @@ fn family(variable: &Variable) -> Option<&'static str> {
 }
 
 fn enumeration(out: &mut String, name: &str, doc: &str, file: &File) -> Result<(), String> {
-    let _ = writeln!(out, "/// {doc}\n#[derive(Debug, Clone, Copy, PartialEq, Eq)]\npub enum {name} {{");
+    // The names are those of the variables, whatever they have in common.
+    let attributes = "#[derive(Debug, Clone, Copy, PartialEq, Eq)]\n#[allow(clippy::enum_variant_names)]";
+    let _ = writeln!(out, "/// {doc}\n{attributes}\npub enum {name} {{");
     for variable in file.variable.iter().filter(|v| family(v) == Some(name)) {
         let (plain, _) = array(&variable.name)?;
         let _ = writeln!(out, "/// `{plain}`.\n{},", camel(plain));

@@ -389,9 +389,7 @@ pub unsafe extern "C" fn fmi2GetInteger(c: *mut c_void, vr: *const u32, n: usize
 pub unsafe extern "C" fn fmi2GetBoolean(c: *mut c_void, vr: *const u32, n: usize, value: *mut c_int) -> c_int {
     let name = "fmi2GetBoolean";
     // SAFETY: both arrays have n items.
-    guard(c, name, Call::Get, |it| unsafe {
-        get((vr, n), value, name, |r| it.instance.boolean(r).map(c_int::from))
-    })
+    guard(c, name, Call::Get, |it| unsafe { get((vr, n), value, name, |r| it.instance.boolean(r).map(c_int::from)) })
 }
 
 /// Reads Strings; they stay valid until the next call of this function.
@@ -448,12 +446,7 @@ pub unsafe extern "C" fn fmi2SetBoolean(c: *mut c_void, vr: *const u32, n: usize
 
 /// Sets Strings.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetString(
-    c: *mut c_void,
-    vr: *const u32,
-    n: usize,
-    value: *const *const c_char,
-) -> c_int {
+pub unsafe extern "C" fn fmi2SetString(c: *mut c_void, vr: *const u32, n: usize, value: *const *const c_char) -> c_int {
     let name = "fmi2SetString";
     guard(c, name, Call::Set, |it| {
         // SAFETY: both arrays have n items.

@@ -153,6 +153,7 @@ impl CallError {
         Self::UnknownReference { reference, kind }
     }
 
+    #[allow(clippy::needless_pass_by_value)] // numbers and texts alike, made for this call
     pub(super) fn value(name: impl Into<String>, found: impl ToString, expected: impl Into<String>) -> Self {
         Self::Value { name: name.into(), found: found.to_string(), expected: expected.into() }
     }

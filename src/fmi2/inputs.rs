@@ -92,10 +92,9 @@ fn read_in(input: Input, mode: CouplingMode) -> bool {
 fn foreign(input: Input, dimension: Dimension) -> &'static [usize] {
     match (dimension, input) {
         (Dimension::Spatial, _) => &[],
-        (
-            Dimension::Planar,
-            Input::ProjectilePosition | Input::ProjectileVelocity | Input::ProjectileExternalForce,
-        ) => &[1],
+        (Dimension::Planar, Input::ProjectilePosition | Input::ProjectileVelocity | Input::ProjectileExternalForce) => {
+            &[1]
+        }
         (Dimension::Planar, Input::ProjectileOrientation) => &[1, 3],
         (Dimension::Planar, Input::ProjectileAngularVelocity | Input::ProjectileExternalTorque) => &[0, 2],
         (

@@ -89,7 +89,7 @@ impl Log {
 
 /// The message as a format string that prints itself: one line, no null byte, each `%` doubled.
 pub(super) fn as_format(message: &str) -> String {
-    message.replace('\0', " ").replace('\n', " ").replace('%', "%%")
+    message.replace(['\0', '\n'], " ").replace('%', "%%")
 }
 
 #[cfg(test)]

@@ -50,12 +50,7 @@ pub(super) struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self {
-            scene: String::new(),
-            threads: 1,
-            output_directory: String::new(),
-            mode: CouplingMode::Integrated,
-        }
+        Self { scene: String::new(), threads: 1, output_directory: String::new(), mode: CouplingMode::Integrated }
     }
 }
 

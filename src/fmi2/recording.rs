@@ -71,7 +71,7 @@ impl Instance {
 
 /// The instance's own folder: its name, with what could leave the directory replaced by `_`.
 fn folder(directory: &str, name: &str) -> PathBuf {
-    let safe: String = name.chars().map(|c| if c.is_alphanumeric() || "-_. ".contains(c) { c } else { '_' }).collect();
+    let safe = name.replace(|c: char| c.is_control() || r#"/\:*?"<>|"#.contains(c), "_");
     let safe = if safe.chars().all(|c| c == '.') { "_".repeat(safe.len()) } else { safe };
     Path::new(directory).join(safe)
 }
@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn an_instance_name_cannot_leave_the_directory() {
-        assert_eq!(folder("/out", "gel 1"), Path::new("/out/gel 1"));
+        assert_eq!(folder("/out", "gel+1 ä"), Path::new("/out/gel+1 ä"));
         assert_eq!(folder("/out", "../../etc"), Path::new("/out/.._.._etc"));
         assert_eq!(folder("/out", ".."), Path::new("/out/__"));
         assert_eq!(folder("/out", "/etc"), Path::new("/out/_etc"));

@@ -136,6 +136,12 @@ impl Variable {
         if self.length == 0 { self.name.to_string() } else { format!("{}[{}]", self.name, component + 1) }
     }
 
+    /// What it is; `{x|y|z}` stands for the component.
+    #[must_use]
+    pub fn description(&self) -> &'static str {
+        self.description
+    }
+
     /// Description of one component: of `{x|y|z}` the one that it is.
     #[must_use]
     pub fn component_description(&self, component: usize) -> String {

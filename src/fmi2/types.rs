@@ -21,8 +21,7 @@ pub enum Status {
 }
 
 /// Writes one line of log: environment, instance, status, category, format and its arguments.
-pub type LoggerCallback =
-    unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
+pub type LoggerCallback = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
 
 /// The functions that the importer offers.
 #[derive(Debug, Clone, Copy)]

@@ -56,7 +56,9 @@ mod tests {
 
     #[test]
     fn what_is_no_local_folder_is_refused_with_the_uri_in_the_message() {
-        for uri in ["", "http://a/b", "/a/b", "file:a", "file://server/a", "file:///a%2", "file:///%zz", "file:///%00", "é"] {
+        for uri in
+            ["", "http://a/b", "/a/b", "file:a", "file://server/a", "file:///a%2", "file:///%zz", "file:///%00", "é"]
+        {
             assert!(to_path(uri).unwrap_err().contains(&format!("{uri:?}")), "{uri}");
         }
     }
