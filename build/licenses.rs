@@ -50,10 +50,12 @@ fn linked() -> Result<Vec<Package>, String> {
     let nodes: BTreeMap<&str, &Value> =
         items(&metadata["resolve"]["nodes"]).filter_map(|n| Some((n["id"].as_str()?, n))).collect();
     let root = metadata["resolve"]["root"].as_str().ok_or("cargo metadata names no root package")?;
+    let macros: BTreeSet<&str> =
+        items(&metadata["packages"]).filter(|p| is_macro(p)).filter_map(|p| p["id"].as_str()).collect();
     let mut reached = BTreeSet::new();
     let mut open = vec![root];
     while let Some(id) = open.pop() {
-        if reached.insert(id) {
+        if !macros.contains(id) && reached.insert(id) {
             open.extend(items(&nodes[id]["deps"]).filter(|d| normal(d)).filter_map(|d| d["pkg"].as_str()));
         }
     }
@@ -87,6 +89,11 @@ fn items(value: &Value) -> impl Iterator<Item = &Value> {
 
 fn normal(dependency: &Value) -> bool {
     items(&dependency["dep_kinds"]).any(|kind| kind["kind"].is_null())
+}
+
+/// Whether a package only runs inside the compiler.
+fn is_macro(package: &Value) -> bool {
+    items(&package["targets"]).any(|target| items(&target["kind"]).any(|kind| kind == "proc-macro"))
 }
 
 fn package(value: &Value) -> Result<Package, String> {
