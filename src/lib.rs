@@ -5,7 +5,14 @@
 
 pub mod algebra;
 pub mod avi;
+pub mod contact;
+pub mod element;
 pub mod fmi2;
+pub mod geometry;
+pub mod ledger;
+pub mod material;
+pub mod mesh;
 pub mod output;
 pub mod scene;
 pub mod simulation;
+pub mod state;

@@ -56,3 +56,16 @@ pub enum StepError {
         depth: f64,
     },
 }
+
+impl StepError {
+    /// When, s.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        match self {
+            Self::Inverted { time, .. }
+            | Self::NotFinite { time, .. }
+            | Self::StepCollapsed { time, .. }
+            | Self::Leak { time, .. } => *time,
+        }
+    }
+}

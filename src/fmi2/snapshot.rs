@@ -7,7 +7,7 @@ use super::call::CallError;
 use super::inputs::InputValues;
 use super::instance::{Clock, Instance, Model, Values};
 use super::lifecycle::Phase;
-use crate::simulation::{CouplingMode, Exchange, Saved};
+use crate::simulation::{CouplingMode, Saved};
 use serde::{Deserialize, Serialize};
 
 const MAGIC: [u8; 8] = *b"GELSTATE";
@@ -81,10 +81,7 @@ struct SavedModel {
     text: String,
     mode: CouplingMode,
     saved: Saved,
-    exchange: Exchange,
-    active: bool,
     failure: Option<String>,
-    digest: u128,
 }
 
 impl SavedModel {
@@ -94,18 +91,13 @@ impl SavedModel {
             text: model.text.clone(),
             mode: model.mode,
             saved: model.simulation.save(),
-            exchange: model.observation.exchange,
-            active: model.observation.contact.active,
             failure: model.failure.clone(),
-            digest: model.simulation.digest(),
         }
     }
 
     fn into(self: &SavedModel, model: &mut Model) -> Result<(), SnapshotError> {
         model.simulation.restore(&self.saved).map_err(|e| SnapshotError::Mesh { reason: e.to_string() })?;
         model.observation = model.simulation.observe();
-        model.observation.exchange = self.exchange;
-        model.observation.contact.active = self.active;
         model.failure.clone_from(&self.failure);
         Ok(())
     }
@@ -170,7 +162,7 @@ impl Snapshot {
         let mut bytes = Vec::with_capacity(self.size());
         bytes.extend(MAGIC);
         bytes.extend(VERSION.to_le_bytes());
-        bytes.extend(self.model.as_ref().map_or(0, |m| m.digest).to_le_bytes());
+        bytes.extend(self.model.as_ref().map_or(0, |m| m.saved.digest()).to_le_bytes());
         bytes.extend([0; 8]);
         let mut bytes = postcard::to_extend(self, bytes).expect("a state consists of plain values");
         let body = (bytes.len() - HEADER) as u64;

@@ -1,1 +1,261 @@
+//! From a checked scene to an engine at time 0.
 
+use super::model::{Erase, Gelatin, Model};
+use crate::algebra::{Tensor3, Vector, Vector3, restrict};
+use crate::avi::{Engine, Gel, Kind, Pool, Rules, Surface};
+use crate::contact::{Body, BodyState, Freedom, Law, Motion, Wrench};
+use crate::element::{Section, Simplices};
+use crate::geometry::{Cylinder, HalfSpace, Shape, SignedDistance, Sphere};
+use crate::material::NeoHookean;
+use crate::mesh::{self, Block, Face, Facet, Hold, Mesh, Split};
+use crate::scene::{BodyShape, ContactLaw, Dimension, GelShape, Lattice, Scene, ScheduleKind, Support};
+use crate::state::State;
+use nalgebra::{Quaternion, UnitQuaternion};
+
+/// Why a checked scene could not be built.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BuildError {
+    /// More elements than a process can hold.
+    #[error(
+        "mesh.size: the mesh would have about {cells:.2e} cells, more than {limit:.0e}; raise mesh.size or add mesh.grading"
+    )]
+    TooLarge {
+        /// Cells asked for.
+        cells: f64,
+        /// Most that are built.
+        limit: f64,
+    },
+}
+
+/// Cells of the largest mesh that is built: some 240 million tetrahedra, 60 GB.
+const MOST_CELLS: f64 = 2e7;
+
+/// The engine of a scene. `prescribed` says that the motion of the projectile is given from outside.
+pub(super) fn build(scene: &Scene, prescribed: bool, threads: usize) -> Result<Box<dyn Model>, BuildError> {
+    Ok(match scene.scene.dimension {
+        Dimension::Planar => assemble(scene, plane_mesh(scene)?, prescribed, threads),
+        Dimension::Axisymmetric => assemble(scene, section_mesh(scene)?, prescribed, threads),
+        Dimension::Spatial => assemble(scene, space_mesh(scene)?, prescribed, threads),
+    })
+}
+
+fn assemble<const D: usize>(scene: &Scene, mesh: Mesh<D>, prescribed: bool, threads: usize) -> Box<dyn Model>
+where
+    State<D>: Erase,
+{
+    let section = section(scene);
+    let simplices = Simplices::new(&mesh, material(scene), section);
+    let mass = simplices.lumped_masses(&mesh, scene.gel.density);
+    let gel = Gel::new(simplices, mass, &mesh.held, surface(&mesh, section));
+    let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));
+    let moving = |held: &[bool; D]| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { velocity[i] });
+    let nodes = mesh.rest.iter().zip(&mesh.held).map(|(x, held)| (*x, moving(held))).collect();
+    let engine = Engine::new(gel, body(scene, prescribed), rules(scene), nodes).with_pool(Pool::new(threads));
+    Box::new(Gelatin { engine, mesh })
+}
+
+fn material(scene: &Scene) -> NeoHookean {
+    NeoHookean::new(scene.gel.shear_modulus, scene.gel.bulk_modulus)
+}
+
+fn section(scene: &Scene) -> Section {
+    match scene.scene.dimension {
+        Dimension::Planar => Section::Planar { thickness: scene.thickness() },
+        Dimension::Axisymmetric => Section::Axisymmetric,
+        Dimension::Spatial => Section::Spatial,
+    }
+}
+
+fn rules(scene: &Scene) -> Rules {
+    Rules {
+        schedule: match scene.integrator.schedule {
+            ScheduleKind::Bins => Kind::Bins,
+            ScheduleKind::Queue => Kind::Queue,
+        },
+        cfl: scene.integrator.cfl,
+        law: match scene.contact.law {
+            ContactLaw::Moreau => Law::Moreau { restitution: scene.contact.restitution, bias: scene.contact.bias },
+            ContactLaw::Reversal => Law::Reversal,
+        },
+        force_window: scene.force_window(),
+    }
+}
+
+/// The projectile of a scene: what does not change, and its state at time 0.
+fn body(scene: &Scene, prescribed: bool) -> (Body, BodyState) {
+    let projectile = &scene.projectile;
+    let shape = shape(&projectile.shape);
+    let freedom = match scene.scene.dimension {
+        Dimension::Planar => Freedom::PLANAR,
+        Dimension::Axisymmetric => Freedom::AXISYMMETRIC,
+        Dimension::Spatial => Freedom::SPATIAL,
+    };
+    let body = if projectile.fixed {
+        Body::fixed(shape, freedom)
+    } else {
+        let motion = if prescribed { Motion::Prescribed } else { Motion::Free };
+        Body::new(shape, motion, freedom, (projectile.mass.unwrap_or(1.0), inertia(scene)))
+    };
+    let mut state = BodyState {
+        time: 0.0,
+        position: Vector3::from(projectile.position),
+        velocity: Vector3::from(projectile.velocity),
+        orientation: orientation(projectile.orientation),
+        angular_momentum: Vector3::zeros(),
+        wrench: Wrench::default(),
+    };
+    if !projectile.fixed {
+        state.angular_momentum = body.angular_momentum(&state, &Vector3::from(projectile.angular_velocity));
+    }
+    (body, state)
+}
+
+/// The unit quaternion (w, x, y, z).
+pub(super) fn orientation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
+    let q = Quaternion::new(w, x, y, z);
+    UnitQuaternion::new_unchecked(q / q.norm())
+}
+
+/// The inertia that a scene gives, or that of a homogeneous body, kg·m²; that of a unit sphere for a half-space.
+fn inertia(scene: &Scene) -> Tensor3 {
+    let projectile = &scene.projectile;
+    let mass = projectile.mass.unwrap_or(1.0);
+    match projectile.inertia {
+        Some([xx, yy, zz, xy, xz, yz]) => Tensor3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+        None => shape(&projectile.shape).specific_inertia().unwrap_or_else(Tensor3::identity) * mass,
+    }
+}
+
+fn shape(shape: &BodyShape) -> Shape {
+    match *shape {
+        BodyShape::Sphere { radius } => Shape::Sphere(Sphere { radius }),
+        BodyShape::Cylinder { radius, length } => Shape::Cylinder(Cylinder { radius, length }),
+        BodyShape::HalfSpace { normal } => Shape::HalfSpace(HalfSpace::new(Vector3::from(normal))),
+    }
+}
+
+/// All of the boundary but the axis of revolution.
+fn surface<const D: usize>(mesh: &Mesh<D>, section: Section) -> Surface {
+    let rest = |facet: &Facet, i: usize| mesh.rest[facet[i].index()];
+    let on_axis =
+        |facet: &Facet| section == Section::Axisymmetric && rest(facet, 0)[0] == 0.0 && rest(facet, 1)[0] == 0.0;
+    let facets = mesh.facets.iter().copied().filter(|facet| !on_axis(facet)).collect();
+    Surface::new::<D>(mesh.rest.len(), facets, |facet| {
+        let edge = rest(facet, 1) - rest(facet, 0);
+        match section {
+            Section::Planar { thickness } => (edge.norm() * thickness, edge.norm()),
+            Section::Axisymmetric => {
+                (std::f64::consts::PI * (rest(facet, 0)[0] + rest(facet, 1)[0]) * edge.norm(), edge.norm())
+            }
+            Section::Spatial => {
+                let across = crate::algebra::embed(&(rest(facet, 2) - rest(facet, 0)));
+                let area = 0.5 * crate::algebra::embed(&edge).cross(&across).norm();
+                (area, area)
+            }
+        }
+    })
+}
+
+fn plane_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
+    match &scene.gel.shape {
+        GelShape::LBeam { leg, thickness, angle, corner, .. } => {
+            let planes = leg_planes(scene, *leg, *thickness);
+            let corner = Vector::<2>::new(corner[0], corner[2]);
+            let legs = checked([planes.clone(), planes], scene, vec![])?;
+            Ok(mesh::l_beam(legs, *thickness, (*angle, corner)))
+        }
+        GelShape::Block { size } => {
+            let planes = [across(scene, 0.5 * size[0]), down(scene, size[1])];
+            let s = &scene.gel.supports;
+            let sides = faces([(0, s.x_min, s.x_max), (1, s.z_min, s.z_max)]);
+            Ok(mesh::block(checked(planes, scene, sides)?))
+        }
+        GelShape::Cylinder { .. } => unreachable!("a planar gel is no cylinder: the scene was checked"),
+    }
+}
+
+fn section_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
+    let GelShape::Cylinder { radius, height } = scene.gel.shape else {
+        unreachable!("an axisymmetric gel is a cylinder: the scene was checked")
+    };
+    let planes = [axis(scene, radius), down(scene, height)];
+    let s = &scene.gel.supports;
+    let sides = faces([(0, Support::Roller, s.side), (1, s.z_min, s.z_max)]);
+    Ok(mesh::block(checked(planes, scene, sides)?))
+}
+
+fn space_mesh(scene: &Scene) -> Result<Mesh<3>, BuildError> {
+    let s = &scene.gel.supports;
+    match &scene.gel.shape {
+        GelShape::Block { size } => {
+            let planes = [across(scene, 0.5 * size[0]), across(scene, 0.5 * size[1]), down(scene, size[2])];
+            let sides = faces([(0, s.x_min, s.x_max), (1, s.y_min, s.y_max), (2, s.z_min, s.z_max)]);
+            Ok(mesh::block(checked(planes, scene, sides)?))
+        }
+        GelShape::Cylinder { radius, height } => {
+            let planes = [across(scene, *radius), across(scene, *radius), down(scene, *height)];
+            let sides = faces([(0, Support::Free, s.side), (2, s.z_min, s.z_max)]);
+            Ok(mesh::cylinder(*radius, checked(planes, scene, sides)?))
+        }
+        GelShape::LBeam { leg, thickness, width, angle, corner } => {
+            let half = 0.5 * width.unwrap_or(*thickness);
+            let planes = leg_planes(scene, *leg, *thickness);
+            let width = mesh::uniform(-half, half, scene.mesh.size);
+            let legs = checked([planes.clone(), width, planes], scene, vec![])?;
+            Ok(mesh::l_beam(legs, *thickness, (*angle, Vector3::from(*corner))))
+        }
+    }
+}
+
+fn checked<const D: usize>(planes: [Vec<f64>; D], scene: &Scene, faces: Vec<Face>) -> Result<Block<D>, BuildError> {
+    let cells: f64 = planes.iter().map(|p| p.len() as f64 - 1.0).product();
+    if cells > MOST_CELLS {
+        return Err(BuildError::TooLarge { cells, limit: MOST_CELLS });
+    }
+    let split = match scene.mesh.lattice {
+        Lattice::Centred => Split::Centred,
+        Lattice::Kuhn => Split::Kuhn,
+    };
+    Ok(Block { planes, split, faces })
+}
+
+/// Low and high face of each axis.
+fn faces<const N: usize>(sides: [(usize, Support, Support); N]) -> Vec<Face> {
+    let hold = |support| match support {
+        Support::Free => None,
+        Support::Roller => Some(Hold::Normal),
+        Support::Fixed => Some(Hold::All),
+    };
+    let ends = sides.into_iter().flat_map(|(axis, low, high)| [(axis, false, low), (axis, true, high)]);
+    ends.filter_map(|(axis, high, support)| hold(support).map(|hold| Face { axis, high, hold })).collect()
+}
+
+/// Planes from 0 to `length`.
+fn axis(scene: &Scene, length: f64) -> Vec<f64> {
+    match scene.mesh.grading {
+        None => mesh::uniform(0.0, length, scene.mesh.size),
+        Some(grading) => mesh::graded(0.0, length, scene.mesh.size, (grading.core, grading.growth, grading.largest)),
+    }
+}
+
+/// Planes from −`half` to `half`, a plane at 0 if graded.
+fn across(scene: &Scene, half: f64) -> Vec<f64> {
+    if scene.mesh.grading.is_none() {
+        return mesh::uniform(-half, half, scene.mesh.size);
+    }
+    let right = axis(scene, half);
+    right.iter().rev().map(|x| -x).chain(right.iter().skip(1).copied()).collect()
+}
+
+/// Planes from −`height` to the entry surface at 0.
+fn down(scene: &Scene, height: f64) -> Vec<f64> {
+    axis(scene, height).iter().rev().map(|z| -z).collect()
+}
+
+/// Planes along a leg, one of them at its thickness.
+fn leg_planes(scene: &Scene, leg: f64, thickness: f64) -> Vec<f64> {
+    let mut planes = mesh::uniform(0.0, thickness, scene.mesh.size);
+    planes.extend(mesh::uniform(thickness, leg, scene.mesh.size).into_iter().skip(1));
+    planes
+}

@@ -1,26 +1,19 @@
-//! Skeleton: to be filled.
-use super::{CouplingMode, Frame, Inputs, Kinematics, Observation};
-use crate::avi::StepError;
+//! A simulation in time: what an importer steps.
+
+use super::build::{BuildError, build, orientation};
+use super::model::{Model, SavedState};
+use super::observe::{ContactReport, CostReport, EnergyReport, Frame, Observation};
+use super::{CouplingMode, Exchange, Inputs, Kinematics};
+use crate::algebra::Vector3;
+use crate::avi::{StepError, Totals};
+use crate::contact::{Body, BodyState, Motion, Wrench};
+use crate::material::NeoHookean;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
-/// Why a valid scene could not be built.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum BuildError {
-    /// The mesh would have too many elements.
-    #[error("the mesh would have {elements} elements, more than {limit}; raise mesh.size")]
-    TooLarge {
-        /// Elements asked for.
-        elements: f64,
-        /// Most that are built.
-        limit: usize,
-    },
-}
-
 /// A saved state that does not belong to this simulation.
-#[derive(Debug, thiserror::Error)]
-#[error("the state is of another scene or mesh: {found} nodes, expected {expected}")]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("the state is of another scene or mesh: it has {found} nodes, expected {expected}")]
 pub struct RestoreError {
     /// Nodes of the state.
     pub found: usize,
@@ -30,62 +23,305 @@ pub struct RestoreError {
 
 /// The whole dynamic state as a value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Saved {}
+pub struct Saved {
+    /// Time reached, s.
+    pub time: f64,
+    /// What the last communication step exchanged.
+    pub exchange: Exchange,
+    /// Gel, projectile, books and record.
+    pub state: SavedState,
+}
+
+impl Saved {
+    /// Hash of the stored state, as [`Simulation::digest`].
+    #[must_use]
+    pub fn digest(&self) -> u128 {
+        match &self.state {
+            SavedState::Flat(state) => state.digest(),
+            SavedState::Solid(state) => state.digest(),
+        }
+    }
+}
 
 /// A gel and a projectile in time.
-pub struct Simulation {}
+///
+/// ```
+/// use ballistic_gel::scene;
+/// use ballistic_gel::simulation::{CouplingMode, Simulation};
+///
+/// let scene = scene::read(scene::builtin("ball-square").unwrap()).unwrap();
+/// let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
+/// let inputs = simulation.inputs();
+/// simulation.step(&inputs, 1e-4).unwrap();
+/// assert!(simulation.observe().energy.energy_error < 1e-10);
+/// ```
+pub struct Simulation {
+    model: Box<dyn Model>,
+    mode: CouplingMode,
+    facts: Facts,
+    time: f64,
+    exchange: Exchange,
+    failure: Option<StepError>,
+}
+
+/// Constants of the scene that reports need.
+struct Facts {
+    end_time: f64,
+    force_window: f64,
+    /// E* = E/(1 − ν²), Pa.
+    contact_modulus: f64,
+    /// ρ c, Pa·s/m.
+    specific_impedance: f64,
+}
+
+impl Facts {
+    fn of(scene: &Scene) -> Self {
+        let material = NeoHookean::new(scene.gel.shear_modulus, scene.gel.bulk_modulus);
+        Self {
+            end_time: scene.scene.end_time,
+            force_window: scene.force_window(),
+            contact_modulus: material.contact_modulus(),
+            specific_impedance: (scene.gel.density * material.wave_modulus()).sqrt(),
+        }
+    }
+}
+
+impl Kinematics {
+    pub(super) fn of(body: &Body, state: &BodyState) -> Self {
+        let q = state.orientation.quaternion();
+        Self {
+            position: state.position,
+            velocity: state.velocity,
+            orientation: [q.w, q.i, q.j, q.k],
+            angular_velocity: body.angular_velocity(state),
+        }
+    }
+}
 
 impl Simulation {
     /// Builds the mesh and the initial state. `threads` 0 is all cores; results do not depend on it.
     ///
     /// # Errors
     /// [`BuildError`] if the scene asks for what cannot be built.
-    pub fn new(_scene: &Scene, _mode: CouplingMode, _threads: usize) -> Result<Self, BuildError> {
-        todo!()
+    pub fn new(scene: &Scene, mode: CouplingMode, threads: usize) -> Result<Self, BuildError> {
+        let model = build(scene, mode == CouplingMode::Prescribed, threads)?;
+        let (facts, exchange) = (Facts::of(scene), Exchange::default());
+        Ok(Self { model, mode, facts, time: 0.0, exchange, failure: None })
     }
+
     /// Time since the start, s.
     #[must_use]
     pub fn time(&self) -> f64 {
-        todo!()
+        self.time
     }
-    /// The projectile now (drifted).
+
+    /// The projectile now.
     #[must_use]
     pub fn kinematics(&self) -> Kinematics {
-        todo!()
+        let (body, last) = self.model.body();
+        Kinematics::of(body, &last.at(body, self.time))
     }
+
+    /// Mass, kg, and inertia about the centre of mass in the frame of the body, kg·m²: xx, yy, zz, xy, xz, yz. The mass
+    /// of a fixed projectile is infinite.
+    #[must_use]
+    pub fn inertia(&self) -> (f64, [f64; 6]) {
+        let body = self.model.body().0;
+        let i = |row, column| body.inertia[(row, column)];
+        (body.mass, [i(0, 0), i(1, 1), i(2, 2), i(0, 1), i(0, 2), i(1, 2)])
+    }
+
+    /// Inputs that change nothing: the projectile as it is, under no wrench.
+    #[must_use]
+    pub fn inputs(&self) -> Inputs {
+        Inputs { kinematics: self.kinematics(), acceleration: Vector3::zeros(), wrench: Wrench::default() }
+    }
+
     /// One communication step from now to `end`, s since the start.
     ///
     /// # Errors
     /// [`StepError`] when the mesh or the numbers fail; the state stays at the last consistent tick, and each later
     /// call returns the same error.
-    pub fn step(&mut self, _inputs: &Inputs, _end: f64) -> Result<(), StepError> {
-        todo!()
+    pub fn step(&mut self, inputs: &Inputs, end: f64) -> Result<(), StepError> {
+        if let Some(failure) = &self.failure {
+            return Err(failure.clone());
+        }
+        self.take(inputs);
+        let before = self.kinematics();
+        let mut exchange = Exchange { duration: end - self.time, ..Exchange::default() };
+        let result = self.model.advance_to(end, &mut exchange);
+        self.time = match &result {
+            Ok(()) => end,
+            Err(failure) => failure.time().clamp(self.time, end),
+        };
+        let after = self.kinematics();
+        exchange.energy_residual += exchange.impulse.dot(&(before.velocity + after.velocity)) / 2.0
+            + exchange.angular_impulse.dot(&(before.angular_velocity + after.angular_velocity)) / 2.0;
+        self.exchange = exchange;
+        self.failure = result.clone().err();
+        result
     }
+
+    /// Takes over what the importer says at the start of a step (numerics A4, A5).
+    fn take(&mut self, inputs: &Inputs) {
+        let (body, last) = self.model.body();
+        let (body, last) = (*body, *last);
+        match self.mode {
+            _ if body.motion == Motion::Fixed => {}
+            CouplingMode::Integrated => {
+                if last.wrench != inputs.wrench || !inputs.wrench.is_constant() {
+                    self.model.rebase_body(self.time);
+                    let now = *self.model.body().1;
+                    self.model.set_body(BodyState { wrench: inputs.wrench, ..now });
+                }
+            }
+            CouplingMode::Corrected => self.jump(&body, inputs, inputs.wrench),
+            CouplingMode::Prescribed => {
+                let force = inputs.acceleration * body.mass;
+                self.jump(&body, inputs, Wrench { force, ..Wrench::default() });
+            }
+        }
+    }
+
+    /// Replaces the projectile's state by the importer's, and books the jump.
+    fn jump(&mut self, body: &Body, inputs: &Inputs, wrench: Wrench) {
+        self.model.rebase_body(self.time);
+        let was = *self.model.body().1;
+        let given = &inputs.kinematics;
+        let mut now = BodyState {
+            time: self.time,
+            position: given.position,
+            velocity: given.velocity,
+            orientation: orientation(given.orientation),
+            angular_momentum: Vector3::zeros(),
+            wrench,
+        };
+        now.angular_momentum = body.angular_momentum(&now, &given.angular_velocity);
+        self.model.set_body(now);
+        let ledger = self.model.ledger_mut();
+        ledger.energy.importer += body.kinetic_energy(&now) - body.kinetic_energy(&was);
+        ledger.momentum.importer += body.momentum(&now) - body.momentum(&was);
+        ledger.angular_momentum.importer += body.total_angular_momentum(&now) - body.total_angular_momentum(&was);
+    }
+
+    /// The diagnosis of a simulation that cannot go on.
+    #[must_use]
+    pub fn failure(&self) -> Option<&StepError> {
+        self.failure.as_ref()
+    }
+
     /// Everything there is to see.
     #[must_use]
     pub fn observe(&self) -> Observation {
-        todo!()
+        let totals = self.model.totals(self.time);
+        let (body, last) = self.model.body();
+        let depth = body.depth(&last.at(body, self.time));
+        Observation {
+            time: self.time,
+            projectile: self.kinematics(),
+            depth,
+            exchange: self.exchange,
+            contact: self.contact(depth),
+            energy: energy(&totals),
+            momentum_closure: totals.momentum_closure.0,
+            angular_momentum_closure: totals.angular_momentum_closure.0,
+            momentum_error: totals.momentum_closure.1,
+            angular_momentum_error: totals.angular_momentum_closure.1,
+            cost: self.cost(),
+        }
     }
+
+    fn contact(&self, depth: f64) -> ContactReport {
+        let (record, reach) = (self.model.record(), self.model.reach(self.time));
+        let mass = self.model.body().0.mass;
+        let stiffness = 2.0 * self.facts.contact_modulus * (reach.area / std::f64::consts::PI).sqrt();
+        let impedance = self.facts.specific_impedance * reach.area;
+        let stable = (0.3 * mass / impedance).min(0.2 * (mass / stiffness).sqrt());
+        let limited = self.mode == CouplingMode::Prescribed && reach.area > 0.0;
+        let mean = |(sum, n): (f64, u64)| if n > 0 { sum / n as f64 } else { 0.0 };
+        let longest = if reach.area > 0.0 { reach.longest_step } else { self.model.steps().0 };
+        ContactReport {
+            total_impulse: record.impulse,
+            active: self.exchange.impulse != Vector3::zeros(),
+            area: reach.area,
+            penetration: reach.penetration,
+            stiffness,
+            impedance,
+            direction: record.direction,
+            first: record.touched.map(|touched| touched.0),
+            last: record.touched.map(|touched| touched.1),
+            peak_force: record.window.2 / self.facts.force_window,
+            peak_depth: if depth > record.peak_depth.0 { (depth, self.time) } else { record.peak_depth },
+            mean_standing_penetration: mean(record.standing),
+            step_advice: if limited { stable.min(self.facts.end_time) } else { self.facts.end_time },
+            step_min: 4.0 * longest,
+        }
+    }
+
+    fn cost(&self) -> CostReport {
+        let ((smallest_step, largest_step), (elements, nodes, crushed_elements)) =
+            (self.model.steps(), self.model.counts());
+        let record = self.model.record();
+        CostReport {
+            element_updates: record.updates as f64,
+            synchronous_updates: self.model.synchronous_updates(self.time),
+            smallest_step,
+            largest_step,
+            elements,
+            nodes,
+            min_jacobian: record.min_jacobian,
+            crushed_elements,
+        }
+    }
+
     /// The mesh now.
     #[must_use]
     pub fn frame(&self) -> Frame {
-        todo!()
+        self.model.frame(self.time)
     }
+
     /// The state, to be restored later, also by another process that built the same scene.
     #[must_use]
     pub fn save(&self) -> Saved {
-        todo!()
+        Saved { time: self.time, exchange: self.exchange, state: self.model.save() }
     }
+
     /// Continues from a saved state with identical bits.
     ///
     /// # Errors
-    /// [`RestoreError`] if the state is of another scene.
-    pub fn restore(&mut self, _saved: &Saved) -> Result<(), RestoreError> {
-        todo!()
+    /// [`RestoreError`] if the state is of another scene; this simulation is then unchanged.
+    pub fn restore(&mut self, saved: &Saved) -> Result<(), RestoreError> {
+        let expected = self.model.counts().1;
+        self.model.restore(&saved.state).map_err(|found| RestoreError { found, expected })?;
+        self.time = saved.time;
+        self.exchange = saved.exchange;
+        self.failure = None;
+        Ok(())
     }
+
     /// Hash of the stored state: equal digests are equal bits.
     #[must_use]
     pub fn digest(&self) -> u128 {
-        todo!()
+        self.model.digest()
+    }
+}
+
+fn energy(totals: &Totals) -> EnergyReport {
+    let (books, energies) = (&totals.ledger.energy, &totals.energies);
+    let defect = books.integration.abs() + books.contact_bias.abs() + books.importer.abs();
+    let scale = if totals.initial_energy > 0.0 { totals.initial_energy } else { 1.0 };
+    EnergyReport {
+        kinetic: energies.gel_kinetic + energies.body_kinetic,
+        projectile: energies.body_kinetic,
+        elastic: energies.elastic,
+        contact: books.contact,
+        contact_bias: books.contact_bias,
+        integration: books.integration,
+        external: books.external,
+        importer: books.importer,
+        closure: totals.energy_closure.0,
+        initial: totals.initial_energy,
+        energy_error: totals.energy_closure.1,
+        energy_defect: defect / scale,
     }
 }

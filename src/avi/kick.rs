@@ -1,0 +1,112 @@
+//! The kicks of one tick, and the books of what they did (numerics 1.2, A6).
+
+use super::engine::Engine;
+use crate::algebra::{Vector3, embed};
+use crate::contact::{BodyState, Law, Motion};
+use crate::element::Potential;
+use crate::mesh::ElementId;
+use crate::state::{Clock, Tick};
+
+impl<const D: usize, P: Potential<D>> Engine<D, P> {
+    /// All kicks, then the contact solve; or, by the paper's law, the reversal after each kick. Gives the body after.
+    pub(super) fn kick_and_strike(&mut self, due: &[ElementId], body: &BodyState) -> BodyState {
+        let mut struck = *body;
+        match self.rules.law {
+            Law::Moreau { restitution, .. } => {
+                for (i, patch) in due.iter().enumerate() {
+                    self.kick(i, *patch);
+                }
+                self.solve(restitution, &mut struck);
+            }
+            Law::Reversal => {
+                for (i, patch) in due.iter().enumerate() {
+                    self.kick(i, *patch);
+                    self.reverse(*patch, &mut struck);
+                }
+            }
+        }
+        struck
+    }
+
+    /// v_a += w f_a/m_a in the free directions; the held ones take up the rest.
+    fn kick(&mut self, i: usize, patch: ElementId) {
+        let (weight, stride) = (self.scratch.weights[i], self.gel.potential.stride());
+        let forces = &self.scratch.forces[i * stride..(i + 1) * stride];
+        for (node, force) in self.gel.potential.nodes(patch).iter().zip(forces) {
+            let (a, push) = (node.index(), force * weight);
+            let free = &self.gel.free[a];
+            self.state.velocity[a] += push.component_mul(free) / self.gel.mass[a];
+            if free.min() == 0.0 {
+                let taken = embed(&(push.component_mul(free) - push));
+                let at = embed(&self.state.position[a]);
+                let ledger = &mut self.state.ledger;
+                ledger.momentum.restraint += self.body.freedom.translation(&taken);
+                ledger.angular_momentum.restraint += self.body.freedom.rotation(&at.cross(&taken));
+            }
+        }
+    }
+
+    /// Posts the integration residual of each firing patch, r = ΔV + (W ahead of the last tick) + (W behind this one),
+    /// with W = Σ w f_a·(v_a⁻ + v_a⁺)/2: zero for the exact motion, second order in the step.
+    pub(super) fn book(&mut self, due: &[ElementId], was: &[Clock], tick: Tick) {
+        let stride = self.gel.potential.stride();
+        let mut residual = 0.0;
+        for (i, patch) in due.iter().enumerate() {
+            let mut work = 0.0;
+            for (node, force) in self.gel.potential.nodes(*patch).iter().zip(&self.scratch.forces[i * stride..]) {
+                let sum = self.scratch.before[node.index()] + self.state.velocity[node.index()];
+                work += 0.5 * self.scratch.weights[i] * force.dot(&sum);
+            }
+            let (answer, was) = (&self.scratch.answers[i], &was[i]);
+            let clock = &mut self.state.clocks[patch.index()];
+            let ahead = (clock.next - tick) as f64 / (clock.next - was.last) as f64;
+            residual += answer.energy - was.energy + was.ahead + (1.0 - ahead) * work;
+            clock.ahead = ahead * work;
+            clock.energy = answer.energy;
+            clock.jacobian = answer.jacobian;
+            clock.inverted = answer.jacobian <= 0.0;
+            self.state.record.min_jacobian = self.state.record.min_jacobian.min(answer.jacobian);
+        }
+        self.state.ledger.energy.integration += residual;
+        self.state.record.updates += due.len() as u64;
+    }
+
+    /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, the part of it that removes penetration, and what the
+    /// holder of a body that is not free gives.
+    pub(super) fn book_contact(&mut self, was: &BodyState, now: &BodyState) {
+        let touches = std::mem::take(&mut self.scratch.touches);
+        for touch in touches.iter().filter(|touch| touch.impulse > 0.0) {
+            let j = touch.impulse;
+            let after = self.approach(touch, now);
+            let removal = 0.5 * j * touch.bias;
+            self.state.ledger.energy.contact += 0.5 * j * (touch.before + after) - removal;
+            self.state.ledger.energy.contact_bias += removal;
+            self.book_held_normal(touch.node.index(), touch.point, touch.normal * j);
+            if self.body.motion != Motion::Free {
+                self.book_reaction(was, touch.point, touch.normal * j);
+            }
+        }
+        self.scratch.touches = touches;
+    }
+
+    /// What the held directions of a struck node take up.
+    fn book_held_normal(&mut self, node: usize, point: Vector3, push: Vector3) {
+        let free = &self.gel.free[node];
+        if free.min() == 0.0 {
+            let taken = embed(&crate::algebra::restrict::<D>(&push).component_mul(free)) - push;
+            let freedom = self.body.freedom;
+            self.state.ledger.momentum.restraint += freedom.translation(&taken);
+            self.state.ledger.angular_momentum.restraint += freedom.rotation(&point.cross(&taken));
+        }
+    }
+
+    /// Momentum and work that come from whoever holds or moves the body.
+    fn book_reaction(&mut self, body: &BodyState, point: Vector3, push: Vector3) {
+        let freedom = self.body.freedom;
+        let work = push.dot(&self.body.velocity_at(body, &point));
+        let ledger = &mut self.state.ledger;
+        ledger.energy.external += work;
+        ledger.momentum.external += freedom.translation(&push);
+        ledger.angular_momentum.external += freedom.rotation(&point.cross(&push));
+    }
+}

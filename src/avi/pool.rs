@@ -1,0 +1,52 @@
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+
+/// Threads of one simulation, joined when it is dropped: none may outlive the library they run in.
+pub struct Pool {
+    pool: Option<rayon::ThreadPool>,
+    handles: Arc<Mutex<Vec<JoinHandle<()>>>>,
+}
+
+impl Pool {
+    /// A pool of so many threads, 0 for all cores; `None` where one thread is enough or no thread can be had.
+    #[must_use]
+    pub fn new(threads: usize) -> Option<Self> {
+        let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
+        if threads == 1 {
+            return None;
+        }
+        let handles = Arc::new(Mutex::new(vec![]));
+        let kept = Arc::clone(&handles);
+        let builder = rayon::ThreadPoolBuilder::new().num_threads(threads).spawn_handler(move |thread| {
+            let handle = std::thread::Builder::new().name("gel".into()).spawn(|| thread.run())?;
+            kept.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(handle);
+            Ok(())
+        });
+        Some(Self { pool: Some(builder.build().ok()?), handles })
+    }
+
+    /// Runs `work` on the pool.
+    pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        match &self.pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
+}
+
+impl Drop for Pool {
+    fn drop(&mut self) {
+        drop(self.pool.take());
+        let mut handles = self.handles.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        for handle in handles.drain(..) {
+            // A worker that panicked has reported it already; dropping must not panic again.
+            let _ = handle.join();
+        }
+    }
+}
+
+impl std::fmt::Debug for Pool {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Pool").finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,137 @@
+//! Sums over the state: energies, momenta, and how well the books close (numerics A6).
+
+use super::Gel;
+use super::engine::{Engine, Start};
+use crate::algebra::{Vector3, embed, ordered_sum};
+use crate::contact::{Body, BodyState};
+use crate::element::Potential;
+use crate::ledger::Ledger;
+use crate::state::State;
+
+/// Energies at one instant, J.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Energies {
+    /// Σ ½ m v² of the gel, half-step velocities.
+    pub gel_kinetic: f64,
+    /// Of the body.
+    pub body_kinetic: f64,
+    /// Σ V_K at each patch's own last tick.
+    pub elastic: f64,
+    /// Σ W ahead of the last ticks: discrete energy = kinetic − ahead + elastic.
+    pub ahead: f64,
+}
+
+impl Energies {
+    /// E* = T − Σ W_ahead + V + T_body.
+    #[must_use]
+    pub fn discrete(&self) -> f64 {
+        self.gel_kinetic - self.ahead + self.elastic + self.body_kinetic
+    }
+}
+
+/// What is there, what the books say, and what was there at the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Totals {
+    /// Energies now.
+    pub energies: Energies,
+    /// The books up to now, what the wrench gave since the last event included.
+    pub ledger: Ledger,
+    /// Energy at the start, J.
+    pub initial_energy: f64,
+    /// Change of the discrete energy that no account explains, J, and relative to the throughput.
+    pub energy_closure: (f64, f64),
+    /// The same of momentum, N·s.
+    pub momentum_closure: (Vector3, f64),
+    /// The same of angular momentum about the origin, N·m·s.
+    pub angular_momentum_closure: (Vector3, f64),
+}
+
+fn energies<const D: usize, P>(gel: &Gel<D, P>, body: &Body, state: &State<D>, at: &BodyState) -> Energies {
+    let kinetic = |i: usize| 0.5 * gel.mass[i] * state.velocity[i].norm_squared();
+    Energies {
+        gel_kinetic: ordered_sum(state.velocity.len(), 0.0, kinetic),
+        body_kinetic: body.kinetic_energy(at),
+        elastic: ordered_sum(state.clocks.len(), 0.0, |i| state.clocks[i].energy),
+        ahead: ordered_sum(state.clocks.len(), 0.0, |i| state.clocks[i].ahead),
+    }
+}
+
+/// Momentum and angular momentum about the origin, in the directions that the dimension conserves.
+fn momenta<const D: usize, P>(gel: &Gel<D, P>, body: &Body, state: &State<D>, at: &BodyState) -> (Vector3, Vector3) {
+    let momentum = |i: usize| embed(&state.velocity[i]) * gel.mass[i];
+    // x × mv does not change while a node drifts.
+    let angular = |i: usize| embed(&state.position[i]).cross(&momentum(i));
+    let n = state.velocity.len();
+    let linear = ordered_sum(n, Vector3::zeros(), momentum) + body.momentum(at);
+    let turning = ordered_sum(n, Vector3::zeros(), angular) + body.total_angular_momentum(at);
+    (body.freedom.translation(&linear), body.freedom.rotation(&turning))
+}
+
+impl Start {
+    pub(super) fn of<const D: usize, P>(gel: &Gel<D, P>, body: &Body, state: &State<D>) -> Self {
+        let (momentum, angular_momentum) = momenta(gel, body, state, &state.body);
+        let speed = |i: usize| gel.mass[i] * state.velocity[i].norm();
+        let turning = |i: usize| gel.mass[i] * embed(&state.position[i]).cross(&embed(&state.velocity[i])).norm();
+        let n = state.velocity.len();
+        let scale = (
+            ordered_sum(n, 0.0, speed) + body.momentum(&state.body).norm(),
+            ordered_sum(n, 0.0, turning) + body.total_angular_momentum(&state.body).norm(),
+        );
+        Self { energy: energies(gel, body, state, &state.body).discrete(), momentum, angular_momentum, scale }
+    }
+}
+
+impl<const D: usize, P: Potential<D>> Engine<D, P> {
+    /// Energies, momenta and closures at time `t`, s.
+    #[must_use]
+    pub fn totals(&self, t: f64) -> Totals {
+        let (state, start) = (&self.state, self.start());
+        let body = state.body.at(&self.body, t);
+        let passage = state.body.passage(&self.body, &body);
+        let mut ledger = state.ledger;
+        ledger.energy.external += passage.work;
+        ledger.energy.integration += passage.defect;
+        ledger.momentum.external += passage.momentum;
+        ledger.angular_momentum.external += passage.angular_momentum;
+        let energies = energies(&self.gel, &self.body, state, &body);
+        let (momentum, angular) = momenta(&self.gel, &self.body, state, &body);
+        let energy = energies.discrete() - start.energy - ledger.energy.total();
+        let freedom = &self.body.freedom;
+        let linear = momentum - start.momentum - freedom.translation(&ledger.momentum.total());
+        let turning = angular - start.angular_momentum - freedom.rotation(&ledger.angular_momentum.total());
+        let scales = self.scales(&ledger, start);
+        Totals {
+            energies,
+            ledger,
+            initial_energy: start.energy,
+            energy_closure: (energy, energy.abs() / scales.0),
+            momentum_closure: (linear, linear.norm() / scales.1),
+            angular_momentum_closure: (turning, turning.norm() / scales.2),
+        }
+    }
+
+    /// Throughputs that closures are relative to: what was there, what came and went, what passed between gel and body.
+    fn scales(&self, ledger: &Ledger, start: &Start) -> (f64, f64, f64) {
+        let positive = |scale: f64| if scale > 0.0 { scale } else { 1.0 };
+        let passed = self.state.record.impulse.norm();
+        let linear = start.scale.0 + ledger.momentum.turnover() + passed;
+        let arm = self.gel.surface.nodes.iter().map(|s| self.state.position[s.node.index()].norm()).fold(0.0, f64::max);
+        let turning = start.scale.1 + ledger.angular_momentum.turnover() + passed * arm;
+        (positive(start.energy.abs() + ledger.energy.turnover()), positive(linear), positive(turning))
+    }
+
+    /// Smallest and largest step of the patches now, s.
+    #[must_use]
+    pub fn steps(&self) -> (f64, f64) {
+        let steps = self.state.clocks.iter().map(|clock| clock.step).filter(|step| *step > 0);
+        let (least, most) = steps.fold((u64::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
+        if most == 0 { (0.0, 0.0) } else { (self.grid.time(least), self.grid.time(most)) }
+    }
+
+    /// Updates that one global stable step of the assembled system would have cost up to time `t`, s.
+    #[must_use]
+    pub fn synchronous_updates(&self, t: f64) -> f64 {
+        let (length, counted, updates) = self.state.record.synchronous;
+        updates + (self.grid.ticks(t) - counted as f64).max(0.0) / length * self.gel.potential.len() as f64
+    }
+}

@@ -1,0 +1,286 @@
+use super::{Evaluation, Potential};
+use crate::algebra::{Tensor, Vector, cofactor, det};
+use crate::material::{NeoHookean, Volumetric};
+use crate::mesh::{ElementId, Mesh, NodeId, Simplex, edges};
+
+/// What the gel's plane or space stands for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Section {
+    /// Plane strain in (x, z), for a thickness, m.
+    Planar {
+        /// Thickness, m.
+        thickness: f64,
+    },
+    /// A body of revolution, (r, z), for the full revolution.
+    Axisymmetric,
+    /// Three dimensions.
+    Spatial,
+}
+
+/// Constant-strain triangles or tetrahedra of a hyperelastic gel (numerics A1, A2, 1.3e).
+///
+/// F = Σ x_a ⊗ ∇N_a; the stretch out of the plane is λ = 1 in `planar` and r̄/R̄ (mean radii of the three nodes) in
+/// `axisymmetric`; J = λ det F. Forces f_a = −w P ∇N_a with the rest volume w (2πR̄A for a ring), in `axisymmetric` with
+/// −w P_θθ/(3R̄) added along r.
+///
+/// Stiffness bound (rigorous, 1.3e and A2):
+/// κ = w {[μ + |U′| s] Σ_a |∇N_a|² + max(U″, 0) Σ_a |b_a|²}, where |2 det δF| and its kin are bounded by s |δF|²:
+/// s = 1 in the plane, √2 |F| ≥ s₁ + s₂ in space, the sum of the two largest of s₁, s₂, |λ| for a ring; b_a = ∂J/∂x_a.
+/// For a ring |∇N_a|² is extended by 1/(9R̄²).
+#[derive(Debug, Clone)]
+pub struct Simplices<const D: usize> {
+    material: NeoHookean,
+    section: Section,
+    elements: Vec<Element<D>>,
+}
+
+#[derive(Debug, Clone)]
+struct Element<const D: usize> {
+    nodes: Simplex,
+    gradients: [Vector<D>; 4],
+    /// w, rest volume, m³.
+    volume: f64,
+    /// 1/(3R̄) of a ring, 0 otherwise, 1/m.
+    hoop: f64,
+    /// Σ_a |∇N_a|², extended for a ring, 1/m².
+    spread: f64,
+}
+
+/// F, λ and J of an element.
+struct Strain<const D: usize> {
+    f: Tensor<D>,
+    cofactor: Tensor<D>,
+    /// λ, stretch out of the plane.
+    out: f64,
+    /// det F in the plane or in space.
+    inner: f64,
+}
+
+impl<const D: usize> Simplices<D> {
+    /// The elements of a mesh.
+    #[must_use]
+    pub fn new(mesh: &Mesh<D>, material: NeoHookean, section: Section) -> Self {
+        let elements = mesh.elements.iter().map(|nodes| Element::new(mesh, nodes, section)).collect();
+        Self { material, section, elements }
+    }
+
+    /// Lumped nodal masses for the rest density, kg: ρ w/(D + 1), and 2πρA (R_a + 3R̄)/12 for a ring (A1).
+    #[must_use]
+    pub fn lumped_masses(&self, mesh: &Mesh<D>, density: f64) -> Vec<f64> {
+        let mut mass = vec![0.0; mesh.rest.len()];
+        for element in &self.elements {
+            for node in &element.nodes[..=D] {
+                let share = match self.section {
+                    Section::Planar { .. } | Section::Spatial => 1.0 / (D + 1) as f64,
+                    Section::Axisymmetric => (3.0 * mesh.rest[node.index()][0] * element.hoop + 3.0) / 12.0,
+                };
+                mass[node.index()] += density * element.volume * share;
+            }
+        }
+        mass
+    }
+
+    /// Rest volume, m³.
+    #[must_use]
+    pub fn volume(&self, patch: ElementId) -> f64 {
+        self.elements[patch.index()].volume
+    }
+
+    fn strain(&self, element: &Element<D>, x: &[Vector<D>]) -> Strain<D> {
+        let mut f = Tensor::<D>::zeros();
+        let mut radii = 0.0;
+        for (node, gradient) in element.nodes[..=D].iter().zip(&element.gradients) {
+            let x = &x[node.index()];
+            f += x * gradient.transpose();
+            radii += x[0];
+        }
+        let out = if self.section == Section::Axisymmetric { radii * element.hoop } else { 1.0 };
+        Strain { f, cofactor: cofactor(&f), out, inner: det(&f) }
+    }
+
+    fn stiffness(&self, element: &Element<D>, strain: &Strain<D>, u: Volumetric) -> f64 {
+        let s = match self.section {
+            Section::Planar { .. } => 1.0,
+            Section::Spatial => (2.0 * strain.f.norm_squared()).sqrt(),
+            Section::Axisymmetric => two_largest(strain),
+        };
+        let volumetric: f64 = element.gradients[..=D]
+            .iter()
+            .map(|gradient| {
+                let mut b = strain.cofactor * gradient * strain.out;
+                b[0] += strain.inner * element.hoop;
+                b.norm_squared()
+            })
+            .sum();
+        let mu = self.material.shear_modulus();
+        element.volume * ((mu + u.slope.abs() * s) * element.spread + u.curvature.max(0.0) * volumetric)
+    }
+}
+
+/// Sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|.
+fn two_largest<const D: usize>(strain: &Strain<D>) -> f64 {
+    let (square, area) = (strain.f.norm_squared(), 2.0 * strain.inner.abs());
+    let (sum, difference) = ((square + area).sqrt(), (square - area).max(0.0).sqrt());
+    sum.max(0.5 * (sum + difference) + strain.out.abs())
+}
+
+impl<const D: usize> Element<D> {
+    fn new(mesh: &Mesh<D>, nodes: &Simplex, section: Section) -> Self {
+        let measure = mesh.measure(nodes);
+        let radius = nodes[..=D].iter().map(|n| mesh.rest[n.index()][0]).sum::<f64>() / (D + 1) as f64;
+        let (volume, hoop) = match section {
+            Section::Planar { thickness } => (measure * thickness, 0.0),
+            Section::Axisymmetric => (std::f64::consts::TAU * radius * measure, 1.0 / (3.0 * radius)),
+            Section::Spatial => (measure, 0.0),
+        };
+        let gradients = shape_gradients(mesh, nodes);
+        let spread = gradients[..=D].iter().map(|g| g.norm_squared() + hoop * hoop).sum();
+        Self { nodes: *nodes, gradients, volume, hoop, spread }
+    }
+}
+
+/// ∇N_a at rest: the rows of the inverse of the edge matrix, and minus their sum for the first node.
+fn shape_gradients<const D: usize>(mesh: &Mesh<D>, nodes: &Simplex) -> [Vector<D>; 4] {
+    let edges = edges(&mesh.rest, nodes);
+    let inverse_transpose = cofactor(&edges) / det(&edges);
+    let mut gradients = [Vector::<D>::zeros(); 4];
+    for a in 0..D {
+        gradients[a + 1] = inverse_transpose.column(a).into_owned();
+        gradients[0] -= inverse_transpose.column(a);
+    }
+    gradients
+}
+
+impl<const D: usize> Potential<D> for Simplices<D> {
+    fn len(&self) -> usize {
+        self.elements.len()
+    }
+
+    fn stride(&self) -> usize {
+        D + 1
+    }
+
+    fn nodes(&self, patch: ElementId) -> &[NodeId] {
+        &self.elements[patch.index()].nodes[..=D]
+    }
+
+    fn evaluate(&self, patch: ElementId, x: &[Vector<D>], forces: &mut [Vector<D>]) -> Evaluation {
+        let element = &self.elements[patch.index()];
+        let strain = self.strain(element, x);
+        let (jacobian, mu) = (strain.inner * strain.out, self.material.shear_modulus());
+        let u = self.material.volumetric(jacobian);
+        let p = strain.f * mu + strain.cofactor * (u.slope * strain.out);
+        let hoop = (mu * strain.out + u.slope * strain.inner) * element.hoop;
+        for (force, gradient) in forces.iter_mut().zip(&element.gradients[..=D]) {
+            *force = p * gradient * -element.volume;
+            force[0] -= element.volume * hoop;
+        }
+        let out_of_plane = if D == 2 { strain.out * strain.out } else { 0.0 };
+        let shape = 0.5 * mu * (strain.f.norm_squared() + out_of_plane - 3.0);
+        let energy = element.volume * (shape + u.energy);
+        Evaluation { energy, stiffness: self.stiffness(element, &strain, u), jacobian }
+    }
+
+    fn is_crushed(&self, jacobian: f64) -> bool {
+        jacobian < NeoHookean::FLOOR
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle(section: Section) -> (Mesh<2>, Simplices<2>) {
+        let rest = [[0.8, 0.1], [1.9, 0.3], [1.1, 1.2]].map(Vector::<2>::from).to_vec();
+        let mesh = Mesh::new(rest, vec![[0, 1, 2, 0].map(NodeId)]);
+        let simplices = Simplices::new(&mesh, NeoHookean::new(3.0, 40.0), section);
+        (mesh, simplices)
+    }
+
+    fn tetrahedron() -> (Mesh<3>, Simplices<3>) {
+        let rest =
+            [[0.0, 0.1, 0.0], [1.2, 0.0, 0.1], [0.2, 0.9, -0.1], [0.1, 0.3, 1.1]].map(Vector::<3>::from).to_vec();
+        let mesh = Mesh::new(rest, vec![[0, 1, 2, 3].map(NodeId)]);
+        let simplices = Simplices::new(&mesh, NeoHookean::new(3.0, 40.0), Section::Spatial);
+        (mesh, simplices)
+    }
+
+    fn deformed<const D: usize>(mesh: &Mesh<D>, size: f64) -> Vec<Vector<D>> {
+        let wave = |i: usize, a: usize| size * ((7 * a + 3 * i) as f64).sin();
+        mesh.rest.iter().enumerate().map(|(a, x)| x + Vector::<D>::from_fn(|i, _| wave(i, a))).collect()
+    }
+
+    fn forces<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>]) -> (Evaluation, Vec<Vector<D>>) {
+        let mut forces = vec![Vector::<D>::zeros(); D + 1];
+        let evaluation = simplices.evaluate(ElementId(0), x, &mut forces);
+        (evaluation, forces)
+    }
+
+    fn check_forces<const D: usize>(mesh: &Mesh<D>, simplices: &Simplices<D>) {
+        let step = 1e-6;
+        for size in [0.0, 0.1, 0.3] {
+            let x = deformed(mesh, size);
+            let (_, f) = forces(simplices, &x);
+            for a in 0..=D {
+                for i in 0..D {
+                    let energy = |s: f64| {
+                        let mut moved = x.clone();
+                        moved[a][i] += s;
+                        forces(simplices, &moved).0.energy
+                    };
+                    let slope = (energy(step) - energy(-step)) / (2.0 * step);
+                    assert!((slope + f[a][i]).abs() < 1e-7 * (1.0 + f[a].norm()), "node {a}, direction {i}");
+                }
+            }
+        }
+    }
+
+    fn check_stiffness<const D: usize>(mesh: &Mesh<D>, simplices: &Simplices<D>) {
+        let step = 1e-6;
+        for size in [0.0, 0.05, 0.1, 0.2, 0.3, 0.4] {
+            let x = deformed(mesh, size);
+            let n = (D + 1) * D;
+            let stiffness = nalgebra::DMatrix::from_fn(n, n, |row, column| {
+                let probe = |s: f64| {
+                    let mut moved = x.clone();
+                    moved[column / D][column % D] += s;
+                    forces(simplices, &moved).1[row / D][row % D]
+                };
+                (probe(-step) - probe(step)) / (2.0 * step)
+            });
+            let greatest = (&stiffness + stiffness.transpose()).symmetric_eigenvalues().max() / 2.0;
+            let bound = forces(simplices, &x).0.stiffness;
+            assert!(greatest <= bound * (1.0 + 1e-6), "{greatest} above the bound {bound}");
+            assert!(greatest > 0.2 * bound, "the bound {bound} is idle against {greatest}");
+        }
+    }
+
+    #[test]
+    fn forces_are_minus_the_gradient_of_the_energy() {
+        for section in [Section::Planar { thickness: 0.7 }, Section::Axisymmetric] {
+            let (mesh, simplices) = triangle(section);
+            check_forces(&mesh, &simplices);
+        }
+        let (mesh, simplices) = tetrahedron();
+        check_forces(&mesh, &simplices);
+    }
+
+    #[test]
+    fn the_stiffness_bound_is_an_upper_bound_and_not_idle() {
+        for section in [Section::Planar { thickness: 0.7 }, Section::Axisymmetric] {
+            let (mesh, simplices) = triangle(section);
+            check_stiffness(&mesh, &simplices);
+        }
+        let (mesh, simplices) = tetrahedron();
+        check_stiffness(&mesh, &simplices);
+    }
+
+    #[test]
+    fn lumped_masses_add_up_to_the_mass() {
+        for section in [Section::Planar { thickness: 0.7 }, Section::Axisymmetric] {
+            let (mesh, simplices) = triangle(section);
+            let total: f64 = simplices.lumped_masses(&mesh, 1030.0).iter().sum();
+            assert!((total / (1030.0 * simplices.volume(ElementId(0))) - 1.0).abs() < 1e-14);
+        }
+    }
+}

@@ -1,0 +1,35 @@
+use super::{Gap, SignedDistance};
+use crate::algebra::{Tensor3, Vector3};
+
+/// All points on the far side of a plane through the origin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HalfSpace {
+    normal: Vector3,
+}
+
+impl HalfSpace {
+    /// The half-space whose boundary has this outward normal, of any length but zero.
+    ///
+    /// # Panics
+    /// If the normal is zero or not finite.
+    #[must_use]
+    pub fn new(normal: Vector3) -> Self {
+        let length = normal.norm();
+        assert!(length > 0.0 && length.is_finite(), "the normal of a half-space must have a direction");
+        Self { normal: normal / length }
+    }
+}
+
+impl SignedDistance for HalfSpace {
+    fn gap(&self, point: &Vector3) -> Gap {
+        Gap { distance: point.dot(&self.normal), normal: self.normal }
+    }
+
+    fn reach(&self, _direction: &Vector3) -> f64 {
+        0.0
+    }
+
+    fn specific_inertia(&self) -> Option<Tensor3> {
+        None
+    }
+}

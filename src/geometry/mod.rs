@@ -1,0 +1,124 @@
+//! Signed distance of rigid bodies, in the frame of the body.
+
+mod cylinder;
+mod half_space;
+mod sphere;
+
+use crate::algebra::{Tensor3, Vector3};
+pub use cylinder::Cylinder;
+pub use half_space::HalfSpace;
+pub use sphere::Sphere;
+
+/// Signed distance and its gradient at a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gap {
+    /// φ, m: negative inside the body.
+    pub distance: f64,
+    /// n = ∇φ, unit vector out of the body.
+    pub normal: Vector3,
+}
+
+/// A closed body known by its signed distance function.
+pub trait SignedDistance {
+    /// φ and ∇φ at a point of the body's frame; |∇φ| = 1, so φ is 1-Lipschitz.
+    fn gap(&self, point: &Vector3) -> Gap;
+    /// Greatest z of the body along the unit vector `direction` of its frame, m (its support function); for an
+    /// unbounded body, of its boundary through the origin.
+    fn reach(&self, direction: &Vector3) -> f64;
+    /// Inertia tensor about the origin of a homogeneous body per kilogram, m²; `None` for an unbounded body.
+    fn specific_inertia(&self) -> Option<Tensor3>;
+}
+
+/// Any of the bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// A sphere.
+    Sphere(Sphere),
+    /// A right circular cylinder.
+    Cylinder(Cylinder),
+    /// A half-space.
+    HalfSpace(HalfSpace),
+}
+
+impl Shape {
+    fn body(&self) -> &dyn SignedDistance {
+        match self {
+            Self::Sphere(sphere) => sphere,
+            Self::Cylinder(cylinder) => cylinder,
+            Self::HalfSpace(half_space) => half_space,
+        }
+    }
+}
+
+impl SignedDistance for Shape {
+    fn gap(&self, point: &Vector3) -> Gap {
+        self.body().gap(point)
+    }
+    fn reach(&self, direction: &Vector3) -> f64 {
+        self.body().reach(direction)
+    }
+    fn specific_inertia(&self) -> Option<Tensor3> {
+        self.body().specific_inertia()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shapes() -> [Shape; 3] {
+        [
+            Shape::Sphere(Sphere { radius: 1.3 }),
+            Shape::Cylinder(Cylinder { radius: 0.7, length: 2.2 }),
+            Shape::HalfSpace(HalfSpace::new(Vector3::new(0.3, -0.4, 1.2))),
+        ]
+    }
+
+    fn points() -> impl Iterator<Item = Vector3> {
+        (0..400).map(|i| {
+            let t = f64::from(i);
+            Vector3::new((t * 0.711).sin(), (t * 1.37).cos(), (t * 0.239).sin()) * (0.1 + 0.006 * t)
+        })
+    }
+
+    #[test]
+    fn normals_are_the_gradient_of_the_distance() {
+        let step = 1e-6;
+        for shape in shapes() {
+            let slopes = points().filter_map(|p| {
+                let gap = shape.gap(&p);
+                let probe = |i: usize, s: f64| shape.gap(&(p + Vector3::ith(i, s))).distance;
+                let slope = Vector3::from_fn(|i, _| (probe(i, step) - probe(i, -step)) / (2.0 * step));
+                // A ridge of the distance has no gradient: there the two one-sided slopes differ.
+                let kink = (0..3).any(|i| (probe(i, step) + probe(i, -step) - 2.0 * gap.distance).abs() > 1e-9);
+                (!kink).then_some((slope, gap.normal))
+            });
+            let checked = slopes.inspect(|(slope, normal)| assert!((slope - normal).norm() < 1e-6)).count();
+            assert!(checked > 350, "{shape:?}: only {checked} points were smooth");
+        }
+    }
+
+    #[test]
+    fn distance_vanishes_on_the_surface_it_points_to() {
+        for shape in shapes() {
+            for p in points() {
+                let gap = shape.gap(&p);
+                assert!(shape.gap(&(p - gap.normal * gap.distance)).distance.abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn reach_is_the_greatest_extent_of_the_inside() {
+        for shape in &shapes()[..2] {
+            for direction in points().map(|p| p.normalize()).take(50) {
+                let reach = shape.reach(&direction);
+                let inside = points().filter(|p| shape.gap(p).distance <= 0.0).map(|p| p.dot(&direction));
+                assert!(inside.fold(f64::MIN, f64::max) <= reach + 1e-12);
+            }
+        }
+        let cylinder = Cylinder { radius: 0.7, length: 2.2 };
+        assert!((cylinder.reach(&Vector3::z()) - 1.1).abs() < 1e-15);
+        assert!((cylinder.reach(&Vector3::x()) - 0.7).abs() < 1e-15);
+    }
+}

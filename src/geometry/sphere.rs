@@ -1,0 +1,25 @@
+use super::{Gap, SignedDistance};
+use crate::algebra::{Tensor3, Vector3};
+
+/// A sphere about the origin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sphere {
+    /// Radius, m.
+    pub radius: f64,
+}
+
+impl SignedDistance for Sphere {
+    fn gap(&self, point: &Vector3) -> Gap {
+        let r = point.norm();
+        Gap { distance: r - self.radius, normal: if r > 0.0 { point / r } else { Vector3::z() } }
+    }
+
+    fn reach(&self, _direction: &Vector3) -> f64 {
+        self.radius
+    }
+
+    /// I = 2/5 R².
+    fn specific_inertia(&self) -> Option<Tensor3> {
+        Some(Tensor3::identity() * (0.4 * self.radius * self.radius))
+    }
+}

@@ -1,0 +1,72 @@
+//! Momentum, angular momentum and energy by named, signed account (numerics A6).
+//!
+//! Every account is computed from its own formula, never as the difference of others: that the books close is a test
+//! of every formula at once.
+
+use crate::algebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// Energy, momentum and angular momentum that entered (positive) or left through each post since the start.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Ledger {
+    /// Energy, J.
+    pub energy: EnergyAccounts,
+    /// Momentum, N·s.
+    pub momentum: MomentumAccounts,
+    /// Angular momentum about the origin, N·m·s.
+    pub angular_momentum: MomentumAccounts,
+}
+
+/// Energy accounts, J.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct EnergyAccounts {
+    /// Σ J (u⁻ + u⁺)/2 of the contact law, without the removal of penetration.
+    pub contact: f64,
+    /// Σ J b/2 of the bias velocity b that removes standing penetration.
+    pub contact_bias: f64,
+    /// Σ r_K, trapezoidal residuals of the elements' steps, and of the projectile's rotation.
+    pub integration: f64,
+    /// Work of external force and torque, and of whoever prescribes the motion.
+    pub external: f64,
+    /// Jumps of the projectile's kinetic energy made by the importer.
+    pub importer: f64,
+}
+
+/// Momentum accounts.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct MomentumAccounts {
+    /// Taken up by held nodes.
+    pub restraint: Vector3,
+    /// External force or torque, and the reaction of a fixed or prescribed projectile.
+    pub external: Vector3,
+    /// Jumps made by the importer.
+    pub importer: Vector3,
+}
+
+impl EnergyAccounts {
+    /// Sum of all accounts.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.contact + self.contact_bias + self.integration + self.external + self.importer
+    }
+
+    /// Sum of the sizes of all accounts.
+    #[must_use]
+    pub fn turnover(&self) -> f64 {
+        [self.contact, self.contact_bias, self.integration, self.external, self.importer].iter().map(|a| a.abs()).sum()
+    }
+}
+
+impl MomentumAccounts {
+    /// Sum of all accounts.
+    #[must_use]
+    pub fn total(&self) -> Vector3 {
+        self.restraint + self.external + self.importer
+    }
+
+    /// Sum of the sizes of all accounts.
+    #[must_use]
+    pub fn turnover(&self) -> f64 {
+        self.restraint.norm() + self.external.norm() + self.importer.norm()
+    }
+}

@@ -1,0 +1,92 @@
+//! Conforming simplicial meshes: nodes at rest, elements, boundary facets, and which nodes are held.
+
+mod axis;
+mod lattice;
+mod shapes;
+mod topology;
+
+use crate::algebra::Vector;
+
+pub use axis::{graded, uniform};
+pub use lattice::{Grid, Split};
+pub use shapes::{Block, Face, Hold, block, cylinder, l_beam};
+pub use topology::{Incidence, boundary};
+
+/// Index of a node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct NodeId(pub u32);
+
+/// Index of an element or patch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct ElementId(pub u32);
+
+impl NodeId {
+    /// Position in the arrays of nodes.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+impl ElementId {
+    /// Position in the arrays of elements.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// A triangle or tetrahedron: its first `D + 1` nodes count, positively oriented.
+pub type Simplex = [NodeId; 4];
+/// An edge or triangle of the boundary: its first `D` nodes count, outward oriented.
+pub type Facet = [NodeId; 3];
+
+/// A conforming mesh at rest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh<const D: usize> {
+    /// Rest positions of the nodes, m.
+    pub rest: Vec<Vector<D>>,
+    /// The elements.
+    pub elements: Vec<Simplex>,
+    /// The boundary.
+    pub facets: Vec<Facet>,
+    /// Which directions of a node are held, by node.
+    pub held: Vec<[bool; D]>,
+}
+
+impl<const D: usize> Mesh<D> {
+    /// A mesh whose boundary is found from its elements and whose nodes are free.
+    ///
+    /// # Panics
+    /// If an element names a node that does not exist, or is not positively oriented.
+    #[must_use]
+    pub fn new(rest: Vec<Vector<D>>, elements: Vec<Simplex>) -> Self {
+        for (e, nodes) in elements.iter().enumerate() {
+            assert!(nodes[..=D].iter().all(|n| n.index() < rest.len()), "element {e} names a node that does not exist");
+            assert!(signed_volume(&rest, nodes) > 0.0, "element {e} must be positively oriented");
+        }
+        let facets = boundary::<D>(&elements);
+        let held = vec![[false; D]; rest.len()];
+        Self { rest, elements, facets, held }
+    }
+
+    /// Area or volume of an element at rest, m² or m³.
+    #[must_use]
+    pub fn measure(&self, element: &Simplex) -> f64 {
+        signed_volume(&self.rest, element)
+    }
+}
+
+/// Signed area or volume of a simplex: det(x₁ − x₀, …)/D!.
+#[must_use]
+pub fn signed_volume<const D: usize>(x: &[Vector<D>], nodes: &Simplex) -> f64 {
+    let factorial = if D == 2 { 2.0 } else { 6.0 };
+    crate::algebra::det(&edges(x, nodes)) / factorial
+}
+
+/// Edge vectors from the first node, as columns.
+#[must_use]
+pub fn edges<const D: usize>(x: &[Vector<D>], nodes: &Simplex) -> crate::algebra::Tensor<D> {
+    let origin = x[nodes[0].index()];
+    crate::algebra::Tensor::<D>::from_fn(|i, j| x[nodes[j + 1].index()][i] - origin[i])
+}

@@ -1,0 +1,150 @@
+//! The shapes a gel can have: block, cylinder and L-beam.
+
+use super::{Grid, Mesh, Split};
+use crate::algebra::Vector;
+
+/// How a face is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hold {
+    /// Along its normal only.
+    Normal,
+    /// In every direction.
+    All,
+}
+
+/// A held face: all nodes whose coordinate along `axis` is the least (`high` false) or the greatest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Face {
+    /// Axis the face is normal to.
+    pub axis: usize,
+    /// The face of greatest coordinate.
+    pub high: bool,
+    /// How it is held.
+    pub hold: Hold,
+}
+
+/// A rectilinear block.
+pub struct Block<const D: usize> {
+    /// Planes along each axis, ascending, m.
+    pub planes: [Vec<f64>; D],
+    /// How cells are filled.
+    pub split: Split,
+    /// Held faces.
+    pub faces: Vec<Face>,
+}
+
+/// A block; also the half section of a cylinder in (r, z).
+#[must_use]
+pub fn block<const D: usize>(block: Block<D>) -> Mesh<D> {
+    let ends: [[f64; 2]; D] = std::array::from_fn(|i| [block.planes[i][0], block.planes[i][block.planes[i].len() - 1]]);
+    let grid = Grid { planes: block.planes, filled: Box::new(|_| true) };
+    let (points, elements) = grid.split(block.split);
+    let mut mesh = Mesh::new(points, elements);
+    for face in block.faces {
+        let plane = ends[face.axis][usize::from(face.high)];
+        hold(&mut mesh, face, |x| x[face.axis] == plane);
+    }
+    mesh
+}
+
+fn hold<const D: usize>(mesh: &mut Mesh<D>, face: Face, on_face: impl Fn(&Vector<D>) -> bool) {
+    for (_, held) in mesh.rest.iter().zip(&mut mesh.held).filter(|(x, _)| on_face(x)) {
+        match face.hold {
+            Hold::All => *held = [true; D],
+            Hold::Normal => held[face.axis] = true,
+        }
+    }
+}
+
+/// A cylinder about z: the cross-section of a block of half width `radius` is rounded to a disc.
+///
+/// A point of the square at (x, y) moves to radius R₀ = max(|x|, |y|) on its ray, blended with the square itself by
+/// (R₀/R)²: near the axis the grid stays square, at the mantle it is round.
+/// Faces of axis 0 stand for the mantle.
+#[must_use]
+pub fn cylinder(radius: f64, square: Block<3>) -> Mesh<3> {
+    let faces = square.faces.clone();
+    let mut mesh = block(Block { faces: faces.iter().copied().filter(|f| f.axis == 2).collect(), ..square });
+    let on_mantle = |x: &Vector<3>| x[0].abs().max(x[1].abs()) == radius;
+    for face in faces.into_iter().filter(|f| f.axis == 0) {
+        hold(&mut mesh, face, on_mantle);
+    }
+    for x in &mut mesh.rest {
+        let (square, r) = (x[0].abs().max(x[1].abs()), (x[0] * x[0] + x[1] * x[1]).sqrt());
+        if r > 0.0 {
+            let round = (square / radius) * (square / radius);
+            let scale = 1.0 + round * (square / r - 1.0);
+            x[0] *= scale;
+            x[1] *= scale;
+        }
+    }
+    mesh
+}
+
+/// Two legs at a right angle with the outer corner at the origin: first in the axes of the legs, then turned by
+/// `angle` in the x–z plane and moved to `corner`. The first and the last planes run along the legs.
+#[must_use]
+pub fn l_beam<const D: usize>(legs: Block<D>, thickness: f64, (angle, corner): (f64, Vector<D>)) -> Mesh<D> {
+    let (along, up) = (legs.planes[0].clone(), legs.planes[D - 1].clone());
+    let middle = |planes: &[f64], i: usize| 0.5 * (planes[i] + planes[i + 1]);
+    let filled = move |cell: [usize; D]| middle(&along, cell[0]) < thickness || middle(&up, cell[D - 1]) < thickness;
+    let (mut points, elements) = Grid { planes: legs.planes, filled: Box::new(filled) }.split(legs.split);
+    let (sin, cos) = libm::sincos(angle.to_radians());
+    for x in &mut points {
+        let (a, b) = (x[0], x[D - 1]);
+        x[0] = cos * a - sin * b;
+        x[D - 1] = sin * a + cos * b;
+        *x += corner;
+    }
+    Mesh::new(points, elements)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::uniform;
+    use super::*;
+
+    fn volume<const D: usize>(mesh: &Mesh<D>) -> f64 {
+        mesh.elements.iter().map(|e| mesh.measure(e)).sum()
+    }
+
+    #[test]
+    fn a_cylinder_tends_to_its_volume_and_holds_its_mantle() {
+        let error = |n: f64| {
+            let axis = || uniform(-2.0, 2.0, 4.0 / n);
+            let mantle = Face { axis: 0, high: true, hold: Hold::All };
+            let square =
+                Block { planes: [axis(), axis(), uniform(-1.0, 0.0, 0.5)], split: Split::Centred, faces: vec![mantle] };
+            let mesh = cylinder(2.0, square);
+            for (x, held) in mesh.rest.iter().zip(&mesh.held) {
+                let on_mantle = ((x[0] * x[0] + x[1] * x[1]).sqrt() - 2.0).abs() < 1e-12;
+                assert!(!on_mantle || held[0] || x[0].abs() < 1.4, "{x}");
+            }
+            4.0 * std::f64::consts::PI - volume(&mesh)
+        };
+        let (coarse, fine) = (error(8.0), error(16.0));
+        assert!(coarse > 0.0 && fine > 0.0 && (coarse / fine - 4.0).abs() < 0.3);
+    }
+
+    #[test]
+    fn an_l_beam_stands_on_its_corner() {
+        let planes = || uniform(0.0, 1.0, 0.125);
+        let legs =
+            Block { planes: [planes(), uniform(-0.1, 0.1, 0.1), planes()], split: Split::Centred, faces: vec![] };
+        let corner = Vector::<3>::new(0.0, 0.0, 0.5);
+        let mesh = l_beam(legs, 0.25, (45.0, corner));
+        assert!((volume(&mesh) - 0.2 * (1.0 - 0.75 * 0.75)).abs() < 1e-12);
+        let lowest = mesh.rest.iter().map(|x| x[2]).fold(f64::MAX, f64::min);
+        assert!((lowest - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn faces_hold_their_nodes() {
+        let faces =
+            vec![Face { axis: 1, high: false, hold: Hold::All }, Face { axis: 0, high: true, hold: Hold::Normal }];
+        let mesh = block(Block { planes: [uniform(0.0, 1.0, 0.5), uniform(0.0, 1.0, 0.5)], split: Split::Kuhn, faces });
+        let count = |f: fn(&[bool; 2]) -> bool| mesh.held.iter().filter(|h| f(h)).count();
+        assert_eq!(count(|h| h[1]), 3);
+        assert_eq!(count(|h| h[0]), 5);
+    }
+}

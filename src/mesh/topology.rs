@@ -1,0 +1,85 @@
+//! Who is next to whom. Never reads positions.
+
+use super::{ElementId, Facet, NodeId, Simplex};
+use std::collections::BTreeMap;
+
+/// Facets that belong to one element only, in the order of the elements, outward oriented.
+#[must_use]
+pub fn boundary<const D: usize>(elements: &[Simplex]) -> Vec<Facet> {
+    let mut count: BTreeMap<Facet, u8> = BTreeMap::new();
+    for facet in elements.iter().flat_map(facets::<D>) {
+        *count.entry(sorted::<D>(facet)).or_default() += 1;
+    }
+    elements.iter().flat_map(facets::<D>).filter(|facet| count[&sorted::<D>(*facet)] == 1).collect()
+}
+
+/// The facets of a positively oriented simplex, outward oriented.
+fn facets<const D: usize>(simplex: &Simplex) -> Vec<Facet> {
+    let opposite: &[[usize; 3]] = match D {
+        2 => &[[1, 2, 2], [2, 0, 0], [0, 1, 1]],
+        _ => &[[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]],
+    };
+    opposite.iter().map(|corners| corners.map(|c| simplex[c])).collect()
+}
+
+fn sorted<const D: usize>(facet: Facet) -> Facet {
+    let mut key = facet;
+    key[..D].sort_unstable();
+    if D == 2 {
+        key[2] = key[1];
+    }
+    key
+}
+
+/// Which groups (elements, facets) each node belongs to, in ascending order.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Incidence {
+    start: Vec<u32>,
+    members: Vec<ElementId>,
+}
+
+impl Incidence {
+    /// From the groups of nodes, `n_nodes` in all.
+    pub fn new<'a>(n_nodes: usize, groups: impl Iterator<Item = &'a [NodeId]> + Clone) -> Self {
+        let mut start = vec![0_u32; n_nodes + 1];
+        for node in groups.clone().flatten() {
+            start[node.index() + 1] += 1;
+        }
+        for i in 0..n_nodes {
+            start[i + 1] += start[i];
+        }
+        let mut fill = start.clone();
+        let mut members = vec![ElementId(0); start[n_nodes] as usize];
+        for (id, group) in groups.enumerate() {
+            for node in group {
+                members[fill[node.index()] as usize] = ElementId(id as u32);
+                fill[node.index()] += 1;
+            }
+        }
+        Self { start, members }
+    }
+
+    /// The groups of a node.
+    #[must_use]
+    #[inline]
+    pub fn of(&self, node: NodeId) -> &[ElementId] {
+        &self.members[self.start[node.index()] as usize..self.start[node.index() + 1] as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_tetrahedra_share_one_face() {
+        let ids = |a: [u32; 4]| a.map(NodeId);
+        let elements = [ids([0, 1, 2, 3]), ids([1, 2, 3, 4])];
+        let facets = boundary::<3>(&elements);
+        assert_eq!(facets.len(), 6);
+        assert!(!facets.iter().any(|f| sorted::<3>(*f) == [NodeId(1), NodeId(2), NodeId(3)]));
+        let star = Incidence::new(5, elements.iter().map(|e| &e[..]));
+        assert_eq!(star.of(NodeId(0)), [ElementId(0)]);
+        assert_eq!(star.of(NodeId(3)), [ElementId(0), ElementId(1)]);
+    }
+}
