@@ -8,8 +8,7 @@ use std::ffi::c_int;
 fn directional(host: &Host, unknown: &str, known: &str) -> f64 {
     let (unknown, known, seed, mut value) = (reference(unknown), reference(known), 1.0, f64::NAN);
     let (unknown, known) = (&raw const unknown, &raw const known);
-    let status =
-        unsafe { fmi2GetDirectionalDerivative(host.c, unknown, 1, known, 1, &raw const seed, &raw mut value) };
+    let status = unsafe { fmi2GetDirectionalDerivative(host.c, unknown, 1, known, 1, &raw const seed, &raw mut value) };
     assert_eq!(status, OK);
     value
 }

@@ -21,9 +21,8 @@ fn a_null_component_is_an_error_everywhere() {
 #[test]
 fn null_arrays_are_named() {
     let mut host = Host::started();
-    let (c, mut vr, mut one, mut n) = (host.c, reference("time"), 1.0, 0_usize);
-    let (none, real) = (ptr::null_mut(), &raw mut one);
-    let at: *mut u32 = &raw mut vr;
+    let (c, vr, mut one) = (host.c, reference("time"), 1.0);
+    let (none, real, at) = (ptr::null_mut(), &raw mut one, &raw const vr);
     let calls: [(&str, &dyn Fn() -> c_int); 12] = unsafe {
         [
             ("vr", &|| fmi2GetReal(c, ptr::null(), 1, real)),
@@ -33,7 +32,7 @@ fn null_arrays_are_named() {
             ("categories", &|| fmi2SetDebugLogging(c, 1, 1, ptr::null())),
             ("FMUstate", &|| fmi2GetFMUstate(c, ptr::null_mut())),
             ("FMUstate", &|| fmi2SetFMUstate(c, none)),
-            ("FMUstate", &|| fmi2SerializedFMUstateSize(c, none, &raw const n as *mut usize)),
+            ("FMUstate", &|| fmi2SerializedFMUstateSize(c, none, ptr::null_mut())),
             ("serializedState", &|| fmi2DeSerializeFMUstate(c, ptr::null(), 8, ptr::null_mut())),
             ("vKnown_ref", &|| fmi2GetDirectionalDerivative(c, at, 1, ptr::null(), 1, real, real)),
             ("order", &|| fmi2SetRealInputDerivatives(c, at, 1, ptr::null(), real)),
@@ -44,8 +43,6 @@ fn null_arrays_are_named() {
         assert_eq!(call(), ERROR, "call {k}");
         assert!(host.one_line().contains(&format!("argument {argument} is a null pointer")), "call {k}");
     }
-    n += 1;
-    assert_eq!(n, 1);
 }
 
 #[test]

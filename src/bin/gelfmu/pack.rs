@@ -4,7 +4,9 @@ mod description;
 mod documentation;
 
 use crate::job::RunError;
+use ballistic_gel::output::model_picture;
 use ballistic_gel::scene::{self, Scene};
+use ballistic_gel::simulation::{CouplingMode, Simulation};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{Cursor, Write};
@@ -49,7 +51,9 @@ fn entries(scene_text: &str) -> Result<Entries, RunError> {
         call: "pack",
         reason: "this gelfmu was built without the library of the FMU: build it with cargo build --release".to_owned(),
     })?;
+    let frame = Simulation::new(&scene, CouplingMode::Integrated, 1)?.frame();
     let mut entries = Entries::from([
+        ("model.png".to_owned(), model_picture(&frame, &scene)),
         ("modelDescription.xml".to_owned(), described(&scene)?.into_bytes()),
         ("documentation/index.html".to_owned(), documentation::page(&scene).into_bytes()),
         ("resources/scene.toml".to_owned(), scene_text.as_bytes().to_vec()),
