@@ -61,7 +61,7 @@ def steps(gel, step, force):
     mass = gel.get("projectile.effective_mass", 1)[0]
     x, v = gel.get("projectile.predicted_position"), gel.get("projectile.predicted_velocity")
     gel.set("projectile.external_force", force)
-    for k in range(round(gel.description.defaultExperiment.stopTime / step)):
+    for k in range(round(float(gel.description.defaultExperiment.stopTime) / step)):
         for name, n in [("orientation", 4), ("angular_velocity", 3)]:
             gel.set(f"projectile.{name}", gel.get(f"projectile.predicted_{name}", n))
         gel.set("projectile.position", x)

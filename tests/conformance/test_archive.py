@@ -23,7 +23,7 @@ def test_entries_are_sorted_and_carry_no_time(fmu):
 
 def test_the_default_experiment_is_that_of_the_scene(fmu):
     experiment = read_model_description(fmu).defaultExperiment
-    assert (experiment.startTime, experiment.stopTime, experiment.stepSize) == (0.0, 0.01, 1e-5)
+    assert [float(t) for t in (experiment.startTime, experiment.stopTime, experiment.stepSize)] == [0.0, 0.01, 1e-5]
 
 
 def test_every_capability_is_declared(fmu):

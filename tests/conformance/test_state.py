@@ -74,7 +74,7 @@ def test_the_communication_step_leaves_no_trace(make):
     for n in (1, 7, 100, 12345):
         gel = make()
         gel.start()
-        bits.run(gel, 0, n, 0.01 / n)
+        bits.run(gel, 0, n, 2e-3 / n)
         digests.add(bits.digest(gel))
     assert len(digests) == 1
 
