@@ -8,12 +8,15 @@ mod licenses;
 mod variables;
 
 use std::env;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     for path in ["build.rs", "build", "src", "modelDescription", "scenes", "Cargo.toml", "Cargo.lock"] {
         println!("cargo::rerun-if-changed={path}");
+    }
+    for path in licenses::license_files(Path::new(".")).unwrap_or_default() {
+        println!("cargo::rerun-if-changed={}", path.display());
     }
     match prepare() {
         Ok(()) => ExitCode::SUCCESS,

@@ -23,7 +23,9 @@ pub fn build(out: &Path) -> Result<Option<PathBuf>, String> {
     }
     let status = command.status().map_err(|e| format!("cannot run cargo for the library of the FMU: {e}"))?;
     if !status.success() {
-        return Err(format!("cargo could not build the library of the FMU ({status}); its messages are above"));
+        return Err(format!(
+            "cargo could not build the library of the FMU ({status}); its messages are above. With cargo install, use --locked"
+        ));
     }
     let built = if host == target { folder.join("fmu") } else { folder.join(&target).join("fmu") };
     Ok(Some(built.join(file_name()?)))

@@ -108,7 +108,8 @@ fn package(value: &Value) -> Result<Package, String> {
     })
 }
 
-fn license_files(folder: &Path) -> Result<Vec<PathBuf>, String> {
+/// The files of a folder that say under which licence it is.
+pub fn license_files(folder: &Path) -> Result<Vec<PathBuf>, String> {
     let entries = fs::read_dir(folder).map_err(|e| format!("cannot read {}: {e}", folder.display()))?;
     let mut files: Vec<PathBuf> =
         entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.is_file() && is_license(p)).collect();

@@ -1,11 +1,11 @@
 //! Derivatives: of inputs and outputs by time, and of the contact force by position and velocity.
 
 use super::call::CallError;
-use super::instance::{Instance, Model};
-use super::table::{Input, Kind, Observed, Source, Variable};
+use super::instance::Instance;
+use super::table::{Input, Kind, Observed, Source, Variable, row};
 use super::variables::{known, mean};
 use super::{body, table::Causality};
-use crate::algebra::Vector3;
+use crate::simulation::ContactReport;
 
 impl Instance {
     /// Sets first derivatives of inputs for the next step: all of them, or none.
@@ -38,13 +38,14 @@ impl Instance {
         if order != 1 {
             return Err(CallError::value(format!("order of the derivative of {name}"), order, "1"));
         }
-        self.model()?;
-        let model = self.model.as_ref().expect("the model was built above");
-        let o = &model.observation;
-        let force = mean(o.exchange.impulse, o.exchange.duration);
+        let (o, simulation) = self.model()?.look();
+        let (force, velocity) = (mean(o.exchange.impulse, o.exchange.duration), o.projectile.velocity);
+        let mass = body::mass(simulation);
         Ok(match variable.source {
-            Source::Observed(Observed::ProjectilePredictedPosition) => o.projectile.velocity[component],
-            Source::Observed(Observed::ProjectilePredictedVelocity) => self.acceleration(model, force)[component],
+            Source::Observed(Observed::ProjectilePredictedPosition) => velocity[component],
+            Source::Observed(Observed::ProjectilePredictedVelocity) if mass > 0.0 => {
+                (force[component] + self.external_force(component)?) / mass
+            }
             Source::Observed(Observed::ContactTotalImpulse) => force[component],
             Source::Observed(_) | Source::Setting(_) | Source::Scene | Source::Input(_) => 0.0,
         })
@@ -52,32 +53,28 @@ impl Instance {
 
     /// Σ ∂unknown/∂known · seed.
     pub(super) fn directional(&mut self, unknown: u32, seeds: &[(u32, f64)]) -> Result<f64, CallError> {
-        let (row, i) = known(unknown, Kind::Real)?;
-        let model = self.model()?;
+        let (of, i) = known(unknown, Kind::Real)?;
+        let contact = &self.model()?.look().0.contact;
         let mut sum = 0.0;
         for &(reference, seed) in seeds {
-            let (column, j) = known(reference, Kind::Real)?;
-            sum += sensitivity(model, (row, i), (column, j)) * seed;
+            let (by, j) = known(reference, Kind::Real)?;
+            sum += sensitivity(contact, (of, i), (by, j)) * seed;
         }
         Ok(sum)
     }
 
-    /// Contact force and external force over the mass; a motion that is held or prescribed has no force of its own.
-    fn acceleration(&self, model: &Model, contact: Vector3) -> Vector3 {
-        let mass = body::mass(model);
-        let external = super::table::row(Source::Input(Input::ProjectileExternalForce));
-        let force = contact + Vector3::from_fn(|i, _| self.inputs.value(external, i, &model.table));
-        if mass > 0.0 { force / mass } else { Vector3::zeros() }
+    fn external_force(&mut self, component: usize) -> Result<f64, CallError> {
+        let external = row(Source::Input(Input::ProjectileExternalForce));
+        self.real(external.reference + component as u32)
     }
 }
 
 /// −k n⊗n for position, −Z n⊗n for velocity, with n the direction of the last impulse.
-fn sensitivity(model: &Model, (row, i): (&Variable, usize), (column, j): (&Variable, usize)) -> f64 {
-    if row.source != Source::Observed(Observed::ContactLinearForce) {
+fn sensitivity(contact: &ContactReport, (of, i): (&Variable, usize), (by, j): (&Variable, usize)) -> f64 {
+    if of.source != Source::Observed(Observed::ContactLinearForce) {
         return 0.0;
     }
-    let contact = &model.observation.contact;
-    let scale = match column.source {
+    let scale = match by.source {
         Source::Input(Input::ProjectilePosition) => contact.stiffness,
         Source::Input(Input::ProjectileVelocity) => contact.impedance,
         Source::Input(_) | Source::Observed(_) | Source::Setting(_) | Source::Scene => return 0.0,

@@ -8,7 +8,7 @@ use super::parameters::{Packed, Settings};
 use super::recording::Recording;
 use super::table::table_of;
 use crate::scene::{self, Scene};
-use crate::simulation::{CouplingMode, Observation, Simulation};
+use crate::simulation::{CouplingMode, Inputs, Observation, RestoreError, Saved, Simulation};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -64,8 +64,8 @@ pub(super) struct Model {
     pub mode: CouplingMode,
     /// The simulation.
     pub simulation: Simulation,
-    /// What was seen at `Clock::now`.
-    pub observation: Observation,
+    /// What is seen of it now, once somebody has looked.
+    seen: Option<Observation>,
     /// Why it cannot go on.
     pub failure: Option<String>,
 }
@@ -148,8 +148,8 @@ impl Instance {
     pub(super) fn model(&mut self) -> Result<&mut Model, CallError> {
         if self.model.is_none() {
             let (origin, text) = self.resolved_scene()?;
-            let model = Model::build(origin, text, self.settings.mode, self.settings.threads)?;
-            let cost = &model.observation.cost;
+            let mut model = Model::build(origin, text, self.settings.mode, self.settings.threads)?;
+            let cost = model.look().0.cost;
             self.log.event(format!("built scene {}: {} elements, {} nodes", model.origin, cost.elements, cost.nodes));
             self.model = Some(model);
         }
@@ -168,7 +168,26 @@ impl Model {
             Ok(simulation) => simulation,
             Err(error) => return Err(CallError::Build { origin, error }),
         };
-        let (table, observation) = (table_of(&scene), simulation.observe());
-        Ok(Self { origin, text, scene, table, mode, simulation, observation, failure: None })
+        let table = table_of(&scene);
+        Ok(Self { origin, text, scene, table, mode, simulation, seen: None, failure: None })
+    }
+
+    /// What is seen now, and the simulation.
+    pub(super) fn look(&mut self) -> (&Observation, &Simulation) {
+        (self.seen.get_or_insert_with(|| self.simulation.observe()), &self.simulation)
+    }
+
+    /// One communication step to `end`, s since the start; why it failed is kept.
+    pub(super) fn advance(&mut self, inputs: &Inputs, end: f64) {
+        self.seen = None;
+        self.failure = self.simulation.step(inputs, end).err().map(|e| e.to_string());
+    }
+
+    /// Continues from a saved state.
+    pub(super) fn restore(&mut self, saved: &Saved, failure: Option<&str>) -> Result<(), RestoreError> {
+        self.simulation.restore(saved)?;
+        self.seen = None;
+        self.failure = failure.map(str::to_string);
+        Ok(())
     }
 }

@@ -24,7 +24,8 @@ impl Instance {
         let threads = self.settings.threads;
         let model = self.model()?;
         let mut recorder = Recorder::create(&folder, &model.scene, Interface::Fmi2, threads)?;
-        recorder.record(&model.simulation)?;
+        let (observation, simulation) = model.look();
+        recorder.record_observation(observation, || simulation.frame())?;
         self.log.event(format!("writing to {}", folder.display()));
         self.recording = Recording { recorder: Some(recorder), open: true };
         Ok(())
@@ -32,9 +33,10 @@ impl Instance {
 
     /// Records the state now. Files that cannot be written any more are given up with a warning.
     pub(super) fn record(&mut self) -> Status {
-        let (Some(recorder), Some(model)) = (&mut self.recording.recorder, &self.model) else { return Status::Ok };
+        let (Some(recorder), Some(model)) = (&mut self.recording.recorder, &mut self.model) else { return Status::Ok };
         self.recording.open = true;
-        let outcome = recorder.record(&model.simulation);
+        let (observation, simulation) = model.look();
+        let outcome = recorder.record_observation(observation, || simulation.frame());
         self.give_up_on(outcome)
     }
 

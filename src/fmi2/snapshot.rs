@@ -96,10 +96,8 @@ impl SavedModel {
     }
 
     fn into(self: &SavedModel, model: &mut Model) -> Result<(), SnapshotError> {
-        model.simulation.restore(&self.saved).map_err(|e| SnapshotError::Mesh { reason: e.to_string() })?;
-        model.observation = model.simulation.observe();
-        model.failure.clone_from(&self.failure);
-        Ok(())
+        let outcome = model.restore(&self.saved, self.failure.as_deref());
+        outcome.map_err(|e| SnapshotError::Mesh { reason: e.to_string() })
     }
 }
 

@@ -37,13 +37,12 @@ impl Instance {
         let inputs = self.step_inputs()?;
         let since_start = (end - self.clock.start).max(0.0);
         let model = self.model()?;
-        let outcome = model.simulation.step(&inputs, since_start);
-        model.observation = model.simulation.observe();
-        model.failure = outcome.err().map(|e| e.to_string());
+        model.advance(&inputs, since_start);
+        let (failed, reached) = (model.failure.is_some(), model.simulation.time());
         self.inputs.rates.clear();
-        if self.model()?.failure.is_some() {
+        if failed {
             self.phase = Phase::StepFailed;
-            self.clock.now = self.clock.now.max(self.clock.start + self.model()?.simulation.time());
+            self.clock.now = self.clock.now.max(self.clock.start + reached);
             self.record();
             self.refuse_after_failure()?;
         }

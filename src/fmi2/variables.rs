@@ -172,13 +172,13 @@ fn check_range(variable: &Variable, component: usize, value: f64) -> Result<(), 
     }
 }
 
-fn sample(observed: Observed, model: &Model) -> Sample {
-    let o = &model.observation;
+fn sample(observed: Observed, model: &mut Model) -> Sample {
+    let (o, simulation) = model.look();
     let (exchange, contact, energy, cost) = (&o.exchange, &o.contact, &o.energy, &o.cost);
     match observed {
         Observed::Time => scalar(o.time),
-        Observed::ProjectileEffectiveMass => scalar(body::mass(model)),
-        Observed::ProjectileEffectiveInertia => Sample::Real(body::inertia(model)),
+        Observed::ProjectileEffectiveMass => scalar(body::mass(simulation)),
+        Observed::ProjectileEffectiveInertia => Sample::Real(body::inertia(simulation)),
         Observed::ContactImpulse => vector(exchange.impulse),
         Observed::ContactAngularImpulse => vector(exchange.angular_impulse),
         Observed::ContactImpulseMoment => vector(exchange.impulse_moment),

@@ -21,6 +21,12 @@ def test_the_ball_goes_in_and_comes_back(results, step):
     assert result["projectile.predicted_velocity[3]"][-1] == pytest.approx(REBOUND, rel=0.1)
 
 
+def test_a_run_that_the_mesh_cannot_follow_ends_by_itself(fmu):
+    faster = {"projectile.initial_velocity[3]": -2000.0}
+    result = simulate(fmu, 1e-5, start_values=faster)
+    assert 0.0 < result["time"][-1] < 0.005
+
+
 def test_the_communication_step_changes_no_bit(results):
     for name in ("projectile.depth", "projectile.predicted_velocity[3]"):
         fine, wide = (results[step][name][-1] for step in (1e-5, 1e-4))

@@ -9,6 +9,7 @@ from pathlib import Path
 import bits
 import pytest
 from fmpy.fmi1 import FMICallException
+from own_body import Gel
 
 STEP = 5e-5
 
@@ -77,6 +78,18 @@ def test_the_communication_step_leaves_no_trace(make):
         bits.run(gel, 0, n, 2e-3 / n)
         digests.add(bits.digest(gel))
     assert len(digests) == 1
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="threads are counted in /proc")
+def test_no_thread_survives_its_instance(coarse):
+    before = set(os.listdir("/proc/self/task"))
+    gel = Gel(coarse)
+    gel.fmu.setInteger(gel.references("threads", 1), [4])
+    gel.start()
+    bits.run(gel, 0, 2, STEP)
+    assert len(set(os.listdir("/proc/self/task")) - before) > 0
+    gel.free()
+    assert set(os.listdir("/proc/self/task")) <= before
 
 
 def test_a_bad_call_raises_and_harms_nothing(make):

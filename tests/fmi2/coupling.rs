@@ -169,6 +169,32 @@ fn the_files_of_an_instance_are_in_a_folder_of_its_name() {
 }
 
 #[test]
+fn freeing_an_instance_completes_its_files() {
+    let mut host = Host::with(&coarse());
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(host.set_text("output_directory", folder.path()), OK);
+    host.start();
+    host.steps(0.0, 1e-4, 1);
+    assert!(!folder.path().join("gel/summary.json").exists());
+    drop(host);
+    assert!(folder.path().join("gel/summary.json").is_file());
+}
+
+#[test]
+fn files_that_cannot_be_written_any_more_are_given_up_with_one_warning() {
+    let mut host = Host::with(&coarse());
+    assert_eq!(host.set_text("output_directory", host.folder.path().to_path_buf().as_path()), OK);
+    host.start();
+    let frames = host.path("gel").join("frames");
+    std::fs::remove_dir_all(&frames).unwrap();
+    std::fs::write(&frames, "in the way").unwrap();
+    assert_eq!(unsafe { fmi2DoStep(host.c, 0.0, 1e-3, 0) }, 1, "{:?}", host.lines());
+    assert!(host.one_line().contains("output_directory"));
+    host.steps(1e-3, 1e-4, 2);
+    assert!(host.lines().is_empty());
+}
+
+#[test]
 fn going_back_truncates_the_files() {
     let mut host = Host::with(&coarse());
     assert_eq!(host.set_text("output_directory", host.folder.path().to_path_buf().as_path()), OK);
