@@ -4,7 +4,7 @@
 //! The C standard's side of the contract is the importer's: a component comes from `fmi2Instantiate` and was not freed,
 //! arrays have the length that is passed with them, strings end with a null byte, and one instance is used by one thread
 //! at a time. What can be checked is checked here: null pointers, text encoding, and that a state is one of ours. Every
-//! function runs inside [`guard`], which stops a panic before it reaches C. Log lines are handed over after the
+//! function runs inside `guard`, which stops a panic before it reaches C. Log lines are handed over after the
 //! instance was let go, so a logger may call back into the FMU.
 
 #![allow(unsafe_code)]
@@ -13,31 +13,23 @@
 #![allow(clippy::too_many_arguments)] // the signatures are those of the standard
 
 use super::call::CallError;
+use super::component::{Component, Logger};
 use super::instance::Instance;
-use super::lifecycle::{Call, Phase};
+use super::lifecycle::Call;
 use super::logger::{Line, Log, as_format};
 use super::parameters::Packed;
 use super::snapshot::{Snapshot, SnapshotError};
-use super::table::GUID;
-use super::types::{Callbacks, LoggerCallback, Status};
+use super::types::{Callbacks, Status};
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr;
 
-/// What a component points to.
-struct Component {
-    instance: Instance,
-    logger: Logger,
-    /// Strings given out by the last `fmi2GetString`.
-    strings: Vec<CString>,
-}
-
-#[derive(Clone)]
-struct Logger {
-    callback: Option<LoggerCallback>,
-    environment: *mut c_void,
-    name: CString,
-}
+/// A component or a state.
+type Handle = *mut c_void;
+/// Text that ends with a null byte.
+type Text = *const c_char;
+/// A C function and one of its arguments.
+type Place = (&'static str, &'static str);
 
 /// What a state points to. The first word is zero: a caller that frees by value, not by address, frees nothing.
 #[repr(C)]
@@ -51,7 +43,7 @@ const STATE_MAGIC: u64 = 0x4745_4c53_5441_5445;
 
 /// Runs one call: order, panic guard, status and log lines.
 fn guard(
-    component: *mut c_void,
+    component: Handle,
     function: &'static str,
     call: Call,
     body: impl FnOnce(&mut Component) -> Result<Status, CallError>,
@@ -62,40 +54,15 @@ fn guard(
     let (status, lines, logger) = {
         // SAFETY: not null, so it came from `fmi2Instantiate` and is used by this thread alone.
         let it = unsafe { &mut *component.cast::<Component>() };
-        let status = settle(it, function, call, body);
+        let status = it.run(function, call, body);
         (status, it.instance.log.take(), it.logger.clone())
     };
     logger.write(&lines);
     status as c_int
 }
 
-fn settle(
-    it: &mut Component,
-    function: &'static str,
-    call: Call,
-    body: impl FnOnce(&mut Component) -> Result<Status, CallError>,
-) -> Status {
-    if let Err(error) = it.instance.expect(function, call) {
-        it.instance.log.refusal(&error);
-        return error.status();
-    }
-    match catch_unwind(AssertUnwindSafe(|| body(it))) {
-        Ok(Ok(status)) => status,
-        Ok(Err(error)) => {
-            it.instance.log.refusal(&error);
-            error.status()
-        }
-        Err(panic) => {
-            let text = panic.downcast_ref::<&str>().copied().map(str::to_string);
-            let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
-            it.instance.phase = Phase::Fatal;
-            it.instance.log.fatal(format!("{function}: internal error: {text}. The instance is lost; free it"));
-            Status::Fatal
-        }
-    }
-}
-
 impl Logger {
+    /// Hands the lines to the importer.
     fn write(&self, lines: &[Line]) {
         let Some(callback) = self.callback else { return };
         for line in lines {
@@ -111,7 +78,7 @@ impl Logger {
 }
 
 /// The array behind a pointer; empty if its length is 0, whatever the pointer.
-unsafe fn slice<'a, T>(at: *const T, n: usize, what: (&'static str, &'static str)) -> Result<&'a [T], CallError> {
+unsafe fn slice<'a, T>(at: *const T, n: usize, what: Place) -> Result<&'a [T], CallError> {
     match (n, at.is_null()) {
         (0, _) => Ok(&[]),
         (_, true) => Err(CallError::NullPointer { function: what.0, argument: what.1 }),
@@ -121,7 +88,7 @@ unsafe fn slice<'a, T>(at: *const T, n: usize, what: (&'static str, &'static str
 }
 
 /// The array behind a pointer, to be written.
-unsafe fn slice_mut<'a, T>(at: *mut T, n: usize, what: (&'static str, &'static str)) -> Result<&'a mut [T], CallError> {
+unsafe fn slice_mut<'a, T>(at: *mut T, n: usize, what: Place) -> Result<&'a mut [T], CallError> {
     match (n, at.is_null()) {
         (0, _) => Ok(&mut []),
         (_, true) => Err(CallError::NullPointer { function: what.0, argument: what.1 }),
@@ -131,7 +98,7 @@ unsafe fn slice_mut<'a, T>(at: *mut T, n: usize, what: (&'static str, &'static s
 }
 
 /// The text behind a pointer.
-unsafe fn text<'a>(at: *const c_char, what: (&'static str, &'static str)) -> Result<&'a str, CallError> {
+unsafe fn text<'a>(at: Text, what: Place) -> Result<&'a str, CallError> {
     if at.is_null() {
         return Err(CallError::NullPointer { function: what.0, argument: what.1 });
     }
@@ -141,7 +108,7 @@ unsafe fn text<'a>(at: *const c_char, what: (&'static str, &'static str)) -> Res
 }
 
 /// The state behind a pointer.
-unsafe fn state<'a>(at: *mut c_void, function: &'static str) -> Result<&'a mut State, CallError> {
+unsafe fn state<'a>(at: Handle, function: &'static str) -> Result<&'a mut State, CallError> {
     if at.is_null() {
         return Err(CallError::NullPointer { function, argument: "FMUstate" });
     }
@@ -158,7 +125,7 @@ unsafe fn state<'a>(at: *mut c_void, function: &'static str) -> Result<&'a mut S
 }
 
 /// Puts a snapshot behind `*target`: into the state that is there, or into a new one.
-unsafe fn keep(target: *mut *mut c_void, snapshot: Snapshot, function: &'static str) -> Result<Status, CallError> {
+unsafe fn keep(target: *mut Handle, snapshot: Snapshot, function: &'static str) -> Result<Status, CallError> {
     // SAFETY: a pointer to a pointer, as the standard wants it.
     let target = &mut unsafe { slice_mut(target, 1, (function, "FMUstate")) }?[0];
     if target.is_null() {
@@ -168,6 +135,20 @@ unsafe fn keep(target: *mut *mut c_void, snapshot: Snapshot, function: &'static 
         unsafe { state(*target, function) }?.snapshot = snapshot;
     }
     Ok(Status::Ok)
+}
+
+/// References and the values that go with them.
+unsafe fn both<'a, T>(
+    (references, n): (*const u32, usize),
+    values: *const T,
+    name: &'static str,
+) -> Result<(&'a [u32], &'a [T]), CallError> {
+    // SAFETY: both arrays have n items.
+    unsafe { Ok((slice(references, n, (name, "vr"))?, slice(values, n, (name, "value"))?)) }
+}
+
+fn done((): ()) -> Status {
+    Status::Ok
 }
 
 /// Reads one variable for each reference.
@@ -198,31 +179,25 @@ unsafe fn answer<T>(at: *mut T, function: &'static str, value: Result<T, CallErr
 
 /// The types of `fmi2TypesPlatform.h`.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetTypesPlatform() -> *const c_char {
+pub extern "C" fn fmi2GetTypesPlatform() -> Text {
     c"default".as_ptr()
 }
 
 /// The version of the standard.
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetVersion() -> *const c_char {
+pub extern "C" fn fmi2GetVersion() -> Text {
     c"2.0".as_ptr()
 }
 
 /// Switches debug logging.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetDebugLogging(
-    c: *mut c_void,
-    on: c_int,
-    n: usize,
-    categories: *const *const c_char,
-) -> c_int {
+pub unsafe extern "C" fn fmi2SetDebugLogging(c: Handle, on: c_int, n: usize, categories: *const Text) -> c_int {
     let what = ("fmi2SetDebugLogging", "categories");
     guard(c, what.0, Call::SetDebugLogging, |it| {
         // SAFETY: n pointers to text.
         let texts = unsafe { slice(categories, n, what) }?.iter().map(|&at| unsafe { text(at, what) });
         let names = texts.map(|t| t.map(str::to_string)).collect::<Result<Vec<String>, CallError>>()?;
-        it.instance.log.select(on != 0, &names)?;
-        Ok(Status::Ok)
+        it.instance.log.select(on != 0, &names).map(done)
     })
 }
 
@@ -231,14 +206,14 @@ pub unsafe extern "C" fn fmi2SetDebugLogging(
 /// Makes an instance; null if it was refused.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Instantiate(
-    name: *const c_char,
+    name: Text,
     fmu_type: c_int,
-    guid: *const c_char,
-    resources: *const c_char,
+    guid: Text,
+    resources: Text,
     functions: *const Callbacks,
     _visible: c_int,
     debug: c_int,
-) -> *mut c_void {
+) -> Handle {
     if functions.is_null() {
         return ptr::null_mut();
     }
@@ -265,12 +240,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     component.map_or(ptr::null_mut(), |it| Box::into_raw(it).cast())
 }
 
-unsafe fn instantiate(
-    name: *const c_char,
-    fmu_type: c_int,
-    guid: *const c_char,
-    resources: *const c_char,
-) -> Result<(String, Packed), CallError> {
+unsafe fn instantiate(name: Text, fmu_type: c_int, guid: Text, resources: Text) -> Result<(String, Packed), CallError> {
     const FUNCTION: &str = "fmi2Instantiate";
     // SAFETY: null-terminated text or null each.
     let name = unsafe { text(name, (FUNCTION, "instanceName")) }?;
@@ -281,22 +251,12 @@ unsafe fn instantiate(
         // SAFETY: not null.
         Some(unsafe { text(resources, (FUNCTION, "fmuResourceLocation")) }?)
     };
-    if name.trim().is_empty() {
-        return Err(CallError::value("instanceName", format!("{name:?}"), "a name"));
-    }
-    if fmu_type != 1 {
-        return Err(CallError::value("fmuType", fmu_type, "1, co-simulation"));
-    }
-    if guid != GUID {
-        let expected = format!("{GUID}: modelDescription.xml and library are of different releases");
-        return Err(CallError::value("fmuGUID", guid, expected));
-    }
-    Ok((name.to_string(), Packed::at(resources)))
+    Packed::found(name, fmu_type, guid, resources)
 }
 
 /// Completes the files, joins the threads and frees the instance.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeInstance(c: *mut c_void) {
+pub unsafe extern "C" fn fmi2FreeInstance(c: Handle) {
     if c.is_null() {
         return;
     }
@@ -317,7 +277,7 @@ pub unsafe extern "C" fn fmi2FreeInstance(c: *mut c_void) {
 /// Takes start and stop time.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetupExperiment(
-    c: *mut c_void,
+    c: Handle,
     _tolerance_defined: c_int,
     _tolerance: f64,
     start: f64,
@@ -325,14 +285,13 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
     stop: f64,
 ) -> c_int {
     guard(c, "fmi2SetupExperiment", Call::SetupExperiment, |it| {
-        it.instance.set_up(start, (stop_defined != 0).then_some(stop))?;
-        Ok(Status::Ok)
+        it.instance.set_up(start, (stop_defined != 0).then_some(stop)).map(done)
     })
 }
 
 /// Enters initialization mode.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2EnterInitializationMode(c: *mut c_void) -> c_int {
+pub unsafe extern "C" fn fmi2EnterInitializationMode(c: Handle) -> c_int {
     guard(c, "fmi2EnterInitializationMode", Call::EnterInitializationMode, |it| {
         it.instance.enter_initialization();
         Ok(Status::Ok)
@@ -341,36 +300,29 @@ pub unsafe extern "C" fn fmi2EnterInitializationMode(c: *mut c_void) -> c_int {
 
 /// Leaves initialization mode.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2ExitInitializationMode(c: *mut c_void) -> c_int {
+pub unsafe extern "C" fn fmi2ExitInitializationMode(c: Handle) -> c_int {
     guard(c, "fmi2ExitInitializationMode", Call::ExitInitializationMode, |it| {
-        it.instance.exit_initialization()?;
-        Ok(Status::Ok)
+        it.instance.exit_initialization().map(done)
     })
 }
 
 /// Ends the run.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Terminate(c: *mut c_void) -> c_int {
-    guard(c, "fmi2Terminate", Call::Terminate, |it| {
-        it.instance.terminate()?;
-        Ok(Status::Ok)
-    })
+pub unsafe extern "C" fn fmi2Terminate(c: Handle) -> c_int {
+    guard(c, "fmi2Terminate", Call::Terminate, |it| it.instance.terminate().map(done))
 }
 
 /// Back to a fresh instance.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Reset(c: *mut c_void) -> c_int {
-    guard(c, "fmi2Reset", Call::Reset, |it| {
-        it.instance.reset()?;
-        Ok(Status::Ok)
-    })
+pub unsafe extern "C" fn fmi2Reset(c: Handle) -> c_int {
+    guard(c, "fmi2Reset", Call::Reset, |it| it.instance.reset().map(done))
 }
 
 // Variables
 
 /// Reads Reals.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetReal(c: *mut c_void, vr: *const u32, n: usize, value: *mut f64) -> c_int {
+pub unsafe extern "C" fn fmi2GetReal(c: Handle, vr: *const u32, n: usize, value: *mut f64) -> c_int {
     let name = "fmi2GetReal";
     // SAFETY: both arrays have n items.
     guard(c, name, Call::Get, |it| unsafe { get((vr, n), value, name, |r| it.instance.real(r)) })
@@ -378,7 +330,7 @@ pub unsafe extern "C" fn fmi2GetReal(c: *mut c_void, vr: *const u32, n: usize, v
 
 /// Reads Integers and Enumerations.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetInteger(c: *mut c_void, vr: *const u32, n: usize, value: *mut c_int) -> c_int {
+pub unsafe extern "C" fn fmi2GetInteger(c: Handle, vr: *const u32, n: usize, value: *mut c_int) -> c_int {
     let name = "fmi2GetInteger";
     // SAFETY: both arrays have n items.
     guard(c, name, Call::Get, |it| unsafe { get((vr, n), value, name, |r| it.instance.integer(r)) })
@@ -386,7 +338,7 @@ pub unsafe extern "C" fn fmi2GetInteger(c: *mut c_void, vr: *const u32, n: usize
 
 /// Reads Booleans.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBoolean(c: *mut c_void, vr: *const u32, n: usize, value: *mut c_int) -> c_int {
+pub unsafe extern "C" fn fmi2GetBoolean(c: Handle, vr: *const u32, n: usize, value: *mut c_int) -> c_int {
     let name = "fmi2GetBoolean";
     // SAFETY: both arrays have n items.
     guard(c, name, Call::Get, |it| unsafe { get((vr, n), value, name, |r| it.instance.boolean(r).map(c_int::from)) })
@@ -394,7 +346,7 @@ pub unsafe extern "C" fn fmi2GetBoolean(c: *mut c_void, vr: *const u32, n: usize
 
 /// Reads Strings; they stay valid until the next call of this function.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetString(c: *mut c_void, vr: *const u32, n: usize, value: *mut *const c_char) -> c_int {
+pub unsafe extern "C" fn fmi2GetString(c: Handle, vr: *const u32, n: usize, value: *mut Text) -> c_int {
     let name = "fmi2GetString";
     guard(c, name, Call::Get, |it| {
         it.strings.clear();
@@ -411,31 +363,29 @@ pub unsafe extern "C" fn fmi2GetString(c: *mut c_void, vr: *const u32, n: usize,
 
 /// Sets Reals.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetReal(c: *mut c_void, vr: *const u32, n: usize, value: *const f64) -> c_int {
+pub unsafe extern "C" fn fmi2SetReal(c: Handle, vr: *const u32, n: usize, value: *const f64) -> c_int {
     let name = "fmi2SetReal";
     guard(c, name, Call::Set, |it| {
         // SAFETY: both arrays have n items.
-        let (vr, value) = unsafe { (slice(vr, n, (name, "vr"))?, slice(value, n, (name, "value"))?) };
-        it.instance.set_reals(vr, value)?;
-        Ok(Status::Ok)
+        let (vr, value) = unsafe { both((vr, n), value, name) }?;
+        it.instance.set_reals(vr, value).map(done)
     })
 }
 
 /// Sets Integers and Enumerations.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetInteger(c: *mut c_void, vr: *const u32, n: usize, value: *const c_int) -> c_int {
+pub unsafe extern "C" fn fmi2SetInteger(c: Handle, vr: *const u32, n: usize, value: *const c_int) -> c_int {
     let name = "fmi2SetInteger";
     guard(c, name, Call::Set, |it| {
         // SAFETY: both arrays have n items.
-        let (vr, value) = unsafe { (slice(vr, n, (name, "vr"))?, slice(value, n, (name, "value"))?) };
-        it.instance.set_integers(vr, value)?;
-        Ok(Status::Ok)
+        let (vr, value) = unsafe { both((vr, n), value, name) }?;
+        it.instance.set_integers(vr, value).map(done)
     })
 }
 
 /// Refuses to set Booleans.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetBoolean(c: *mut c_void, vr: *const u32, n: usize, _value: *const c_int) -> c_int {
+pub unsafe extern "C" fn fmi2SetBoolean(c: Handle, vr: *const u32, n: usize, _value: *const c_int) -> c_int {
     let name = "fmi2SetBoolean";
     guard(c, name, Call::Set, |it| {
         // SAFETY: n items.
@@ -446,14 +396,13 @@ pub unsafe extern "C" fn fmi2SetBoolean(c: *mut c_void, vr: *const u32, n: usize
 
 /// Sets Strings.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetString(c: *mut c_void, vr: *const u32, n: usize, value: *const *const c_char) -> c_int {
+pub unsafe extern "C" fn fmi2SetString(c: Handle, vr: *const u32, n: usize, value: *const Text) -> c_int {
     let name = "fmi2SetString";
     guard(c, name, Call::Set, |it| {
         // SAFETY: both arrays have n items.
-        let (vr, value) = unsafe { (slice(vr, n, (name, "vr"))?, slice(value, n, (name, "value"))?) };
+        let (vr, value) = unsafe { both((vr, n), value, name) }?;
         let texts = value.iter().map(|&at| unsafe { text(at, (name, "value")) });
-        it.instance.set_texts(vr, &texts.collect::<Result<Vec<&str>, CallError>>()?)?;
-        Ok(Status::Ok)
+        it.instance.set_texts(vr, &texts.collect::<Result<Vec<&str>, CallError>>()?).map(done)
     })
 }
 
@@ -461,7 +410,7 @@ pub unsafe extern "C" fn fmi2SetString(c: *mut c_void, vr: *const u32, n: usize,
 
 /// Copies the state of the instance.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(c: *mut c_void, target: *mut *mut c_void) -> c_int {
+pub unsafe extern "C" fn fmi2GetFMUstate(c: Handle, target: *mut Handle) -> c_int {
     let name = "fmi2GetFMUstate";
     // SAFETY: a pointer to a pointer.
     guard(c, name, Call::State, |it| unsafe { keep(target, it.instance.snapshot(), name) })
@@ -469,18 +418,17 @@ pub unsafe extern "C" fn fmi2GetFMUstate(c: *mut c_void, target: *mut *mut c_voi
 
 /// Goes to a state.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(c: *mut c_void, from: *mut c_void) -> c_int {
+pub unsafe extern "C" fn fmi2SetFMUstate(c: Handle, from: Handle) -> c_int {
     let name = "fmi2SetFMUstate";
     guard(c, name, Call::State, |it| {
         // SAFETY: checked by `state`.
-        it.instance.restore(&unsafe { state(from, name) }?.snapshot)?;
-        Ok(Status::Ok)
+        it.instance.restore(&unsafe { state(from, name) }?.snapshot).map(done)
     })
 }
 
 /// Frees a state and makes its pointer null.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(c: *mut c_void, target: *mut *mut c_void) -> c_int {
+pub unsafe extern "C" fn fmi2FreeFMUstate(c: Handle, target: *mut Handle) -> c_int {
     let name = "fmi2FreeFMUstate";
     guard(c, name, Call::State, |_| {
         if target.is_null() {
@@ -500,7 +448,7 @@ pub unsafe extern "C" fn fmi2FreeFMUstate(c: *mut c_void, target: *mut *mut c_vo
 
 /// Number of bytes of a serialised state.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializedFMUstateSize(c: *mut c_void, from: *mut c_void, size: *mut usize) -> c_int {
+pub unsafe extern "C" fn fmi2SerializedFMUstateSize(c: Handle, from: Handle, size: *mut usize) -> c_int {
     let name = "fmi2SerializedFMUstateSize";
     // SAFETY: a pointer to one size; the state is checked by `state`.
     guard(c, name, Call::State, |_| unsafe {
@@ -512,7 +460,7 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(c: *mut c_void, from: *mut c
 
 /// Writes a state as bytes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializeFMUstate(c: *mut c_void, from: *mut c_void, to: *mut u8, size: usize) -> c_int {
+pub unsafe extern "C" fn fmi2SerializeFMUstate(c: Handle, from: Handle, to: *mut u8, size: usize) -> c_int {
     let name = "fmi2SerializeFMUstate";
     guard(c, name, Call::State, |_| {
         // SAFETY: `size` bytes; the state is checked by `state`.
@@ -529,10 +477,10 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(c: *mut c_void, from: *mut c_void
 /// Makes a state from bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
-    c: *mut c_void,
+    c: Handle,
     from: *const u8,
     size: usize,
-    target: *mut *mut c_void,
+    target: *mut Handle,
 ) -> c_int {
     let name = "fmi2DeSerializeFMUstate";
     // SAFETY: `size` bytes, and a pointer to a pointer.
@@ -547,7 +495,7 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
 /// Sensitivity of unknowns to knowns, times a seed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
-    c: *mut c_void,
+    c: Handle,
     unknown: *const u32,
     n_unknown: usize,
     known: *const u32,
@@ -568,7 +516,7 @@ pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
 /// Sets first derivatives of inputs for the next step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
-    c: *mut c_void,
+    c: Handle,
     vr: *const u32,
     n: usize,
     order: *const c_int,
@@ -578,15 +526,14 @@ pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
     guard(c, name, Call::SetRealInputDerivatives, |it| {
         // SAFETY: the three arrays have n items.
         let (asked, value) = unsafe { (orders(vr, order, n, name)?, slice(value, n, (name, "value"))?) };
-        it.instance.set_input_rates(&asked, value)?;
-        Ok(Status::Ok)
+        it.instance.set_input_rates(&asked, value).map(done)
     })
 }
 
 /// First derivatives of outputs.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
-    c: *mut c_void,
+    c: Handle,
     vr: *const u32,
     n: usize,
     order: *const c_int,
@@ -618,19 +565,19 @@ unsafe fn orders(
 
 /// One communication step. States are kept whatever the importer promises about going back.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DoStep(c: *mut c_void, current: f64, step: f64, _no_state_before: c_int) -> c_int {
+pub unsafe extern "C" fn fmi2DoStep(c: Handle, current: f64, step: f64, _no_state_before: c_int) -> c_int {
     guard(c, "fmi2DoStep", Call::DoStep, |it| it.instance.do_step(current, step))
 }
 
 /// Refused: no step runs asynchronously.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2CancelStep(c: *mut c_void) -> c_int {
+pub unsafe extern "C" fn fmi2CancelStep(c: Handle) -> c_int {
     guard(c, "fmi2CancelStep", Call::CancelStep, |_| Ok(Status::Ok))
 }
 
 /// Not available: no step runs asynchronously.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetStatus(c: *mut c_void, _kind: c_int, value: *mut c_int) -> c_int {
+pub unsafe extern "C" fn fmi2GetStatus(c: Handle, _kind: c_int, value: *mut c_int) -> c_int {
     let name = "fmi2GetStatus";
     // SAFETY: a pointer to one value.
     guard(c, name, Call::GetStatus, |_| unsafe { answer(value, name, Err(not_available(name))) })
@@ -638,7 +585,7 @@ pub unsafe extern "C" fn fmi2GetStatus(c: *mut c_void, _kind: c_int, value: *mut
 
 /// The last successful time (kind 2).
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetRealStatus(c: *mut c_void, kind: c_int, value: *mut f64) -> c_int {
+pub unsafe extern "C" fn fmi2GetRealStatus(c: Handle, kind: c_int, value: *mut f64) -> c_int {
     let name = "fmi2GetRealStatus";
     guard(c, name, Call::GetStatus, |it| {
         let time = it.instance.last_successful_time();
@@ -649,7 +596,7 @@ pub unsafe extern "C" fn fmi2GetRealStatus(c: *mut c_void, kind: c_int, value: *
 
 /// Not available: there is no integer status.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetIntegerStatus(c: *mut c_void, _kind: c_int, value: *mut c_int) -> c_int {
+pub unsafe extern "C" fn fmi2GetIntegerStatus(c: Handle, _kind: c_int, value: *mut c_int) -> c_int {
     let name = "fmi2GetIntegerStatus";
     // SAFETY: a pointer to one value.
     guard(c, name, Call::GetStatus, |_| unsafe { answer(value, name, Err(not_available(name))) })
@@ -657,7 +604,7 @@ pub unsafe extern "C" fn fmi2GetIntegerStatus(c: *mut c_void, _kind: c_int, valu
 
 /// Whether the simulation has stopped by itself (kind 3).
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBooleanStatus(c: *mut c_void, kind: c_int, value: *mut c_int) -> c_int {
+pub unsafe extern "C" fn fmi2GetBooleanStatus(c: Handle, kind: c_int, value: *mut c_int) -> c_int {
     let name = "fmi2GetBooleanStatus";
     guard(c, name, Call::GetStatus, |it| {
         let stopped = c_int::from(it.instance.has_stopped());
@@ -668,7 +615,7 @@ pub unsafe extern "C" fn fmi2GetBooleanStatus(c: *mut c_void, kind: c_int, value
 
 /// Not available: no step is pending.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetStringStatus(c: *mut c_void, _kind: c_int, value: *mut *const c_char) -> c_int {
+pub unsafe extern "C" fn fmi2GetStringStatus(c: Handle, _kind: c_int, value: *mut Text) -> c_int {
     let name = "fmi2GetStringStatus";
     // SAFETY: a pointer to one value.
     guard(c, name, Call::GetStatus, |_| unsafe { answer(value, name, Err(not_available(name))) })
