@@ -97,12 +97,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         touch.normal.dot(&(gel - self.body.velocity_at(body, &touch.point)))
     }
 
-    /// b = β |φ|/Δt until the node's next tick, capped.
+    /// What the removal of standing penetration adds to the restituted velocity −e u⁻: the target is the greater of
+    /// −e u⁻ and β |φ|/Δt until the node's next tick, capped.
     fn bias(&self, touch: &Touch<D>) -> f64 {
-        let Law::Moreau { bias, .. } = self.rules.law else { return 0.0 };
+        let Law::Moreau { bias, restitution } = self.rules.law else { return 0.0 };
         let step = self.grid.time(self.shortest_around(touch.node) as Tick);
         let standing = (-touch.distance - SLOP * touch.size).max(0.0);
-        (bias * standing / step).min(BIAS_CAP * self.state.record.approach)
+        let removal = (bias * standing / step).min(BIAS_CAP * self.state.record.approach);
+        if removal > 0.0 { (removal + restitution * touch.before).max(0.0) } else { 0.0 }
     }
 
     /// J n on the node and −J n on the body, at the same point.
@@ -205,10 +207,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                     corners.iter().map(|node| embed(&self.position_at(*node, time))).sum::<Vector3>() / D as f64;
                 let depth = -self.body.gap(body, &middle).distance;
                 if depth > LEAK * touch.size {
-                    return Err(StepError::Leak { facet: id.index(), time, depth });
+                    let element = self.element_behind(corners).index();
+                    return Err(StepError::Leak { element, time, depth, at: middle.into() });
                 }
             }
         }
         Ok(())
+    }
+
+    /// The element that has all nodes of a facet.
+    fn element_behind(&self, corners: &[NodeId]) -> ElementId {
+        let has_all = |patch: &&ElementId| corners.iter().all(|node| self.gel.potential.nodes(**patch).contains(node));
+        self.gel.star.of(corners[0]).iter().find(has_all).copied().unwrap_or_default()
     }
 }

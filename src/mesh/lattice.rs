@@ -87,7 +87,7 @@ impl<const D: usize> Builder<'_, D> {
         *self.ids.entry(half).or_insert_with(|| {
             self.points.push(Vector::<D>::from_fn(|i, _| {
                 let at = half[i] / 2;
-                if half[i] % 2 == 0 { planes[i][at] } else { 0.5 * (planes[i][at] + planes[i][at + 1]) }
+                if half[i].is_multiple_of(2) { planes[i][at] } else { 0.5 * (planes[i][at] + planes[i][at + 1]) }
             }));
             NodeId(self.points.len() as u32 - 1)
         })
@@ -130,9 +130,9 @@ impl<const D: usize> Builder<'_, D> {
                 let face = shifted(middle, axis, if up { 1 } else { -1 });
                 let beyond = neighbour.map_or(face, |other| other.map(|i| 2 * i + 1));
                 for edge in face_edges(face, axis) {
-                    let corners =
-                        if D == 2 { vec![middle, edge[0], edge[1]] } else { vec![middle, beyond, edge[0], edge[1]] };
-                    self.simplex(&corners);
+                    let [a, b] = edge;
+                    let corners = [middle, a, b, beyond];
+                    self.simplex(&corners[..=D]);
                 }
             }
         }
