@@ -2,7 +2,7 @@
 
 use crate::library::literal;
 use serde_json::Value;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::env;
 use std::fmt::Write as _;
 use std::fs;
@@ -46,66 +46,47 @@ impl Package {
 
 /// The packages that the library links, this crate first.
 fn linked() -> Result<Vec<Package>, String> {
-    let metadata = metadata()?;
-    let nodes: BTreeMap<&str, &Value> =
-        items(&metadata["resolve"]["nodes"]).filter_map(|n| Some((n["id"].as_str()?, n))).collect();
-    let root = metadata["resolve"]["root"].as_str().ok_or("cargo metadata names no root package")?;
-    let macros: BTreeSet<&str> =
-        items(&metadata["packages"]).filter(|p| is_macro(p)).filter_map(|p| p["id"].as_str()).collect();
-    let mut reached = BTreeSet::new();
-    let mut open = vec![root];
-    while let Some(id) = open.pop() {
-        if !macros.contains(id) && reached.insert(id) {
-            open.extend(items(&nodes[id]["deps"]).filter(|d| normal(d)).filter_map(|d| d["pkg"].as_str()));
-        }
-    }
-    let mut packages: Vec<Package> = items(&metadata["packages"])
-        .filter(|p| p["id"].as_str().is_some_and(|id| reached.contains(id)))
-        .map(package)
-        .collect::<Result<_, String>>()?;
-    packages.sort_by(|a, b| {
-        (a.name != "ballistic-gel", &a.name, &a.version).cmp(&(b.name != "ballistic-gel", &b.name, &b.version))
-    });
+    let linked = names()?;
+    let metadata: Value = serde_json::from_str(&cargo(&["metadata", "--format-version", "1"])?)
+        .map_err(|e| format!("cargo metadata: {e}"))?;
+    let packages = items(&metadata["packages"]).map(package).collect::<Result<Vec<Package>, String>>()?;
+    let mut packages: Vec<Package> = packages.into_iter().filter(|p| linked.contains(&p.folder())).collect();
+    packages.sort_by_key(|p| (p.name != "ballistic-gel", p.folder()));
     Ok(packages)
 }
 
-fn metadata() -> Result<Value, String> {
-    let cargo = env::var_os("CARGO").ok_or("CARGO is not set: run by cargo")?;
+/// `name-version` of every package that the library links; what only runs inside the compiler is left out.
+fn names() -> Result<BTreeSet<String>, String> {
     let target = env::var("TARGET").map_err(|e| format!("TARGET: {e}"))?;
+    let tree = cargo(&["tree", "--edges", "normal,no-proc-macro", "--prefix", "none", "--target", &target])?;
+    let name =
+        |line: &str| Some(line.split_once(" v")?.0.to_string() + "-" + line.split_once(" v")?.1.split(' ').next()?);
+    Ok(tree.lines().filter_map(name).collect())
+}
+
+fn cargo(arguments: &[&str]) -> Result<String, String> {
+    let cargo = env::var_os("CARGO").ok_or("CARGO is not set: run by cargo")?;
     let output = Command::new(cargo)
-        .args(["metadata", "--format-version", "1", "--offline", "--locked", "--no-default-features"])
-        .args(["--filter-platform", &target])
+        .args(arguments)
+        .args(["--offline", "--locked", "--no-default-features"])
         .output()
-        .map_err(|e| format!("cannot run cargo metadata: {e}"))?;
+        .map_err(|e| format!("cannot run cargo {}: {e}", arguments[0]))?;
     if !output.status.success() {
-        return Err(format!("cargo metadata: {}", String::from_utf8_lossy(&output.stderr)));
+        return Err(format!("cargo {}: {}", arguments[0], String::from_utf8_lossy(&output.stderr)));
     }
-    serde_json::from_slice(&output.stdout).map_err(|e| format!("cargo metadata: {e}"))
+    String::from_utf8(output.stdout).map_err(|e| format!("cargo {}: {e}", arguments[0]))
 }
 
 fn items(value: &Value) -> impl Iterator<Item = &Value> {
     value.as_array().into_iter().flatten()
 }
 
-fn normal(dependency: &Value) -> bool {
-    items(&dependency["dep_kinds"]).any(|kind| kind["kind"].is_null())
-}
-
-/// Whether a package only runs inside the compiler.
-fn is_macro(package: &Value) -> bool {
-    items(&package["targets"]).any(|target| items(&target["kind"]).any(|kind| kind == "proc-macro"))
-}
-
 fn package(value: &Value) -> Result<Package, String> {
     let text = |key: &str| value[key].as_str().unwrap_or_default().to_string();
+    let (name, version, license) = (text("name"), text("version"), text("license"));
     let manifest = PathBuf::from(text("manifest_path"));
     let folder = manifest.parent().ok_or_else(|| format!("{} has no folder", manifest.display()))?;
-    Ok(Package {
-        name: text("name"),
-        version: text("version"),
-        license: text("license"),
-        files: license_files(folder)?,
-    })
+    Ok(Package { name, version, license, files: license_files(folder)? })
 }
 
 /// The files of a folder that say under which licence it is.
