@@ -1,6 +1,7 @@
 //! A real importer accepts and runs the packed FMU: fmpy, in a virtual environment of its own under `target/`.
 #![allow(clippy::unwrap_used)] // a test that cannot go on fails
 
+use fmi_rs::model_description::fmi2::ModelDescription;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -85,6 +86,16 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
+/// Digest of a run of the scene, as `summary.json` gives it.
+fn digest(scene: &str, out: &Path, more: &[&str]) -> String {
+    let mut gelfmu = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
+    expect(gelfmu.args(["run", scene, "--quiet", "--force", "--out"]).arg(out).args(more), "run");
+    let summary = fs::read_to_string(out.join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    assert_eq!(summary["interface"], if more.contains(&"--direct") { "direct" } else { "fmi2" });
+    summary["digest"].as_str().unwrap().to_owned()
+}
+
 /// Packs a scene, by name or path.
 fn pack(scene: &str, file: &Path) -> Vec<u8> {
     let mut gelfmu = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
@@ -94,7 +105,7 @@ fn pack(scene: &str, file: &Path) -> Vec<u8> {
 
 fn coarse_scene(folder: &Path) -> String {
     let text = ballistic_gel::scene::builtin("sphere-block").unwrap();
-    let coarse = text.replace("size = 5e-3", "size = 12.5e-3");
+    let coarse = text.replace("size = 5e-3", "size = 12.5e-3").replace("end_time = 10e-3", "end_time = 2e-3");
     assert_ne!(coarse, text);
     let file = folder.join("coarse.toml");
     fs::write(&file, coarse).unwrap();
@@ -103,7 +114,7 @@ fn coarse_scene(folder: &Path) -> String {
 
 #[test]
 #[cfg_attr(debug_assertions, ignore = "a debug build holds no packed library: cargo test --release")]
-fn the_same_scene_gives_the_same_bytes_and_no_build_path() {
+fn the_same_scene_gives_the_same_sound_bytes_and_no_build_path() {
     let folder = tempfile::tempdir().unwrap();
     let first = pack("ball-bounce", &folder.path().join("first.fmu"));
     assert_eq!(first, pack("ball-bounce", &folder.path().join("second.fmu")));
@@ -111,6 +122,9 @@ fn the_same_scene_gives_the_same_bytes_and_no_build_path() {
     fmi_rs::zip::extract_zip_archive(folder.path().join("first.fmu"), &unpacked).unwrap();
     let library = fs::read_dir(unpacked.join("binaries")).unwrap().next().unwrap().unwrap().path();
     let library = fs::read(fs::read_dir(library).unwrap().next().unwrap().unwrap().path()).unwrap();
+    let description = ModelDescription::from_path(&unpacked.join("modelDescription.xml")).unwrap();
+    let problems: Vec<String> = description.validate().into_iter().map(|p| p.message).collect();
+    assert!(problems.is_empty(), "a second importer finds: {problems:?}");
     let home = std::env::home_dir().filter(|home| home.components().count() > 1);
     for path in [Some(root().to_path_buf()), home].into_iter().flatten() {
         let path = path.to_str().unwrap();
@@ -132,4 +146,17 @@ fn fmpy_accepts_and_runs_the_fmu() {
     pytest.env("BALLISTIC_GEL_FMU", &fmu).env("BALLISTIC_GEL_COARSE_FMU", &coarse);
     let output = expect(pytest.env("PYTHONDONTWRITEBYTECODE", "1"), "pass the tests of the importer");
     println!("{}", String::from_utf8_lossy(&output.stdout));
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "a debug build holds no packed library: cargo test --release")]
+fn the_library_and_the_fmu_give_the_same_digest_for_every_communication_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, out) = (coarse_scene(folder.path()), folder.path().join("out"));
+    let direct = digest(&scene, &out, &["--direct"]);
+    for n in [1, 7, 100, 12_345] {
+        let step = format!("{:e}", 2e-3 / f64::from(n));
+        assert_eq!(digest(&scene, &out, &["--step", &step]), direct, "{n} steps");
+    }
+    assert_ne!(digest(&scene, &out, &["--set", "projectile.mass=0.034"]), direct);
 }

@@ -2,8 +2,8 @@
 
 use super::lifecycle::{Call, Phase};
 use super::snapshot::SnapshotError;
+use super::status::Status;
 use super::table::Kind;
-use super::types::Status;
 use crate::output::OutputError;
 use crate::scene::SceneError;
 use crate::simulation::BuildError;

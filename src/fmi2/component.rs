@@ -1,11 +1,12 @@
 //! What a component is to C: an instance, where its log goes, and the strings it lent.
 
+use super::abi::LoggerCallback;
 use super::call::CallError;
 use super::instance::Instance;
 use super::lifecycle::{Call, Phase};
 use super::parameters::Packed;
+use super::status::Status;
 use super::table::GUID;
-use super::types::{LoggerCallback, Status};
 use std::any::Any;
 use std::ffi::{CString, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};

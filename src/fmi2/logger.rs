@@ -1,7 +1,7 @@
 //! Lines of log, kept until the call returns and then handed to the importer on its own thread.
 
 use super::call::CallError;
-use super::types::Status;
+use super::status::Status;
 
 /// Categories and what they hold, as declared in `modelDescription.xml`.
 pub const CATEGORIES: [(&str, &str); 5] = [

@@ -15,17 +15,18 @@ mod logger;
 mod parameters;
 mod recording;
 mod snapshot;
+mod status;
 mod stepping;
 mod table;
-mod types;
 mod uri;
 mod variables;
 
+pub use abi::{Callbacks, LoggerCallback};
 pub use call::CallError;
 pub use logger::CATEGORIES;
+pub use status::Status;
 pub use table::{Causality, Enumeration, GUID, Item, Kind, Start, UNITS, Unit, VARIABLES, Variable};
 pub use table::{ENUMERATIONS, start_of};
-pub use types::{Callbacks, LoggerCallback, Status};
 
 /// Name of the model and of its library inside the archive.
 pub const MODEL: &str = "BallisticGel";

@@ -2,7 +2,7 @@
 
 use super::call::CallError;
 use super::instance::Instance;
-use super::types::Status;
+use super::status::Status;
 use crate::output::{Interface, OutputError, Recorder};
 use std::path::{Path, PathBuf};
 

@@ -3,7 +3,7 @@
 use super::call::CallError;
 use super::instance::{Clock, Instance};
 use super::lifecycle::Phase;
-use super::types::Status;
+use super::status::Status;
 
 /// Relative to the times at hand: what repeated addition of a step can be off by.
 const TOLERANCE: f64 = 1e-9;
