@@ -50,7 +50,7 @@ pub fn callbacks(log: &mut Vec<Line>) -> Callbacks {
     let keep = keep as *const ();
     Callbacks {
         // SAFETY: on the platforms of the tests, fixed arguments are passed alike with and without an ellipsis.
-        logger: Some(unsafe { std::mem::transmute::<*const (), ballistic_gel::fmi2::LoggerCallback>(keep) }),
+        logger: Some(unsafe { std::mem::transmute::<*const (), LoggerCallback>(keep) }),
         allocate_memory: None,
         free_memory: None,
         step_finished: None,
