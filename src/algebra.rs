@@ -93,8 +93,8 @@ pub fn ln(x: f64) -> f64 {
     const LN2_HIGH: f64 = f64::from_bits(0x3FE6_2E42_FEE0_0000);
     const LN2_LOW: f64 = f64::from_bits(0x3DEA_39EF_3579_3C76);
     let shifted = x.to_bits().wrapping_sub(SQRT_HALF_BITS);
-    let k = (shifted as i64) >> 52;
-    let m = f64::from_bits(x.to_bits().wrapping_sub((k as u64) << 52));
+    let k = shifted.cast_signed() >> 52;
+    let m = f64::from_bits(x.to_bits().wrapping_sub(k.cast_unsigned() << 52));
     let f = m - 1.0;
     let s = f / (m + 1.0);
     let z = s * s;

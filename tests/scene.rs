@@ -228,7 +228,7 @@ fn overrides_of_broken_text_are_refused() {
 }
 
 fn builtin(name: &str) -> Scene {
-    read(scene::builtin(name).unwrap())
+    scene::builtin(name).map_or_else(|| panic!("there is no {name}"), read)
 }
 
 #[test]

@@ -81,13 +81,24 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// # Panics
     /// If the gel has no patches or their stiffness is not positive.
     #[must_use]
-    pub fn new(gel: Gel<D, P>, (body, at): (Body, BodyState), rules: Rules, nodes: Vec<(Vector<D>, Vector<D>)>) -> Self {
+    pub fn new(
+        gel: Gel<D, P>,
+        (body, at): (Body, BodyState),
+        rules: Rules,
+        nodes: Vec<(Vector<D>, Vector<D>)>,
+    ) -> Self {
         let (position, velocity): (Vec<_>, Vec<_>) = nodes.into_iter().unzip();
         let clocks: Vec<Clock> = (0..gel.potential.len())
             .map(|p| {
                 let mut forces = [Vector::<D>::zeros(); crate::element::MAX_NODES];
-                let at_rest = gel.potential.evaluate(ElementId(p as u32), &position, &mut forces[..gel.potential.stride()]);
-                Clock { stiffness: at_rest.stiffness, energy: at_rest.energy, jacobian: at_rest.jacobian, ..Clock::default() }
+                let at_rest =
+                    gel.potential.evaluate(ElementId(p as u32), &position, &mut forces[..gel.potential.stride()]);
+                Clock {
+                    stiffness: at_rest.stiffness,
+                    energy: at_rest.energy,
+                    jacobian: at_rest.jacobian,
+                    ..Clock::default()
+                }
             })
             .collect();
         let tick = vec![0; position.len()];
@@ -244,7 +255,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     fn evaluate(&mut self, due: &[ElementId]) {
         let (forces, answers) = (&mut self.scratch.forces, &mut self.scratch.answers);
-        super::forces::evaluate(&self.gel.potential, (&self.state.position, due), (forces, answers), self.pool.as_ref());
+        super::forces::evaluate(
+            &self.gel.potential,
+            (&self.state.position, due),
+            (forces, answers),
+            self.pool.as_ref(),
+        );
     }
 
     /// An element that is inverted for the second tick in a row, or whose energy is not a number, ends the run before

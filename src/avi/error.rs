@@ -44,16 +44,20 @@ pub enum StepError {
     },
     /// The projectile slips between surface nodes.
     #[error(
-        "the projectile leaks through the surface at {time:.6e} s: the middle of facet {facet} is {depth:.3e} m inside it, \
-         more than a quarter of the element size. Use a smaller mesh.size near the impact"
+        "the projectile leaks through the surface of element {element} at {time:.6e} s: the middle of its facet at \
+         ({:.4}, {:.4}, {:.4}) m is {depth:.3e} m inside, more than a quarter of the element size. The facet has been \
+         stretched over the projectile: use a smaller mesh.size near the impact or a lower speed",
+        at[0], at[1], at[2]
     )]
     Leak {
-        /// The facet.
-        facet: usize,
+        /// The element that the facet bounds.
+        element: usize,
         /// When, s.
         time: f64,
         /// How deep, m.
         depth: f64,
+        /// Where, m.
+        at: [f64; 3],
     },
 }
 
@@ -62,7 +66,10 @@ impl StepError {
     #[must_use]
     pub fn time(&self) -> f64 {
         match self {
-            Self::Inverted { time, .. } | Self::NotFinite { time, .. } | Self::StepCollapsed { time, .. } | Self::Leak { time, .. } => *time,
+            Self::Inverted { time, .. }
+            | Self::NotFinite { time, .. }
+            | Self::StepCollapsed { time, .. }
+            | Self::Leak { time, .. } => *time,
         }
     }
 }

@@ -23,7 +23,9 @@ impl TickGrid {
     pub fn new(steps: &[f64]) -> Self {
         let smallest = steps.iter().copied().fold(f64::INFINITY, f64::min);
         assert!(smallest > 0.0 && smallest.is_finite(), "stable steps must be positive");
-        let rate = |tau: f64| crate::algebra::ordered_sum(steps.len(), 0.0, |i| 1.0 / (tau * floor_power_of_two(steps[i] / tau)));
+        let rate = |tau: f64| {
+            crate::algebra::ordered_sum(steps.len(), 0.0, |i| 1.0 / (tau * floor_power_of_two(steps[i] / tau)))
+        };
         let candidates = (16..=31).map(|q| finest(f64::from(q), smallest / HEADROOM));
         let tau = candidates.map(|tau| (rate(tau), tau)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |best| best.1);
         Self { tau }

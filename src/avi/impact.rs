@@ -149,7 +149,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Makes the impulses an event of the body, and tells the importer and the record what it received.
-    pub(super) fn receive(&mut self, (was, now): (&BodyState, &BodyState), time: f64, (end, exchange): (f64, &mut Exchange)) {
+    pub(super) fn receive(
+        &mut self,
+        (was, now): (&BodyState, &BodyState),
+        time: f64,
+        (end, exchange): (f64, &mut Exchange),
+    ) {
         let touches = std::mem::take(&mut self.scratch.touches);
         let mut impulse = Vector3::zeros();
         let struck = touches.iter().any(|touch| touch.impulse > 0.0);
@@ -196,13 +201,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for touch in &self.scratch.touches {
             for id in surface.around.of(touch.node) {
                 let corners = &surface.facets[id.index()][..D];
-                let middle = corners.iter().map(|node| embed(&self.position_at(*node, time))).sum::<Vector3>() / D as f64;
+                let middle =
+                    corners.iter().map(|node| embed(&self.position_at(*node, time))).sum::<Vector3>() / D as f64;
                 let depth = -self.body.gap(body, &middle).distance;
                 if depth > LEAK * touch.size {
-                    return Err(StepError::Leak { facet: id.index(), time, depth });
+                    let element = self.element_behind(corners).index();
+                    return Err(StepError::Leak { element, time, depth, at: middle.into() });
                 }
             }
         }
         Ok(())
+    }
+
+    /// The element that has all nodes of a facet.
+    fn element_behind(&self, corners: &[NodeId]) -> ElementId {
+        let has_all = |patch: &&ElementId| corners.iter().all(|node| self.gel.potential.nodes(**patch).contains(node));
+        self.gel.star.of(corners[0]).iter().find(has_all).copied().unwrap_or_default()
     }
 }

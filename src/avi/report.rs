@@ -120,12 +120,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         (positive(start.energy.abs() + ledger.energy.turnover()), positive(linear), positive(turning))
     }
 
-    /// Smallest and largest step of the patches now, s.
+    /// Step of each patch now, s; before the first tick the stable one.
     #[must_use]
-    pub fn steps(&self) -> (f64, f64) {
-        let steps = self.state.clocks.iter().map(|clock| clock.step).filter(|step| *step > 0);
-        let (least, most) = steps.fold((u64::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
-        if most == 0 { (0.0, 0.0) } else { (self.grid.time(least), self.grid.time(most)) }
+    pub fn steps(&self) -> Vec<f64> {
+        let clocks = &self.state.clocks;
+        if clocks.iter().all(|clock| clock.step == 0) {
+            return super::pace::stable_steps(&self.gel, clocks, self.rules.cfl);
+        }
+        clocks.iter().map(|clock| self.grid.time(clock.step)).collect()
     }
 
     /// Updates that one global stable step of the assembled system would have cost up to time `t`, s.

@@ -198,7 +198,8 @@ mod tests {
     }
 
     fn tetrahedron() -> (Mesh<3>, Simplices<3>) {
-        let rest = [[0.0, 0.1, 0.0], [1.2, 0.0, 0.1], [0.2, 0.9, -0.1], [0.1, 0.3, 1.1]].map(Vector::<3>::from).to_vec();
+        let rest =
+            [[0.0, 0.1, 0.0], [1.2, 0.0, 0.1], [0.2, 0.9, -0.1], [0.1, 0.3, 1.1]].map(Vector::<3>::from).to_vec();
         let mesh = Mesh::new(rest, vec![[0, 1, 2, 3].map(NodeId)]);
         let simplices = Simplices::new(&mesh, NeoHookean::new(3.0, 40.0), Section::Spatial);
         (mesh, simplices)

@@ -75,7 +75,9 @@ impl<const D: usize> Grid<D> {
 /// Interleaved bits of the indices.
 fn morton<const D: usize>(cell: &[usize; D]) -> u128 {
     (0..32).fold(0, |code, bit| {
-        cell.iter().enumerate().fold(code, |code, (axis, index)| code | (((index >> bit & 1) as u128) << (bit * D + axis)))
+        cell.iter()
+            .enumerate()
+            .fold(code, |code, (axis, index)| code | (((index >> bit & 1) as u128) << (bit * D + axis)))
     })
 }
 
@@ -85,7 +87,7 @@ impl<const D: usize> Builder<'_, D> {
         *self.ids.entry(half).or_insert_with(|| {
             self.points.push(Vector::<D>::from_fn(|i, _| {
                 let at = half[i] / 2;
-                if half[i] % 2 == 0 { planes[i][at] } else { 0.5 * (planes[i][at] + planes[i][at + 1]) }
+                if half[i].is_multiple_of(2) { planes[i][at] } else { 0.5 * (planes[i][at] + planes[i][at + 1]) }
             }));
             NodeId(self.points.len() as u32 - 1)
         })
@@ -128,8 +130,9 @@ impl<const D: usize> Builder<'_, D> {
                 let face = shifted(middle, axis, if up { 1 } else { -1 });
                 let beyond = neighbour.map_or(face, |other| other.map(|i| 2 * i + 1));
                 for edge in face_edges(face, axis) {
-                    let corners = if D == 2 { vec![middle, edge[0], edge[1]] } else { vec![middle, beyond, edge[0], edge[1]] };
-                    self.simplex(&corners);
+                    let [a, b] = edge;
+                    let corners = [middle, a, b, beyond];
+                    self.simplex(&corners[..=D]);
                 }
             }
         }
@@ -147,7 +150,9 @@ fn face_edges<const D: usize>(face: Half<D>, axis: usize) -> Vec<[Half<D>; 2]> {
     let ends = |half: Half<D>, along: usize| [shifted(half, along, -1), shifted(half, along, 1)];
     match others[..] {
         [a] => vec![ends(face, a)],
-        [a, b] => ends(face, a).map(|side| ends(side, b)).into_iter().chain(ends(face, b).map(|side| ends(side, a))).collect(),
+        [a, b] => {
+            ends(face, a).map(|side| ends(side, b)).into_iter().chain(ends(face, b).map(|side| ends(side, a))).collect()
+        }
         _ => unreachable!("a face has one or two directions"),
     }
 }

@@ -113,7 +113,8 @@ mod tests {
         let error = |n: f64| {
             let axis = || uniform(-2.0, 2.0, 4.0 / n);
             let mantle = Face { axis: 0, high: true, hold: Hold::All };
-            let square = Block { planes: [axis(), axis(), uniform(-1.0, 0.0, 0.5)], split: Split::Centred, faces: vec![mantle] };
+            let square =
+                Block { planes: [axis(), axis(), uniform(-1.0, 0.0, 0.5)], split: Split::Centred, faces: vec![mantle] };
             let mesh = cylinder(2.0, square);
             for (x, held) in mesh.rest.iter().zip(&mesh.held) {
                 let on_mantle = ((x[0] * x[0] + x[1] * x[1]).sqrt() - 2.0).abs() < 1e-12;
@@ -128,7 +129,8 @@ mod tests {
     #[test]
     fn an_l_beam_stands_on_its_corner() {
         let planes = || uniform(0.0, 1.0, 0.125);
-        let legs = Block { planes: [planes(), uniform(-0.1, 0.1, 0.1), planes()], split: Split::Centred, faces: vec![] };
+        let legs =
+            Block { planes: [planes(), uniform(-0.1, 0.1, 0.1), planes()], split: Split::Centred, faces: vec![] };
         let corner = Vector::<3>::new(0.0, 0.0, 0.5);
         let mesh = l_beam(legs, 0.25, (45.0, corner));
         assert!((volume(&mesh) - 0.2 * (1.0 - 0.75 * 0.75)).abs() < 1e-12);
@@ -138,7 +140,8 @@ mod tests {
 
     #[test]
     fn faces_hold_their_nodes() {
-        let faces = vec![Face { axis: 1, high: false, hold: Hold::All }, Face { axis: 0, high: true, hold: Hold::Normal }];
+        let faces =
+            vec![Face { axis: 1, high: false, hold: Hold::All }, Face { axis: 0, high: true, hold: Hold::Normal }];
         let mesh = block(Block { planes: [uniform(0.0, 1.0, 0.5), uniform(0.0, 1.0, 0.5)], split: Split::Kuhn, faces });
         let count = |f: fn(&[bool; 2]) -> bool| mesh.held.iter().filter(|h| f(h)).count();
         assert_eq!(count(|h| h[1]), 3);

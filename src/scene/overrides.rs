@@ -37,7 +37,7 @@ impl FromStr for Override {
 
 /// The scene text with the overrides written into it; all other lines stay as they are.
 ///
-/// A key that no scene has is written too, and refused by [`read`](super::read).
+/// A key that no scene has is written too, and refused by [`read()`](super::read()).
 ///
 /// # Errors
 /// [`SceneError`] if the text is not TOML, or an override is not a dotted key and a TOML value.

@@ -17,7 +17,9 @@ use nalgebra::{Quaternion, UnitQuaternion};
 #[non_exhaustive]
 pub enum BuildError {
     /// More elements than a process can hold.
-    #[error("mesh.size: the mesh would have about {cells:.2e} cells, more than {limit:.0e}; raise mesh.size or add mesh.grading")]
+    #[error(
+        "mesh.size: the mesh would have about {cells:.2e} cells, more than {limit:.0e}; raise mesh.size or add mesh.grading"
+    )]
     TooLarge {
         /// Cells asked for.
         cells: f64,
@@ -136,7 +138,8 @@ fn shape(shape: &BodyShape) -> Shape {
 /// All of the boundary but the axis of revolution.
 fn surface<const D: usize>(mesh: &Mesh<D>, section: Section) -> Surface {
     let rest = |facet: &Facet, i: usize| mesh.rest[facet[i].index()];
-    let on_axis = |facet: &Facet| section == Section::Axisymmetric && rest(facet, 0)[0] == 0.0 && rest(facet, 1)[0] == 0.0;
+    let on_axis =
+        |facet: &Facet| section == Section::Axisymmetric && rest(facet, 0)[0] == 0.0 && rest(facet, 1)[0] == 0.0;
     let facets = mesh.facets.iter().copied().filter(|facet| !on_axis(facet)).collect();
     Surface::new::<D>(mesh.rest.len(), facets, |facet| {
         let edge = rest(facet, 1) - rest(facet, 0);
@@ -232,9 +235,7 @@ fn faces<const N: usize>(sides: [(usize, Support, Support); N]) -> Vec<Face> {
 fn axis(scene: &Scene, length: f64) -> Vec<f64> {
     match scene.mesh.grading {
         None => mesh::uniform(0.0, length, scene.mesh.size),
-        Some(grading) => {
-            mesh::graded(0.0, length, scene.mesh.size, (grading.core, grading.growth, grading.largest))
-        }
+        Some(grading) => mesh::graded(0.0, length, scene.mesh.size, (grading.core, grading.growth, grading.largest)),
     }
 }
 

@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::contact::{Exchange, Wrench};
 pub use build::BuildError;
+pub use model::SavedState;
 pub use observe::{ContactReport, CostReport, EnergyReport, Frame, FrameCells, Observation};
 pub use run::{RestoreError, Saved, Simulation};
-pub use model::SavedState;
 
 /// Who integrates the motion of the projectile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

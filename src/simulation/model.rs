@@ -67,7 +67,7 @@ impl<const D: usize> Gelatin<D> {
         let volume = |i: usize| gel.potential.volume(ElementId(i as u32));
         FrameCells {
             nodes: self.mesh.elements.iter().map(|nodes| nodes.map(|n| n.0)).collect(),
-            step: clocks.iter().map(|clock| self.engine.grid().time(clock.step)).collect(),
+            step: self.engine.steps(),
             jacobian: clocks.iter().map(|clock| clock.jacobian).collect(),
             energy_density: clocks.iter().enumerate().map(|(i, clock)| clock.energy / volume(i)).collect(),
             facets: self.mesh.facets.iter().map(|nodes| nodes.map(|n| n.0)).collect(),
@@ -134,7 +134,8 @@ where
     }
 
     fn steps(&self) -> (f64, f64) {
-        self.engine.steps()
+        let steps = self.engine.steps();
+        steps.iter().fold((f64::INFINITY, 0.0), |(least, most): (f64, f64), step| (least.min(*step), most.max(*step)))
     }
 
     fn synchronous_updates(&self, t: f64) -> f64 {

@@ -259,7 +259,8 @@ impl Simulation {
     }
 
     fn cost(&self) -> CostReport {
-        let ((smallest_step, largest_step), (elements, nodes, crushed_elements)) = (self.model.steps(), self.model.counts());
+        let ((smallest_step, largest_step), (elements, nodes, crushed_elements)) =
+            (self.model.steps(), self.model.counts());
         let record = self.model.record();
         CostReport {
             element_updates: record.updates as f64,

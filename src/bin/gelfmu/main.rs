@@ -1,1 +1,47 @@
-fn main() {}
+//! `gelfmu`: runs, checks and packs scenes of a gel block hit by a rigid projectile.
+
+mod check;
+mod console;
+mod direct;
+mod failure;
+mod interrupt;
+mod job;
+mod listing;
+mod options;
+mod pack;
+mod progress;
+mod run;
+mod source;
+mod summary;
+mod through_fmu;
+
+use clap::Parser;
+use console::Console;
+use failure::Failure;
+use options::{Command, Options, RunOptions};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let options = Options::parse();
+    let console = Console::new(&options);
+    match dispatch(options.command.unwrap_or(Command::Run(RunOptions::default())), &console) {
+        Ok(code) => ExitCode::from(code),
+        Err(failure) => {
+            console.failure(&failure);
+            ExitCode::from(failure.code())
+        }
+    }
+}
+
+/// Carries out one subcommand and says with which status to end.
+fn dispatch(command: Command, console: &Console) -> Result<u8, Failure> {
+    match command {
+        Command::Run(options) => return run::run(&options, console),
+        Command::Check { scene } => check::check(&scene, console)?,
+        Command::Pack(options) => listing::pack(&options, console)?,
+        Command::Scenes { name } => listing::scenes(name.as_deref(), console)?,
+        Command::Schema => listing::schema(console),
+        Command::Completions { shell } => listing::completions(shell, console),
+    }
+    Ok(0)
+}

@@ -13,9 +13,9 @@ pub(super) fn check(scene: &Scene) -> Check {
     all_finite("projectile.angular_velocity", &body.angular_velocity)?;
     orientation(body.orientation)?;
     if body.fixed {
-        held(body)?
+        held(body)?;
     } else {
-        moving(body)?
+        moving(body)?;
     }
     outside(scene)
 }

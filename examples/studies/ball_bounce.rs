@@ -1,0 +1,56 @@
+use super::run::{Run, run, scene};
+use std::io::Write as _;
+
+/// Speed, m/s, duration, s, and the reference: greatest depth, mm, its time, ms, and coefficient of restitution, from an
+/// independent axisymmetric code with mean dilatation and penalty contact (depth ±0.3 %, restitution ±0.002).
+const SHOTS: [(f64, f64, [f64; 3]); 4] = [
+    (0.05, 0.042, [0.628, 18.6, 0.959]),
+    (0.5, 0.027, [3.838, 11.73, 0.861]),
+    (1.0, 0.0245, [6.57, 10.25, 0.809]),
+    (4.0, 0.020, [19.9, 8.3, 0.704]),
+];
+const SIZES: [f64; 3] = [2e-3, 1e-3, 0.5e-3];
+const BULK_TO_SHEAR: [f64; 3] = [25.0, 100.0, 400.0];
+
+/// Depth and restitution of `ball-bounce` by speed, mesh size and K/G.
+pub fn study() {
+    println!(
+        "| v, m/s | K/G | h, mm | depth, mm | ref | error, % | at, ms | ref | e | ref | error | defect | seconds |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    for shot in SHOTS {
+        for size in SIZES {
+            row(shot, size, 100.0);
+        }
+        for ratio in BULK_TO_SHEAR.into_iter().filter(|ratio| *ratio != 100.0) {
+            row(shot, 1e-3, ratio);
+        }
+    }
+}
+
+fn row((speed, end, [depth, at, restitution]): (f64, f64, [f64; 3]), size: f64, ratio: f64) {
+    let keys = [
+        ("projectile.velocity", format!("[0.0, 0.0, {}]", -speed)),
+        ("scene.end_time", format!("{end}")),
+        ("gel.bulk_modulus", format!("{}", ratio * 35e3)),
+        ("mesh.size", format!("{size}")),
+        ("mesh.grading.core", "0.02".to_owned()),
+    ];
+    let Run { last, failure, seconds } = run(&scene("ball-bounce", &keys), 1, |_| {});
+    print!("| {speed} | {ratio} | {} |", 1e3 * size);
+    if let Some(failure) = failure {
+        println!(" stopped: {failure} | | | | | | | | | |");
+        return;
+    }
+    let (found, time) = last.contact.peak_depth;
+    let e = last.projectile.velocity.z / speed;
+    let error = 100.0 * (1e3 * found / depth - 1.0);
+    let timing = format!("{:.2} | {at}", 1e3 * time);
+    println!(
+        " {:.4} | {depth} | {error:+.2} | {timing} | {e:.4} | {restitution} | {:+.4} | {:.1e} | {seconds:.1} |",
+        1e3 * found,
+        e - restitution,
+        last.energy.energy_defect,
+    );
+    std::io::stdout().flush().expect("a terminal");
+}

@@ -1,0 +1,38 @@
+//! The studies of the documentation, each printed as a Markdown table: `cargo run --release --example studies -- NAME`.
+
+mod ball_bounce;
+mod l_beam;
+mod run;
+mod sphere_block;
+
+type Study = (&'static str, &'static str, fn());
+
+const STUDIES: [Study; 3] = [
+    ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
+    (
+        "ball-bounce",
+        "depth and restitution against the reference table, by mesh size and bulk modulus",
+        ball_bounce::study,
+    ),
+    ("l-beam", "energy over the run, drop through impact, both schedules and both contact laws", l_beam::study),
+];
+
+fn main() -> std::process::ExitCode {
+    let asked: Vec<String> = std::env::args().skip(1).collect();
+    let known = |name: &String| name == "all" || STUDIES.iter().any(|study| study.0 == name);
+    if asked.is_empty() || !asked.iter().all(known) {
+        eprintln!("usage: studies NAME..., where NAME is `all` or one of");
+        for (name, about, _) in STUDIES {
+            eprintln!("  {name:14} {about}");
+        }
+        return std::process::ExitCode::from(2);
+    }
+    for (name, about, study) in STUDIES {
+        if asked.iter().any(|a| a == name || a == "all") {
+            println!("### {name}: {about}\n");
+            study();
+            println!();
+        }
+    }
+    std::process::ExitCode::SUCCESS
+}

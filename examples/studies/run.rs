@@ -1,0 +1,38 @@
+use ballistic_gel::scene::{self, Override, Scene};
+use ballistic_gel::simulation::{CouplingMode, Observation, Simulation};
+use std::time::Instant;
+
+/// A finished run.
+pub struct Run {
+    /// What was seen last.
+    pub last: Observation,
+    /// The diagnosis if it stopped early.
+    pub failure: Option<String>,
+    /// CPU time on one thread is not known to the standard library: wall time, s.
+    pub seconds: f64,
+}
+
+/// A built-in scene with some keys replaced.
+pub fn scene(name: &str, replaced: &[(&str, String)]) -> Scene {
+    let overrides: Vec<Override> =
+        replaced.iter().map(|(key, value)| Override { key: (*key).into(), value: value.clone() }).collect();
+    let text = scene::builtin(name).expect("a built-in scene");
+    let resolved = scene::resolve(text, &overrides).expect("keys of the scene");
+    scene::read(&resolved).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// Runs a scene to its end on all cores, looking at it `looks` times.
+pub fn run(scene: &Scene, looks: u32, mut look: impl FnMut(&Observation)) -> Run {
+    let begun = Instant::now();
+    let mut simulation = Simulation::new(scene, CouplingMode::Integrated, 0).expect("a scene that can be built");
+    let mut failure = None;
+    for i in 1..=looks {
+        let (inputs, end) = (simulation.inputs(), scene.scene.end_time * f64::from(i) / f64::from(looks));
+        if let Err(error) = simulation.step(&inputs, end) {
+            failure = Some(error.to_string());
+            break;
+        }
+        look(&simulation.observe());
+    }
+    Run { last: simulation.observe(), failure, seconds: begun.elapsed().as_secs_f64() }
+}

@@ -1,0 +1,41 @@
+//! A run by the library, without the FMU.
+
+use crate::job::{Ending, Job, Progress, RunError};
+use ballistic_gel::output::{Interface, Recorder};
+use ballistic_gel::scene::{self, Scene};
+use ballistic_gel::simulation::{CouplingMode, Simulation};
+
+/// Runs the job to its end, to the step that fails, or until `progress` asks to stop; what was computed is written.
+pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
+    let scene = scene::read(&job.scene)?;
+    let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, job.threads)?;
+    let mut recorder = Recorder::create(&job.folder, &scene, Interface::Direct, job.threads)?;
+    recorder.record(&simulation)?;
+    let ending = advance(&mut simulation, &mut recorder, (job, &scene), progress)?;
+    let failure = match &ending {
+        Ending::Completed => None,
+        Ending::Stopped(diagnosis) => Some(diagnosis.clone()),
+        Ending::Interrupted => Some(format!("interrupted at {:.6e} s", simulation.time())),
+    };
+    recorder.finish(&simulation, failure.as_deref())?;
+    Ok(ending)
+}
+
+fn advance(
+    simulation: &mut Simulation,
+    recorder: &mut Recorder,
+    (job, scene): (&Job, &Scene),
+    progress: &mut Progress<'_>,
+) -> Result<Ending, RunError> {
+    for time in job.times(scene) {
+        let inputs = simulation.inputs();
+        if let Err(error) = simulation.step(&inputs, time) {
+            return Ok(Ending::Stopped(error.to_string()));
+        }
+        recorder.record(simulation)?;
+        if progress(time, scene.scene.end_time).is_break() {
+            return Ok(Ending::Interrupted);
+        }
+    }
+    Ok(Ending::Completed)
+}

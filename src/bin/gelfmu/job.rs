@@ -1,0 +1,109 @@
+//! One run: what is run, how it ends, and what can go wrong on the way.
+
+use ballistic_gel::output::OutputError;
+use ballistic_gel::scene::{Scene, SceneError};
+use ballistic_gel::simulation::BuildError;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+/// A scene to run and where its results go.
+#[derive(Debug)]
+pub struct Job {
+    /// Scene text, with all overrides written into it.
+    pub scene: String,
+    /// Folder for the results.
+    pub folder: PathBuf,
+    /// Communication step, s; that of the scene if absent.
+    pub step: Option<f64>,
+    /// Threads; 0 is all cores.
+    pub threads: usize,
+}
+
+/// Told after each communication step how far the run is and how far it goes, s; may ask it to stop.
+pub type Progress<'a> = dyn FnMut(f64, f64) -> ControlFlow<()> + 'a;
+
+/// How a run ended.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// It reached its end time.
+    Completed,
+    /// It could not go on: the diagnosis.
+    Stopped(String),
+    /// The user stopped it.
+    Interrupted,
+}
+
+/// A run that could not be carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The scene is wrong.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The scene cannot be built.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// Results cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A file cannot be used.
+    #[error("cannot {verb} {}: {source}", path.display())]
+    File {
+        /// What was tried.
+        verb: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// The component answered a call with an error.
+    #[error("the FMU failed in {call}: {reason}")]
+    Component {
+        /// The call.
+        call: &'static str,
+        /// What it logged.
+        reason: String,
+    },
+}
+
+impl Job {
+    /// Ends of the communication steps, s: multiples of the step, the last one at the end time.
+    pub fn times(&self, scene: &Scene) -> impl Iterator<Item = f64> + use<> {
+        /// A last step shorter than this part of a whole one is round-off.
+        const ROUND_OFF: f64 = 1e-6;
+        let end = scene.scene.end_time;
+        let step = self.step.unwrap_or(scene.scene.communication_step);
+        let n_steps = (end / step - ROUND_OFF).ceil().max(1.0) as u64;
+        (1..=n_steps).map(move |k| if k == n_steps { end } else { k as f64 * step })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Job;
+    use ballistic_gel::scene;
+
+    fn times(step: f64) -> Vec<f64> {
+        let text = scene::builtin("sphere-block").unwrap();
+        let job = Job { scene: text.to_owned(), folder: "unused".into(), step: Some(step), threads: 1 };
+        job.times(&scene::read(text).unwrap()).collect()
+    }
+
+    #[test]
+    fn communication_steps_end_at_the_end_time_exactly() {
+        for step in [1e-5, 1e-4, 3e-4, 7e-3, 0.01, 1.0] {
+            assert_eq!(times(step).last(), Some(&0.01), "step {step}");
+        }
+    }
+
+    #[test]
+    fn a_step_that_divides_the_end_time_gives_no_sliver() {
+        assert_eq!(times(1e-5).len(), 1000);
+        assert_eq!(times(0.01 / 3.0).len(), 3);
+        assert_eq!(times(0.01 / 12_345.0).len(), 12_345);
+    }
+
+    #[test]
+    fn a_step_that_does_not_divide_the_end_time_ends_with_a_shorter_one() {
+        assert_eq!(times(4e-3), [4e-3, 8e-3, 0.01]);
+    }
+}

@@ -1,0 +1,69 @@
+//! The subcommands that print or write one thing: `scenes`, `schema`, `completions` and `pack`.
+
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::options::{Options, PackOptions};
+use crate::{pack, source};
+use ballistic_gel::scene;
+use clap::CommandFactory;
+use clap_complete::Shell;
+use comfy_table::{Table, presets};
+use serde_json::{Value, json};
+
+/// Lists the built-in scenes, or prints one.
+pub fn scenes(name: Option<&str>, console: &Console) -> Result<(), Failure> {
+    match name {
+        None => list(console)?,
+        Some(name) => {
+            let text = scene::builtin(name).ok_or_else(|| unknown(name))?;
+            console.document(&json!({ "name": name, "text": text }), text);
+        }
+    }
+    Ok(())
+}
+
+fn list(console: &Console) -> Result<(), Failure> {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING);
+    let mut rows = Vec::new();
+    for (name, _) in scene::builtins() {
+        let header = source::load(name, &[])?.scene.scene;
+        table.add_row([name, &header.title]);
+        rows.push(json!({ "name": name, "title": header.title, "dimension": header.dimension }));
+    }
+    console.document(&Value::Array(rows), &table.to_string());
+    Ok(())
+}
+
+fn unknown(name: &str) -> Failure {
+    let known: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
+    Failure::BadInput(format!(
+        "scene {name}: found no built-in scene of this name, expected one of {}",
+        known.join(", ")
+    ))
+}
+
+/// Prints the JSON schema of a scene.
+pub fn schema(console: &Console) {
+    let schema = scene::schema();
+    console.document(&schema, &format!("{schema:#}"));
+}
+
+/// Prints a completion script.
+pub fn completions(shell: Shell, console: &Console) {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Options::command(), "gelfmu", &mut script);
+    let script = String::from_utf8_lossy(&script);
+    console.document(&json!({ "shell": shell.to_string(), "script": script }), &script);
+}
+
+/// Writes the FMU.
+pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
+    let source = source::load(&options.scene, &[])?;
+    let packed = pack::pack(&source.text, &options.out)?;
+    let file = options.out.display().to_string();
+    let value = json!({ "file": file, "bytes": packed.bytes, "platform": packed.platform });
+    let text = format!("{file}: {} bytes, scene {}, for {}", packed.bytes, source.scene.scene.name, packed.platform);
+    console.result(&value, &text);
+    Ok(())
+}

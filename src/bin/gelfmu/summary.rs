@@ -1,0 +1,136 @@
+//! `summary.json` as a table for people.
+
+use comfy_table::{Table, presets};
+use serde_json::Value;
+use std::path::Path;
+
+/// The summary of a run as a table, and where its files are.
+pub fn describe(summary: &Value, folder: &Path) -> String {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_FULL_CONDENSED);
+    for (name, text) in rows(summary) {
+        table.add_row([name, &text]);
+    }
+    format!("{table}\n{}", files(folder))
+}
+
+fn rows(s: &Value) -> Vec<(&'static str, String)> {
+    vec![
+        ("end", format!("{} at {}", completed(s), quantity(&s["end_time"], "s"))),
+        ("mesh", format!("{} elements, {} nodes", count(&s["elements"]), count(&s["nodes"]))),
+        ("element steps", format!("{} to {}", quantity(&s["smallest_step"], "s"), quantity(&s["largest_step"], "s"))),
+        ("element updates", updates(s)),
+        ("greatest depth", deepest(s)),
+        ("depth at the end", quantity(&s["final_depth"], "m")),
+        ("rebound velocity", rebound(s)),
+        ("contact", quantity(&s["contact_duration"], "s")),
+        ("peak force", format!("{} over {}", quantity(&s["peak_force"], "N"), quantity(&s["force_window"], "s"))),
+        ("total impulse", quantity(&s["total_impulse"], "N s")),
+        ("energy", format!("closure {}, defect {}", small(&s["energy_error"]), small(&s["energy_defect"]))),
+        ("momentum", format!("{}, angular {}", small(&s["momentum_error"]), small(&s["angular_momentum_error"]))),
+        ("wall time", quantity(&s["wall_seconds"], "s")),
+        ("digest", s["digest"].as_str().unwrap_or("-").to_owned()),
+    ]
+}
+
+fn completed(s: &Value) -> &'static str {
+    if s["completed"] == Value::Bool(true) { "reached" } else { "stopped early" }
+}
+
+fn deepest(s: &Value) -> String {
+    format!("{} at {}", quantity(&s["peak_depth"], "m"), quantity(&s["time_of_peak_depth"], "s"))
+}
+
+fn updates(s: &Value) -> String {
+    let (done, synchronous) = (&s["element_updates"], &s["synchronous_updates"]);
+    format!(
+        "{}, {} with one step for all, {} per second",
+        count(done),
+        count(synchronous),
+        count(&s["updates_per_second"])
+    )
+}
+
+fn rebound(s: &Value) -> String {
+    if s["rebound_velocity"].is_null() {
+        "none: in contact, or held".to_owned()
+    } else {
+        quantity(&s["rebound_velocity"], "m/s")
+    }
+}
+
+/// A number with four digits and a prefix to its unit, or the norm of a list of numbers.
+fn quantity(value: &Value, unit: &str) -> String {
+    const PREFIXES: [(f64, &str); 6] = [(1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")];
+    let Some(number) = number(value) else { return "-".to_owned() };
+    let size = number.abs();
+    let fits = PREFIXES.into_iter().find(|(scale, _)| size >= 0.9999 * scale);
+    let (scale, prefix) = if size == 0.0 { (1.0, "") } else { fits.unwrap_or((1e-9, "n")) };
+    let scaled = number / scale;
+    let decimals = if scaled.abs() >= 99.995 { 1 } else { 3 };
+    format!("{scaled:.decimals$} {prefix}{unit}")
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Array(parts) => parts.iter().map(Value::as_f64).sum::<Option<f64>>().map(|_| norm(parts)),
+        other => other.as_f64(),
+    }
+}
+
+fn norm(parts: &[Value]) -> f64 {
+    parts.iter().filter_map(Value::as_f64).map(|part| part * part).sum::<f64>().sqrt()
+}
+
+fn count(value: &Value) -> String {
+    value
+        .as_f64()
+        .map_or("-".to_owned(), |n| if n < 1e6 { format!("{n:.0}") } else { format!("{:.3} million", n * 1e-6) })
+}
+
+fn small(value: &Value) -> String {
+    value.as_f64().map_or("-".to_owned(), |x| format!("{x:.1e}"))
+}
+
+fn files(folder: &Path) -> String {
+    const FILES: [(&str, &str); 4] = [
+        ("report.html", "look at this one first, in a browser"),
+        ("series.pvd", "the frames, for ParaView"),
+        ("history.csv", "one row per communication step"),
+        ("summary.json", "the figures above"),
+    ];
+    let written = FILES.into_iter().filter(|(name, _)| folder.join(name).exists());
+    let lines: Vec<String> = written.map(|(name, what)| format!("{}  {what}", folder.join(name).display())).collect();
+    lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{describe, quantity};
+    use serde_json::json;
+    use std::path::Path;
+
+    #[test]
+    fn quantities_carry_the_prefix_that_fits() {
+        assert_eq!(quantity(&json!(0.01405), "m"), "14.050 mm");
+        assert_eq!(quantity(&json!(1e-5), "s"), "10.000 µs");
+        assert_eq!(quantity(&json!(1e-3), "s"), "1.000 ms");
+        assert_eq!(quantity(&json!(-1234.5), "N"), "-1.234 kN");
+        assert_eq!(quantity(&json!(0.0), "m"), "0.000 m");
+        assert_eq!(quantity(&json!(350), "N"), "350.0 N");
+        assert_eq!(quantity(&json!(2e-13), "m"), "0.000 nm");
+    }
+
+    #[test]
+    fn a_list_shows_its_norm_and_what_is_absent_a_dash() {
+        assert_eq!(quantity(&json!([3.0, 0.0, 4.0]), "N s"), "5.000 N s");
+        assert_eq!(quantity(&json!(null), "m"), "-");
+        assert_eq!(quantity(&json!([1.0, null, 2.0]), "m"), "-");
+    }
+
+    #[test]
+    fn a_projectile_that_has_not_left_is_in_contact() {
+        let text = describe(&json!({ "rebound_velocity": null, "completed": false }), Path::new("nowhere"));
+        assert!(text.contains("in contact") && text.contains("stopped early"), "{text}");
+    }
+}

@@ -1,0 +1,117 @@
+//! The projectile as a closed surface of triangles, for files and pictures.
+
+use super::bounds::Bounds;
+use crate::algebra::Vector3;
+use crate::scene::BodyShape;
+use crate::simulation::Kinematics;
+use nalgebra::{Quaternion, UnitQuaternion};
+use std::f64::consts::{PI, TAU};
+
+/// Triangles about the axis: a circle is drawn within 0.3 % of its radius.
+const SEGMENTS: usize = 48;
+
+/// A convex surface around an inner point.
+#[derive(Debug, Clone)]
+pub(super) struct Solid {
+    pub(super) centre: Vector3,
+    pub(super) points: Vec<Vector3>,
+    /// Outward oriented.
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+/// The body where it is; of a half-space, the plate that lies behind its plane across `scenery`.
+pub(super) fn solid(shape: &BodyShape, pose: &Kinematics, scenery: &Bounds) -> Solid {
+    let [w, x, y, z] = pose.orientation;
+    let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+    match *shape {
+        BodyShape::Sphere { radius } => placed(lathe(&arc(radius)), turn, pose.position),
+        BodyShape::Cylinder { radius, length } => placed(lathe(&rod(radius, length)), turn, pose.position),
+        BodyShape::HalfSpace { normal } => plate(turn * Vector3::from(normal).normalize(), pose.position, scenery),
+    }
+}
+
+/// Profile (r, z) of a sphere from pole to pole.
+fn arc(radius: f64) -> Vec<(f64, f64)> {
+    let n = SEGMENTS / 2;
+    (0..=n).map(|i| PI * i as f64 / n as f64).map(|a| (radius * a.sin(), -radius * a.cos())).collect()
+}
+
+/// Profile (r, z) of a cylinder from pole to pole.
+fn rod(radius: f64, length: f64) -> Vec<(f64, f64)> {
+    let z = 0.5 * length;
+    vec![(0.0, -z), (radius, -z), (radius, z), (0.0, z)]
+}
+
+/// The surface that a profile from pole to pole sweeps about the z axis.
+fn lathe(profile: &[(f64, f64)]) -> Solid {
+    let rings = profile.len() - 2;
+    let (south, north) = ((rings * SEGMENTS) as u32, (rings * SEGMENTS + 1) as u32);
+    let mut points = Vec::with_capacity(rings * SEGMENTS + 2);
+    for &(r, z) in &profile[1..=rings] {
+        points.extend(
+            (0..SEGMENTS).map(|i| TAU * i as f64 / SEGMENTS as f64).map(|a| Vector3::new(r * a.cos(), r * a.sin(), z)),
+        );
+    }
+    points.extend([profile[0].1, profile[rings + 1].1].map(|z| Vector3::new(0.0, 0.0, z)));
+    let at = |ring: usize, i: usize| (ring * SEGMENTS + i % SEGMENTS) as u32;
+    let mut triangles = Vec::with_capacity(2 * rings * SEGMENTS);
+    for i in 0..SEGMENTS {
+        triangles.push([south, at(0, i + 1), at(0, i)]);
+        triangles.push([north, at(rings - 1, i), at(rings - 1, i + 1)]);
+        for ring in 1..rings {
+            let (a, b, c, d) = (at(ring - 1, i), at(ring - 1, i + 1), at(ring, i + 1), at(ring, i));
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    Solid { centre: Vector3::zeros(), points, triangles }
+}
+
+fn placed(mut solid: Solid, turn: UnitQuaternion<f64>, to: Vector3) -> Solid {
+    for point in solid.points.iter_mut().chain([&mut solid.centre]) {
+        *point = turn * *point + to;
+    }
+    solid
+}
+
+/// A round plate whose upper face is the plane through `origin`, as wide as `scenery`.
+fn plate(normal: Vector3, origin: Vector3, scenery: &Bounds) -> Solid {
+    let (radius, thickness) = (1.1 * scenery.radius(), 0.06 * scenery.radius());
+    let middle = scenery.centre();
+    let foot = middle - normal * (middle - origin).dot(&normal);
+    let turn = UnitQuaternion::rotation_between(&Vector3::z(), &normal)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI));
+    placed(lathe(&rod(radius, thickness)), turn, foot - 0.5 * thickness * normal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(position: Vector3) -> Kinematics {
+        let [velocity, angular_velocity] = [Vector3::zeros(); 2];
+        Kinematics { position, velocity, orientation: [1.0, 0.0, 0.0, 0.0], angular_velocity }
+    }
+
+    fn volume(solid: &Solid) -> f64 {
+        let corner = |i: u32| solid.points[i as usize] - solid.centre;
+        solid.triangles.iter().map(|t| corner(t[0]).cross(&corner(t[1])).dot(&corner(t[2])) / 6.0).sum()
+    }
+
+    #[test]
+    fn surfaces_enclose_the_volume_of_their_body_and_face_outwards() {
+        let scenery = Bounds { lower: Vector3::zeros(), upper: Vector3::zeros() };
+        let place = at(Vector3::new(1.0, 2.0, 3.0));
+        let ball = solid(&BodyShape::Sphere { radius: 2.0 }, &place, &scenery);
+        let rod = solid(&BodyShape::Cylinder { radius: 2.0, length: 5.0 }, &place, &scenery);
+        assert!((volume(&ball) / (32.0 / 3.0 * PI) - 1.0).abs() < 0.01);
+        assert!((volume(&rod) / (20.0 * PI) - 1.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn the_plate_of_a_half_space_lies_behind_its_plane() {
+        let scenery = Bounds { lower: Vector3::new(-1.0, 0.0, 0.5), upper: Vector3::new(1.0, 0.0, 2.0) };
+        let plate = solid(&BodyShape::HalfSpace { normal: [0.0, 0.0, 2.0] }, &at(Vector3::zeros()), &scenery);
+        let heights = Bounds::around(plate.points.iter().copied());
+        assert!(heights.upper.z.abs() < 1e-12 && heights.lower.z < 0.0 && heights.upper.x > 1.0);
+    }
+}

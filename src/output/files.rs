@@ -1,0 +1,55 @@
+//! Files of a run: written whole, removed when a run starts afresh, and named when that fails.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A file that could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write {path}: {source}. Choose a folder that can be written, with space left on its disk")]
+pub struct OutputError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// Why.
+    pub source: io::Error,
+}
+
+/// Names the file that an I/O error is about.
+pub(super) fn naming(path: &Path) -> impl FnOnce(io::Error) -> OutputError + '_ {
+    |source| OutputError { path: path.to_path_buf(), source }
+}
+
+/// Writes a whole file.
+pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    fs::write(path, bytes).map_err(naming(path))
+}
+
+/// Makes the folder and removes what an earlier run left in it; files of other names stay.
+pub(super) fn clear(folder: &Path) -> Result<(), OutputError> {
+    let frames = folder.join("frames");
+    fs::create_dir_all(&frames).map_err(naming(&frames))?;
+    for name in ["history.csv", "series.pvd", "summary.json", "report.html"] {
+        remove(&folder.join(name))?;
+    }
+    for entry in fs::read_dir(&frames).map_err(naming(&frames))? {
+        let path = entry.map_err(naming(&frames))?.path();
+        if is_frame(&path) {
+            remove(&path)?;
+        }
+    }
+    Ok(())
+}
+
+/// Removes a file that may be absent.
+pub(super) fn remove(path: &Path) -> Result<(), OutputError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(naming(path)(error)),
+        _ => Ok(()),
+    }
+}
+
+fn is_frame(path: &Path) -> bool {
+    let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+    path.extension().is_some_and(|extension| extension == "vtu")
+        && (stem.starts_with("frame_") || stem.starts_with("projectile_"))
+}

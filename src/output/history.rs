@@ -1,0 +1,147 @@
+//! `history.csv`: one row per communication step, complete on disk after each row.
+
+use super::files::{OutputError, naming};
+use crate::simulation::Observation;
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+/// A column: its name with the unit, and its value.
+type Column = (&'static str, fn(&Observation) -> f64);
+
+const COLUMNS: [Column; 49] = [
+    ("time_s", |o| o.time),
+    ("position_x_m", |o| o.projectile.position.x),
+    ("position_y_m", |o| o.projectile.position.y),
+    ("position_z_m", |o| o.projectile.position.z),
+    ("velocity_x_m_per_s", |o| o.projectile.velocity.x),
+    ("velocity_y_m_per_s", |o| o.projectile.velocity.y),
+    ("velocity_z_m_per_s", |o| o.projectile.velocity.z),
+    ("orientation_w", |o| o.projectile.orientation[0]),
+    ("orientation_x", |o| o.projectile.orientation[1]),
+    ("orientation_y", |o| o.projectile.orientation[2]),
+    ("orientation_z", |o| o.projectile.orientation[3]),
+    ("angular_velocity_x_rad_per_s", |o| o.projectile.angular_velocity.x),
+    ("angular_velocity_y_rad_per_s", |o| o.projectile.angular_velocity.y),
+    ("angular_velocity_z_rad_per_s", |o| o.projectile.angular_velocity.z),
+    ("depth_m", |o| o.depth),
+    ("impulse_x_N_s", |o| o.exchange.impulse.x),
+    ("impulse_y_N_s", |o| o.exchange.impulse.y),
+    ("impulse_z_N_s", |o| o.exchange.impulse.z),
+    ("angular_impulse_x_N_m_s", |o| o.exchange.angular_impulse.x),
+    ("angular_impulse_y_N_m_s", |o| o.exchange.angular_impulse.y),
+    ("angular_impulse_z_N_m_s", |o| o.exchange.angular_impulse.z),
+    ("force_x_N", |o| mean(o.exchange.impulse.x, o)),
+    ("force_y_N", |o| mean(o.exchange.impulse.y, o)),
+    ("force_z_N", |o| mean(o.exchange.impulse.z, o)),
+    ("total_impulse_x_N_s", |o| o.contact.total_impulse.x),
+    ("total_impulse_y_N_s", |o| o.contact.total_impulse.y),
+    ("total_impulse_z_N_s", |o| o.contact.total_impulse.z),
+    ("contact_area_m2", |o| o.contact.area),
+    ("penetration_m", |o| o.contact.penetration),
+    ("energy_kinetic_J", |o| o.energy.kinetic),
+    ("energy_projectile_J", |o| o.energy.projectile),
+    ("energy_elastic_J", |o| o.energy.elastic),
+    ("energy_contact_J", |o| o.energy.contact),
+    ("energy_contact_bias_J", |o| o.energy.contact_bias),
+    ("energy_integration_J", |o| o.energy.integration),
+    ("energy_external_J", |o| o.energy.external),
+    ("energy_importer_J", |o| o.energy.importer),
+    ("energy_closure_J", |o| o.energy.closure),
+    ("energy_error", |o| o.energy.energy_error),
+    ("momentum_closure_x_N_s", |o| o.momentum_closure.x),
+    ("momentum_closure_y_N_s", |o| o.momentum_closure.y),
+    ("momentum_closure_z_N_s", |o| o.momentum_closure.z),
+    ("momentum_error", |o| o.momentum_error),
+    ("angular_momentum_closure_x_N_m_s", |o| o.angular_momentum_closure.x),
+    ("angular_momentum_closure_y_N_m_s", |o| o.angular_momentum_closure.y),
+    ("angular_momentum_closure_z_N_m_s", |o| o.angular_momentum_closure.z),
+    ("angular_momentum_error", |o| o.angular_momentum_error),
+    ("element_updates", |o| o.cost.element_updates),
+    ("min_jacobian", |o| o.cost.min_jacobian),
+];
+
+/// Mean of an impulse over the communication step; 0 before the first step.
+fn mean(impulse: f64, observation: &Observation) -> f64 {
+    let duration = observation.exchange.duration;
+    if duration > 0.0 { impulse / duration } else { 0.0 }
+}
+
+/// One row read back.
+pub(super) struct Row(Vec<f64>);
+
+impl Row {
+    /// The value in the column of this name.
+    pub(super) fn get(&self, name: &str) -> f64 {
+        let column = COLUMNS.iter().position(|(known, _)| *known == name);
+        self.0[column.unwrap_or_else(|| panic!("history has no column {name}"))]
+    }
+
+    /// The x, y and z columns of a vector: `triple("position_", "_m")`.
+    pub(super) fn triple(&self, before: &str, after: &str) -> crate::algebra::Vector3 {
+        ["x", "y", "z"].map(|axis| self.get(&format!("{before}{axis}{after}"))).into()
+    }
+}
+
+/// The open history file.
+#[derive(Debug)]
+pub(super) struct History {
+    path: PathBuf,
+    file: File,
+    header: u64,
+    /// Time of each row, s, and where it ends in the file, bytes.
+    rows: Vec<(f64, u64)>,
+}
+
+impl History {
+    /// An empty history with its header.
+    pub(super) fn create(path: &Path) -> Result<Self, OutputError> {
+        let names = COLUMNS.map(|(name, _)| name).join(",") + "\n";
+        let open = || {
+            let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(true).open(path)?;
+            file.write_all(names.as_bytes())?;
+            Ok(file)
+        };
+        let file = open().map_err(naming(path))?;
+        Ok(Self { path: path.to_path_buf(), file, header: names.len() as u64, rows: Vec::new() })
+    }
+
+    /// One row, in one write: a killed process leaves whole rows.
+    pub(super) fn append(&mut self, observation: &Observation) -> Result<(), OutputError> {
+        let line = COLUMNS.map(|(_, value)| format!("{:e}", value(observation))).join(",") + "\n";
+        self.file.write_all(line.as_bytes()).map_err(naming(&self.path))?;
+        self.rows.push((observation.time, self.end() + line.len() as u64));
+        Ok(())
+    }
+
+    /// Drops the rows after `time`, s.
+    pub(super) fn rewind(&mut self, time: f64) -> Result<(), OutputError> {
+        self.rows.truncate(self.rows.partition_point(|(at, _)| *at <= time));
+        let end = self.end();
+        let cut = |file: &mut File| file.set_len(end).and_then(|()| file.seek(SeekFrom::Start(end)));
+        cut(&mut self.file).map(|_| ()).map_err(naming(&self.path))
+    }
+
+    /// At most `limit` rows read back from the file, evenly spaced by number, the last one included.
+    pub(super) fn thinned(&self, limit: usize) -> Result<Vec<Row>, OutputError> {
+        let stride = self.rows.len().div_ceil(limit).max(1);
+        let last = self.rows.len().saturating_sub(1);
+        let read = |file| {
+            let lines = BufReader::new(file).lines().skip(1).enumerate();
+            lines.filter(|(i, _)| (last - i.min(&last)).is_multiple_of(stride)).map(|(_, line)| parse(&line?)).collect()
+        };
+        File::open(&self.path).and_then(read).map_err(naming(&self.path))
+    }
+
+    fn end(&self) -> u64 {
+        self.rows.last().map_or(self.header, |(_, end)| *end)
+    }
+}
+
+fn parse(line: &str) -> io::Result<Row> {
+    let values: Result<Vec<f64>, _> = line.split(',').map(str::parse).collect();
+    match values {
+        Ok(values) if values.len() == COLUMNS.len() => Ok(Row(values)),
+        _ => Err(io::Error::new(io::ErrorKind::InvalidData, "a row was changed while the run was going on")),
+    }
+}

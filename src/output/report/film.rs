@@ -1,0 +1,113 @@
+//! The pictures of the mesh, with a slider through time.
+
+use super::number::{mark, quantity};
+use crate::output::picture::{Field, Map, SPEED, STEP, Shot};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use std::fmt::Write;
+
+/// Share of the pixels that a colour scale covers: a few extreme ones must not take the colours from all others.
+const COVERED: f64 = 0.998;
+
+/// Shows one moment at a time. Written without the characters that XML reserves.
+const SLIDER: &str = "const shots = [...document.querySelectorAll('.shot')];
+const slider = document.getElementById('moment');
+const show = () => shots.forEach((shot, i) => { shot.hidden = i !== Number(slider.value); });
+slider.addEventListener('input', show);
+slider.parentElement.hidden = false;
+show();";
+
+/// Where a value lies in the colours of all pictures.
+struct Scale {
+    low: f64,
+    high: f64,
+    logarithmic: bool,
+}
+
+impl Scale {
+    /// From rest to the fastest.
+    fn of_speed(shots: &[&Shot]) -> Self {
+        let speeds = sorted(shots, Field::Speed);
+        Self { low: 0.0, high: quantile(&speeds, COVERED).max(f64::MIN_POSITIVE), logarithmic: false }
+    }
+
+    /// From the smallest to the largest, at least a factor of two.
+    fn of_step(shots: &[&Shot]) -> Self {
+        let steps = sorted(shots, Field::Step);
+        let (low, high) = (quantile(&steps, 1.0 - COVERED), quantile(&steps, COVERED));
+        Self { low: low.min(0.5 * high).max(f64::MIN_POSITIVE), high, logarithmic: true }
+    }
+
+    fn place(&self, value: f64) -> f64 {
+        let Self { low, high, logarithmic } = self;
+        if *logarithmic { (value / low).ln() / (high / low).ln() } else { (value - low) / (high - low) }
+    }
+
+    fn value(&self, place: f64) -> f64 {
+        let Self { low, high, logarithmic } = self;
+        if *logarithmic { low * (high / low).powf(place) } else { low + place * (high - low) }
+    }
+}
+
+/// The section of pictures, open at the time `moment`, s; nothing if there are none.
+pub(super) fn film(moment: f64, shots: &[&Shot]) -> String {
+    if shots.is_empty() {
+        return String::new();
+    }
+    let (step, speed) = (Scale::of_step(shots), Scale::of_speed(shots));
+    let step_legend = legend("Step of each element", "s", &STEP, &step);
+    let speed_legend = legend("Speed", "m/s", &SPEED, &speed);
+    let mut frames = String::new();
+    for shot in shots {
+        let when = quantity(shot.time, "s");
+        let steps = shot.png(Field::Step, &STEP, |x| step.place(x));
+        let speeds = shot.png(Field::Speed, &SPEED, |x| speed.place(x));
+        let left = picture(&steps, &format!("{when}, coloured by step of each element"), &step_legend);
+        let right = picture(&speeds, &format!("{when}, coloured by speed"), &speed_legend);
+        writeln!(frames, "<div class=\"shot\"><h3>{when}</h3>\n<div class=\"pair\">{left}{right}</div></div>")
+            .expect("a string grows");
+    }
+    format!(
+        "<section><h2>The gel</h2>\n<p class=\"slider\" hidden=\"hidden\"><label for=\"moment\">Move through time</label> \
+         <input id=\"moment\" type=\"range\" min=\"0\" max=\"{}\" value=\"{}\" step=\"1\"/></p>\n{frames}\
+         <script>\n{SLIDER}\n</script></section>\n",
+        shots.len() - 1,
+        nearest(moment, shots)
+    )
+}
+
+fn nearest(moment: f64, shots: &[&Shot]) -> usize {
+    let distance = |i: &usize| (shots[*i].time - moment).abs();
+    (0..shots.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+}
+
+fn picture(png: &[u8], what: &str, legend: &str) -> String {
+    let bytes = STANDARD.encode(png);
+    format!(
+        "<figure class=\"picture\"><img alt=\"The deformed gel at {what}\" src=\"data:image/png;base64,{bytes}\"/>\n\
+         {legend}</figure>\n"
+    )
+}
+
+fn legend(what: &str, unit: &str, map: &Map, scale: &Scale) -> String {
+    let ticks: String = [0.0, 0.25, 0.5, 0.75, 1.0]
+        .map(|place| format!("<span>{}</span>", mark(scale.value(place), scale.high, unit)))
+        .concat();
+    format!(
+        "<figcaption>{what}</figcaption>\n<div class=\"bar\" style=\"background: \
+         linear-gradient(to right, {})\"></div>\n<div class=\"ticks\">{ticks}</div>",
+        map.css()
+    )
+}
+
+fn sorted(shots: &[&Shot], field: Field) -> Vec<f64> {
+    let known = |x: &f64| x.is_finite() && (field == Field::Speed || *x > 0.0);
+    let mut values: Vec<f64> = shots.iter().flat_map(|shot| shot.values(field)).filter(known).collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let place = (share * sorted.len().saturating_sub(1) as f64).round() as usize;
+    sorted.get(place).copied().unwrap_or(1.0)
+}

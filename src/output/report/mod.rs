@@ -1,0 +1,47 @@
+//! `report.html`: the run on one page that needs nothing else, for a person.
+
+mod charts;
+mod film;
+mod number;
+mod plot;
+mod tables;
+mod words;
+
+use super::history::Row;
+use super::picture::Shot;
+use super::summary::Summary;
+use crate::scene::Scene;
+
+/// Most points of a curve: a plot is 640 pixels wide.
+pub(super) const PLOT_POINTS: usize = 2000;
+
+const STYLE: &str = include_str!("style.css");
+
+/// The page. `rows` are the history, thinned to at most [`PLOT_POINTS`].
+pub(super) fn page(scene: &Scene, summary: &Summary, rows: &[Row], shots: &[&Shot]) -> String {
+    let name = escape(&summary.scene);
+    let title = escape(&scene.scene.title);
+    let sections = [
+        words::failure(summary),
+        words::summary(scene, summary),
+        words::key_figures(scene, summary),
+        film::film(charts::fullest(rows), shots),
+        charts::charts(scene, rows),
+        tables::energy(summary),
+        tables::cost(summary),
+        tables::switched_off(summary),
+        words::origin(summary),
+    ];
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <title>{name} — ballistic-gel</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
+         <header><h1>{name}</h1>\n<p class=\"title\">{title}</p></header>\n{}</main>\n</body>\n</html>\n",
+        sections.concat()
+    )
+}
+
+/// Text that HTML takes literally.
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

@@ -1,0 +1,92 @@
+//! Numbers as a person writes them.
+
+/// Prefixes of the SI from 10⁻¹² in steps of a thousand.
+const PREFIXES: [&str; 9] = ["p", "n", "µ", "m", "", "k", "M", "G", "T"];
+const UNITY: i32 = 4;
+/// Smaller values have no prefix.
+const SMALLEST: f64 = 1e-12;
+
+/// Factor and prefix that bring a magnitude between 1 and 1000: 0.014 gives 10³ and "m".
+pub(super) fn prefix(magnitude: f64) -> (f64, &'static str) {
+    if magnitude == 0.0 || !magnitude.is_finite() {
+        return (1.0, "");
+    }
+    // A hair more than the magnitude, so that 1000 of one prefix is 1 of the next in spite of round-off.
+    let thousands = ((magnitude.abs() * (1.0 + 1e-9)).log10() / 3.0).floor().clamp(-4.0, 4.0) as i32;
+    (1000f64.powi(-thousands), PREFIXES[(thousands + UNITY) as usize])
+}
+
+/// A value with its unit in four significant digits: "14.05 mm".
+pub(super) fn quantity(value: f64, unit: &str) -> String {
+    match value.abs() {
+        size if !size.is_finite() => "not known".to_string(),
+        size if size > 0.0 && size < SMALLEST => format!("{} {unit}", ratio(value)),
+        _ => prefixed(value, value, unit, 4),
+    }
+}
+
+/// A value with its unit in three significant digits and the prefix that suits the end of its scale.
+pub(super) fn mark(value: f64, end: f64, unit: &str) -> String {
+    prefixed(value, end, unit, 3)
+}
+
+fn prefixed(value: f64, model: f64, unit: &str, significant: i32) -> String {
+    let (factor, prefix) = prefix(model);
+    format!("{} {prefix}{unit}", digits(value * factor, significant))
+}
+
+/// A ratio or an error: few digits, with an exponent where it is small or large.
+pub(super) fn ratio(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".to_string(),
+        size if !size.is_finite() => "not known".to_string(),
+        size if (1e-3..1e4).contains(&size) => digits(value, 4),
+        _ => {
+            let text = format!("{value:.2e}");
+            let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+            format!("{mantissa} × 10<sup>{}</sup>", exponent.replace('-', "−")).replace('-', "−")
+        }
+    }
+}
+
+/// A share in percent.
+pub(super) fn percent(value: f64) -> String {
+    ratio(100.0 * value) + " %"
+}
+
+/// A count with thin spaces between thousands.
+pub(super) fn count(value: f64) -> String {
+    let plain = format!("{value:.0}");
+    let digits = plain.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
+    digits.collect::<Vec<_>>().join("\u{202f}")
+}
+
+fn digits(value: f64, significant: i32) -> String {
+    let size = value.abs();
+    let places = match size {
+        0.0 => 0,
+        _ => (significant - 1 - size.log10().floor() as i32).clamp(0, 6) as usize,
+    };
+    format!("{value:.places$}").replace('-', "−")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantities_carry_the_prefix_that_suits_them() {
+        assert_eq!(quantity(0.01405, "m"), "14.05 mm");
+        assert_eq!(quantity(1e-3, "s"), "1.000 ms");
+        assert_eq!(quantity(-3.8634, "m/s"), "−3.863 m/s");
+        assert_eq!(quantity(0.0, "J"), "0 J");
+        assert_eq!(quantity(f64::NAN, "J"), "not known");
+    }
+
+    #[test]
+    fn ratios_and_counts_can_be_read() {
+        assert_eq!(ratio(1.234e-12), "1.23 × 10<sup>−12</sup>");
+        assert_eq!(ratio(12.5), "12.50");
+        assert_eq!(count(1_234_567.0), "1\u{202f}234\u{202f}567");
+    }
+}

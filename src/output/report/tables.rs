@@ -1,0 +1,75 @@
+//! Tables of the report.
+
+use super::escape;
+use super::number::{count, percent, quantity, ratio};
+use crate::output::summary::Summary;
+use std::fmt::Write;
+
+/// The energy accounts at the end, and how well they close.
+pub(super) fn energy(summary: &Summary) -> String {
+    let initial = summary.initial_energy();
+    let mut rows = String::new();
+    for account in &summary.accounts {
+        let share = if initial == 0.0 { "–".to_string() } else { percent(account.value / initial) };
+        let (name, meaning) = (account.name.replace('_', " "), account.meaning);
+        let value = quantity(account.value, "J");
+        row(&mut rows, &name, &[meaning, &value, &share]);
+    }
+    let heads = ["account", "what it holds", "energy", "of the start"];
+    let errors = format!(
+        "<p>Unexplained, relative to what went through: energy {}, momentum {}, angular momentum {}. The method's own error: \
+         {} of the energy at the start. Change of mass: {}.</p>\n",
+        ratio(summary.energy_error),
+        ratio(summary.momentum_error),
+        ratio(summary.angular_momentum_error),
+        percent(summary.energy_defect),
+        summary.mass_error.map_or("not known".to_string(), ratio)
+    );
+    format!("<section><h2>Energy</h2>\n{}{errors}</section>\n", table("Energy accounts at the end", &heads, &rows))
+}
+
+/// What the run cost, beside what one step for all elements would have cost.
+pub(super) fn cost(summary: &Summary) -> String {
+    let mut rows = String::new();
+    row(&mut rows, "Element updates", &[&count(summary.element_updates)]);
+    row(&mut rows, "Updates with one step for all elements", &[&count(summary.synchronous_updates)]);
+    let saved = summary.synchronous_updates / summary.element_updates;
+    row(&mut rows, "Ratio", &[&ratio(saved)]);
+    row(&mut rows, "Smallest step", &[&quantity(summary.smallest_step, "s")]);
+    row(&mut rows, "Largest step", &[&quantity(summary.largest_step, "s")]);
+    row(&mut rows, "Elements", &[&count(summary.elements as f64)]);
+    row(&mut rows, "Nodes", &[&count(summary.nodes as f64)]);
+    row(&mut rows, "Wall time", &[&quantity(summary.wall_seconds, "s")]);
+    row(&mut rows, "Updates per second", &[&count(summary.updates_per_second)]);
+    row(&mut rows, "Threads", &[&summary.threads.to_string()]);
+    format!("<section><h2>Cost</h2>\n{}</section>\n", table("What the run cost", &["", "value"], &rows))
+}
+
+/// What the scene does not model.
+pub(super) fn switched_off(summary: &Summary) -> String {
+    if summary.switched_off.is_empty() {
+        return String::new();
+    }
+    let mut rows = String::new();
+    for entry in &summary.switched_off {
+        row(&mut rows, entry, &[]);
+    }
+    format!("<section><h2>Switched off</h2>\n{}</section>\n", table("Not modelled in this scene", &["what"], &rows))
+}
+
+/// Cells are HTML already; the name of the row is text.
+fn row(rows: &mut String, name: &str, cells: &[&str]) {
+    write!(rows, "<tr><th scope=\"row\">{}</th>", escape(name)).expect("a string grows");
+    for cell in cells {
+        write!(rows, "<td>{cell}</td>").expect("a string grows");
+    }
+    *rows += "</tr>\n";
+}
+
+fn table(caption: &str, heads: &[&str], rows: &str) -> String {
+    let heads = heads.join("</th><th scope=\"col\">");
+    format!(
+        "<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"{caption}\"><table><caption>{caption}</caption>\n\
+         <thead><tr><th scope=\"col\">{heads}</th></tr></thead>\n<tbody>\n{rows}</tbody></table></div>\n"
+    )
+}

@@ -1,0 +1,111 @@
+//! What happened, in plain words.
+
+use super::escape;
+use super::number::{count, percent, quantity};
+use crate::algebra::Vector3;
+use crate::output::summary::{Interface, Summary};
+use crate::scene::Scene;
+use std::fmt::Write;
+
+/// A box with the diagnosis of a run that stopped early; nothing otherwise.
+pub(super) fn failure(summary: &Summary) -> String {
+    let Some(diagnosis) = &summary.failure else { return String::new() };
+    format!(
+        "<section class=\"failure\" role=\"alert\"><h2>This run stopped early, at {}</h2>\n<p>{}</p>\n\
+         <p>Everything below was computed before and is valid up to then.</p></section>\n",
+        quantity(summary.end_time, "s"),
+        escape(diagnosis)
+    )
+}
+
+/// One paragraph.
+pub(super) fn summary(scene: &Scene, summary: &Summary) -> String {
+    let sentences = [meeting(scene), depth(summary), outcome(scene, summary), trust(summary)];
+    format!("<section><p class=\"lead\">{}</p></section>\n", sentences.join(" ").trim())
+}
+
+fn meeting(scene: &Scene) -> String {
+    let speed = Vector3::from(scene.projectile.velocity).norm();
+    let gel = Vector3::from(scene.gel.velocity).norm();
+    match (scene.projectile.fixed, speed > 0.0, gel > 0.0) {
+        (true, _, true) => {
+            format!("The gel is thrown at {} against a body that is held in place.", quantity(gel, "m/s"))
+        }
+        (true, ..) => "The projectile is held in place.".to_string(),
+        (false, true, _) => format!("A projectile meets the gel at {}.", quantity(speed, "m/s")),
+        (false, false, _) => "A projectile at rest meets the gel.".to_string(),
+    }
+}
+
+fn depth(summary: &Summary) -> String {
+    if summary.peak_depth <= 0.0 || summary.contact_duration.is_none() {
+        return String::new();
+    }
+    let when = quantity(summary.time_of_peak_depth, "s");
+    format!("It reaches its greatest depth, <strong>{}</strong>, after {when}.", quantity(summary.peak_depth, "m"))
+}
+
+fn outcome(scene: &Scene, summary: &Summary) -> String {
+    let force = if summary.peak_force > 0.0 {
+        let window = quantity(summary.force_window, "s");
+        format!("The force on it peaks at {} (mean over {window}).", quantity(summary.peak_force, "N"))
+    } else {
+        "No force has acted on it.".to_string()
+    };
+    let end = match summary.rebound_velocity {
+        _ if scene.projectile.fixed => String::new(),
+        Some(speed) if speed > 0.0 => {
+            format!(" It leaves the way it came with <strong>{}</strong>.", quantity(speed, "m/s"))
+        }
+        Some(_) => " It goes on beyond the gel.".to_string(),
+        None => {
+            let speed = quantity(Vector3::from(summary.final_velocity).norm(), "m/s");
+            format!(" At {} it moves with <strong>{speed}</strong>.", quantity(summary.end_time, "s"))
+        }
+    };
+    force + &end
+}
+
+fn trust(summary: &Summary) -> String {
+    format!(
+        "The ledger explains all energy but {} of what went through it, and the method's own error is {} of the energy at \
+         the start.",
+        percent(summary.energy_error),
+        percent(summary.energy_defect)
+    )
+}
+
+/// The figures that are looked for first.
+pub(super) fn key_figures(scene: &Scene, summary: &Summary) -> String {
+    let known = |value: Option<f64>, unit: &str| value.map_or("none yet".to_string(), |value| quantity(value, unit));
+    let way = [
+        ("greatest depth", quantity(summary.peak_depth, "m")),
+        ("reached after", quantity(summary.time_of_peak_depth, "s")),
+        ("depth at the end", quantity(summary.final_depth, "m")),
+        ("rebound speed", known(summary.rebound_velocity, "m/s")),
+    ];
+    let rest = [
+        ("contact lasts", known(summary.contact_duration, "s")),
+        ("peak force", quantity(summary.peak_force, "N")),
+        ("elements", count(summary.elements as f64)),
+        ("element updates", count(summary.element_updates)),
+    ];
+    let mut list = String::from("<section aria-label=\"Key figures\"><dl class=\"figures\">\n");
+    for (name, value) in way.into_iter().filter(|_| !scene.projectile.fixed).chain(rest) {
+        writeln!(list, "<div><dt>{name}</dt><dd>{value}</dd></div>").expect("a string grows");
+    }
+    list + "</dl></section>\n"
+}
+
+/// What made the page.
+pub(super) fn origin(summary: &Summary) -> String {
+    let way = match summary.interface {
+        Interface::Fmi2 => "through its FMI 2.0 interface",
+        Interface::Direct => "as a library",
+    };
+    format!(
+        "<footer><p>ballistic-gel {}, driven {way}. State digest <code>{}</code>. The numbers behind this page are in \
+         <code>summary.json</code> and <code>history.csv</code>; <code>series.pvd</code> opens in ParaView.</p></footer>\n",
+        summary.version, summary.digest
+    )
+}

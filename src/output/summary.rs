@@ -1,0 +1,231 @@
+//! `summary.json`: the figures of a run under fixed names.
+
+use super::Ending;
+use crate::algebra::Vector3;
+use crate::scene::{self, Dimension, Scene};
+use crate::simulation::{EnergyReport, Frame, Observation};
+use serde::Serialize;
+use std::f64::consts::TAU;
+use std::time::Instant;
+
+/// How the simulation was driven.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Interface {
+    /// Through the FMI 2.0 C interface.
+    Fmi2,
+    /// By the library.
+    Direct,
+}
+
+/// The figures of a run, SI; `None` (null in JSON) where a figure does not exist.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Name of the scene.
+    pub scene: String,
+    /// Version of this crate.
+    pub version: &'static str,
+    /// How the simulation was driven.
+    pub interface: Interface,
+    /// Whether it reached the end time of the scene.
+    pub completed: bool,
+    /// Time that it reached, s.
+    pub end_time: f64,
+    /// Wall time between the first and the last record, s.
+    pub wall_seconds: f64,
+    /// Threads of the element phase.
+    pub threads: usize,
+    /// The space the gel lives in.
+    pub dimension: Dimension,
+    /// Elements.
+    pub elements: usize,
+    /// Nodes.
+    pub nodes: usize,
+    /// Element updates.
+    pub element_updates: f64,
+    /// Element updates per second of wall time.
+    pub updates_per_second: f64,
+    /// Updates that one global stable step of the assembled system would have cost.
+    pub synchronous_updates: f64,
+    /// Smallest element step at the end, s.
+    pub smallest_step: f64,
+    /// Largest element step at the end, s.
+    pub largest_step: f64,
+    /// Times that the gel was meshed anew: none, the mesh is kept.
+    pub remeshes: u64,
+    /// Smallest J = det F of the run.
+    pub min_jacobian: f64,
+    /// Greatest depth, m.
+    pub peak_depth: f64,
+    /// When it was reached, s.
+    pub time_of_peak_depth: f64,
+    /// Depth at the end, m.
+    pub final_depth: f64,
+    /// Speed against the velocity at the start, m/s; absent while in contact (numerics A14).
+    pub rebound_velocity: Option<f64>,
+    /// Velocity at the end, m/s.
+    pub final_velocity: [f64; 3],
+    /// From the first to the last impulse, s.
+    pub contact_duration: Option<f64>,
+    /// Greatest mean force over a window of `force_window`, N.
+    pub peak_force: f64,
+    /// Width of that window, s.
+    pub force_window: f64,
+    /// Impulse on the projectile, N·s.
+    pub total_impulse: [f64; 3],
+    /// Energy by account, J.
+    #[serde(rename = "energy", serialize_with = "as_object")]
+    pub accounts: Vec<Account>,
+    /// Energy that no account explains, relative to its throughput (numerics A6).
+    pub energy_error: f64,
+    /// The method's own error, relative to the energy at the start (numerics A6).
+    pub energy_defect: f64,
+    /// Momentum that no account explains, relative to its throughput.
+    pub momentum_error: f64,
+    /// Angular momentum that no account explains, relative to its throughput.
+    pub angular_momentum_error: f64,
+    /// Change of the mass of the mesh at rest, relative.
+    pub mass_error: Option<f64>,
+    /// Mean penetration of touching nodes, in element sizes.
+    pub mean_standing_penetration: f64,
+    /// Hash of the stored state, 32 hexadecimal digits.
+    pub digest: String,
+    /// What the scene does not model.
+    pub switched_off: Vec<String>,
+    /// The diagnosis of a run that stopped early.
+    pub failure: Option<String>,
+}
+
+/// What a summary needs from the start of a run.
+#[derive(Debug)]
+pub(super) struct Run {
+    pub(super) scene: Scene,
+    pub(super) initial_mass: Option<f64>,
+    interface: Interface,
+    threads: usize,
+    started: Instant,
+}
+
+impl Run {
+    pub(super) fn start(scene: &Scene, interface: Interface, threads: usize) -> Self {
+        let all = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        let threads = if threads == 0 { all() } else { threads };
+        Self { scene: scene.clone(), initial_mass: None, interface, threads, started: Instant::now() }
+    }
+}
+
+impl Summary {
+    pub(super) fn of(run: &Run, ending: &Ending) -> Self {
+        let Observation { time, depth, contact, energy, cost, .. } = ending.observation;
+        let wall_seconds = run.started.elapsed().as_secs_f64();
+        let end = run.scene.scene.end_time;
+        Self {
+            scene: run.scene.scene.name.clone(),
+            version: env!("CARGO_PKG_VERSION"),
+            interface: run.interface,
+            completed: ending.failure.is_none() && *time >= end * (1.0 - 1e-9),
+            end_time: *time,
+            wall_seconds,
+            threads: run.threads,
+            dimension: run.scene.scene.dimension,
+            elements: cost.elements,
+            nodes: cost.nodes,
+            element_updates: cost.element_updates,
+            updates_per_second: cost.element_updates / wall_seconds,
+            synchronous_updates: cost.synchronous_updates,
+            smallest_step: cost.smallest_step,
+            largest_step: cost.largest_step,
+            remeshes: 0,
+            min_jacobian: cost.min_jacobian,
+            peak_depth: contact.peak_depth.0,
+            time_of_peak_depth: contact.peak_depth.1,
+            final_depth: *depth,
+            rebound_velocity: rebound(ending.observation, run.scene.projectile.velocity.into()),
+            final_velocity: ending.observation.projectile.velocity.into(),
+            contact_duration: contact.first.zip(contact.last).map(|(first, last)| last - first),
+            peak_force: contact.peak_force,
+            force_window: run.scene.force_window(),
+            total_impulse: contact.total_impulse.into(),
+            accounts: accounts(energy).into(),
+            energy_error: energy.energy_error,
+            energy_defect: energy.energy_defect,
+            momentum_error: ending.observation.momentum_error,
+            angular_momentum_error: ending.observation.angular_momentum_error,
+            mass_error: run.initial_mass.map(|mass| (rest_mass(ending.frame, &run.scene) / mass - 1.0).abs()),
+            mean_standing_penetration: contact.mean_standing_penetration,
+            digest: format!("{:032x}", ending.digest),
+            switched_off: scene::switched_off(&run.scene),
+            failure: ending.failure.map(str::to_string),
+        }
+    }
+
+    /// Energy at the start, J.
+    pub(super) fn initial_energy(&self) -> f64 {
+        self.accounts.iter().find(|account| account.name == "initial").map_or(0.0, |account| account.value)
+    }
+
+    pub(super) fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("names and numbers can always be written") + "\n"
+    }
+}
+
+/// A named account of the energy ledger.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Account {
+    /// Its name in `summary.json`.
+    pub name: &'static str,
+    /// Its value, J.
+    pub value: f64,
+    /// What it holds, in words.
+    pub meaning: &'static str,
+}
+
+fn as_object<S: serde::Serializer>(accounts: &[Account], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(accounts.iter().map(|account| (account.name, account.value)))
+}
+
+/// Every energy account, in the order of the report.
+fn accounts(energy: &EnergyReport) -> [Account; 10] {
+    let account = |name, value, meaning| Account { name, value, meaning };
+    [
+        account("initial", energy.initial, "all energy at the start"),
+        account("kinetic", energy.kinetic, "motion of gel and projectile"),
+        account("projectile", energy.projectile, "motion of the projectile alone (part of kinetic)"),
+        account("elastic", energy.elastic, "stored in the deformed gel"),
+        account("contact", energy.contact, "work of the contact law; negative is dissipated"),
+        account("contact_bias", energy.contact_bias, "work of removing standing penetration"),
+        account("integration", energy.integration, "residual of the time integration"),
+        account("external", energy.external, "work of external forces and of a prescribed motion"),
+        account("importer", energy.importer, "jumps of the projectile made by the importer"),
+        account("closure", energy.closure, "what no account explains"),
+    ]
+}
+
+/// Speed against the initial velocity once the last impulse is past by 10 % of the contact, m/s (numerics A14).
+fn rebound(observation: &Observation, initial: Vector3) -> Option<f64> {
+    let (first, last) = observation.contact.first.zip(observation.contact.last)?;
+    let direction = initial.try_normalize(0.0)?;
+    let over = observation.time - last > 0.1 * (last - first);
+    over.then(|| -observation.projectile.velocity.dot(&direction))
+}
+
+/// Mass of the mesh at rest, kg.
+pub(super) fn rest_mass(frame: &Frame, scene: &Scene) -> f64 {
+    let rest = |node: u32| frame.points[node as usize] - frame.displacements[node as usize];
+    let volumes = frame.cells.nodes.iter().map(|&[a, b, c, d]| match scene.scene.dimension {
+        Dimension::Planar => scene.thickness() * area([a, b, c].map(rest)),
+        Dimension::Axisymmetric => {
+            let corners = [a, b, c].map(rest);
+            TAU * corners.iter().map(|p| p.x).sum::<f64>() / 3.0 * area(corners)
+        }
+        Dimension::Spatial => {
+            let [u, v, w] = [b, c, d].map(|node| rest(node) - rest(a));
+            u.cross(&v).dot(&w).abs() / 6.0
+        }
+    });
+    scene.gel.density * volumes.sum::<f64>()
+}
+
+fn area([a, b, c]: [Vector3; 3]) -> f64 {
+    0.5 * (b - a).cross(&(c - a)).norm()
+}

@@ -1,0 +1,140 @@
+//! Whether the map is still true: the order of the modules, where `unsafe` is, how long files and functions are.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+#[path = "architecture/code.rs"]
+mod code;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The modules from bottom to top: each uses only those before it.
+const ORDER: [&str; 14] = [
+    "algebra",
+    "geometry",
+    "material",
+    "mesh",
+    "element",
+    "ledger",
+    "contact",
+    "state",
+    "avi",
+    "scene",
+    "simulation",
+    "output",
+    "fmi2",
+    "bin",
+];
+const LONGEST_FILE: usize = 500;
+const LONGEST_FUNCTION: usize = 60;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Every Rust file below a folder of the crate, in order of name.
+fn rust_files(folder: &str) -> Vec<PathBuf> {
+    let mut entries: Vec<PathBuf> =
+        fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path()).collect();
+    entries.sort();
+    let below = |path: PathBuf| {
+        let name = path.strip_prefix(root()).unwrap().to_str().unwrap().to_string();
+        if path.is_dir() { rust_files(&name) } else { vec![PathBuf::from(name)] }
+    };
+    let files = entries.into_iter().flat_map(below);
+    files.filter(|path| path.extension().is_some_and(|extension| extension == "rs")).collect()
+}
+
+fn text(file: &Path) -> String {
+    fs::read_to_string(root().join(file)).unwrap()
+}
+
+/// The module of a file below `src/`; none for the root of the crate.
+fn module(file: &Path) -> Option<String> {
+    let first = file.components().nth(1)?.as_os_str().to_str()?.trim_end_matches(".rs").to_string();
+    (first != "lib").then_some(first)
+}
+
+fn rank(module: &str) -> Option<usize> {
+    ORDER.iter().position(|known| *known == module)
+}
+
+#[test]
+fn modules_use_only_those_below_them() {
+    for file in rust_files("src") {
+        let Some(own) = module(&file) else { continue };
+        let height = rank(&own);
+        assert!(
+            height.is_some(),
+            "{}: module {own} has no place in the order of tests/architecture.rs",
+            file.display()
+        );
+        for used in code::used_modules(&code::without_comments(&text(&file))) {
+            let below = rank(&used).is_none_or(|rank| Some(rank) <= height);
+            assert!(below, "{}: {own} uses {used}, which stands above it", file.display());
+        }
+    }
+}
+
+#[test]
+fn unsafe_code_is_in_one_file() {
+    for file in rust_files("src").iter().filter(|file| !file.ends_with("src/fmi2/abi.rs")) {
+        let code = code::without_comments(&text(file));
+        assert!(
+            !code::words(&code).any(|word| word == "unsafe"),
+            "{}: unsafe belongs to src/fmi2/abi.rs",
+            file.display()
+        );
+    }
+}
+
+#[test]
+fn files_and_functions_are_short() {
+    for file in ["src", "tests"].into_iter().flat_map(rust_files) {
+        let text = text(&file);
+        let lines = text.lines().count();
+        assert!(lines <= LONGEST_FILE, "{}: {lines} lines, at most {LONGEST_FILE}", file.display());
+        for (name, length) in code::functions(&code::without_comments(&text)) {
+            let place = file.display();
+            assert!(length <= LONGEST_FUNCTION, "{place}: {name} has {length} lines, at most {LONGEST_FUNCTION}");
+        }
+    }
+}
+
+#[test]
+fn the_map_names_every_module() {
+    let map = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    for file in rust_files("src") {
+        let inside = file.strip_prefix("src").unwrap();
+        let modules = inside.parent().unwrap().iter().chain(inside.file_stem());
+        for module in modules.map(|name| name.to_str().unwrap()).filter(|name| !["mod", "main", "lib"].contains(name)) {
+            assert!(
+                code::words(&map).any(|word| word == module),
+                "ARCHITECTURE.md does not name {module} ({})",
+                file.display()
+            );
+        }
+    }
+}
+
+const SAMPLE: &str = r#"
+use crate::mesh::Mesh; // not crate::fmi2
+use crate::{algebra::{Vector, det}, state};
+/* crate::output and unsafe */
+fn short(a: [u8; 2]) -> char { let _ = "unsafe { crate::bin"; '{' }
+fn declared();
+impl X {
+    fn long<'a>(&'a self) -> String {
+        format!("}}{}", '"')
+    }
+}
+"#;
+
+#[test]
+fn code_is_told_from_comments_and_strings() {
+    let code = code::without_comments(SAMPLE);
+    assert_eq!(code::used_modules(&code), ["mesh", "algebra", "state"]);
+    assert!(!code::words(&code).any(|word| word == "unsafe"));
+    assert!(code::words(&code::without_comments("'a' unsafe {}")).any(|word| word == "unsafe"));
+    assert_eq!(code::functions(&code), [("short".to_string(), 1), ("long".to_string(), 3)]);
+}

@@ -1,0 +1,106 @@
+//! Just enough of Rust's grammar to tell code from text, and to find functions and paths in it.
+
+/// The code alone: comments and the insides of literals become spaces, lines stay.
+pub fn without_comments(text: &str) -> String {
+    let mut code = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let length = literal_or_comment(rest);
+        if length == 0 {
+            code.push(first);
+            rest = &rest[first.len_utf8()..];
+        } else {
+            code.extend(rest[..length].chars().map(|c| if c == '\n' { c } else { ' ' }));
+            rest = &rest[length..];
+        }
+    }
+    code
+}
+
+/// Bytes of the literal or comment that starts here; 0 if none does.
+fn literal_or_comment(text: &str) -> usize {
+    let until = |from: usize, end: &str| text[from..].find(end).map_or(text.len(), |at| from + at + end.len());
+    if text.starts_with("//") {
+        text.find('\n').unwrap_or(text.len())
+    } else if text.starts_with("/*") {
+        until(2, "*/")
+    } else if text.starts_with('"') {
+        quoted(text, '"')
+    } else if text.starts_with("r\"") || text.starts_with("r#") {
+        let hashes = text[1..].bytes().take_while(|byte| *byte == b'#').count();
+        if text[1 + hashes..].starts_with('"') { until(2 + hashes, &format!("\"{}", "#".repeat(hashes))) } else { 0 }
+    } else if text.starts_with("'\\") || text.starts_with('\'') && text.chars().nth(2) == Some('\'') {
+        quoted(text, '\'')
+    } else {
+        0
+    }
+}
+
+/// Bytes up to the quote that ends what starts with one.
+fn quoted(text: &str, quote: char) -> usize {
+    let mut escaped = false;
+    for (at, c) in text.char_indices().skip(1) {
+        if c == quote && !escaped {
+            return at + 1;
+        }
+        escaped = c == '\\' && !escaped;
+    }
+    text.len()
+}
+
+/// Identifiers and keywords.
+pub fn words(code: &str) -> impl Iterator<Item = &str> {
+    code.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|word| !word.is_empty())
+}
+
+/// Modules of the crate that are named by `crate::…` or, in the command, by `ballistic_gel::…`.
+pub fn used_modules(code: &str) -> Vec<String> {
+    let paths = ["crate::", "ballistic_gel::"].into_iter().flat_map(|root| code.split(root).skip(1));
+    paths.flat_map(|path| if path.starts_with('{') { heads(path) } else { vec![head(path)] }).collect()
+}
+
+/// The first name of each path in a braced list.
+fn heads(list: &str) -> Vec<String> {
+    let mut depth = 0;
+    let mut names = Vec::new();
+    for (at, c) in list.char_indices() {
+        depth += i32::from(c == '{') - i32::from(c == '}');
+        if depth == 0 {
+            break;
+        }
+        if depth == 1 && (c == '{' || c == ',') {
+            names.push(head(list[at + 1..].trim_start()));
+        }
+    }
+    names.retain(|name| !name.is_empty());
+    names
+}
+
+fn head(path: &str) -> String {
+    path.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
+}
+
+/// Name and number of lines of each function that has a body.
+pub fn functions(code: &str) -> Vec<(String, usize)> {
+    let starts =
+        code.match_indices("fn ").filter(|(at, _)| !code[..*at].ends_with(|c: char| c.is_alphanumeric() || c == '_'));
+    let functions = starts.filter_map(|(at, _)| Some((head(&code[at + 3..]), body_end(&code[at..])?, at)));
+    functions.map(|(name, length, at)| (name, code[at..at + length].lines().count())).collect()
+}
+
+/// Bytes to the end of the body; none if the signature ends with a semicolon.
+fn body_end(function: &str) -> Option<usize> {
+    let (mut brackets, mut braces) = (0, 0);
+    for (at, c) in function.char_indices() {
+        match c {
+            '(' | '[' => brackets += 1,
+            ')' | ']' => brackets -= 1,
+            ';' if brackets == 0 && braces == 0 => return None,
+            '{' => braces += 1,
+            '}' if braces == 1 => return Some(at + 1),
+            '}' => braces -= 1,
+            _ => {}
+        }
+    }
+    None
+}

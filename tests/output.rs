@@ -1,0 +1,307 @@
+//! The folder of a run, made from observations and frames written by hand.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+#[path = "output/stage.rs"]
+mod stage;
+
+use ballistic_gel::algebra::Vector3;
+use ballistic_gel::output::{Ending, Interface, Recorder, model_picture};
+use ballistic_gel::scene::Scene;
+use ballistic_gel::simulation::{Frame, Observation};
+use stage::{frame, observation, scene};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const STEPS: usize = 50;
+
+/// Keys of `summary.json` that scripts hold on to, in the order of the file.
+const KEYS: [&str; 36] = [
+    "scene",
+    "version",
+    "interface",
+    "completed",
+    "end_time",
+    "wall_seconds",
+    "threads",
+    "dimension",
+    "elements",
+    "nodes",
+    "element_updates",
+    "updates_per_second",
+    "synchronous_updates",
+    "smallest_step",
+    "largest_step",
+    "remeshes",
+    "min_jacobian",
+    "peak_depth",
+    "time_of_peak_depth",
+    "final_depth",
+    "rebound_velocity",
+    "final_velocity",
+    "contact_duration",
+    "peak_force",
+    "force_window",
+    "total_impulse",
+    "energy",
+    "energy_error",
+    "energy_defect",
+    "momentum_error",
+    "angular_momentum_error",
+    "mass_error",
+    "mean_standing_penetration",
+    "digest",
+    "switched_off",
+    "failure",
+];
+
+fn folder(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("output").join(name)
+}
+
+fn time(scene: &Scene, step: usize) -> f64 {
+    scene.scene.end_time * step as f64 / STEPS as f64
+}
+
+fn record(recorder: &mut Recorder, scene: &Scene, steps: std::ops::RangeInclusive<usize>) {
+    for step in steps {
+        let t = time(scene, step);
+        recorder.record_observation(&observation(scene, t), || frame(scene, t)).unwrap();
+    }
+}
+
+fn run(name: &str, scene: &Scene, failure: Option<&str>) -> PathBuf {
+    let folder = folder(name);
+    let mut recorder = Recorder::create(&folder, scene, Interface::Direct, 2).unwrap();
+    let last = if failure.is_some() { STEPS - 7 } else { STEPS };
+    record(&mut recorder, scene, 0..=last);
+    let (o, f): (Observation, Frame) = (observation(scene, time(scene, last)), frame(scene, time(scene, last)));
+    recorder.conclude(&Ending { observation: &o, frame: &f, digest: 0xABC, failure }).unwrap();
+    folder
+}
+
+fn lines(folder: &Path, file: &str) -> Vec<String> {
+    fs::read_to_string(folder.join(file)).unwrap().lines().map(str::to_string).collect()
+}
+
+fn frames(folder: &Path) -> usize {
+    fs::read_dir(folder.join("frames"))
+        .unwrap()
+        .filter(|entry| entry.as_ref().unwrap().file_name().to_string_lossy().starts_with("frame_"))
+        .count()
+}
+
+/// The text between two marks.
+fn between<'a>(text: &'a str, before: &str, after: &str) -> &'a str {
+    text.split_once(before).and_then(|(_, rest)| rest.split_once(after)).unwrap().0
+}
+
+#[test]
+fn history_has_a_row_per_step_that_reads_back_with_the_same_bits() {
+    let scene = scene("spatial");
+    let lines = lines(&run("history", &scene, None), "history.csv");
+    assert!(lines[0].starts_with("time_s,position_x_m,position_y_m,position_z_m,velocity_x_m_per_s,"));
+    assert_eq!(lines.len(), STEPS + 2);
+    let columns: Vec<&str> = lines[0].split(',').collect();
+    let column = |name: &str| columns.iter().position(|known| *known == name).unwrap();
+    for (step, line) in lines[1..].iter().enumerate() {
+        let values: Vec<f64> = line.split(',').map(|value| value.parse().unwrap()).collect();
+        let expected = observation(&scene, time(&scene, step));
+        assert_eq!(values.len(), columns.len());
+        assert_eq!(values[column("time_s")], expected.time);
+        assert_eq!(values[column("depth_m")], expected.depth);
+        assert_eq!(values[column("velocity_z_m_per_s")], expected.projectile.velocity.z);
+        assert_eq!(values[column("force_z_N")], expected.exchange.impulse.z / expected.exchange.duration);
+        assert_eq!(values[column("energy_elastic_J")], expected.energy.elastic);
+    }
+}
+
+#[test]
+fn rows_are_on_disk_before_the_run_ends() {
+    let scene = scene("planar");
+    let folder = folder("killed");
+    let mut recorder = Recorder::create(&folder, &scene, Interface::Fmi2, 1).unwrap();
+    record(&mut recorder, &scene, 0..=20);
+    assert_eq!(lines(&folder, "history.csv").len(), 22);
+    assert_eq!(lines(&folder, "series.pvd").iter().filter(|line| line.contains("frame_")).count(), 5);
+    drop(recorder);
+}
+
+#[test]
+fn frames_are_taken_at_equally_spaced_times_and_listed_in_the_collection() {
+    let scene = scene("spatial");
+    let folder = run("frames", &scene, None);
+    assert_eq!(frames(&folder), 11);
+    let collection = fs::read_to_string(folder.join("series.pvd")).unwrap();
+    let sets: Vec<&str> = collection.lines().filter(|line| line.starts_with("<DataSet")).collect();
+    assert_eq!(sets.len(), 22);
+    for (number, pair) in sets.chunks(2).enumerate() {
+        let due: f64 = between(pair[0], "timestep=\"", "\"").parse().unwrap();
+        assert!((due - 0.001 * number as f64).abs() < 1e-12);
+        for set in pair {
+            assert!(folder.join(between(set, "file=\"", "\"")).is_file(), "{set}");
+        }
+    }
+}
+
+/// The bytes of a named array of a grid.
+fn array<'a>(file: &'a [u8], name: &str) -> &'a [u8] {
+    let mark = b"<AppendedData encoding=\"raw\">\n_";
+    let start = file.windows(mark.len()).position(|window| window == mark).unwrap();
+    let head = std::str::from_utf8(&file[..start]).unwrap();
+    let line = head.lines().find(|line| line.contains(&format!("Name=\"{name}\""))).unwrap();
+    let offset: usize = between(line, "offset=\"", "\"").parse().unwrap();
+    let place = start + mark.len() + offset;
+    let length = u64::from_le_bytes(file[place..place + 8].try_into().unwrap()) as usize;
+    &file[place + 8..place + 8 + length]
+}
+
+#[test]
+fn grids_hold_the_mesh_where_their_offsets_say() {
+    let scene = scene("spatial");
+    let file = fs::read(run("grid", &scene, None).join("frames/frame_00003.vtu")).unwrap();
+    let frame = frame(&scene, time(&scene, 15));
+    let head = String::from_utf8_lossy(&file[..600]).into_owned();
+    let sizes = format!("NumberOfPoints=\"{}\" NumberOfCells=\"{}\"", frame.points.len(), frame.cells.nodes.len());
+    assert!(head.contains(&sizes) && head.contains("byte_order=\"LittleEndian\" header_type=\"UInt64\""));
+    let points: Vec<f64> =
+        array(&file, "Points").chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect();
+    assert!(points.chunks(3).zip(&frame.points).all(|(read, p)| Vector3::from_row_slice(read) == *p));
+    assert_eq!(points.len(), 3 * frame.points.len());
+    let nodes: Vec<u32> =
+        array(&file, "connectivity").chunks(4).map(|b| u32::from_le_bytes(b.try_into().unwrap())).collect();
+    assert_eq!(nodes, frame.cells.nodes.concat());
+    let end = &array(&file, "offsets")[4 * (frame.cells.nodes.len() - 1)..];
+    assert_eq!(end, (nodes.len() as u32).to_le_bytes());
+    assert!(array(&file, "types").iter().all(|kind| *kind == 10));
+    let steps: Vec<f32> = array(&file, "step").chunks(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
+    assert!(steps.iter().zip(&frame.cells.step).all(|(read, step)| *read == *step as f32));
+    assert_eq!(array(&file, "step_level").iter().max(), Some(&4));
+    assert_eq!(array(&file, "TimeValue"), frame.time.to_le_bytes());
+    assert!(file.ends_with(b"\n</AppendedData>\n</VTKFile>\n"));
+}
+
+#[test]
+fn grids_of_two_dimensions_hold_triangles() {
+    let file = fs::read(run("triangles", &scene("planar"), None).join("frames/frame_00000.vtu")).unwrap();
+    assert!(array(&file, "types").iter().all(|kind| *kind == 5));
+    assert_eq!(array(&file, "connectivity").len(), 4 * 3 * 2 * 12 * 12);
+}
+
+fn summary(folder: &Path) -> serde_json::Map<String, serde_json::Value> {
+    serde_json::from_slice(&fs::read(folder.join("summary.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn summary_has_the_promised_keys_and_no_others() {
+    let folder = run("summary", &scene("spatial"), None);
+    let (mut keys, mut expected): (Vec<String>, Vec<&str>) =
+        (summary(&folder).keys().cloned().collect(), KEYS.to_vec());
+    keys.sort_unstable();
+    expected.sort_unstable();
+    assert_eq!(keys, expected);
+}
+
+#[test]
+fn summary_tells_a_finished_run() {
+    let summary = summary(&run("finished", &scene("spatial"), None));
+    assert_eq!(summary["completed"], true);
+    assert_eq!(summary["failure"], serde_json::Value::Null);
+    assert_eq!(summary["interface"], "direct");
+    assert_eq!(summary["digest"], "00000000000000000000000000000abc");
+    assert_eq!(summary["peak_depth"], 0.014);
+    assert_eq!(summary["force_window"], 1e-4);
+    assert!((summary["rebound_velocity"].as_f64().unwrap() - 0.014 * std::f64::consts::PI / 0.01).abs() < 1e-12);
+    assert!((summary["contact_duration"].as_f64().unwrap() - 0.0079).abs() < 1e-15);
+    assert!(summary["mass_error"].as_f64().unwrap() < 1e-14);
+    assert!(summary["switched_off"].as_array().unwrap().iter().any(|entry| entry == "gravity: none"));
+    assert_eq!(summary["energy"].as_object().unwrap().len(), 10);
+}
+
+#[test]
+fn a_run_that_stopped_keeps_what_it_computed_and_says_why() {
+    let folder = run("stopped", &scene("spatial"), Some("element 7 is inverted: J < 0"));
+    let summary = summary(&folder);
+    assert_eq!(summary["completed"], false);
+    assert_eq!(summary["failure"], "element 7 is inverted: J < 0");
+    assert_eq!(summary["rebound_velocity"], serde_json::Value::Null);
+    assert_eq!(frames(&folder), 10, "nine due frames and the last state");
+    let page = fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(page.contains("stopped early") && page.contains("element 7 is inverted: J &lt; 0"));
+}
+
+#[test]
+fn rewinding_and_repeating_leaves_the_files_of_a_straight_run() {
+    let scene = scene("axisymmetric");
+    let straight = run("straight", &scene, None);
+    let folder = folder("rewound");
+    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
+    record(&mut recorder, &scene, 0..=37);
+    recorder.rewind(time(&scene, 12)).unwrap();
+    assert_eq!((lines(&folder, "history.csv").len(), frames(&folder)), (14, 3));
+    record(&mut recorder, &scene, 13..=STEPS);
+    for file in ["history.csv", "series.pvd", "frames/frame_00004.vtu", "frames/projectile_00010.vtu"] {
+        assert_eq!(fs::read(folder.join(file)).unwrap(), fs::read(straight.join(file)).unwrap(), "{file}");
+    }
+}
+
+#[test]
+fn a_new_run_removes_what_an_earlier_one_left() {
+    let scene = scene("planar");
+    let folder = run("again", &scene, None);
+    fs::write(folder.join("notes.txt"), "mine").unwrap();
+    drop(Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap());
+    assert_eq!((frames(&folder), lines(&folder, "history.csv").len()), (0, 1));
+    assert!(!folder.join("report.html").exists() && folder.join("notes.txt").exists());
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_named() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let inside = file.path().join("run");
+    let error = Recorder::create(&inside, &scene("planar"), Interface::Direct, 1).unwrap_err();
+    assert!(error.to_string().contains(&inside.display().to_string()), "{error}");
+}
+
+#[cfg(feature = "cli")]
+#[test]
+fn reports_are_well_formed_and_need_nothing_from_outside() {
+    for dimension in ["planar", "axisymmetric", "spatial"] {
+        let page = fs::read_to_string(run(&format!("report-{dimension}"), &scene(dimension), None).join("report.html"))
+            .unwrap();
+        let mut reader = quick_xml::Reader::from_str(&page);
+        while reader.read_event().unwrap() != quick_xml::events::Event::Eof {}
+        assert_eq!(page.matches("<svg ").count(), 5, "position, velocity, force, energy, closure");
+        assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 22, "two pictures of eleven frames");
+        assert_eq!(page.matches("<table>").count(), 3, "energy, cost, switched off");
+        assert!(page.contains("14.00 mm") && page.contains("&lt; dents &gt; a gel &amp; leaves"));
+        for outside in ["src=\"http", "href=", "url(", "@import"] {
+            assert!(!page.contains(outside), "{outside}");
+        }
+    }
+}
+
+/// Width, height and pixels (red, green, blue, opacity) of a PNG file.
+fn pixels(file: &[u8]) -> (u32, u32, Vec<u8>) {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    (info.width, info.height, pixels)
+}
+
+#[test]
+fn the_model_picture_shows_gel_and_projectile() {
+    for dimension in ["planar", "axisymmetric", "spatial"] {
+        let scene = scene(dimension);
+        let file = model_picture(&frame(&scene, 0.005), &scene);
+        fs::create_dir_all(folder("models")).unwrap();
+        fs::write(folder("models").join(format!("{dimension}.png")), &file).unwrap();
+        let (width, height, pixels) = pixels(&file);
+        assert_eq!((width, height), (600, 450));
+        let opaque: Vec<&[u8]> = pixels.chunks(4).filter(|pixel| pixel[3] == 255).collect();
+        let amber = opaque.iter().filter(|pixel| pixel[0] > pixel[2].saturating_add(40)).count();
+        let steel = opaque.iter().filter(|pixel| pixel[2] >= pixel[0] && pixel[2] > 40).count();
+        assert!(amber > 60_000 && steel > 2_000, "{dimension}: {amber} pixels of gel, {steel} of the projectile");
+        assert!(opaque.len() < 600 * 450 * 9 / 10, "the background is clear");
+    }
+}
