@@ -2,13 +2,13 @@
 
 mod verification {
     mod bar;
-    //mod coupling;
-    //mod impulse;
+    mod coupling;
+    mod impulse;
     //mod locking;
     //mod momentum;
-    //mod noise;
+    mod noise;
     //mod patch;
-    //mod resonance;
+    mod resonance;
     mod row;
     mod striker;
     //mod table;
