@@ -17,10 +17,6 @@ const LIGHT: f64 = 1e-6;
 /// the body as it runs in one step: at 0.5 that would be half of the compression of the spring.
 const CFL: f64 = 0.005;
 
-/// Where the body starts: half a step's way before it touches, so that the node comes to rest clearly inside it. (At a
-/// distance of exactly zero rounding would decide at each tick whether it touches.)
-const START: f64 = -3.5e-6;
-
 /// Longer than the contact, π.
 const END: f64 = 4.0;
 
@@ -33,7 +29,7 @@ const A3: Master = Master(0.5, 0.5);
 
 fn spring(motion: Motion) -> Engine<2, Springs> {
     let bar = Bar { length: 10.0, modulus: 10.0, density: 2.0 * LIGHT / 10.0, cells: 1, held: true };
-    bar.engine(Pace { cfl: CFL, restitution: 0.0 }, striker(motion, 1.0, (START, 1.0)), |_| 0.0)
+    bar.engine(Pace { cfl: CFL, restitution: 0.0 }, striker(motion, 1.0, (0.0, 1.0)), |_| 0.0)
 }
 
 /// Error of the energy of the mass after the rebound, by a master of the prescribed modes in the engine.
