@@ -4,14 +4,14 @@ mod verification {
     mod bar;
     mod coupling;
     mod impulse;
-    // mod locking;
+    mod locking;
     mod momentum;
     mod noise;
     mod patch;
     mod resonance;
     mod row;
     mod striker;
-    // mod table;
+    mod table;
     mod vibration;
     mod wall;
     mod wave;

@@ -76,8 +76,8 @@ fn integrated(steps: u32) -> (f64, u128) {
 fn frozen_kinematics() -> [Row; 3] {
     let h = 1.0 / 32.0;
     let (reference, obtained) = (massless(A1, h), prescribed(A1, h));
-    println!("V10 {reference} {obtained} A3 {} {}", massless(A3, h), prescribed(A3, h));
-    let a1 = ("V10", "mass on a spring, M = k = v₀ = 1, H = 1/32, master A1 (x + H v): change of energy, massless spring");
+    let a1 =
+        ("V10", "mass on a spring, M = k = v₀ = 1, H = 1/32, master A1 (x + H v): change of energy, massless spring");
     let engine = ("V10", "same in the engine, free node 1e-6 M");
     let energies = [1.0 / 16.0, h, 0.5 * h].map(|h| prescribed(A3, h));
     let a3 = ("V10", "same, master A3 (x + H (v + v′)/2), H = 1/16, 1/32, 1/64");

@@ -47,7 +47,8 @@ fn vector(noise: &mut Noise) -> Vector3 {
 fn point(noise: &mut Noise, (body, state, length): &(Body, BodyState, f64)) -> Point {
     let along = Vector3::new(0.02, 0.0, 0.45 * length * noise.next());
     let position = state.position + state.orientation.transform_vector(&along);
-    let normal = body.gap(state, &(position + state.orientation.transform_vector(&Vector3::new(1e-3, 0.0, 0.0)))).normal;
+    let normal =
+        body.gap(state, &(position + state.orientation.transform_vector(&Vector3::new(1e-3, 0.0, 0.0)))).normal;
     let velocity = body.velocity_at(state, &position) + vector(noise) - normal * 2.0;
     Point { mass: noise.between(1e-3, 1.0), velocity, position, normal }
 }
@@ -63,7 +64,8 @@ fn hit(noise: &mut Noise) -> Defects {
     body.strike(&mut after, &node.position, &(node.normal * -j));
     let rebound = node.velocity + node.normal * (j / node.mass);
     let momentum = |v: &Vector3, state: &BodyState| v * node.mass + body.momentum(state);
-    let turning = |v: &Vector3, state: &BodyState| node.position.cross(v) * node.mass + body.total_angular_momentum(state);
+    let turning =
+        |v: &Vector3, state: &BodyState| node.position.cross(v) * node.mass + body.total_angular_momentum(state);
     let kinetic = |v: &Vector3, state: &BodyState| 0.5 * node.mass * v.norm_squared() + body.kinetic_energy(state);
     let (v0, v1) = (&node.velocity, &rebound);
     let separation = node.normal.dot(&(rebound - body.velocity_at(&after, &node.position)));
@@ -87,7 +89,6 @@ pub fn rows() -> &'static [Row] {
         let mut noise = Noise::new(8);
         let hits: Vec<Defects> = (0..1000).map(|_| hit(&mut noise)).collect();
         let worst = hits.iter().fold(Defects::zeros(), |worst, hit| worst.sup(hit));
-        println!("V8 {worst}");
         let row = |what: &str, i: usize, limit: f64| {
             let expected = format!("0 within {limit:.0e}");
             Row::new(("V8", what), &expected, below(worst[i]), worst[i] < limit)

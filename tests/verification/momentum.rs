@@ -54,8 +54,10 @@ fn conservation() -> [Row; 2] {
     let end = momenta(&engine);
     let (linear, turning) = ((end.0 - start.0).norm() / start.2, (end.1 - start.1).norm() / start.3);
     let updates = engine.state().record.updates;
-    println!("V2 {linear:e} {turning:e} {updates} closure {:?}", engine.totals(f64::from(TICKS) * least).energy_closure);
-    let what = format!("free graded block, random velocities, 1e6 smallest steps, {:.0} million kicks: |ΔP|/Σ m|v|", updates as f64 / 1e6);
+    let what = format!(
+        "free graded block, random velocities, 1e6 smallest steps, {:.0} million kicks: |ΔP|/Σ m|v|",
+        updates as f64 / 1e6
+    );
     [
         Row::new(("V2", &what), "0 within 1e-13", below(linear), linear < 1e-13),
         Row::new(("V2", "same: |ΔL|/Σ m|x × v|"), "0 within 1e-12", below(turning), turning < 1e-12),
@@ -73,7 +75,9 @@ fn bits() -> Row {
         (engine.state().digest(), engine.state().clocks.len())
     };
     let (reference, n) = run(1, 1);
-    let same = [(1, 7), (1, 333), (2, 1), (2, 100), (16, 1)].into_iter().all(|(threads, slices)| run(threads, slices).0 == reference);
+    let same = [(1, 7), (1, 333), (2, 1), (2, 100), (16, 1)]
+        .into_iter()
+        .all(|(threads, slices)| run(threads, slices).0 == reference);
     assert!(n > 4096, "{n} elements are too few to be shared by threads");
     let obtained = if same { "equal" } else { "different" };
     let what = format!("{n} elements, 1, 2 and 16 threads, 1, 7, 100 and 333 communication steps: bits of the state");

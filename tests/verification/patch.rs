@@ -26,9 +26,8 @@ fn graded_planes() -> Vec<f64> {
 }
 
 fn blocks<const D: usize>(split: Split) -> [Mesh<D>; 2] {
-    [uniform_planes(), graded_planes()].map(|planes| {
-        mesh::block(Block { planes: std::array::from_fn(|_| planes.clone()), split, faces: vec![] })
-    })
+    [uniform_planes(), graded_planes()]
+        .map(|planes| mesh::block(Block { planes: std::array::from_fn(|_| planes.clone()), split, faces: vec![] }))
 }
 
 fn beam<const D: usize>(split: Split) -> Mesh<D> {
@@ -78,7 +77,8 @@ fn defects<const D: usize>(mesh: &Mesh<D>, section: Section, (a, b): (Tensor<D>,
         strain = strain.max((f - a).norm() / a.norm());
         let mut forces = [Vector::<D>::zeros(); 4];
         simplices.evaluate(ElementId(e as u32), &x, &mut forces[..=D]);
-        let face = edges(&mesh.rest, nodes).column_iter().map(|edge| edge.norm()).fold(0.0, f64::max).powi(D as i32 - 1);
+        let face =
+            edges(&mesh.rest, nodes).column_iter().map(|edge| edge.norm()).fold(0.0, f64::max).powi(D as i32 - 1);
         for (node, push) in nodes[..=D].iter().zip(&forces) {
             force[node.index()] += push;
             scale[node.index()] = scale[node.index()].max(stress(&a) * face);
@@ -119,7 +119,11 @@ pub fn no_surface(n_nodes: usize) -> Surface {
 }
 
 /// A mesh whose boundary is held in a random affine deformation.
-fn held_engine<const D: usize>(mesh: &Mesh<D>, (freedom, section): (Freedom, Section), cfl: f64) -> Engine<D, Simplices<D>> {
+fn held_engine<const D: usize>(
+    mesh: &Mesh<D>,
+    (freedom, section): (Freedom, Section),
+    cfl: f64,
+) -> Engine<D, Simplices<D>> {
     let (a, b) = affine::<D>(&mut Noise::new(11));
     let held: Vec<[bool; D]> = inner(mesh).into_iter().map(|inside| [!inside; D]).collect();
     let simplices = Simplices::new(mesh, gel(), section);
@@ -154,7 +158,6 @@ fn with_equal_steps() -> Row {
     let [flat, _] = blocks::<2>(Split::Kuhn);
     let [solid, _] = blocks::<3>(Split::Kuhn);
     let (flat, solid) = (motion(&flat, PLANE, 0.8), motion(&solid, SPACE, 0.8));
-    println!("V1 equal {flat:?} {solid:?}");
     let worst = flat.0.max(solid.0);
     let name = ("V1", "same in time, boundary held, equal steps: motion of inner nodes/h");
     Row::new(name, "0 within 1e-12", below(worst), worst < 1e-12 && flat.1 == 1 && solid.1 == 1)
@@ -166,7 +169,6 @@ fn with_unequal_steps() -> Row {
     let [_, mesh] = blocks::<3>(Split::Centred);
     let cfl = [0.8, 0.4, 0.2, 0.1];
     let runs = cfl.map(|cfl| motion(&mesh, SPACE, cfl));
-    println!("V1 unequal {runs:?}");
     let slope = order(&[(cfl[0], runs[0].0), (cfl[3], runs[3].0)]);
     let met = runs[0].1 >= 3 && runs[0].0 < 0.02 && (slope - 2.0).abs() < 0.2;
     let what = format!("same, {} lengths of steps, CFL .8/.4/.2/.1: trembling of inner nodes/h", runs[0].1);
@@ -180,9 +182,9 @@ pub fn rows() -> &'static [Row] {
         let planar = static_defects(&all::<2>(), Section::Planar { thickness: 0.7 });
         let meshes: Vec<Mesh<3>> = all::<3>().into_iter().chain(cylinders()).collect();
         let spatial = static_defects(&meshes, Section::Spatial);
-        println!("V1 {planar:?} {spatial:?}");
         let (strain, force) = (planar.0.max(spatial.0), planar.1.max(spatial.1));
-        let first = ("V1", "x = A X + b, blocks, L-beams and cylinders, both lattices, uniform and graded: |F − A|/|A|");
+        let first =
+            ("V1", "x = A X + b, blocks, L-beams and cylinders, both lattices, uniform and graded: |F − A|/|A|");
         vec![
             Row::new(first, "0 within 1e-13", below(strain), strain < 1e-13),
             Row::new(("V1", "same: force on inner nodes/(|P| h²)"), "0 within 1e-12", below(force), force < 1e-12),

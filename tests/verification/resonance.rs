@@ -39,7 +39,12 @@ fn window(ratio: f64) -> (f64, f64) {
 fn two_springs(ratio: f64) -> Engine<2, Springs> {
     let springs = Springs::new(vec![1.0, ratio * ratio], vec![1.0, 1.0]);
     let held = [[true, true], [true, false], [true, true]];
-    let surface = Surface { nodes: vec![], of: vec![None; 3], around: Incidence::new(3, std::iter::empty::<&[NodeId]>()), ..end_surface(3, 1.0) };
+    let surface = Surface {
+        nodes: vec![],
+        of: vec![None; 3],
+        around: Incidence::new(3, std::iter::empty::<&[NodeId]>()),
+        ..end_surface(3, 1.0)
+    };
     let gel = Gel::new(springs, vec![1.0; 3], &held, surface);
     let nodes = [0.0, 1.001, 2.0].map(|z| (Vector::<2>::new(0.0, z), Vector::<2>::zeros())).to_vec();
     Engine::new(gel, fixed_wall(-10.0), rules(Pace { cfl: 1.0, restitution: 0.0 }), nodes)
@@ -70,7 +75,8 @@ fn table() -> [Row; 2] {
     let windows = RATIOS.map(window);
     let (widths, growths) = (windows.map(|w| w.0), windows.map(|w| w.1));
     let agree = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-3 * b.max(1.0));
-    let first = ("V11", "slow and fast spring on a node, w₂/w₁ = 2/4/8/16/32: relative width of the unstable steps below π/w₂");
+    let first =
+        ("V11", "slow and fast spring on a node, w₂/w₁ = 2/4/8/16/32: relative width of the unstable steps below π/w₂");
     let second = ("V11", "same: greatest growth per step");
     [
         Row::new(first, &format!("{} ± .001", series(WIDTHS, 4)), series(widths, 4), agree(&widths, &WIDTHS)),
@@ -83,7 +89,8 @@ fn refusal() -> Row {
     let (steps, energies) = (runs.map(|r| r.0), runs.map(|r| r.1));
     let met = steps.iter().all(|s| *s < 2.0 / PI) && energies.iter().all(|e| *e < 2.0);
     let obtained = format!("{}; ≤ {:.2}", series(steps, 2), energies.iter().copied().fold(0.0, f64::max));
-    let name = ("V11", "same two springs in the engine at CFL 1: longest step/(π/w₂); greatest energy in 1e5 steps/first");
+    let name =
+        ("V11", "same two springs in the engine at CFL 1: longest step/(π/w₂); greatest energy in 1e5 steps/first");
     Row::new(name, "< 2/π = .64, out of the window; < 2", obtained, met)
 }
 

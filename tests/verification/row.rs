@@ -53,7 +53,14 @@ impl Row {
     #[track_caller]
     pub fn check(rows: &[Self]) {
         for row in rows {
-            assert!(row.verdict != Verdict::Missed, "{} {}: expected {}, obtained {}", row.id, row.what, row.expected, row.obtained);
+            assert!(
+                row.verdict != Verdict::Missed,
+                "{} {}: expected {}, obtained {}",
+                row.id,
+                row.what,
+                row.expected,
+                row.obtained
+            );
         }
     }
 }
@@ -71,6 +78,9 @@ pub fn order(points: &[(f64, f64)]) -> f64 {
 
 /// Values with one format, joined by slashes.
 pub fn series(values: impl IntoIterator<Item = f64>, digits: usize) -> String {
-    let texts: Vec<String> = values.into_iter().map(|v| format!("{v:.digits$}")).collect();
+    let scale = 10_f64.powi(digits as i32);
+    // Adding zero turns −0 into 0.
+    let rounded = values.into_iter().map(|v| (v * scale).round() / scale + 0.0);
+    let texts: Vec<String> = rounded.map(|v| format!("{v:.digits$}")).collect();
     texts.join(" / ")
 }

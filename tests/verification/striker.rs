@@ -1,6 +1,6 @@
 //! A rigid mass hits a bar: exponential slowing, and Saint-Venant's rebound from a bar whose far end is held.
 
-use super::bar::{Bar, Springs, Pace, advance, common_step, striker, unit_bar};
+use super::bar::{Bar, Pace, Springs, advance, common_step, striker, unit_bar};
 use super::row::{Row, order, series};
 use ballistic_gel::avi::Engine;
 use ballistic_gel::contact::Motion;
@@ -38,7 +38,8 @@ fn slowing(cells: usize) -> f64 {
 fn semi_infinite() -> Row {
     let points = CELLS.map(|n| (1.0 / n as f64, slowing(n)));
     let slope = order(&points);
-    let met = points.iter().zip([0.0062, 0.0016, 0.0004]).all(|((_, e), limit)| *e <= limit) && (slope - 1.0).abs() < 0.1;
+    let met =
+        points.iter().zip([0.0062, 0.0016, 0.0004]).all(|((_, e), limit)| *e <= limit) && (slope - 1.0).abs() < 0.1;
     let name = ("V6", "mass on a semi-infinite bar, v₀ exp(−ρcAt/M): greatest error of v/v₀, CFL .5, N = 50/200/800");
     Row::new(name, "within .0062 / .0016 / .0004, slope 1", series(points.map(|p| p.1), 4), met).with_order(slope)
 }
@@ -71,7 +72,8 @@ fn fixed_bar(line: &Line) -> [Row; 2] {
     let runs = CELLS.map(|n| rebound(line, n));
     let errors = runs.map(|run| run.0);
     let met = errors.iter().zip(line.errors).all(|(error, limit)| error.abs() <= limit);
-    let what = format!("mass on a held bar, M/m = {}: error of v/v₀ after the rebound, CFL .9, N = 50/200/800", line.ratio);
+    let what =
+        format!("mass on a held bar, M/m = {}: error of v/v₀ after the rebound, CFL .9, N = 50/200/800", line.ratio);
     let expected = format!("{:.5}, within {}", line.speed, series(line.errors, 5));
     let speed = Row::new(("V7", &what), &expected, series(errors, 5), met);
     let last = runs[2].1;

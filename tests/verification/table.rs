@@ -33,7 +33,8 @@ fn table() -> String {
             Verdict::Frozen => "as first measured",
             Verdict::Missed => "**missed**",
         };
-        let cells = [row.id, &row.what, &row.expected, &row.obtained, &row.order, verdict].map(|cell| cell.replace('|', "\\|"));
+        let cells =
+            [row.id, &row.what, &row.expected, &row.obtained, &row.order, verdict].map(|cell| cell.replace('|', "\\|"));
         let _ = writeln!(text, "| {} |", cells.join(" | "));
     }
     text
@@ -49,7 +50,8 @@ fn with_block(readme: &str, block: &str) -> Option<String> {
 #[test]
 fn the_readme_shows_what_the_tests_found() {
     let readme = std::fs::read_to_string(README).expect("README.md stands beside Cargo.toml");
-    let expected = with_block(&readme, &table()).expect("README.md has the lines that begin and end the verification table");
+    let expected =
+        with_block(&readme, &table()).expect("README.md has the lines that begin and end the verification table");
     if std::env::var_os("BLESS").is_some() {
         std::fs::write(README, expected).expect("README.md can be written");
         return;

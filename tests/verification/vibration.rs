@@ -1,6 +1,6 @@
 //! Axial vibration of a free bar: errors of the frequency in space and time.
 
-use super::bar::{advance, common_step, fixed_wall, unit_bar, Pace};
+use super::bar::{Pace, advance, common_step, fixed_wall, unit_bar};
 use super::row::{Row, below, order, series};
 use ballistic_gel::mesh::NodeId;
 use std::f64::consts::PI;

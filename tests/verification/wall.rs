@@ -60,7 +60,8 @@ fn inelastic() -> Vec<Row> {
     let finest = &runs[2];
     let met = (finest.touched.0 - 0.5).abs() < 2e-3 && (finest.touched.1 - 7.0 / 6.0).abs() < 2e-2;
     let name = ("V5", "same, N = 800: first and last impulse, s");
-    let third = Row::new(name, "0.500 ± .002, 1.167 ± .02", format!("{:.3}, {:.3}", finest.touched.0, finest.touched.1), met);
+    let third =
+        Row::new(name, "0.500 ± .002, 1.167 ± .02", format!("{:.3}, {:.3}", finest.touched.0, finest.touched.1), met);
     assert!(runs.iter().all(|run| run.closure < 1e-10), "the books close");
     vec![first, second, third]
 }
