@@ -99,7 +99,7 @@ impl Bar {
     }
 
     /// The bar in the engine, all nodes at rest in place with these velocities (by z), before a half-space.
-    pub fn engine(&self, pace: Pace, wall: (Body, BodyState), velocity: impl Fn(f64) -> f64) -> Engine<2, Springs> {
+    pub fn engine(&self, pace: Pace, wall: &(Body, BodyState), velocity: impl Fn(f64) -> f64) -> Engine<2, Springs> {
         let (n, h) = (self.cells, self.cell());
         let springs = Springs::new(vec![self.modulus / h; n], vec![h; n]);
         let mass: Vec<f64> = (0..=n).map(|i| self.density * h * if i == 0 || i == n { 0.5 } else { 1.0 }).collect();
@@ -110,7 +110,7 @@ impl Bar {
         };
         let nodes = (0..=n).map(node).collect();
         let gel = Gel::new(springs, mass, &held, end_surface(n + 1, self.length));
-        Engine::new(gel, wall, rules(pace), nodes)
+        Engine::new(gel, *wall, rules(pace), nodes)
     }
 }
 

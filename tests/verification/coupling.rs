@@ -29,7 +29,7 @@ const A3: Master = Master(0.5, 0.5);
 
 fn spring(motion: Motion) -> Engine<2, Springs> {
     let bar = Bar { length: 10.0, modulus: 10.0, density: 2.0 * LIGHT / 10.0, cells: 1, held: true };
-    bar.engine(Pace { cfl: CFL, restitution: 0.0 }, striker(motion, 1.0, (0.0, 1.0)), |_| 0.0)
+    bar.engine(Pace { cfl: CFL, restitution: 0.0 }, &striker(motion, 1.0, (0.0, 1.0)), |_| 0.0)
 }
 
 /// Error of the energy of the mass after the rebound, by a master of the prescribed modes in the engine.

@@ -75,7 +75,9 @@ impl Punch {
             let volume = |x: &Field| group.iter().map(|nodes| signed_volume(x, nodes)).sum::<f64>();
             let change = volume(x) / volume(&self.mesh.rest);
             let pressure = self.lambda * change.ln() / change;
-            group.iter().for_each(|nodes| add_volume_gradient(x, nodes, -weight * pressure, result));
+            for nodes in group {
+                add_volume_gradient(x, nodes, -weight * pressure, result);
+            }
         }
     }
 

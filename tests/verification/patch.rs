@@ -77,8 +77,8 @@ fn defects<const D: usize>(mesh: &Mesh<D>, section: Section, (a, b): (Tensor<D>,
         strain = strain.max((f - a).norm() / a.norm());
         let mut forces = [Vector::<D>::zeros(); 4];
         simplices.evaluate(ElementId(e as u32), &x, &mut forces[..=D]);
-        let face =
-            edges(&mesh.rest, nodes).column_iter().map(|edge| edge.norm()).fold(0.0, f64::max).powi(D as i32 - 1);
+        let h = edges(&mesh.rest, nodes).column_iter().map(|edge| edge.norm()).fold(0.0, f64::max);
+        let face = if D == 2 { h } else { h * h };
         for (node, push) in nodes[..=D].iter().zip(&forces) {
             force[node.index()] += push;
             scale[node.index()] = scale[node.index()].max(stress(&a) * face);

@@ -80,7 +80,7 @@ fn table() -> [Row; 2] {
     let second = ("V11", "same: greatest growth per step");
     [
         Row::new(first, &format!("{} ± .001", series(WIDTHS, 4)), series(widths, 4), agree(&widths, &WIDTHS)),
-        Row::new(second, &format!("{} ± .001", series(GROWTHS, 4)), series(growths, 4), agree(&growths, &GROWTHS)),
+        Row::new(second, &format!("{} ± .1 %", series(GROWTHS, 4)), series(growths, 4), agree(&growths, &GROWTHS)),
     ]
 }
 

@@ -77,10 +77,10 @@ pub fn order(points: &[(f64, f64)]) -> f64 {
 }
 
 /// Values with one format, joined by slashes.
-pub fn series(values: impl IntoIterator<Item = f64>, digits: usize) -> String {
-    let scale = 10_f64.powi(digits as i32);
+pub fn series(values: impl IntoIterator<Item = f64>, digits: u8) -> String {
+    let scale = 10_f64.powf(f64::from(digits));
     // Adding zero turns −0 into 0.
     let rounded = values.into_iter().map(|v| (v * scale).round() / scale + 0.0);
-    let texts: Vec<String> = rounded.map(|v| format!("{v:.digits$}")).collect();
+    let texts: Vec<String> = rounded.map(|v| format!("{v:.0$}", usize::from(digits))).collect();
     texts.join(" / ")
 }

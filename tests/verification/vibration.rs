@@ -12,7 +12,7 @@ use std::sync::OnceLock;
 /// cos(wT) = (x(T) + x(3T))/(2 x(2T)).
 fn frequency(cells: usize, cfl: f64) -> f64 {
     let pace = Pace { cfl, restitution: 0.0 };
-    let mut engine = unit_bar(cells).engine(pace, fixed_wall(-1e3), |z| 1e-3 * (PI * z).cos());
+    let mut engine = unit_bar(cells).engine(pace, &fixed_wall(-1e3), |z| 1e-3 * (PI * z).cos());
     let mut moved = |t: f64| {
         advance(&mut engine, t);
         assert_eq!(common_step(&engine), cfl / cells as f64);

@@ -32,7 +32,7 @@ struct Bounce {
 
 fn bounce(cells: usize, restitution: f64) -> Bounce {
     let bar = Bar { length: 10.0, modulus: 900.0, density: 1.0, cells, held: false };
-    let mut engine = bar.engine(Pace { cfl: 0.5, restitution }, fixed_wall(-5.0), |_| -10.0);
+    let mut engine = bar.engine(Pace { cfl: 0.5, restitution }, &fixed_wall(-5.0), |_| -10.0);
     advance(&mut engine, 0.0);
     let start = invariant(&engine);
     advance(&mut engine, 2.0);
