@@ -7,6 +7,7 @@ pub mod algebra;
 pub mod avi;
 pub mod contact;
 pub mod element;
+pub mod fmi2;
 pub mod geometry;
 pub mod ledger;
 pub mod material;

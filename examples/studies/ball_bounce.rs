@@ -11,6 +11,8 @@ const SHOTS: [(f64, f64, [f64; 3]); 4] = [
 ];
 const SIZES: [f64; 3] = [2e-3, 1e-3, 0.5e-3];
 const BULK_TO_SHEAR: [f64; 3] = [25.0, 100.0, 400.0];
+/// K/G at which an element that locks would no longer converge; the reference is for 100, and 0.2 % softer.
+const NEARLY_INCOMPRESSIBLE: f64 = 1600.0;
 
 /// Depth and restitution of `ball-bounce` by speed, mesh size and K/G.
 pub fn study() {
@@ -25,6 +27,9 @@ pub fn study() {
         for ratio in BULK_TO_SHEAR.into_iter().filter(|ratio| *ratio != 100.0) {
             row(shot, 1e-3, ratio);
         }
+    }
+    for size in SIZES {
+        row(SHOTS[2], size, NEARLY_INCOMPRESSIBLE);
     }
 }
 

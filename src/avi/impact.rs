@@ -101,12 +101,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         touch.normal.dot(&(gel - self.body.velocity_at(body, &touch.point)))
     }
 
-    /// b = β |φ|/Δt until the node's next tick, capped.
+    /// What the removal of standing penetration adds to the restituted velocity −e u⁻: the target is the greater of
+    /// −e u⁻ and β |φ|/Δt until the node's next tick, capped.
     fn bias(&self, touch: &Touch<D>) -> f64 {
-        let Law::Moreau { bias, .. } = self.rules.law else { return 0.0 };
+        let Law::Moreau { bias, restitution } = self.rules.law else { return 0.0 };
         let step = self.grid.time(self.shortest_around(touch.node) as Tick);
         let standing = (-touch.distance - SLOP * touch.size).max(0.0);
-        (bias * standing / step).min(BIAS_CAP * self.state.record.approach)
+        let removal = (bias * standing / step).min(BIAS_CAP * self.state.record.approach);
+        if removal > 0.0 { (removal + restitution * touch.before).max(0.0) } else { 0.0 }
     }
 
     /// J n on the node and −J n on the body, at the same point.

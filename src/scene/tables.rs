@@ -265,13 +265,28 @@ pub struct Grading {
 pub struct Integrator {
     /// Which elements step together.
     pub schedule: ScheduleKind,
-    /// Fraction of the stable step that an element takes; 0.8 by default, at most 1.
-    pub cfl: f64,
+    /// Fraction of the stable step that an element takes, at most 1; by default 0.8 in `bins` and 0.4 in `queue`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cfl: Option<f64>,
 }
 
 impl Default for Integrator {
     fn default() -> Self {
-        Self { schedule: ScheduleKind::Bins, cfl: 0.8 }
+        Self { schedule: ScheduleKind::Bins, cfl: None }
+    }
+}
+
+impl Integrator {
+    /// Fraction of the stable step that an element takes.
+    ///
+    /// In the queue, elements sample the velocity of their common nodes at different instants, and the integration
+    /// residual swings eight times as far as in bins: on `l-beam` by 0.4 % of the energy at 0.8, by 0.1 % at 0.4.
+    #[must_use]
+    pub fn cfl(&self) -> f64 {
+        self.cfl.unwrap_or(match self.schedule {
+            ScheduleKind::Bins => 0.8,
+            ScheduleKind::Queue => 0.4,
+        })
     }
 }
 

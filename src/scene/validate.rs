@@ -60,7 +60,7 @@ fn graded(grading: &Grading, scene: &Scene) -> Check {
 }
 
 fn integrator(integrator: &Integrator) -> Check {
-    let cfl = integrator.cfl;
+    let cfl = integrator.cfl();
     require(cfl > 0.0 && cfl <= 1.0, "integrator.cfl", || format!("{cfl:?}"), "a fraction above 0, at most 1")
 }
 

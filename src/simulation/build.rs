@@ -73,7 +73,7 @@ fn rules(scene: &Scene) -> Rules {
             ScheduleKind::Bins => Kind::Bins,
             ScheduleKind::Queue => Kind::Queue,
         },
-        cfl: scene.integrator.cfl,
+        cfl: scene.integrator.cfl(),
         law: match scene.contact.law {
             ContactLaw::Moreau => Law::Moreau { restitution: scene.contact.restitution, bias: scene.contact.bias },
             ContactLaw::Reversal => Law::Reversal,

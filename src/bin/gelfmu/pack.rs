@@ -1,7 +1,25 @@
-//! Writes the FMU.
+//! Writes the FMU: the library of this build, the scene, and what describes them.
+
+mod description;
+mod documentation;
 
 use crate::job::RunError;
+use ballistic_gel::output::model_picture;
+use ballistic_gel::scene::{self, Scene};
+use ballistic_gel::simulation::{CouplingMode, Simulation};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{Cursor, Write};
 use std::path::Path;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+mod embedded {
+    include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
+}
+mod licenses {
+    include!(concat!(env!("OUT_DIR"), "/licenses.rs"));
+}
 
 /// A written FMU.
 #[derive(Debug)]
@@ -12,7 +30,74 @@ pub struct Packed {
     pub platform: String,
 }
 
-/// Writes the FMU of a scene for this host.
-pub fn pack(_scene_text: &str, _file: &Path) -> Result<Packed, RunError> {
-    Err(RunError::Component { call: "pack", reason: "this build holds no packed library".to_owned() })
+/// Path and bytes of each file in the archive, sorted.
+type Entries = BTreeMap<String, Vec<u8>>;
+
+/// Writes the FMU of a scene for this host. The same scene gives the same bytes.
+pub fn pack(scene_text: &str, file: &Path) -> Result<Packed, RunError> {
+    let entries = entries(scene_text)?;
+    let archive = archive(&entries).map_err(|e| written(file, std::io::Error::other(e)))?;
+    if let Some(folder) = file.parent() {
+        fs::create_dir_all(folder).map_err(|e| written(folder, e))?;
+    }
+    fs::write(file, &archive).map_err(|e| written(file, e))?;
+    let platform = embedded::LIBRARY_PATH.split('/').nth(1).unwrap_or_default().to_owned();
+    Ok(Packed { bytes: archive.len() as u64, platform })
+}
+
+fn entries(scene_text: &str) -> Result<Entries, RunError> {
+    let scene = scene::read(scene_text)?;
+    let library = embedded::LIBRARY.ok_or_else(|| RunError::Component {
+        call: "pack",
+        reason: "this gelfmu was built without the library of the FMU: build it with cargo build --release".to_owned(),
+    })?;
+    let frame = Simulation::new(&scene, CouplingMode::Integrated, 1)?.frame();
+    let mut entries = Entries::from([
+        ("model.png".to_owned(), model_picture(&frame, &scene)),
+        ("modelDescription.xml".to_owned(), described(&scene)?.into_bytes()),
+        ("documentation/index.html".to_owned(), documentation::page(&scene).into_bytes()),
+        ("resources/scene.toml".to_owned(), scene_text.as_bytes().to_vec()),
+        (embedded::LIBRARY_PATH.to_owned(), library.to_vec()),
+    ]);
+    for (path, bytes) in licenses::LICENSES {
+        entries.insert(format!("documentation/licenses/{path}"), bytes.to_vec());
+    }
+    Ok(entries)
+}
+
+fn described(scene: &Scene) -> Result<String, RunError> {
+    description::xml(scene)
+        .map_err(|e| RunError::Component { call: "pack", reason: format!("modelDescription.xml: {e}") })
+}
+
+/// Sorted, deflated, without times and owners.
+fn archive(entries: &Entries) -> zip::result::ZipResult<Vec<u8>> {
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .last_modified_time(DateTime::default())
+        .unix_permissions(0o644);
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    for (path, bytes) in entries {
+        zip.start_file(path.as_str(), options)?;
+        zip.write_all(bytes)?;
+    }
+    Ok(zip.finish()?.into_inner())
+}
+
+fn written(path: &Path, source: std::io::Error) -> RunError {
+    RunError::File { verb: "write", path: path.to_path_buf(), source }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_entries_give_the_same_bytes() {
+        let entries = Entries::from([("b".to_owned(), vec![1; 100]), ("a/c".to_owned(), b"text".to_vec())]);
+        let first = archive(&entries).unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        assert_eq!(first, archive(&entries).unwrap());
+        assert!(first.windows(3).position(|w| w == b"a/c") < first.windows(2).position(|w| w == b"b\x63"));
+    }
 }

@@ -1,8 +1,128 @@
 //! A run through the packed FMU, as an importer does it.
 
 use crate::job::{Ending, Job, Progress, RunError};
+use crate::pack::pack;
+use ballistic_gel::fmi2;
+use ballistic_gel::scene::{self, Scene};
+use fmi_rs::fmi2::log::Logger;
+use fmi_rs::fmi2::types::fmi2Status;
+use fmi_rs::fmi2::{CS, FMU2};
+use fmi_rs::model_description::fmi2::ModelDescription;
+use fmi_rs::sim::SimulationError;
+use fmi_rs::zip::extract_zip_archive;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
 
-/// Runs the job through the packed FMU.
-pub fn run(_job: &Job, _progress: &mut Progress<'_>) -> Result<Ending, RunError> {
-    Err(RunError::Component { call: "fmi2Instantiate", reason: "this build holds no packed library".to_owned() })
+/// An instance of the FMU and what it logged.
+struct Importer {
+    fmu: Arc<FMU2<CS>>,
+    description: ModelDescription,
+    log: Arc<Messages>,
+}
+
+/// Warnings and errors of the FMU, in order.
+#[derive(Default)]
+struct Messages(Mutex<Vec<String>>);
+
+impl Logger for Messages {
+    fn log_call(&self, _status: fmi2Status, _message: &str) {}
+
+    fn log_message(&self, _status: fmi2Status, _category: &str, message: &str) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(message.to_owned());
+    }
+}
+
+/// Packs the scene, unpacks it as an importer would, and runs it with the projectile integrated inside.
+pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
+    let scene = scene::read(&job.scene)?;
+    let folder = tempfile::tempdir().map_err(|e| file("create", &std::env::temp_dir(), e))?;
+    let archive = folder.path().join("BallisticGel.fmu");
+    pack(&job.scene, &archive)?;
+    let importer = Importer::new(&archive, &folder.path().join("unpacked"), job)?;
+    importer.start(job, &scene)?;
+    let ending = importer.advance((job, &scene), progress)?;
+    importer.check("fmi2Terminate", importer.fmu.terminate())?;
+    Ok(ending)
+}
+
+impl Importer {
+    fn new(archive: &Path, unpacked: &Path, job: &Job) -> Result<Self, RunError> {
+        let (_, name) = destination(job)?;
+        let log = Arc::new(Messages::default());
+        let made = extract_zip_archive(archive, unpacked)
+            .map_err(SimulationError::from)
+            .and_then(|()| Ok(ModelDescription::from_path(&unpacked.join("modelDescription.xml"))?))
+            .and_then(|description| {
+                let (guid, logger): (_, Arc<dyn Logger>) = (&description.guid, log.clone());
+                let fmu = FMU2::<CS>::new(unpacked, fmi2::MODEL, &name, guid, false, false, false, logger, false)?;
+                Ok((fmu, description))
+            });
+        match made {
+            Ok((fmu, description)) => Ok(Self { fmu, description, log }),
+            Err(error) => Err(component("fmi2Instantiate", format!("{error}. {}", log.take()))),
+        }
+    }
+
+    /// Sets the parameters and initializes.
+    fn start(&self, job: &Job, scene: &Scene) -> Result<(), RunError> {
+        let (directory, _) = destination(job)?;
+        let threads = i32::try_from(job.threads).unwrap_or(i32::MAX);
+        let texts = [self.reference("output_directory")?];
+        self.check("fmi2SetString", self.fmu.setString(&texts, &[&directory]))?;
+        self.check("fmi2SetInteger", self.fmu.setInteger(&[self.reference("threads")?], &[threads]))?;
+        self.check("fmi2SetupExperiment", self.fmu.setupExperiment(None, 0.0, Some(scene.scene.end_time)))?;
+        self.check("fmi2EnterInitializationMode", self.fmu.enterInitializationMode())?;
+        self.check("fmi2ExitInitializationMode", self.fmu.exitInitializationMode())
+    }
+
+    /// Steps to the end, to a step that cannot be completed, or until the user has enough.
+    fn advance(&self, (job, scene): (&Job, &Scene), progress: &mut Progress<'_>) -> Result<Ending, RunError> {
+        let mut now = 0.0;
+        for end in job.times(scene) {
+            let status = self.fmu.doStep(now, end - now, 0);
+            if status == fmi2Status::Discard {
+                return Ok(Ending::Stopped(self.log.take()));
+            }
+            self.check("fmi2DoStep", status)?;
+            now = end;
+            if progress(now, scene.scene.end_time).is_break() {
+                return Ok(Ending::Interrupted);
+            }
+        }
+        Ok(Ending::Completed)
+    }
+
+    fn reference(&self, name: &str) -> Result<u32, RunError> {
+        let variable = self.description.modelVariables.iter().find(|v| v.name == name);
+        let missing = || component("modelDescription.xml", format!("there is no variable {name}"));
+        variable.map(|v| v.valueReference).ok_or_else(missing)
+    }
+
+    /// Anything but success is an error: a warning of this FMU says that files can no longer be written.
+    fn check(&self, call: &'static str, status: fmi2Status) -> Result<(), RunError> {
+        if status == fmi2Status::Ok { Ok(()) } else { Err(component(call, self.log.take())) }
+    }
+}
+
+impl Messages {
+    fn take(&self) -> String {
+        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner)).join(" ")
+    }
+}
+
+/// The parent of the folder as `output_directory`, and its name as the name of the instance.
+fn destination(job: &Job) -> Result<(String, String), RunError> {
+    let refuse = || file("use", &job.folder, std::io::Error::other("expected a folder with a name of UTF-8 text"));
+    let absolute = std::path::absolute(&job.folder).map_err(|e| file("use", &job.folder, e))?;
+    let parent = absolute.parent().and_then(Path::to_str).ok_or_else(refuse)?;
+    let name = absolute.file_name().and_then(|n| n.to_str()).ok_or_else(refuse)?;
+    Ok((parent.to_owned(), name.to_owned()))
+}
+
+fn file(verb: &'static str, path: &Path, source: std::io::Error) -> RunError {
+    RunError::File { verb, path: path.to_path_buf(), source }
+}
+
+fn component(call: &'static str, reason: String) -> RunError {
+    RunError::Component { call, reason }
 }

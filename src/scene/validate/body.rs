@@ -92,16 +92,18 @@ fn physical(inertia: &[f64; 6]) -> Check {
     require(most <= (sum - most) * (1.0 + ROUND_OFF), key, found, expected)
 }
 
-/// The projectile may start touching the gel, not deep inside it.
+/// Depth at which a projectile that starts inside the gel is refused, in cells: what the contact allows in passing.
+const TOUCHING: f64 = 0.1;
+
+/// The projectile may start touching the gel, not inside it.
 fn outside(scene: &Scene) -> Check {
     let body = &scene.projectile;
-    let radius = match body.shape {
-        BodyShape::Sphere { radius } | BodyShape::Cylinder { radius, .. } => radius,
-        BodyShape::HalfSpace { .. } => return Ok(()),
-    };
+    if matches!(body.shape, BodyShape::HalfSpace { .. }) {
+        return Ok(());
+    }
     let Some(bottom) = bottom_under(&scene.gel.shape, body.position) else { return Ok(()) };
     let depth = reach_down(body) - body.position[2];
-    let inside = depth > radius && body.position[2] > bottom;
+    let inside = depth > TOUCHING * scene.mesh.size && body.position[2] > bottom;
     let found = || format!("{:?}, the foremost point {depth:?} m deep in the gel", body.position);
     require(!inside, "projectile.position", found, "a start outside the gel or just touching it; its surface is z = 0")
 }

@@ -1,0 +1,47 @@
+//! Makes the table of variables from `modelDescription/variables.toml` and, for the command, the library to be packed.
+
+#[path = "build/library.rs"]
+mod library;
+#[path = "build/licenses.rs"]
+mod licenses;
+#[path = "build/variables.rs"]
+mod variables;
+
+use std::env;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    for path in ["build.rs", "build", "src", "modelDescription", "scenes", "Cargo.toml", "Cargo.lock"] {
+        println!("cargo::rerun-if-changed={path}");
+    }
+    for path in licenses::license_files(Path::new(".")).unwrap_or_default() {
+        println!("cargo::rerun-if-changed={}", path.display());
+    }
+    match prepare() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            println!("cargo::error={}", message.replace('\n', " "));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn prepare() -> Result<(), String> {
+    let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("OUT_DIR is not set: run by cargo")?);
+    pin_library();
+    variables::generate("modelDescription/variables.toml", &out.join("variables.rs"))?;
+    if env::var_os("CARGO_FEATURE_CLI").is_some() {
+        let library = library::build(&out)?;
+        library::embed(library.as_deref(), &out.join("embedded.rs"))?;
+        licenses::collect(library.is_some(), &out)?;
+    }
+    Ok(())
+}
+
+/// Keeps the library mapped until the process ends: a worker may still run its last instructions after it was joined.
+fn pin_library() {
+    if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("linux") {
+        println!("cargo::rustc-cdylib-link-arg=-Wl,-z,nodelete");
+    }
+}

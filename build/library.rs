@@ -1,0 +1,105 @@
+//! The library inside the FMU: this crate once more, on its own, with what only a whole-program build can do.
+
+use std::env;
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Set to leave the library out, also by the nested build itself.
+const GUARD: &str = "BALLISTIC_GEL_WITHOUT_LIBRARY";
+
+/// Builds the library to be packed; `None` in a debug build or when it was asked to be left out.
+pub fn build(out: &Path) -> Result<Option<PathBuf>, String> {
+    println!("cargo::rerun-if-env-changed={GUARD}");
+    if env::var("PROFILE").as_deref() != Ok("release") || env::var_os(GUARD).is_some_and(|v| !v.is_empty()) {
+        return Ok(None);
+    }
+    let (host, target) = (variable("HOST")?, variable("TARGET")?);
+    let folder = out.join("fmu");
+    let mut command = nested_cargo(&folder)?;
+    if host != target {
+        command.args(["--target", &target]);
+    }
+    let status = command.status().map_err(|e| format!("cannot run cargo for the library of the FMU: {e}"))?;
+    if !status.success() {
+        return Err(format!(
+            "cargo could not build the library of the FMU ({status}); its messages are above. With cargo install, use --locked"
+        ));
+    }
+    let built = if host == target { folder.join("fmu") } else { folder.join(&target).join("fmu") };
+    Ok(Some(built.join(file_name()?)))
+}
+
+/// Writes the Rust source that `gelfmu` includes: the library's bytes, where it goes, or that there is none.
+pub fn embed(library: Option<&Path>, file: &Path) -> Result<(), String> {
+    let bytes = library.map_or("None".to_string(), |path| format!("Some(include_bytes!({}))", literal(path)));
+    let platform = platform()?;
+    let source = format!(
+        "/// The library of the FMU; absent from a debug build.\n\
+         pub const LIBRARY: Option<&[u8]> = {bytes};\n\
+         /// Its path inside the archive.\n\
+         pub const LIBRARY_PATH: &str = {platform:?};\n"
+    );
+    fs::write(file, source).map_err(|e| format!("cannot write {}: {e}", file.display()))
+}
+
+fn nested_cargo(folder: &Path) -> Result<Command, String> {
+    let mut command = Command::new(env::var_os("CARGO").ok_or("CARGO is not set: run by cargo")?);
+    command.args(["rustc", "--quiet", "--locked", "--offline", "--profile", "fmu", "--lib", "--crate-type", "cdylib"]);
+    command.args(["--no-default-features", "--target-dir"]).arg(folder);
+    for (key, _) in env::vars_os().filter(|(key, _)| inherited(key)) {
+        command.env_remove(key);
+    }
+    command.env(GUARD, "1").env("CARGO_ENCODED_RUSTFLAGS", flags(folder)?);
+    Ok(command)
+}
+
+/// Whether a variable describes the outer build, so that the nested one must not see it.
+fn inherited(key: &OsString) -> bool {
+    let key = key.to_string_lossy();
+    key.starts_with("CARGO_FEATURE_")
+        || key.starts_with("CARGO_CFG_")
+        || matches!(&*key, "RUSTFLAGS" | "CARGO_BUILD_TARGET" | "CARGO_TARGET_DIR" | "CARGO_BUILD_RUSTFLAGS")
+}
+
+/// The flags of the outer build, and no folder of this machine in the binary.
+fn flags(folder: &Path) -> Result<String, String> {
+    let home = env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home =
+        home.or_else(|| env::home_dir().map(|h| h.join(".cargo"))).ok_or("neither CARGO_HOME nor HOME is set")?;
+    let mut flags: Vec<String> = env::var("CARGO_ENCODED_RUSTFLAGS").into_iter().filter(|f| !f.is_empty()).collect();
+    flags.push(format!("--remap-path-prefix={}=/cargo", home.display()));
+    flags.push(format!("--remap-path-prefix={}=/ballistic-gel", variable("CARGO_MANIFEST_DIR")?));
+    flags.push(format!("--remap-path-prefix={}=/build", folder.display()));
+    Ok(flags.join("\u{1f}"))
+}
+
+/// The path as a string of Rust source.
+pub fn literal(path: &Path) -> String {
+    format!("{:?}", path.display().to_string())
+}
+
+fn file_name() -> Result<&'static str, String> {
+    Ok(match variable("CARGO_CFG_TARGET_OS")?.as_str() {
+        "windows" => "ballistic_gel.dll",
+        "macos" => "libballistic_gel.dylib",
+        _ => "libballistic_gel.so",
+    })
+}
+
+fn platform() -> Result<String, String> {
+    let (os, arch) = (variable("CARGO_CFG_TARGET_OS")?, variable("CARGO_CFG_TARGET_ARCH")?);
+    let (folder, extension) = match (os.as_str(), arch.as_str()) {
+        ("linux", "x86_64") => ("linux64".to_string(), "so"),
+        ("windows", "x86_64") => ("win64".to_string(), "dll"),
+        ("macos", "x86_64") => ("darwin64".to_string(), "dylib"),
+        ("macos", _) => (format!("{arch}-darwin"), "dylib"),
+        (_, _) => (format!("{arch}-{os}"), "so"),
+    };
+    Ok(format!("binaries/{folder}/BallisticGel.{extension}"))
+}
+
+fn variable(name: &str) -> Result<String, String> {
+    env::var(name).map_err(|e| format!("{name}: {e}: run by cargo"))
+}

@@ -1,0 +1,232 @@
+//! `modelDescription.xml`.
+
+use ballistic_gel::fmi2::{self, Causality, Kind, Start, Variable};
+use ballistic_gel::scene::Scene;
+use quick_xml::Writer;
+use quick_xml::events::{BytesDecl, Event};
+use std::io;
+
+type Xml = Writer<Vec<u8>>;
+
+/// One scalar variable.
+struct Scalar {
+    variable: &'static Variable,
+    component: usize,
+}
+
+/// The description of the FMU with this scene packed.
+pub fn xml(scene: &Scene) -> io::Result<String> {
+    let table = toml::Table::try_from(scene).map_err(io::Error::other)?;
+    let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
+    xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+    xml.create_element("fmiModelDescription")
+        .with_attributes([
+            ("fmiVersion", "2.0"),
+            ("modelName", fmi2::MODEL),
+            ("guid", fmi2::GUID),
+            ("description", env!("CARGO_PKG_DESCRIPTION")),
+            ("version", env!("CARGO_PKG_VERSION")),
+            ("license", env!("CARGO_PKG_LICENSE")),
+            ("generationTool", concat!("gelfmu ", env!("CARGO_PKG_VERSION"))),
+            ("variableNamingConvention", "structured"),
+        ])
+        .write_inner_content(|xml| {
+            capabilities(xml)?;
+            units(xml)?;
+            types(xml)?;
+            categories(xml)?;
+            experiment(xml, scene)?;
+            variables(xml, &table)?;
+            structure(xml)
+        })?;
+    String::from_utf8(xml.into_inner()).map_err(io::Error::other)
+}
+
+fn capabilities(xml: &mut Xml) -> io::Result<()> {
+    xml.create_element("CoSimulation")
+        .with_attributes([
+            ("modelIdentifier", fmi2::MODEL),
+            ("needsExecutionTool", "false"),
+            ("canHandleVariableCommunicationStepSize", "true"),
+            ("canInterpolateInputs", "true"),
+            ("maxOutputDerivativeOrder", "1"),
+            ("canRunAsynchronuously", "false"),
+            ("canBeInstantiatedOnlyOncePerProcess", "false"),
+            ("canNotUseMemoryManagementFunctions", "true"),
+            ("canGetAndSetFMUstate", "true"),
+            ("canSerializeFMUstate", "true"),
+            ("providesDirectionalDerivative", "true"),
+        ])
+        .write_empty()?;
+    Ok(())
+}
+
+fn units(xml: &mut Xml) -> io::Result<()> {
+    xml.create_element("UnitDefinitions").write_inner_content(|xml| {
+        for unit in fmi2::UNITS {
+            xml.create_element("Unit").with_attribute(("name", unit.name)).write_inner_content(|xml| {
+                let exponents: Vec<(&str, String)> = unit.base.iter().map(|(b, e)| (*b, e.to_string())).collect();
+                let exponents = exponents.iter().map(|(b, e)| (*b, e.as_str()));
+                xml.create_element("BaseUnit").with_attributes(exponents).write_empty().map(drop)
+            })?;
+        }
+        Ok(())
+    })?;
+    Ok(())
+}
+
+fn types(xml: &mut Xml) -> io::Result<()> {
+    xml.create_element("TypeDefinitions").write_inner_content(|xml| {
+        for enumeration in fmi2::ENUMERATIONS {
+            let attributes = [("name", enumeration.name), ("description", enumeration.description)];
+            xml.create_element("SimpleType").with_attributes(attributes).write_inner_content(|xml| {
+                xml.create_element("Enumeration").write_inner_content(|xml| items(xml, enumeration)).map(drop)
+            })?;
+        }
+        Ok(())
+    })?;
+    Ok(())
+}
+
+fn items(xml: &mut Xml, enumeration: &fmi2::Enumeration) -> io::Result<()> {
+    for item in enumeration.items {
+        let value = item.value.to_string();
+        let attributes = [("name", item.name), ("value", &value), ("description", item.description)];
+        xml.create_element("Item").with_attributes(attributes).write_empty()?;
+    }
+    Ok(())
+}
+
+fn categories(xml: &mut Xml) -> io::Result<()> {
+    xml.create_element("LogCategories").write_inner_content(|xml| {
+        for (name, description) in fmi2::CATEGORIES {
+            let attributes = [("name", name), ("description", description)];
+            xml.create_element("Category").with_attributes(attributes).write_empty()?;
+        }
+        Ok(())
+    })?;
+    Ok(())
+}
+
+fn experiment(xml: &mut Xml, scene: &Scene) -> io::Result<()> {
+    let (stop, step) = (number(scene.scene.end_time), number(scene.scene.communication_step));
+    let attributes = [("startTime", "0"), ("stopTime", stop.as_str()), ("stepSize", step.as_str())];
+    xml.create_element("DefaultExperiment").with_attributes(attributes).write_empty()?;
+    Ok(())
+}
+
+fn variables(xml: &mut Xml, scene: &toml::Table) -> io::Result<()> {
+    xml.create_element("ModelVariables").write_inner_content(|xml| {
+        for scalar in scalars() {
+            variable(xml, &scalar, scene)?;
+        }
+        Ok(())
+    })?;
+    Ok(())
+}
+
+fn variable(xml: &mut Xml, scalar: &Scalar, scene: &toml::Table) -> io::Result<()> {
+    let (of, at) = (scalar.variable, scalar.component);
+    let (name, description) = (of.component_name(at), of.component_description(at));
+    let reference = (of.reference + at as u32).to_string();
+    let (causality, initial) = role(of.causality);
+    let mut attributes = vec![
+        ("name", name.as_str()),
+        ("valueReference", &reference),
+        ("description", &description),
+        ("causality", causality),
+        ("variability", of.variability),
+    ];
+    attributes.extend(initial.map(|initial| ("initial", initial)));
+    xml.create_element("ScalarVariable")
+        .with_attributes(attributes)
+        .write_inner_content(|xml| kind(xml, scalar, scene))?;
+    Ok(())
+}
+
+fn kind(xml: &mut Xml, scalar: &Scalar, scene: &toml::Table) -> io::Result<()> {
+    let of = scalar.variable;
+    let element = match of.kind {
+        Kind::Real => "Real",
+        Kind::Integer => "Integer",
+        Kind::Boolean => "Boolean",
+        Kind::String => "String",
+        Kind::Enumeration => "Enumeration",
+    };
+    let bound = |value: f64| if of.kind == Kind::Real { number(value) } else { format!("{value:.0}") };
+    let mut attributes: Vec<(&str, String)> = Vec::new();
+    attributes.extend(of.declared_type.map(|name| ("declaredType", name.to_owned())));
+    attributes.extend(of.unit.map(|unit| ("unit", unit.to_owned())));
+    attributes.extend(of.min.map(|value| ("min", bound(value))));
+    attributes.extend(of.max.map(|value| ("max", bound(value))));
+    attributes.extend(start(scalar, scene).map(|start| ("start", start)));
+    let attributes = attributes.iter().map(|(key, value)| (*key, value.as_str()));
+    xml.create_element(element).with_attributes(attributes).write_empty()?;
+    Ok(())
+}
+
+fn start(scalar: &Scalar, scene: &toml::Table) -> Option<String> {
+    match scalar.variable.start {
+        Some(Start::Integer(value)) => Some(value.to_string()),
+        Some(Start::Text(value)) => Some(value.to_owned()),
+        Some(Start::Real(_)) | None => fmi2::start_of(scalar.variable, scalar.component, scene).map(number),
+    }
+}
+
+/// Nothing feeds through within a step, but the carrier of the directional derivative.
+fn structure(xml: &mut Xml) -> io::Result<()> {
+    xml.create_element("ModelStructure").write_inner_content(|xml| {
+        xml.create_element("Outputs")
+            .write_inner_content(|xml| unknowns(xml, |c| c == Causality::Output))?
+            .create_element("InitialUnknowns")
+            .write_inner_content(|xml| {
+                unknowns(xml, |c| matches!(c, Causality::Output | Causality::CalculatedParameter))
+            })
+            .map(drop)
+    })?;
+    Ok(())
+}
+
+fn unknowns(xml: &mut Xml, wanted: impl Fn(Causality) -> bool) -> io::Result<()> {
+    let inputs = indices(|s| matches!(s.variable.name, "projectile.position" | "projectile.velocity") && is_input(s));
+    for (index, scalar) in scalars().enumerate().filter(|(_, s)| wanted(s.variable.causality)) {
+        let index = (index + 1).to_string();
+        let carrier = scalar.variable.name == "contact.linear_force";
+        let dependencies = if carrier { inputs.as_str() } else { "" };
+        let attributes = [("index", index.as_str()), ("dependencies", dependencies)];
+        xml.create_element("Unknown").with_attributes(attributes).write_empty()?;
+    }
+    Ok(())
+}
+
+fn indices(wanted: impl Fn(&Scalar) -> bool) -> String {
+    let found = scalars().enumerate().filter(|(_, s)| wanted(s)).map(|(index, _)| (index + 1).to_string());
+    found.collect::<Vec<String>>().join(" ")
+}
+
+fn is_input(scalar: &Scalar) -> bool {
+    scalar.variable.causality == Causality::Input
+}
+
+fn scalars() -> impl Iterator<Item = Scalar> {
+    fmi2::VARIABLES
+        .iter()
+        .flat_map(|variable| (0..variable.size()).map(move |component| Scalar { variable, component }))
+}
+
+/// Causality and initial, as the standard writes them.
+fn role(causality: Causality) -> (&'static str, Option<&'static str>) {
+    match causality {
+        Causality::Independent => ("independent", None),
+        Causality::Parameter => ("parameter", Some("exact")),
+        Causality::CalculatedParameter => ("calculatedParameter", Some("calculated")),
+        Causality::Input => ("input", None),
+        Causality::Output => ("output", Some("calculated")),
+        Causality::Local => ("local", Some("calculated")),
+    }
+}
+
+/// The shortest text that reads back as the same number.
+fn number(value: f64) -> String {
+    format!("{value:?}")
+}

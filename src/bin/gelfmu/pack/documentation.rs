@@ -1,0 +1,166 @@
+//! `documentation/index.html`: how to wire the FMU, in which frames, within which limits, and every variable.
+
+use ballistic_gel::fmi2::{self, Causality, Kind, Variable};
+use ballistic_gel::scene::{Dimension, Scene};
+use std::fmt::Write as _;
+
+const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:64rem;margin:2rem auto;padding:0 1rem;color:#222}\
+    table{border-collapse:collapse;font-size:.85rem}td,th{border:1px solid #ccc;padding:.2rem .5rem;text-align:left}\
+    code{background:#f3f3f3;padding:0 .2rem}th{background:#f3f3f3}";
+
+const WIRING: &str = "\
+<h2>Wiring</h2>
+<p>Parameter <code>coupling.mode</code> says who integrates the motion of the projectile.</p>
+<h3>integrated (2, the default)</h3>
+<p>The FMU integrates the projectile inside the step, under the contact with the gel and under
+<code>projectile.external_force</code> and <code>projectile.external_torque</code>. Wire these two inputs, read
+<code>projectile.predicted_*</code>. The kinematic inputs are never read. The result does not depend on the
+communication step.</p>
+<h3>corrected (3)</h3>
+<p>For an importer that owns the body. At the start of each step its <code>projectile.position</code>,
+<code>.velocity</code>, <code>.orientation</code> and <code>.angular_velocity</code> replace the state of the FMU; a
+jump is booked in <code>energy.importer</code>. With a constant external force F and torque T over a step of length H,
+and J, S and A the outputs <code>contact.impulse</code>, <code>contact.impulse_moment</code> and
+<code>contact.angular_impulse</code> after it, the importer lands on the predicted state to round-off with</p>
+<p>x<sub>1</sub> = x<sub>0</sub> + v<sub>0</sub> H + &frac12; F H&sup2; / m + S / m<br>
+v<sub>1</sub> = v<sub>0</sub> + (F H + J) / m<br>
+L<sub>1</sub> = L<sub>0</sub> + T H + A</p>
+<p>where L is the angular momentum, and takes <code>projectile.predicted_orientation</code> as its orientation.</p>
+<h3>prescribed (1)</h3>
+<p>The kinematic inputs are the motion: x(s) = x<sub>0</sub> + v<sub>0</sub> s + &frac12; a s&sup2; within a step,
+where a is the first derivative of the velocity input (<code>fmi2SetRealInputDerivatives</code>), or 0.</p>
+<h3>Forces or impulses</h3>
+<p>Contact acts by impulses. <code>contact.force</code> and <code>contact.torque</code> are means over the last step:
+wire them only for steps of at least <code>coupling.step_min</code>. <code>contact.linear_force</code> carries the
+directional derivative by position and velocity and is not for wiring.</p>
+";
+
+const FRAMES: &str = "\
+<h2>Frames, signs, units</h2>
+<p>SI units. The world frame is right-handed with z up; the undisturbed entry surface of a block or cylinder is z = 0,
+the gel below it. Orientation is a Hamilton quaternion (w, x, y, z) from the body to the world frame; its norm must be
+1 to within 10<sup>-3</sup>. Inertia is in the frame of the body about its centre of mass: xx, yy, zz, xy, xz, yz.
+Angular velocity, torque and angular impulse are in the world frame about the centre of mass. Depth is positive into
+the gel. Forces and impulses are those on the projectile.</p>
+";
+
+const LIMITS: &str = "\
+<h2>Limits</h2>
+<ul>
+<li>A step beyond a defined stop time, or of a length that is not positive and finite, is refused with
+<code>fmi2Error</code>. So are numbers that are not finite.</li>
+<li>A step that the mesh cannot follow returns <code>fmi2Discard</code> with <code>fmi2Terminated</code> true; the log
+says which element, when, and what to do. Outputs, states and reset keep working.</li>
+<li>A parameter is fixed once initialization is over. One that differs from its start overrides the scene; one that is
+equal to its start leaves another <code>scene</code> as it is.</li>
+<li>A state can be restored in another process. It does not hold <code>threads</code> and
+<code>output_directory</code>.</li>
+<li>Input derivatives are of order 1, hold for one step and act on the velocity (prescribed) and on the external force
+and torque. Output derivatives are of order 1.</li>
+</ul>
+";
+
+/// The page of the FMU with this scene packed.
+pub fn page(scene: &Scene) -> String {
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{model}</title>\n\
+         <style>{STYLE}</style></head><body>\n<h1>{model} {version}</h1>\n<p>{about}.</p>\n",
+        model = fmi2::MODEL,
+        version = env!("CARGO_PKG_VERSION"),
+        about = escaped(env!("CARGO_PKG_DESCRIPTION")),
+    );
+    page += &packed(scene);
+    page += WIRING;
+    page += FRAMES;
+    page += LIMITS;
+    page += &table();
+    page +=
+        "<p>Licences of this library and of every crate linked into it are in the folder <code>licenses</code>.</p>\n";
+    page += "</body></html>\n";
+    page
+}
+
+fn packed(scene: &Scene) -> String {
+    let space = match scene.scene.dimension {
+        Dimension::Planar => {
+            "planar: the x-z plane; masses, forces and impulses are for the thickness of the gel. Motion out of the \
+             plane is refused"
+        }
+        Dimension::Axisymmetric => {
+            "axisymmetric about z: x is the radius, totals are for the full revolution. Motion off the axis is refused"
+        }
+        Dimension::Spatial => "spatial",
+    };
+    format!(
+        "<h2>The packed scene</h2>\n<p><b>{}</b>: {}. It is {space}. It ends at {:?} s and exchanges every {:?} s \
+         by default. Its text is in <code>resources/scene.toml</code>.</p>\n",
+        escaped(&scene.scene.name),
+        escaped(&scene.scene.title),
+        scene.scene.end_time,
+        scene.scene.communication_step,
+    )
+}
+
+fn table() -> String {
+    let mut rows = String::from(
+        "<h2>Variables</h2>\n<table>\n<tr><th>name</th><th>reference</th><th>causality</th><th>type</th><th>unit</th>\
+         <th>meaning</th></tr>\n",
+    );
+    for variable in fmi2::VARIABLES {
+        let last = variable.reference + variable.size() as u32 - 1;
+        let (name, reference) = match variable.length {
+            0 => (variable.name.to_owned(), variable.reference.to_string()),
+            n => (format!("{}[1..{n}]", variable.name), format!("{}&ndash;{last}", variable.reference)),
+        };
+        let _ = writeln!(
+            rows,
+            "<tr><td><code>{name}</code></td><td>{reference}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            causality(variable),
+            kind(variable),
+            variable.unit.unwrap_or_default(),
+            escaped(&variable.description().replace(['{', '}'], "").replace('|', ", ")),
+        );
+    }
+    rows + "</table>\n"
+}
+
+fn causality(variable: &Variable) -> &'static str {
+    match variable.causality {
+        Causality::Independent => "independent",
+        Causality::Parameter => "parameter",
+        Causality::CalculatedParameter => "calculated parameter",
+        Causality::Input => "input",
+        Causality::Output => "output",
+        Causality::Local => "local",
+    }
+}
+
+fn kind(variable: &Variable) -> &'static str {
+    match variable.kind {
+        Kind::Real => "Real",
+        Kind::Integer => "Integer",
+        Kind::Boolean => "Boolean",
+        Kind::String => "String",
+        Kind::Enumeration => variable.declared_type.unwrap_or("Enumeration"),
+    }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ballistic_gel::scene;
+
+    #[test]
+    fn the_page_names_every_variable_and_the_scene() {
+        let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
+        let page = page(&scene);
+        for variable in fmi2::VARIABLES {
+            assert!(page.contains(variable.name), "{}", variable.name);
+        }
+        assert!(page.contains("sphere-block") && !page.contains("{x|y|z}"));
+    }
+}

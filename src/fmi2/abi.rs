@@ -1,0 +1,88 @@
+//! The 34 exported functions of FMI 2.0 co-simulation.
+//!
+//! # Safety
+//! The C standard's side of the contract is the importer's: a component comes from `fmi2Instantiate` and was not freed,
+//! arrays have the length that is passed with them, strings end with a null byte, and one instance is used by one thread
+//! at a time. What can be checked is checked here: null pointers, text encoding, and that a state is one of ours. Every
+//! function runs inside `guard`, which stops a panic before it reaches C. Log lines are handed over after the
+//! instance was let go, so a logger may call back into the FMU.
+
+#![allow(unsafe_code)]
+#![allow(non_snake_case)] // the names are those of the standard
+#![allow(clippy::missing_safety_doc)] // one contract for all of them, above
+#![allow(clippy::too_many_arguments)] // the signatures are those of the standard
+
+mod callbacks;
+mod life;
+mod pointers;
+mod states;
+mod steps;
+mod values;
+
+pub use callbacks::{Callbacks, LoggerCallback};
+pub use life::*;
+pub use states::*;
+pub use steps::*;
+pub use values::*;
+
+use super::call::CallError;
+use super::component::Component;
+use super::lifecycle::Call;
+use super::status::Status;
+use std::ffi::{c_char, c_int, c_void};
+
+/// A component or a state.
+type Handle = *mut c_void;
+/// Text that ends with a null byte.
+type Text = *const c_char;
+/// A C function and one of its arguments.
+type Place = (&'static str, &'static str);
+
+/// Runs one call: order, panic guard, status and log lines.
+fn guard(
+    component: Handle,
+    function: &'static str,
+    call: Call,
+    body: impl FnOnce(&mut Component) -> Result<Status, CallError>,
+) -> c_int {
+    if component.is_null() {
+        return Status::Error as c_int;
+    }
+    let (status, lines, logger) = {
+        // SAFETY: not null, so it came from `fmi2Instantiate` and is used by this thread alone.
+        let it = unsafe { &mut *component.cast::<Component>() };
+        let status = it.run(function, call, body);
+        (status, it.instance.log.take(), it.logger.clone())
+    };
+    logger.write(&lines);
+    status as c_int
+}
+
+fn done((): ()) -> Status {
+    Status::Ok
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fmi2::component::Logger;
+    use crate::fmi2::instance::Instance;
+    use crate::fmi2::logger::Log;
+    use crate::fmi2::parameters::Packed;
+    use std::ffi::CString;
+    use std::ptr;
+
+    #[test]
+    fn a_panic_is_fatal_until_the_instance_is_freed() {
+        let instance = Instance::new("a".into(), Packed::of(Err("none".into())), Log::new(false));
+        let logger = Logger { callback: None, environment: ptr::null_mut(), name: CString::default() };
+        let component = Box::into_raw(Box::new(Component { instance, logger, strings: Vec::new() })).cast();
+        let status = guard(component, "fmi2Reset", Call::Reset, |_| panic!("on purpose"));
+        assert_eq!(status, Status::Fatal as c_int);
+        // SAFETY: made above, freed once.
+        unsafe {
+            assert_eq!(fmi2Reset(component), Status::Fatal as c_int);
+            fmi2FreeInstance(component);
+        }
+    }
+}

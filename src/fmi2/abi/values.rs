@@ -1,0 +1,165 @@
+//! Getting and setting of variables, and their derivatives.
+
+use super::pointers::{both, get, slice, slice_mut, text};
+use super::{Handle, Text, done, guard};
+use crate::fmi2::call::CallError;
+use crate::fmi2::component::Component;
+use crate::fmi2::lifecycle::Call;
+use crate::fmi2::status::Status;
+use std::ffi::{CString, c_int};
+use std::ptr;
+
+/// Reads Reals.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetReal(c: Handle, vr: *const u32, n: usize, value: *mut f64) -> c_int {
+    let name = "fmi2GetReal";
+    // SAFETY: both arrays have n items.
+    guard(c, name, Call::Get, |it| unsafe { get((vr, n), value, name, |r| it.instance.real(r)) })
+}
+
+/// Reads Integers and Enumerations.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetInteger(c: Handle, vr: *const u32, n: usize, value: *mut c_int) -> c_int {
+    let name = "fmi2GetInteger";
+    // SAFETY: both arrays have n items.
+    guard(c, name, Call::Get, |it| unsafe { get((vr, n), value, name, |r| it.instance.integer(r)) })
+}
+
+/// Reads Booleans.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetBoolean(c: Handle, vr: *const u32, n: usize, value: *mut c_int) -> c_int {
+    let name = "fmi2GetBoolean";
+    // SAFETY: both arrays have n items.
+    guard(c, name, Call::Get, |it| unsafe { get((vr, n), value, name, |r| it.instance.boolean(r).map(c_int::from)) })
+}
+
+/// Reads Strings; they stay valid until the next call of this function.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetString(c: Handle, vr: *const u32, n: usize, value: *mut Text) -> c_int {
+    let name = "fmi2GetString";
+    guard(c, name, Call::Get, |it| {
+        it.strings.clear();
+        let Component { instance, strings, .. } = it;
+        // SAFETY: both arrays have n items; the bytes of a string stay where they are when the list grows.
+        unsafe {
+            get((vr, n), value, name, |r| {
+                strings.push(CString::new(instance.text(r)?).unwrap_or_default());
+                Ok(strings.last().map_or(ptr::null(), |s| s.as_ptr()))
+            })
+        }
+    })
+}
+
+/// Sets Reals.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetReal(c: Handle, vr: *const u32, n: usize, value: *const f64) -> c_int {
+    let name = "fmi2SetReal";
+    guard(c, name, Call::Set, |it| {
+        // SAFETY: both arrays have n items.
+        let (vr, value) = unsafe { both((vr, n), value, name) }?;
+        it.instance.set_reals(vr, value).map(done)
+    })
+}
+
+/// Sets Integers and Enumerations.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetInteger(c: Handle, vr: *const u32, n: usize, value: *const c_int) -> c_int {
+    let name = "fmi2SetInteger";
+    guard(c, name, Call::Set, |it| {
+        // SAFETY: both arrays have n items.
+        let (vr, value) = unsafe { both((vr, n), value, name) }?;
+        it.instance.set_integers(vr, value).map(done)
+    })
+}
+
+/// Refuses to set Booleans.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetBoolean(c: Handle, vr: *const u32, n: usize, _value: *const c_int) -> c_int {
+    let name = "fmi2SetBoolean";
+    guard(c, name, Call::Set, |it| {
+        // SAFETY: n items.
+        it.instance.set_booleans(unsafe { slice(vr, n, (name, "vr")) }?)?;
+        Ok(Status::Ok)
+    })
+}
+
+/// Sets Strings.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetString(c: Handle, vr: *const u32, n: usize, value: *const Text) -> c_int {
+    let name = "fmi2SetString";
+    guard(c, name, Call::Set, |it| {
+        // SAFETY: both arrays have n items.
+        let (vr, value) = unsafe { both((vr, n), value, name) }?;
+        let texts = value.iter().map(|&at| unsafe { text(at, (name, "value")) });
+        it.instance.set_texts(vr, &texts.collect::<Result<Vec<&str>, CallError>>()?).map(done)
+    })
+}
+
+/// Sensitivity of unknowns to knowns, times a seed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
+    c: Handle,
+    unknown: *const u32,
+    n_unknown: usize,
+    known: *const u32,
+    n_known: usize,
+    seed: *const f64,
+    value: *mut f64,
+) -> c_int {
+    let name = "fmi2GetDirectionalDerivative";
+    guard(c, name, Call::GetDirectionalDerivative, |it| {
+        // SAFETY: both arrays of knowns have n_known items, those of unknowns n_unknown.
+        let (known, seed) =
+            unsafe { (slice(known, n_known, (name, "vKnown_ref"))?, slice(seed, n_known, (name, "dvKnown"))?) };
+        let seeds: Vec<(u32, f64)> = known.iter().copied().zip(seed.iter().copied()).collect();
+        unsafe { get((unknown, n_unknown), value, name, |r| it.instance.directional(r, &seeds)) }
+    })
+}
+
+/// Sets first derivatives of inputs for the next step.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
+    c: Handle,
+    vr: *const u32,
+    n: usize,
+    order: *const c_int,
+    value: *const f64,
+) -> c_int {
+    let name = "fmi2SetRealInputDerivatives";
+    guard(c, name, Call::SetRealInputDerivatives, |it| {
+        // SAFETY: the three arrays have n items.
+        let (asked, value) = unsafe { (orders(vr, order, n, name)?, slice(value, n, (name, "value"))?) };
+        it.instance.set_input_rates(&asked, value).map(done)
+    })
+}
+
+/// First derivatives of outputs.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
+    c: Handle,
+    vr: *const u32,
+    n: usize,
+    order: *const c_int,
+    value: *mut f64,
+) -> c_int {
+    let name = "fmi2GetRealOutputDerivatives";
+    guard(c, name, Call::GetRealOutputDerivatives, |it| {
+        // SAFETY: the three arrays have n items.
+        let (asked, value) = unsafe { (orders(vr, order, n, name)?, slice_mut(value, n, (name, "value"))?) };
+        for (value, (reference, order)) in value.iter_mut().zip(asked) {
+            *value = it.instance.output_rate(reference, order)?;
+        }
+        Ok(Status::Ok)
+    })
+}
+
+unsafe fn orders(
+    vr: *const u32,
+    order: *const c_int,
+    n: usize,
+    name: &'static str,
+) -> Result<Vec<(u32, c_int)>, CallError> {
+    // SAFETY: both arrays have n items.
+    let (vr, order) = unsafe { (slice(vr, n, (name, "vr"))?, slice(order, n, (name, "order"))?) };
+    Ok(vr.iter().copied().zip(order.iter().copied()).collect())
+}

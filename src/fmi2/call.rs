@@ -1,0 +1,160 @@
+//! Why a call was refused, and the one place that maps it to a status.
+
+use super::lifecycle::{Call, Phase};
+use super::snapshot::SnapshotError;
+use super::status::Status;
+use super::table::Kind;
+use crate::output::OutputError;
+use crate::scene::SceneError;
+use crate::simulation::BuildError;
+
+/// A call that was not carried out; the instance is as it was before.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CallError {
+    /// Out of order.
+    #[error("{function} is not allowed now ({phase}); it is allowed in: {allowed}")]
+    OutOfOrder {
+        /// The C function.
+        function: &'static str,
+        /// Where the instance is.
+        phase: String,
+        /// Where it could be called.
+        allowed: String,
+    },
+    /// A pointer that must not be null.
+    #[error("{function}: argument {argument} is a null pointer")]
+    NullPointer {
+        /// The C function.
+        function: &'static str,
+        /// Its argument.
+        argument: &'static str,
+    },
+    /// Text that is not UTF-8.
+    #[error("{function}: argument {argument} is not UTF-8 text")]
+    NotText {
+        /// The C function.
+        function: &'static str,
+        /// Its argument.
+        argument: &'static str,
+    },
+    /// No variable of the type has the value reference.
+    #[error("value reference {reference}: there is no {kind} variable with it; see modelDescription.xml of this FMU")]
+    UnknownReference {
+        /// What was asked for.
+        reference: u32,
+        /// The type asked for.
+        kind: &'static str,
+    },
+    /// A variable that is not to be set, ever or now.
+    #[error("{name} cannot be set {when}: {remedy}")]
+    NotSettable {
+        /// The variable.
+        name: String,
+        /// When it was tried.
+        when: String,
+        /// What can be set then.
+        remedy: &'static str,
+    },
+    /// A value outside its domain.
+    #[error("{name} = {found}: expected {expected}")]
+    Value {
+        /// The variable or the argument.
+        name: String,
+        /// What was given.
+        found: String,
+        /// What may be given.
+        expected: String,
+    },
+    /// There is no scene to simulate.
+    #[error("there is no scene: {reason}. Set the parameter `scene` to the absolute path of a scene file")]
+    NoScene {
+        /// Why not.
+        reason: String,
+    },
+    /// The scene cannot be used.
+    #[error("scene {origin}: {error}")]
+    Scene {
+        /// Where the text comes from.
+        origin: String,
+        /// What is wrong with it.
+        error: SceneError,
+    },
+    /// The scene is good but cannot be built.
+    #[error("scene {origin}: {error}")]
+    Build {
+        /// Where the text comes from.
+        origin: String,
+        /// Why not.
+        error: BuildError,
+    },
+    /// The step could not be completed: the simulation is frozen at its last consistent tick.
+    #[error("the simulation stopped at {time:.6e} s: {reason}")]
+    Stopped {
+        /// Simulation time, s.
+        time: f64,
+        /// Diagnosis.
+        reason: String,
+    },
+    /// A state that cannot be used.
+    #[error("{0}")]
+    State(#[from] SnapshotError),
+    /// A file that cannot be written.
+    #[error("output_directory: {0}. Choose a folder that can be written, or leave output_directory empty")]
+    Output(#[from] OutputError),
+    /// Asked for what a synchronous slave has not.
+    #[error("{what} is not available: no step runs asynchronously")]
+    NotAvailable {
+        /// What was asked for.
+        what: &'static str,
+    },
+    /// An earlier panic.
+    #[error("{function}: the instance was lost in an earlier call; free it")]
+    Lost {
+        /// The C function.
+        function: &'static str,
+    },
+}
+
+impl CallError {
+    /// The status that the call returns.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        match self {
+            Self::Stopped { .. } | Self::NotAvailable { .. } => Status::Discard,
+            Self::Lost { .. } => Status::Fatal,
+            Self::OutOfOrder { .. }
+            | Self::NullPointer { .. }
+            | Self::NotText { .. }
+            | Self::UnknownReference { .. }
+            | Self::NotSettable { .. }
+            | Self::Value { .. }
+            | Self::NoScene { .. }
+            | Self::Scene { .. }
+            | Self::Build { .. }
+            | Self::State(_)
+            | Self::Output(_) => Status::Error,
+        }
+    }
+
+    pub(super) fn out_of_order(function: &'static str, call: Call, phase: Phase) -> Self {
+        let allowed: Vec<String> = call.phases().iter().map(Phase::to_string).collect();
+        let allowed = if allowed.is_empty() { "no phase of this FMU".to_string() } else { allowed.join(", ") };
+        Self::OutOfOrder { function, phase: phase.to_string(), allowed }
+    }
+
+    pub(super) fn unknown(reference: u32, kind: Kind) -> Self {
+        let kind = match kind {
+            Kind::Real => "Real",
+            Kind::Integer | Kind::Enumeration => "Integer or Enumeration",
+            Kind::Boolean => "Boolean",
+            Kind::String => "String",
+        };
+        Self::UnknownReference { reference, kind }
+    }
+
+    #[allow(clippy::needless_pass_by_value)] // numbers and texts alike, made for this call
+    pub(super) fn value(name: impl Into<String>, found: impl ToString, expected: impl Into<String>) -> Self {
+        Self::Value { name: name.into(), found: found.to_string(), expected: expected.into() }
+    }
+}

@@ -1,0 +1,101 @@
+//! Derivatives: of inputs and outputs by time, and of the contact force by position and velocity.
+
+use super::call::CallError;
+use super::instance::Instance;
+use super::table::{Input, Kind, Observed, Source, Variable, row};
+use super::variables::{known, mean};
+use super::{body, table::Causality};
+use crate::simulation::ContactReport;
+
+impl Instance {
+    /// Sets first derivatives of inputs for the next step: all of them, or none.
+    pub(super) fn set_input_rates(&mut self, asked: &[(u32, i32)], values: &[f64]) -> Result<(), CallError> {
+        for (&(reference, order), &value) in asked.iter().zip(values) {
+            let (variable, component) = known(reference, Kind::Real)?;
+            let name = variable.component_name(component);
+            if variable.causality != Causality::Input {
+                let (when, remedy) = ("by its derivative".to_string(), "only inputs have input derivatives");
+                return Err(CallError::NotSettable { name, when, remedy });
+            }
+            if order != 1 {
+                return Err(CallError::value(format!("order of the derivative of {name}"), order, "1"));
+            }
+            if !value.is_finite() {
+                return Err(CallError::value(format!("derivative of {name}"), value, "a finite number"));
+            }
+        }
+        self.inputs.rates.extend(asked.iter().map(|(reference, _)| *reference).zip(values.iter().copied()));
+        Ok(())
+    }
+
+    /// First derivative of an output by time.
+    pub(super) fn output_rate(&mut self, reference: u32, order: i32) -> Result<f64, CallError> {
+        let (variable, component) = known(reference, Kind::Real)?;
+        let name = variable.component_name(component);
+        if variable.causality != Causality::Output {
+            return Err(CallError::value(name, format!("{:?}", variable.causality), "an output"));
+        }
+        if order != 1 {
+            return Err(CallError::value(format!("order of the derivative of {name}"), order, "1"));
+        }
+        let (o, simulation) = self.model()?.look();
+        let (force, velocity) = (mean(o.exchange.impulse, o.exchange.duration), o.projectile.velocity);
+        let mass = body::mass(simulation);
+        Ok(match variable.source {
+            Source::Observed(Observed::ProjectilePredictedPosition) => velocity[component],
+            Source::Observed(Observed::ProjectilePredictedVelocity) if mass > 0.0 => {
+                (force[component] + self.external_force(component)?) / mass
+            }
+            Source::Observed(Observed::ContactTotalImpulse) => force[component],
+            Source::Observed(_) | Source::Setting(_) | Source::Scene | Source::Input(_) => 0.0,
+        })
+    }
+
+    /// Σ ∂unknown/∂known · seed.
+    pub(super) fn directional(&mut self, unknown: u32, seeds: &[(u32, f64)]) -> Result<f64, CallError> {
+        let (of, i) = known(unknown, Kind::Real)?;
+        let contact = &self.model()?.look().0.contact;
+        let mut sum = 0.0;
+        for &(reference, seed) in seeds {
+            let (by, j) = known(reference, Kind::Real)?;
+            sum += sensitivity(contact, (of, i), (by, j)) * seed;
+        }
+        Ok(sum)
+    }
+
+    fn external_force(&mut self, component: usize) -> Result<f64, CallError> {
+        let external = row(Source::Input(Input::ProjectileExternalForce));
+        self.real(external.reference + component as u32)
+    }
+}
+
+/// −k n⊗n for position, −Z n⊗n for velocity, with n the direction of the last impulse.
+fn sensitivity(contact: &ContactReport, (of, i): (&Variable, usize), (by, j): (&Variable, usize)) -> f64 {
+    if of.source != Source::Observed(Observed::ContactLinearForce) {
+        return 0.0;
+    }
+    let scale = match by.source {
+        Source::Input(Input::ProjectilePosition) => contact.stiffness,
+        Source::Input(Input::ProjectileVelocity) => contact.impedance,
+        Source::Input(_) | Source::Observed(_) | Source::Setting(_) | Source::Scene => return 0.0,
+    };
+    -scale * contact.direction[i] * contact.direction[j]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fmi2::logger::Log;
+    use crate::fmi2::parameters::Packed;
+
+    #[test]
+    fn only_first_derivatives_of_inputs_are_taken() {
+        let mut it = Instance::new("a".into(), Packed::of(Err("none".into())), Log::new(false));
+        assert!(it.set_input_rates(&[(105, 2)], &[1.0]).unwrap_err().to_string().contains("expected 1"));
+        assert!(it.set_input_rates(&[(105, 1), (200, 1)], &[1.0, 1.0]).is_err());
+        assert!(it.set_input_rates(&[(105, 1)], &[f64::INFINITY]).is_err());
+        assert!(it.inputs.rates.is_empty());
+        it.set_input_rates(&[(105, 1)], &[4.0]).unwrap();
+        assert_eq!(it.inputs.rates.get(&105), Some(&4.0));
+    }
+}

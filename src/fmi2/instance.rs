@@ -1,0 +1,193 @@
+//! One instance: what it was told, the model that it built from it, and its way through the life cycle.
+
+use super::call::CallError;
+use super::inputs::InputValues;
+use super::lifecycle::{Call, Phase};
+use super::logger::Log;
+use super::parameters::{Packed, Settings};
+use super::recording::Recording;
+use super::table::table_of;
+use crate::scene::{self, Scene};
+use crate::simulation::{CouplingMode, Inputs, Observation, RestoreError, Saved, Simulation};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Values by value reference.
+pub(super) type Values = BTreeMap<u32, f64>;
+
+/// An instance of the FMU.
+pub(super) struct Instance {
+    /// Name that the importer gave it.
+    pub name: String,
+    /// Lines of the current call.
+    pub log: Log,
+    /// Where it is in its life.
+    pub phase: Phase,
+    /// The scene in `resources/`.
+    pub packed: Packed,
+    /// Parameters that are no scene keys.
+    pub settings: Settings,
+    /// Parameters that are scene keys, as far as they were set.
+    pub overrides: Values,
+    /// Inputs, as far as they were set.
+    pub inputs: InputValues,
+    /// Experiment and time.
+    pub clock: Clock,
+    /// Built from all this, once it is needed.
+    pub model: Option<Model>,
+    /// Files.
+    pub recording: Recording,
+}
+
+/// The experiment and the time reached, s.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub(super) struct Clock {
+    /// Where simulation time starts.
+    pub start: f64,
+    /// Where it must not go beyond.
+    pub stop: Option<f64>,
+    /// End of the last completed step.
+    pub now: f64,
+}
+
+/// A scene, built.
+pub(super) struct Model {
+    /// Where the scene comes from.
+    pub origin: String,
+    /// Its text with overrides.
+    pub text: String,
+    /// The same, read.
+    pub scene: Scene,
+    /// The same as a table.
+    pub table: toml::Table,
+    /// Coupling mode that the simulation was built for.
+    pub mode: CouplingMode,
+    /// The simulation.
+    pub simulation: Simulation,
+    /// What is seen of it now, once somebody has looked.
+    seen: Option<Observation>,
+    /// Why it cannot go on.
+    pub failure: Option<String>,
+}
+
+impl Instance {
+    /// A fresh instance.
+    pub(super) fn new(name: String, packed: Packed, log: Log) -> Self {
+        Self {
+            name,
+            log,
+            phase: Phase::Instantiated,
+            packed,
+            settings: Settings::default(),
+            overrides: Values::new(),
+            inputs: InputValues::default(),
+            clock: Clock::default(),
+            model: None,
+            recording: Recording::default(),
+        }
+    }
+
+    /// Refuses a call that is out of order.
+    pub(super) fn expect(&self, function: &'static str, call: Call) -> Result<(), CallError> {
+        if self.phase == Phase::Fatal {
+            return Err(CallError::Lost { function });
+        }
+        if !call.allowed_in(self.phase) {
+            return Err(CallError::out_of_order(function, call, self.phase));
+        }
+        Ok(())
+    }
+
+    /// Takes the start time and, if there is one, the stop time, s.
+    pub(super) fn set_up(&mut self, start: f64, stop: Option<f64>) -> Result<(), CallError> {
+        if !start.is_finite() {
+            return Err(CallError::value("startTime", start, "a finite time, s"));
+        }
+        if let Some(stop) = stop
+            && (stop.is_nan() || stop <= start)
+        {
+            return Err(CallError::value("stopTime", stop, format!("a time after startTime = {start} s")));
+        }
+        self.clock = Clock { start, stop, now: start };
+        Ok(())
+    }
+
+    /// Enters initialization mode.
+    pub(super) fn enter_initialization(&mut self) {
+        self.phase = Phase::Initialization;
+    }
+
+    /// Builds the model if it was not yet looked at, and opens the output.
+    pub(super) fn exit_initialization(&mut self) -> Result<(), CallError> {
+        self.model()?;
+        self.open_recording()?;
+        self.phase = Phase::StepComplete;
+        Ok(())
+    }
+
+    /// Ends the run and completes the files.
+    pub(super) fn terminate(&mut self) -> Result<(), CallError> {
+        self.phase = Phase::Terminated;
+        self.finish_recording()
+    }
+
+    /// Completes the files and forgets everything but the name, the packed scene and the choice of log lines.
+    pub(super) fn reset(&mut self) -> Result<(), CallError> {
+        let finished = self.finish_recording();
+        self.recording = Recording::default();
+        self.phase = Phase::Instantiated;
+        self.settings = Settings::default();
+        self.overrides.clear();
+        self.inputs = InputValues::default();
+        self.clock = Clock::default();
+        self.model = None;
+        finished
+    }
+
+    /// The model, built now if there is none.
+    pub(super) fn model(&mut self) -> Result<&mut Model, CallError> {
+        if self.model.is_none() {
+            let (origin, text) = self.resolved_scene()?;
+            let mut model = Model::build(origin, text, self.settings.mode, self.settings.threads)?;
+            let cost = model.look().0.cost;
+            self.log.event(format!("built scene {}: {} elements, {} nodes", model.origin, cost.elements, cost.nodes));
+            self.model = Some(model);
+        }
+        Ok(self.model.as_mut().expect("the model was built above"))
+    }
+}
+
+impl Model {
+    /// Builds the scene.
+    pub(super) fn build(origin: String, text: String, mode: CouplingMode, threads: usize) -> Result<Self, CallError> {
+        let scene = match scene::read(&text) {
+            Ok(scene) => scene,
+            Err(error) => return Err(CallError::Scene { origin, error }),
+        };
+        let simulation = match Simulation::new(&scene, mode, threads) {
+            Ok(simulation) => simulation,
+            Err(error) => return Err(CallError::Build { origin, error }),
+        };
+        let table = table_of(&scene);
+        Ok(Self { origin, text, scene, table, mode, simulation, seen: None, failure: None })
+    }
+
+    /// What is seen now, and the simulation.
+    pub(super) fn look(&mut self) -> (&Observation, &Simulation) {
+        (self.seen.get_or_insert_with(|| self.simulation.observe()), &self.simulation)
+    }
+
+    /// One communication step to `end`, s since the start; why it failed is kept.
+    pub(super) fn advance(&mut self, inputs: &Inputs, end: f64) {
+        self.seen = None;
+        self.failure = self.simulation.step(inputs, end).err().map(|e| e.to_string());
+    }
+
+    /// Continues from a saved state.
+    pub(super) fn restore(&mut self, saved: &Saved, failure: Option<&str>) -> Result<(), RestoreError> {
+        self.simulation.restore(saved)?;
+        self.seen = None;
+        self.failure = failure.map(str::to_string);
+        Ok(())
+    }
+}

@@ -1,0 +1,129 @@
+//! Lines of log, kept until the call returns and then handed to the importer on its own thread.
+
+use super::call::CallError;
+use super::status::Status;
+
+/// Categories and what they hold, as declared in `modelDescription.xml`.
+pub const CATEGORIES: [(&str, &str); 5] = [
+    ("logStatusWarning", "What was done, but perhaps not as meant"),
+    ("logStatusDiscard", "Why a step could not be completed"),
+    ("logStatusError", "Why a call was refused"),
+    ("logStatusFatal", "Why an instance was lost"),
+    (EVENTS, "What the instance does: scene, mesh, overrides, files"),
+];
+
+const EVENTS: &str = "logEvents";
+
+/// One line of log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Line {
+    /// What it goes with.
+    pub status: Status,
+    /// Declared category.
+    pub category: &'static str,
+    /// Text without format characters.
+    pub message: String,
+}
+
+/// The lines of the current call, and which of them are wanted.
+#[derive(Debug, Default)]
+pub(super) struct Log {
+    events: bool,
+    lines: Vec<Line>,
+}
+
+impl Log {
+    /// A log with debug logging on or off. Warnings and worse are always written.
+    pub(super) fn new(debug: bool) -> Self {
+        Self { events: debug, lines: Vec::new() }
+    }
+
+    /// Switches debug logging; with categories only for these.
+    pub(super) fn select(&mut self, debug: bool, categories: &[String]) -> Result<(), CallError> {
+        if let Some(unknown) = categories.iter().find(|c| CATEGORIES.iter().all(|(name, _)| name != c)) {
+            let known: Vec<&str> = CATEGORIES.iter().map(|(name, _)| *name).collect();
+            return Err(CallError::value("categories", unknown, known.join(", ")));
+        }
+        self.events = debug && (categories.is_empty() || categories.iter().any(|c| c == EVENTS));
+        Ok(())
+    }
+
+    /// Something that happened.
+    pub(super) fn event(&mut self, message: impl Into<String>) {
+        if self.events {
+            self.lines.push(Line { status: Status::Ok, category: EVENTS, message: message.into() });
+        }
+    }
+
+    /// Something done, but perhaps not as meant.
+    pub(super) fn warning(&mut self, message: impl Into<String>) {
+        self.push(Status::Warning, message.into());
+    }
+
+    /// Why a call was not carried out.
+    pub(super) fn refusal(&mut self, error: &CallError) {
+        self.push(error.status(), error.to_string());
+    }
+
+    /// A panic.
+    pub(super) fn fatal(&mut self, message: String) {
+        self.push(Status::Fatal, message);
+    }
+
+    /// The lines so far, which are then forgotten.
+    pub(super) fn take(&mut self) -> Vec<Line> {
+        std::mem::take(&mut self.lines)
+    }
+
+    fn push(&mut self, status: Status, message: String) {
+        let category = match status {
+            Status::Ok | Status::Pending => EVENTS,
+            Status::Warning => "logStatusWarning",
+            Status::Discard => "logStatusDiscard",
+            Status::Error => "logStatusError",
+            Status::Fatal => "logStatusFatal",
+        };
+        self.lines.push(Line { status, category, message });
+    }
+}
+
+/// The message as a format string that prints itself: one line, no null byte, each `%` doubled.
+pub(super) fn as_format(message: &str) -> String {
+    message.replace(['\0', '\n'], " ").replace('%', "%%")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_category_that_is_used_is_declared() {
+        let mut log = Log::new(true);
+        log.event("a");
+        log.warning("b");
+        log.fatal("c".to_string());
+        log.refusal(&CallError::value("x", 1, "2"));
+        log.refusal(&CallError::NotAvailable { what: "x" });
+        for line in log.take() {
+            assert!(CATEGORIES.iter().any(|(name, _)| *name == line.category), "{}", line.category);
+        }
+    }
+
+    #[test]
+    fn debug_logging_is_chosen_by_category_and_errors_always_pass() {
+        let mut log = Log::new(true);
+        log.select(true, &["logStatusError".to_string()]).unwrap();
+        log.event("not wanted");
+        log.refusal(&CallError::value("x", 1, "2"));
+        assert_eq!(log.take().len(), 1);
+        log.select(true, &[]).unwrap();
+        log.event("wanted");
+        assert_eq!(log.take().len(), 1);
+        assert!(log.select(true, &["logAll".to_string()]).unwrap_err().to_string().contains("logEvents"));
+    }
+
+    #[test]
+    fn a_message_prints_itself_as_a_format() {
+        assert_eq!(as_format("100 % of\n\"%s\"\0"), "100 %% of \"%%s\" ");
+    }
+}

@@ -1,0 +1,32 @@
+//! The FMI 2.0 co-simulation interface: exported functions, life cycle, variables, state.
+//!
+//! [`abi`] holds the 34 C functions and the only `unsafe` code of the crate. Everything below it is safe Rust that takes
+//! and gives plain values, and logs into a list that `abi` hands to the importer before it returns.
+
+pub mod abi;
+mod body;
+mod call;
+mod component;
+mod derivatives;
+mod inputs;
+mod instance;
+mod lifecycle;
+mod logger;
+mod parameters;
+mod recording;
+mod snapshot;
+mod status;
+mod stepping;
+mod table;
+mod uri;
+mod variables;
+
+pub use abi::{Callbacks, LoggerCallback};
+pub use call::CallError;
+pub use logger::CATEGORIES;
+pub use status::Status;
+pub use table::{Causality, Enumeration, GUID, Item, Kind, Start, UNITS, Unit, VARIABLES, Variable};
+pub use table::{ENUMERATIONS, start_of};
+
+/// Name of the model and of its library inside the archive.
+pub const MODEL: &str = "BallisticGel";

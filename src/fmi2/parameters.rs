@@ -1,0 +1,228 @@
+//! Parameters: which scene, which of its values overridden, and how to run it.
+
+use super::call::CallError;
+use super::instance::{Instance, Values};
+use super::table::{Setting, Source, VARIABLES, Variable, key_in, start_of, table_of};
+use super::uri;
+use crate::scene::{self, Override, SceneError};
+use crate::simulation::CouplingMode;
+use std::fs;
+use std::path::Path;
+
+/// The scene in `resources/` of the archive.
+#[derive(Debug, Clone)]
+pub(super) struct Packed {
+    /// Its text, or why there is none.
+    text: Result<String, String>,
+    /// The starts in `modelDescription.xml` were written from this; empty without a readable scene.
+    pub starts: toml::Table,
+}
+
+impl Packed {
+    /// Reads `scene.toml` in the resource location, a URI.
+    pub(super) fn at(location: Option<&str>) -> Self {
+        let text = match location {
+            None => Err("no resource location was given to fmi2Instantiate".to_string()),
+            Some(location) => uri::to_path(location).and_then(|folder| read_text(&folder.join("scene.toml"))),
+        };
+        Self::of(text)
+    }
+
+    /// A scene text, or why there is none.
+    pub(super) fn of(text: Result<String, String>) -> Self {
+        let scene = text.as_deref().ok().and_then(|text| scene::read(text).ok());
+        Self { starts: scene.as_ref().map(table_of).unwrap_or_default(), text }
+    }
+}
+
+/// Parameters that are no scene keys.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Settings {
+    /// Path of another scene; empty for the packed one.
+    pub scene: String,
+    /// Threads of the element loop; 0 for all cores.
+    pub threads: usize,
+    /// Folder of the output; empty for none.
+    pub output_directory: String,
+    /// Who integrates the projectile.
+    pub mode: CouplingMode,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { scene: String::new(), threads: 1, output_directory: String::new(), mode: CouplingMode::Integrated }
+    }
+}
+
+impl Settings {
+    /// An Integer or Enumeration setting.
+    pub(super) fn integer(&self, setting: Setting) -> Option<i32> {
+        match setting {
+            Setting::Threads => i32::try_from(self.threads).ok(),
+            Setting::CouplingMode => Some(match self.mode {
+                CouplingMode::Prescribed => 1,
+                CouplingMode::Integrated => 2,
+                CouplingMode::Corrected => 3,
+            }),
+            Setting::Scene | Setting::OutputDirectory => None,
+        }
+    }
+
+    /// A String setting.
+    pub(super) fn text(&self, setting: Setting) -> Option<&str> {
+        match setting {
+            Setting::Scene => Some(&self.scene),
+            Setting::OutputDirectory => Some(&self.output_directory),
+            Setting::Threads | Setting::CouplingMode => None,
+        }
+    }
+
+    /// Sets an Integer or Enumeration setting.
+    pub(super) fn set_integer(&mut self, setting: Setting, value: i32) -> Result<(), CallError> {
+        match setting {
+            Setting::Threads => {
+                let expected = "0 for all cores, or a number of threads up to 1024";
+                let threads = usize::try_from(value).ok().filter(|n| *n <= 1024);
+                self.threads = threads.ok_or_else(|| CallError::value("threads", value, expected))?;
+            }
+            Setting::CouplingMode => {
+                self.mode = match value {
+                    1 => CouplingMode::Prescribed,
+                    2 => CouplingMode::Integrated,
+                    3 => CouplingMode::Corrected,
+                    _ => {
+                        let expected = "1 (prescribed), 2 (integrated) or 3 (corrected)";
+                        return Err(CallError::value("coupling.mode", value, expected));
+                    }
+                }
+            }
+            Setting::Scene | Setting::OutputDirectory => unreachable!("the table has these as String"),
+        }
+        Ok(())
+    }
+
+    /// Sets a String setting, an absolute path or empty.
+    pub(super) fn set_text(&mut self, setting: Setting, value: &str) -> Result<(), CallError> {
+        let (name, field) = match setting {
+            Setting::Scene => ("scene", &mut self.scene),
+            Setting::OutputDirectory => ("output_directory", &mut self.output_directory),
+            Setting::Threads | Setting::CouplingMode => unreachable!("the table has these as Integer"),
+        };
+        if !value.is_empty() && !Path::new(value).is_absolute() {
+            return Err(CallError::value(name, format!("{value:?}"), "an absolute path, or nothing"));
+        }
+        *field = value.to_string();
+        Ok(())
+    }
+}
+
+impl Instance {
+    /// Where the scene comes from, and its text with the overrides written into it.
+    pub(super) fn resolved_scene(&mut self) -> Result<(String, String), CallError> {
+        let (origin, text) = self.scene_text()?;
+        let base = match scene::read(&text) {
+            Ok(scene) => table_of(&scene),
+            Err(error) => return Err(CallError::Scene { origin, error }),
+        };
+        let overrides = overrides(&self.overrides, &self.packed.starts, &base)?;
+        for o in &overrides {
+            self.log.event(format!("override: {} = {}", o.key, o.value));
+        }
+        match scene::resolve(&text, &overrides) {
+            Ok(text) => Ok((origin, text)),
+            Err(error) => Err(self.named(origin, error)),
+        }
+    }
+
+    fn scene_text(&self) -> Result<(String, String), CallError> {
+        let (origin, text) = match self.settings.scene.as_str() {
+            "" => ("resources/scene.toml".to_string(), self.packed.text.clone()),
+            path => (path.to_string(), read_text(Path::new(path))),
+        };
+        text.map(|text| (origin, text)).map_err(|reason| CallError::NoScene { reason })
+    }
+
+    fn named(&self, origin: String, error: SceneError) -> CallError {
+        let overridden = if self.overrides.is_empty() { "" } else { " with the parameters that were set" };
+        CallError::Scene { origin: origin + overridden, error }
+    }
+}
+
+/// The overrides that differ from their starts, as scene keys and TOML values.
+fn overrides(set: &Values, starts: &toml::Table, base: &toml::Table) -> Result<Vec<Override>, CallError> {
+    let keyed = VARIABLES.iter().filter(|v| v.source == Source::Scene);
+    keyed.filter_map(|variable| one_override(variable, set, (starts, base)).transpose()).collect()
+}
+
+fn one_override(
+    variable: &Variable,
+    set: &Values,
+    (starts, base): (&toml::Table, &toml::Table),
+) -> Result<Option<Override>, CallError> {
+    let differing = |i: usize| {
+        let value = set.get(&(variable.reference + i as u32)).copied();
+        value.filter(|v| start_of(variable, i, starts) != Some(*v))
+    };
+    if (0..variable.size()).all(|i| differing(i).is_none()) {
+        return Ok(None);
+    }
+    let key = key_in(variable, base).ok_or_else(|| {
+        let found = (0..variable.size()).find_map(differing).unwrap_or_default();
+        CallError::value(variable.name, found, "to be left alone: the projectile of this scene has none")
+    })?;
+    let value = |i: usize| differing(i).or_else(|| start_of(variable, i, base)).unwrap_or(0.0);
+    let items: Vec<String> = (0..variable.size()).map(|i| format!("{:?}", value(i))).collect();
+    let value = if variable.length == 0 { items.concat() } else { format!("[{}]", items.join(", ")) };
+    Ok(Some(Override { key: key.to_string(), value }))
+}
+
+fn read_text(path: &Path) -> Result<String, String> {
+    fs::read_to_string(path).map_err(|e| format!("cannot read {}: {e}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sphere() -> toml::Table {
+        toml::from_str(
+            "[gel]\nshear_modulus = 1e3\n[projectile]\nmass = 0.5\nposition = [0.0, 0.0, 0.01]\n\
+             [projectile.shape.sphere]\nradius = 0.01",
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn a_value_equal_to_its_start_overrides_nothing() {
+        let starts = sphere();
+        let mut other = sphere();
+        other["gel"]["shear_modulus"] = toml::Value::Float(7e3);
+        let set = Values::from([(21, 1e3), (37, 0.01), (42, 0.01)]);
+        assert_eq!(overrides(&set, &starts, &other).unwrap(), []);
+    }
+
+    #[test]
+    fn one_component_leaves_the_others_as_the_scene_has_them() {
+        let mut other = sphere();
+        other["projectile"]["position"] = toml::Value::Array(vec![1.0.into(), 2.0.into(), 3.0.into()]);
+        let made = overrides(&Values::from([(42, 0.5)]), &sphere(), &other).unwrap();
+        assert_eq!(made, [Override { key: "projectile.position".into(), value: "[1.0, 2.0, 0.5]".into() }]);
+    }
+
+    #[test]
+    fn a_radius_goes_to_the_shape_that_the_scene_has() {
+        let made = overrides(&Values::from([(37, 2e-5)]), &sphere(), &sphere()).unwrap();
+        assert_eq!(made, [Override { key: "projectile.shape.sphere.radius".into(), value: "2e-5".into() }]);
+        let flat: toml::Table = toml::from_str("[projectile.shape.half-space]\nnormal = [0, 0, 1]").unwrap();
+        let refused = overrides(&Values::from([(37, 2e-5)]), &sphere(), &flat).unwrap_err();
+        assert!(refused.to_string().starts_with("projectile.radius = 0.00002"), "{refused}");
+    }
+
+    #[test]
+    fn a_path_must_be_absolute() {
+        let mut settings = Settings::default();
+        assert!(settings.set_text(Setting::Scene, "a.toml").unwrap_err().to_string().contains("absolute"));
+        settings.set_text(Setting::Scene, "/a.toml").unwrap();
+        assert_eq!(settings.text(Setting::Scene), Some("/a.toml"));
+    }
+}

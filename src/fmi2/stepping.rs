@@ -1,0 +1,97 @@
+//! `fmi2DoStep` and what can be asked about it.
+
+use super::call::CallError;
+use super::instance::{Clock, Instance};
+use super::lifecycle::Phase;
+use super::status::Status;
+
+/// Relative to the times at hand: what repeated addition of a step can be off by.
+const TOLERANCE: f64 = 1e-9;
+
+impl Clock {
+    /// The end of a step from `current` of length `step`, s.
+    fn end_of(&self, current: f64, step: f64) -> Result<f64, CallError> {
+        if !(step.is_finite() && step > 0.0) {
+            return Err(CallError::value("communicationStepSize", step, "a finite length above 0 s"));
+        }
+        let slack = TOLERANCE * (self.now.abs().max(self.start.abs()).max(step));
+        if current.is_nan() || (current - self.now).abs() > slack {
+            let expected = format!("{} s, the end of the last step", self.now);
+            return Err(CallError::value("currentCommunicationPoint", current, expected));
+        }
+        let end = current + step;
+        match self.stop {
+            Some(stop) if end > stop + TOLERANCE * stop.abs().max(self.start.abs()).max(step) => {
+                Err(CallError::value("end of the step", end, format!("at most stopTime = {stop} s")))
+            }
+            Some(_) | None => Ok(end),
+        }
+    }
+}
+
+impl Instance {
+    /// One communication step.
+    pub(super) fn do_step(&mut self, current: f64, step: f64) -> Result<Status, CallError> {
+        let end = self.clock.end_of(current, step)?;
+        self.refuse_after_failure()?;
+        let inputs = self.step_inputs()?;
+        let since_start = (end - self.clock.start).max(0.0);
+        let model = self.model()?;
+        model.advance(&inputs, since_start);
+        let (failed, reached) = (model.failure.is_some(), model.simulation.time());
+        self.inputs.rates.clear();
+        if failed {
+            self.phase = Phase::StepFailed;
+            self.clock.now = self.clock.now.max(self.clock.start + reached);
+            self.record();
+            self.refuse_after_failure()?;
+        }
+        self.clock.now = end;
+        Ok(self.record())
+    }
+
+    /// End of the last completed step; of a failed one, the time that the simulation reached, s.
+    pub(super) fn last_successful_time(&self) -> f64 {
+        self.clock.now
+    }
+
+    /// Whether the simulation has stopped by itself.
+    pub(super) fn has_stopped(&self) -> bool {
+        self.phase == Phase::StepFailed
+    }
+
+    fn refuse_after_failure(&self) -> Result<(), CallError> {
+        match self.model.as_ref().and_then(|m| m.failure.clone()) {
+            Some(reason) => Err(CallError::Stopped { time: self.clock.now, reason }),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CLOCK: Clock = Clock { start: 0.0, stop: Some(1e-2), now: 5e-3 };
+
+    #[test]
+    fn a_step_without_a_sensible_length_is_refused() {
+        for step in [0.0, -1e-3, f64::NAN, f64::INFINITY] {
+            assert!(CLOCK.end_of(5e-3, step).unwrap_err().to_string().contains("communicationStepSize"), "{step}");
+        }
+    }
+
+    #[test]
+    fn the_stop_time_is_met_to_round_off_and_not_passed() {
+        assert!(CLOCK.end_of(5e-3, 5e-3 * (1.0 + 1e-12)).is_ok());
+        assert!(CLOCK.end_of(5e-3, 5e-3 * (1.0 + 1e-6)).unwrap_err().to_string().contains("stopTime"));
+        assert!(Clock { stop: None, ..CLOCK }.end_of(5e-3, 1.0).is_ok());
+    }
+
+    #[test]
+    fn a_step_starts_where_the_last_one_ended() {
+        assert!(CLOCK.end_of(5e-3 + 1e-17, 1e-3).is_ok());
+        assert!(CLOCK.end_of(4e-3, 1e-3).unwrap_err().to_string().contains("0.005 s"));
+        assert!(CLOCK.end_of(f64::NAN, 1e-3).is_err());
+    }
+}

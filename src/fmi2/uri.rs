@@ -1,0 +1,65 @@
+//! The resource location: a `file:` URI, percent-encoded, to a path.
+
+use std::path::PathBuf;
+
+/// The folder that the URI names; `file:/p`, `file:///p` and `file://localhost/p` are the same.
+///
+/// # Errors
+/// A sentence that says what was found and what was expected.
+pub(super) fn to_path(uri: &str) -> Result<PathBuf, String> {
+    let refuse = || format!("the resource location {uri:?} is not a file URI such as file:///folder/resources");
+    let rest = uri.get(..5).filter(|s| s.eq_ignore_ascii_case("file:")).map(|_| &uri[5..]).ok_or_else(refuse)?;
+    let path = match rest.strip_prefix("//") {
+        Some(rest) => match rest.split_at_checked(9) {
+            Some((host, path)) if host.eq_ignore_ascii_case("localhost") && path.starts_with('/') => path,
+            _ if rest.starts_with('/') => rest,
+            _ => return Err(refuse()),
+        },
+        None if rest.starts_with('/') => rest,
+        None => return Err(refuse()),
+    };
+    let bytes = decode(path).ok_or_else(refuse)?;
+    let text = String::from_utf8(bytes).map_err(|_| refuse())?;
+    Ok(PathBuf::from(without_drive_slash(&text)))
+}
+
+/// `/C:/folder` is `C:/folder` where paths have drives.
+fn without_drive_slash(path: &str) -> &str {
+    let bytes = path.as_bytes();
+    if cfg!(windows) && bytes.len() > 2 && bytes[2] == b':' { &path[1..] } else { path }
+}
+
+fn decode(text: &str) -> Option<Vec<u8>> {
+    let mut bytes = text.bytes();
+    let mut out = Vec::with_capacity(text.len());
+    while let Some(byte) = bytes.next() {
+        out.push(if byte == b'%' { 16 * hex(bytes.next()?)? + hex(bytes.next()?)? } else { byte });
+    }
+    (!out.contains(&0)).then_some(out)
+}
+
+fn hex(digit: u8) -> Option<u8> {
+    (digit as char).to_digit(16).map(|d| d as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_spellings_of_a_file_uri_name_the_same_folder() {
+        for uri in ["file:/a%20b/%C3%A9", "file:///a%20b/é", "FILE://localhost/a%20b/%c3%A9", "file:///a b/é"] {
+            assert_eq!(to_path(uri), Ok(PathBuf::from("/a b/é")), "{uri}");
+        }
+        assert_eq!(to_path("file:////a//b"), Ok(PathBuf::from("//a//b")));
+    }
+
+    #[test]
+    fn what_is_no_local_folder_is_refused_with_the_uri_in_the_message() {
+        for uri in
+            ["", "http://a/b", "/a/b", "file:a", "file://server/a", "file:///a%2", "file:///%zz", "file:///%00", "é"]
+        {
+            assert!(to_path(uri).unwrap_err().contains(&format!("{uri:?}")), "{uri}");
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! A real importer accepts and runs the packed FMU: fmpy, in a virtual environment of its own under `target/`.
+#![allow(clippy::unwrap_used)] // a test that cannot go on fails
+
+use fmi_rs::model_description::fmi2::ModelDescription;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use xxhash_rust::xxh3::xxh3_64;
+
+/// Variables that would mix other Python installations, or this test's own libraries, into the interpreter.
+const FOREIGN: [&str; 4] = ["LD_LIBRARY_PATH", "PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV"];
+
+/// Prints the version, whether it is new enough, and the path of the interpreter.
+const QUESTION: &str = "import sys; print(sys.version.split()[0], sys.version_info >= (3, 11), sys.executable)";
+
+/// What is run as Python; `PYTHON` names another one.
+fn python() -> (String, PathBuf) {
+    let named = std::env::var("PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let help = "install Python 3.11 or later with venv (Debian: python3 python3-venv), or set PYTHON to one";
+    let output = command(&named).args(["-c", QUESTION]).output();
+    let output = output.unwrap_or_else(|error| panic!("cannot run {named}: {error}; {help}"));
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let mut words = text.trim().splitn(3, ' ');
+    let (version, new_enough, path) = (words.next(), words.next(), words.next());
+    assert_eq!(new_enough, Some("True"), "{named} is version {version:?}; {help}");
+    (version.unwrap().to_owned(), path.unwrap().into())
+}
+
+/// The interpreter of the virtual environment with exactly the locked packages, made if it is not there yet.
+fn environment(folder: &Path) -> PathBuf {
+    let lock = root().join("tests/conformance/requirements.txt");
+    let (version, python) = python();
+    let mut key = fs::read(&lock).unwrap();
+    key.extend(format!("{version} {}", python.display()).bytes());
+    let venv = folder.join(format!("venv-{:016x}", xxh3_64(&key)));
+    let (interpreter, complete) = (interpreter_in(&venv), venv.join("complete"));
+    let guard = File::create(folder.join("venv.lock")).unwrap();
+    guard.lock().unwrap();
+    if !complete.exists() {
+        let _ = fs::remove_dir_all(&venv);
+        install(&venv, &python, &lock);
+        fs::write(&complete, version).unwrap();
+    }
+    interpreter
+}
+
+fn install(venv: &Path, python: &Path, lock: &Path) {
+    let has_uv = command("uv").arg("--version").output().is_ok_and(|o| o.status.success());
+    let (mut make, mut fill) = if has_uv {
+        let (mut make, mut fill) = (command("uv"), command("uv"));
+        make.args(["venv", "--quiet", "--python"]).arg(python).arg(venv);
+        fill.args(["pip", "install", "--quiet", "--python"]).arg(interpreter_in(venv));
+        (make, fill)
+    } else {
+        let (mut make, mut fill) = (command(python), command(interpreter_in(venv)));
+        make.args(["-m", "venv"]).arg(venv);
+        fill.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
+        (make, fill)
+    };
+    expect(&mut make, "make the virtual environment; Debian has venv in the package python3-venv");
+    fill.args(["--require-hashes", "--only-binary", ":all:", "-r"]).arg(lock);
+    expect(&mut fill, "install the locked packages");
+}
+
+fn interpreter_in(venv: &Path) -> PathBuf {
+    if cfg!(windows) { venv.join("Scripts/python.exe") } else { venv.join("bin/python") }
+}
+
+fn command(program: impl AsRef<std::ffi::OsStr>) -> Command {
+    let mut command = Command::new(program);
+    for name in FOREIGN {
+        command.env_remove(name);
+    }
+    command
+}
+
+fn expect(command: &mut Command, what: &str) -> Output {
+    let output = command.output().unwrap_or_else(|error| panic!("cannot {what}: {command:?}: {error}"));
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let said = text(&output.stdout) + &text(&output.stderr);
+    assert!(output.status.success(), "cannot {what}: {command:?} ended with {}\n{said}", output.status);
+    output
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Digest of a run of the scene, as `summary.json` gives it.
+fn digest(scene: &str, out: &Path, more: &[&str]) -> String {
+    let mut gelfmu = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
+    expect(gelfmu.args(["run", scene, "--quiet", "--force", "--out"]).arg(out).args(more), "run");
+    let summary = fs::read_to_string(out.join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    assert_eq!(summary["interface"], if more.contains(&"--direct") { "direct" } else { "fmi2" });
+    summary["digest"].as_str().unwrap().to_owned()
+}
+
+/// Packs a scene, by name or path.
+fn pack(scene: &str, file: &Path) -> Vec<u8> {
+    let mut gelfmu = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
+    expect(gelfmu.args(["pack", "--scene", scene, "--out"]).arg(file), "pack");
+    fs::read(file).unwrap()
+}
+
+fn coarse_scene(folder: &Path) -> String {
+    let text = ballistic_gel::scene::builtin("sphere-block").unwrap();
+    let coarse = text.replace("size = 5e-3", "size = 12.5e-3").replace("end_time = 10e-3", "end_time = 2e-3");
+    assert_ne!(coarse, text);
+    let file = folder.join("coarse.toml");
+    fs::write(&file, coarse).unwrap();
+    file.to_str().unwrap().to_owned()
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "a debug build holds no packed library: cargo test --release")]
+fn the_same_scene_gives_the_same_sound_bytes_and_no_build_path() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = pack("ball-bounce", &folder.path().join("first.fmu"));
+    assert_eq!(first, pack("ball-bounce", &folder.path().join("second.fmu")));
+    let unpacked = folder.path().join("unpacked");
+    fmi_rs::zip::extract_zip_archive(folder.path().join("first.fmu"), &unpacked).unwrap();
+    let library = fs::read_dir(unpacked.join("binaries")).unwrap().next().unwrap().unwrap().path();
+    let library = fs::read(fs::read_dir(library).unwrap().next().unwrap().unwrap().path()).unwrap();
+    let description = ModelDescription::from_path(&unpacked.join("modelDescription.xml")).unwrap();
+    let problems: Vec<String> = description.validate().into_iter().map(|p| p.message).collect();
+    assert!(problems.is_empty(), "a second importer finds: {problems:?}");
+    let home = std::env::home_dir().filter(|home| home.components().count() > 1);
+    for path in [Some(root().to_path_buf()), home].into_iter().flatten() {
+        let path = path.to_str().unwrap();
+        assert!(!library.windows(path.len()).any(|w| w == path.as_bytes()), "{path} stands in the library");
+    }
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "a debug build holds no packed library: cargo test --release")]
+fn fmpy_accepts_and_runs_the_fmu() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("conformance");
+    fs::create_dir_all(&folder).unwrap();
+    let interpreter = environment(&folder);
+    let (fmu, coarse) = (folder.join("sphere-block.fmu"), folder.join("coarse.fmu"));
+    pack("sphere-block", &fmu);
+    pack(&coarse_scene(&folder), &coarse);
+    let mut pytest = command(interpreter);
+    pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(root().join("tests/conformance"));
+    pytest.env("BALLISTIC_GEL_FMU", &fmu).env("BALLISTIC_GEL_COARSE_FMU", &coarse);
+    let output = expect(pytest.env("PYTHONDONTWRITEBYTECODE", "1"), "pass the tests of the importer");
+    println!("{}", String::from_utf8_lossy(&output.stdout));
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "a debug build holds no packed library: cargo test --release")]
+fn the_library_and_the_fmu_give_the_same_digest_for_every_communication_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, out) = (coarse_scene(folder.path()), folder.path().join("out"));
+    let direct = digest(&scene, &out, &["--direct"]);
+    for n in [1, 7, 100, 12_345] {
+        let step = format!("{:e}", 2e-3 / f64::from(n));
+        assert_eq!(digest(&scene, &out, &["--step", &step]), direct, "{n} steps");
+    }
+    assert_ne!(digest(&scene, &out, &["--set", "projectile.mass=0.034"]), direct);
+}

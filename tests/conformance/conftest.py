@@ -1,0 +1,45 @@
+"""The packed FMUs that the driver in tests/conformance.rs made, unpacked once."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+from fmpy import extract
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "examples"))
+
+from own_body import Gel  # noqa: E402
+
+
+@pytest.fixture(scope="session")
+def fmu():
+    """`sphere-block` as it is built in."""
+    return os.environ["BALLISTIC_GEL_FMU"]
+
+
+@pytest.fixture(scope="session")
+def unpacked(fmu, tmp_path_factory):
+    """Its folder, with a space and an umlaut in the name."""
+    return extract(fmu, str(tmp_path_factory.mktemp("fu\u00df ball")))
+
+
+@pytest.fixture(scope="session")
+def coarse(tmp_path_factory):
+    """The folder of a coarse and therefore quick `sphere-block`."""
+    return extract(os.environ["BALLISTIC_GEL_COARSE_FMU"], str(tmp_path_factory.mktemp("coarse")))
+
+
+@pytest.fixture
+def make(coarse):
+    """A function that makes instances of the coarse scene; they are freed after the test."""
+    made = []
+
+    def one(folder=coarse, name="gel"):
+        made.append(Gel(folder, name))
+        return made[-1]
+
+    yield one
+    for gel in made:
+        gel.free()

@@ -1,0 +1,14 @@
+//! The C interface, called as an importer calls it: order, bad arguments, states, meaning.
+#![allow(unsafe_code)] // the interface is one of pointers
+#![allow(clippy::unwrap_used)] // a test that cannot go on fails
+
+#[path = "fmi2/coupling.rs"]
+mod coupling;
+#[path = "fmi2/host.rs"]
+mod host;
+#[path = "fmi2/order.rs"]
+mod order;
+#[path = "fmi2/refusal.rs"]
+mod refusal;
+#[path = "fmi2/state.rs"]
+mod state;

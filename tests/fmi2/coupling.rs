@@ -1,0 +1,211 @@
+//! Parameters, inputs, outputs and derivatives in their meaning.
+
+use super::host::{ERROR, Host, OK, coarse, reference};
+use ballistic_gel::fmi2::abi::*;
+use ballistic_gel::scene;
+use std::ffi::c_int;
+
+fn directional(host: &Host, unknown: &str, known: &str) -> f64 {
+    let (unknown, known, seed, mut value) = (reference(unknown), reference(known), 1.0, f64::NAN);
+    let (unknown, known) = (&raw const unknown, &raw const known);
+    let status = unsafe { fmi2GetDirectionalDerivative(host.c, unknown, 1, known, 1, &raw const seed, &raw mut value) };
+    assert_eq!(status, OK);
+    value
+}
+
+fn rate(host: &Host, name: &str) -> f64 {
+    let (vr, order, mut value) = (reference(name), 1, f64::NAN);
+    let (vr, order) = (&raw const vr, &raw const order);
+    assert_eq!(unsafe { fmi2GetRealOutputDerivatives(host.c, vr, 1, order, &raw mut value) }, OK);
+    value
+}
+
+#[test]
+fn two_interleaved_instances_do_not_meet() {
+    let mut alone = Host::started();
+    alone.steps(0.0, 1e-4, 6);
+    let (mut one, mut two) = (Host::started(), Host::with(&coarse().replace("-5.0]", "-3.0]")));
+    two.start();
+    for k in 0..6 {
+        one.steps(f64::from(k) * 1e-4, 1e-4, 1);
+        two.steps(f64::from(k) * 1e-4, 1e-4, 1);
+    }
+    assert_eq!(one.bytes(), alone.bytes());
+    assert_ne!(two.digest(), alone.digest());
+}
+
+#[test]
+fn a_reset_instance_runs_like_a_fresh_one() {
+    let mut host = Host::with(&coarse());
+    assert_eq!(host.set("gel.shear_modulus", 3e4), OK);
+    host.start();
+    host.steps(0.0, 1e-4, 3);
+    assert_eq!(unsafe { fmi2Reset(host.c) }, OK);
+    host.start();
+    host.steps(0.0, 1e-4, 3);
+    let mut fresh = Host::started();
+    fresh.steps(0.0, 1e-4, 3);
+    assert_eq!(host.bytes(), fresh.bytes());
+}
+
+#[test]
+fn outputs_can_be_read_in_initialization_mode_and_follow_the_parameters() {
+    let mut host = Host::with(&coarse());
+    host.enter();
+    assert_eq!(host.get("projectile.predicted_velocity[3]"), -5.0);
+    assert_eq!(host.set("projectile.initial_velocity[3]", -4.0), OK);
+    assert_eq!(host.get("projectile.predicted_velocity[3]"), -4.0);
+    assert_eq!(host.get("projectile.velocity[3]"), -4.0, "an input that was not set starts with the scene");
+    assert_eq!(host.get("projectile.effective_mass"), 0.033);
+    let sphere = 0.4 * 0.033 * 0.01 * 0.01;
+    assert!((host.get("projectile.effective_inertia[2]") / sphere - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn an_override_equal_to_its_start_leaves_another_scene_alone() {
+    let mut host = Host::with(&coarse());
+    let other = host.path("other.toml");
+    std::fs::write(&other, coarse().replace("density = 1030.0", "density = 900.0")).unwrap();
+    assert_eq!(host.set_text("scene", &other), OK);
+    assert_eq!(host.set("gel.density", 1030.0), OK);
+    assert_eq!(host.set("projectile.radius", 0.011), OK);
+    host.enter();
+    host.get("projectile.depth");
+    assert_eq!(host.get("gel.density"), 900.0);
+    assert_eq!(host.get("projectile.radius"), 0.011);
+}
+
+#[test]
+fn derivatives_are_those_of_the_last_step() {
+    let mut host = Host::started();
+    host.set("projectile.external_force[3]", -2.0);
+    host.steps(0.0, 1e-4, 5);
+    let force = host.get("contact.force[3]");
+    assert!(force > 0.0);
+    assert_eq!(rate(&host, "projectile.predicted_position[3]"), host.get("projectile.predicted_velocity[3]"));
+    assert_eq!(rate(&host, "projectile.predicted_velocity[3]"), (force - 2.0) / 0.033);
+    assert_eq!(rate(&host, "contact.total_impulse[3]"), force);
+    assert_eq!(rate(&host, "projectile.depth"), 0.0);
+}
+
+#[test]
+fn the_contact_force_falls_along_the_contact_with_position_and_velocity() {
+    let mut host = Host::started();
+    host.steps(0.0, 1e-4, 5);
+    let (stiffness, impedance) = (host.get("contact.stiffness"), host.get("contact.impedance"));
+    assert!(stiffness > 0.0 && impedance > 0.0);
+    let by_position = directional(&host, "contact.linear_force[3]", "projectile.position[3]");
+    let by_velocity = directional(&host, "contact.linear_force[3]", "projectile.velocity[3]");
+    assert!(by_position < 0.0 && by_position >= -stiffness, "{by_position}");
+    assert!((by_position / stiffness - by_velocity / impedance).abs() < 1e-12);
+    assert_eq!(directional(&host, "contact.force[3]", "projectile.position[3]"), 0.0);
+    assert_eq!(directional(&host, "contact.linear_force[3]", "projectile.external_force[3]"), 0.0);
+}
+
+#[test]
+fn kinematic_inputs_are_never_read_when_the_fmu_integrates() {
+    let mut host = Host::started();
+    assert_eq!(host.set("projectile.position[3]", 7.0), OK);
+    assert_eq!(host.set("projectile.orientation[1]", 0.5), OK);
+    host.steps(0.0, 1e-4, 3);
+    let mut other = Host::started();
+    other.steps(0.0, 1e-4, 3);
+    assert_eq!(host.digest(), other.digest());
+}
+
+#[test]
+fn a_prescribed_motion_is_followed_with_its_acceleration_for_one_step() {
+    let mut host = Host::with(&coarse());
+    assert_eq!(host.set_integer("coupling.mode", 1), OK);
+    host.start();
+    host.set("projectile.velocity[3]", 10.0);
+    let (vr, order, value): (u32, c_int, f64) = (reference("projectile.velocity[3]"), 1, 1e5);
+    let at = (&raw const vr, &raw const order, &raw const value);
+    assert_eq!(unsafe { fmi2SetRealInputDerivatives(host.c, at.0, 1, at.1, at.2) }, OK);
+    host.steps(0.0, 1e-4, 1);
+    let expected = 0.01 + 10.0 * 1e-4 + 0.5 * 1e5 * 1e-8;
+    assert!((host.get("projectile.predicted_position[3]") - expected).abs() < 1e-15);
+    host.set("projectile.position[3]", expected);
+    host.set("projectile.velocity[3]", 20.0);
+    host.steps(1e-4, 1e-4, 1);
+    assert!((host.get("projectile.predicted_position[3]") - expected - 20.0 * 1e-4).abs() < 1e-15);
+}
+
+#[test]
+fn an_orientation_far_from_norm_one_is_an_error_where_it_is_read() {
+    let mut host = Host::with(&coarse());
+    assert_eq!(host.set_integer("coupling.mode", 3), OK);
+    host.start();
+    host.set("projectile.orientation[2]", 0.5);
+    assert_eq!(unsafe { fmi2DoStep(host.c, 0.0, 1e-5, 0) }, ERROR);
+    assert!(host.one_line().contains("projectile.orientation"));
+    host.set("projectile.orientation[2]", 0.0);
+    host.steps(0.0, 1e-5, 1);
+}
+
+#[test]
+fn motion_off_the_axis_is_an_error_in_an_axisymmetric_scene() {
+    let mut host = Host::with(scene::builtin("ball-bounce").unwrap());
+    host.start();
+    host.set("projectile.external_force[1]", 1.0);
+    assert_eq!(unsafe { fmi2DoStep(host.c, 0.0, 1e-6, 0) }, ERROR);
+    let text = host.one_line();
+    assert!(text.starts_with("projectile.external_force[1] = 1") && text.contains("axisymmetric"), "{text}");
+}
+
+#[test]
+fn the_files_of_an_instance_are_in_a_folder_of_its_name() {
+    let mut host = Host::with(&coarse());
+    let folder = host.path("gel");
+    assert_eq!(host.set_text("output_directory", host.folder.path().to_path_buf().as_path()), OK);
+    host.start();
+    host.steps(0.0, 1e-4, 4);
+    assert_eq!(unsafe { fmi2Terminate(host.c) }, OK, "{:?}", host.lines());
+    for file in ["summary.json", "history.csv", "report.html", "series.pvd"] {
+        assert!(folder.join(file).is_file(), "{file}");
+    }
+    let rows = std::fs::read_to_string(folder.join("history.csv")).unwrap();
+    assert_eq!(rows.lines().filter(|l| l.starts_with(|c: char| c.is_ascii_digit())).count(), 5);
+}
+
+#[test]
+fn freeing_an_instance_completes_its_files() {
+    let mut host = Host::with(&coarse());
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(host.set_text("output_directory", folder.path()), OK);
+    host.start();
+    host.steps(0.0, 1e-4, 1);
+    assert!(!folder.path().join("gel/summary.json").exists());
+    drop(host);
+    assert!(folder.path().join("gel/summary.json").is_file());
+}
+
+#[test]
+fn files_that_cannot_be_written_any_more_are_given_up_with_one_warning() {
+    let mut host = Host::with(&coarse());
+    assert_eq!(host.set_text("output_directory", host.folder.path().to_path_buf().as_path()), OK);
+    host.start();
+    let frames = host.path("gel").join("frames");
+    std::fs::remove_dir_all(&frames).unwrap();
+    std::fs::write(&frames, "in the way").unwrap();
+    assert_eq!(unsafe { fmi2DoStep(host.c, 0.0, 1e-3, 0) }, 1, "{:?}", host.lines());
+    assert!(host.one_line().contains("output_directory"));
+    host.steps(1e-3, 1e-4, 2);
+    assert!(host.lines().is_empty());
+}
+
+#[test]
+fn going_back_truncates_the_files() {
+    let mut host = Host::with(&coarse());
+    assert_eq!(host.set_text("output_directory", host.folder.path().to_path_buf().as_path()), OK);
+    host.start();
+    host.steps(0.0, 1e-4, 2);
+    let mut state = host.state();
+    host.steps(2e-4, 1e-4, 5);
+    assert_eq!(unsafe { fmi2SetFMUstate(host.c, state) }, OK, "{:?}", host.lines());
+    assert_eq!(unsafe { fmi2FreeFMUstate(host.c, &raw mut state) }, OK);
+    host.steps(2e-4, 1e-4, 1);
+    assert_eq!(unsafe { fmi2Terminate(host.c) }, OK);
+    let rows = std::fs::read_to_string(host.path("gel").join("history.csv")).unwrap();
+    assert_eq!(rows.lines().filter(|l| l.starts_with(|c: char| c.is_ascii_digit())).count(), 4);
+}

@@ -1,0 +1,207 @@
+//! Bad arguments: the right status, one clear line, and an instance that is as it was.
+
+use super::host::{DISCARD, ERROR, Host, Made, OK, callbacks, coarse, reference};
+use ballistic_gel::fmi2::abi::*;
+use ballistic_gel::fmi2::{Callbacks, GUID};
+use std::ffi::{CString, c_int};
+use std::ptr;
+
+#[test]
+fn a_null_component_is_an_error_everywhere() {
+    let null = ptr::null_mut();
+    unsafe {
+        assert_eq!(fmi2DoStep(null, 0.0, 1.0, 0), ERROR);
+        assert_eq!(fmi2Reset(null), ERROR);
+        assert_eq!(fmi2GetReal(null, ptr::null(), 0, null.cast()), ERROR);
+        assert_eq!(fmi2SetFMUstate(null, null), ERROR);
+        fmi2FreeInstance(null);
+    }
+}
+
+#[test]
+fn null_arrays_are_named() {
+    let mut host = Host::started();
+    let (c, vr, mut one) = (host.c, reference("time"), 1.0);
+    let (none, real, at) = (ptr::null_mut(), &raw mut one, &raw const vr);
+    let calls: [(&str, &dyn Fn() -> c_int); 12] = unsafe {
+        [
+            ("vr", &|| fmi2GetReal(c, ptr::null(), 1, real)),
+            ("value", &|| fmi2GetReal(c, at, 1, ptr::null_mut())),
+            ("value", &|| fmi2SetReal(c, at, 1, ptr::null())),
+            ("value", &|| fmi2SetString(c, at, 1, &ptr::null())),
+            ("categories", &|| fmi2SetDebugLogging(c, 1, 1, ptr::null())),
+            ("FMUstate", &|| fmi2GetFMUstate(c, ptr::null_mut())),
+            ("FMUstate", &|| fmi2SetFMUstate(c, none)),
+            ("FMUstate", &|| fmi2SerializedFMUstateSize(c, none, ptr::null_mut())),
+            ("serializedState", &|| fmi2DeSerializeFMUstate(c, ptr::null(), 8, ptr::null_mut())),
+            ("vKnown_ref", &|| fmi2GetDirectionalDerivative(c, at, 1, ptr::null(), 1, real, real)),
+            ("order", &|| fmi2SetRealInputDerivatives(c, at, 1, ptr::null(), real)),
+            ("value", &|| fmi2GetRealStatus(c, 2, ptr::null_mut())),
+        ]
+    };
+    for (k, (argument, call)) in calls.into_iter().enumerate() {
+        assert_eq!(call(), ERROR, "call {k}");
+        assert!(host.one_line().contains(&format!("argument {argument} is a null pointer")), "call {k}");
+    }
+}
+
+#[test]
+fn unknown_references_and_other_types_are_errors() {
+    let mut host = Host::started();
+    for unknown in [0, 15, 4_000_000_000, reference("threads"), reference("scene"), reference("contact.active")] {
+        let mut value = 7.0;
+        assert_eq!(unsafe { fmi2GetReal(host.c, &raw const unknown, 1, &raw mut value) }, ERROR);
+        assert!(host.one_line().contains(&format!("value reference {unknown}:")));
+        assert_eq!(unsafe { fmi2SetReal(host.c, &raw const unknown, 1, &raw const value) }, ERROR);
+        assert_eq!(host.lines().len(), 1);
+    }
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_refused_by_name() {
+    let mut host = Host::started();
+    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        assert_eq!(host.set("projectile.external_force[3]", value), ERROR);
+        let line = host.one_line();
+        assert!(line.starts_with("projectile.external_force[3] = "), "{line}");
+    }
+    assert_eq!(host.get("projectile.external_force[3]"), 0.0);
+}
+
+#[test]
+fn bad_steps_are_refused_and_a_good_one_still_works() {
+    let mut host = Host::started();
+    for (at, h) in [(0.0, 0.0), (0.0, -1e-5), (0.0, f64::NAN), (0.0, f64::INFINITY), (1e-3, 1e-5), (0.0, 0.02)] {
+        assert_eq!(unsafe { fmi2DoStep(host.c, at, h, 0) }, ERROR, "step {h} at {at}");
+        assert!(host.one_line().contains(" s"), "step {h} at {at}");
+    }
+    host.steps(0.0, 1e-5, 3);
+    assert_eq!(host.get("time"), 2e-5 + 1e-5);
+}
+
+#[test]
+fn a_bad_experiment_is_refused() {
+    let host = Host::with(&coarse());
+    unsafe {
+        assert_eq!(fmi2SetupExperiment(host.c, 0, 0.0, f64::NAN, 0, 0.0), ERROR);
+        assert_eq!(fmi2SetupExperiment(host.c, 0, 0.0, 1.0, 1, 1.0), ERROR);
+        assert_eq!(fmi2SetupExperiment(host.c, 0, 0.0, -3.0, 0, 0.0), OK);
+    }
+}
+
+#[test]
+fn a_start_time_that_is_not_zero_changes_no_bit() {
+    let mut zero = Host::started();
+    let mut late = Host::with(&coarse());
+    unsafe {
+        assert_eq!(fmi2SetupExperiment(late.c, 0, 0.0, -0.25, 0, 0.0), OK);
+        assert_eq!(fmi2EnterInitializationMode(late.c), OK);
+        assert_eq!(fmi2ExitInitializationMode(late.c), OK);
+    }
+    zero.steps(0.0, 0.125 / 128.0, 1);
+    late.steps(-0.25, 0.125 / 128.0, 1);
+    assert_eq!(zero.digest(), late.digest());
+}
+
+#[test]
+fn instances_that_cannot_be_are_refused_with_a_line() {
+    let (guid, uri) = (CString::new(GUID).unwrap(), c"file:///nowhere");
+    let good = Made { name: Some(c"gel"), fmu_type: 1, guid: Some(&guid), resources: Some(uri) };
+    let bad = [
+        ("fmuGUID", Made { guid: Some(c"{0}"), ..good }),
+        ("fmuGUID", Made { guid: None, ..good }),
+        ("instanceName", Made { name: Some(c" "), ..good }),
+        ("instanceName", Made { name: None, ..good }),
+        ("fmuType", Made { fmu_type: 0, ..good }),
+    ];
+    for (word, made) in bad {
+        let mut host = Host::made(&made, tempfile::tempdir().unwrap());
+        assert!(host.c.is_null(), "{word}");
+        assert!(host.one_line().contains(word), "{word}");
+    }
+    let none: *const Callbacks = ptr::null();
+    assert!(unsafe { fmi2Instantiate(c"gel".as_ptr(), 1, guid.as_ptr(), ptr::null(), none, 0, 0) }.is_null());
+}
+
+#[test]
+fn the_logger_may_be_absent() {
+    let mut callbacks = callbacks(&mut Vec::new());
+    callbacks.logger = None;
+    let guid = CString::new(GUID).unwrap();
+    unsafe {
+        let c = fmi2Instantiate(c"gel".as_ptr(), 1, guid.as_ptr(), ptr::null(), &raw const callbacks, 0, 1);
+        assert_eq!(fmi2DoStep(c, 0.0, 1.0, 0), ERROR);
+        fmi2FreeInstance(c);
+    }
+}
+
+#[test]
+fn a_broken_scene_is_named_by_key_and_line_and_can_be_put_right() {
+    let broken = coarse().replace("density = 1030.0", "density = -1.0");
+    let line = 1 + broken.lines().position(|l| l.contains("density = -1")).unwrap();
+    let mut host = Host::with(&broken);
+    host.enter();
+    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, ERROR);
+    let text = host.one_line();
+    assert!(text.contains("gel.density") && text.contains(&format!("line {line}")), "{text}");
+    let good = host.path("good.toml");
+    std::fs::write(&good, coarse()).unwrap();
+    assert_eq!(host.set_text("scene", &good), OK);
+    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, OK, "{:?}", host.lines());
+}
+
+#[test]
+fn a_scene_that_is_not_there_is_named() {
+    let mut host = Host::with(&coarse());
+    let missing = host.path("100% missing.toml");
+    assert_eq!(host.set_text("scene", &missing), OK);
+    host.enter();
+    let mut value = 0.0;
+    let name = reference("projectile.depth");
+    assert_eq!(unsafe { fmi2GetReal(host.c, &raw const name, 1, &raw mut value) }, ERROR);
+    let text = host.one_line();
+    assert!(text.contains("100%% missing.toml") && text.contains("parameter `scene`"), "{text}");
+    assert_eq!(host.set_text("scene", std::path::Path::new("relative.toml")), ERROR);
+}
+
+#[test]
+fn without_resources_there_is_no_scene_until_one_is_set() {
+    let guid = CString::new(GUID).unwrap();
+    let made = Made { name: Some(c"gel"), fmu_type: 1, guid: Some(&guid), resources: None };
+    let mut host = Host::made(&made, tempfile::tempdir().unwrap());
+    host.enter();
+    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, ERROR);
+    assert!(host.one_line().contains("no resource location"));
+    let file = host.path("other.toml");
+    std::fs::write(&file, coarse()).unwrap();
+    assert_eq!(host.set_text("scene", &file), OK);
+    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, OK);
+}
+
+#[test]
+fn an_output_directory_that_cannot_be_written_is_an_error_before_the_run() {
+    let mut host = Host::with(&coarse());
+    let file = host.path("scene.toml");
+    assert_eq!(host.set_text("output_directory", &file), OK);
+    host.enter();
+    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, ERROR);
+    let text = host.one_line();
+    assert!(text.contains("output_directory") && text.contains("scene.toml"), "{text}");
+}
+
+#[test]
+fn status_questions_are_answered_or_discarded() {
+    let mut host = Host::started();
+    host.steps(0.0, 1e-5, 1);
+    let (mut time, mut flag, mut text) = (0.0, 7, ptr::null());
+    unsafe {
+        assert_eq!(fmi2GetRealStatus(host.c, 2, &raw mut time), OK);
+        assert_eq!(fmi2GetBooleanStatus(host.c, 3, &raw mut flag), OK);
+        assert_eq!((time, flag), (1e-5, 0));
+        assert_eq!(fmi2GetStatus(host.c, 0, &raw mut flag), DISCARD);
+        assert_eq!(fmi2GetIntegerStatus(host.c, 0, &raw mut flag), DISCARD);
+        assert_eq!(fmi2GetStringStatus(host.c, 1, &raw mut text), DISCARD);
+        assert_eq!(fmi2GetRealStatus(host.c, 0, &raw mut time), DISCARD);
+    }
+    assert_eq!(host.lines().len(), 4);
+}
