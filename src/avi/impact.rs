@@ -36,6 +36,10 @@ const LEAK: f64 = 0.25;
 /// Sweeps over the touching nodes of a tick, and the approach, relative to the fastest, that ends them (A7).
 const SWEEPS: usize = 10;
 const SETTLED: f64 = 1e-12;
+/// A node counts as inside up to this distance above the surface, in element sizes. A node that rests on a moving body at
+/// a distance of exactly zero is otherwise found inside or outside by rounding, and each miss costs an impact: the
+/// rebound of a mass that starts touching a bar was 2.3 % off. Rounding is ten thousand times smaller.
+const TOUCH: f64 = 1e-9;
 /// Removal of penetration is at most this fraction of the greatest approach speed seen (numerics 2.5).
 const BIAS_CAP: f64 = 0.1;
 /// Penetration that is left standing, in element sizes. Without it nodes are pushed off and fall back for ever: on
@@ -60,7 +64,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut touches = std::mem::take(&mut self.scratch.touches);
         touches.clear();
         for (surface, gap) in self.gel.surface.nodes.iter().zip(&self.scratch.gaps) {
-            let Some(gap) = gap.filter(|gap| gap.distance <= 0.0) else { continue };
+            let Some(gap) = gap.filter(|gap| gap.distance <= TOUCH * surface.size) else { continue };
             let node = surface.node;
             let point = embed(&self.state.position[node.index()]);
             let free_normal = restrict::<D>(&gap.normal).component_mul(&self.gel.free[node.index()]);

@@ -1,0 +1,18 @@
+//! The verification suite: closed forms, orders of convergence and conservation, one row of the README table each.
+
+mod verification {
+    mod bar;
+    mod coupling;
+    mod impulse;
+    mod locking;
+    mod momentum;
+    mod noise;
+    mod patch;
+    mod resonance;
+    mod row;
+    mod striker;
+    mod table;
+    mod vibration;
+    mod wall;
+    mod wave;
+}

@@ -1,0 +1,172 @@
+//! A linear bar along z: equal springs and lumped masses, stepped by the engine that steps the gel.
+//!
+//! The lower end is node 0, at z = 0, and meets a half-space below. The surface size of that node is the length of the
+//! bar, so that neither the limit on the path of a node nor the step of its neighbours ever lowers a step: all steps are
+//! and stay equal, as the closed forms need.
+
+use ballistic_gel::algebra::{Tensor3, Vector, Vector3};
+use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface, SurfaceNode};
+use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion, Wrench};
+use ballistic_gel::element::{Evaluation, Potential};
+use ballistic_gel::geometry::{HalfSpace, Shape};
+use ballistic_gel::mesh::{ElementId, Incidence, NodeId};
+use nalgebra::UnitQuaternion;
+
+/// Springs between consecutive nodes along z: V = k/2 (Δz − L₀)².
+#[derive(Debug)]
+pub struct Springs {
+    /// k, N/m, of each spring.
+    pub stiffness: Vec<f64>,
+    /// L₀, m, of each spring.
+    pub rest: Vec<f64>,
+    nodes: Vec<[NodeId; 2]>,
+}
+
+impl Springs {
+    /// The spring i joins node i to node i + 1.
+    pub fn new(stiffness: Vec<f64>, rest: Vec<f64>) -> Self {
+        let nodes = (0..stiffness.len() as u32).map(|i| [NodeId(i), NodeId(i + 1)]).collect();
+        Self { stiffness, rest, nodes }
+    }
+
+    /// Tension of a spring, N.
+    pub fn tension(&self, spring: usize, x: &[Vector<2>]) -> f64 {
+        self.stiffness[spring] * (x[spring + 1][1] - x[spring][1] - self.rest[spring])
+    }
+}
+
+impl Potential<2> for Springs {
+    fn len(&self) -> usize {
+        self.stiffness.len()
+    }
+
+    fn stride(&self) -> usize {
+        2
+    }
+
+    fn nodes(&self, patch: ElementId) -> &[NodeId] {
+        &self.nodes[patch.index()]
+    }
+
+    /// The stiffness matrix k [[1, −1], [−1, 1]] has the eigenvalue 2k.
+    fn evaluate(&self, patch: ElementId, x: &[Vector<2>], forces: &mut [Vector<2>]) -> Evaluation {
+        let (i, k) = (patch.index(), self.stiffness[patch.index()]);
+        let tension = self.tension(i, x);
+        forces[0] = Vector::<2>::new(0.0, tension);
+        forces[1] = Vector::<2>::new(0.0, -tension);
+        let jacobian = (x[i + 1][1] - x[i][1]) / self.rest[i];
+        Evaluation { energy: 0.5 * tension * tension / k, stiffness: 2.0 * k, jacobian }
+    }
+
+    fn is_crushed(&self, _jacobian: f64) -> bool {
+        false
+    }
+}
+
+/// A straight bar of equal cells.
+#[derive(Debug, Clone, Copy)]
+pub struct Bar {
+    /// Length, m.
+    pub length: f64,
+    /// EA, N.
+    pub modulus: f64,
+    /// ρA, kg/m.
+    pub density: f64,
+    /// Number of springs.
+    pub cells: usize,
+    /// Whether the upper end is held.
+    pub held: bool,
+}
+
+/// A bar of unit length, mass and wave speed.
+pub fn unit_bar(cells: usize) -> Bar {
+    Bar { length: 1.0, modulus: 1.0, density: 1.0, cells, held: false }
+}
+
+/// How a bar is stepped.
+#[derive(Debug, Clone, Copy)]
+pub struct Pace {
+    /// Fraction of the stable step.
+    pub cfl: f64,
+    /// Restitution of the law.
+    pub restitution: f64,
+}
+
+impl Bar {
+    /// Length of a cell, m.
+    pub fn cell(&self) -> f64 {
+        self.length / self.cells as f64
+    }
+
+    /// The bar in the engine, all nodes at rest in place with these velocities (by z), before a half-space.
+    pub fn engine(&self, pace: Pace, wall: &(Body, BodyState), velocity: impl Fn(f64) -> f64) -> Engine<2, Springs> {
+        let (n, h) = (self.cells, self.cell());
+        let springs = Springs::new(vec![self.modulus / h; n], vec![h; n]);
+        let mass: Vec<f64> = (0..=n).map(|i| self.density * h * if i == 0 || i == n { 0.5 } else { 1.0 }).collect();
+        let held: Vec<[bool; 2]> = (0..=n).map(|i| [true, self.held && i == n]).collect();
+        let node = |i: usize| {
+            let z = i as f64 * h;
+            (Vector::<2>::new(0.0, z), Vector::<2>::new(0.0, if held[i][1] { 0.0 } else { velocity(z) }))
+        };
+        let nodes = (0..=n).map(node).collect();
+        let gel = Gel::new(springs, mass, &held, end_surface(n + 1, self.length));
+        Engine::new(gel, *wall, rules(pace), nodes)
+    }
+}
+
+/// Powers of two, Moreau's law without removal of penetration.
+pub fn rules(pace: Pace) -> Rules {
+    let law = Law::Moreau { restitution: pace.restitution, bias: 0.0 };
+    Rules { schedule: Kind::Bins, cfl: pace.cfl, law, force_window: 1e-2 }
+}
+
+/// Node 0 is all of the surface.
+pub fn end_surface(n_nodes: usize, size: f64) -> Surface {
+    let mut of = vec![None; n_nodes];
+    of[0] = Some(0);
+    let around = Incidence::new(n_nodes, std::iter::empty::<&[NodeId]>());
+    Surface { nodes: vec![SurfaceNode { node: NodeId(0), size, area: 1.0 }], of, facets: vec![], around }
+}
+
+/// The body fills the half-space below its position.
+pub fn below_z(z: f64, velocity: f64) -> BodyState {
+    BodyState {
+        time: 0.0,
+        position: Vector3::new(0.0, 0.0, z),
+        velocity: Vector3::new(0.0, 0.0, velocity),
+        orientation: UnitQuaternion::identity(),
+        angular_momentum: Vector3::zeros(),
+        wrench: Wrench::default(),
+    }
+}
+
+fn half_space() -> Shape {
+    Shape::HalfSpace(HalfSpace::new(Vector3::z()))
+}
+
+/// A held wall whose surface is at `z`.
+pub fn fixed_wall(z: f64) -> (Body, BodyState) {
+    (Body::fixed(half_space(), Freedom::PLANAR), below_z(z, 0.0))
+}
+
+/// A rigid mass whose face starts at `z` and moves up.
+pub fn striker(motion: Motion, mass: f64, (z, velocity): (f64, f64)) -> (Body, BodyState) {
+    (Body::new(half_space(), motion, Freedom::PLANAR, (mass, Tensor3::identity())), below_z(z, velocity))
+}
+
+/// Advances to `t`; gives what the body received.
+pub fn advance<P: Potential<2>>(engine: &mut Engine<2, P>, t: f64) -> Exchange {
+    let mut exchange = Exchange::default();
+    engine.advance_to(t, &mut exchange).expect("a linear bar does not fail");
+    exchange
+}
+
+/// The one step of all cells, s.
+///
+/// # Panics
+/// If they differ.
+pub fn common_step<P: Potential<2>>(engine: &Engine<2, P>) -> f64 {
+    let steps = engine.steps();
+    assert!(steps.iter().all(|step| *step == steps[0]), "all steps of a uniform bar are equal");
+    steps[0]
+}

@@ -1,0 +1,96 @@
+//! Momentum and angular momentum of a free block, over many asynchronous steps, and its bits over threads and time slices.
+
+use super::noise::Noise;
+use super::patch::{no_surface, nowhere, rules};
+use super::row::{Row, below};
+use ballistic_gel::algebra::{Vector, Vector3, embed};
+use ballistic_gel::avi::{Engine, Gel, Pool};
+use ballistic_gel::contact::{Exchange, Freedom};
+use ballistic_gel::element::{Section, Simplices};
+use ballistic_gel::material::NeoHookean;
+use ballistic_gel::mesh::{self, Block, Split};
+use std::sync::OnceLock;
+
+/// Speed of the nodes at the start; the shear wave has 1, the pressure wave 3.3.
+const SPEED: f64 = 0.05;
+
+/// A free block with random velocities, and the threads it may use.
+fn block(planes: [Vec<f64>; 3], threads: usize) -> Engine<3, Simplices<3>> {
+    let mesh = mesh::block(Block { planes, split: Split::Centred, faces: vec![] });
+    let simplices = Simplices::new(&mesh, NeoHookean::new(1.0, 29.0 / 3.0), Section::Spatial);
+    let mass = simplices.lumped_masses(&mesh, 1.0);
+    let gel = Gel::new(simplices, mass, &mesh.held, no_surface(mesh.rest.len()));
+    let mut noise = Noise::new(2);
+    let nodes = mesh.rest.iter().map(|x| (*x, Vector::<3>::from_fn(|_, _| SPEED * noise.next()))).collect();
+    Engine::new(gel, nowhere(Freedom::SPATIAL), rules(), nodes).with_pool(Pool::new(threads))
+}
+
+fn advance(engine: &mut Engine<3, Simplices<3>>, t: f64) {
+    engine.advance_to(t, &mut Exchange::default()).expect("small strains do not fail");
+}
+
+/// P, L, Σ m|v| and Σ m|x × v|.
+fn momenta(engine: &Engine<3, Simplices<3>>) -> (Vector3, Vector3, f64, f64) {
+    let (state, mass) = (engine.state(), &engine.gel().mass);
+    let mut sums = (Vector3::zeros(), Vector3::zeros(), 0.0, 0.0);
+    for (i, m) in mass.iter().enumerate() {
+        let (p, x) = (embed(&state.velocity[i]) * *m, embed(&state.position[i]));
+        sums.0 += p;
+        sums.1 += x.cross(&p);
+        sums.2 += p.norm();
+        sums.3 += x.cross(&p).norm();
+    }
+    sums
+}
+
+/// A small graded block over a million ticks at which elements fire.
+fn conservation() -> [Row; 2] {
+    const TICKS: u32 = 1_000_000;
+    let axis = || vec![0.0, 0.2, 1.0];
+    let mut engine = block([axis(), axis(), axis()], 1);
+    let start = momenta(&engine);
+    let least = engine.steps().iter().copied().fold(f64::INFINITY, f64::min);
+    advance(&mut engine, f64::from(TICKS) * least);
+    let end = momenta(&engine);
+    let (linear, turning) = ((end.0 - start.0).norm() / start.2, (end.1 - start.1).norm() / start.3);
+    let updates = engine.state().record.updates;
+    let what = format!(
+        "free graded block, random velocities, 1e6 smallest steps, {:.0} million kicks: |ΔP|/Σ m|v|",
+        updates as f64 / 1e6
+    );
+    [
+        Row::new(("V2", &what), "0 within 1e-13", below(linear), linear < 1e-13),
+        Row::new(("V2", "same: |ΔL|/Σ m|x × v|"), "0 within 1e-12", below(turning), turning < 1e-12),
+    ]
+}
+
+/// A block of several thousand elements, so that the threads really share the work.
+fn bits() -> Row {
+    let run = |threads: usize, slices: u32| {
+        let axis = || mesh::graded(0.0, 1.0, 0.08, (0.2, 1.2, 0.2));
+        let mut engine = block([axis(), axis(), axis()], threads);
+        for i in 1..=slices {
+            advance(&mut engine, 0.5 * f64::from(i) / f64::from(slices));
+        }
+        (engine.state().digest(), engine.state().clocks.len())
+    };
+    let (reference, n) = run(1, 1);
+    let same = [(1, 7), (1, 333), (2, 1), (2, 100), (16, 1)]
+        .into_iter()
+        .all(|(threads, slices)| run(threads, slices).0 == reference);
+    assert!(n > 4096, "{n} elements are too few to be shared by threads");
+    let obtained = if same { "equal" } else { "different" };
+    let what = format!("{n} elements, 1, 2 and 16 threads, 1, 7, 100 and 333 communication steps: bits of the state");
+    Row::new(("V2", &what), "equal", obtained.into(), same)
+}
+
+/// The rows of this part, computed once.
+pub fn rows() -> &'static [Row] {
+    static ROWS: OnceLock<Vec<Row>> = OnceLock::new();
+    ROWS.get_or_init(|| conservation().into_iter().chain([bits()]).collect())
+}
+
+#[test]
+fn a_free_block_keeps_its_momenta_and_its_bits() {
+    Row::check(rows());
+}
