@@ -22,7 +22,7 @@ pub struct Ledger {
 pub struct EnergyAccounts {
     /// Σ J (u⁻ + u⁺)/2 of the contact law, without the removal of penetration.
     pub contact: f64,
-    /// Σ J b/2 of the bias velocity b that removes standing penetration.
+    /// Σ J b of the bias velocity b that removes standing penetration.
     pub contact_bias: f64,
     /// Σ r_K, trapezoidal residuals of the elements' steps, and of the projectile's rotation.
     pub integration: f64,

@@ -93,11 +93,21 @@ impl Default for Record {
 }
 
 impl<const D: usize> State<D> {
-    /// Whether the arrays belong together and to so many patches.
-    #[must_use]
-    pub fn is_consistent(&self, n_patches: usize) -> bool {
-        let n = self.position.len();
-        self.velocity.len() == n && self.tick.len() == n && self.clocks.len() == n_patches
+    /// What contradicts itself, if anything: lengths, clocks that stand still, numbers that are none.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check_invariants(&self, (n_nodes, n_patches): (usize, usize)) -> Result<(), &'static str> {
+        let lengths = [self.position.len(), self.velocity.len(), self.tick.len()];
+        let holds = |good: bool, what| if good { Ok(()) } else { Err(what) };
+        holds(lengths == [n_nodes; 3] && self.clocks.len() == n_patches, "nodes or elements are missing")?;
+        let finite = |vectors: &[Vector<D>]| vectors.iter().flatten().all(|component| component.is_finite());
+        holds(finite(&self.position) && finite(&self.velocity), "a position or velocity is not a number")?;
+        let begun = self.clocks.iter().any(|clock| clock.step > 0);
+        let runs = |clock: &Clock| clock.step > 0 && clock.next > clock.last;
+        holds(!begun || self.clocks.iter().all(runs), "the clock of an element stands still")?;
+        let last = self.clocks.iter().map(|clock| clock.last).max().unwrap_or(0);
+        holds(self.tick.iter().all(|tick| *tick <= last), "a node is ahead of its elements")
     }
 
     /// Hash of the bytes of the state: equal digests are equal bits.

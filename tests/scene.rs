@@ -172,7 +172,7 @@ fn an_override_adds_what_is_absent() {
 #[test]
 fn an_override_may_replace_a_whole_table() {
     let rod = read(&resolved("projectile.shape={cylinder={radius=0.01, length=0.02}}"));
-    assert_eq!(rod.projectile.shape, scene::BodyShape::Cylinder { radius: 0.01, length: 0.02 });
+    assert_eq!(rod.projectile.shape, scene::BodyShape::Cylinder { radius: 0.01, length: 0.02, edge_radius: 0.0 });
 }
 
 #[test]

@@ -1,7 +1,9 @@
 //! Why a simulation cannot go on.
 
+use serde::{Deserialize, Serialize};
+
 /// Why a step could not be completed (numerics A11). The state is that of the last consistent tick.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {
     /// An element stayed turned inside out.

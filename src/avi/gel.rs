@@ -1,6 +1,7 @@
 use crate::algebra::Vector;
-use crate::element::Potential;
-use crate::mesh::{Facet, Incidence, NodeId};
+use crate::element::{Evaluation, MAX_NODES, Potential};
+use crate::mesh::{ElementId, Facet, Incidence, NodeId};
+use crate::state::Clock;
 
 /// What the engine steps and what does not change while it does: energy, masses, held directions, surface.
 #[derive(Debug)]
@@ -50,11 +51,34 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
     pub fn new(potential: P, mass: Vec<f64>, held: &[[bool; D]], surface: Surface) -> Self {
         assert_eq!(mass.len(), held.len(), "every node has a mass and its held directions");
         assert!(mass.iter().all(|m| *m > 0.0), "every node needs a positive mass");
-        assert!(potential.stride() <= crate::element::MAX_NODES, "a patch has too many nodes");
-        let patches = (0..potential.len()).map(|p| potential.nodes(crate::mesh::ElementId(p as u32)));
+        assert!(potential.stride() <= MAX_NODES, "a patch has too many nodes");
+        let patches = (0..potential.len()).map(|p| potential.nodes(ElementId(p as u32)));
         let star = Incidence::new(mass.len(), patches);
         let free = held.iter().map(|held| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { 1.0 })).collect();
         Self { potential, mass, free, star, surface }
+    }
+
+    /// Clocks that have not begun, with what the patches answer at these positions.
+    pub(super) fn clocks(&self, x: &[Vector<D>]) -> Vec<Clock> {
+        let answer = |p: usize| {
+            let mut forces = [Vector::<D>::zeros(); MAX_NODES];
+            self.potential.evaluate(ElementId(p as u32), x, &mut forces[..self.potential.stride()])
+        };
+        let clock = |at: Evaluation| Clock {
+            stiffness: at.stiffness,
+            energy: at.energy,
+            jacobian: at.jacobian,
+            ..Clock::default()
+        };
+        (0..self.potential.len()).map(|p| clock(answer(p))).collect()
+    }
+
+    /// The smallest of the stable steps at these positions, s; not a normal number where there is none.
+    #[must_use]
+    pub fn smallest_step(&self, x: &[Vector<D>]) -> f64 {
+        let steps = super::pace::stable_steps(self, &self.clocks(x), 1.0);
+        // Any NaN must come out: `f64::min` would drop it.
+        steps.into_iter().fold(f64::INFINITY, |least, step| if least.is_nan() || step >= least { least } else { step })
     }
 }
 

@@ -1,9 +1,10 @@
 //! The kicks of one tick, and the books of what they did (numerics 1.2, A6).
 
 use super::engine::Engine;
-use crate::algebra::{Vector3, embed};
-use crate::contact::{BodyState, Law, Motion};
+use crate::algebra::{Vector, Vector3, embed, restrict};
+use crate::contact::{BodyState, Freedom, Law, Motion};
 use crate::element::Potential;
+use crate::ledger::Ledger;
 use crate::mesh::ElementId;
 use crate::state::{Clock, Tick};
 
@@ -34,15 +35,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let forces = &self.scratch.forces[i * stride..(i + 1) * stride];
         for (node, force) in self.gel.potential.nodes(patch).iter().zip(forces) {
             let (a, push) = (node.index(), force * weight);
-            let free = &self.gel.free[a];
-            self.state.velocity[a] += push.component_mul(free) / self.gel.mass[a];
-            if free.min() == 0.0 {
-                let taken = embed(&(push.component_mul(free) - push));
-                let at = embed(&self.state.position[a]);
-                let ledger = &mut self.state.ledger;
-                ledger.momentum.restraint += self.body.freedom.translation(&taken);
-                ledger.angular_momentum.restraint += self.body.freedom.rotation(&at.cross(&taken));
-            }
+            self.state.velocity[a] += push.component_mul(&self.gel.free[a]) / self.gel.mass[a];
+            let at = embed(&self.state.position[a]);
+            book_restraint(&self.gel.free[a], &self.body.freedom, (at, embed(&push)), &mut self.state.ledger);
         }
     }
 
@@ -71,33 +66,23 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.state.record.updates += due.len() as u64;
     }
 
-    /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, the part of it that removes penetration, and what the
-    /// holder of a body that is not free gives.
+    /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, the part Σ J b of it that removes penetration, and what
+    /// the holder of a body that is not free gives.
     pub(super) fn book_contact(&mut self, was: &BodyState, now: &BodyState) {
         let touches = std::mem::take(&mut self.scratch.touches);
         for touch in touches.iter().filter(|touch| touch.impulse > 0.0) {
             let j = touch.impulse;
             let after = self.approach(touch, now);
-            let removal = 0.5 * j * touch.bias;
+            let removal = j * touch.bias;
             self.state.ledger.energy.contact += 0.5 * j * (touch.before + after) - removal;
             self.state.ledger.energy.contact_bias += removal;
-            self.book_held_normal(touch.node.index(), touch.point, touch.normal * j);
+            let free = &self.gel.free[touch.node.index()];
+            book_restraint(free, &self.body.freedom, (touch.point, touch.normal * j), &mut self.state.ledger);
             if self.body.motion != Motion::Free {
                 self.book_reaction(was, touch.point, touch.normal * j);
             }
         }
         self.scratch.touches = touches;
-    }
-
-    /// What the held directions of a struck node take up.
-    fn book_held_normal(&mut self, node: usize, point: Vector3, push: Vector3) {
-        let free = &self.gel.free[node];
-        if free.min() == 0.0 {
-            let taken = embed(&crate::algebra::restrict::<D>(&push).component_mul(free)) - push;
-            let freedom = self.body.freedom;
-            self.state.ledger.momentum.restraint += freedom.translation(&taken);
-            self.state.ledger.angular_momentum.restraint += freedom.rotation(&point.cross(&taken));
-        }
     }
 
     /// Momentum and work that come from whoever holds or moves the body.
@@ -108,5 +93,19 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         ledger.energy.external += work;
         ledger.momentum.external += freedom.translation(&push);
         ledger.angular_momentum.external += freedom.rotation(&point.cross(&push));
+    }
+}
+
+/// What the held directions of a node at `at` take up of a push.
+fn book_restraint<const D: usize>(
+    free: &Vector<D>,
+    freedom: &Freedom,
+    (at, push): (Vector3, Vector3),
+    ledger: &mut Ledger,
+) {
+    if free.min() == 0.0 {
+        let taken = embed(&restrict::<D>(&push).component_mul(free)) - push;
+        ledger.momentum.restraint += freedom.translation(&taken);
+        ledger.angular_momentum.restraint += freedom.rotation(&at.cross(&taken));
     }
 }

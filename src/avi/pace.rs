@@ -136,20 +136,24 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         steps.filter(|step| *step > 0).map(|step| step as f64).fold(f64::INFINITY, f64::min)
     }
 
-    /// For how long the straight relative path of a node is proved to stay above the allowed depth, ticks; at most
-    /// `horizon`. φ is 1-Lipschitz: from any point the path is free for (φ + allowed)/|v|.
+    /// For how long the relative path of a node is proved to stay above the allowed depth, ticks; at most `horizon`.
+    ///
+    /// The node is taken to go straight on, the body to be accelerated by the wrench at most by a. φ is 1-Lipschitz: from a
+    /// point of the straight path the way is free for (φ + allowed − ½as²)/(|v| + ½as_end).
     fn path_limit(&self, (node, size): (NodeId, f64), gap: &Gap, (horizon, body): (f64, &BodyState)) -> f64 {
         let (x, v) = self.world(node);
         let relative: Vector3 = v - self.body.velocity_at(body, &x);
-        let speed = relative.norm();
-        let allowed = (DEPTH * size).max(FURTHER * size - gap.distance);
         let end = horizon * self.grid.time(1);
+        let pull = 0.5 * body.wrench.force.norm() / self.body.mass;
+        let speed = relative.norm() + pull * end;
+        let allowed = (DEPTH * size).max(FURTHER * size - gap.distance);
         let (mut proved, mut distance) = (0.0, gap.distance);
         for _ in 0..PROBES {
-            if distance + allowed <= 0.0 {
+            let room = distance + allowed - pull * proved * proved;
+            if room <= 0.0 {
                 break;
             }
-            proved += (distance + allowed) / speed;
+            proved += room / speed;
             if proved >= end || speed == 0.0 {
                 return horizon;
             }

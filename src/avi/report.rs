@@ -89,10 +89,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let body = state.body.at(&self.body, t);
         let passage = state.body.passage(&self.body, &body);
         let mut ledger = state.ledger;
-        ledger.energy.external += passage.work;
-        ledger.energy.integration += passage.defect;
-        ledger.momentum.external += passage.momentum;
-        ledger.angular_momentum.external += passage.angular_momentum;
+        passage.post(&mut ledger);
         let energies = energies(&self.gel, &self.body, state, &body);
         let (momentum, angular) = momenta(&self.gel, &self.body, state, &body);
         let energy = energies.discrete() - start.energy - ledger.energy.total();

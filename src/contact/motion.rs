@@ -2,6 +2,7 @@
 
 use super::{Body, Motion};
 use crate::algebra::Vector3;
+use crate::ledger::Ledger;
 use nalgebra::{Quaternion, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
@@ -54,6 +55,16 @@ pub struct Passage {
     pub momentum: Vector3,
     /// Angular momentum about the origin given by the wrench, N·m·s.
     pub angular_momentum: Vector3,
+}
+
+impl Passage {
+    /// Enters it into the books.
+    pub fn post(&self, ledger: &mut Ledger) {
+        ledger.energy.external += self.work;
+        ledger.energy.integration += self.defect;
+        ledger.momentum.external += self.momentum;
+        ledger.angular_momentum.external += self.angular_momentum;
+    }
 }
 
 impl BodyState {
@@ -164,7 +175,7 @@ mod tests {
 
     fn rod(motion: Motion) -> (Body, BodyState) {
         let inertia = Tensor3::from_diagonal(&Vector3::new(0.5, 0.7, 0.2));
-        let shape = Shape::Cylinder(Cylinder { radius: 0.1, length: 1.0 });
+        let shape = Shape::Cylinder(Cylinder { radius: 0.1, length: 1.0, edge_radius: 0.0 });
         let body = Body::new(shape, motion, Freedom::SPATIAL, (2.0, inertia));
         let state = BodyState {
             time: 0.0,

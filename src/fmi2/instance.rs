@@ -66,8 +66,6 @@ pub(super) struct Model {
     pub simulation: Simulation,
     /// What is seen of it now, once somebody has looked.
     seen: Option<Observation>,
-    /// Why it cannot go on.
-    pub failure: Option<String>,
 }
 
 impl Instance {
@@ -169,7 +167,7 @@ impl Model {
             Err(error) => return Err(CallError::Build { origin, error }),
         };
         let table = table_of(&scene);
-        Ok(Self { origin, text, scene, table, mode, simulation, seen: None, failure: None })
+        Ok(Self { origin, text, scene, table, mode, simulation, seen: None })
     }
 
     /// What is seen now, and the simulation.
@@ -177,17 +175,21 @@ impl Model {
         (self.seen.get_or_insert_with(|| self.simulation.observe()), &self.simulation)
     }
 
-    /// One communication step to `end`, s since the start; why it failed is kept.
-    pub(super) fn advance(&mut self, inputs: &Inputs, end: f64) {
+    /// One communication step to `end`, s since the start; whether it succeeded.
+    pub(super) fn advance(&mut self, inputs: &Inputs, end: f64) -> bool {
         self.seen = None;
-        self.failure = self.simulation.step(inputs, end).err().map(|e| e.to_string());
+        self.simulation.step(inputs, end).is_ok()
+    }
+
+    /// Why it cannot go on.
+    pub(super) fn failure(&self) -> Option<String> {
+        self.simulation.failure().map(ToString::to_string)
     }
 
     /// Continues from a saved state.
-    pub(super) fn restore(&mut self, saved: &Saved, failure: Option<&str>) -> Result<(), RestoreError> {
+    pub(super) fn restore(&mut self, saved: &Saved) -> Result<(), RestoreError> {
         self.simulation.restore(saved)?;
         self.seen = None;
-        self.failure = failure.map(str::to_string);
         Ok(())
     }
 }

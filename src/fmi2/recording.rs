@@ -54,7 +54,7 @@ impl Instance {
     pub(super) fn finish_recording(&mut self) -> Result<(), CallError> {
         let (Some(recorder), Some(model)) = (&mut self.recording.recorder, &self.model) else { return Ok(()) };
         if std::mem::take(&mut self.recording.open) {
-            recorder.finish(&model.simulation, model.failure.as_deref())?;
+            recorder.finish(&model.simulation, model.failure().as_deref())?;
         }
         Ok(())
     }

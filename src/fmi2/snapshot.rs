@@ -81,7 +81,6 @@ struct SavedModel {
     text: String,
     mode: CouplingMode,
     saved: Saved,
-    failure: Option<String>,
 }
 
 impl SavedModel {
@@ -91,13 +90,11 @@ impl SavedModel {
             text: model.text.clone(),
             mode: model.mode,
             saved: model.simulation.save(),
-            failure: model.failure.clone(),
         }
     }
 
     fn into(self: &SavedModel, model: &mut Model) -> Result<(), SnapshotError> {
-        let outcome = model.restore(&self.saved, self.failure.as_deref());
-        outcome.map_err(|e| SnapshotError::Mesh { reason: e.to_string() })
+        model.restore(&self.saved).map_err(|e| SnapshotError::Mesh { reason: e.to_string() })
     }
 }
 

@@ -37,10 +37,10 @@ impl Instance {
         let inputs = self.step_inputs()?;
         let since_start = (end - self.clock.start).max(0.0);
         let model = self.model()?;
-        model.advance(&inputs, since_start);
-        let (failed, reached) = (model.failure.is_some(), model.simulation.time());
+        let succeeded = model.advance(&inputs, since_start);
+        let reached = model.simulation.time();
         self.inputs.rates.clear();
-        if failed {
+        if !succeeded {
             self.phase = Phase::StepFailed;
             self.clock.now = self.clock.now.max(self.clock.start + reached);
             self.record();
@@ -61,7 +61,7 @@ impl Instance {
     }
 
     fn refuse_after_failure(&self) -> Result<(), CallError> {
-        match self.model.as_ref().and_then(|m| m.failure.clone()) {
+        match self.model.as_ref().and_then(super::instance::Model::failure) {
             Some(reason) => Err(CallError::Stopped { time: self.clock.now, reason }),
             None => Ok(()),
         }

@@ -32,4 +32,12 @@ impl SignedDistance for HalfSpace {
     fn specific_inertia(&self) -> Option<Tensor3> {
         None
     }
+
+    fn specific_inertia_of_section(&self) -> Option<f64> {
+        None
+    }
+
+    fn inner_radius(&self) -> f64 {
+        f64::INFINITY
+    }
 }

@@ -27,6 +27,10 @@ pub trait SignedDistance {
     fn reach(&self, direction: &Vector3) -> f64;
     /// Inertia tensor about the origin of a homogeneous body per kilogram, m²; `None` for an unbounded body.
     fn specific_inertia(&self) -> Option<Tensor3>;
+    /// Inertia about y of the homogeneous prism with the body's section y = 0, per kilogram, m²: what a planar body is.
+    fn specific_inertia_of_section(&self) -> Option<f64>;
+    /// Radius of the greatest ball inside, m.
+    fn inner_radius(&self) -> f64;
 }
 
 /// Any of the bodies.
@@ -60,16 +64,23 @@ impl SignedDistance for Shape {
     fn specific_inertia(&self) -> Option<Tensor3> {
         self.body().specific_inertia()
     }
+    fn specific_inertia_of_section(&self) -> Option<f64> {
+        self.body().specific_inertia_of_section()
+    }
+    fn inner_radius(&self) -> f64 {
+        self.body().inner_radius()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn shapes() -> [Shape; 3] {
+    fn shapes() -> [Shape; 4] {
         [
             Shape::Sphere(Sphere { radius: 1.3 }),
-            Shape::Cylinder(Cylinder { radius: 0.7, length: 2.2 }),
+            Shape::Cylinder(Cylinder { radius: 0.7, length: 2.2, edge_radius: 0.0 }),
+            Shape::Cylinder(Cylinder { radius: 0.7, length: 2.2, edge_radius: 0.2 }),
             Shape::HalfSpace(HalfSpace::new(Vector3::new(0.3, -0.4, 1.2))),
         ]
     }
@@ -110,14 +121,14 @@ mod tests {
 
     #[test]
     fn reach_is_the_greatest_extent_of_the_inside() {
-        for shape in &shapes()[..2] {
+        for shape in &shapes()[..3] {
             for direction in points().map(|p| p.normalize()).take(50) {
                 let reach = shape.reach(&direction);
                 let inside = points().filter(|p| shape.gap(p).distance <= 0.0).map(|p| p.dot(&direction));
                 assert!(inside.fold(f64::MIN, f64::max) <= reach + 1e-12);
             }
         }
-        let cylinder = Cylinder { radius: 0.7, length: 2.2 };
+        let cylinder = Cylinder { radius: 0.7, length: 2.2, edge_radius: 0.2 };
         assert!((cylinder.reach(&Vector3::z()) - 1.1).abs() < 1e-15);
         assert!((cylinder.reach(&Vector3::x()) - 0.7).abs() < 1e-15);
     }

@@ -22,4 +22,13 @@ impl SignedDistance for Sphere {
     fn specific_inertia(&self) -> Option<Tensor3> {
         Some(Tensor3::identity() * (0.4 * self.radius * self.radius))
     }
+
+    /// I = R²/2 of a disc.
+    fn specific_inertia_of_section(&self) -> Option<f64> {
+        Some(0.5 * self.radius * self.radius)
+    }
+
+    fn inner_radius(&self) -> f64 {
+        self.radius
+    }
 }

@@ -1,29 +1,31 @@
 //! Where the planes of a rectilinear grid lie along one axis.
 
-/// `n` equal cells from `from` to `to`, each at most `size` long.
+/// Equal cells from `from` to `to`, each at most `size` long; the last plane is `to` to the bit.
 #[must_use]
 pub fn uniform(from: f64, to: f64, size: f64) -> Vec<f64> {
     let n = cells(to - from, size);
-    (0..=n).map(|i| from + (to - from) * i as f64 / n as f64).collect()
+    let plane = |i: usize| if i == n { to } else { from + (to - from) * i as f64 / n as f64 };
+    (0..=n).map(plane).collect()
 }
 
-/// Cells that grow away from `from`: `size` long within `core`, then each `growth` times longer up to `largest`.
-///
-/// All are scaled by one factor ≤ 1 so that the last one ends at `to`.
+/// Cells that grow away from 0: `size` long within `core`, then each `growth` times longer up to `largest`. The last cell
+/// takes what is left up to `length`, or is joined to the one before it if that is less than half of what it would be.
 #[must_use]
-pub fn graded(from: f64, to: f64, size: f64, (core, growth, largest): (f64, f64, f64)) -> Vec<f64> {
-    let length = (to - from).abs();
+pub fn graded(length: f64, size: f64, (core, growth, largest): (f64, f64, f64)) -> Vec<f64> {
     let mut planes = vec![0.0];
     let (mut at, mut step) = (0.0, size);
-    while at < length * (1.0 - 1e-9) {
+    while length - at > 1.5 * step {
         at += step;
         planes.push(at);
         if at >= core {
             step = (step * growth).min(largest);
         }
     }
-    let scale = (to - from) / at;
-    planes.iter().map(|p| from + p * scale).collect()
+    if length - at > 1.000_001 * step {
+        planes.push(0.5 * (at + length));
+    }
+    planes.push(length);
+    planes
 }
 
 fn cells(length: f64, size: f64) -> usize {
@@ -41,11 +43,24 @@ mod tests {
     }
 
     #[test]
-    fn graded_planes_grow_from_the_core_to_the_far_end() {
-        let planes = graded(0.0, -0.15, 1e-3, (0.01, 1.2, 0.01));
-        let widths: Vec<f64> = planes.windows(2).map(|w| w[0] - w[1]).collect();
-        assert_eq!((planes[0], *planes.last().unwrap()), (0.0, -0.15));
-        assert!(widths[0] <= 1e-3 && widths[0] > 0.85e-3);
-        assert!(widths.windows(2).all(|w| w[1] >= w[0] * 0.999 && w[1] <= w[0] * 1.2001));
+    fn the_last_plane_is_the_end_to_the_bit() {
+        for n in 1..400 {
+            let (half, size) = (1e-3 * f64::from(n), 0.7e-3);
+            let planes = uniform(-half, half, size);
+            assert_eq!((planes[0], planes[planes.len() - 1]), (-half, half));
+        }
+    }
+
+    #[test]
+    fn graded_planes_keep_the_core_and_grow_to_the_far_end() {
+        for growth in [1.2, 2.0, 10.0, 1e6] {
+            let planes = graded(0.15, 1e-3, (0.01, growth, 0.01));
+            let widths: Vec<f64> = planes.windows(2).map(|w| w[1] - w[0]).collect();
+            assert_eq!((planes[0], *planes.last().unwrap()), (0.0, 0.15));
+            assert!(widths[..10].iter().all(|w| (w - 1e-3).abs() < 1e-12));
+            let inner = &widths[..widths.len() - 2];
+            assert!(inner.windows(2).all(|w| w[1] >= w[0] * 0.999 && w[1] <= w[0] * growth * 1.001));
+            assert!(widths.iter().all(|w| *w <= 0.015_001 && *w >= 0.499e-3));
+        }
     }
 }

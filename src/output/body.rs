@@ -25,7 +25,7 @@ pub(super) fn solid(shape: &BodyShape, pose: &Kinematics, scenery: &Bounds) -> S
     let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
     match *shape {
         BodyShape::Sphere { radius } => placed(lathe(&arc(radius)), turn, pose.position),
-        BodyShape::Cylinder { radius, length } => placed(lathe(&rod(radius, length)), turn, pose.position),
+        BodyShape::Cylinder { radius, length, .. } => placed(lathe(&rod(radius, length)), turn, pose.position),
         BodyShape::HalfSpace { normal } => plate(turn * Vector3::from(normal).normalize(), pose.position, scenery),
     }
 }
@@ -102,7 +102,7 @@ mod tests {
         let scenery = Bounds { lower: Vector3::zeros(), upper: Vector3::zeros() };
         let place = at(Vector3::new(1.0, 2.0, 3.0));
         let ball = solid(&BodyShape::Sphere { radius: 2.0 }, &place, &scenery);
-        let rod = solid(&BodyShape::Cylinder { radius: 2.0, length: 5.0 }, &place, &scenery);
+        let rod = solid(&BodyShape::Cylinder { radius: 2.0, length: 5.0, edge_radius: 0.0 }, &place, &scenery);
         assert!((volume(&ball) / (32.0 / 3.0 * PI) - 1.0).abs() < 0.01);
         assert!((volume(&rod) / (20.0 * PI) - 1.0).abs() < 0.01);
     }

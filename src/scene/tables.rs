@@ -210,6 +210,10 @@ pub enum BodyShape {
         radius: f64,
         /// Length, m.
         length: f64,
+        /// Radius of the rounding of both rims, m; 0 is sharp. Below half a cell of the mesh, nodes that slip over the rim
+        /// see the normal jump.
+        #[serde(default)]
+        edge_radius: f64,
     },
     /// All space on the far side of a plane through the body's origin.
     HalfSpace {

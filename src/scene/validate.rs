@@ -5,7 +5,7 @@ mod domain;
 mod gel;
 mod motion;
 
-use super::{Contact, ContactLaw, GelShape, Grading, Header, Integrator, Output, Scene};
+use super::{BodyShape, Contact, ContactLaw, Dimension, GelShape, Grading, Header, Integrator, Lattice, Output, Scene};
 use domain::{Check, finite, positive, require, within};
 
 /// Refuses the first thing in the scene that cannot be computed.
@@ -20,6 +20,9 @@ pub(super) fn validate(scene: &Scene) -> Check {
     output(&scene.output, scene.scene.end_time)
 }
 
+/// Communication steps of the longest run: days of an importer that does nothing else.
+const MOST_STEPS: f64 = 1e10;
+
 fn header(header: &Header) -> Check {
     let name = &header.name;
     let allowed = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
@@ -33,7 +36,9 @@ fn header(header: &Header) -> Check {
         "scene.communication_step",
         || format!("{step:?}"),
         &format!("at most scene.end_time, {end:?} s"),
-    )
+    )?;
+    let expected = format!("at least scene.end_time / {MOST_STEPS:?}, {:?} s", end / MOST_STEPS);
+    require(step >= end / MOST_STEPS, "scene.communication_step", || format!("{step:?}"), &expected)
 }
 
 fn mesh(scene: &Scene) -> Check {
@@ -42,7 +47,25 @@ fn mesh(scene: &Scene) -> Check {
     let smallest = gel::smallest_dimension(&scene.gel.shape);
     let expected = format!("at most the smallest dimension of the gel, {smallest:?} m");
     require(size <= smallest, "mesh.size", || format!("{size:?}"), &expected)?;
+    resolves(scene)?;
+    let round = scene.scene.dimension == Dimension::Spatial && matches!(scene.gel.shape, GelShape::Cylinder { .. });
+    let flat = round && scene.mesh.lattice == Lattice::Kuhn;
+    let expected = "\"centred\": in a spatial cylinder Kuhn tetrahedra would lie flat on the mantle";
+    require(!flat, "mesh.lattice", || "\"kuhn\"".to_owned(), expected)?;
     scene.mesh.grading.map_or(Ok(()), |grading| graded(&grading, scene))
+}
+
+/// Contact is found at nodes: a body that fits between them would pass through unseen.
+fn resolves(scene: &Scene) -> Check {
+    let (size, body) = (scene.mesh.size, &scene.projectile.shape);
+    let thickness = match *body {
+        BodyShape::Sphere { radius } => radius,
+        BodyShape::Cylinder { radius, length, .. } => radius.min(0.5 * length),
+        BodyShape::HalfSpace { .. } => return Ok(()),
+    };
+    let expected =
+        format!("at most the radius or half length of the projectile, {thickness:?} m: it would slip through");
+    require(size <= thickness, "mesh.size", || format!("{size:?}"), &expected)
 }
 
 fn graded(grading: &Grading, scene: &Scene) -> Check {

@@ -18,7 +18,8 @@ use nalgebra::{Quaternion, UnitQuaternion};
 pub enum BuildError {
     /// More elements than a process can hold.
     #[error(
-        "mesh.size: the mesh would have about {cells:.2e} cells, more than {limit:.0e}; raise mesh.size or add mesh.grading"
+        "mesh.size: the mesh would have about {cells:.2e} cells, more than {limit:.0e}; \
+         raise mesh.size or add mesh.grading"
     )]
     TooLarge {
         /// Cells asked for.
@@ -26,21 +27,69 @@ pub enum BuildError {
         /// Most that are built.
         limit: f64,
     },
+    /// More ticks than are exact.
+    #[error(
+        "scene.end_time: {ticks:.2e} ticks are more than {limit:.0e}, the most that stay exact; \
+         shorten the run or coarsen the mesh"
+    )]
+    TooLong {
+        /// Ticks up to the end time.
+        ticks: f64,
+        /// Most that are exact.
+        limit: f64,
+    },
+    /// Steps that are no numbers.
+    #[error("gel: the stable step of an element is {step:e} s; density, moduli and sizes are too far apart")]
+    NoStep {
+        /// The step, s.
+        step: f64,
+    },
+    /// Gel and projectile overlap at the start.
+    #[error(
+        "projectile.position: at the start the surface of the gel is {depth:.3e} m inside the projectile; move it out"
+    )]
+    Overlap {
+        /// Depth of the deepest node, m.
+        depth: f64,
+    },
 }
 
-/// Cells of the largest mesh that is built: some 240 million tetrahedra, 60 GB.
-const MOST_CELLS: f64 = 2e7;
+/// Cells of the largest mesh that is built: some 24 million tetrahedra in 10 GB.
+const MOST_CELLS: f64 = 2e6;
+/// Cells along an axis if all had the least size.
+const MOST_PLANES: f64 = 1e5;
+/// A tick times q ≤ 31 stays below 2⁵³ (numerics A3).
+const MOST_TICKS: f64 = 2.8e14;
+/// Overlap at the start that contact can take, in element sizes.
+const OVERLAP: f64 = 0.1;
 
 /// The engine of a scene. `prescribed` says that the motion of the projectile is given from outside.
 pub(super) fn build(scene: &Scene, prescribed: bool, threads: usize) -> Result<Box<dyn Model>, BuildError> {
-    Ok(match scene.scene.dimension {
+    let planes = longest(&scene.gel.shape) / scene.mesh.size;
+    if planes > MOST_PLANES {
+        return Err(BuildError::TooLarge { cells: planes, limit: MOST_PLANES });
+    }
+    match scene.scene.dimension {
         Dimension::Planar => assemble(scene, plane_mesh(scene)?, prescribed, threads),
         Dimension::Axisymmetric => assemble(scene, section_mesh(scene)?, prescribed, threads),
         Dimension::Spatial => assemble(scene, space_mesh(scene)?, prescribed, threads),
-    })
+    }
 }
 
-fn assemble<const D: usize>(scene: &Scene, mesh: Mesh<D>, prescribed: bool, threads: usize) -> Box<dyn Model>
+fn longest(shape: &GelShape) -> f64 {
+    match shape {
+        GelShape::Block { size } => size.iter().copied().fold(0.0, f64::max),
+        GelShape::Cylinder { radius, height } => height.max(2.0 * radius),
+        GelShape::LBeam { leg, width, .. } => leg.max(width.unwrap_or(0.0)),
+    }
+}
+
+fn assemble<const D: usize>(
+    scene: &Scene,
+    mesh: Mesh<D>,
+    prescribed: bool,
+    threads: usize,
+) -> Result<Box<dyn Model>, BuildError>
 where
     State<D>: Erase,
 {
@@ -51,8 +100,33 @@ where
     let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));
     let moving = |held: &[bool; D]| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { velocity[i] });
     let nodes = mesh.rest.iter().zip(&mesh.held).map(|(x, held)| (*x, moving(held))).collect();
-    let engine = Engine::new(gel, body(scene, prescribed), rules(scene), nodes).with_pool(Pool::new(threads));
-    Box::new(Gelatin { engine, mesh })
+    let (body, state) = body(scene, prescribed);
+    apart(&gel, (&body, &state), &mesh)?;
+    let step = gel.smallest_step(&mesh.rest);
+    if !step.is_normal() {
+        return Err(BuildError::NoStep { step });
+    }
+    let engine = Engine::new(gel, (body, state), rules(scene), nodes).with_pool(Pool::new(threads));
+    let ticks = engine.grid().ticks(scene.scene.end_time);
+    if ticks > MOST_TICKS {
+        return Err(BuildError::TooLong { ticks, limit: MOST_TICKS });
+    }
+    Ok(Box::new(Gelatin { engine, mesh }))
+}
+
+/// No node of the surface may be inside the projectile at the start.
+fn apart<const D: usize, P>(
+    gel: &Gel<D, P>,
+    (body, state): (&Body, &BodyState),
+    mesh: &Mesh<D>,
+) -> Result<(), BuildError> {
+    for surface in &gel.surface.nodes {
+        let depth = -body.gap(state, &crate::algebra::embed(&mesh.rest[surface.node.index()])).distance;
+        if depth > OVERLAP * surface.size {
+            return Err(BuildError::Overlap { depth });
+        }
+    }
+    Ok(())
 }
 
 fn material(scene: &Scene) -> NeoHookean {
@@ -117,20 +191,25 @@ pub(super) fn orientation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::new_unchecked(q / q.norm())
 }
 
-/// The inertia that a scene gives, or that of a homogeneous body, kg·m²; that of a unit sphere for a half-space.
+/// The inertia that a scene gives, or that of a homogeneous body, kg·m²; in the plane that of a prism about y.
 fn inertia(scene: &Scene) -> Tensor3 {
-    let projectile = &scene.projectile;
-    let mass = projectile.mass.unwrap_or(1.0);
-    match projectile.inertia {
-        Some([xx, yy, zz, xy, xz, yz]) => Tensor3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
-        None => shape(&projectile.shape).specific_inertia().unwrap_or_else(Tensor3::identity) * mass,
+    let (projectile, shape) = (&scene.projectile, shape(&scene.projectile.shape));
+    if let Some([xx, yy, zz, xy, xz, yz]) = projectile.inertia {
+        return Tensor3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     }
+    let specific = match scene.scene.dimension {
+        Dimension::Planar => shape.specific_inertia_of_section().map(|i| Tensor3::identity() * i),
+        Dimension::Axisymmetric | Dimension::Spatial => shape.specific_inertia(),
+    };
+    specific.expect("a half-space that moves has its inertia in the scene") * projectile.mass.unwrap_or(1.0)
 }
 
 fn shape(shape: &BodyShape) -> Shape {
     match *shape {
         BodyShape::Sphere { radius } => Shape::Sphere(Sphere { radius }),
-        BodyShape::Cylinder { radius, length } => Shape::Cylinder(Cylinder { radius, length }),
+        BodyShape::Cylinder { radius, length, edge_radius } => {
+            Shape::Cylinder(Cylinder { radius, length, edge_radius })
+        }
         BodyShape::HalfSpace { normal } => Shape::HalfSpace(HalfSpace::new(Vector3::from(normal))),
     }
 }
@@ -235,7 +314,7 @@ fn faces<const N: usize>(sides: [(usize, Support, Support); N]) -> Vec<Face> {
 fn axis(scene: &Scene, length: f64) -> Vec<f64> {
     match scene.mesh.grading {
         None => mesh::uniform(0.0, length, scene.mesh.size),
-        Some(grading) => mesh::graded(0.0, length, scene.mesh.size, (grading.core, grading.growth, grading.largest)),
+        Some(grading) => mesh::graded(length, scene.mesh.size, (grading.core, grading.growth, grading.largest)),
     }
 }
 

@@ -1,5 +1,6 @@
 //! A gel of either dimension behind one interface.
 
+use super::RestoreError;
 use super::observe::{Frame, FrameCells};
 use crate::algebra::{Vector3, embed};
 use crate::avi::{Engine, StepError, Totals};
@@ -47,8 +48,7 @@ pub(super) trait Model: Send {
     fn synchronous_updates(&self, t: f64) -> f64;
     fn frame(&self, t: f64) -> Frame;
     fn save(&self) -> SavedState;
-    /// Takes the state if it has this number of nodes and elements; otherwise says how many nodes it has.
-    fn restore(&mut self, saved: &SavedState) -> Result<(), usize>;
+    fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError>;
     fn digest(&self) -> u128;
 }
 
@@ -162,13 +162,9 @@ where
         self.engine.state().clone().erase()
     }
 
-    fn restore(&mut self, saved: &SavedState) -> Result<(), usize> {
-        let ours = self.engine.state();
-        let state = State::<D>::recall(saved)?;
-        let fits = state.position.len() == ours.position.len() && state.is_consistent(ours.clocks.len());
-        if !fits {
-            return Err(state.position.len());
-        }
+    fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
+        let state = State::<D>::recall(saved).ok_or(RestoreError::Foreign)?;
+        self.engine.check(state).map_err(|what| RestoreError::Inconsistent { what })?;
         self.engine.restore(state.clone());
         Ok(())
     }
@@ -181,8 +177,8 @@ where
 /// Into and out of [`SavedState`].
 pub(super) trait Erase: Sized {
     fn erase(self) -> SavedState;
-    /// The state, or the number of nodes of one of the other dimension.
-    fn recall(saved: &SavedState) -> Result<&Self, usize>;
+    /// The state, unless it is of the other dimension.
+    fn recall(saved: &SavedState) -> Option<&Self>;
 }
 
 impl Erase for State<2> {
@@ -190,10 +186,10 @@ impl Erase for State<2> {
         SavedState::Flat(self)
     }
 
-    fn recall(saved: &SavedState) -> Result<&Self, usize> {
+    fn recall(saved: &SavedState) -> Option<&Self> {
         match saved {
-            SavedState::Flat(state) => Ok(state),
-            SavedState::Solid(other) => Err(other.position.len()),
+            SavedState::Flat(state) => Some(state),
+            SavedState::Solid(_) => None,
         }
     }
 }
@@ -203,10 +199,10 @@ impl Erase for State<3> {
         SavedState::Solid(self)
     }
 
-    fn recall(saved: &SavedState) -> Result<&Self, usize> {
+    fn recall(saved: &SavedState) -> Option<&Self> {
         match saved {
-            SavedState::Solid(state) => Ok(state),
-            SavedState::Flat(other) => Err(other.position.len()),
+            SavedState::Solid(state) => Some(state),
+            SavedState::Flat(_) => None,
         }
     }
 }

@@ -11,23 +11,32 @@ use crate::material::NeoHookean;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
-/// A saved state that does not belong to this simulation.
+/// A saved state that cannot be used here.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("the state is of another scene or mesh: it has {found} nodes, expected {expected}")]
-pub struct RestoreError {
-    /// Nodes of the state.
-    pub found: usize,
-    /// Nodes of the simulation.
-    pub expected: usize,
+#[non_exhaustive]
+pub enum RestoreError {
+    /// It does not belong to this simulation.
+    #[error("the state is of another scene or coupling mode")]
+    Foreign,
+    /// Its arrays or clocks contradict each other.
+    #[error("the state contradicts itself: {what}")]
+    Inconsistent {
+        /// What is wrong.
+        what: &'static str,
+    },
 }
 
 /// The whole dynamic state as a value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Saved {
+    /// Hash of the scene and the coupling mode.
+    pub origin: u64,
     /// Time reached, s.
     pub time: f64,
     /// What the last communication step exchanged.
     pub exchange: Exchange,
+    /// Why it cannot go on.
+    pub failure: Option<StepError>,
     /// Gel, projectile, books and record.
     pub state: SavedState,
 }
@@ -66,6 +75,8 @@ pub struct Simulation {
 
 /// Constants of the scene that reports need.
 struct Facts {
+    /// Hash of the scene and the coupling mode.
+    origin: u64,
     end_time: f64,
     force_window: f64,
     /// E* = E/(1 − ν²), Pa.
@@ -75,9 +86,10 @@ struct Facts {
 }
 
 impl Facts {
-    fn of(scene: &Scene) -> Self {
+    fn of(scene: &Scene, mode: CouplingMode) -> Self {
         let material = NeoHookean::new(scene.gel.shear_modulus, scene.gel.bulk_modulus);
         Self {
+            origin: xxhash_rust::xxh3::xxh3_64(format!("{scene:?} {mode:?}").as_bytes()),
             end_time: scene.scene.end_time,
             force_window: scene.force_window(),
             contact_modulus: material.contact_modulus(),
@@ -105,7 +117,7 @@ impl Simulation {
     /// [`BuildError`] if the scene asks for what cannot be built.
     pub fn new(scene: &Scene, mode: CouplingMode, threads: usize) -> Result<Self, BuildError> {
         let model = build(scene, mode == CouplingMode::Prescribed, threads)?;
-        let (facts, exchange) = (Facts::of(scene), Exchange::default());
+        let (facts, exchange) = (Facts::of(scene, mode), Exchange::default());
         Ok(Self { model, mode, facts, time: 0.0, exchange, failure: None })
     }
 
@@ -137,7 +149,10 @@ impl Simulation {
         Inputs { kinematics: self.kinematics(), acceleration: Vector3::zeros(), wrench: Wrench::default() }
     }
 
-    /// One communication step from now to `end`, s since the start.
+    /// One communication step from now to `end`, s since the start; an `end` that is not after now is no step.
+    ///
+    /// # Panics
+    /// If an input is not finite, or moves the projectile out of the plane or off the axis of the scene.
     ///
     /// # Errors
     /// [`StepError`] when the mesh or the numbers fail; the state stays at the last consistent tick, and each later
@@ -146,6 +161,8 @@ impl Simulation {
         if let Some(failure) = &self.failure {
             return Err(failure.clone());
         }
+        self.check(inputs);
+        let end = end.max(self.time);
         self.take(inputs);
         let before = self.kinematics();
         let mut exchange = Exchange { duration: end - self.time, ..Exchange::default() };
@@ -160,6 +177,21 @@ impl Simulation {
         self.exchange = exchange;
         self.failure = result.clone().err();
         result
+    }
+
+    /// Inputs are numbers, and stay in the plane or on the axis.
+    fn check(&self, inputs: &Inputs) {
+        let (freedom, moved) = (self.model.body().0.freedom, &inputs.kinematics);
+        let along =
+            [moved.position, moved.velocity, inputs.acceleration, inputs.wrench.force, inputs.wrench.force_rate];
+        let about = [moved.angular_velocity, inputs.wrench.torque, inputs.wrench.torque_rate];
+        let q = nalgebra::Vector4::from(moved.orientation).norm();
+        assert!((q - 1.0).abs() < 1e-2, "the orientation must be a unit quaternion, not one of norm {q}");
+        let finite = along.iter().chain(&about).all(|v| v.iter().all(|component| component.is_finite()));
+        assert!(finite, "inputs must be finite numbers");
+        let free =
+            along.iter().all(|v| freedom.translation(v) == *v) && about.iter().all(|v| freedom.rotation(v) == *v);
+        assert!(free, "the projectile of a plane or axisymmetric scene must stay in its plane or on its axis");
     }
 
     /// Takes over what the importer says at the start of a step (numerics A4, A5).
@@ -283,7 +315,8 @@ impl Simulation {
     /// The state, to be restored later, also by another process that built the same scene.
     #[must_use]
     pub fn save(&self) -> Saved {
-        Saved { time: self.time, exchange: self.exchange, state: self.model.save() }
+        let failure = self.failure.clone();
+        Saved { origin: self.facts.origin, time: self.time, exchange: self.exchange, failure, state: self.model.save() }
     }
 
     /// Continues from a saved state with identical bits.
@@ -291,11 +324,13 @@ impl Simulation {
     /// # Errors
     /// [`RestoreError`] if the state is of another scene; this simulation is then unchanged.
     pub fn restore(&mut self, saved: &Saved) -> Result<(), RestoreError> {
-        let expected = self.model.counts().1;
-        self.model.restore(&saved.state).map_err(|found| RestoreError { found, expected })?;
+        if saved.origin != self.facts.origin {
+            return Err(RestoreError::Foreign);
+        }
+        self.model.restore(&saved.state)?;
         self.time = saved.time;
         self.exchange = saved.exchange;
-        self.failure = None;
+        self.failure.clone_from(&saved.failure);
         Ok(())
     }
 

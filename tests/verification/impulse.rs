@@ -25,7 +25,7 @@ fn rod(noise: &mut Noise) -> (Body, BodyState, f64) {
     let (mass, length, radius) = (noise.between(0.1, 10.0), noise.between(0.5, 2.0), 0.02);
     let across = mass * length * length / 12.0;
     let inertia = Tensor3::from_diagonal(&Vector3::new(across, across, 0.5 * mass * radius * radius));
-    let shape = Shape::Cylinder(Cylinder { radius, length });
+    let shape = Shape::Cylinder(Cylinder { radius, length, edge_radius: 0.0 });
     let body = Body::new(shape, Motion::Free, Freedom::SPATIAL, (mass, inertia));
     let mut state = BodyState {
         time: 0.0,

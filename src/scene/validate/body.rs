@@ -1,6 +1,6 @@
 //! The projectile: shape, mass, inertia and place of the start.
 
-use super::domain::{Check, all_finite, positive, require};
+use super::domain::{Check, all_finite, positive, require, within};
 use crate::algebra::{Tensor3, Vector3};
 use crate::scene::{BodyShape, GelShape, Projectile, Scene, SceneError};
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -30,9 +30,10 @@ fn shape(shape: &BodyShape) -> Check {
     const LENGTH: &str = "a positive length, m";
     match *shape {
         BodyShape::Sphere { radius } => positive("projectile.shape.sphere.radius", radius, LENGTH),
-        BodyShape::Cylinder { radius, length } => {
+        BodyShape::Cylinder { radius, length, edge_radius } => {
             positive("projectile.shape.cylinder.radius", radius, LENGTH)?;
-            positive("projectile.shape.cylinder.length", length, LENGTH)
+            positive("projectile.shape.cylinder.length", length, LENGTH)?;
+            within("projectile.shape.cylinder.edge_radius", edge_radius, 0.0..=radius.min(0.5 * length))
         }
         BodyShape::HalfSpace { normal } => {
             let norm = Vector3::from(normal).norm();
@@ -112,7 +113,7 @@ fn outside(scene: &Scene) -> Check {
 fn reach_down(body: &Projectile) -> f64 {
     match body.shape {
         BodyShape::Sphere { radius } => radius,
-        BodyShape::Cylinder { radius, length } => {
+        BodyShape::Cylinder { radius, length, .. } => {
             let axis_z = (rotation(body) * Vector3::z()).z.abs().min(1.0);
             0.5 * length * axis_z + radius * (1.0 - axis_z * axis_z).sqrt()
         }

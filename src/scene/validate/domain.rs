@@ -11,16 +11,24 @@ pub(super) fn require(good: bool, key: &str, found: impl FnOnce() -> String, exp
     if good { Ok(()) } else { Err(SceneError::value(key, found(), expected)) }
 }
 
+/// Nothing physical is larger or, if it may not be zero, smaller: beyond, squares and quotients leave the numbers.
+const LARGEST: f64 = 1e15;
+const SMALLEST: f64 = 1e-15;
+
 pub(super) fn finite(key: &str, value: f64) -> Check {
-    require(value.is_finite(), key, || format!("{value:?}"), "a finite number")
+    all_finite(key, &[value])
 }
 
 pub(super) fn all_finite(key: &str, values: &[f64]) -> Check {
-    require(values.iter().all(|v| v.is_finite()), key, || format!("{values:?}"), "finite numbers")
+    let found = || if let [value] = values { format!("{value:?}") } else { format!("{values:?}") };
+    let expected = if values.len() == 1 { "a finite number" } else { "finite numbers" };
+    require(values.iter().all(|v| v.is_finite()), key, found, expected)?;
+    require(values.iter().all(|v| v.abs() <= LARGEST), key, found, "nothing beyond 1e15 in size")
 }
 
 pub(super) fn positive(key: &str, value: f64, expected: &str) -> Check {
-    require(value.is_finite() && value > 0.0, key, || format!("{value:?}"), expected)
+    require(value.is_finite() && value > 0.0, key, || format!("{value:?}"), expected)?;
+    within(key, value, SMALLEST..=LARGEST)
 }
 
 pub(super) fn within(key: &str, value: f64, range: RangeInclusive<f64>) -> Check {

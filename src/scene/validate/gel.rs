@@ -56,7 +56,8 @@ fn block(size: &[f64], dimension: Dimension) -> Check {
         }
     };
     let good = size.len() == n && size.iter().all(|&edge| edge.is_finite() && edge > 0.0);
-    require(good, "gel.shape.block.size", || format!("{size:?}"), expected)
+    require(good, "gel.shape.block.size", || format!("{size:?}"), expected)?;
+    size.iter().try_for_each(|edge| positive("gel.shape.block.size", *edge, LENGTH))
 }
 
 fn l_beam(shape: &GelShape, dimension: Dimension) -> Check {
