@@ -33,8 +33,8 @@ fn prepare() -> Result<(), String> {
     variables::generate("modelDescription/variables.toml", &out.join("variables.rs"))?;
     if env::var_os("CARGO_FEATURE_CLI").is_some() {
         let library = library::build(&out)?;
-        library::embed(library.as_deref(), &out.join("embedded.rs"))?;
-        licenses::collect(library.is_some(), &out)?;
+        library::embed(library.as_ref().map(|l| l.file.as_path()), &out.join("embedded.rs"))?;
+        licenses::collect(library.as_ref().map(|l| l.messages.as_str()), &out)?;
     }
     Ok(())
 }

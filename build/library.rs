@@ -4,13 +4,21 @@ use std::env;
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// Set to leave the library out, also by the nested build itself.
 const GUARD: &str = "BALLISTIC_GEL_WITHOUT_LIBRARY";
 
+/// The library, built.
+pub struct Built {
+    /// The file.
+    pub file: PathBuf,
+    /// What cargo said of every crate that it built for it: JSON, one object in a line.
+    pub messages: String,
+}
+
 /// Builds the library to be packed; `None` in a debug build or when it was asked to be left out.
-pub fn build(out: &Path) -> Result<Option<PathBuf>, String> {
+pub fn build(out: &Path) -> Result<Option<Built>, String> {
     println!("cargo::rerun-if-env-changed={GUARD}");
     if env::var("PROFILE").as_deref() != Ok("release") || env::var_os(GUARD).is_some_and(|v| !v.is_empty()) {
         return Ok(None);
@@ -21,14 +29,17 @@ pub fn build(out: &Path) -> Result<Option<PathBuf>, String> {
     if host != target {
         command.args(["--target", &target]);
     }
-    let status = command.status().map_err(|e| format!("cannot run cargo for the library of the FMU: {e}"))?;
-    if !status.success() {
+    let output = command.stderr(Stdio::inherit()).output();
+    let output = output.map_err(|e| format!("cannot run cargo for the library of the FMU: {e}"))?;
+    if !output.status.success() {
+        let status = output.status;
         return Err(format!(
             "cargo could not build the library of the FMU ({status}); its messages are above. With cargo install, use --locked"
         ));
     }
     let built = if host == target { folder.join("fmu") } else { folder.join(&target).join("fmu") };
-    Ok(Some(built.join(file_name()?)))
+    let messages = String::from_utf8(output.stdout).map_err(|e| format!("the messages of cargo: {e}"))?;
+    Ok(Some(Built { file: built.join(file_name()?), messages }))
 }
 
 /// Writes the Rust source that `gelfmu` includes: the library's bytes, where it goes, or that there is none.
@@ -47,7 +58,7 @@ pub fn embed(library: Option<&Path>, file: &Path) -> Result<(), String> {
 fn nested_cargo(folder: &Path) -> Result<Command, String> {
     let mut command = Command::new(env::var_os("CARGO").ok_or("CARGO is not set: run by cargo")?);
     command.args(["rustc", "--quiet", "--locked", "--offline", "--profile", "fmu", "--lib", "--crate-type", "cdylib"]);
-    command.args(["--no-default-features", "--target-dir"]).arg(folder);
+    command.args(["--no-default-features", "--message-format", "json-render-diagnostics", "--target-dir"]).arg(folder);
     for (key, _) in env::vars_os().filter(|(key, _)| inherited(key)) {
         command.env_remove(key);
     }

@@ -2,27 +2,28 @@
 
 use crate::library::literal;
 use serde_json::Value;
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::env;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Copies the licence files into the build and writes the Rust source that lists them: (path in the archive, bytes).
-pub fn collect(wanted: bool, out: &Path) -> Result<(), String> {
+/// Writes the list of linked crates and the Rust source that names every licence file: (path in the archive, bytes).
+/// `messages` is what cargo said when it built the library.
+pub fn collect(messages: Option<&str>, out: &Path) -> Result<(), String> {
     let mut source = String::from(
         "/// Licences: path below `documentation/licenses/`, and bytes.\npub static LICENSES: &[(&str, &[u8])] = &[\n",
     );
-    if wanted {
-        let packages = linked()?;
+    if let Some(messages) = messages {
+        let packages = linked(messages)?;
         let table = out.join("linked-crates.txt");
         fs::write(&table, list(&packages)).map_err(|e| format!("cannot write {}: {e}", table.display()))?;
         let _ = writeln!(source, "(\"linked-crates.txt\", include_bytes!({})),", literal(&table));
         for package in &packages {
             for file in &package.files {
                 let name = file.file_name().unwrap_or_default().to_string_lossy();
-                let _ = writeln!(source, "(\"{}/{name}\", include_bytes!({})),", package.folder(), literal(file));
+                let _ = writeln!(source, "(\"{}/{name}\", include_bytes!({})),", package.name, literal(file));
             }
         }
     }
@@ -32,61 +33,56 @@ pub fn collect(wanted: bool, out: &Path) -> Result<(), String> {
 }
 
 struct Package {
+    /// Name and version, `serde-1.0.0`.
     name: String,
-    version: String,
     license: String,
     files: Vec<PathBuf>,
 }
 
-impl Package {
-    fn folder(&self) -> String {
-        format!("{}-{}", self.name, self.version)
-    }
-}
-
 /// The packages that the library links, this crate first.
-fn linked() -> Result<Vec<Package>, String> {
-    let linked = names()?;
-    let metadata: Value = serde_json::from_str(&cargo(&["metadata", "--format-version", "1"])?)
-        .map_err(|e| format!("cargo metadata: {e}"))?;
-    let packages = items(&metadata["packages"]).map(package).collect::<Result<Vec<Package>, String>>()?;
-    let mut packages: Vec<Package> = packages.into_iter().filter(|p| linked.contains(&p.folder())).collect();
-    packages.sort_by_key(|p| (p.name != "ballistic-gel", p.folder()));
+fn linked(messages: &str) -> Result<Vec<Package>, String> {
+    let folders: BTreeMap<String, PathBuf> = messages.lines().filter_map(built).collect();
+    let own = format!("{}-", env::var("CARGO_PKG_NAME").map_err(|e| format!("CARGO_PKG_NAME: {e}"))?);
+    let mut packages = Vec::new();
+    for (name, license) in names()? {
+        let folder = folders.get(&name).ok_or_else(|| format!("cargo did not say where it found {name}"))?;
+        packages.push(Package { files: license_files(folder)?, name, license });
+    }
+    packages.sort_by_key(|package| (!package.name.starts_with(&own), package.name.clone()));
     Ok(packages)
 }
 
-/// `name-version` of every package that the library links; what only runs inside the compiler is left out.
-fn names() -> Result<BTreeSet<String>, String> {
+/// `name-version` and licence of every package that the library links; what only runs inside the compiler is left out.
+fn names() -> Result<BTreeMap<String, String>, String> {
     let target = env::var("TARGET").map_err(|e| format!("TARGET: {e}"))?;
-    let tree = cargo(&["tree", "--edges", "normal,no-proc-macro", "--prefix", "none", "--target", &target])?;
-    let name =
-        |line: &str| Some(line.split_once(" v")?.0.to_string() + "-" + line.split_once(" v")?.1.split(' ').next()?);
-    Ok(tree.lines().filter_map(name).collect())
-}
-
-fn cargo(arguments: &[&str]) -> Result<String, String> {
     let cargo = env::var_os("CARGO").ok_or("CARGO is not set: run by cargo")?;
     let output = Command::new(cargo)
-        .args(arguments)
-        .args(["--offline", "--locked", "--no-default-features"])
+        .args(["tree", "--edges", "normal,no-proc-macro", "--prefix", "none", "--no-dedupe", "--format", "{p}|{l}"])
+        .args(["--offline", "--locked", "--no-default-features", "--target", &target])
         .output()
-        .map_err(|e| format!("cannot run cargo {}: {e}", arguments[0]))?;
+        .map_err(|e| format!("cannot run cargo tree: {e}"))?;
     if !output.status.success() {
-        return Err(format!("cargo {}: {}", arguments[0], String::from_utf8_lossy(&output.stderr)));
+        return Err(format!("cargo tree: {}", String::from_utf8_lossy(&output.stderr)));
     }
-    String::from_utf8(output.stdout).map_err(|e| format!("cargo {}: {e}", arguments[0]))
+    Ok(String::from_utf8_lossy(&output.stdout).lines().filter_map(name_and_license).collect())
 }
 
-fn items(value: &Value) -> impl Iterator<Item = &Value> {
-    value.as_array().into_iter().flatten()
+/// From `serde v1.0.0 (folder)|MIT`.
+fn name_and_license(line: &str) -> Option<(String, String)> {
+    let (package, license) = line.rsplit_once('|')?;
+    let (name, version) = package.split_once(" v")?;
+    let version = version.split(' ').next()?;
+    Some((format!("{name}-{version}"), license.to_string()))
 }
 
-fn package(value: &Value) -> Result<Package, String> {
-    let text = |key: &str| value[key].as_str().unwrap_or_default().to_string();
-    let (name, version, license) = (text("name"), text("version"), text("license"));
-    let manifest = PathBuf::from(text("manifest_path"));
-    let folder = manifest.parent().ok_or_else(|| format!("{} has no folder", manifest.display()))?;
-    Ok(Package { name, version, license, files: license_files(folder)? })
+/// `name-version` and folder of a crate that cargo built; its id ends with `#name@version`, or with `/name#version`.
+fn built(message: &str) -> Option<(String, PathBuf)> {
+    let message: Value = serde_json::from_str(message).ok()?;
+    let manifest = Path::new(message["manifest_path"].as_str()?);
+    let (source, version) = message["package_id"].as_str()?.rsplit_once('#')?;
+    let named = version.split_once('@').or_else(|| Some((source.rsplit_once('/')?.1, version)));
+    let (name, version) = named?;
+    Some((format!("{name}-{version}"), manifest.parent()?.to_path_buf()))
 }
 
 /// The files of a folder that say under which licence it is.
@@ -106,7 +102,7 @@ fn is_license(path: &Path) -> bool {
 fn list(packages: &[Package]) -> String {
     let mut text = String::from("Crates linked into the library, with their licences (SPDX).\n\n");
     for package in packages {
-        let _ = writeln!(text, "{} {}: {}", package.name, package.version, package.license);
+        let _ = writeln!(text, "{}: {}", package.name, package.license);
     }
     text
 }

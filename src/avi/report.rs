@@ -125,7 +125,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub fn steps(&self) -> Vec<f64> {
         let clocks = &self.state.clocks;
         if clocks.iter().all(|clock| clock.step == 0) {
-            return super::pace::stable_steps(&self.gel, clocks, self.rules.cfl);
+            let limits = super::pace::stable_steps(&self.gel, clocks, self.rules.cfl);
+            let rounded = |limit: &f64| self.grid.time(self.rules.schedule.step(self.grid.ticks(*limit)));
+            return limits.iter().map(rounded).collect();
         }
         clocks.iter().map(|clock| self.grid.time(clock.step)).collect()
     }

@@ -4,7 +4,7 @@ use super::cut::{Corner, Plane};
 use crate::algebra::Vector3;
 use crate::output::body::{self, Solid};
 use crate::output::bounds::Bounds;
-use crate::scene::{Dimension, Scene};
+use crate::scene::{BodyShape, Dimension, Scene};
 use crate::simulation::Frame;
 use std::collections::HashMap;
 
@@ -28,17 +28,22 @@ pub(super) struct Polygon {
 }
 
 /// The polygons of a frame: in two dimensions the elements (mirrored about the axis), in three the surface behind a cut
-/// through the middle of the projectile and the section there.
+/// through the middle of the projectile and the section there. A bounded projectile in space is drawn whole.
 pub(super) fn polygons(frame: &Frame, scene: &Scene) -> Vec<Polygon> {
     let scenery = Bounds::around(frame.points.iter().copied());
     let solid = body::solid(&scene.projectile.shape, &frame.projectile, &scenery);
     let plane = Plane { y: frame.projectile.position.y, tolerance: 1e-9 * scenery.radius() };
+    let bounded = !matches!(scene.projectile.shape, BodyShape::HalfSpace { .. });
     // First the projectile: where it overlaps gel in the plane of the picture, the first one drawn is seen.
-    let mut polygons: Vec<Polygon> = section(&solid, plane).collect();
+    let mut polygons: Vec<Polygon> = match scene.scene.dimension {
+        Dimension::Spatial if bounded => whole(&solid).collect(),
+        Dimension::Spatial => section(&solid, plane).chain(surface(&solid, plane)).collect(),
+        Dimension::Planar | Dimension::Axisymmetric => section(&solid, plane).collect(),
+    };
     match scene.scene.dimension {
         Dimension::Planar => polygons.extend(elements(frame)),
         Dimension::Axisymmetric => polygons.extend(mirrored(elements(frame))),
-        Dimension::Spatial => polygons.extend(surface(&solid, plane).chain(halved(frame, plane))),
+        Dimension::Spatial => polygons.extend(halved(frame, plane)),
     }
     polygons.retain(|polygon| polygon.corners.len() > 2);
     polygons
@@ -96,6 +101,11 @@ fn owners(frame: &Frame) -> Vec<Option<usize>> {
         }
     }
     frame.cells.facets.iter().map(|facet| owner_of[&sorted(*facet)]).collect()
+}
+
+fn whole(solid: &Solid) -> impl Iterator<Item = Polygon> + '_ {
+    let corners = |triangle: &[u32; 3]| triangle.iter().map(|i| still(solid.points[*i as usize])).collect();
+    solid.triangles.iter().map(move |triangle| Polygon { corners: corners(triangle), substance: Substance::Body })
 }
 
 fn surface(solid: &Solid, plane: Plane) -> impl Iterator<Item = Polygon> + '_ {
