@@ -141,8 +141,6 @@ prop_compose! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
-
     #[test]
     fn the_books_close(numerics in numerics(), motion in motion(), pull in -20.0..20.0) {
         let scene = with(numerics.iter().chain(&motion).map(String::as_str));

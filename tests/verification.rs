@@ -11,6 +11,7 @@ mod verification {
     mod resonance;
     mod row;
     mod striker;
+    mod strip;
     mod table;
     mod vibration;
     mod wall;

@@ -188,8 +188,11 @@ fn limit(plain: f64, octahedra: [f64; 3]) -> Row {
 pub fn rows() -> &'static [Row] {
     static ROWS: OnceLock<Vec<Row>> = OnceLock::new();
     ROWS.get_or_init(|| {
-        let plain = RATIOS.map(|ratio| Punch::plain(16, ratio).force());
-        let reference = RATIOS.map(|ratio| Punch::octahedra(16, ratio).force());
+        let (plain, reference) = std::thread::scope(|threads| {
+            let reference = threads.spawn(|| RATIOS.map(|ratio| Punch::octahedra(16, ratio).force()));
+            let plain = RATIOS.map(|ratio| Punch::plain(16, ratio).force());
+            (plain, reference.join().expect("the reference is computed"))
+        });
         let [coarse, middle] = [4, 8].map(|n| Punch::octahedra(n, RATIOS[3]).force());
         vec![forces(plain), excess(plain, reference), limit(plain[3], [coarse, middle, reference[3]])]
     })

@@ -1,7 +1,7 @@
 //! The table of the README, written by what the tests found.
 
 use super::row::{Row, Verdict};
-use super::{coupling, impulse, locking, momentum, patch, resonance, striker, vibration, wall, wave};
+use super::{coupling, impulse, locking, momentum, patch, resonance, striker, strip, vibration, wall, wave};
 use std::fmt::Write as _;
 
 const BEGIN: &str = "<!-- verification:begin -->";
@@ -16,6 +16,7 @@ fn rows() -> impl Iterator<Item = &'static Row> {
         vibration::rows(),
         wave::rows(),
         wall::rows(),
+        strip::rows(),
         striker::rows(),
         impulse::rows(),
         coupling::rows(),
