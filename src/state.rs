@@ -106,8 +106,8 @@ impl<const D: usize> State<D> {
         let begun = self.clocks.iter().any(|clock| clock.step > 0);
         let runs = |clock: &Clock| clock.step > 0 && clock.next > clock.last;
         holds(!begun || self.clocks.iter().all(runs), "the clock of an element stands still")?;
-        let last = self.clocks.iter().map(|clock| clock.last).max().unwrap_or(0);
-        holds(self.tick.iter().all(|tick| *tick <= last), "a node is ahead of its elements")
+        let next = self.clocks.iter().map(|clock| clock.next).max().unwrap_or(0);
+        holds(self.tick.iter().all(|tick| *tick <= next), "a node is ahead of its elements")
     }
 
     /// Hash of the bytes of the state: equal digests are equal bits.

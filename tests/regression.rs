@@ -1,0 +1,123 @@
+//! One test for each fault that was found and put right in the core.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+use ballistic_gel::algebra::Vector3;
+use ballistic_gel::scene::{self, Override, Scene};
+use ballistic_gel::simulation::{BuildError, CouplingMode, Inputs, RestoreError, Simulation, Wrench};
+
+fn changed(name: &str, changes: &[&str]) -> Scene {
+    let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
+    scene::read(&scene::resolve(scene::builtin(name).unwrap(), &changes).unwrap()).unwrap()
+}
+
+fn coarse(changes: &[&str]) -> Scene {
+    changed("sphere-block", &[&["mesh.size=0.01", "mesh.lattice=kuhn"], changes].concat())
+}
+
+fn integrated(scene: &Scene) -> Simulation {
+    Simulation::new(scene, CouplingMode::Integrated, 1).unwrap()
+}
+
+/// A rod that tumbles far above the gel, under a wrench that changes at every communication point.
+fn updates_of_a_tumbling_rod(early: f64) -> (f64, f64) {
+    let scene = coarse(&[
+        "projectile.shape={cylinder={radius=0.01, length=0.04}}",
+        "projectile.position=[0, 0, 0.5]",
+        "projectile.velocity=[0, 0, 0]",
+        "projectile.angular_velocity=[100, 0, 300]",
+    ]);
+    let mut simulation = integrated(&scene);
+    let smallest = simulation.observe().cost.smallest_step;
+    for k in 1..=64_u32 {
+        let force = Vector3::new(0.0, 0.0, 1e-3 * f64::from(k));
+        let inputs = Inputs { wrench: Wrench { force, ..Wrench::default() }, ..simulation.inputs() };
+        simulation.step(&inputs, 4.0 * smallest * f64::from(k) * early).unwrap();
+    }
+    let seen = simulation.observe();
+    (seen.cost.element_updates, seen.energy.integration)
+}
+
+#[test]
+fn a_tick_fires_once_also_when_a_communication_point_falls_just_before_it() {
+    let (exact, _) = updates_of_a_tumbling_rod(1.0);
+    let (early, _) = updates_of_a_tumbling_rod(1.0 - 1e-13);
+    assert_eq!(exact, early);
+}
+
+#[test]
+fn a_fast_spin_is_stepped_by_the_angle_turned_not_by_the_gel() {
+    let scene = coarse(&[
+        "projectile.shape={cylinder={radius=0.01, length=0.04}}",
+        "projectile.position=[0, 0, 0.5]",
+        "projectile.angular_velocity=[2000, 0, 20000]",
+        "projectile.velocity=[0, 0, 0]",
+    ]);
+    let mut simulation = integrated(&scene);
+    let inputs = simulation.inputs();
+    simulation.step(&inputs, 1e-3).unwrap();
+    assert!(simulation.observe().energy.energy_defect < 1e-4);
+    // The axis of a symmetric top keeps its angle to the angular momentum.
+    let (_, inertia) = simulation.inertia();
+    let momentum = Vector3::new(2000.0 * inertia[0], 0.0, 20_000.0 * inertia[2]);
+    let [w, x, y, z] = simulation.kinematics().orientation;
+    let turn = nalgebra::UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z));
+    let angle = (turn * Vector3::z()).angle(&momentum);
+    assert!((angle - Vector3::z().angle(&momentum)).abs() < 1e-3);
+}
+
+#[test]
+fn a_failed_simulation_stays_failed_when_its_state_is_restored() {
+    let scene = changed("ball-square", &["mesh.size=5e-3", "projectile.velocity=[0, 0, -100]"]);
+    let mut failed = integrated(&scene);
+    let inputs = failed.inputs();
+    let failure = failed.step(&inputs, 2e-3).unwrap_err();
+    let mut twin = integrated(&scene);
+    twin.restore(&failed.save()).unwrap();
+    assert_eq!(twin.step(&inputs, 3e-3), Err(failure));
+    assert_eq!(twin.digest(), failed.digest());
+}
+
+#[test]
+fn a_state_of_another_scene_is_refused() {
+    let saved = integrated(&coarse(&[])).save();
+    let mut denser = integrated(&coarse(&["gel.density=1031"]));
+    assert_eq!(denser.restore(&saved), Err(RestoreError::Foreign));
+    let mut same = integrated(&coarse(&[]));
+    let mut damaged = saved.clone();
+    if let ballistic_gel::simulation::SavedState::Solid(state) = &mut damaged.state {
+        state.position[0].x = f64::NAN;
+    }
+    assert!(matches!(same.restore(&damaged), Err(RestoreError::Inconsistent { .. })));
+    same.restore(&saved).unwrap();
+}
+
+#[test]
+fn what_cannot_be_built_is_refused_before_memory_is_taken() {
+    let refusal = |scene: &Scene| Simulation::new(scene, CouplingMode::Integrated, 1).err();
+    for name in ["sphere-block", "ball-bounce", "ball-square", "l-beam"] {
+        for size in ["1e-9", "1e-5"] {
+            let scene = changed(name, &[&format!("mesh.size={size}")]);
+            let refused = refusal(&scene);
+            let fits = name == "ball-bounce" && size == "1e-5";
+            assert!(fits || matches!(refused, Some(BuildError::TooLarge { .. })), "{name} {size}: {refused:?}");
+        }
+    }
+    let beside = coarse(&["projectile.position=[0.055, 0, -0.02]"]);
+    assert!(matches!(refusal(&beside), Some(BuildError::Overlap { .. })));
+}
+
+#[test]
+fn a_planar_ball_is_a_disc() {
+    let (mass, inertia) = integrated(&changed("ball-square", &[])).inertia();
+    assert!((inertia[1] / (0.5 * mass * 0.01 * 0.01) - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_ball_that_sinks_between_nodes_is_a_leak_not_a_success() {
+    let keys = ["projectile.position=[5e-3, 0, 0.01]", "projectile.velocity=[0, 0, -40]", "scene.end_time=3e-3"];
+    let mut simulation = integrated(&coarse(&keys));
+    let inputs = simulation.inputs();
+    let failure = simulation.step(&inputs, 3e-3).unwrap_err().to_string();
+    assert!(failure.contains("leaks") || failure.contains("inverted"), "{failure}");
+}
