@@ -15,6 +15,7 @@ const STUDIES: [Study; 4] = [
         "depth and restitution against the reference table, by mesh size and bulk modulus",
         ball_bounce::study,
     ),
+    ("fast-ball", "sphere-block at 20 m/s, where elements are nearly turned inside out", fast_ball::study),
     ("l-beam", "energy over the run, drop through impact, both schedules and both contact laws", l_beam::study),
 ];
 
