@@ -105,7 +105,7 @@ fn pack(scene: &str, file: &Path) -> Vec<u8> {
 
 fn coarse_scene(folder: &Path) -> String {
     let text = ballistic_gel::scene::builtin("sphere-block").unwrap();
-    let coarse = text.replace("size = 5e-3", "size = 12.5e-3").replace("end_time = 10e-3", "end_time = 2e-3");
+    let coarse = text.replace("size = 5e-3", "size = 10e-3").replace("end_time = 10e-3", "end_time = 2e-3");
     assert_ne!(coarse, text);
     let file = folder.join("coarse.toml");
     fs::write(&file, coarse).unwrap();

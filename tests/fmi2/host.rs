@@ -60,7 +60,7 @@ pub fn callbacks(log: &mut Vec<Line>) -> Callbacks {
 
 /// A coarse and therefore quick `sphere-block`.
 pub fn coarse() -> String {
-    scene::builtin("sphere-block").unwrap().replace("size = 5e-3", "size = 12.5e-3")
+    scene::builtin("sphere-block").unwrap().replace("size = 5e-3", "size = 10e-3")
 }
 
 /// Value reference of `name` or `name[i]`.

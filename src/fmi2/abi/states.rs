@@ -48,7 +48,8 @@ pub unsafe extern "C" fn fmi2FreeFMUstate(c: Handle, target: *mut Handle) -> c_i
         // SAFETY: a pointer to a pointer; what it points to is checked by `state` before it is freed.
         unsafe {
             if !(*target).is_null() {
-                state(*target, name)?.magic = 0;
+                // Volatile: the word is read again only through a pointer that should not be used any more.
+                (&raw mut state(*target, name)?.magic).write_volatile(0);
                 drop(Box::from_raw((*target).cast::<State>()));
                 *target = ptr::null_mut();
             }
