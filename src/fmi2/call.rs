@@ -100,7 +100,7 @@ pub enum CallError {
     #[error("{0}")]
     State(#[from] SnapshotError),
     /// A file that cannot be written.
-    #[error("output_directory: {0}. Choose a folder that can be written, or leave output_directory empty")]
+    #[error("output_directory: {0}, or leave output_directory empty")]
     Output(#[from] OutputError),
     /// Asked for what a synchronous slave has not.
     #[error("{what} is not available: no step runs asynchronously")]

@@ -2,7 +2,7 @@
 
 use super::call::CallError;
 use super::instance::{Instance, Values};
-use super::table::{Setting, Source, VARIABLES, Variable, key_in, start_of, table_of};
+use super::table::{Setting, Source, VARIABLES, Variable, key_in, row, start_of, table_of};
 use super::uri;
 use crate::scene::{self, Override, SceneError};
 use crate::simulation::CouplingMode;
@@ -48,6 +48,15 @@ pub(super) struct Settings {
     pub mode: CouplingMode,
 }
 
+/// Most threads that can be asked for.
+///
+/// # Panics
+/// If the table of variables gives the parameter `threads` no maximum; it does.
+#[must_use]
+pub fn most_threads() -> usize {
+    row(Source::Setting(Setting::Threads)).max.expect("the table bounds the threads") as usize
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self { scene: String::new(), threads: 1, output_directory: String::new(), mode: CouplingMode::Integrated }
@@ -81,9 +90,9 @@ impl Settings {
     pub(super) fn set_integer(&mut self, setting: Setting, value: i32) -> Result<(), CallError> {
         match setting {
             Setting::Threads => {
-                let expected = "0 for all cores, or a number of threads up to 1024";
-                let threads = usize::try_from(value).ok().filter(|n| *n <= 1024);
-                self.threads = threads.ok_or_else(|| CallError::value("threads", value, expected))?;
+                let threads = usize::try_from(value).ok().filter(|n| *n <= most_threads());
+                let expected = || format!("0 for all cores, or a number of threads up to {}", most_threads());
+                self.threads = threads.ok_or_else(|| CallError::value("threads", value, expected()))?;
             }
             Setting::CouplingMode => {
                 self.mode = match value {

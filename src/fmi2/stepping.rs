@@ -1,6 +1,7 @@
 //! `fmi2DoStep` and what can be asked about it.
 
 use super::call::CallError;
+use super::inputs::Acted;
 use super::instance::{Clock, Instance, Model};
 use super::lifecycle::Phase;
 use super::status::Status;
@@ -51,9 +52,12 @@ impl Instance {
         let inputs = self.step_inputs()?;
         let since_start = (end - self.clock.start).max(0.0);
         let model = self.model()?;
+        let begun = model.simulation.time();
         let succeeded = model.advance(&inputs, since_start);
         let reached = model.simulation.time();
+        let acted = Acted::at_the_end(&inputs, model.mode, reached - begun);
         self.inputs.rates.clear();
+        self.inputs.acted = acted;
         if !succeeded {
             self.phase = Phase::StepFailed;
             self.clock.now = self.clock.now.max(self.clock.start + reached);

@@ -1,7 +1,7 @@
 //! States behind pointers and as bytes.
 
 use super::pointers::{slice, slice_mut};
-use super::{Handle, done, guard};
+use super::{Handle, guard};
 use crate::fmi2::call::CallError;
 use crate::fmi2::lifecycle::Call;
 use crate::fmi2::snapshot::{Snapshot, SnapshotError};
@@ -33,7 +33,7 @@ pub unsafe extern "C" fn fmi2SetFMUstate(c: Handle, from: Handle) -> c_int {
     let name = "fmi2SetFMUstate";
     guard(c, name, Call::State, |it| {
         // SAFETY: checked by `state`.
-        it.instance.restore(&unsafe { state(from, name) }?.snapshot).map(done)
+        it.instance.restore(&unsafe { state(from, name) }?.snapshot)
     })
 }
 
