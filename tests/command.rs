@@ -103,7 +103,7 @@ fn a_failure_is_json_too_where_json_is_wanted() {
     let said = gelfmu(&["run", "--set", "mesh.size=0", "--json"]);
     assert_eq!(said.status, Some(2));
     let error = &json(&said.out)["error"];
-    assert_eq!(error, "scene sphere-block with --set: mesh.size: found 0.0, expected a positive length, m");
+    assert_eq!(error, "scene sphere-block with --set mesh.size=0: mesh.size: found 0.0, expected a positive length, m");
 }
 
 #[test]
@@ -118,12 +118,12 @@ fn a_scene_that_does_not_exist_is_refused_with_the_names_that_do() {
 fn an_override_at_fault_is_named_and_a_fault_of_the_file_keeps_its_line() {
     refused(
         &["run", "--set", "mesh.sizes=1"],
-        "scene sphere-block with --set: mesh.sizes: found the unknown key `sizes`, \
+        "scene sphere-block with --set mesh.sizes=1: mesh.sizes: found the unknown key `sizes`, \
          expected one of `size`, `lattice`, `grading`",
     );
     refused(
         &["run", "l-beam", "--set", "mesh.size=[1,"],
-        "scene l-beam with --set: mesh.size: found `[1,`, expected a TOML value, \
+        "scene l-beam with --set mesh.size=[1,: mesh.size: found `[1,`, expected a TOML value, \
          such as 2e-3, [0, 0, -2], true or \"text\"",
     );
     let folder = folder();

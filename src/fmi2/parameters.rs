@@ -4,7 +4,7 @@ use super::call::CallError;
 use super::instance::{Instance, Values};
 use super::table::{Setting, Source, VARIABLES, Variable, key_in, row, start_of, table_of};
 use super::uri;
-use crate::scene::{self, Override, SceneError};
+use crate::scene::{self, Override};
 use crate::simulation::CouplingMode;
 use std::fs;
 use std::path::Path;
@@ -137,9 +137,9 @@ impl Instance {
         for o in &overrides {
             self.log.event(format!("override: {} = {}", o.key, o.value));
         }
-        match scene::resolve(&text, &overrides) {
-            Ok(text) => Ok((origin, text)),
-            Err(error) => Err(self.named(origin, error)),
+        match scene::read_with(&text, &overrides) {
+            Ok((text, _)) => Ok((origin, text)),
+            Err(fault) => Err(CallError::Scene { origin: blamed(origin, &fault.overrides), error: fault.error }),
         }
     }
 
@@ -150,11 +150,21 @@ impl Instance {
         };
         text.map(|text| (origin, text)).map_err(|reason| CallError::NoScene { reason })
     }
+}
 
-    fn named(&self, origin: String, error: SceneError) -> CallError {
-        let overridden = if self.overrides.is_empty() { "" } else { " with the parameters that were set" };
-        CallError::Scene { origin: origin + overridden, error }
+/// The origin of a scene, and the parameters that are at fault.
+fn blamed(origin: String, overrides: &[Override]) -> String {
+    if overrides.is_empty() {
+        return origin;
     }
+    let set = overrides.iter().map(|o| format!("{} = {}", parameter_of(&o.key), o.value));
+    format!("{origin} with the parameters {}", set.collect::<Vec<_>>().join(", "))
+}
+
+/// Name of the parameter that overrides a scene key.
+fn parameter_of(key: &str) -> &str {
+    let overriding = |v: &&Variable| v.source == Source::Scene && v.keys.contains(&key);
+    VARIABLES.iter().find(overriding).map_or(key, |variable| variable.name)
 }
 
 /// The overrides that differ from their starts, as scene keys and TOML values.

@@ -165,6 +165,23 @@ fn a_broken_scene_is_named_by_key_and_line_and_can_be_put_right() {
 }
 
 #[test]
+fn a_parameter_that_breaks_the_scene_is_named_and_no_line_is() {
+    let mut host = Host::with(&coarse());
+    assert_eq!(host.set("gel.density", 0.0), OK);
+    assert_eq!(host.set("projectile.mass", 0.04), OK);
+    host.enter();
+    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, ERROR);
+    let text = host.one_line();
+    let start = "scene resources/scene.toml with the parameters gel.density = 0.0: gel.density: found 0.0";
+    assert!(text.starts_with(start) && !text.contains("line"), "{text}");
+    assert_eq!(host.set("gel.density", 1030.0), OK);
+    assert_eq!(host.set("projectile.radius", 0.0), OK);
+    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, ERROR);
+    let text = host.one_line();
+    assert!(text.contains("with the parameters projectile.radius = 0.0: ") && !text.contains("line"), "{text}");
+}
+
+#[test]
 fn a_scene_that_is_not_there_is_named() {
     let mut host = Host::with(&coarse());
     let missing = host.path("100% missing.toml");
