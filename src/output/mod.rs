@@ -114,10 +114,10 @@ impl Recorder {
     /// # Errors
     /// [`OutputError`] when a file cannot be written.
     pub fn conclude(&mut self, ending: &Ending) -> Result<Summary, OutputError> {
-        if ending.failure.is_some() {
+        let summary = Summary::of(&self.run, ending);
+        if !summary.completed {
             self.frames.append_last(ending.frame, &self.run.scene)?;
         }
-        let summary = Summary::of(&self.run, ending);
         files::write(&self.folder.join("summary.json"), summary.to_json().as_bytes())?;
         let rows = self.history.thinned(report::PLOT_POINTS)?;
         let page = report::page(&self.run.scene, &summary, &rows, &self.frames.shots());

@@ -20,3 +20,4 @@ pub use read::read;
 #[cfg(feature = "cli")]
 pub use schema::schema;
 pub use tables::*;
+pub use validate::MOST_STEPS;

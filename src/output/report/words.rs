@@ -7,14 +7,19 @@ use crate::output::summary::{Interface, Summary};
 use crate::scene::Scene;
 use std::fmt::Write;
 
-/// A box with the diagnosis of a run that stopped early; nothing otherwise.
-pub(super) fn failure(summary: &Summary) -> String {
-    let Some(diagnosis) = &summary.failure else { return String::new() };
+/// A box with the diagnosis of a run that stopped early, or that it was ended early; nothing otherwise.
+pub(super) fn failure(scene: &Scene, summary: &Summary) -> String {
+    let ended = || format!("It was ended there; the scene goes on to {}.", quantity(scene.scene.end_time, "s"));
+    let diagnosis = match &summary.failure {
+        Some(diagnosis) => escape(diagnosis),
+        None if summary.completed => return String::new(),
+        None => ended(),
+    };
     format!(
         "<section class=\"failure\" role=\"alert\"><h2>This run stopped early, at {}</h2>\n<p>{}</p>\n\
          <p>Everything below was computed before and is valid up to then.</p></section>\n",
         quantity(summary.end_time, "s"),
-        escape(diagnosis)
+        diagnosis
     )
 }
 
