@@ -219,8 +219,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for reached in &self.scratch.reached {
             let (near, gap) = (surface.nodes[*reached as usize], self.scratch.gaps[*reached as usize]);
             if gap.is_some_and(|gap| gap.distance < near.size) {
-                let facets = surface.around.of(near.node).iter().map(|id| &surface.facets[id.index()][..D]);
-                facets.map(|corners| self.check_facet(corners, near.size, (body, time))).collect::<Result<(), _>>()?;
+                let mut facets = surface.around.of(near.node).iter().map(|id| &surface.facets[id.index()][..D]);
+                facets.try_for_each(|corners| self.check_facet(corners, near.size, (body, time)))?;
             }
         }
         Ok(())

@@ -37,7 +37,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let (a, push) = (node.index(), force * weight);
             self.state.velocity[a] += push.component_mul(&self.gel.free[a]) / self.gel.mass[a];
             let at = embed(&self.state.position[a]);
-            book_restraint(&self.gel.free[a], &self.body.freedom, (at, embed(&push)), &mut self.state.ledger);
+            book_restraint(&self.gel.free[a], self.body.freedom, (at, embed(&push)), &mut self.state.ledger);
         }
     }
 
@@ -77,7 +77,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.state.ledger.energy.contact += 0.5 * j * (touch.before + after) - removal;
             self.state.ledger.energy.contact_bias += removal;
             let free = &self.gel.free[touch.node.index()];
-            book_restraint(free, &self.body.freedom, (touch.point, touch.normal * j), &mut self.state.ledger);
+            book_restraint(free, self.body.freedom, (touch.point, touch.normal * j), &mut self.state.ledger);
             if self.body.motion != Motion::Free {
                 self.book_reaction(was, touch.point, touch.normal * j);
             }
@@ -99,7 +99,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 /// What the held directions of a node at `at` take up of a push.
 fn book_restraint<const D: usize>(
     free: &Vector<D>,
-    freedom: &Freedom,
+    freedom: Freedom,
     (at, push): (Vector3, Vector3),
     ledger: &mut Ledger,
 ) {

@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     fn clock(step: Tick, next: Tick) -> Clock {
-        Clock { step, next, ..Clock::default() }
+        Clock { next, step, ..Clock::default() }
     }
 
     #[test]

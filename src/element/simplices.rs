@@ -216,21 +216,23 @@ mod tests {
         (evaluation, forces)
     }
 
+    /// Energy with node `a` moved by `s` along axis `i`.
+    fn moved_energy<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>], (a, i): (usize, usize), s: f64) -> f64 {
+        let mut moved = x.to_vec();
+        moved[a][i] += s;
+        forces(simplices, &moved).0.energy
+    }
+
     fn check_forces<const D: usize>(mesh: &Mesh<D>, simplices: &Simplices<D>) {
         let step = 1e-6;
         for size in [0.0, 0.1, 0.3] {
             let x = deformed(mesh, size);
             let (_, f) = forces(simplices, &x);
-            for a in 0..=D {
-                for i in 0..D {
-                    let energy = |s: f64| {
-                        let mut moved = x.clone();
-                        moved[a][i] += s;
-                        forces(simplices, &moved).0.energy
-                    };
-                    let slope = (energy(step) - energy(-step)) / (2.0 * step);
-                    assert!((slope + f[a][i]).abs() < 1e-7 * (1.0 + f[a].norm()), "node {a}, direction {i}");
-                }
+            for component in (0..=D).flat_map(|a| (0..D).map(move |i| (a, i))) {
+                let energy = |s: f64| moved_energy(simplices, &x, component, s);
+                let slope = (energy(step) - energy(-step)) / (2.0 * step);
+                let (a, i) = component;
+                assert!((slope + f[a][i]).abs() < 1e-7 * (1.0 + f[a].norm()), "node {a}, direction {i}");
             }
         }
     }

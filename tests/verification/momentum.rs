@@ -67,7 +67,7 @@ fn conservation() -> [Row; 2] {
 /// A block of several thousand elements, so that the threads really share the work.
 fn bits() -> Row {
     let run = |threads: usize, slices: u32| {
-        let axis = || mesh::graded(0.0, 1.0, 0.08, (0.2, 1.2, 0.2));
+        let axis = || mesh::graded(1.0, 0.08, (0.2, 1.2, 0.2));
         let mut engine = block([axis(), axis(), axis()], threads);
         for i in 1..=slices {
             advance(&mut engine, 0.5 * f64::from(i) / f64::from(slices));

@@ -22,7 +22,7 @@ fn uniform_planes() -> Vec<f64> {
 }
 
 fn graded_planes() -> Vec<f64> {
-    mesh::graded(0.0, 1.0, 0.04, (0.1, 1.6, 0.3))
+    mesh::graded(1.0, 0.04, (0.1, 1.6, 0.3))
 }
 
 fn blocks<const D: usize>(split: Split) -> [Mesh<D>; 2] {
