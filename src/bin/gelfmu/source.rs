@@ -34,7 +34,7 @@ fn unreadable(name: &str, error: &std::io::Error) -> Failure {
 
 /// Names the line of the user's own text, or the overrides where they are at fault.
 fn complaint(name: &str, fault: &Fault) -> String {
-    let set: String = fault.overrides.iter().map(|o| format!(" --set {}={}", o.key, o.value)).collect();
-    let with = if set.is_empty() { "" } else { " with" };
-    format!("scene {name}{with}{set}: {}", fault.error)
+    let set: Vec<String> = fault.overrides.iter().map(|o| format!("--set {}={}", o.key, o.value)).collect();
+    let with = if set.is_empty() { "" } else { " with " };
+    format!("scene {name}{with}{}: {}", set.join(" "), fault.error)
 }
