@@ -234,7 +234,6 @@ fn the_digest_sees_every_change_of_the_scene() {
         "integrator.cfl=0.7",
         "integrator.schedule=queue",
         "contact.restitution=0.01",
-        "contact.bias=0.2",
         "contact.law=reversal",
     ];
     let same = digest(&with([]), 1);

@@ -1,13 +1,14 @@
 //! The studies of the documentation, each printed as a Markdown table: `cargo run --release --example studies -- NAME`.
 
 mod ball_bounce;
+mod fast_ball;
 mod l_beam;
 mod run;
 mod sphere_block;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 3] = [
+const STUDIES: [Study; 4] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",

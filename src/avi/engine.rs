@@ -78,7 +78,7 @@ pub(super) struct Scratch<const D: usize> {
     pub answers: Vec<Evaluation>,
     /// Length of the kick of the firing patches, s.
     pub weights: Vec<f64>,
-    /// Nodes inside the body.
+    /// Points of the surface inside the body.
     pub touches: Vec<Touch<D>>,
 }
 
@@ -234,7 +234,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.check_steps(due, time)?;
         let was: Vec<Clock> = due.iter().map(|patch| self.state.clocks[patch.index()]).collect();
         self.set_clocks(due, tick, &body);
-        self.find_touches(&body);
+        self.find_touches(&body, tick);
         let struck = self.kick_and_strike(due, &body);
         self.book(due, &was, tick);
         self.book_contact(&body, &struck);

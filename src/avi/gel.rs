@@ -16,6 +16,8 @@ pub struct Gel<const D: usize, P> {
     pub star: Incidence,
     /// Where contact can be.
     pub surface: Surface,
+    /// The patch that each facet of the surface bounds.
+    pub behind: Vec<ElementId>,
 }
 
 /// The nodes and facets that can touch.
@@ -55,7 +57,12 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
         let patches = (0..potential.len()).map(|p| potential.nodes(ElementId(p as u32)));
         let star = Incidence::new(mass.len(), patches);
         let free = held.iter().map(|held| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { 1.0 })).collect();
-        Self { potential, mass, free, star, surface }
+        let owner = |facet: &Facet| {
+            let has_all = |patch: &&ElementId| facet[..D].iter().all(|node| potential.nodes(**patch).contains(node));
+            star.of(facet[0]).iter().find(has_all).copied().expect("a facet bounds a patch")
+        };
+        let behind = surface.facets.iter().map(owner).collect();
+        Self { potential, mass, free, star, surface, behind }
     }
 
     /// Clocks that have not begun, with what the patches answer at these positions.

@@ -76,8 +76,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let removal = j * touch.bias;
             self.state.ledger.energy.contact += 0.5 * j * (touch.before + after) - removal;
             self.state.ledger.energy.contact_bias += removal;
-            let free = &self.gel.free[touch.node.index()];
-            book_restraint(free, self.body.freedom, (touch.point, touch.normal * j), &mut self.state.ledger);
+            for node in touch.nodes() {
+                let (at, push) = (embed(&self.state.position[node.index()]), touch.normal * (j * touch.share()));
+                let free = &self.gel.free[node.index()];
+                book_restraint(free, self.body.freedom, (at, push), &mut self.state.ledger);
+            }
             if self.body.motion != Motion::Free {
                 self.book_reaction(was, touch.point, touch.normal * j);
             }
