@@ -1,5 +1,6 @@
 //! The library inside the FMU: this crate once more, on its own, with what only a whole-program build can do.
 
+use serde_json::Value;
 use std::env;
 use std::ffi::OsString;
 use std::fs;
@@ -37,9 +38,18 @@ pub fn build(out: &Path) -> Result<Option<Built>, String> {
             "cargo could not build the library of the FMU ({status}); its messages are above. With cargo install, use --locked"
         ));
     }
-    let built = if host == target { folder.join("fmu") } else { folder.join(&target).join("fmu") };
     let messages = String::from_utf8(output.stdout).map_err(|e| format!("the messages of cargo: {e}"))?;
-    Ok(Some(Built { file: built.join(file_name()?), messages }))
+    let file = messages.lines().find_map(cdylib).ok_or("cargo did not say where it put the library of the FMU")?;
+    Ok(Some(Built { file, messages }))
+}
+
+/// The dynamic library of the message that says where it is.
+fn cdylib(message: &str) -> Option<PathBuf> {
+    let message: Value = serde_json::from_str(message).ok()?;
+    let kinds = message["target"]["crate_types"].as_array()?;
+    let own = message["reason"] == "compiler-artifact" && kinds.iter().any(|kind| kind == "cdylib");
+    let files = own.then(|| message["filenames"].as_array())??.iter().filter_map(Value::as_str).map(PathBuf::from);
+    files.into_iter().find(|file| file.extension().is_some_and(|e| e == "so" || e == "dll" || e == "dylib"))
 }
 
 /// Writes the Rust source that `gelfmu` includes: the library's bytes, where it goes, or that there is none.
@@ -89,14 +99,6 @@ fn flags(folder: &Path) -> Result<String, String> {
 /// The path as a string of Rust source.
 pub fn literal(path: &Path) -> String {
     format!("{:?}", path.display().to_string())
-}
-
-fn file_name() -> Result<&'static str, String> {
-    Ok(match variable("CARGO_CFG_TARGET_OS")?.as_str() {
-        "windows" => "ballistic_gel.dll",
-        "macos" => "libballistic_gel.dylib",
-        _ => "libballistic_gel.so",
-    })
 }
 
 fn platform() -> Result<String, String> {

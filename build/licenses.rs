@@ -16,7 +16,8 @@ pub fn collect(messages: Option<&str>, out: &Path) -> Result<(), String> {
         "/// Licences: path below `documentation/licenses/`, and bytes.\npub static LICENSES: &[(&str, &[u8])] = &[\n",
     );
     if let Some(messages) = messages {
-        let packages = linked(messages)?;
+        let mut packages = linked(messages)?;
+        packages.push(standard_library()?);
         let table = out.join("linked-crates.txt");
         fs::write(&table, list(&packages)).map_err(|e| format!("cannot write {}: {e}", table.display()))?;
         let _ = writeln!(source, "(\"linked-crates.txt\", include_bytes!({})),", literal(&table));
@@ -50,6 +51,27 @@ fn linked(messages: &str) -> Result<Vec<Package>, String> {
     }
     packages.sort_by_key(|package| (!package.name.starts_with(&own), package.name.clone()));
     Ok(packages)
+}
+
+/// The standard library of Rust, with the notices that the installation of the compiler holds.
+fn standard_library() -> Result<Package, String> {
+    let (version, sysroot) = (rustc("--version")?, rustc("--print=sysroot")?);
+    let version = version.split(' ').nth(1).unwrap_or_default();
+    let folder = Path::new(&sysroot).join("share/doc/rust");
+    let files = ["COPYRIGHT-library.html", "licenses/Apache-2.0.txt", "licenses/MIT.txt"].map(|name| folder.join(name));
+    let files: Vec<PathBuf> = files.into_iter().filter(|file| file.is_file()).collect();
+    let elsewhere = format!(
+        " (its notices are not in this Rust installation; see https://github.com/rust-lang/rust/tree/{version})"
+    );
+    let license = "MIT OR Apache-2.0".to_string() + if files.is_empty() { &elsewhere } else { "" };
+    Ok(Package { name: format!("rust-standard-library-{version}"), license, files })
+}
+
+/// What the compiler answers.
+fn rustc(question: &str) -> Result<String, String> {
+    let rustc = env::var_os("RUSTC").ok_or("RUSTC is not set: run by cargo")?;
+    let output = Command::new(rustc).arg(question).output().map_err(|e| format!("cannot run rustc: {e}"))?;
+    Ok(String::from_utf8_lossy(&output.stdout).trim().to_string())
 }
 
 /// `name-version` and licence of every package that the library links; what only runs inside the compiler is left out.

@@ -103,7 +103,41 @@ fn a_failure_is_json_too_where_json_is_wanted() {
     let said = gelfmu(&["run", "--set", "mesh.size=0", "--json"]);
     assert_eq!(said.status, Some(2));
     let error = &json(&said.out)["error"];
-    assert_eq!(error, "scene sphere-block with --set: mesh.size: found 0.0, expected a positive length, m");
+    assert_eq!(error, "scene sphere-block with --set mesh.size=0: mesh.size: found 0.0, expected a positive length, m");
+}
+
+#[test]
+fn a_command_line_that_makes_no_sense_is_json_too() {
+    let said = gelfmu(&["run", "--speed", "3", "--json"]);
+    assert_eq!(said.status, Some(2));
+    let error = json(&said.out)["error"].as_str().unwrap().to_owned();
+    assert!(error.starts_with("unexpected argument '--speed'") && said.err.contains(&error), "{error}");
+    assert_eq!(gelfmu(&["run", "--speed", "3"]).out, "");
+    assert!(gelfmu(&["--help", "--json"]).out.contains("Usage"));
+}
+
+#[test]
+fn a_folder_that_cannot_be_used_is_bad_input() {
+    let folder = folder();
+    std::fs::write(folder.path().join("file"), "").unwrap();
+    let colon: &[&str] = &["run", "--out", "a:b"];
+    for (arguments, word) in [
+        (colon, "or --direct"),
+        (&["run", "--out", " "], "or --direct"),
+        (&["run", "--out", ".."], "or --direct"),
+        (&["run", "--out", "file/x"], "a folder that can be written"),
+        (&["run", "--out", "file/x", "--direct"], "a folder that can be written"),
+    ] {
+        let said = gelfmu_in(folder.path(), arguments);
+        assert_eq!(said.status, Some(2), "{arguments:?}: {}", said.err);
+        let start = format!("error: --out {}: found ", arguments[2]);
+        assert!(said.err.starts_with(&start) && said.err.contains(word), "{arguments:?}: {}", said.err);
+    }
+    let held = folder.path().join("held");
+    let claim = ballistic_gel::output::claim(&held).unwrap();
+    let said = gelfmu_in(folder.path(), &["run", "--out", "held", "--direct"]);
+    assert_eq!((said.status, said.err.contains("another run is writing there")), (Some(2), true), "{}", said.err);
+    drop(claim);
 }
 
 #[test]
@@ -118,12 +152,12 @@ fn a_scene_that_does_not_exist_is_refused_with_the_names_that_do() {
 fn an_override_at_fault_is_named_and_a_fault_of_the_file_keeps_its_line() {
     refused(
         &["run", "--set", "mesh.sizes=1"],
-        "scene sphere-block with --set: mesh.sizes: found the unknown key `sizes`, \
+        "scene sphere-block with --set mesh.sizes=1: mesh.sizes: found the unknown key `sizes`, \
          expected one of `size`, `lattice`, `grading`",
     );
     refused(
         &["run", "l-beam", "--set", "mesh.size=[1,"],
-        "scene l-beam with --set: mesh.size: found `[1,`, expected a TOML value, \
+        "scene l-beam with --set mesh.size=[1,: mesh.size: found `[1,`, expected a TOML value, \
          such as 2e-3, [0, 0, -2], true or \"text\"",
     );
     let folder = folder();
@@ -134,13 +168,15 @@ fn an_override_at_fault_is_named_and_a_fault_of_the_file_keeps_its_line() {
 
 #[test]
 fn a_command_line_that_makes_no_sense_is_bad_input() {
-    let cases: [(&[&str], &str); 6] = [
+    let cases: [(&[&str], &str); 8] = [
         (&["fly"], "unrecognized subcommand 'fly'"),
         (&["run", "--speed", "3"], "unexpected argument '--speed'"),
         (&["run", "--step", "0"], "expected a positive time, s"),
         (&["run", "--step", "nan"], "expected a positive time, s"),
         (&["run", "--set", "mesh.size"], "mesh.size: found no value, expected key=value, such as mesh.size=2e-3"),
         (&["run", "--threads", "-1"], "unexpected argument '-1'"),
+        (&["run", "--threads", "5000"], "expected 0 for all cores, or a number of threads up to 1024"),
+        (&["run", "--step", "1e-20"], "expected at most 1e9: a step of 1.000e-11 s or more"),
     ];
     for (arguments, message) in cases {
         let said = gelfmu(arguments);
@@ -263,7 +299,8 @@ fn a_run_leaves_a_folder_to_look_at_and_prints_its_summary() {
         assert!(out.join(file).exists(), "{file}");
     }
     let summary = json(&said.out);
-    assert_eq!(summary, json(&std::fs::read_to_string(out.join("summary.json")).unwrap()));
+    let file = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    assert_eq!(said.out.trim_end(), file.trim_end(), "the same text, in the same order");
     assert_eq!((&summary["completed"], &summary["end_time"]), (&Value::from(true), &Value::from(2e-3)));
     assert_eq!(small(folder.path(), &[]).status, Some(2), "the folder is not empty any more");
     assert_eq!(small(folder.path(), &["--force"]).status, Some(0));
@@ -335,5 +372,7 @@ fn an_interrupted_run_keeps_what_it_has() {
     assert_eq!(said.status, Some(130), "{}", said.err);
     assert!(said.err.contains("error: interrupted; what was computed is in here"), "{}", said.err);
     let summary = json(&std::fs::read_to_string(folder.path().join("here/summary.json")).unwrap());
-    assert_eq!(summary["completed"], false);
+    assert_eq!((&summary["completed"], &summary["failure"]), (&Value::from(false), &Value::Null));
+    let page = std::fs::read_to_string(folder.path().join("here/report.html")).unwrap();
+    assert!(page.contains("This run stopped early") && page.contains("It was ended there"));
 }

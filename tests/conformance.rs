@@ -4,7 +4,7 @@
 use fmi_rs::model_description::fmi2::ModelDescription;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Variables that would mix other Python installations, or this test's own libraries, into the interpreter.
@@ -105,7 +105,7 @@ fn pack(scene: &str, file: &Path) -> Vec<u8> {
 
 fn coarse_scene(folder: &Path) -> String {
     let text = ballistic_gel::scene::builtin("sphere-block").unwrap();
-    let coarse = text.replace("size = 5e-3", "size = 12.5e-3").replace("end_time = 10e-3", "end_time = 2e-3");
+    let coarse = text.replace("size = 5e-3", "size = 10e-3").replace("end_time = 10e-3", "end_time = 2e-3");
     assert_ne!(coarse, text);
     let file = folder.join("coarse.toml");
     fs::write(&file, coarse).unwrap();
@@ -114,7 +114,7 @@ fn coarse_scene(folder: &Path) -> String {
 
 #[test]
 #[cfg_attr(debug_assertions, ignore = "a debug build holds no packed library: cargo test --release")]
-fn the_same_scene_gives_the_same_sound_bytes_and_no_build_path() {
+fn one_gelfmu_packs_a_scene_into_the_same_sound_bytes_and_no_build_path_is_in_them() {
     let folder = tempfile::tempdir().unwrap();
     let first = pack("ball-bounce", &folder.path().join("first.fmu"));
     assert_eq!(first, pack("ball-bounce", &folder.path().join("second.fmu")));
@@ -130,6 +130,48 @@ fn the_same_scene_gives_the_same_sound_bytes_and_no_build_path() {
         let path = path.to_str().unwrap();
         assert!(!library.windows(path.len()).any(|w| w == path.as_bytes()), "{path} stands in the library");
     }
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "a debug build holds no packed library: cargo test --release")]
+fn a_file_that_cannot_be_written_is_bad_input() {
+    for out in [".", "Cargo.toml/x.fmu"] {
+        let mut gelfmu = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
+        let output = gelfmu.args(["pack", "--out", out]).current_dir(root()).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.starts_with(&format!("error: --out {out}: found ")), "{said}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+#[cfg_attr(debug_assertions, ignore = "a debug build holds no packed library: cargo test --release")]
+fn a_second_interruption_ends_a_long_step_at_once_and_leaves_no_temporary_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let scratch = folder.path().join("scratch");
+    fs::create_dir(&scratch).unwrap();
+    let mut gelfmu = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
+    gelfmu.args(["run", "sphere-block", "--set", "mesh.size=2e-3", "--step", "1", "--out", "out"]);
+    gelfmu.current_dir(folder.path()).env("TMPDIR", &scratch).stderr(Stdio::piped());
+    let mut child = gelfmu.spawn().unwrap();
+    let pause = || std::thread::sleep(std::time::Duration::from_millis(300));
+    while !folder.path().join("out/history.csv").exists() {
+        assert_eq!(child.try_wait().unwrap(), None, "the run ended before its first row");
+        pause();
+    }
+    assert_ne!(fs::read_dir(&scratch).unwrap().count(), 0, "the FMU is unpacked there");
+    for signal in ["-INT", "-TERM"] {
+        assert_eq!(child.try_wait().unwrap(), None, "the step takes longer than this test");
+        pause();
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        pause();
+    }
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(said.contains("Ctrl-C again ends it at once"), "{said}");
+    assert_eq!(fs::read_dir(&scratch).unwrap().count(), 0);
 }
 
 #[test]

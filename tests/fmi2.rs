@@ -4,6 +4,8 @@
 
 #[path = "fmi2/coupling.rs"]
 mod coupling;
+#[path = "fmi2/files.rs"]
+mod files;
 #[path = "fmi2/host.rs"]
 mod host;
 #[path = "fmi2/order.rs"]

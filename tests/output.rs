@@ -305,3 +305,36 @@ fn the_model_picture_shows_gel_and_projectile() {
         assert!(opaque.len() < 600 * 450 * 9 / 10, "the background is clear");
     }
 }
+
+#[test]
+fn a_slice_without_thickness_says_per_metre_and_one_with_a_thickness_does_not() {
+    let mut scene = scene("planar");
+    let page = |name: &str, scene: &Scene| fs::read_to_string(run(name, scene, None).join("report.html")).unwrap();
+
+    scene.gel.thickness = None;
+    let per_metre = page("per-metre", &scene);
+    assert!(per_metre.contains(" N per metre of thickness (mean over"), "the sentence");
+    assert!(per_metre.contains("<dt>peak force</dt>") && per_metre.contains("N per metre of thickness</dd>"));
+    scene.gel.thickness = Some(0.1);
+    assert!(!page("thick", &scene).contains("per metre of thickness"));
+}
+
+#[test]
+fn every_chart_reaches_to_the_end_of_the_run() {
+    let scene = scene("spatial");
+    let page = fs::read_to_string(run("last-label", &scene, None).join("report.html")).unwrap();
+    let charts: Vec<&str> = page.split("<figure class=\"plot\">").skip(1).collect();
+    assert!(charts.len() > 3);
+    let labels = |chart: &str| -> Vec<String> {
+        chart
+            .split("text-anchor=\"middle\"")
+            .skip(1)
+            .map(|t| t.split(['<', '>']).nth(1).unwrap().trim().to_owned())
+            .collect()
+    };
+    let first = labels(charts[0]);
+    assert!(!first.is_empty());
+    for chart in charts {
+        assert_eq!(labels(chart).last(), first.last());
+    }
+}

@@ -15,3 +15,21 @@ pub struct Exchange {
     /// ε = J·(V₀ + V₁)/2 + A·(Ω₀ + Ω₁)/2 − Σ Jₖ·V(xₖ, tₖ), power-bond residual, J.
     pub energy_residual: f64,
 }
+
+impl Exchange {
+    /// Mean force on the projectile, N; zero before the first step.
+    #[must_use]
+    pub fn mean_force(&self) -> Vector3 {
+        self.mean(self.impulse)
+    }
+
+    /// Mean torque about the centre of mass, N·m; zero before the first step.
+    #[must_use]
+    pub fn mean_torque(&self) -> Vector3 {
+        self.mean(self.angular_impulse)
+    }
+
+    fn mean(&self, impulse: Vector3) -> Vector3 {
+        if self.duration > 0.0 { impulse / self.duration } else { Vector3::zeros() }
+    }
+}

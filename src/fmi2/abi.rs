@@ -52,9 +52,13 @@ fn guard(
         // SAFETY: not null, so it came from `fmi2Instantiate` and is used by this thread alone.
         let it = unsafe { &mut *component.cast::<Component>() };
         let status = it.run(function, call, body);
-        (status, it.instance.log.take(), it.logger.clone())
+        let lines = it.instance.log.take();
+        let logger = (!lines.is_empty()).then(|| it.logger.clone());
+        (status, lines, logger)
     };
-    logger.write(&lines);
+    if let Some(logger) = logger {
+        logger.write(&lines);
+    }
     status as c_int
 }
 

@@ -8,7 +8,9 @@ use crate::output::OutputError;
 use crate::scene::SceneError;
 use crate::simulation::BuildError;
 
-/// A call that was not carried out; the instance is as it was before.
+/// A call that was not carried out. The instance is as it was before, but for a step that could not be completed.
+///
+/// Files that cannot be written once a run is going on are no such error: the call is done, with a warning.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CallError {
@@ -89,18 +91,16 @@ pub enum CallError {
         error: BuildError,
     },
     /// The step could not be completed: the simulation is frozen at its last consistent tick.
-    #[error("the simulation stopped at {time:.6e} s: {reason}")]
+    #[error("the simulation has stopped (times since its start): {reason}")]
     Stopped {
-        /// Simulation time, s.
-        time: f64,
-        /// Diagnosis.
+        /// Diagnosis, with the time since the start.
         reason: String,
     },
     /// A state that cannot be used.
     #[error("{0}")]
     State(#[from] SnapshotError),
     /// A file that cannot be written.
-    #[error("output_directory: {0}. Choose a folder that can be written, or leave output_directory empty")]
+    #[error("output_directory: {0}, or leave output_directory empty")]
     Output(#[from] OutputError),
     /// Asked for what a synchronous slave has not.
     #[error("{what} is not available: no step runs asynchronously")]

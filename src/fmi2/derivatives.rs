@@ -1,10 +1,12 @@
 //! Derivatives: of inputs and outputs by time, and of the contact force by position and velocity.
 
 use super::call::CallError;
+use super::inputs::Acted;
 use super::instance::Instance;
-use super::table::{Input, Kind, Observed, Source, Variable, row};
-use super::variables::{known, mean};
+use super::table::{Input, Kind, Observed, Source, Variable};
+use super::variables::known;
 use super::{body, table::Causality};
+use crate::algebra::Vector3;
 use crate::simulation::ContactReport;
 
 impl Instance {
@@ -38,13 +40,13 @@ impl Instance {
         if order != 1 {
             return Err(CallError::value(format!("order of the derivative of {name}"), order, "1"));
         }
+        let acted = self.inputs.acted;
         let (o, simulation) = self.model()?.look();
-        let (force, velocity) = (mean(o.exchange.impulse, o.exchange.duration), o.projectile.velocity);
-        let mass = body::mass(simulation);
+        let force = o.exchange.mean_force();
         Ok(match variable.source {
-            Source::Observed(Observed::ProjectilePredictedPosition) => velocity[component],
-            Source::Observed(Observed::ProjectilePredictedVelocity) if mass > 0.0 => {
-                (force[component] + self.external_force(component)?) / mass
+            Source::Observed(Observed::ProjectilePredictedPosition) => o.projectile.velocity[component],
+            Source::Observed(Observed::ProjectilePredictedVelocity) => {
+                acceleration(&force, acted, body::mass(simulation))[component]
             }
             Source::Observed(Observed::ContactTotalImpulse) => force[component],
             Source::Observed(_) | Source::Setting(_) | Source::Scene | Source::Input(_) => 0.0,
@@ -62,10 +64,14 @@ impl Instance {
         }
         Ok(sum)
     }
+}
 
-    fn external_force(&mut self, component: usize) -> Result<f64, CallError> {
-        let external = row(Source::Input(Input::ProjectileExternalForce));
-        self.real(external.reference + component as u32)
+/// Acceleration of a body of this mass, kg; a body that is held has none and its mass is 0.
+fn acceleration(contact: &Vector3, acted: Acted, mass: f64) -> Vector3 {
+    match acted {
+        Acted::Acceleration(acceleration) => acceleration,
+        Acted::Force(force) if mass > 0.0 => (contact + force) / mass,
+        Acted::Force(_) => Vector3::zeros(),
     }
 }
 

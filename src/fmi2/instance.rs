@@ -6,6 +6,7 @@ use super::lifecycle::{Call, Phase};
 use super::logger::Log;
 use super::parameters::{Packed, Settings};
 use super::recording::Recording;
+use super::status::Status;
 use super::table::table_of;
 use crate::scene::{self, Scene};
 use crate::simulation::{CouplingMode, Inputs, Observation, RestoreError, Saved, Simulation};
@@ -124,13 +125,13 @@ impl Instance {
     }
 
     /// Ends the run and completes the files.
-    pub(super) fn terminate(&mut self) -> Result<(), CallError> {
+    pub(super) fn terminate(&mut self) -> Status {
         self.phase = Phase::Terminated;
         self.finish_recording()
     }
 
     /// Completes the files and forgets everything but the name, the packed scene and the choice of log lines.
-    pub(super) fn reset(&mut self) -> Result<(), CallError> {
+    pub(super) fn reset(&mut self) -> Status {
         let finished = self.finish_recording();
         self.recording = Recording::default();
         self.phase = Phase::Instantiated;

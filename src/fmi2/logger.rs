@@ -77,7 +77,7 @@ impl Log {
 
     fn push(&mut self, status: Status, message: String) {
         let category = match status {
-            Status::Ok | Status::Pending => EVENTS,
+            Status::Ok => EVENTS,
             Status::Warning => "logStatusWarning",
             Status::Discard => "logStatusDiscard",
             Status::Error => "logStatusError",

@@ -24,9 +24,11 @@ mod variables;
 pub use abi::{Callbacks, LoggerCallback};
 pub use call::CallError;
 pub use logger::CATEGORIES;
+pub use parameters::most_threads;
+pub use recording::folder_name;
 pub use status::Status;
 pub use table::{Causality, Enumeration, GUID, Item, Kind, Start, UNITS, Unit, VARIABLES, Variable};
-pub use table::{ENUMERATIONS, start_of};
+pub use table::{ENUMERATIONS, start_of, table_of};
 
 /// Name of the model and of its library inside the archive.
 pub const MODEL: &str = "BallisticGel";

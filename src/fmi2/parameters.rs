@@ -2,9 +2,9 @@
 
 use super::call::CallError;
 use super::instance::{Instance, Values};
-use super::table::{Setting, Source, VARIABLES, Variable, key_in, start_of, table_of};
+use super::table::{Setting, Source, VARIABLES, Variable, key_in, row, start_of, table_of};
 use super::uri;
-use crate::scene::{self, Override, SceneError};
+use crate::scene::{self, Override};
 use crate::simulation::CouplingMode;
 use std::fs;
 use std::path::Path;
@@ -48,6 +48,15 @@ pub(super) struct Settings {
     pub mode: CouplingMode,
 }
 
+/// Most threads that can be asked for.
+///
+/// # Panics
+/// If the table of variables gives the parameter `threads` no maximum; it does.
+#[must_use]
+pub fn most_threads() -> usize {
+    row(Source::Setting(Setting::Threads)).max.expect("the table bounds the threads") as usize
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self { scene: String::new(), threads: 1, output_directory: String::new(), mode: CouplingMode::Integrated }
@@ -81,9 +90,9 @@ impl Settings {
     pub(super) fn set_integer(&mut self, setting: Setting, value: i32) -> Result<(), CallError> {
         match setting {
             Setting::Threads => {
-                let expected = "0 for all cores, or a number of threads up to 1024";
-                let threads = usize::try_from(value).ok().filter(|n| *n <= 1024);
-                self.threads = threads.ok_or_else(|| CallError::value("threads", value, expected))?;
+                let threads = usize::try_from(value).ok().filter(|n| *n <= most_threads());
+                let expected = || format!("0 for all cores, or a number of threads up to {}", most_threads());
+                self.threads = threads.ok_or_else(|| CallError::value("threads", value, expected()))?;
             }
             Setting::CouplingMode => {
                 self.mode = match value {
@@ -128,9 +137,9 @@ impl Instance {
         for o in &overrides {
             self.log.event(format!("override: {} = {}", o.key, o.value));
         }
-        match scene::resolve(&text, &overrides) {
-            Ok(text) => Ok((origin, text)),
-            Err(error) => Err(self.named(origin, error)),
+        match scene::read_with(&text, &overrides) {
+            Ok((text, _)) => Ok((origin, text)),
+            Err(fault) => Err(CallError::Scene { origin: blamed(origin, &fault.overrides), error: fault.error }),
         }
     }
 
@@ -141,11 +150,21 @@ impl Instance {
         };
         text.map(|text| (origin, text)).map_err(|reason| CallError::NoScene { reason })
     }
+}
 
-    fn named(&self, origin: String, error: SceneError) -> CallError {
-        let overridden = if self.overrides.is_empty() { "" } else { " with the parameters that were set" };
-        CallError::Scene { origin: origin + overridden, error }
+/// The origin of a scene, and the parameters that are at fault.
+fn blamed(origin: String, overrides: &[Override]) -> String {
+    if overrides.is_empty() {
+        return origin;
     }
+    let set = overrides.iter().map(|o| format!("{} = {}", parameter_of(&o.key), o.value));
+    format!("{origin} with the parameters {}", set.collect::<Vec<_>>().join(", "))
+}
+
+/// Name of the parameter that overrides a scene key.
+fn parameter_of(key: &str) -> &str {
+    let overriding = |v: &&Variable| v.source == Source::Scene && v.keys.contains(&key);
+    VARIABLES.iter().find(overriding).map_or(key, |variable| variable.name)
 }
 
 /// The overrides that differ from their starts, as scene keys and TOML values.

@@ -3,7 +3,7 @@
 use super::call::CallError;
 use super::instance::Instance;
 use super::status::Status;
-use crate::output::{Interface, OutputError, Recorder};
+use crate::output::{Interface, Recorder};
 use std::path::{Path, PathBuf};
 
 /// The writer of the files, if there are any.
@@ -12,23 +12,31 @@ pub(super) struct Recording {
     recorder: Option<Recorder>,
     /// Something was recorded since the files were last completed.
     open: bool,
+    /// Files could not be written: there are to be no more until the next reset.
+    given_up: bool,
 }
 
 impl Instance {
     /// Starts the files afresh, if there are to be any, with the state now.
     pub(super) fn open_recording(&mut self) -> Result<(), CallError> {
+        self.recording = Recording::default();
         if self.settings.output_directory.is_empty() {
             return Ok(());
         }
         let folder = folder(&self.settings.output_directory, &self.name);
+        self.recording.recorder = Some(self.recorder(&folder)?);
+        self.recording.open = true;
+        self.log.event(format!("writing to {}", folder.display()));
+        Ok(())
+    }
+
+    fn recorder(&mut self, folder: &Path) -> Result<Recorder, CallError> {
         let threads = self.settings.threads;
         let model = self.model()?;
-        let mut recorder = Recorder::create(&folder, &model.scene, Interface::Fmi2, threads)?;
+        let mut recorder = Recorder::create(folder, &model.scene, Interface::Fmi2, threads)?;
         let (observation, simulation) = model.look();
         recorder.record_observation(observation, || simulation.frame())?;
-        self.log.event(format!("writing to {}", folder.display()));
-        self.recording = Recording { recorder: Some(recorder), open: true };
-        Ok(())
+        Ok(recorder)
     }
 
     /// Records the state now. Files that cannot be written any more are given up with a warning.
@@ -37,45 +45,57 @@ impl Instance {
         self.recording.open = true;
         let (observation, simulation) = model.look();
         let outcome = recorder.record_observation(observation, || simulation.frame());
+        self.give_up_on(outcome.map_err(CallError::from))
+    }
+
+    /// Goes on with the files after a state of the same model was restored: forgets what was recorded after the present
+    /// time, or starts afresh if nothing was recorded so far.
+    pub(super) fn rewind_recording(&mut self) -> Status {
+        let outcome = match (&mut self.recording.recorder, &self.model) {
+            (Some(recorder), Some(model)) => {
+                self.recording.open = true;
+                recorder.rewind(model.simulation.time()).map_err(CallError::from)
+            }
+            _ if self.recording.given_up => Ok(()),
+            _ => self.open_recording(),
+        };
         self.give_up_on(outcome)
     }
 
-    /// Forgets what was recorded after the present time; starts afresh if nothing was recorded so far.
-    pub(super) fn rewind_recording(&mut self) -> Result<(), CallError> {
-        let (Some(recorder), Some(model)) = (&mut self.recording.recorder, &self.model) else {
-            return self.open_recording();
-        };
-        self.recording.open = true;
-        recorder.rewind(model.simulation.time())?;
-        Ok(())
-    }
-
     /// Completes the files, unless nothing was recorded since they were last completed.
-    pub(super) fn finish_recording(&mut self) -> Result<(), CallError> {
-        let (Some(recorder), Some(model)) = (&mut self.recording.recorder, &self.model) else { return Ok(()) };
-        if std::mem::take(&mut self.recording.open) {
-            recorder.finish(&model.simulation, model.failure().as_deref())?;
+    pub(super) fn finish_recording(&mut self) -> Status {
+        let (Some(recorder), Some(model)) = (&mut self.recording.recorder, &self.model) else { return Status::Ok };
+        if !std::mem::take(&mut self.recording.open) {
+            return Status::Ok;
         }
-        Ok(())
+        let outcome = recorder.finish(&model.simulation, model.failure().as_deref());
+        self.give_up_on(outcome.map_err(CallError::from))
     }
 
-    fn give_up_on(&mut self, outcome: Result<(), OutputError>) -> Status {
-        match outcome {
-            Ok(()) => Status::Ok,
-            Err(error) => {
-                self.recording = Recording::default();
-                self.log.warning(format!("output_directory: {error}. Nothing more is written by this instance"));
-                Status::Warning
-            }
-        }
+    /// Lets the folder go; the next files start afresh.
+    pub(super) fn close_recording(&mut self) {
+        self.recording.recorder = None;
+    }
+
+    /// What trouble with files comes to once a run is going on: the call was done, with a warning.
+    fn give_up_on(&mut self, outcome: Result<(), CallError>) -> Status {
+        let Err(error) = outcome else { return Status::Ok };
+        self.recording = Recording { given_up: true, ..Recording::default() };
+        self.log.warning(format!("{error}. Nothing more is written by this instance until it is reset"));
+        Status::Warning
     }
 }
 
-/// The instance's own folder: its name, with what could leave the directory replaced by `_`.
-fn folder(directory: &str, name: &str) -> PathBuf {
-    let safe = name.replace(|c: char| c.is_control() || r#"/\:*?"<>|"#.contains(c), "_");
-    let safe = if safe.chars().all(|c| c == '.') { "_".repeat(safe.len()) } else { safe };
-    Path::new(directory).join(safe)
+/// Name of an instance's own folder inside `output_directory`: its name, with what could leave the directory, or is in no
+/// file name on some system, replaced by `_`.
+#[must_use]
+pub fn folder_name(instance: &str) -> String {
+    let safe = instance.replace(|c: char| c.is_control() || r#"/\:*?"<>|"#.contains(c), "_");
+    if safe.chars().all(|c| c == '.') { "_".repeat(safe.len()) } else { safe }
+}
+
+fn folder(directory: &str, instance: &str) -> PathBuf {
+    Path::new(directory).join(folder_name(instance))
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use super::call::CallError;
 use super::inputs::InputValues;
 use super::instance::{Clock, Instance, Model, Values};
 use super::lifecycle::Phase;
+use super::status::Status;
 use crate::simulation::{CouplingMode, Saved};
 use serde::{Deserialize, Serialize};
 
@@ -112,19 +113,31 @@ impl Instance {
         }
     }
 
-    /// Goes back, or on, to a state.
-    pub(super) fn restore(&mut self, snapshot: &Snapshot) -> Result<(), CallError> {
+    /// Goes back, or on, to a state. The files of a run go on with it; those of another model, and of a run that the
+    /// state knows nothing of, are completed before.
+    pub(super) fn restore(&mut self, snapshot: &Snapshot) -> Result<Status, CallError> {
+        let running = match snapshot.phase {
+            Phase::StepComplete | Phase::StepFailed | Phase::Terminated => true,
+            Phase::Instantiated | Phase::Initialization | Phase::Fatal => false,
+        };
+        let goes_on = running && snapshot.model.as_ref().is_some_and(|saved| self.has(saved));
+        let completed = if goes_on { Status::Ok } else { self.finish_recording() };
         self.restore_model(snapshot.model.as_ref())?;
+        if !goes_on {
+            self.close_recording();
+        }
         self.phase = snapshot.phase;
         self.clock = snapshot.clock;
         self.settings.scene.clone_from(&snapshot.scene);
         self.settings.mode = snapshot.mode;
         self.overrides.clone_from(&snapshot.overrides);
         self.inputs.clone_from(&snapshot.inputs);
-        match snapshot.phase {
-            Phase::StepComplete | Phase::StepFailed | Phase::Terminated => self.rewind_recording(),
-            Phase::Instantiated | Phase::Initialization | Phase::Fatal => Ok(()),
-        }
+        Ok(completed.max(if running { self.rewind_recording() } else { Status::Ok }))
+    }
+
+    /// Whether the model that a state was made with is there.
+    fn has(&self, saved: &SavedModel) -> bool {
+        self.model.as_ref().is_some_and(|model| (&model.text, model.mode) == (&saved.text, saved.mode))
     }
 
     fn restore_model(&mut self, saved: Option<&SavedModel>) -> Result<(), CallError> {
@@ -132,8 +145,8 @@ impl Instance {
             self.model = None;
             return Ok(());
         };
-        if let Some(model) = &mut self.model
-            && (&model.text, model.mode) == (&saved.text, saved.mode)
+        if self.has(saved)
+            && let Some(model) = &mut self.model
         {
             return Ok(saved.into(model)?);
         }

@@ -14,6 +14,4 @@ pub enum Status {
     Error = 3,
     /// The instance is lost.
     Fatal = 4,
-    /// Still running.
-    Pending = 5,
 }

@@ -1,12 +1,17 @@
 //! `fmi2DoStep` and what can be asked about it.
 
 use super::call::CallError;
-use super::instance::{Clock, Instance};
+use super::inputs::Acted;
+use super::instance::{Clock, Instance, Model};
 use super::lifecycle::Phase;
 use super::status::Status;
 
 /// Relative to the times at hand: what repeated addition of a step can be off by.
 const TOLERANCE: f64 = 1e-9;
+/// Most that the spacing of double-precision numbers may take of a step. At 1e-9 a start at 100 s would refuse steps of
+/// a microsecond, whose ends are known there to 1e-14 s, far below an element's step; at 1e-2 the end of a run of many
+/// steps is visibly off.
+const COARSEST: f64 = 1e-6;
 
 impl Clock {
     /// The end of a step from `current` of length `step`, s.
@@ -20,6 +25,16 @@ impl Clock {
             return Err(CallError::value("currentCommunicationPoint", current, expected));
         }
         let end = current + step;
+        let spacing = spacing(current.abs().max(self.start.abs()));
+        if spacing > COARSEST * step || end <= self.now {
+            let shortest = spacing / COARSEST;
+            let expected = format!(
+                "at least {shortest:e} s: at {current} s, after a startTime of {} s, double precision cannot tell the \
+                 ends of shorter steps apart. Use a startTime nearer to 0",
+                self.start
+            );
+            return Err(CallError::value("communicationStepSize", step, expected));
+        }
         match self.stop {
             Some(stop) if end > stop + TOLERANCE * stop.abs().max(self.start.abs()).max(step) => {
                 Err(CallError::value("end of the step", end, format!("at most stopTime = {stop} s")))
@@ -32,14 +47,17 @@ impl Clock {
 impl Instance {
     /// One communication step.
     pub(super) fn do_step(&mut self, current: f64, step: f64) -> Result<Status, CallError> {
-        let end = self.clock.end_of(current, step)?;
         self.refuse_after_failure()?;
+        let end = self.clock.end_of(current, step)?;
         let inputs = self.step_inputs()?;
         let since_start = (end - self.clock.start).max(0.0);
         let model = self.model()?;
+        let begun = model.simulation.time();
         let succeeded = model.advance(&inputs, since_start);
         let reached = model.simulation.time();
+        let acted = Acted::at_the_end(&inputs, model.mode, reached - begun);
         self.inputs.rates.clear();
+        self.inputs.acted = acted;
         if !succeeded {
             self.phase = Phase::StepFailed;
             self.clock.now = self.clock.now.max(self.clock.start + reached);
@@ -57,15 +75,21 @@ impl Instance {
 
     /// Whether the simulation has stopped by itself.
     pub(super) fn has_stopped(&self) -> bool {
-        self.phase == Phase::StepFailed
+        self.failure().is_some()
+    }
+
+    fn failure(&self) -> Option<String> {
+        self.model.as_ref().and_then(Model::failure)
     }
 
     fn refuse_after_failure(&self) -> Result<(), CallError> {
-        match self.model.as_ref().and_then(super::instance::Model::failure) {
-            Some(reason) => Err(CallError::Stopped { time: self.clock.now, reason }),
-            None => Ok(()),
-        }
+        self.failure().map_or(Ok(()), |reason| Err(CallError::Stopped { reason }))
     }
+}
+
+/// From a number to the next larger one.
+fn spacing(x: f64) -> f64 {
+    x.next_up() - x
 }
 
 #[cfg(test)]
@@ -86,6 +110,18 @@ mod tests {
         assert!(CLOCK.end_of(5e-3, 5e-3 * (1.0 + 1e-12)).is_ok());
         assert!(CLOCK.end_of(5e-3, 5e-3 * (1.0 + 1e-6)).unwrap_err().to_string().contains("stopTime"));
         assert!(Clock { stop: None, ..CLOCK }.end_of(5e-3, 1.0).is_ok());
+    }
+
+    #[test]
+    fn a_step_that_a_large_time_swallows_is_refused() {
+        for (start, step) in [(1e9, 1e-8), (1e12, 1e-5), (1e9, 1e-5), (-1e9, 1e-5)] {
+            let clock = Clock { start, stop: None, now: start };
+            let refused = clock.end_of(start, step).unwrap_err().to_string();
+            assert!(refused.starts_with("communicationStepSize = ") && refused.contains("startTime"), "{refused}");
+        }
+        for (start, step) in [(0.0, 1e-12), (100.0, 1e-6), (1e9, 1.0), (-0.25, 1e-8)] {
+            assert!(Clock { start, stop: None, now: start }.end_of(start, step).is_ok(), "{step} at {start}");
+        }
     }
 
     #[test]

@@ -191,7 +191,7 @@ pub(super) fn key_in(variable: &Variable, scene: &toml::Table) -> Option<&'stati
 /// # Panics
 /// If a scene cannot be written as TOML; its tables are plain values.
 #[must_use]
-pub(super) fn table_of(scene: &Scene) -> toml::Table {
+pub fn table_of(scene: &Scene) -> toml::Table {
     toml::Table::try_from(scene).expect("a scene consists of tables, numbers and text")
 }
 

@@ -18,14 +18,17 @@ impl Instance {
     /// A Real.
     pub(super) fn real(&mut self, reference: u32) -> Result<f64, CallError> {
         let (variable, component) = known(reference, Kind::Real)?;
+        if matches!(variable.source, Source::Scene | Source::Input(_)) && !self.settings.scene.is_empty() {
+            // What the overrides mean depends on the other scene.
+            self.model()?;
+        }
         match variable.source {
             Source::Scene => Ok(self.parameter(variable, component)),
             Source::Input(_) => {
                 let scene = self.model.as_ref().map_or(&self.packed.starts, |m| &m.table);
                 Ok(self.inputs.value(variable, component, scene))
             }
-            Source::Observed(Observed::Time) => Ok(self.clock.now),
-            Source::Observed(observed) => match sample(observed, self.model()?) {
+            Source::Observed(observed) => match self.sample(observed)? {
                 Sample::Real(values) => Ok(values[component]),
                 Sample::Integer(_) | Sample::Boolean(_) => Err(CallError::unknown(reference, Kind::Real)),
             },
@@ -38,7 +41,7 @@ impl Instance {
         let (variable, _) = known(reference, Kind::Integer)?;
         let value = match variable.source {
             Source::Setting(setting) => self.settings.integer(setting),
-            Source::Observed(observed) => match sample(observed, self.model()?) {
+            Source::Observed(observed) => match self.sample(observed)? {
                 Sample::Integer(value) => Some(value),
                 Sample::Real(_) | Sample::Boolean(_) => None,
             },
@@ -51,7 +54,7 @@ impl Instance {
     pub(super) fn boolean(&mut self, reference: u32) -> Result<bool, CallError> {
         let (variable, _) = known(reference, Kind::Boolean)?;
         if let Source::Observed(observed) = variable.source
-            && let Sample::Boolean(value) = sample(observed, self.model()?)
+            && let Sample::Boolean(value) = self.sample(observed)?
         {
             return Ok(value);
         }
@@ -123,6 +126,11 @@ impl Instance {
         Ok(())
     }
 
+    fn sample(&mut self, observed: Observed) -> Result<Sample, CallError> {
+        let now = self.clock.now;
+        Ok(sample(observed, now, self.model()?))
+    }
+
     fn adopt(&mut self, settings: super::parameters::Settings) {
         let before = std::mem::replace(&mut self.settings, settings);
         let after = &self.settings;
@@ -172,18 +180,18 @@ fn check_range(variable: &Variable, component: usize, value: f64) -> Result<(), 
     }
 }
 
-fn sample(observed: Observed, model: &mut Model) -> Sample {
+fn sample(observed: Observed, now: f64, model: &mut Model) -> Sample {
     let (o, simulation) = model.look();
     let (exchange, contact, energy, cost) = (&o.exchange, &o.contact, &o.energy, &o.cost);
     match observed {
-        Observed::Time => scalar(o.time),
+        Observed::Time => scalar(now),
         Observed::ProjectileEffectiveMass => scalar(body::mass(simulation)),
         Observed::ProjectileEffectiveInertia => Sample::Real(body::inertia(simulation)),
         Observed::ContactImpulse => vector(exchange.impulse),
         Observed::ContactAngularImpulse => vector(exchange.angular_impulse),
         Observed::ContactImpulseMoment => vector(exchange.impulse_moment),
-        Observed::ContactForce | Observed::ContactLinearForce => vector(mean(exchange.impulse, exchange.duration)),
-        Observed::ContactTorque => vector(mean(exchange.angular_impulse, exchange.duration)),
+        Observed::ContactForce | Observed::ContactLinearForce => vector(exchange.mean_force()),
+        Observed::ContactTorque => vector(exchange.mean_torque()),
         Observed::ContactTotalImpulse => vector(contact.total_impulse),
         Observed::ContactActive => Sample::Boolean(contact.active),
         Observed::ContactArea => scalar(contact.area),
@@ -213,11 +221,6 @@ fn sample(observed: Observed, model: &mut Model) -> Sample {
         Observed::CostLargestStep => scalar(cost.largest_step),
         Observed::CostElements => Sample::Integer(i32::try_from(cost.elements).unwrap_or(i32::MAX)),
     }
-}
-
-/// Mean over the last step; zero before the first.
-pub(super) fn mean(impulse: Vector3, duration: f64) -> Vector3 {
-    if duration > 0.0 { impulse / duration } else { Vector3::zeros() }
 }
 
 fn real(values: &[f64]) -> Sample {

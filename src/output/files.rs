@@ -1,6 +1,6 @@
 //! Files of a run: written whole, removed when a run starts afresh, and named when that fails.
 
-use std::fs;
+use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -22,6 +22,24 @@ pub(super) fn naming(path: &Path) -> impl FnOnce(io::Error) -> OutputError + '_ 
 /// Writes a whole file.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     fs::write(path, bytes).map_err(naming(path))
+}
+
+/// Makes the folder and holds it for one run, as long as the handle lives.
+///
+/// Where the system locks no folders, the run goes on without this protection.
+///
+/// # Errors
+/// [`OutputError`] when the folder cannot be made, or another run holds it.
+pub fn claim(folder: &Path) -> Result<Option<File>, OutputError> {
+    fs::create_dir_all(folder).map_err(naming(folder))?;
+    let Ok(handle) = File::open(folder) else { return Ok(None) };
+    match handle.try_lock() {
+        Ok(()) => Ok(Some(handle)),
+        Err(TryLockError::WouldBlock) => {
+            Err(naming(folder)(io::Error::new(io::ErrorKind::ResourceBusy, "another run is writing there")))
+        }
+        Err(TryLockError::Error(_)) => Ok(None),
+    }
 }
 
 /// Makes the folder and removes what an earlier run left in it; files of other names stay.

@@ -31,9 +31,9 @@ const COLUMNS: [Column; 49] = [
     ("angular_impulse_x_N_m_s", |o| o.exchange.angular_impulse.x),
     ("angular_impulse_y_N_m_s", |o| o.exchange.angular_impulse.y),
     ("angular_impulse_z_N_m_s", |o| o.exchange.angular_impulse.z),
-    ("force_x_N", |o| mean(o.exchange.impulse.x, o)),
-    ("force_y_N", |o| mean(o.exchange.impulse.y, o)),
-    ("force_z_N", |o| mean(o.exchange.impulse.z, o)),
+    ("force_x_N", |o| o.exchange.mean_force().x),
+    ("force_y_N", |o| o.exchange.mean_force().y),
+    ("force_z_N", |o| o.exchange.mean_force().z),
     ("total_impulse_x_N_s", |o| o.contact.total_impulse.x),
     ("total_impulse_y_N_s", |o| o.contact.total_impulse.y),
     ("total_impulse_z_N_s", |o| o.contact.total_impulse.z),
@@ -60,12 +60,6 @@ const COLUMNS: [Column; 49] = [
     ("element_updates", |o| o.cost.element_updates),
     ("min_jacobian", |o| o.cost.min_jacobian),
 ];
-
-/// Mean of an impulse over the communication step; 0 before the first step.
-fn mean(impulse: f64, observation: &Observation) -> f64 {
-    let duration = observation.exchange.duration;
-    if duration > 0.0 { impulse / duration } else { 0.0 }
-}
 
 /// One row read back.
 pub(super) struct Row(Vec<f64>);

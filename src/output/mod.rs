@@ -14,7 +14,7 @@ use crate::scene::Scene;
 use crate::simulation::{Frame, Observation, Simulation};
 use std::path::Path;
 
-pub use files::OutputError;
+pub use files::{OutputError, claim};
 pub use picture::model_picture;
 pub use summary::{Account, Interface, Summary};
 
@@ -32,6 +32,8 @@ pub struct Recorder {
     run: Run,
     history: History,
     frames: FrameSeries,
+    /// Keeps other runs out of the folder.
+    _claim: Option<std::fs::File>,
 }
 
 /// The last instant of a run, and why it is the last.
@@ -51,14 +53,16 @@ impl Recorder {
     /// Makes the folder and starts afresh in it: what an earlier run of this name left there is removed.
     ///
     /// # Errors
-    /// [`OutputError`] when the folder cannot be written.
+    /// [`OutputError`] when the folder cannot be written, or another run is writing there.
     pub fn create(folder: &Path, scene: &Scene, interface: Interface, threads: usize) -> Result<Self, OutputError> {
+        let claim = claim(folder)?;
         files::clear(folder)?;
         Ok(Self {
             folder: folder.to_path_buf(),
             run: Run::start(scene, interface, threads),
             history: History::create(&folder.join("history.csv"))?,
             frames: FrameSeries::create(folder, scene)?,
+            _claim: claim,
         })
     }
 
@@ -110,10 +114,10 @@ impl Recorder {
     /// # Errors
     /// [`OutputError`] when a file cannot be written.
     pub fn conclude(&mut self, ending: &Ending) -> Result<Summary, OutputError> {
-        if ending.failure.is_some() {
+        let summary = Summary::of(&self.run, ending);
+        if !summary.completed {
             self.frames.append_last(ending.frame, &self.run.scene)?;
         }
-        let summary = Summary::of(&self.run, ending);
         files::write(&self.folder.join("summary.json"), summary.to_json().as_bytes())?;
         let rows = self.history.thinned(report::PLOT_POINTS)?;
         let page = report::page(&self.run.scene, &summary, &rows, &self.frames.shots());

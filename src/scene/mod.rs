@@ -14,9 +14,10 @@ mod validate;
 
 pub use builtin::{builtin, builtins};
 pub use error::{SceneError, SceneErrorKind};
-pub use overrides::{Override, resolve};
+pub use overrides::{Fault, Override, read_with, resolve};
 pub use physics::{modelled, switched_off};
 pub use read::read;
 #[cfg(feature = "cli")]
 pub use schema::schema;
 pub use tables::*;
+pub use validate::MOST_STEPS;

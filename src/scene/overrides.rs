@@ -1,6 +1,6 @@
 //! Single values written over those of a scene text.
 
-use super::{SceneError, explain};
+use super::{Scene, SceneError, explain, read};
 use std::str::FromStr;
 use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
 
@@ -33,6 +33,56 @@ impl FromStr for Override {
         };
         Ok(Self { key: key.trim().to_owned(), value: value.trim().to_owned() })
     }
+}
+
+/// A scene with overrides that cannot be used: what is wrong, and whose fault it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fault {
+    /// What is wrong. It has a line only where the text is at fault.
+    pub error: SceneError,
+    /// The overrides at fault; none if the text is.
+    pub overrides: Vec<Override>,
+}
+
+impl Fault {
+    fn of_text(error: SceneError) -> Self {
+        Self { error, overrides: Vec::new() }
+    }
+
+    /// The overrides of the key that is wrong, or all of them if it is none of theirs.
+    fn of_overrides(error: SceneError, overrides: &[Override]) -> Self {
+        let touching: Vec<Override> = overrides.iter().filter(|o| touches(&o.key, &error.key)).cloned().collect();
+        let overrides = if touching.is_empty() { overrides.to_vec() } else { touching };
+        Self { error: SceneError { line: None, ..error }, overrides }
+    }
+}
+
+/// The scene text with the overrides written into it, and the scene that it is.
+///
+/// # Errors
+/// [`Fault`] with the key, what was found there and what was expected: with the line of the text that has the same fault
+/// without the overrides, else with the overrides that brought it.
+pub fn read_with(text: &str, overrides: &[Override]) -> Result<(String, Scene), Fault> {
+    let resolved = resolve(text, overrides);
+    let error = match resolved.and_then(|text| read(&text).map(|scene| (text, scene))) {
+        Ok(made) => return Ok(made),
+        Err(error) => error,
+    };
+    if overrides.is_empty() {
+        return Err(Fault::of_text(error));
+    }
+    match read(text) {
+        Err(own) if own.key == error.key && !overrides.iter().any(|o| touches(&o.key, &own.key)) => {
+            Err(Fault::of_text(own))
+        }
+        Ok(_) | Err(_) => Err(Fault::of_overrides(error, overrides)),
+    }
+}
+
+/// Whether one of two dotted keys is, or holds, the other.
+fn touches(a: &str, b: &str) -> bool {
+    let holds = |a: &str, b: &str| b.strip_prefix(a).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+    holds(a, b) || holds(b, a)
 }
 
 /// The scene text with the overrides written into it; all other lines stay as they are.

@@ -38,3 +38,31 @@ def test_nothing_feeds_through_but_the_carrier_of_the_derivative(fmu):
         inputs = {v.name.split("[")[0] for v in unknown.dependencies}
         carrier = unknown.variable.name.startswith("contact.linear_force")
         assert inputs == ({"projectile.position", "projectile.velocity"} if carrier else set())
+
+
+def test_the_first_outputs_come_from_the_parameters_alone(fmu):
+    unknowns = read_model_description(fmu).initialUnknowns
+    assert {u.variable.causality for u in unknowns} == {"output", "calculatedParameter"}
+    for unknown in unknowns:
+        assert {v.causality for v in unknown.dependencies} == {"parameter"}
+        names = {v.name for v in unknown.dependencies}
+        assert {"scene", "coupling.mode", "gel.density", "projectile.initial_velocity[3]"} <= names
+        assert not names & {"threads", "output_directory"}
+
+
+def test_the_licences_of_the_standard_library_are_there(fmu):
+    with zipfile.ZipFile(fmu) as archive:
+        listed = archive.read("documentation/licenses/linked-crates.txt").decode()
+        names = archive.namelist()
+    line = next(line for line in listed.splitlines() if line.startswith("rust-standard-library-"))
+    assert "MIT OR Apache-2.0" in line
+    name = line.split(":")[0]
+    assert "not in this Rust installation" in line or f"documentation/licenses/{name}/COPYRIGHT-library.html" in names
+
+
+def test_the_page_says_which_c_library_is_needed(fmu):
+    with zipfile.ZipFile(fmu) as archive:
+        page = archive.read("documentation/index.html").decode()
+        libraries = [n for n in archive.namelist() if n.startswith("binaries/linux")]
+        needed = b"GLIBC_" in b"".join(archive.read(n) for n in libraries)
+    assert ("needs the GNU C library" in page) == needed

@@ -9,6 +9,7 @@ use std::ptr;
 use tempfile::TempDir;
 
 pub const OK: c_int = 0;
+pub const WARNING: c_int = 1;
 pub const DISCARD: c_int = 2;
 pub const ERROR: c_int = 3;
 
@@ -60,7 +61,7 @@ pub fn callbacks(log: &mut Vec<Line>) -> Callbacks {
 
 /// A coarse and therefore quick `sphere-block`.
 pub fn coarse() -> String {
-    scene::builtin("sphere-block").unwrap().replace("size = 5e-3", "size = 12.5e-3")
+    scene::builtin("sphere-block").unwrap().replace("size = 5e-3", "size = 10e-3")
 }
 
 /// Value reference of `name` or `name[i]`.

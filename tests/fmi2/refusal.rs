@@ -104,6 +104,20 @@ fn a_start_time_that_is_not_zero_changes_no_bit() {
 }
 
 #[test]
+fn a_step_that_the_start_time_swallows_is_refused_and_a_longer_one_is_taken() {
+    let mut host = Host::with(&coarse());
+    unsafe {
+        assert_eq!(fmi2SetupExperiment(host.c, 0, 0.0, 1e9, 0, 0.0), OK);
+        assert_eq!(fmi2EnterInitializationMode(host.c), OK);
+        assert_eq!(fmi2ExitInitializationMode(host.c), OK);
+        assert_eq!(fmi2DoStep(host.c, 1e9, 1e-8, 0), ERROR);
+    }
+    let text = host.one_line();
+    assert!(text.contains("communicationStepSize") && text.contains("startTime"), "{text}");
+    assert_eq!(host.get("time"), 1e9);
+}
+
+#[test]
 fn instances_that_cannot_be_are_refused_with_a_line() {
     let (guid, uri) = (CString::new(GUID).unwrap(), c"file:///nowhere");
     let good = Made { name: Some(c"gel"), fmu_type: 1, guid: Some(&guid), resources: Some(uri) };
@@ -148,6 +162,23 @@ fn a_broken_scene_is_named_by_key_and_line_and_can_be_put_right() {
     std::fs::write(&good, coarse()).unwrap();
     assert_eq!(host.set_text("scene", &good), OK);
     assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, OK, "{:?}", host.lines());
+}
+
+#[test]
+fn a_parameter_that_breaks_the_scene_is_named_and_no_line_is() {
+    let mut host = Host::with(&coarse());
+    assert_eq!(host.set("gel.density", 0.0), OK);
+    assert_eq!(host.set("projectile.mass", 0.04), OK);
+    host.enter();
+    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, ERROR);
+    let text = host.one_line();
+    let start = "scene resources/scene.toml with the parameters gel.density = 0.0: gel.density: found 0.0";
+    assert!(text.starts_with(start) && !text.contains("line"), "{text}");
+    assert_eq!(host.set("gel.density", 1030.0), OK);
+    assert_eq!(host.set("projectile.radius", 0.0), OK);
+    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, ERROR);
+    let text = host.one_line();
+    assert!(text.contains("with the parameters projectile.radius = 0.0: ") && !text.contains("line"), "{text}");
 }
 
 #[test]

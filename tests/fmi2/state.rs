@@ -71,18 +71,29 @@ fn a_failed_instance_fails_again_also_where_it_is_restored() {
     let mut host = super::order::failed();
     let text = host.one_line();
     assert!(text.contains("element") || text.contains("leaks"), "{text}");
+    assert!(text.starts_with("the simulation has stopped (times since its start): "), "{text}");
+    assert_eq!(text.matches(" s:").count(), 1, "one time only: {text}");
     let bytes = host.bytes();
     let mut other = Host::with(&coarse());
     assert_eq!(other.restore(&bytes), OK);
     for host in [&mut host, &mut other] {
         let now = host.get("time");
-        assert_eq!(unsafe { fmi2DoStep(host.c, now, 1e-6, 0) }, DISCARD);
-        assert_eq!(host.one_line(), text);
-        let mut stopped = 0;
-        assert_eq!(unsafe { fmi2GetBooleanStatus(host.c, 3, &raw mut stopped) }, OK);
-        assert_eq!(stopped, 1);
+        let begun = (now / 1e-6).floor() * 1e-6;
+        for (at, step) in [(begun, 1e-6), (begun + 1e-6, 1e-6), (now, 1e-6), (now, 1.0), (0.0, 1e-9)] {
+            assert_eq!(unsafe { fmi2DoStep(host.c, at, step, 0) }, DISCARD, "step {step} at {at}");
+            assert_eq!(host.one_line(), text);
+        }
+        assert_eq!(stopped(host), 1);
+        assert_eq!(unsafe { fmi2Terminate(host.c) }, OK);
+        assert_eq!(stopped(host), 1, "also after it was terminated");
         assert_eq!(unsafe { fmi2Reset(host.c) }, OK);
     }
+}
+
+fn stopped(host: &Host) -> i32 {
+    let mut stopped = 7;
+    assert_eq!(unsafe { fmi2GetBooleanStatus(host.c, 3, &raw mut stopped) }, OK);
+    stopped
 }
 
 #[test]

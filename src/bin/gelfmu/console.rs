@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::options::{Color, Options};
 use clap::builder::styling::{AnsiColor, Style};
 use serde_json::{Value, json};
+use std::fmt::Display;
 use std::io::{IsTerminal, Write, stderr, stdout};
 
 /// The terminal and what the user wants to see on it.
@@ -25,7 +26,7 @@ impl Console {
     }
 
     /// Prints a result: `value` if JSON is wanted, else the text.
-    pub fn result(&self, value: &Value, text: &str) {
+    pub fn result(&self, value: &dyn Display, text: &str) {
         if self.json {
             print(&format!("{value:#}"));
         } else if !self.quiet {
@@ -42,6 +43,16 @@ impl Console {
     pub fn note(&self, text: &str) {
         if !self.quiet {
             complain(text);
+        }
+    }
+
+    /// [`Console::note`] for another thread.
+    pub fn listener(&self) -> impl Fn(&str) + Send + 'static {
+        let quiet = self.quiet;
+        move |text| {
+            if !quiet {
+                complain(text);
+            }
         }
     }
 
@@ -74,6 +85,17 @@ impl Console {
         let style = if painted { Style::new().bold().fg_color(Some(color.into())) } else { Style::new() };
         format!("{style}{text}{style:#}")
     }
+}
+
+/// Prints what the command line reader has to say, help or a complaint, and says with which status to end.
+pub fn usage(error: &clap::Error) -> u8 {
+    // Nobody is left to tell of a pipe that was closed.
+    let _ = error.print();
+    if error.use_stderr() && std::env::args_os().any(|argument| argument == "--json") {
+        let text = error.to_string();
+        print(&format!("{:#}", json!({ "error": text.trim().trim_start_matches("error: ") })));
+    }
+    u8::try_from(error.exit_code()).unwrap_or(1)
 }
 
 /// A reader that has gone away (`gelfmu scenes | head -1`) is no error.

@@ -13,11 +13,10 @@ pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
     recorder.record(&simulation)?;
     let ending = advance(&mut simulation, &mut recorder, (job, &scene), progress)?;
     let failure = match &ending {
-        Ending::Completed => None,
-        Ending::Stopped(diagnosis) => Some(diagnosis.clone()),
-        Ending::Interrupted => Some(format!("interrupted at {:.6e} s", simulation.time())),
+        Ending::Completed | Ending::Interrupted => None,
+        Ending::Stopped(diagnosis) => Some(diagnosis.as_str()),
     };
-    recorder.finish(&simulation, failure.as_deref())?;
+    recorder.finish(&simulation, failure)?;
     Ok(ending)
 }
 

@@ -1,7 +1,8 @@
 //! One run: what is run, how it ends, and what can go wrong on the way.
 
+use crate::failure::Failure;
 use ballistic_gel::output::OutputError;
-use ballistic_gel::scene::{Scene, SceneError};
+use ballistic_gel::scene::{MOST_STEPS, Scene, SceneError};
 use ballistic_gel::simulation::BuildError;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -65,6 +66,21 @@ pub enum RunError {
     },
 }
 
+/// Refuses a communication step, s, with which the run would not end in a lifetime.
+pub fn check_step(step: f64, scene: &Scene) -> Result<(), Failure> {
+    let end = scene.scene.end_time;
+    let n_steps = end / step;
+    // The message rounds the shortest step: it must then be taken.
+    if n_steps * (1.0 - 1e-3) <= MOST_STEPS {
+        return Ok(());
+    }
+    let shortest = end / MOST_STEPS;
+    Err(Failure::BadInput(format!(
+        "--step {step:e}: found {n_steps:.3e} steps to the end time, {end:?} s, expected at most {MOST_STEPS:e}: a step of \
+         {shortest:.3e} s or more"
+    )))
+}
+
 impl Job {
     /// Ends of the communication steps, s: multiples of the step, the last one at the end time.
     pub fn times(&self, scene: &Scene) -> impl Iterator<Item = f64> + use<> {
@@ -79,7 +95,7 @@ impl Job {
 
 #[cfg(test)]
 mod tests {
-    use super::Job;
+    use super::{Job, check_step};
     use ballistic_gel::scene;
 
     fn times(step: f64) -> Vec<f64> {
@@ -100,6 +116,15 @@ mod tests {
         assert_eq!(times(1e-5).len(), 1000);
         assert_eq!(times(0.01 / 3.0).len(), 3);
         assert_eq!(times(0.01 / 12_345.0).len(), 12_345);
+    }
+
+    #[test]
+    fn a_step_that_never_ends_is_refused_with_the_shortest_that_does() {
+        let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
+        let refused = check_step(1e-20, &scene).unwrap_err().to_string();
+        assert!(refused.starts_with("--step 1e-20: found 1.000e18 steps"), "{refused}");
+        assert!(refused.ends_with("a step of 1.000e-11 s or more"), "{refused}");
+        assert!(check_step(1e-11, &scene).is_ok() && check_step(1.0, &scene).is_ok());
     }
 
     #[test]

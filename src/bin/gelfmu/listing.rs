@@ -2,6 +2,7 @@
 
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::job::RunError;
 use crate::options::{Options, PackOptions};
 use crate::{pack, source};
 use ballistic_gel::scene;
@@ -60,7 +61,14 @@ pub fn completions(shell: Shell, console: &Console) {
 /// Writes the FMU.
 pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
     let source = source::load(&options.scene, &[])?;
-    let packed = pack::pack(&source.text, &options.out)?;
+    let packed = pack::pack(&source.text, &options.out).map_err(|error| match error {
+        RunError::File { path, source, .. } => Failure::BadInput(format!(
+            "--out {}: found {source} at {}, expected a file that can be written",
+            options.out.display(),
+            path.display()
+        )),
+        other => other.into(),
+    })?;
     let file = options.out.display().to_string();
     let value = json!({ "file": file, "bytes": packed.bytes, "platform": packed.platform });
     let text = format!("{file}: {} bytes, scene {}, for {}", packed.bytes, source.scene.scene.name, packed.platform);

@@ -22,7 +22,10 @@ use options::{Command, Options, RunOptions};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let options = Options::parse();
+    let options = match Options::try_parse() {
+        Ok(options) => options,
+        Err(error) => return ExitCode::from(console::usage(&error)),
+    };
     let console = Console::new(&options);
     match dispatch(options.command.unwrap_or(Command::Run(RunOptions::default())), &console) {
         Ok(code) => ExitCode::from(code),

@@ -1,5 +1,6 @@
 //! The command line.
 
+use ballistic_gel::fmi2;
 use ballistic_gel::scene::Override;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -86,7 +87,7 @@ pub struct RunOptions {
     #[arg(long)]
     pub direct: bool,
     /// Threads, 0 for all cores; results do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
     pub threads: usize,
 }
 
@@ -105,5 +106,13 @@ fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err("expected a positive time, s".to_owned()),
+    }
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    let most = fmi2::most_threads();
+    match text.parse::<usize>() {
+        Ok(n) if n <= most => Ok(n),
+        _ => Err(format!("expected 0 for all cores, or a number of threads up to {most}")),
     }
 }

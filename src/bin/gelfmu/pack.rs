@@ -2,6 +2,7 @@
 
 mod description;
 mod documentation;
+mod requirement;
 
 use crate::job::RunError;
 use ballistic_gel::output::model_picture;
@@ -55,7 +56,7 @@ fn entries(scene_text: &str) -> Result<Entries, RunError> {
     let mut entries = Entries::from([
         ("model.png".to_owned(), model_picture(&frame, &scene)),
         ("modelDescription.xml".to_owned(), described(&scene)?.into_bytes()),
-        ("documentation/index.html".to_owned(), documentation::page(&scene).into_bytes()),
+        ("documentation/index.html".to_owned(), documentation::page(&scene, library).into_bytes()),
         ("resources/scene.toml".to_owned(), scene_text.as_bytes().to_vec()),
         (embedded::LIBRARY_PATH.to_owned(), library.to_vec()),
     ]);
@@ -91,13 +92,19 @@ fn written(path: &Path, source: std::io::Error) -> RunError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use zip::ZipArchive;
 
     #[test]
-    fn the_same_entries_give_the_same_bytes() {
+    fn entries_are_sorted_and_carry_no_time_of_writing() {
         let entries = Entries::from([("b".to_owned(), vec![1; 100]), ("a/c".to_owned(), b"text".to_vec())]);
-        let first = archive(&entries).unwrap();
-        std::thread::sleep(std::time::Duration::from_millis(20));
-        assert_eq!(first, archive(&entries).unwrap());
-        assert!(first.windows(3).position(|w| w == b"a/c") < first.windows(2).position(|w| w == b"b\x63"));
+        let bytes = archive(&entries).unwrap();
+        assert_eq!(bytes, archive(&entries).unwrap());
+        let mut zip = ZipArchive::new(Cursor::new(bytes)).unwrap();
+        let names: Vec<String> =
+            (0..zip.len()).map(|i| zip.by_index(i).unwrap().name().unwrap().into_owned()).collect();
+        assert_eq!(names, ["a/c", "b"]);
+        for i in 0..zip.len() {
+            assert_eq!(zip.by_index(i).unwrap().last_modified(), Some(DateTime::default()));
+        }
     }
 }

@@ -2,47 +2,63 @@
 
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::job::{Ending, Job, RunError};
+use crate::job::{Ending, Job, RunError, check_step};
 use crate::options::{DEFAULT_SCENE, RunOptions};
 use crate::progress::Bar;
 use crate::{direct, interrupt, source, summary, through_fmu};
+use ballistic_gel::output;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+
+/// What the first Ctrl-C is answered with: a communication step is not divided, its rows would not be those asked for.
+const WAITING: &str =
+    "interrupted: the run ends with this communication step and keeps it; Ctrl-C again ends it at once";
 
 /// Runs a scene, shows how it went, and says with which status to end.
 pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
     let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
     let source = source::load(name, &options.set)?;
+    options.step.map_or(Ok(()), |step| check_step(step, &source.scene))?;
     let header = source.scene.scene;
     let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(&header.name));
-    usable(&folder, options.force)?;
+    usable(&folder, options)?;
     let way = if options.direct { "by the library" } else { "through the packed FMU" };
     console.note(&format!("{}: {} ({way}, into {})", header.name, header.title, folder.display()));
     let job = Job { scene: source.text, folder, step: options.step, threads: options.threads };
     let ending = watch(&job, options.direct, console)?;
-    let summary = read_summary(&job.folder)?;
-    console.result(&summary, &summary::describe(&summary, &job.folder));
+    let (text, summary) = read_summary(&job.folder)?;
+    console.result(&text.trim_end(), &summary::describe(&summary, &job.folder));
     Ok(status(&ending, &job.folder, console))
 }
 
-/// An output folder is new, empty, or given up by the user.
-fn usable(folder: &Path, force: bool) -> Result<(), Failure> {
+/// An output folder is new, empty, or given up by the user; it is made here, and can be written.
+fn usable(folder: &Path, options: &RunOptions) -> Result<(), Failure> {
     let refuse = |found: &str, remedy: &str| {
-        Err(Failure::BadInput(format!("--out {}: found {found}, expected {remedy}", folder.display())))
+        Failure::BadInput(format!("--out {}: found {found}, expected {remedy}", folder.display()))
     };
+    let named = if options.direct { Ok(()) } else { through_fmu::destination(folder).map(drop) };
+    let plain = "a folder whose name has none of / \\ : * ? \" < > |, or --direct";
+    named.map_err(|found| refuse(&found, plain))?;
     match std::fs::read_dir(folder).map(|mut entries| entries.next().is_some()) {
-        Ok(occupied) if occupied && !force => {
-            refuse("a folder that is not empty", "an empty or new folder, or --force to overwrite")
+        Ok(true) if !options.force => {
+            Err(refuse("a folder that is not empty", "an empty or new folder, or --force to overwrite"))
         }
-        Ok(_) => Ok(()),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
-        Err(error) => refuse(&error.to_string(), "a folder that can be written"),
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(writable(refuse, &error)),
+        Ok(_) | Err(_) => {
+            output::claim(folder).map_err(|error| writable(refuse, &error.source))?;
+            tempfile::tempfile_in(folder).map(drop).map_err(|error| writable(refuse, &error))
+        }
     }
+}
+
+fn writable(refuse: impl Fn(&str, &str) -> Failure, error: &std::io::Error) -> Failure {
+    refuse(&error.to_string(), "a folder that can be written")
 }
 
 /// Runs the job with a progress bar, until it ends or the user interrupts it.
 fn watch(job: &Job, by_library: bool, console: &Console) -> Result<Ending, Failure> {
-    if let Err(error) = interrupt::listen() {
+    let note = console.listener();
+    if let Err(error) = interrupt::listen(move || note(WAITING)) {
         console.note(&format!("Ctrl-C will not keep what was computed: {error}"));
     }
     let bar = Bar::new(console.is_quiet());
@@ -55,10 +71,11 @@ fn watch(job: &Job, by_library: bool, console: &Console) -> Result<Ending, Failu
     Ok(ending?)
 }
 
-fn read_summary(folder: &Path) -> Result<serde_json::Value, RunError> {
+/// `summary.json` as it stands, and read.
+fn read_summary(folder: &Path) -> Result<(String, serde_json::Value), RunError> {
     let path: PathBuf = folder.join("summary.json");
-    let read = std::fs::read_to_string(&path).and_then(|text| Ok(serde_json::from_str(&text)?));
-    read.map_err(|source| RunError::File { verb: "read", path, source })
+    let read = std::fs::read_to_string(&path).and_then(|text| Ok((serde_json::from_str(&text)?, text)));
+    read.map(|(value, text)| (text, value)).map_err(|source| RunError::File { verb: "read", path, source })
 }
 
 fn status(ending: &Ending, folder: &Path, console: &Console) -> u8 {

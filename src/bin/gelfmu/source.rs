@@ -1,7 +1,7 @@
 //! Where a scene comes from: the program itself or a file.
 
 use crate::failure::Failure;
-use ballistic_gel::scene::{self, Override, Scene, SceneError};
+use ballistic_gel::scene::{self, Fault, Override, Scene};
 
 /// A scene and its text, with all overrides written into it.
 #[derive(Debug)]
@@ -18,9 +18,10 @@ pub fn load(name: &str, overrides: &[Override]) -> Result<Source, Failure> {
         Some(text) => text.to_owned(),
         None => std::fs::read_to_string(name).map_err(|error| unreadable(name, &error))?,
     };
-    let resolved = scene::resolve(&original, overrides);
-    let read = resolved.and_then(|text| scene::read(&text).map(|scene| Source { text, scene }));
-    read.map_err(|error| Failure::BadInput(complaint(name, &original, overrides, error)))
+    match scene::read_with(&original, overrides) {
+        Ok((text, scene)) => Ok(Source { text, scene }),
+        Err(fault) => Err(Failure::BadInput(complaint(name, &fault))),
+    }
 }
 
 fn unreadable(name: &str, error: &std::io::Error) -> Failure {
@@ -31,13 +32,9 @@ fn unreadable(name: &str, error: &std::io::Error) -> Failure {
     ))
 }
 
-/// Names the line of the user's own text, or the override where that is at fault.
-fn complaint(name: &str, original: &str, overrides: &[Override], error: SceneError) -> String {
-    if overrides.is_empty() {
-        return format!("scene {name}: {error}");
-    }
-    match scene::read(original) {
-        Err(own) if own.key == error.key => format!("scene {name}: {own}"),
-        Ok(_) | Err(_) => format!("scene {name} with --set: {}", SceneError { line: None, ..error }),
-    }
+/// Names the line of the user's own text, or the overrides where they are at fault.
+fn complaint(name: &str, fault: &Fault) -> String {
+    let set: Vec<String> = fault.overrides.iter().map(|o| format!("--set {}={}", o.key, o.value)).collect();
+    let with = if set.is_empty() { "" } else { " with " };
+    format!("scene {name}{with}{}: {}", set.join(" "), fault.error)
 }

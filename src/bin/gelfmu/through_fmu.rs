@@ -1,5 +1,6 @@
 //! A run through the packed FMU, as an importer does it.
 
+use crate::interrupt;
 use crate::job::{Ending, Job, Progress, RunError};
 use crate::pack::pack;
 use ballistic_gel::fmi2;
@@ -10,6 +11,7 @@ use fmi_rs::fmi2::{CS, FMU2};
 use fmi_rs::model_description::fmi2::ModelDescription;
 use fmi_rs::sim::SimulationError;
 use fmi_rs::zip::extract_zip_archive;
+use std::ffi::OsStr;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -36,6 +38,7 @@ impl Logger for Messages {
 pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
     let scene = scene::read(&job.scene)?;
     let folder = tempfile::tempdir().map_err(|e| file("create", &std::env::temp_dir(), e))?;
+    interrupt::remove_on_exit(folder.path());
     let archive = folder.path().join("BallisticGel.fmu");
     pack(&job.scene, &archive)?;
     let importer = Importer::new(&archive, &folder.path().join("unpacked"), job)?;
@@ -47,7 +50,7 @@ pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
 
 impl Importer {
     fn new(archive: &Path, unpacked: &Path, job: &Job) -> Result<Self, RunError> {
-        let (_, name) = destination(job)?;
+        let (_, name) = placed(job)?;
         let log = Arc::new(Messages::default());
         let made = extract_zip_archive(archive, unpacked)
             .map_err(SimulationError::from)
@@ -65,7 +68,7 @@ impl Importer {
 
     /// Sets the parameters and initializes.
     fn start(&self, job: &Job, scene: &Scene) -> Result<(), RunError> {
-        let (directory, _) = destination(job)?;
+        let (directory, _) = placed(job)?;
         let threads = i32::try_from(job.threads).unwrap_or(i32::MAX);
         let texts = [self.reference("output_directory")?];
         self.check("fmi2SetString", self.fmu.setString(&texts, &[&directory]))?;
@@ -110,13 +113,20 @@ impl Messages {
     }
 }
 
-/// The parent of the folder as `output_directory`, and its name as the name of the instance.
-fn destination(job: &Job) -> Result<(String, String), RunError> {
-    let refuse = || file("use", &job.folder, std::io::Error::other("expected a folder with a name of UTF-8 text"));
-    let absolute = std::path::absolute(&job.folder).map_err(|e| file("use", &job.folder, e))?;
-    let parent = absolute.parent().and_then(Path::to_str).ok_or_else(refuse)?;
-    let name = absolute.file_name().and_then(|n| n.to_str()).ok_or_else(refuse)?;
-    Ok((parent.to_owned(), name.to_owned()))
+/// The parent of the folder as `output_directory`, and its name as the name of the instance; or what is wrong with it.
+pub fn destination(folder: &Path) -> Result<(String, String), String> {
+    let absolute = std::path::absolute(folder).map_err(|e| e.to_string())?;
+    let text = |part: Option<&OsStr>| part.and_then(OsStr::to_str).map(str::to_owned);
+    let (parent, name) = (text(absolute.parent().map(Path::as_os_str)), text(absolute.file_name()));
+    let (parent, name) = parent.zip(name).ok_or("a path that does not end with a name of UTF-8 text")?;
+    if name.trim().is_empty() || fmi2::folder_name(&name) != name {
+        return Err(format!("the name {name:?}, which an FMU gives no folder"));
+    }
+    Ok((parent, name))
+}
+
+fn placed(job: &Job) -> Result<(String, String), RunError> {
+    destination(&job.folder).map_err(|found| file("use", &job.folder, std::io::Error::other(found)))
 }
 
 fn file(verb: &'static str, path: &Path, source: std::io::Error) -> RunError {

@@ -96,12 +96,9 @@ pub unsafe extern "C" fn fmi2FreeInstance(c: Handle) {
     }
     // SAFETY: from `fmi2Instantiate`, and not used again.
     let mut it = unsafe { Box::from_raw(c.cast::<Component>()) };
-    let finished = catch_unwind(AssertUnwindSafe(|| it.instance.finish_recording()));
-    if let Ok(Err(error)) = finished {
-        it.instance.log.refusal(&error);
-    }
+    // A panic here has nobody left to tell, but for the lines that were logged before it.
+    drop(catch_unwind(AssertUnwindSafe(|| it.instance.finish_recording())));
     let (lines, logger) = (it.instance.log.take(), it.logger.clone());
-    // A panic here has nobody left to tell.
     drop(catch_unwind(AssertUnwindSafe(|| drop(it))));
     logger.write(&lines);
 }
@@ -141,11 +138,11 @@ pub unsafe extern "C" fn fmi2ExitInitializationMode(c: Handle) -> c_int {
 /// Ends the run.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Terminate(c: Handle) -> c_int {
-    guard(c, "fmi2Terminate", Call::Terminate, |it| it.instance.terminate().map(done))
+    guard(c, "fmi2Terminate", Call::Terminate, |it| Ok(it.instance.terminate()))
 }
 
 /// Back to a fresh instance.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Reset(c: Handle) -> c_int {
-    guard(c, "fmi2Reset", Call::Reset, |it| it.instance.reset().map(done))
+    guard(c, "fmi2Reset", Call::Reset, |it| Ok(it.instance.reset()))
 }

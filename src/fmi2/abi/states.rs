@@ -1,7 +1,7 @@
 //! States behind pointers and as bytes.
 
 use super::pointers::{slice, slice_mut};
-use super::{Handle, done, guard};
+use super::{Handle, guard};
 use crate::fmi2::call::CallError;
 use crate::fmi2::lifecycle::Call;
 use crate::fmi2::snapshot::{Snapshot, SnapshotError};
@@ -33,7 +33,7 @@ pub unsafe extern "C" fn fmi2SetFMUstate(c: Handle, from: Handle) -> c_int {
     let name = "fmi2SetFMUstate";
     guard(c, name, Call::State, |it| {
         // SAFETY: checked by `state`.
-        it.instance.restore(&unsafe { state(from, name) }?.snapshot).map(done)
+        it.instance.restore(&unsafe { state(from, name) }?.snapshot)
     })
 }
 
@@ -48,7 +48,8 @@ pub unsafe extern "C" fn fmi2FreeFMUstate(c: Handle, target: *mut Handle) -> c_i
         // SAFETY: a pointer to a pointer; what it points to is checked by `state` before it is freed.
         unsafe {
             if !(*target).is_null() {
-                state(*target, name)?.magic = 0;
+                // Volatile: the word is read again only through a pointer that should not be used any more.
+                (&raw mut state(*target, name)?.magic).write_volatile(0);
                 drop(Box::from_raw((*target).cast::<State>()));
                 *target = ptr::null_mut();
             }

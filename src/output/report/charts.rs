@@ -5,6 +5,7 @@ use super::plot::{Curve, Height, Plot};
 use crate::algebra::Vector3;
 use crate::output::history::Row;
 use crate::scene::Scene;
+use std::ops::Range;
 
 /// Curves that move less than this share of the liveliest one would lie on top of each other at zero.
 const VISIBLE: f64 = 1e-3;
@@ -30,6 +31,7 @@ fn motion(rows: &[Row]) -> Plot {
         title: "Position of the projectile",
         unit: "m",
         height: Height::Linear,
+        times: span(rows),
         curves: visible(moving(rows, &curves)),
     }
 }
@@ -40,6 +42,7 @@ fn speed(rows: &[Row]) -> Plot {
         title: "Velocity of the projectile",
         unit: "m/s",
         height: Height::Linear,
+        times: span(rows),
         curves: visible(moving(rows, &curves)),
     }
 }
@@ -54,7 +57,7 @@ fn force(rows: &[Row], window: f64) -> Plot {
         points: moving_mean(&history, width),
     });
     let curves = curves.into_iter().filter(Curve::varies).collect();
-    Plot { title: "Force on the projectile", unit: "N", height: Height::Linear, curves }
+    Plot { title: "Force on the projectile", unit: "N", height: Height::Linear, times: span(rows), curves }
 }
 
 /// Mean force over a window of at least this width, s, behind each row; drawn in the middle of the window.
@@ -86,7 +89,13 @@ fn energy(rows: &[Row]) -> Plot {
         "closure",
     ];
     let curves = names.map(|name| (name.replace('_', " "), format!("energy_{name}_J")));
-    Plot { title: "Energy accounts", unit: "J", height: Height::Linear, curves: visible(moving(rows, &curves)) }
+    Plot {
+        title: "Energy accounts",
+        unit: "J",
+        height: Height::Linear,
+        times: span(rows),
+        curves: visible(moving(rows, &curves)),
+    }
 }
 
 fn closure(rows: &[Row]) -> Plot {
@@ -96,7 +105,19 @@ fn closure(rows: &[Row]) -> Plot {
     for point in curves.iter_mut().flat_map(|curve| &mut curve.points) {
         point.1 = point.1.max(FLOOR).log10();
     }
-    Plot { title: "What no account explains, relative to what went through", unit: "", height: Height::Decades, curves }
+    Plot {
+        title: "What no account explains, relative to what went through",
+        unit: "",
+        height: Height::Decades,
+        times: span(rows),
+        curves,
+    }
+}
+
+/// From the first to the last row, s.
+fn span(rows: &[Row]) -> Range<f64> {
+    let at = |row: Option<&Row>| row.map_or(0.0, |row| row.get("time_s"));
+    at(rows.first())..at(rows.last())
 }
 
 /// The curves that can be told from a line at rest.

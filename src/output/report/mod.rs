@@ -22,7 +22,7 @@ pub(super) fn page(scene: &Scene, summary: &Summary, rows: &[Row], shots: &[&Sho
     let name = escape(&summary.scene);
     let title = escape(&scene.scene.title);
     let sections = [
-        words::failure(summary),
+        words::failure(scene, summary),
         words::summary(scene, summary),
         words::key_figures(scene, summary),
         film::film(charts::fullest(rows), shots),

@@ -40,6 +40,8 @@ pub(super) struct Plot {
     pub(super) title: &'static str,
     pub(super) unit: &'static str,
     pub(super) height: Height,
+    /// From the first to the last row of the history, s: all plots of a page have the same axis.
+    pub(super) times: Range<f64>,
     pub(super) curves: Vec<Curve>,
 }
 
@@ -84,7 +86,7 @@ impl Plot {
         &self,
         area: &DrawingArea<B, plotters::coord::Shift>,
     ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
-        let (times, values) = (self.range(|point| point.0), self.range(|point| point.1));
+        let (times, values) = (&self.times, self.values());
         let (time_factor, time_prefix) = prefix(times.end);
         let (factor, value_prefix) = match self.height {
             Height::Linear => prefix(values.start.abs().max(values.end.abs())),
@@ -95,7 +97,7 @@ impl Plot {
             .margin_right(18 * FINE)
             .x_label_area_size(40 * FINE)
             .y_label_area_size(64 * FINE)
-            .build_cartesian_2d(scaled(&times, time_factor), self.padded(&scaled(&values, factor)))?;
+            .build_cartesian_2d(scaled(times, time_factor), self.padded(&scaled(&values, factor)))?;
         let name = |value: &f64| match self.height {
             Height::Linear => tick(*value),
             Height::Decades if (value - value.round()).abs() < 1e-6 => format!("1e{value:.0}"),
@@ -129,8 +131,8 @@ impl Plot {
         }
     }
 
-    fn range(&self, of: impl Fn(&(f64, f64)) -> f64) -> Range<f64> {
-        let values = self.curves.iter().flat_map(|curve| &curve.points).map(of).filter(|x| x.is_finite());
+    fn values(&self) -> Range<f64> {
+        let values = self.curves.iter().flat_map(|curve| &curve.points).map(|point| point.1).filter(|x| x.is_finite());
         values.fold(f64::INFINITY..f64::NEG_INFINITY, |range, x| range.start.min(x)..range.end.max(x))
     }
 }

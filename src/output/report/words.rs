@@ -4,23 +4,28 @@ use super::escape;
 use super::number::{count, percent, quantity};
 use crate::algebra::Vector3;
 use crate::output::summary::{Interface, Summary};
-use crate::scene::Scene;
+use crate::scene::{Dimension, Scene};
 use std::fmt::Write;
 
-/// A box with the diagnosis of a run that stopped early; nothing otherwise.
-pub(super) fn failure(summary: &Summary) -> String {
-    let Some(diagnosis) = &summary.failure else { return String::new() };
+/// A box with the diagnosis of a run that stopped early, or that it was ended early; nothing otherwise.
+pub(super) fn failure(scene: &Scene, summary: &Summary) -> String {
+    let ended = || format!("It was ended there; the scene goes on to {}.", quantity(scene.scene.end_time, "s"));
+    let diagnosis = match &summary.failure {
+        Some(diagnosis) => escape(diagnosis),
+        None if summary.completed => return String::new(),
+        None => ended(),
+    };
     format!(
         "<section class=\"failure\" role=\"alert\"><h2>This run stopped early, at {}</h2>\n<p>{}</p>\n\
          <p>Everything below was computed before and is valid up to then.</p></section>\n",
         quantity(summary.end_time, "s"),
-        escape(diagnosis)
+        diagnosis
     )
 }
 
 /// One paragraph.
 pub(super) fn summary(scene: &Scene, summary: &Summary) -> String {
-    let sentences = [meeting(scene), depth(summary), outcome(scene, summary), trust(summary)];
+    let sentences = [meeting(scene), depth(summary), outcome(scene, summary), trust(summary), thickness(scene)];
     format!("<section><p class=\"lead\">{}</p></section>\n", sentences.join(" ").trim())
 }
 
@@ -48,7 +53,8 @@ fn depth(summary: &Summary) -> String {
 fn outcome(scene: &Scene, summary: &Summary) -> String {
     let force = if summary.peak_force > 0.0 {
         let window = quantity(summary.force_window, "s");
-        format!("The force on it peaks at {} (mean over {window}).", quantity(summary.peak_force, "N"))
+        let force = quantity(summary.peak_force, "N");
+        format!("The force on it peaks at {force}{} (mean over {window}).", per_thickness(scene))
     } else {
         "No force has acted on it.".to_string()
     };
@@ -75,6 +81,21 @@ fn trust(summary: &Summary) -> String {
     )
 }
 
+/// Behind a force or an energy of a slice whose thickness the scene does not give.
+fn per_thickness(scene: &Scene) -> &'static str {
+    match (scene.scene.dimension, scene.gel.thickness) {
+        (Dimension::Planar, None) => " per metre of thickness",
+        (Dimension::Planar | Dimension::Axisymmetric | Dimension::Spatial, _) => "",
+    }
+}
+
+fn thickness(scene: &Scene) -> String {
+    match per_thickness(scene) {
+        "" => String::new(),
+        per => format!("All masses, forces, impulses and energies on this page are{per}."),
+    }
+}
+
 /// The figures that are looked for first.
 pub(super) fn key_figures(scene: &Scene, summary: &Summary) -> String {
     let known = |value: Option<f64>, unit: &str| value.map_or("none yet".to_string(), |value| quantity(value, unit));
@@ -86,7 +107,7 @@ pub(super) fn key_figures(scene: &Scene, summary: &Summary) -> String {
     ];
     let rest = [
         ("contact lasts", known(summary.contact_duration, "s")),
-        ("peak force", quantity(summary.peak_force, "N")),
+        ("peak force", quantity(summary.peak_force, "N") + per_thickness(scene)),
         ("elements", count(summary.elements as f64)),
         ("element updates", count(summary.element_updates)),
     ];

@@ -16,7 +16,7 @@ struct Scalar {
 
 /// The description of the FMU with this scene packed.
 pub fn xml(scene: &Scene) -> io::Result<String> {
-    let table = toml::Table::try_from(scene).map_err(io::Error::other)?;
+    let table = fmi2::table_of(scene);
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     xml.create_element("fmiModelDescription")
@@ -173,27 +173,41 @@ fn start(scalar: &Scalar, scene: &toml::Table) -> Option<String> {
     }
 }
 
-/// Nothing feeds through within a step, but the carrier of the directional derivative.
+/// Nothing feeds through within a step, but the carrier of the directional derivative; what is there at first comes from
+/// the parameters alone.
 fn structure(xml: &mut Xml) -> io::Result<()> {
+    let moved = indices(|s| matches!(s.variable.name, "projectile.position" | "projectile.velocity") && is_input(s));
+    let parameters = indices(shapes_the_start);
     xml.create_element("ModelStructure").write_inner_content(|xml| {
         xml.create_element("Outputs")
-            .write_inner_content(|xml| unknowns(xml, |c| c == Causality::Output))?
+            .write_inner_content(|xml| {
+                let fed = |s: &Scalar| if s.variable.name == "contact.linear_force" { moved.as_str() } else { "" };
+                unknowns(xml, |c| c == Causality::Output, fed)
+            })?
             .create_element("InitialUnknowns")
             .write_inner_content(|xml| {
-                unknowns(xml, |c| matches!(c, Causality::Output | Causality::CalculatedParameter))
+                let first = |c| matches!(c, Causality::Output | Causality::CalculatedParameter);
+                unknowns(xml, first, |_| parameters.as_str())
             })
             .map(drop)
     })?;
     Ok(())
 }
 
-fn unknowns(xml: &mut Xml, wanted: impl Fn(Causality) -> bool) -> io::Result<()> {
-    let inputs = indices(|s| matches!(s.variable.name, "projectile.position" | "projectile.velocity") && is_input(s));
+/// Whether the state at the start depends on a variable: on the scene and what overrides it.
+fn shapes_the_start(scalar: &Scalar) -> bool {
+    let runs_it = matches!(scalar.variable.name, "threads" | "output_directory");
+    scalar.variable.causality == Causality::Parameter && !runs_it
+}
+
+fn unknowns<'a>(
+    xml: &mut Xml,
+    wanted: impl Fn(Causality) -> bool,
+    dependencies: impl Fn(&Scalar) -> &'a str,
+) -> io::Result<()> {
     for (index, scalar) in scalars().enumerate().filter(|(_, s)| wanted(s.variable.causality)) {
         let index = (index + 1).to_string();
-        let carrier = scalar.variable.name == "contact.linear_force";
-        let dependencies = if carrier { inputs.as_str() } else { "" };
-        let attributes = [("index", index.as_str()), ("dependencies", dependencies)];
+        let attributes = [("index", index.as_str()), ("dependencies", dependencies(&scalar))];
         xml.create_element("Unknown").with_attributes(attributes).write_empty()?;
     }
     Ok(())

@@ -1,5 +1,6 @@
 //! `documentation/index.html`: how to wire the FMU, in which frames, within which limits, and every variable.
 
+use super::requirement;
 use ballistic_gel::fmi2::{self, Causality, Kind, Variable};
 use ballistic_gel::scene::{Dimension, Scene};
 use std::fmt::Write as _;
@@ -29,6 +30,9 @@ L<sub>1</sub> = L<sub>0</sub> + T H + A</p>
 <h3>prescribed (1)</h3>
 <p>The kinematic inputs are the motion: x(s) = x<sub>0</sub> + v<sub>0</sub> s + &frac12; a s&sup2; within a step,
 where a is the first derivative of the velocity input (<code>fmi2SetRealInputDerivatives</code>), or 0.</p>
+<h3>A projectile that is held in place</h3>
+<p>Where the scene holds the projectile (<code>projectile.fixed = true</code>), an input that is read in the mode and
+would move it is refused with <code>fmi2Error</code>: leave position and orientation as the scene has them, all else 0.</p>
 <h3>Forces or impulses</h3>
 <p>Contact acts by impulses. <code>contact.force</code> and <code>contact.torque</code> are means over the last step:
 wire them only for steps of at least <code>coupling.step_min</code>. <code>contact.linear_force</code> carries the
@@ -51,17 +55,28 @@ const LIMITS: &str = "\
 <code>fmi2Error</code>. So are numbers that are not finite.</li>
 <li>A step that the mesh cannot follow returns <code>fmi2Discard</code> with <code>fmi2Terminated</code> true; the log
 says which element, when, and what to do. Outputs, states and reset keep working.</li>
+<li>Times in the log, in <code>history.csv</code>, in the frames and in <code>summary.json</code> count from the start
+of the simulation, whatever <code>startTime</code> is; the variable <code>time</code> and the last successful time
+begin with <code>startTime</code>.</li>
+<li>A step so short, or so far from time 0, that double precision loses a millionth of it is refused with
+<code>fmi2Error</code>.</li>
+<li>Files that can no longer be written once the run is going on are given up with <code>fmi2Warning</code>; the call
+itself is done. Two instances cannot write into one folder at a time: the second is refused at
+<code>fmi2ExitInitializationMode</code> (where the system can lock a folder). Give them different names.</li>
+<li>A fault inside the FMU returns <code>fmi2Fatal</code> with a line in the log; its language prints another to the
+standard error of the process.</li>
 <li>A parameter is fixed once initialization is over. One that differs from its start overrides the scene; one that is
 equal to its start leaves another <code>scene</code> as it is.</li>
 <li>A state can be restored in another process. It does not hold <code>threads</code> and
-<code>output_directory</code>.</li>
+<code>output_directory</code>. Restored to before the run, the files of the run are completed; to a moment of it, they
+are cut there.</li>
 <li>Input derivatives are of order 1, hold for one step and act on the velocity (prescribed) and on the external force
-and torque. Output derivatives are of order 1.</li>
+and torque. Output derivatives are of order 1, from what acted in the last step.</li>
 </ul>
 ";
 
 /// The page of the FMU with this scene packed.
-pub fn page(scene: &Scene) -> String {
+pub fn page(scene: &Scene, library: &[u8]) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{model}</title>\n\
          <style>{STYLE}</style></head><body>\n<h1>{model} {version}</h1>\n<p>{about}.</p>\n",
@@ -73,9 +88,9 @@ pub fn page(scene: &Scene) -> String {
     page += WIRING;
     page += FRAMES;
     page += LIMITS;
+    page += &requirement::sentence(library);
     page += &table();
-    page +=
-        "<p>Licences of this library and of every crate linked into it are in the folder <code>licenses</code>.</p>\n";
+    page += "<p>Licences of this library, of every crate linked into it and of the standard library of its language are in the folder <code>licenses</code>.</p>\n";
     page += "</body></html>\n";
     page
 }
@@ -157,10 +172,11 @@ mod tests {
     #[test]
     fn the_page_names_every_variable_and_the_scene() {
         let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
-        let page = page(&scene);
+        let page = page(&scene, b"\0GLIBC_2.4\0");
         for variable in fmi2::VARIABLES {
             assert!(page.contains(variable.name), "{}", variable.name);
         }
         assert!(page.contains("sphere-block") && !page.contains("{x|y|z}"));
+        assert!(page.contains("needs the GNU C library, version 2.4 or later"));
     }
 }
