@@ -195,10 +195,15 @@ fn fmpy_accepts_and_runs_the_fmu() {
 fn the_library_and_the_fmu_give_the_same_digest_for_every_communication_step() {
     let folder = tempfile::tempdir().unwrap();
     let (scene, out) = (coarse_scene(folder.path()), folder.path().join("out"));
-    let direct = digest(&scene, &out, &["--direct"]);
-    for n in [1, 7, 100, 12_345] {
-        let step = format!("{:e}", 2e-3 / f64::from(n));
-        assert_eq!(digest(&scene, &out, &["--step", &step]), direct, "{n} steps");
-    }
-    assert_ne!(digest(&scene, &out, &["--set", "projectile.mass=0.034"]), direct);
+    let digests = ["bins", "queue"].map(|schedule| {
+        let schedule = format!("integrator.schedule={schedule}");
+        let direct = digest(&scene, &out, &["--direct", "--set", &schedule]);
+        for n in [1.0, 7.0, 100.0, 12_345.0] {
+            let step = format!("{:e}", 2e-3 / n);
+            assert_eq!(digest(&scene, &out, &["--set", &schedule, "--step", &step]), direct, "{n} steps, {schedule}");
+        }
+        direct
+    });
+    assert_ne!(digests[0], digests[1]);
+    assert_ne!(digest(&scene, &out, &["--set", "projectile.mass=0.034"]), digests[0]);
 }
