@@ -48,7 +48,7 @@ fn masked(v: &Vector3, keep: [bool; 3]) -> Vector3 {
 }
 
 /// A rigid body: what does not change while it moves.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     /// Shape, in the frame of the body.
     pub shape: Shape,

@@ -2,12 +2,18 @@
 
 mod cylinder;
 mod half_space;
+mod outline;
+mod piece;
+mod profile;
 mod sphere;
 
 use crate::algebra::{Tensor3, Vector3};
 pub use cylinder::Cylinder;
 pub use half_space::HalfSpace;
+pub use outline::Outline;
+pub use profile::{Profile, Sweep};
 pub use sphere::Sphere;
+use std::sync::Arc;
 
 /// Signed distance and its gradient at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,12 +40,14 @@ pub trait SignedDistance {
 }
 
 /// Any of the bodies.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
     /// A sphere.
     Sphere(Sphere),
     /// A right circular cylinder.
     Cylinder(Cylinder),
+    /// A convex body with a profile about an axis.
+    Profile(Arc<Profile>),
     /// A half-space.
     HalfSpace(HalfSpace),
 }
@@ -49,6 +57,7 @@ impl Shape {
         match self {
             Self::Sphere(sphere) => sphere,
             Self::Cylinder(cylinder) => cylinder,
+            Self::Profile(profile) => &**profile,
             Self::HalfSpace(half_space) => half_space,
         }
     }
@@ -76,11 +85,28 @@ impl SignedDistance for Shape {
 mod tests {
     use super::*;
 
-    fn shapes() -> [Shape; 4] {
+    /// A pointed bullet: tangent ogive, mantle, boat-tail, base, the two rims at the rear rounded.
+    fn bullet() -> Shape {
+        let (radius, length) = (0.7_f64, 1.4_f64);
+        let ogive = (length * length + radius * radius) / (2.0 * radius);
+        let outline = Outline::at_tip().arc(radius, length, ogive).line(radius, 2.2).line(0.5, 2.6).line(0.0, 2.6);
+        Shape::Profile(Arc::new(Profile::new(&outline.rounded(0.1).unwrap(), Sweep::Revolution)))
+    }
+
+    /// A cut cone on its base, all rims sharp.
+    fn stub() -> Shape {
+        let outline = Outline::at_tip().line(0.3, 0.0).line(0.9, 1.1).line(0.0, 1.1);
+        Shape::Profile(Arc::new(Profile::new(&outline, Sweep::Revolution)))
+    }
+
+    /// The half-space is the last.
+    fn shapes() -> [Shape; 6] {
         [
             Shape::Sphere(Sphere { radius: 1.3 }),
             Shape::Cylinder(Cylinder { radius: 0.7, length: 2.2, edge_radius: 0.0 }),
             Shape::Cylinder(Cylinder { radius: 0.7, length: 2.2, edge_radius: 0.2 }),
+            bullet(),
+            stub(),
             Shape::HalfSpace(HalfSpace::new(Vector3::new(0.3, -0.4, 1.2))),
         ]
     }
@@ -121,7 +147,7 @@ mod tests {
 
     #[test]
     fn reach_is_the_greatest_extent_of_the_inside() {
-        for shape in &shapes()[..3] {
+        for shape in &shapes()[..5] {
             for direction in points().map(|p| p.normalize()).take(50) {
                 let reach = shape.reach(&direction);
                 let inside = points().filter(|p| shape.gap(p).distance <= 0.0).map(|p| p.dot(&direction));

@@ -197,7 +197,7 @@ impl Simulation {
     /// Takes over what the importer says at the start of a step (numerics A4, A5).
     fn take(&mut self, inputs: &Inputs) {
         let (body, last) = self.model.body();
-        let (body, last) = (*body, *last);
+        let (body, last) = (body.clone(), *last);
         match self.mode {
             _ if body.motion == Motion::Fixed => {}
             CouplingMode::Integrated => {

@@ -1,0 +1,348 @@
+use super::outline::Outline;
+use super::piece::{Curve, Piece, Point};
+use super::{Gap, SignedDistance};
+use crate::algebra::{Tensor3, Vector3};
+use std::f64::consts::PI;
+
+/// A convex body with a profile about the z axis, its tip towards −z and its centre of mass at the origin.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    pieces: Vec<Piece>,
+    corners: Vec<Corner>,
+    /// ∮ρ² dz, m³.
+    turned: f64,
+    inertia: Tensor3,
+    inertia_of_section: f64,
+    inner_radius: f64,
+}
+
+/// The body whose centre of mass is at the origin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sweep {
+    /// The profile swept about its axis.
+    Revolution,
+    /// The profile and its mirror image swept along y: what a planar body is.
+    Prism,
+}
+
+/// Where two pieces meet, or one meets the axis, and the sum of the normals there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Corner {
+    at: Point,
+    outward: Point,
+}
+
+impl Profile {
+    /// The body with this outline.
+    ///
+    /// # Panics
+    /// If the outline does not end on the axis or encloses nothing.
+    #[must_use]
+    pub fn new(outline: &Outline, sweep: Sweep) -> Self {
+        let pieces = &outline.pieces;
+        assert!(pieces.last().is_some_and(|last| last.end[0] == 0.0), "an outline ends on the axis");
+        let across = |p: &Point| match sweep {
+            Sweep::Revolution => p[0] * p[0],
+            Sweep::Prism => p[0],
+        };
+        let mass = integral(pieces, across);
+        assert!(mass > 0.0, "an outline encloses something");
+        let centre = integral(pieces, |p| across(p) * p[1]) / mass;
+        let pieces: Vec<Piece> = pieces.iter().map(|piece| piece.moved(&Point::new(0.0, -centre))).collect();
+        let turned = integral(&pieces, |p| p[0] * p[0]);
+        let mut profile = Self {
+            corners: corners(&pieces),
+            inertia: inertia(&pieces, turned),
+            inertia_of_section: inertia_of_section(&pieces),
+            pieces,
+            turned,
+            inner_radius: 0.0,
+        };
+        profile.inner_radius = profile.greatest_depth();
+        profile
+    }
+
+    /// Volume of the body of revolution, m³.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        PI * self.turned
+    }
+
+    /// Points (ρ, z) of the profile from tip to rear, m, at most so many radians of its arcs apart.
+    #[must_use]
+    pub fn polyline(&self, turn: f64) -> Vec<(f64, f64)> {
+        let ends = self.pieces.iter().flat_map(|piece| {
+            let n = (piece.angle() / turn).ceil().max(1.0) as usize;
+            (1..n).map(move |i| piece.at(i as f64 / n as f64).0).chain([piece.end])
+        });
+        std::iter::once(self.pieces[0].start).chain(ends).map(|p| (p[0], p[1])).collect()
+    }
+
+    /// φ and ∇φ in the half-plane: the nearest piece that faces the point, or the nearest corner.
+    fn nearest(&self, p: &Point) -> (f64, Point) {
+        let facing = self.pieces.iter().filter(|piece| piece.faces(p)).map(|piece| piece.gap(p));
+        let nearer = |best: (f64, Point), gap: (f64, Point)| if gap.0.abs() < best.0.abs() { gap } else { best };
+        let best = facing.fold((f64::INFINITY, Point::zeros()), nearer);
+        self.corners.iter().map(|corner| corner.gap(p)).fold(best, nearer)
+    }
+
+    /// Depth of the deepest point: it is on the axis, along which the depth of a convex body is concave.
+    fn greatest_depth(&self) -> f64 {
+        let depth = |z: f64| -self.nearest(&Point::new(0.0, z)).0;
+        let [mut low, mut high] = [self.corners[0], self.corners[self.corners.len() - 1]].map(|end| end.at[1]);
+        for _ in 0..128 {
+            let third = (high - low) / 3.0;
+            if depth(low + third) < depth(high - third) { low += third } else { high -= third }
+        }
+        depth(0.5 * (low + high))
+    }
+}
+
+impl Corner {
+    /// Signed distance and its gradient: the points that a convex corner is the nearest of are outside.
+    fn gap(&self, p: &Point) -> (f64, Point) {
+        let arm = p - self.at;
+        let distance = arm.norm();
+        if distance == 0.0 {
+            return (0.0, self.outward.normalize());
+        }
+        let sign = 1.0_f64.copysign(arm.dot(&self.outward));
+        (sign * distance, arm * (sign / distance))
+    }
+}
+
+fn corners(pieces: &[Piece]) -> Vec<Corner> {
+    let start = |piece: &Piece| piece.gap(&piece.start).1;
+    let end = |piece: &Piece| piece.gap(&piece.end).1;
+    let joints = pieces.windows(2).map(|two| Corner { at: two[0].end, outward: end(&two[0]) + start(&two[1]) });
+    let tip = Corner { at: pieces[0].start, outward: Point::new(0.0, -1.0) };
+    let rear = Corner { at: pieces[pieces.len() - 1].end, outward: Point::new(0.0, 1.0) };
+    [tip].into_iter().chain(joints).chain([rear]).collect()
+}
+
+/// ∮ f(ρ, z) dz along the profile, by Gauss' rule with five points: exact on lines to degree nine, and to rounding on
+/// an arc in sixteen parts.
+fn integral(pieces: &[Piece], f: impl Fn(&Point) -> f64) -> f64 {
+    let rule = gauss();
+    let mut sum = 0.0;
+    for piece in pieces {
+        let parts = match piece.curve {
+            Curve::Line { .. } => 1,
+            Curve::Circle { .. } => 16,
+        };
+        for (i, (at, weight)) in (0..parts).flat_map(|i| rule.map(|node| (i, node))) {
+            let (p, slope) = piece.at((f64::from(i) + at) / f64::from(parts));
+            sum += weight / f64::from(parts) * slope * f(&p);
+        }
+    }
+    sum
+}
+
+/// Nodes in 0…1 and weights of Gauss' rule with five points.
+fn gauss() -> [(f64, f64); 5] {
+    let root = 2.0 * (10.0_f64 / 7.0).sqrt();
+    let [inner, outer] = [5.0 - root, 5.0 + root].map(|s| s.sqrt() / 6.0);
+    let weight = |s: f64| (322.0 + s * 70.0_f64.sqrt()) / 1800.0;
+    let (inside, outside) = (weight(13.0), weight(-13.0));
+    [(0.5 - outer, outside), (0.5 - inner, inside), (0.5, 64.0 / 225.0), (0.5 + inner, inside), (0.5 + outer, outside)]
+}
+
+/// I_z = ½∮ρ⁴ dz/∮ρ² dz, Iₓ = ½I_z + ∮ρ²z² dz/∮ρ² dz.
+fn inertia(pieces: &[Piece], turned: f64) -> Tensor3 {
+    let axial = 0.5 * integral(pieces, |p| p[0] * p[0] * p[0] * p[0]) / turned;
+    let across = 0.5 * axial + integral(pieces, |p| p[0] * p[0] * p[1] * p[1]) / turned;
+    Tensor3::from_diagonal(&Vector3::new(across, across, axial))
+}
+
+/// I = ∮(ρ³/3 + ρz²) dz/∮ρ dz.
+fn inertia_of_section(pieces: &[Piece]) -> f64 {
+    integral(pieces, |p| p[0] * (p[0] * p[0] / 3.0 + p[1] * p[1])) / integral(pieces, |p| p[0])
+}
+
+impl SignedDistance for Profile {
+    /// The distance in the half-plane (ρ, z); the nearest point of a body of revolution is in the half-plane of the point.
+    fn gap(&self, point: &Vector3) -> Gap {
+        let rho = (point.x * point.x + point.y * point.y).sqrt();
+        let outward = if rho > 0.0 { Vector3::new(point.x / rho, point.y / rho, 0.0) } else { Vector3::x() };
+        let (distance, normal) = self.nearest(&Point::new(rho, point.z));
+        Gap { distance, normal: outward * normal[0] + Vector3::z() * normal[1] }
+    }
+
+    /// The greatest of the corners and of the arcs that the direction is a normal of.
+    fn reach(&self, direction: &Vector3) -> f64 {
+        let across = (direction.x * direction.x + direction.y * direction.y).sqrt();
+        let direction = Point::new(across, direction.z);
+        let corners = self.corners.iter().map(|corner| corner.at.dot(&direction));
+        let arcs = self.pieces.iter().filter_map(|piece| match piece.curve {
+            Curve::Circle { centre, radius } => {
+                piece.faces(&(centre + direction * radius)).then(|| centre.dot(&direction) + radius)
+            }
+            Curve::Line { .. } => None,
+        });
+        corners.chain(arcs).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    fn specific_inertia(&self) -> Option<Tensor3> {
+        Some(self.inertia)
+    }
+
+    fn specific_inertia_of_section(&self) -> Option<f64> {
+        Some(self.inertia_of_section)
+    }
+
+    fn inner_radius(&self) -> f64 {
+        self.inner_radius
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Cylinder, Sphere};
+
+    fn revolution(outline: &Outline) -> Profile {
+        Profile::new(outline, Sweep::Revolution)
+    }
+
+    /// A long secant ogive with a flat tip, mantle, boat-tail and base.
+    fn pointed() -> Outline {
+        Outline::at_tip().line(0.1, 0.0).arc(1.0, 3.0, 9.0).line(1.0, 4.5).line(0.8, 5.5).line(0.0, 5.5)
+    }
+
+    fn outlines() -> [Outline; 4] {
+        let capsule = Outline::at_tip().arc(1.0, 1.0, 1.0).line(1.0, 4.0).arc(0.0, 5.0, 1.0);
+        let cone = Outline::at_tip().line(1.0, 2.0).line(0.0, 2.0);
+        [pointed(), pointed().rounded(0.1).unwrap(), capsule, cone]
+    }
+
+    fn close(a: f64, b: f64, tolerance: f64) {
+        assert!((a - b).abs() <= tolerance, "{a} is not {b} within {tolerance}");
+    }
+
+    /// Points of the half-plane around and in a body, and their signed distance: sign and size from the polygon.
+    fn sampled(profile: &Profile) -> Vec<(Point, f64)> {
+        let polygon: Vec<Point> = profile.polyline(1e-3).into_iter().map(|(rho, z)| Point::new(rho, z)).collect();
+        let distance = |p: &Point| {
+            let to_edge = |edge: &[Point]| {
+                let along = edge[1] - edge[0];
+                let t = ((p - edge[0]).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+                (p - edge[0] - along * t).norm()
+            };
+            let above = |edge: &&[Point]| {
+                let [(r, z), (s, w)] = [(edge[0][0], edge[0][1]), (edge[1][0], edge[1][1])];
+                (z <= p[1]) != (w <= p[1]) && r + (s - r) * (p[1] - z) / (w - z) > p[0]
+            };
+            let inside = polygon.windows(2).filter(above).count() % 2 == 1;
+            let size = polygon.windows(2).map(to_edge).fold(f64::INFINITY, f64::min);
+            if inside { -size } else { size }
+        };
+        let place = |i: u32| Point::new(f64::from(i % 29) * 0.067, f64::from(i / 29) * 0.3 - 4.0);
+        (0..29 * 27).map(place).map(|p| (p, distance(&p))).collect()
+    }
+
+    #[test]
+    fn distances_are_those_to_a_fine_polygon() {
+        for outline in outlines() {
+            let profile = revolution(&outline);
+            for (p, expected) in sampled(&profile) {
+                close(profile.gap(&Vector3::new(0.6 * p[0], -0.8 * p[0], p[1])).distance, expected, 2e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn where_arc_and_line_join_smoothly_the_inside_is_inside() {
+        let capsule = revolution(&outlines()[2]);
+        for i in 0..2000 {
+            let p = Point::new(0.999 * f64::from(i) / 2000.0, capsule.pieces[1].start[1]);
+            close(capsule.nearest(&p).0, p[0] - 1.0, 1e-15);
+        }
+    }
+
+    #[test]
+    fn a_capsule_is_at_a_constant_distance_from_its_axis() {
+        let capsule = revolution(&outlines()[2]);
+        for i in 1..500 {
+            let t = f64::from(i);
+            let p = Vector3::new((0.7 * t).sin(), (1.3 * t).sin(), 3.5 * (0.21 * t).sin());
+            let from_axis = p - Vector3::z() * p.z.clamp(-1.5, 1.5);
+            let gap = capsule.gap(&p);
+            close(gap.distance, from_axis.norm() - 1.0, 1e-14);
+            assert!((gap.normal - from_axis.normalize()).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn a_ball_and_a_rod_made_of_pieces_are_those_made_whole() {
+        let ball = Outline::at_tip().arc(2.0, 2.0, 2.0).line(2.0, 4.0).line(0.0, 4.0).rounded(2.0).unwrap();
+        let rod = Outline::at_tip().line(1.5, 0.0).line(1.5, 5.0).line(0.0, 5.0);
+        let (sphere, cylinder) = (Sphere { radius: 2.0 }, Cylinder { radius: 1.5, length: 5.0, edge_radius: 0.0 });
+        let wholes: [&dyn SignedDistance; 2] = [&sphere, &cylinder];
+        for (outline, whole) in [ball, rod].iter().zip(wholes) {
+            let made = revolution(outline);
+            assert!((made.specific_inertia().unwrap() - whole.specific_inertia().unwrap()).norm() < 1e-14);
+            let section = Profile::new(outline, Sweep::Prism);
+            close(section.inertia_of_section, whole.specific_inertia_of_section().unwrap(), 1e-14);
+            close(made.inner_radius(), whole.inner_radius(), 1e-14);
+            let direction = Vector3::new(0.48, -0.64, 0.6);
+            close(made.reach(&direction), whole.reach(&direction), 1e-14);
+        }
+        close(revolution(&Outline::at_tip().arc(2.0, 2.0, 2.0).arc(0.0, 4.0, 2.0)).volume(), 32.0 / 3.0 * PI, 1e-13);
+    }
+
+    #[test]
+    fn a_cone_has_the_textbook_mass_centre_and_inertia() {
+        let (r, h) = (1.0, 2.0);
+        let cone = revolution(&outlines()[3]);
+        close(cone.volume(), PI * r * r * h / 3.0, 1e-15);
+        close(cone.corners[0].at[1], -0.75 * h, 1e-15);
+        let across = 3.0 / 20.0 * r * r + 3.0 / 80.0 * h * h;
+        let expected = Vector3::new(across, across, 0.3 * r * r);
+        assert!((cone.inertia - Tensor3::from_diagonal(&expected)).norm() < 1e-15);
+        // A triangle about its centroid: (base² + 12 (h/6)²)/24 + … = b²/24 + h²/18 per unit mass.
+        let wedge = Profile::new(&outlines()[3], Sweep::Prism);
+        close(wedge.corners[0].at[1], -2.0 / 3.0 * h, 1e-15);
+        close(wedge.inertia_of_section, 4.0 * r * r / 24.0 + h * h / 18.0, 1e-15);
+        close(wedge.inner_radius(), 2.0 * r * h / (2.0 * r + 2.0 * r.hypot(h)), 1e-12);
+    }
+
+    #[test]
+    fn integrals_are_the_sums_over_what_the_distance_calls_inside() {
+        const N: u32 = 500;
+        for outline in &outlines()[..2] {
+            let (body, section) = (revolution(outline), Profile::new(outline, Sweep::Prism));
+            let sums = |profile: &Profile, weight: fn(f64) -> f64| {
+                let cell =
+                    |i: u32| ((f64::from(i % N) + 0.5) / f64::from(N), f64::from(i / N) / f64::from(N) * 8.0 - 4.0);
+                let inside = (0..N * N).map(cell).filter(|(rho, z)| profile.nearest(&Point::new(*rho, *z)).0 <= 0.0);
+                inside.fold([0.0; 4], |[m, z1, z2, r2], (r, z)| {
+                    let w = weight(r) * 8.0 / f64::from(N * N);
+                    [m + w, z1 + w * z, z2 + w * z * z, r2 + w * r * r]
+                })
+            };
+            let [volume, first, second, radial] = sums(&body, |r| 2.0 * PI * r);
+            close(volume / body.volume(), 1.0, 2e-3);
+            close(first / volume, 0.0, 2e-3);
+            close((0.5 * radial + second) / volume / body.inertia[(0, 0)], 1.0, 2e-3);
+            close(radial / volume / body.inertia[(2, 2)], 1.0, 4e-3);
+            let [area, first, second, radial] = sums(&section, |_| 1.0);
+            close(first / area, 0.0, 2e-3);
+            close((second + radial) / area / section.inertia_of_section, 1.0, 2e-3);
+        }
+    }
+
+    #[test]
+    fn rounding_touches_both_sides_and_needs_room() {
+        let profile = revolution(&pointed().rounded(0.1).unwrap());
+        assert_eq!(
+            profile.pieces.len(),
+            9,
+            "a tip, an ogive, a mantle, a tail, a base, and a rounding between each two"
+        );
+        for corner in &profile.corners[1..profile.corners.len() - 1] {
+            close(corner.outward.norm(), 2.0, 1e-9);
+        }
+        assert!(pointed().rounded(0.2).is_none());
+        assert_eq!(pointed().rounded(0.0), Some(pointed()));
+    }
+}
