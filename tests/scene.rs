@@ -29,6 +29,8 @@ size = 5e-3
 const BLOCK: &str = "shape.block.size = [0.1, 0.1, 0.05]";
 const CYLINDER: &str = "shape.cylinder = { radius = 0.1, height = 0.05 }";
 const SPHERE: &str = "shape.sphere.radius = 0.01";
+const BULLET: &str = "shape.bullet = { radius = 0.01, length = 0.05, nose.ogive = { length = 0.03 }, \
+     tail = { length = 0.01, radius = 0.008 }, edge_radius = 1e-3 }";
 const MASS: &str = "mass = 0.033";
 const VELOCITY: &str = "velocity = [0.0, 0.0, -5.0]";
 const SIZE: &str = "size = 5e-3";
@@ -87,6 +89,7 @@ fn base(name: &str) -> String {
         "planar wall" => wall(&l_beam()).replace("\"spatial\"", "\"planar\"").replace("width = 0.05, ", ""),
         "axisymmetric wall" => wall(&axisymmetric()),
         "sliding mantle" => axisymmetric().replace("supports.z_min = \"fixed\"", "supports.side = \"roller\""),
+        "bullet" => SPATIAL.replace(SPHERE, BULLET).replace("[0.0, 0.0, 0.01]", "[0.0, 0.0, 0.05]"),
         "lying rod" => SPATIAL.replace(SPHERE, rod),
         _ => panic!("refused.txt names the unknown scene {name:?}"),
     }

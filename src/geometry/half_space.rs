@@ -18,6 +18,12 @@ impl HalfSpace {
         assert!(length > 0.0 && length.is_finite(), "the normal of a half-space must have a direction");
         Self { normal: normal / length }
     }
+
+    /// Unit normal of the boundary, out of the body.
+    #[must_use]
+    pub fn normal(&self) -> Vector3 {
+        self.normal
+    }
 }
 
 impl SignedDistance for HalfSpace {

@@ -2,7 +2,8 @@
 
 use super::bounds::Bounds;
 use crate::algebra::Vector3;
-use crate::scene::BodyShape;
+use crate::geometry::Shape;
+use crate::scene::Scene;
 use crate::simulation::Kinematics;
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::f64::consts::{PI, TAU};
@@ -20,13 +21,15 @@ pub(super) struct Solid {
 }
 
 /// The body where it is; of a half-space, the plate that lies behind its plane across `scenery`.
-pub(super) fn solid(shape: &BodyShape, pose: &Kinematics, scenery: &Bounds) -> Solid {
+pub(super) fn solid(scene: &Scene, pose: &Kinematics, scenery: &Bounds) -> Solid {
     let [w, x, y, z] = pose.orientation;
     let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
-    match *shape {
-        BodyShape::Sphere { radius } => placed(lathe(&arc(radius)), turn, pose.position),
-        BodyShape::Cylinder { radius, length, .. } => placed(lathe(&rod(radius, length)), turn, pose.position),
-        BodyShape::HalfSpace { normal } => plate(turn * Vector3::from(normal).normalize(), pose.position, scenery),
+    let drawn = |profile: &[(f64, f64)]| placed(lathe(profile), turn, pose.position);
+    match scene.projectile_shape() {
+        Shape::Sphere(sphere) => drawn(&arc(sphere.radius)),
+        Shape::Cylinder(cylinder) => drawn(&rod(cylinder.radius, cylinder.length)),
+        Shape::Profile(profile) => drawn(&profile.polyline(TAU / SEGMENTS as f64)),
+        Shape::HalfSpace(half_space) => plate(turn * half_space.normal(), pose.position, scenery),
     }
 }
 
@@ -86,6 +89,7 @@ fn plate(normal: Vector3, origin: Vector3, scenery: &Bounds) -> Solid {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{self, Override};
 
     fn at(position: Vector3) -> Kinematics {
         let [velocity, angular_velocity] = [Vector3::zeros(); 2];
@@ -97,20 +101,42 @@ mod tests {
         solid.triangles.iter().map(|t| corner(t[0]).cross(&corner(t[1])).dot(&corner(t[2])) / 6.0).sum()
     }
 
+    fn drawn(shape: &str, position: Vector3, scenery: &Bounds) -> Solid {
+        let shape: Override = format!("projectile.shape={shape}").parse().unwrap();
+        let inertia = "projectile.inertia=[1, 1, 1, 0, 0, 0]".parse().unwrap();
+        let above = "projectile.position=[0, 0, 9]".parse().unwrap();
+        let text = scene::resolve(scene::builtin("sphere-block").unwrap(), &[shape, inertia, above]).unwrap();
+        solid(&scene::read(&text).unwrap(), &at(position), scenery)
+    }
+
     #[test]
     fn surfaces_enclose_the_volume_of_their_body_and_face_outwards() {
         let scenery = Bounds { lower: Vector3::zeros(), upper: Vector3::zeros() };
-        let place = at(Vector3::new(1.0, 2.0, 3.0));
-        let ball = solid(&BodyShape::Sphere { radius: 2.0 }, &place, &scenery);
-        let rod = solid(&BodyShape::Cylinder { radius: 2.0, length: 5.0, edge_radius: 0.0 }, &place, &scenery);
-        assert!((volume(&ball) / (32.0 / 3.0 * PI) - 1.0).abs() < 0.01);
-        assert!((volume(&rod) / (20.0 * PI) - 1.0).abs() < 0.01);
+        let bodies = [
+            ("{sphere={radius=2.0}}", 32.0 / 3.0),
+            ("{cylinder={radius=2.0, length=5.0}}", 20.0),
+            ("{capsule={radius=2.0, length=5.0}}", 32.0 / 3.0 + 4.0),
+            ("{bullet={radius=2.0, length=5.0, nose={cone={length=3.0}}}}", 12.0),
+            ("{bullet={radius=2.0, length=5.0, nose='flat'}}", 20.0),
+        ];
+        for (shape, expected) in bodies {
+            let found = volume(&drawn(shape, Vector3::new(1.0, 2.0, 3.0), &scenery));
+            assert!((found / (expected * PI) - 1.0).abs() < 0.01, "{shape}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_bullet_is_drawn_about_its_centre_of_mass_nose_down() {
+        let scenery = Bounds { lower: Vector3::zeros(), upper: Vector3::zeros() };
+        let cone = drawn("{bullet={radius=1.0, length=4.0, nose={cone={length=4.0}}}}", Vector3::zeros(), &scenery);
+        let heights = Bounds::around(cone.points.iter().copied());
+        assert!((heights.lower.z + 3.0).abs() < 1e-12 && (heights.upper.z - 1.0).abs() < 1e-12);
     }
 
     #[test]
     fn the_plate_of_a_half_space_lies_behind_its_plane() {
         let scenery = Bounds { lower: Vector3::new(-1.0, 0.0, 0.5), upper: Vector3::new(1.0, 0.0, 2.0) };
-        let plate = solid(&BodyShape::HalfSpace { normal: [0.0, 0.0, 2.0] }, &at(Vector3::zeros()), &scenery);
+        let plate = drawn("{half-space={normal=[0.0, 0.0, 2.0]}}", Vector3::zeros(), &scenery);
         let heights = Bounds::around(plate.points.iter().copied());
         assert!(heights.upper.z.abs() < 1e-12 && heights.lower.z < 0.0 && heights.upper.x > 1.0);
     }

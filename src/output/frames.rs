@@ -100,7 +100,7 @@ impl FrameSeries {
     fn write(&self, frame: &Frame, scene: &Scene) -> Result<(), OutputError> {
         let number = self.written.len();
         let scenery = Bounds::around(frame.points.iter().copied());
-        let solid = body::solid(&scene.projectile.shape, &frame.projectile, &scenery);
+        let solid = body::solid(scene, &frame.projectile, &scenery);
         files::write(&self.folder.join(file("frame", number)), &vtu::gel(frame))?;
         let surface = vtu::projectile(&solid, frame.time, frame.projectile.velocity);
         files::write(&self.folder.join(file("projectile", number)), &surface)

@@ -9,6 +9,7 @@ mod places;
 mod read;
 #[cfg(feature = "cli")]
 mod schema;
+mod shape;
 mod tables;
 mod validate;
 

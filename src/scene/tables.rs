@@ -215,11 +215,81 @@ pub enum BodyShape {
         #[serde(default)]
         edge_radius: f64,
     },
+    /// A cylinder with half a sphere on each end, about the z axis of the body.
+    Capsule {
+        /// Radius, m.
+        radius: f64,
+        /// Overall length, both ends included, m; at least twice the radius.
+        length: f64,
+    },
+    /// A bullet about the z axis of the body, its nose towards -z: one that is not turned flies into the gel nose first.
+    Bullet(Bullet),
     /// All space on the far side of a plane through the body's origin.
     HalfSpace {
         /// Normal of the plane, out of the body; normalised.
         normal: [f64; 3],
     },
+}
+
+/// A bullet: nose, cylindrical mantle, and a boat-tail if it has one. Homogeneous, it has its centre of mass in the origin.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Bullet {
+    /// Radius of the mantle, half of the calibre, m.
+    pub radius: f64,
+    /// Overall length, m; what nose and tail leave of it is the mantle.
+    pub length: f64,
+    /// The nose.
+    pub nose: Nose,
+    /// The boat-tail; a flat base on the mantle if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tail: Option<Tail>,
+    /// Radius of the rounding of every rim (not of a point on the axis), m; 0 is sharp. Below half a cell of the mesh, nodes
+    /// that slip over a rim see the normal jump.
+    #[serde(default)]
+    pub edge_radius: f64,
+}
+
+/// Nose of a bullet.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum Nose {
+    /// An arc, turned about the axis.
+    Ogive {
+        /// Length along the axis, m; at least mantle radius less meplat radius.
+        length: f64,
+        /// Radius of the arc, m: greater than that of the tangent ogive for a secant one; tangent to the mantle if absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        arc_radius: Option<f64>,
+        /// Radius of the flat tip, m; 0 is a point.
+        #[serde(default)]
+        meplat_radius: f64,
+    },
+    /// A cone.
+    Cone {
+        /// Length along the axis, m.
+        length: f64,
+        /// Radius of the flat tip, m; 0 is a point.
+        #[serde(default)]
+        meplat_radius: f64,
+    },
+    /// Half a sphere.
+    Round,
+    /// None: the mantle is cut off, as of a wadcutter.
+    Flat,
+}
+
+/// Boat-tail of a bullet: a cut cone.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Tail {
+    /// Length along the axis, m.
+    pub length: f64,
+    /// Radius of the base, m; at most that of the mantle.
+    pub radius: f64,
 }
 
 /// How fine the gel is divided.

@@ -4,8 +4,10 @@ mod body;
 mod domain;
 mod gel;
 mod motion;
+mod shape;
 
-use super::{BodyShape, Contact, ContactLaw, Dimension, GelShape, Grading, Header, Integrator, Lattice, Output, Scene};
+use super::{Contact, ContactLaw, Dimension, GelShape, Grading, Header, Integrator, Lattice, Output, Scene};
+use crate::geometry::SignedDistance;
 use domain::{Check, finite, positive, require, within};
 
 /// Refuses the first thing in the scene that cannot be computed.
@@ -57,15 +59,10 @@ fn mesh(scene: &Scene) -> Check {
 
 /// Contact is found at nodes: a body that fits between them would pass through unseen.
 fn resolves(scene: &Scene) -> Check {
-    let (size, body) = (scene.mesh.size, &scene.projectile.shape);
-    let thickness = match *body {
-        BodyShape::Sphere { radius } => radius,
-        BodyShape::Cylinder { radius, length, .. } => radius.min(0.5 * length),
-        BodyShape::HalfSpace { .. } => return Ok(()),
-    };
+    let (size, radius) = (scene.mesh.size, scene.projectile_shape().inner_radius());
     let expected =
-        format!("at most the radius or half length of the projectile, {thickness:?} m: it would slip through");
-    require(size <= thickness, "mesh.size", || format!("{size:?}"), &expected)
+        format!("at most the radius of the greatest ball inside the projectile, {radius:?} m: it would slip through");
+    require(size <= radius, "mesh.size", || format!("{size:?}"), &expected)
 }
 
 fn graded(grading: &Grading, scene: &Scene) -> Check {

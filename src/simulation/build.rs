@@ -5,10 +5,10 @@ use crate::algebra::{Tensor3, Vector, Vector3, restrict};
 use crate::avi::{Engine, Gel, Kind, Pool, Rules, Surface};
 use crate::contact::{Body, BodyState, Freedom, Law, Motion, Wrench};
 use crate::element::{Section, Simplices};
-use crate::geometry::{Cylinder, HalfSpace, Shape, SignedDistance, Sphere};
+use crate::geometry::SignedDistance;
 use crate::material::NeoHookean;
 use crate::mesh::{self, Block, Face, Facet, Hold, Mesh, Split};
-use crate::scene::{BodyShape, ContactLaw, Dimension, GelShape, Lattice, Scene, ScheduleKind, Support};
+use crate::scene::{ContactLaw, Dimension, GelShape, Lattice, Scene, ScheduleKind, Support};
 use crate::state::State;
 use nalgebra::{Quaternion, UnitQuaternion};
 
@@ -159,7 +159,7 @@ fn rules(scene: &Scene) -> Rules {
 /// The projectile of a scene: what does not change, and its state at time 0.
 fn body(scene: &Scene, prescribed: bool) -> (Body, BodyState) {
     let projectile = &scene.projectile;
-    let shape = shape(&projectile.shape);
+    let shape = scene.projectile_shape();
     let freedom = match scene.scene.dimension {
         Dimension::Planar => Freedom::PLANAR,
         Dimension::Axisymmetric => Freedom::AXISYMMETRIC,
@@ -193,7 +193,7 @@ pub(super) fn orientation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
 
 /// The inertia that a scene gives, or that of a homogeneous body, kg·m²; in the plane that of a prism about y.
 fn inertia(scene: &Scene) -> Tensor3 {
-    let (projectile, shape) = (&scene.projectile, shape(&scene.projectile.shape));
+    let (projectile, shape) = (&scene.projectile, scene.projectile_shape());
     if let Some([xx, yy, zz, xy, xz, yz]) = projectile.inertia {
         return Tensor3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     }
@@ -202,16 +202,6 @@ fn inertia(scene: &Scene) -> Tensor3 {
         Dimension::Axisymmetric | Dimension::Spatial => shape.specific_inertia(),
     };
     specific.expect("a half-space that moves has its inertia in the scene") * projectile.mass.unwrap_or(1.0)
-}
-
-fn shape(shape: &BodyShape) -> Shape {
-    match *shape {
-        BodyShape::Sphere { radius } => Shape::Sphere(Sphere { radius }),
-        BodyShape::Cylinder { radius, length, edge_radius } => {
-            Shape::Cylinder(Cylinder { radius, length, edge_radius })
-        }
-        BodyShape::HalfSpace { normal } => Shape::HalfSpace(HalfSpace::new(Vector3::from(normal))),
-    }
 }
 
 /// All of the boundary but the axis of revolution.

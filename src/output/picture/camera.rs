@@ -1,9 +1,10 @@
 //! Where the pictures are taken from.
 
 use crate::algebra::Vector3;
+use crate::geometry::Shape;
 use crate::output::body;
 use crate::output::bounds::Bounds;
-use crate::scene::{BodyShape, Dimension, Scene};
+use crate::scene::{Dimension, Scene};
 use crate::simulation::Frame;
 
 /// A parallel projection that shows a box.
@@ -77,11 +78,10 @@ fn subject(frame: &Frame, scene: &Scene) -> Bounds {
     let mirror = |p: &Vector3| Vector3::new(if mirrored { -p.x } else { p.x }, p.y, p.z);
     let gel = Bounds::around(frame.points.iter().flat_map(|p| [*p, mirror(p)]));
     let foot = |p: Vector3, n: Vector3| p - n * (p - frame.projectile.position).dot(&n);
-    let other = match scene.projectile.shape {
-        BodyShape::HalfSpace { normal } => {
-            Bounds::around(gel.corners().map(|p| foot(p, Vector3::from(normal).normalize())))
-        }
-        shape => Bounds::around(body::solid(&shape, &frame.projectile, &gel).points),
+    let other = if let Shape::HalfSpace(half_space) = scene.projectile_shape() {
+        Bounds::around(gel.corners().map(|p| foot(p, half_space.normal())))
+    } else {
+        Bounds::around(body::solid(scene, &frame.projectile, &gel).points)
     };
     let mut subject = gel.with(&other.near(&gel, 0.75 * gel.radius()));
     if scene.gel.velocity != [0.0; 3] {

@@ -31,7 +31,7 @@ pub(super) struct Polygon {
 /// through the middle of the projectile and the section there. A bounded projectile in space is drawn whole.
 pub(super) fn polygons(frame: &Frame, scene: &Scene) -> Vec<Polygon> {
     let scenery = Bounds::around(frame.points.iter().copied());
-    let solid = body::solid(&scene.projectile.shape, &frame.projectile, &scenery);
+    let solid = body::solid(scene, &frame.projectile, &scenery);
     let plane = Plane { y: frame.projectile.position.y, tolerance: 1e-9 * scenery.radius() };
     let bounded = !matches!(scene.projectile.shape, BodyShape::HalfSpace { .. });
     // First the projectile: where it overlaps gel in the plane of the picture, the first one drawn is seen.

@@ -1,13 +1,15 @@
 //! The projectile: shape, mass, inertia and place of the start.
 
-use super::domain::{Check, all_finite, positive, require, within};
+use super::domain::{Check, all_finite, positive, require};
+use super::shape;
 use crate::algebra::{Tensor3, Vector3};
+use crate::geometry::SignedDistance;
 use crate::scene::{BodyShape, GelShape, Projectile, Scene, SceneError};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 pub(super) fn check(scene: &Scene) -> Check {
     let body = &scene.projectile;
-    shape(&body.shape)?;
+    shape::check(&body.shape)?;
     all_finite("projectile.position", &body.position)?;
     all_finite("projectile.velocity", &body.velocity)?;
     all_finite("projectile.angular_velocity", &body.angular_velocity)?;
@@ -24,23 +26,6 @@ pub(super) fn check(scene: &Scene) -> Check {
 pub(super) fn rotation(body: &Projectile) -> UnitQuaternion<f64> {
     let [w, x, y, z] = body.orientation;
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
-}
-
-fn shape(shape: &BodyShape) -> Check {
-    const LENGTH: &str = "a positive length, m";
-    match *shape {
-        BodyShape::Sphere { radius } => positive("projectile.shape.sphere.radius", radius, LENGTH),
-        BodyShape::Cylinder { radius, length, edge_radius } => {
-            positive("projectile.shape.cylinder.radius", radius, LENGTH)?;
-            positive("projectile.shape.cylinder.length", length, LENGTH)?;
-            within("projectile.shape.cylinder.edge_radius", edge_radius, 0.0..=radius.min(0.5 * length))
-        }
-        BodyShape::HalfSpace { normal } => {
-            let norm = Vector3::from(normal).norm();
-            let key = "projectile.shape.half-space.normal";
-            require(norm.is_finite() && norm > 0.0, key, || format!("{normal:?}"), "a vector that is not zero")
-        }
-    }
 }
 
 fn orientation(q: [f64; 4]) -> Check {
@@ -74,7 +59,10 @@ fn moving(body: &Projectile) -> Check {
             let expected = "six numbers, [xx, yy, zz, xy, xz, yz], kg m2: a half-space has no inertia of its own";
             Err(SceneError::value("projectile.inertia", "nothing", expected))
         }
-        (None, BodyShape::Sphere { .. } | BodyShape::Cylinder { .. }) => Ok(()),
+        (
+            None,
+            BodyShape::Sphere { .. } | BodyShape::Cylinder { .. } | BodyShape::Capsule { .. } | BodyShape::Bullet(_),
+        ) => Ok(()),
     }
 }
 
@@ -103,22 +91,11 @@ fn outside(scene: &Scene) -> Check {
         return Ok(());
     }
     let Some(bottom) = bottom_under(&scene.gel.shape, body.position) else { return Ok(()) };
-    let depth = reach_down(body) - body.position[2];
+    let down = rotation(body).inverse_transform_vector(&-Vector3::z());
+    let depth = scene.projectile_shape().reach(&down) - body.position[2];
     let inside = depth > TOUCHING * scene.mesh.size && body.position[2] > bottom;
     let found = || format!("{:?}, the foremost point {depth:?} m deep in the gel", body.position);
     require(!inside, "projectile.position", found, "a start outside the gel or just touching it; its surface is z = 0")
-}
-
-/// Distance from the centre of mass down to the lowest point, m.
-fn reach_down(body: &Projectile) -> f64 {
-    match body.shape {
-        BodyShape::Sphere { radius } => radius,
-        BodyShape::Cylinder { radius, length, .. } => {
-            let axis_z = (rotation(body) * Vector3::z()).z.abs().min(1.0);
-            0.5 * length * axis_z + radius * (1.0 - axis_z * axis_z).sqrt()
-        }
-        BodyShape::HalfSpace { .. } => f64::INFINITY,
-    }
 }
 
 /// Height of the bottom of an undisturbed block or cylinder, m, if `position` is above or inside it.

@@ -1,0 +1,78 @@
+//! The solid that a scene's projectile is.
+
+use super::{BodyShape, Bullet, Dimension, Nose, Scene};
+use crate::algebra::Vector3;
+use crate::geometry::{Cylinder, HalfSpace, Outline, Profile, Shape, Sphere, Sweep};
+use std::sync::Arc;
+
+impl Scene {
+    /// The projectile's body, its origin the centre of mass: of the homogeneous body, in `planar` of its section.
+    ///
+    /// # Panics
+    /// If the shape's lengths do not make a body; those of a scene that was read do.
+    #[must_use]
+    pub fn projectile_shape(&self) -> Shape {
+        let sweep = match self.scene.dimension {
+            Dimension::Planar => Sweep::Prism,
+            Dimension::Axisymmetric | Dimension::Spatial => Sweep::Revolution,
+        };
+        let profile = |outline: &Outline| Shape::Profile(Arc::new(Profile::new(outline, sweep)));
+        match &self.projectile.shape {
+            &BodyShape::Sphere { radius } => Shape::Sphere(Sphere { radius }),
+            &BodyShape::Cylinder { radius, length, edge_radius } => {
+                Shape::Cylinder(Cylinder { radius, length, edge_radius })
+            }
+            &BodyShape::Capsule { radius, length } => profile(&capsule(radius, length)),
+            BodyShape::Bullet(bullet) => profile(&bullet.rounded().expect("the roundings of the rims have room")),
+            BodyShape::HalfSpace { normal } => Shape::HalfSpace(HalfSpace::new(Vector3::from(*normal))),
+        }
+    }
+}
+
+fn capsule(radius: f64, length: f64) -> Outline {
+    Outline::at_tip().arc(radius, radius, radius).line(radius, length - radius).arc(0.0, length, radius)
+}
+
+impl Bullet {
+    /// Length of the nose along the axis, m.
+    pub(super) fn nose_length(&self) -> f64 {
+        match self.nose {
+            Nose::Ogive { length, .. } | Nose::Cone { length, .. } => length,
+            Nose::Round => self.radius,
+            Nose::Flat => 0.0,
+        }
+    }
+
+    /// What nose and tail leave of the length, m; negative if they leave less than nothing, but not by round-off.
+    pub(super) fn mantle_length(&self) -> f64 {
+        const ROUND_OFF: f64 = 1e-9;
+        let rest = self.length - self.nose_length() - self.tail.map_or(0.0, |tail| tail.length);
+        if rest.abs() <= ROUND_OFF * self.length { 0.0 } else { rest }
+    }
+
+    /// (L² + d²)/2d, m: radius of the arc through the rims of meplat and mantle that is tangent to the mantle.
+    pub(super) fn tangent_radius(&self, length: f64, meplat_radius: f64) -> f64 {
+        let step = self.radius - meplat_radius;
+        (length * length + step * step) / (2.0 * step)
+    }
+
+    /// The outline with rounded rims; `None` if there is no room for the rounding.
+    pub(super) fn rounded(&self) -> Option<Outline> {
+        self.outline().rounded(self.edge_radius)
+    }
+
+    fn outline(&self) -> Outline {
+        let (radius, shoulder) = (self.radius, self.nose_length());
+        let nose = match self.nose {
+            Nose::Ogive { length, arc_radius, meplat_radius } => {
+                let arc = arc_radius.unwrap_or_else(|| self.tangent_radius(length, meplat_radius));
+                Outline::at_tip().line(meplat_radius, 0.0).arc(radius, shoulder, arc)
+            }
+            Nose::Cone { meplat_radius, .. } => Outline::at_tip().line(meplat_radius, 0.0).line(radius, shoulder),
+            Nose::Round => Outline::at_tip().arc(radius, shoulder, radius),
+            Nose::Flat => Outline::at_tip().line(radius, 0.0),
+        };
+        let base = self.tail.map_or(radius, |tail| tail.radius);
+        nose.line(radius, shoulder + self.mantle_length()).line(base, self.length).line(0.0, self.length)
+    }
+}

@@ -1,0 +1,101 @@
+//! The lengths of the projectile make a body.
+
+use super::domain::{Check, positive, require, within};
+use crate::algebra::Vector3;
+use crate::scene::{BodyShape, Bullet, Nose, SceneError};
+
+const LENGTH: &str = "a positive length, m";
+
+pub(super) fn check(shape: &BodyShape) -> Check {
+    match shape {
+        BodyShape::Sphere { radius } => positive("projectile.shape.sphere.radius", *radius, LENGTH),
+        &BodyShape::Cylinder { radius, length, edge_radius } => {
+            positive("projectile.shape.cylinder.radius", radius, LENGTH)?;
+            positive("projectile.shape.cylinder.length", length, LENGTH)?;
+            within("projectile.shape.cylinder.edge_radius", edge_radius, 0.0..=radius.min(0.5 * length))
+        }
+        &BodyShape::Capsule { radius, length } => {
+            positive("projectile.shape.capsule.radius", radius, LENGTH)?;
+            positive("projectile.shape.capsule.length", length, LENGTH)?;
+            let expected = format!("at least twice the radius, {:?} m: the length holds both ends", 2.0 * radius);
+            require(length >= 2.0 * radius, "projectile.shape.capsule.length", || format!("{length:?}"), &expected)
+        }
+        BodyShape::Bullet(bullet) => check_bullet(bullet),
+        BodyShape::HalfSpace { normal } => {
+            let norm = Vector3::from(*normal).norm();
+            let key = "projectile.shape.half-space.normal";
+            require(norm.is_finite() && norm > 0.0, key, || format!("{normal:?}"), "a vector that is not zero")
+        }
+    }
+}
+
+fn check_bullet(bullet: &Bullet) -> Check {
+    positive("projectile.shape.bullet.radius", bullet.radius, LENGTH)?;
+    positive("projectile.shape.bullet.length", bullet.length, LENGTH)?;
+    match bullet.nose {
+        Nose::Ogive { length, arc_radius, meplat_radius } => {
+            meplat("projectile.shape.bullet.nose.ogive.meplat_radius", meplat_radius, bullet)?;
+            ogive(bullet, (length, meplat_radius), arc_radius)?;
+        }
+        Nose::Cone { length, meplat_radius } => {
+            meplat("projectile.shape.bullet.nose.cone.meplat_radius", meplat_radius, bullet)?;
+            positive("projectile.shape.bullet.nose.cone.length", length, LENGTH)?;
+        }
+        Nose::Round | Nose::Flat => {}
+    }
+    if let Some(tail) = bullet.tail {
+        positive("projectile.shape.bullet.tail.length", tail.length, LENGTH)?;
+        within("projectile.shape.bullet.tail.radius", tail.radius, 0.0..=bullet.radius)?;
+    }
+    let (key, length) = ("projectile.shape.bullet.length", bullet.length);
+    let least = length - bullet.mantle_length();
+    let expected = format!("at least the nose and the tail, {least:?} m");
+    require(bullet.mantle_length() >= 0.0, key, || format!("{length:?}"), &expected)?;
+    edge(bullet)
+}
+
+fn meplat(key: &str, radius: f64, bullet: &Bullet) -> Check {
+    let expected = format!("0 or more, less than the mantle, {:?} m", bullet.radius);
+    require((0.0..bullet.radius).contains(&radius), key, || format!("{radius:?}"), &expected)
+}
+
+/// A convex ogive: neither blunter than a sphere nor wider than the mantle.
+fn ogive(bullet: &Bullet, (length, meplat_radius): (f64, f64), arc_radius: Option<f64>) -> Check {
+    /// An arc of this many lengths rises by less than a thousandth of the length over its chord.
+    const STRAIGHT: f64 = 100.0;
+    let key = "projectile.shape.bullet.nose.ogive.length";
+    positive(key, length, LENGTH)?;
+    let least = bullet.radius - meplat_radius;
+    let expected =
+        format!("at least the mantle's radius less the meplat's, {least:?} m: a nose of that length is round");
+    require(length >= least, key, || format!("{length:?}"), &expected)?;
+    let Some(arc_radius) = arc_radius else { return Ok(()) };
+    let (tangent, most) = (bullet.tangent_radius(length, meplat_radius), STRAIGHT * length);
+    let expected = format!(
+        "a radius from {tangent:?} m, tangent to the mantle, to a hundred lengths, {:?} m: beyond, the nose is a cone",
+        most.max(tangent)
+    );
+    let key = "projectile.shape.bullet.nose.ogive.arc_radius";
+    require((tangent..=most.max(tangent)).contains(&arc_radius), key, || format!("{arc_radius:?}"), &expected)
+}
+
+fn edge(bullet: &Bullet) -> Check {
+    let (key, edge) = ("projectile.shape.bullet.edge_radius", bullet.edge_radius);
+    within(key, edge, 0.0..=bullet.length)?;
+    if bullet.rounded().is_some() {
+        return Ok(());
+    }
+    let expected = format!("at most {:.3e} m: between the rims there is no room for more", most_edge(bullet));
+    Err(SceneError::value(key, format!("{edge:?}"), expected))
+}
+
+/// The greatest rounding that has room, m, by bisection; a little less, so that its printed digits have room too.
+fn most_edge(bullet: &Bullet) -> f64 {
+    let (mut fits, mut fails) = (0.0, bullet.edge_radius);
+    for _ in 0..40 {
+        let middle = 0.5 * (fits + fails);
+        let tried = Bullet { edge_radius: middle, ..*bullet };
+        if tried.rounded().is_some() { fits = middle } else { fails = middle }
+    }
+    0.999 * fits
+}
