@@ -22,6 +22,8 @@ pub struct Ledger {
 pub struct EnergyAccounts {
     /// Σ J (u⁻ + u⁺)/2 of the contact law, without the removal of penetration.
     pub contact: f64,
+    /// Σ Jₜ·(uₜ⁻ + uₜ⁺)/2 of friction.
+    pub friction: f64,
     /// Σ J b of the bias velocity b that removes standing penetration.
     pub contact_bias: f64,
     /// Σ r_K, trapezoidal residuals of the elements' steps, and of the projectile's rotation.
@@ -47,13 +49,14 @@ impl EnergyAccounts {
     /// Sum of all accounts.
     #[must_use]
     pub fn total(&self) -> f64 {
-        self.contact + self.contact_bias + self.integration + self.external + self.importer
+        self.contact + self.friction + self.contact_bias + self.integration + self.external + self.importer
     }
 
     /// Sum of the sizes of all accounts.
     #[must_use]
     pub fn turnover(&self) -> f64 {
-        [self.contact, self.contact_bias, self.integration, self.external, self.importer].iter().map(|a| a.abs()).sum()
+        let accounts = [self.contact, self.friction, self.contact_bias, self.integration, self.external, self.importer];
+        accounts.iter().map(|account| account.abs()).sum()
     }
 }
 

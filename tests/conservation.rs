@@ -76,6 +76,7 @@ prop_compose! {
         cfl in 0.3..0.9,
         restitution in 0.0..1.0,
         bias in 0.0..0.4,
+        friction in prop::sample::select(vec![0.0, 0.3, 2.0]),
     ) -> Vec<String> {
         let mut changes = vec![
             format!("integrator.schedule={}", if queue { "queue" } else { "bins" }),
@@ -90,6 +91,7 @@ prop_compose! {
         } else {
             changes.push(format!("contact.restitution={restitution}"));
             changes.push(format!("contact.bias={bias}"));
+            changes.push(format!("contact.friction={friction}"));
         }
         changes
     }
@@ -234,6 +236,7 @@ fn the_digest_sees_every_change_of_the_scene() {
         "integrator.cfl=0.7",
         "integrator.schedule=queue",
         "contact.restitution=0.01",
+        "contact.friction=0.01",
         "contact.law=reversal",
     ];
     let same = digest(&with([]), 1);

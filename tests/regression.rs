@@ -153,3 +153,22 @@ fn the_removal_of_penetration_acts_where_a_fast_body_leaves_some() {
     let (some, with) = run("contact.bias=0.2");
     assert!(none == 0.0 && some > 0.0 && without != with);
 }
+
+/// Stopped at its ticks only, a node is overrun by ½ a Δt² in each interval: the ball sank through it at ½ a Δt.
+#[test]
+fn a_ball_pressed_on_the_gel_swings_and_does_not_creep_through_the_surface() {
+    let scene = coarse(&["mesh.lattice=centred", "projectile.velocity=[0, 0, 0]", "scene.end_time=0.4"]);
+    let mut simulation = integrated(&scene);
+    let wrench = Wrench { force: Vector3::new(0.0, 0.0, -1.0), ..Wrench::default() };
+    let mut lowest: f64 = 0.0;
+    for k in 1..=400 {
+        let inputs = Inputs { wrench, ..simulation.inputs() };
+        simulation.step(&inputs, 1e-3 * f64::from(k)).unwrap();
+        let seen = simulation.observe();
+        assert!(seen.contact.penetration < 1e-2 * 0.01, "{:e}", seen.contact.penetration);
+        lowest = lowest.max(0.01 - seen.projectile.position.z);
+    }
+    let seen = simulation.observe();
+    assert!(lowest > 5e-4 && seen.energy.contact.abs() < 1e-2 * lowest, "{lowest:e} {:e}", seen.energy.contact);
+    assert!(seen.energy.energy_error < 1e-10);
+}

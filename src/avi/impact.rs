@@ -25,17 +25,31 @@ pub(super) struct Touch<const D: usize> {
     pub point: Vector3,
     /// K = Σ w² n·P n/m + 1/M + (r×n)·I⁻¹(r×n) with w = 1/`n_nodes`, 1/kg.
     pub compliance: f64,
-    /// u⁻, relative normal velocity before the tick, m/s.
-    pub before: f64,
+    /// Relative velocity before the tick, m/s; u⁻ is its normal part.
+    pub before: Vector3,
+    /// ½ a Δt, half of what an acceleration of the body towards the point gives it until the point's next tick, m/s.
+    pub lead: f64,
     /// b, velocity that removes standing penetration, m/s.
     pub bias: f64,
     /// J so far, N·s.
     pub impulse: f64,
+    /// Jₜ of friction so far, N·s.
+    pub drag: Vector3,
 }
 
 impl<const D: usize> Touch<D> {
     pub fn nodes(&self) -> &[NodeId] {
         &self.nodes[..self.n_nodes]
+    }
+
+    /// u⁻, relative normal velocity before the tick, m/s.
+    pub fn approach(&self) -> f64 {
+        self.normal.dot(&self.before)
+    }
+
+    /// J n + Jₜ, the whole impulse on the gel, N·s.
+    pub fn push(&self) -> Vector3 {
+        self.normal * self.impulse + self.drag
     }
 
     /// w, the part of each node.
@@ -103,9 +117,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         facets.dedup_by_key(|(facet, _)| *facet);
         touches.extend(facets.into_iter().filter_map(|(facet, size)| self.touching_facet(facet, size, body)));
         let record = &mut self.state.record;
-        record.approach = touches.iter().map(|touch| -touch.before).fold(record.approach, f64::max);
+        record.approach = touches.iter().map(|touch| -touch.approach()).fold(record.approach, f64::max);
         for touch in &mut touches {
-            touch.bias = self.bias(touch);
+            let step = self.grid.time(self.shortest_around(touch.nodes[0]) as Tick);
+            touch.lead = self.lead(touch, step, body);
+            touch.bias = self.bias(touch, step);
         }
         self.scratch.touches = touches;
     }
@@ -129,61 +145,70 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut nodes = [carriers[0]; 3];
         nodes[..carriers.len()].copy_from_slice(carriers);
         let (distance, normal) = (gap.distance, gap.normal);
-        let compliance = self.body.compliance(body, &(point - body.position), &normal);
         let n_nodes = carriers.len();
-        let (before, bias, impulse) = (0.0, 0.0, 0.0);
-        let mut touch = Touch { nodes, n_nodes, size, distance, normal, point, compliance, before, bias, impulse };
-        let own = |node: &NodeId| self.free_normal(*node, &normal).norm_squared() / self.gel.mass[node.index()];
-        touch.compliance += touch.share() * touch.share() * carriers.iter().map(own).sum::<f64>();
-        touch.before = self.approach(&touch, body);
+        let (before, drag) = (Vector3::zeros(), Vector3::zeros());
+        let (compliance, lead, bias, impulse) = (0.0, 0.0, 0.0, 0.0);
+        let mut touch =
+            Touch { nodes, n_nodes, size, distance, normal, point, compliance, before, lead, bias, impulse, drag };
+        touch.compliance = self.compliance(&touch, &normal, body);
+        touch.before = self.relative(&touch, body);
         (touch.compliance > 0.0).then_some(touch)
     }
 
-    /// P n, the normal in the free directions of a node.
-    fn free_normal(&self, node: NodeId, normal: &Vector3) -> Vector<D> {
-        restrict::<D>(normal).component_mul(&self.gel.free[node.index()])
+    /// K along a unit vector, 1/kg.
+    fn compliance(&self, touch: &Touch<D>, direction: &Vector3, body: &BodyState) -> f64 {
+        let own = |node: &NodeId| self.free_part(*node, direction).norm_squared() / self.gel.mass[node.index()];
+        let gel = touch.share() * touch.share() * touch.nodes().iter().map(own).sum::<f64>();
+        gel + self.body.compliance(body, &(touch.point - body.position), direction)
     }
 
-    /// u = n·(Σ w v_a − V(x)), m/s.
-    pub(super) fn approach(&self, touch: &Touch<D>, body: &BodyState) -> f64 {
+    /// P v, the part of a world vector in the free directions of a node.
+    fn free_part(&self, node: NodeId, v: &Vector3) -> Vector<D> {
+        restrict::<D>(v).component_mul(&self.gel.free[node.index()])
+    }
+
+    /// Σ w v_a − V(x), m/s.
+    pub(super) fn relative(&self, touch: &Touch<D>, body: &BodyState) -> Vector3 {
         let gel: Vector3 = touch.nodes().iter().map(|node| embed(&self.state.velocity[node.index()])).sum();
-        touch.normal.dot(&(gel * touch.share() - self.body.velocity_at(body, &touch.point)))
+        gel * touch.share() - self.body.velocity_at(body, &touch.point)
+    }
+
+    /// The body is accelerated all the time, the node only at its ticks. Stopped at its tick, it would be overrun by ½ a Δt²
+    /// until the next, for ever: a ball pressed on gel sank through a standing node at ½ a Δt. What is stopped is the mean
+    /// of the interval ahead, as the half-step velocities of the gel are means.
+    fn lead(&self, touch: &Touch<D>, step: f64, body: &BodyState) -> f64 {
+        let pull = self.body.freedom.translation(&body.wrench.force) / self.body.mass;
+        (0.5 * step * touch.normal.dot(&pull)).max(0.0)
     }
 
     /// What the removal of standing penetration adds to the restituted velocity −e u⁻: the target is the greater of
     /// −e u⁻ and β |φ|/Δt until the node's next tick, capped. Middles of facets are only stopped.
-    fn bias(&self, touch: &Touch<D>) -> f64 {
-        let (Law::Moreau { bias, restitution }, [node]) = (self.rules.law, touch.nodes()) else { return 0.0 };
-        let step = self.grid.time(self.shortest_around(*node) as Tick);
+    fn bias(&self, touch: &Touch<D>, step: f64) -> f64 {
+        let (Law::Moreau { bias, restitution, .. }, [_]) = (self.rules.law, touch.nodes()) else { return 0.0 };
         let standing = (-touch.distance - SLOP * touch.size).max(0.0);
         let removal = (bias * standing / step).min(BIAS_CAP * self.state.record.approach);
-        if removal > 0.0 { (removal + restitution * touch.before).max(0.0) } else { 0.0 }
+        if removal > 0.0 { (removal + restitution * touch.approach()).max(0.0) } else { 0.0 }
     }
 
-    /// w J n on each carrier and −J n on the body, at the point that they carry.
-    fn strike(&mut self, touch: usize, j: f64, body: &mut BodyState) {
-        self.scratch.touches[touch].impulse += j;
+    /// Gives w times the impulse to each carrier and minus the impulse to the body, at the point that they carry.
+    fn strike(&mut self, touch: usize, impulse: &Vector3, body: &mut BodyState) {
         let touch = &self.scratch.touches[touch];
         for node in touch.nodes() {
-            let push = self.free_normal(*node, &touch.normal) * (j * touch.share() / self.gel.mass[node.index()]);
+            let push = self.free_part(*node, impulse) * (touch.share() / self.gel.mass[node.index()]);
             self.state.velocity[node.index()] += push;
         }
-        self.body.strike(body, &touch.point, &(touch.normal * -j));
+        self.body.strike(body, &touch.point, &-impulse);
     }
 
-    /// Moreau's law for all touching nodes in ascending order, swept until no approach is left; the projected
-    /// Gauss–Seidel method on the accumulated impulses.
-    pub(super) fn solve(&mut self, restitution: f64, body: &mut BodyState) {
+    /// Moreau's law with Coulomb's friction for all touching points in ascending order, swept until nothing changes; the
+    /// projected Gauss–Seidel method on the accumulated impulses.
+    pub(super) fn solve(&mut self, (restitution, friction): (f64, f64), body: &mut BodyState) {
         for _ in 0..SWEEPS {
             let mut residual: f64 = 0.0;
             for i in 0..self.scratch.touches.len() {
-                let touch = &self.scratch.touches[i];
-                let (rebound, so_far) = (touch.bias - restitution * touch.before, touch.impulse);
-                let free = self.approach(touch, body) - touch.compliance * so_far;
-                let change = impulse(free, rebound, touch.compliance) - so_far;
-                residual = residual.max(change.abs() * touch.compliance);
-                if change != 0.0 {
-                    self.strike(i, change, body);
+                residual = residual.max(self.push(i, restitution, body));
+                if friction > 0.0 {
+                    residual = residual.max(self.rub(i, friction, body));
                 }
             }
             if residual <= SETTLED * self.state.record.approach {
@@ -192,15 +217,50 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
+    /// One correction of a normal impulse; by how much it changes the velocity, m/s.
+    fn push(&mut self, i: usize, restitution: f64, body: &mut BodyState) -> f64 {
+        let touch = &self.scratch.touches[i];
+        let rebound = touch.bias + touch.lead - restitution * (touch.approach() + touch.lead);
+        let so_far = touch.impulse;
+        let free = touch.normal.dot(&self.relative(touch, body)) - touch.compliance * so_far;
+        let change = impulse(free, rebound, touch.compliance) - so_far;
+        if change == 0.0 {
+            return 0.0;
+        }
+        let (push, jump) = (touch.normal * change, change.abs() * touch.compliance);
+        self.scratch.touches[i].impulse += change;
+        self.strike(i, &push, body);
+        jump
+    }
+
+    /// One correction of friction: the impulse that would stop the sliding, cut to |Jₜ| ≤ μ J; by how much it changes the
+    /// velocity, m/s.
+    fn rub(&mut self, i: usize, friction: f64, body: &mut BodyState) -> f64 {
+        let touch = &self.scratch.touches[i];
+        let relative = self.relative(touch, body);
+        let sliding = relative - touch.normal * touch.normal.dot(&relative);
+        let Some(direction) = sliding.try_normalize(0.0) else { return 0.0 };
+        let compliance = self.compliance(touch, &direction, body);
+        if compliance == 0.0 {
+            return 0.0;
+        }
+        let (most, stick) = (friction * touch.impulse, touch.drag - sliding / compliance);
+        let drag = if stick.norm() > most { stick.normalize() * most } else { stick };
+        let change = drag - touch.drag;
+        self.scratch.touches[i].drag = drag;
+        self.strike(i, &change, body);
+        change.norm() * compliance
+    }
+
     /// The paper's law for the nodes of one patch that has just been kicked.
     pub(super) fn reverse(&mut self, patch: ElementId, body: &mut BodyState) {
         for i in 0..self.scratch.touches.len() {
             let touch = &self.scratch.touches[i];
             if touch.nodes().iter().all(|node| self.gel.potential.nodes(patch).contains(node)) {
-                let j = reversal(self.approach(touch, body), touch.compliance);
-                if j > 0.0 {
-                    self.strike(i, j, body);
-                }
+                let j = reversal(touch.normal.dot(&self.relative(touch, body)), touch.compliance);
+                let push = touch.normal * j;
+                self.scratch.touches[i].impulse += j;
+                self.strike(i, &push, body);
             }
         }
     }
@@ -216,7 +276,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut impulse = Vector3::zeros();
         let struck = touches.iter().any(|touch| touch.impulse > 0.0);
         for touch in touches.iter().filter(|touch| touch.impulse > 0.0) {
-            let given = self.body.freedom.translation(&(touch.normal * -touch.impulse));
+            let given = self.body.freedom.translation(&-touch.push());
             let arm = touch.point - was.position;
             let wall = (self.body.velocity_at(was, &touch.point) + self.body.velocity_at(now, &touch.point)) / 2.0;
             exchange.angular_impulse += self.body.freedom.rotation(&arm.cross(&given));

@@ -13,11 +13,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub(super) fn kick_and_strike(&mut self, due: &[ElementId], body: &BodyState) -> BodyState {
         let mut struck = *body;
         match self.rules.law {
-            Law::Moreau { restitution, .. } => {
+            Law::Moreau { restitution, friction, .. } => {
                 for (i, patch) in due.iter().enumerate() {
                     self.kick(i, *patch);
                 }
-                self.solve(restitution, &mut struck);
+                self.solve((restitution, friction), &mut struck);
             }
             Law::Reversal => {
                 for (i, patch) in due.iter().enumerate() {
@@ -66,23 +66,24 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.state.record.updates += due.len() as u64;
     }
 
-    /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, the part Σ J b of it that removes penetration, and what
-    /// the holder of a body that is not free gives.
+    /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, the part Σ J b of it that removes penetration, that of
+    /// friction, Σ Jₜ·(u⁻ + u⁺)/2, and what the holder of a body that is not free gives.
     pub(super) fn book_contact(&mut self, was: &BodyState, now: &BodyState) {
         let touches = std::mem::take(&mut self.scratch.touches);
         for touch in touches.iter().filter(|touch| touch.impulse > 0.0) {
             let j = touch.impulse;
-            let after = self.approach(touch, now);
+            let mean = 0.5 * (touch.before + self.relative(touch, now));
             let removal = j * touch.bias;
-            self.state.ledger.energy.contact += 0.5 * j * (touch.before + after) - removal;
+            self.state.ledger.energy.contact += j * touch.normal.dot(&mean) - removal;
             self.state.ledger.energy.contact_bias += removal;
+            self.state.ledger.energy.friction += touch.drag.dot(&mean);
             for node in touch.nodes() {
-                let (at, push) = (embed(&self.state.position[node.index()]), touch.normal * (j * touch.share()));
+                let (at, push) = (embed(&self.state.position[node.index()]), touch.push() * touch.share());
                 let free = &self.gel.free[node.index()];
                 book_restraint(free, self.body.freedom, (at, push), &mut self.state.ledger);
             }
             if self.body.motion != Motion::Free {
-                self.book_reaction(was, touch.point, touch.normal * j);
+                self.book_reaction(was, touch.point, touch.push());
             }
         }
         self.scratch.touches = touches;

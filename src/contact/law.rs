@@ -7,6 +7,8 @@ pub enum Law {
         restitution: f64,
         /// β, fraction of a standing penetration removed in one step of the node.
         bias: f64,
+        /// μ, Coulomb's coefficient.
+        friction: f64,
     },
     /// The paper's reversal of the approaching momentum, after each element's kick.
     Reversal,

@@ -209,6 +209,7 @@ fn sample(observed: Observed, now: f64, model: &mut Model) -> Sample {
         Observed::EnergyKinetic => scalar(energy.kinetic),
         Observed::EnergyElastic => scalar(energy.elastic),
         Observed::EnergyContact => scalar(energy.contact),
+        Observed::EnergyFriction => scalar(energy.friction),
         Observed::EnergyContactBias => scalar(energy.contact_bias),
         Observed::EnergyIntegration => scalar(energy.integration),
         Observed::EnergyExternal => scalar(energy.external),

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// A column: its name with the unit, and its value.
 type Column = (&'static str, fn(&Observation) -> f64);
 
-const COLUMNS: [Column; 49] = [
+const COLUMNS: [Column; 50] = [
     ("time_s", |o| o.time),
     ("position_x_m", |o| o.projectile.position.x),
     ("position_y_m", |o| o.projectile.position.y),
@@ -43,6 +43,7 @@ const COLUMNS: [Column; 49] = [
     ("energy_projectile_J", |o| o.energy.projectile),
     ("energy_elastic_J", |o| o.energy.elastic),
     ("energy_contact_J", |o| o.energy.contact),
+    ("energy_friction_J", |o| o.energy.friction),
     ("energy_contact_bias_J", |o| o.energy.contact_bias),
     ("energy_integration_J", |o| o.energy.integration),
     ("energy_external_J", |o| o.energy.external),

@@ -185,7 +185,7 @@ fn as_object<S: serde::Serializer>(accounts: &[Account], serializer: S) -> Resul
 }
 
 /// Every energy account, in the order of the report.
-fn accounts(energy: &EnergyReport) -> [Account; 10] {
+fn accounts(energy: &EnergyReport) -> [Account; 11] {
     let account = |name, value, meaning| Account { name, value, meaning };
     [
         account("initial", energy.initial, "all energy at the start"),
@@ -193,6 +193,7 @@ fn accounts(energy: &EnergyReport) -> [Account; 10] {
         account("projectile", energy.projectile, "motion of the projectile alone (part of kinetic)"),
         account("elastic", energy.elastic, "stored in the deformed gel"),
         account("contact", energy.contact, "work of the contact law; negative is dissipated"),
+        account("friction", energy.friction, "work of friction; negative is dissipated"),
         account("contact_bias", energy.contact_bias, "work of removing standing penetration"),
         account("integration", energy.integration, "residual of the time integration"),
         account("external", energy.external, "work of external forces and of a prescribed motion"),

@@ -60,7 +60,6 @@ fn contact(law: ContactLaw) -> &'static str {
 #[must_use]
 pub fn switched_off(scene: &Scene) -> Vec<String> {
     let mut off = vec![
-        "friction: none, the projectile slides freely",
         "viscosity: none, the gel is elastic at every rate",
         "strength and failure: none, the gel does not tear",
         "gravity: none",
@@ -82,12 +81,13 @@ fn depends_on_dimension(dimension: Dimension) -> Option<&'static str> {
     }
 }
 
-fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 3] {
+fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 4] {
     let fixed = scene.projectile.fixed.then_some("motion of the projectile: none, it is fixed");
     let inelastic = scene.contact.law == ContactLaw::Moreau && scene.contact.restitution == 0.0;
     let restitution = inelastic.then_some("restitution of surface nodes: none, the gel rebounds by its own elasticity");
+    let smooth = (scene.contact.friction == 0.0).then_some("friction: none, the projectile slides freely");
     let free = is_free(&scene.gel.supports) || matches!(scene.gel.shape, GelShape::LBeam { .. });
-    [fixed, restitution, free.then_some("supports: none, the gel is free")]
+    [smooth, fixed, restitution, free.then_some("supports: none, the gel is free")]
 }
 
 fn is_free(supports: &Supports) -> bool {

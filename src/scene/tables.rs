@@ -386,11 +386,13 @@ pub struct Contact {
     pub restitution: f64,
     /// Fraction of a standing penetration removed in one step of a node, 0 to 0.5 (`moreau` only).
     pub bias: f64,
+    /// Coulomb's coefficient of friction between gel and projectile, 0 to 10; off by default (`moreau` only).
+    pub friction: f64,
 }
 
 impl Default for Contact {
     fn default() -> Self {
-        Self { law: ContactLaw::Moreau, restitution: 0.0, bias: 0.1 }
+        Self { law: ContactLaw::Moreau, restitution: 0.0, bias: 0.1, friction: 0.0 }
     }
 }
 

@@ -87,9 +87,13 @@ fn integrator(integrator: &Integrator) -> Check {
 fn contact(contact: &Contact) -> Check {
     within("contact.restitution", contact.restitution, 0.0..=1.0)?;
     within("contact.bias", contact.bias, 0.0..=0.5)?;
-    let unheeded = contact.law == ContactLaw::Reversal && contact.restitution != 0.0;
-    let expected = "0: the law \"reversal\" knows no restitution, \"moreau\" does";
-    require(!unheeded, "contact.restitution", || format!("{:?}", contact.restitution), expected)
+    within("contact.friction", contact.friction, 0.0..=10.0)?;
+    for (key, value) in [("restitution", contact.restitution), ("friction", contact.friction)] {
+        let unheeded = contact.law == ContactLaw::Reversal && value != 0.0;
+        let expected = format!("0: the law \"reversal\" knows no {key}, \"moreau\" does");
+        require(!unheeded, &format!("contact.{key}"), || format!("{value:?}"), &expected)?;
+    }
+    Ok(())
 }
 
 fn output(output: &Output, end_time: f64) -> Check {

@@ -8,7 +8,7 @@ use crate::element::{Section, Simplices};
 use crate::geometry::SignedDistance;
 use crate::material::NeoHookean;
 use crate::mesh::{self, Block, Face, Facet, Hold, Mesh, Split};
-use crate::scene::{ContactLaw, Dimension, GelShape, Lattice, Scene, ScheduleKind, Support};
+use crate::scene::{Contact, ContactLaw, Dimension, GelShape, Lattice, Scene, ScheduleKind, Support};
 use crate::state::State;
 use nalgebra::{Quaternion, UnitQuaternion};
 
@@ -149,7 +149,10 @@ fn rules(scene: &Scene) -> Rules {
         },
         cfl: scene.integrator.cfl(),
         law: match scene.contact.law {
-            ContactLaw::Moreau => Law::Moreau { restitution: scene.contact.restitution, bias: scene.contact.bias },
+            ContactLaw::Moreau => {
+                let Contact { restitution, bias, friction, .. } = scene.contact;
+                Law::Moreau { restitution, bias, friction }
+            }
             ContactLaw::Reversal => Law::Reversal,
         },
         force_window: scene.force_window(),

@@ -74,6 +74,8 @@ pub struct EnergyReport {
     pub elastic: f64,
     /// Work of the contact law: negative is dissipated.
     pub contact: f64,
+    /// Work of friction: negative is dissipated.
+    pub friction: f64,
     /// Work of the removal of standing penetration.
     pub contact_bias: f64,
     /// Trapezoidal residual of the time integration.

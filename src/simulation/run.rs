@@ -350,6 +350,7 @@ fn energy(totals: &Totals) -> EnergyReport {
         projectile: energies.body_kinetic,
         elastic: energies.elastic,
         contact: books.contact,
+        friction: books.friction,
         contact_bias: books.contact_bias,
         integration: books.integration,
         external: books.external,

@@ -109,7 +109,12 @@ pub fn nowhere(freedom: Freedom) -> (Body, BodyState) {
 
 /// Moreau's law in powers of two at CFL 0.8.
 pub fn rules() -> Rules {
-    Rules { schedule: Kind::Bins, cfl: 0.8, law: Law::Moreau { restitution: 0.0, bias: 0.1 }, force_window: 1.0 }
+    Rules {
+        schedule: Kind::Bins,
+        cfl: 0.8,
+        law: Law::Moreau { restitution: 0.0, bias: 0.1, friction: 0.0 },
+        force_window: 1.0,
+    }
 }
 
 /// No contact anywhere.

@@ -82,6 +82,7 @@ fn energy(rows: &[Row]) -> Plot {
         "projectile",
         "elastic",
         "contact",
+        "friction",
         "contact_bias",
         "integration",
         "external",
