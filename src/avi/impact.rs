@@ -2,6 +2,7 @@
 
 use super::StepError;
 use super::engine::Engine;
+use super::pierce::Piercing;
 use crate::algebra::{Vector, Vector3, embed, restrict};
 use crate::contact::{BodyState, Exchange, Law, impulse, reversal};
 use crate::element::Potential;
@@ -12,8 +13,10 @@ use crate::state::Tick;
 /// A point of the surface inside the body at this tick: a node, or the middle of a facet.
 #[derive(Debug, Clone)]
 pub(super) struct Touch<const D: usize> {
-    /// The nodes that carry it in equal parts; the first `n_nodes` count.
+    /// The nodes that carry it; the first `n_nodes` count.
     pub nodes: [NodeId; 3],
+    /// w, the part of each.
+    pub weights: [f64; 3],
     pub n_nodes: usize,
     /// h, m.
     pub size: f64,
@@ -23,7 +26,7 @@ pub(super) struct Touch<const D: usize> {
     pub normal: Vector3,
     /// x, m.
     pub point: Vector3,
-    /// K = Σ w² n·P n/m + 1/M + (r×n)·I⁻¹(r×n) with w = 1/`n_nodes`, 1/kg.
+    /// K = Σ w² n·P n/m + 1/M + (r×n)·I⁻¹(r×n), 1/kg.
     pub compliance: f64,
     /// Relative velocity before the tick, m/s; u⁻ is its normal part.
     pub before: Vector3,
@@ -52,9 +55,9 @@ impl<const D: usize> Touch<D> {
         self.normal * self.impulse + self.drag
     }
 
-    /// w, the part of each node.
-    pub fn share(&self) -> f64 {
-        1.0 / self.n_nodes as f64
+    /// The nodes with their parts.
+    pub fn carriers(&self) -> impl Iterator<Item = (NodeId, f64)> + '_ {
+        self.nodes().iter().copied().zip(self.weights)
     }
 }
 
@@ -108,7 +111,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let Some(gap) = gap.filter(|gap| gap.distance < at.size) else { continue };
             if gap.distance <= TOUCH * at.size {
                 let point = embed(&self.state.position[at.node.index()]);
-                touches.extend(self.touch(&[at.node], (at.size, point), &gap, body));
+                touches.extend(self.touch((&[at.node], [1.0, 0.0, 0.0]), (at.size, point), &gap, body));
             }
             let fires = |facet: &&ElementId| self.state.clocks[self.gel.behind[facet.index()].index()].last == tick;
             facets.extend(surface.around.of(at.node).iter().filter(fires).map(|facet| (*facet, at.size)));
@@ -127,17 +130,20 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     fn touching_facet(&self, facet: ElementId, size: f64, body: &BodyState) -> Option<Touch<D>> {
+        let deep = |gap: &Gap| -gap.distance > FACE_DEPTH * size.min(self.body.shape.inner_radius());
+        let corners = &self.gel.surface.facets[facet.index()][..D];
+        if let Some(Piercing { point, weights, gap }) = self.piercing(facet, body).filter(|at| deep(&at.gap)) {
+            return self.touch((corners, weights), (size, point), &gap, body);
+        }
         let middle = self.middle(facet, body.time);
         let gap = self.body.gap(body, &middle);
-        let deep = -gap.distance > FACE_DEPTH * size.min(self.body.shape.inner_radius());
-        let corners = &self.gel.surface.facets[facet.index()][..D];
-        if deep { self.touch(corners, (size, middle), &gap, body) } else { None }
+        if deep(&gap) { self.touch((corners, [1.0 / D as f64; 3]), (size, middle), &gap, body) } else { None }
     }
 
-    /// A point inside the body that these nodes carry in equal parts; `None` if neither they nor the body can move.
+    /// A point inside the body that these nodes carry; `None` if neither they nor the body can move.
     fn touch(
         &self,
-        carriers: &[NodeId],
+        (carriers, weights): (&[NodeId], [f64; 3]),
         (size, point): (f64, Vector3),
         gap: &Gap,
         body: &BodyState,
@@ -148,8 +154,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let n_nodes = carriers.len();
         let (before, drag) = (Vector3::zeros(), Vector3::zeros());
         let (compliance, lead, bias, impulse) = (0.0, 0.0, 0.0, 0.0);
-        let mut touch =
-            Touch { nodes, n_nodes, size, distance, normal, point, compliance, before, lead, bias, impulse, drag };
+        let mut touch = Touch {
+            nodes,
+            weights,
+            n_nodes,
+            size,
+            distance,
+            normal,
+            point,
+            compliance,
+            before,
+            lead,
+            bias,
+            impulse,
+            drag,
+        };
         touch.compliance = self.compliance(&touch, &normal, body);
         touch.before = self.relative(&touch, body);
         (touch.compliance > 0.0).then_some(touch)
@@ -157,9 +176,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// K along a unit vector, 1/kg.
     fn compliance(&self, touch: &Touch<D>, direction: &Vector3, body: &BodyState) -> f64 {
-        let own = |node: &NodeId| self.free_part(*node, direction).norm_squared() / self.gel.mass[node.index()];
-        let gel = touch.share() * touch.share() * touch.nodes().iter().map(own).sum::<f64>();
-        gel + self.body.compliance(body, &(touch.point - body.position), direction)
+        let own = |(node, w): (NodeId, f64)| {
+            w * w * self.free_part(node, direction).norm_squared() / self.gel.mass[node.index()]
+        };
+        touch.carriers().map(own).sum::<f64>() + self.body.compliance(body, &(touch.point - body.position), direction)
     }
 
     /// P v, the part of a world vector in the free directions of a node.
@@ -169,8 +189,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Σ w v_a − V(x), m/s.
     pub(super) fn relative(&self, touch: &Touch<D>, body: &BodyState) -> Vector3 {
-        let gel: Vector3 = touch.nodes().iter().map(|node| embed(&self.state.velocity[node.index()])).sum();
-        gel * touch.share() - self.body.velocity_at(body, &touch.point)
+        let gel: Vector3 = touch.carriers().map(|(node, w)| embed(&self.state.velocity[node.index()]) * w).sum();
+        gel - self.body.velocity_at(body, &touch.point)
     }
 
     /// The body is accelerated all the time, the node only at its ticks. Stopped at its tick, it would be overrun by ½ a Δt²
@@ -193,8 +213,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Gives w times the impulse to each carrier and minus the impulse to the body, at the point that they carry.
     fn strike(&mut self, touch: usize, impulse: &Vector3, body: &mut BodyState) {
         let touch = &self.scratch.touches[touch];
-        for node in touch.nodes() {
-            let push = self.free_part(*node, impulse) * (touch.share() / self.gel.mass[node.index()]);
+        for (node, w) in touch.carriers() {
+            let push = self.free_part(node, impulse) * (w / self.gel.mass[node.index()]);
             self.state.velocity[node.index()] += push;
         }
         self.body.strike(body, &touch.point, &-impulse);
@@ -328,12 +348,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     fn check_facet(&self, facet: ElementId, size: f64, (body, time): (&BodyState, f64)) -> Result<(), StepError> {
-        let middle = self.middle(facet, time);
-        let depth = -self.body.gap(body, &middle).distance;
+        // Where an end of the body pierces the facet it is deepest there.
+        let at = self.piercing(facet, body).map_or_else(|| self.middle(facet, time), |pierced| pierced.point);
+        let depth = -self.body.gap(body, &at).distance;
         if depth <= LEAK * size.min(self.body.shape.inner_radius()) {
             return Ok(());
         }
-        Err(StepError::Leak { element: self.gel.behind[facet.index()].index(), time, depth, at: middle.into() })
+        Err(StepError::Leak { element: self.gel.behind[facet.index()].index(), time, depth, at: at.into() })
     }
 
     /// The middle of a facet at time `t`, m.

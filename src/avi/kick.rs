@@ -77,8 +77,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.state.ledger.energy.contact += j * touch.normal.dot(&mean) - removal;
             self.state.ledger.energy.contact_bias += removal;
             self.state.ledger.energy.friction += touch.drag.dot(&mean);
-            for node in touch.nodes() {
-                let (at, push) = (embed(&self.state.position[node.index()]), touch.push() * touch.share());
+            for (node, w) in touch.carriers() {
+                let (at, push) = (embed(&self.state.position[node.index()]), touch.push() * w);
                 let free = &self.gel.free[node.index()];
                 book_restraint(free, self.body.freedom, (at, push), &mut self.state.ledger);
             }

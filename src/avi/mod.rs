@@ -8,6 +8,7 @@ mod grid;
 mod impact;
 mod kick;
 mod pace;
+mod pierce;
 mod pool;
 mod report;
 mod schedule;

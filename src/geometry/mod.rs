@@ -53,6 +53,15 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// The ends, on its axis, of a body that may be sharp there, m.
+    #[must_use]
+    pub fn poles(&self) -> Option<[Vector3; 2]> {
+        match self {
+            Self::Profile(profile) => Some(profile.poles()),
+            Self::Sphere(_) | Self::Cylinder(_) | Self::HalfSpace(_) => None,
+        }
+    }
+
     fn body(&self) -> &dyn SignedDistance {
         match self {
             Self::Sphere(sphere) => sphere,

@@ -78,6 +78,12 @@ impl Profile {
         std::iter::once(self.pieces[0].start).chain(ends).map(|p| (p[0], p[1])).collect()
     }
 
+    /// Tip and rear, m.
+    #[must_use]
+    pub fn poles(&self) -> [Vector3; 2] {
+        [0, self.corners.len() - 1].map(|end| Vector3::new(0.0, 0.0, self.corners[end].at[1]))
+    }
+
     /// φ and ∇φ in the half-plane: the nearest piece that faces the point, or the nearest corner.
     fn nearest(&self, p: &Point) -> (f64, Point) {
         let facing = self.pieces.iter().filter(|piece| piece.faces(p)).map(|piece| piece.gap(p));
@@ -89,7 +95,7 @@ impl Profile {
     /// Depth of the deepest point: it is on the axis, along which the depth of a convex body is concave.
     fn greatest_depth(&self) -> f64 {
         let depth = |z: f64| -self.nearest(&Point::new(0.0, z)).0;
-        let [mut low, mut high] = [self.corners[0], self.corners[self.corners.len() - 1]].map(|end| end.at[1]);
+        let [mut low, mut high] = self.poles().map(|pole| pole.z);
         for _ in 0..128 {
             let third = (high - low) / 3.0;
             if depth(low + third) < depth(high - third) { low += third } else { high -= third }

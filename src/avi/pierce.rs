@@ -1,0 +1,83 @@
+//! Facets that an end of the body pierces (numerics 2.6): what is sharper than the mesh meets no node.
+
+use super::engine::Engine;
+use crate::algebra::{Vector3, embed};
+use crate::contact::BodyState;
+use crate::element::Potential;
+use crate::geometry::Gap;
+use crate::mesh::ElementId;
+
+/// A facet through which the body's axis leaves the gel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Piercing {
+    /// Where, m.
+    pub point: Vector3,
+    /// Parts of the corners of the facet there.
+    pub weights: [f64; 3],
+    /// Minus the length of the axis behind the facet, and the normal into the gel.
+    pub gap: Gap,
+}
+
+impl<const D: usize, P: Potential<D>> Engine<D, P> {
+    /// Where the line from an end of the body on its axis to its centre of mass leaves the gel through this facet.
+    pub(super) fn piercing(&self, facet: ElementId, body: &BodyState) -> Option<Piercing> {
+        let corners = self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, body.time)));
+        let poles = self.body.shape.poles()?.map(|pole| body.position + body.orientation.transform_vector(&pole));
+        poles.iter().find_map(|pole| pierce::<D>(&corners, pole, &body.position))
+    }
+}
+
+/// Where the line from `pole` to `centre` goes from the back of a facet to its front, if it does.
+fn pierce<const D: usize>(corners: &[Vector3; 3], pole: &Vector3, centre: &Vector3) -> Option<Piercing> {
+    let (a, b) = (corners[0], corners[1] - corners[0]);
+    // An edge of a plane gel is a strip across the plane.
+    let c = if D == 3 { corners[2] - a } else { -Vector3::y() };
+    let across = b.cross(&c);
+    let outward = across / across.norm();
+    let (behind, before) = (outward.dot(&(a - pole)), outward.dot(&(centre - a)));
+    if !(behind > 0.0 && before > 0.0) {
+        return None;
+    }
+    let point = pole + (centre - pole) * (behind / (behind + before));
+    let (beta, gamma) = if D == 3 {
+        let part = |v: Vector3| v.dot(&across) / across.norm_squared();
+        (part((point - a).cross(&c)), part(b.cross(&(point - a))))
+    } else {
+        ((point - a).dot(&b) / b.norm_squared(), 0.0)
+    };
+    let weights = [1.0 - beta - gamma, beta, gamma];
+    let gap = Gap { distance: -(point - pole).norm(), normal: -outward };
+    weights.iter().all(|w| *w >= 0.0).then_some(Piercing { point, weights, gap })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UP: Vector3 = Vector3::new(0.0, 0.0, 2.0);
+
+    fn close(found: &Piercing, expected: Vector3, weights: [f64; 3]) {
+        assert!((found.point - expected).norm() < 1e-15, "{found:?}");
+        assert!(found.weights.iter().zip(weights).all(|(w, v)| (w - v).abs() < 1e-15), "{found:?}");
+        assert_eq!(found.gap, Gap { distance: -0.5, normal: -Vector3::z() });
+    }
+
+    #[test]
+    fn a_triangle_is_pierced_from_behind_within_its_corners() {
+        let corners = [Vector3::zeros(), Vector3::x() * 4.0, Vector3::y() * 4.0];
+        let at = |x: f64, y: f64| pierce::<3>(&corners, &Vector3::new(x, y, -0.5), &(UP + Vector3::new(x, y, 0.0)));
+        close(&at(1.0, 2.0).unwrap(), Vector3::new(1.0, 2.0, 0.0), [0.25, 0.25, 0.5]);
+        assert_eq!((at(-0.1, 1.0), at(1.0, -0.1), at(2.1, 2.0)), (None, None, None));
+        assert_eq!(pierce::<3>(&corners, &UP, &-UP), None, "from the front");
+        assert_eq!(pierce::<3>(&corners, &(0.5 * UP), &UP), None, "not yet there");
+    }
+
+    #[test]
+    fn an_edge_of_a_plane_gel_is_pierced_between_its_ends() {
+        // The gel is below: run through with the gel on its left, the edge goes towards −x.
+        let corners = [Vector3::x() * 2.0, -Vector3::x() * 2.0, -Vector3::x() * 2.0];
+        let at = |x: f64| pierce::<2>(&corners, &Vector3::new(x, 0.0, -0.5), &(UP + Vector3::x() * x));
+        close(&at(1.0).unwrap(), Vector3::x(), [0.75, 0.25, 0.0]);
+        assert_eq!((at(2.1), at(-2.1)), (None, None));
+    }
+}
