@@ -220,7 +220,8 @@ fn schema_is_json_and_knows_every_key() {
     let keys = "scene gel projectile mesh integrator contact output name title dimension end_time communication_step \
          planar axisymmetric spatial shape block cylinder l-beam size radius height leg thickness width angle corner \
          material neo-hookean density shear_modulus bulk_modulus supports x_min x_max y_min y_max z_min z_max side \
-         free roller fixed velocity sphere half-space length normal mass inertia position orientation angular_velocity \
+         free roller fixed velocity sphere capsule bullet nose ogive cone round flat arc_radius meplat_radius tail edge_radius \
+         half-space length normal mass inertia position orientation angular_velocity \
          lattice centred kuhn grading core growth largest schedule bins queue cfl law moreau reversal restitution bias \
          frames force_window";
     for key in keys.split_whitespace() {

@@ -1,6 +1,7 @@
 //! Facets that an end of the body pierces (numerics 2.6): what is sharper than the mesh meets no node.
 
 use super::engine::Engine;
+use super::impact::SLOP;
 use crate::algebra::{Vector3, embed};
 use crate::contact::BodyState;
 use crate::element::Potential;
@@ -14,8 +15,10 @@ pub(super) struct Piercing {
     pub point: Vector3,
     /// Parts of the corners of the facet there.
     pub weights: [f64; 3],
-    /// Minus the length of the axis behind the facet, and the normal into the gel.
+    /// Distance of the end of the body from the plane of the facet, negative behind it, and the normal into the gel.
     pub gap: Gap,
+    /// The end of the body, m.
+    pub end: Vector3,
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
@@ -24,6 +27,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let corners = self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, body.time)));
         let poles = self.body.shape.poles()?.map(|pole| body.position + body.orientation.transform_vector(&pole));
         poles.iter().find_map(|pole| pierce::<D>(&corners, pole, &body.position))
+    }
+
+    /// The same where that end is behind the facet, and a point for the mesh: a ball of half an element's size does not fit in.
+    /// A blunter end is met by nodes.
+    pub(super) fn pricking(&self, facet: ElementId, size: f64, body: &BodyState) -> Option<Piercing> {
+        const ROUND_OFF: f64 = 1e-3;
+        let is_point = |end: &Vector3| {
+            let inside = end + (body.position - end).normalize() * (0.5 * size);
+            -self.body.gap(body, &inside).distance < 0.5 * size * (1.0 - ROUND_OFF)
+        };
+        self.piercing(facet, body).filter(|at| -at.gap.distance > SLOP * size && is_point(&at.end))
     }
 }
 
@@ -46,8 +60,8 @@ fn pierce<const D: usize>(corners: &[Vector3; 3], pole: &Vector3, centre: &Vecto
         ((point - a).dot(&b) / b.norm_squared(), 0.0)
     };
     let weights = [1.0 - beta - gamma, beta, gamma];
-    let gap = Gap { distance: -(point - pole).norm(), normal: -outward };
-    weights.iter().all(|w| *w >= 0.0).then_some(Piercing { point, weights, gap })
+    let gap = Gap { distance: -behind, normal: -outward };
+    weights.iter().all(|w| *w >= 0.0).then_some(Piercing { point, weights, gap, end: *pole })
 }
 
 #[cfg(test)]

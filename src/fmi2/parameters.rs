@@ -232,6 +232,11 @@ mod tests {
     fn a_radius_goes_to_the_shape_that_the_scene_has() {
         let made = overrides(&Values::from([(37, 2e-5)]), &sphere(), &sphere()).unwrap();
         assert_eq!(made, [Override { key: "projectile.shape.sphere.radius".into(), value: "2e-5".into() }]);
+        for shape in ["capsule", "bullet"] {
+            let other: toml::Table = toml::from_str(&format!("[projectile.shape.{shape}]\nradius = 0.01")).unwrap();
+            let made = overrides(&Values::from([(37, 2e-5)]), &sphere(), &other).unwrap();
+            assert_eq!(made[0].key, format!("projectile.shape.{shape}.radius"));
+        }
         let flat: toml::Table = toml::from_str("[projectile.shape.half-space]\nnormal = [0, 0, 1]").unwrap();
         let refused = overrides(&Values::from([(37, 2e-5)]), &sphere(), &flat).unwrap_err();
         assert!(refused.to_string().starts_with("projectile.radius = 0.00002"), "{refused}");

@@ -1,6 +1,7 @@
 //! What a scene models and what it does not: a scene models only what it asks for.
 
 use super::{ContactLaw, Dimension, GelShape, Lattice, MaterialModel, Scene, ScheduleKind, Support, Supports};
+use crate::geometry::Shape;
 
 /// Short sentences of the physics that a scene computes.
 #[must_use]
@@ -14,9 +15,24 @@ pub fn modelled(scene: &Scene) -> Vec<String> {
             Dimension::Spatial => "projectile: rigid, six degrees of freedom",
         }
     };
-    [space(scene.scene.dimension), material(scene), elements(scene), steps(scene), contact(scene.contact.law), motion]
-        .map(str::to_owned)
-        .into()
+    let general = [
+        space(scene.scene.dimension),
+        material(scene),
+        elements(scene),
+        steps(scene),
+        contact(scene.contact.law),
+        motion,
+    ];
+    general.map(str::to_owned).into_iter().chain(balance(scene)).collect()
+}
+
+/// Where the centre of mass of a projectile with a tip is, and how heavy its material would be.
+fn balance(scene: &Scene) -> Option<String> {
+    let Shape::Profile(profile) = scene.projectile_shape() else { return None };
+    let behind = format!("projectile: centre of mass {:.6} m behind the tip", -profile.poles()[0].z);
+    let mass = scene.projectile.mass.filter(|_| scene.scene.dimension != Dimension::Planar);
+    let density = mass.map(|mass| format!(", {:.0} kg/m3 if homogeneous", mass / profile.volume()));
+    Some(behind + &density.unwrap_or_default())
 }
 
 fn space(dimension: Dimension) -> &'static str {
@@ -138,5 +154,14 @@ mod tests {
         let mut scene = read(builtin("sphere-block").unwrap()).unwrap();
         scene.integrator.schedule = crate::scene::ScheduleKind::Queue;
         assert!(modelled(&scene).iter().any(|line| line.contains("priority queue")));
+    }
+
+    #[test]
+    fn a_bullet_says_where_its_centre_of_mass_is() {
+        let cone = "projectile.shape={bullet={radius=0.01, length=0.04, nose={cone={length=0.04}}}}".parse().unwrap();
+        let changes = [cone, "projectile.position=[0, 0, 0.03]".parse().unwrap()];
+        let text = crate::scene::resolve(builtin("sphere-block").unwrap(), &changes).unwrap();
+        let expected = "projectile: centre of mass 0.030000 m behind the tip, 7878 kg/m3 if homogeneous";
+        assert!(modelled(&read(&text).unwrap()).iter().any(|line| line == expected));
     }
 }
