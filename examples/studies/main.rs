@@ -1,6 +1,7 @@
 //! The studies of the documentation, each printed as a Markdown table: `cargo run --release --example studies -- NAME`.
 
 mod ball_bounce;
+mod coupling;
 mod fast_ball;
 mod l_beam;
 mod run;
@@ -8,7 +9,7 @@ mod sphere_block;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 4] = [
+const STUDIES: [Study; 5] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -16,6 +17,7 @@ const STUDIES: [Study; 4] = [
         ball_bounce::study,
     ),
     ("fast-ball", "sphere-block at 20 m/s, where elements are nearly turned inside out", fast_ball::study),
+    ("coupling", "errors against the communication step, by how the importer moves the projectile", coupling::study),
     ("l-beam", "energy over the run, drop through impact, both schedules and both contact laws", l_beam::study),
 ];
 

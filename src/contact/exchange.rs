@@ -12,7 +12,8 @@ pub struct Exchange {
     pub angular_impulse: Vector3,
     /// S = Σ Jₖ (t_end − tₖ), N·s².
     pub impulse_moment: Vector3,
-    /// ε = J·(V₀ + V₁)/2 + A·(Ω₀ + Ω₁)/2 − Σ Jₖ·V(xₖ, tₖ), power-bond residual, J.
+    /// ε = J·(V₀ + V₁)/2 + A·(Ω₀ + Ω₁)/2 − Σ Jₖ·V(xₖ, tₖ), power-bond residual, J. Of a prescribed motion V₁ = V₀ + J/M
+    /// and Ω₁ = Ω₀ + I⁻¹A: what the impulse makes of the importer's body.
     pub energy_residual: f64,
 }
 

@@ -134,6 +134,12 @@ impl Simulation {
         Kinematics::of(body, &last.at(body, self.time))
     }
 
+    /// What the last communication step exchanged.
+    #[must_use]
+    pub fn exchange(&self) -> &Exchange {
+        &self.exchange
+    }
+
     /// Mass, kg, and inertia about the centre of mass in the frame of the body, kg·m²: xx, yy, zz, xy, xz, yz. The mass
     /// of a fixed projectile is infinite.
     #[must_use]
@@ -171,12 +177,24 @@ impl Simulation {
             Ok(()) => end,
             Err(failure) => failure.time().clamp(self.time, end),
         };
-        let after = self.kinematics();
-        exchange.energy_residual += exchange.impulse.dot(&(before.velocity + after.velocity)) / 2.0
-            + exchange.angular_impulse.dot(&(before.angular_velocity + after.angular_velocity)) / 2.0;
+        let (velocity, spin) = self.moved(&before, &exchange);
+        exchange.energy_residual += exchange.impulse.dot(&(before.velocity + velocity)) / 2.0
+            + exchange.angular_impulse.dot(&(before.angular_velocity + spin)) / 2.0;
         self.exchange = exchange;
         self.failure = result.clone().err();
         result
+    }
+
+    /// Velocity and angular velocity of the projectile after a step. A prescribed motion knows nothing of the impulse:
+    /// there V₀ + J/M and Ω₀ + I⁻¹A, what it makes of an importer's body that feels the contact alone.
+    fn moved(&self, before: &Kinematics, exchange: &Exchange) -> (Vector3, Vector3) {
+        let (body, last) = self.model.body();
+        if body.motion != Motion::Prescribed {
+            let after = self.kinematics();
+            return (after.velocity, after.angular_velocity);
+        }
+        let turned = body.spin(&last.at(body, self.time), &exchange.angular_impulse);
+        (before.velocity + exchange.impulse / body.mass, before.angular_velocity + turned)
     }
 
     /// Inputs are numbers, and stay in the plane or on the axis.

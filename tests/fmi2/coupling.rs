@@ -195,6 +195,20 @@ fn a_prescribed_motion_is_followed_with_its_acceleration_for_one_step() {
 }
 
 #[test]
+fn the_residual_of_a_prescribed_step_is_the_energy_that_the_importer_gains_beyond_the_work_of_the_contact() {
+    let mut host = Host::with(&coarse());
+    assert_eq!(host.set_integer("coupling.mode", 1), OK);
+    host.start();
+    host.steps(0.0, 5e-4, 1);
+    let (impulse, mass) = (host.get("contact.impulse[3]"), host.get("projectile.effective_mass"));
+    assert!(impulse > 0.0);
+    let (before, after): (f64, f64) = (-5.0, -5.0 + impulse / mass);
+    let gained = 0.5 * mass * (after.powi(2) - before.powi(2)) - impulse * before;
+    let residual = host.get("coupling.energy_residual");
+    assert!((residual / gained - 1.0).abs() < 1e-9, "{residual}, gained {gained}");
+}
+
+#[test]
 fn an_orientation_far_from_norm_one_is_an_error_where_it_is_read() {
     let mut host = Host::with(&coarse());
     assert_eq!(host.set_integer("coupling.mode", 3), OK);

@@ -110,7 +110,7 @@ impl Bar {
         };
         let nodes = (0..=n).map(node).collect();
         let gel = Gel::new(springs, mass, &held, end_surface(n + 1, self.length));
-        Engine::new(gel, *wall, rules(pace), nodes)
+        Engine::new(gel, wall.clone(), rules(pace), nodes)
     }
 }
 

@@ -37,7 +37,7 @@ fn prescribed(master: Master, step: f64) -> f64 {
     let mut engine = spring(Motion::Prescribed);
     let n = (END / step) as u32;
     for i in 0..n {
-        let (body, start) = (*engine.body(), engine.state().body);
+        let (body, start) = (engine.body().clone(), engine.state().body);
         let end = f64::from(i + 1) * step;
         let was = start.at(&body, f64::from(i) * step);
         let after = was.velocity + advance(&mut engine, end).impulse;

@@ -22,6 +22,7 @@ fn rows(s: &Value) -> Vec<(&'static str, String)> {
         ("element updates", updates(s)),
         ("greatest depth", deepest(s)),
         ("depth at the end", quantity(&s["final_depth"], "m")),
+        ("speed at the end", quantity(&s["final_velocity"], "m/s")),
         ("rebound velocity", rebound(s)),
         ("contact", quantity(&s["contact_duration"], "s")),
         ("peak force", format!("{} over {}", quantity(&s["peak_force"], "N"), quantity(&s["force_window"], "s"))),
@@ -53,7 +54,7 @@ fn updates(s: &Value) -> String {
 
 fn rebound(s: &Value) -> String {
     if s["rebound_velocity"].is_null() {
-        "none: in contact, or held".to_owned()
+        "none yet: still in contact, or not long out of it".to_owned()
     } else {
         quantity(&s["rebound_velocity"], "m/s")
     }
