@@ -172,3 +172,41 @@ fn a_ball_pressed_on_the_gel_swings_and_does_not_creep_through_the_surface() {
     assert!(lowest > 5e-4 && seen.energy.contact.abs() < 1e-2 * lowest, "{lowest:e} {:e}", seen.energy.contact);
     assert!(seen.energy.energy_error < 1e-10);
 }
+
+/// L = R I_b Rᵀ ω of the projectile now.
+fn angular_momentum(simulation: &Simulation) -> Vector3 {
+    let (_, [xx, yy, zz, xy, xz, yz]) = simulation.inertia();
+    let inertia = nalgebra::Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    let seen = simulation.kinematics();
+    let [w, x, y, z] = seen.orientation;
+    let turn = nalgebra::UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z));
+    turn * (inertia * turn.inverse_transform_vector(&seen.angular_velocity))
+}
+
+/// x₁ = x₀ + v₀H + ½FH²/m + S/m, v₁ = v₀ + (FH + J)/m, L₁ = L₀ + TH + A, with a rod that is turned by its hits.
+#[test]
+fn an_importer_lands_on_position_velocity_and_angular_momentum() {
+    let mut simulation = integrated(&coarse(&[
+        "mesh.lattice=centred",
+        "projectile.shape={cylinder={radius=0.01, length=0.03, edge_radius=0.004}}",
+        "projectile.orientation=[0.9, 0.0, 0.43588989435406735, 0.0]",
+        "projectile.position=[0.01, 0.0, 0.0212]",
+        "contact.friction=0.2",
+    ]));
+    let (force, torque, step) = (Vector3::new(0.3, -0.2, 1.0), Vector3::new(1e-3, 2e-3, -1e-3), 1e-4);
+    let wrench = Wrench { force, torque, ..Wrench::default() };
+    let mass = simulation.inertia().0;
+    let mut turned: f64 = 0.0;
+    for k in 1..=60 {
+        let (before, spin) = (simulation.kinematics(), angular_momentum(&simulation));
+        simulation.step(&Inputs { wrench, ..simulation.inputs() }, step * f64::from(k)).unwrap();
+        let (after, exchange) = (simulation.kinematics(), simulation.observe().exchange);
+        let travel = before.velocity * step + (force * (step * step / 2.0) + exchange.impulse_moment) / mass;
+        assert!((before.position + travel - after.position).norm() < 1e-14);
+        assert!((before.velocity + (force * step + exchange.impulse) / mass - after.velocity).norm() < 1e-12);
+        let expected = spin + torque * step + exchange.angular_impulse;
+        assert!((expected - angular_momentum(&simulation)).norm() < 1e-12 * expected.norm().max(1e-4));
+        turned = turned.max(exchange.angular_impulse.norm());
+    }
+    assert!(turned > 1e-6, "the rod must be turned by its hits: {turned:e}");
+}
