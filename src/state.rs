@@ -69,6 +69,8 @@ pub struct Record {
     pub peak_depth: (f64, f64),
     /// Σ |g|/h over impulses on nodes, and their number.
     pub standing: (f64, u64),
+    /// Greatest |g|/h of an impulse on a node.
+    pub deepest: f64,
     /// Smallest J.
     pub min_jacobian: f64,
     /// One global stable step: its length now, ticks; up to which tick it is counted; the updates so far.
@@ -86,6 +88,7 @@ impl Default for Record {
             window: (0, Vector3::zeros(), 0.0),
             peak_depth: (f64::NEG_INFINITY, 0.0),
             standing: (0.0, 0),
+            deepest: 0.0,
             min_jacobian: 1.0,
             synchronous: (f64::INFINITY, 0, 0.0),
         }

@@ -306,8 +306,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             exchange.energy_residual -= given.dot(&wall);
             impulse += given;
             if touch.n_nodes == 1 {
-                let standing = &mut self.state.record.standing;
-                *standing = (standing.0 - touch.distance / touch.size, standing.1 + 1);
+                let (record, depth) = (&mut self.state.record, -touch.distance / touch.size);
+                record.standing = (record.standing.0 + depth, record.standing.1 + 1);
+                record.deepest = record.deepest.max(depth);
             }
         }
         self.scratch.touches = touches;

@@ -57,6 +57,8 @@ pub struct ContactReport {
     pub peak_depth: (f64, f64),
     /// Mean |g| of touching nodes over the run, in element sizes.
     pub mean_standing_penetration: f64,
+    /// Greatest |g| of a touching node over the run, in element sizes.
+    pub deepest_penetration: f64,
     /// Communication step to take next, s.
     pub step_advice: f64,
     /// Below which mean forces chatter, s.

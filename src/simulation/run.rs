@@ -303,6 +303,7 @@ impl Simulation {
             peak_force: record.window.2 / self.facts.force_window,
             peak_depth: if depth > record.peak_depth.0 { (depth, self.time) } else { record.peak_depth },
             mean_standing_penetration: mean(record.standing),
+            deepest_penetration: record.deepest,
             step_advice: if limited { stable.min(self.facts.end_time) } else { self.facts.end_time },
             step_min: 4.0 * longest,
         }
