@@ -132,15 +132,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     fn touching_facet(&self, facet: ElementId, size: f64, body: &BodyState) -> Option<Touch<D>> {
         let corners = &self.gel.surface.facets[facet.index()][..D];
+        // It is only stopped: what it is deep is not removed. Removal at a tip that is a point pumps energy, up to 26 % of
+        // that of the impact (a sharp ogive of 10 mm on cells of 6.7 mm).
+        let stopped = |gap: Gap| Gap { distance: 0.0, ..gap };
         if let Some(Piercing { point, weights, gap, .. }) = self.pricking(facet, size, body) {
-            return self.touch((corners, weights), (size, point), &gap, body);
+            return self.touch((corners, weights), (size, point), &stopped(gap), body);
         }
         let middle = self.middle(facet, body.time);
         let gap = self.body.gap(body, &middle);
         let deep = -gap.distance > FACE_DEPTH * size.min(self.body.shape.inner_radius());
-        // It is only stopped: what it is deep is not removed.
-        let gap = Gap { distance: 0.0, ..gap };
-        if deep { self.touch((corners, [1.0 / D as f64; 3]), (size, middle), &gap, body) } else { None }
+        if deep { self.touch((corners, [1.0 / D as f64; 3]), (size, middle), &stopped(gap), body) } else { None }
     }
 
     /// A point inside the body that these nodes carry; `None` if neither they nor the body can move.

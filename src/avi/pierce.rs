@@ -8,6 +8,11 @@ use crate::element::Potential;
 use crate::geometry::Gap;
 use crate::mesh::ElementId;
 
+/// A facet counts as pierced up to so much beyond its edges, in its own weights. A tip in the crease between two facets is
+/// otherwise held by one of them at a time, and slides down each in turn: a cone of 10 mm sank 0.7 cells of 3.3 mm deep and
+/// leaked. From 0.01 to 0.2 it does not, with the same depth of the body to 0.1 %; at 0.5 facets carry that are far off.
+const BEYOND: f64 = 0.05;
+
 /// A facet through which the body's axis leaves the gel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Piercing {
@@ -41,7 +46,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 }
 
-/// Where the line from `pole` to `centre` goes from the back of a facet to its front, if it does.
+/// Where the line from `pole` to `centre` goes from the back of a facet to its front, if it does, or just beside it.
 fn pierce<const D: usize>(corners: &[Vector3; 3], pole: &Vector3, centre: &Vector3) -> Option<Piercing> {
     let (a, b) = (corners[0], corners[1] - corners[0]);
     // An edge of a plane gel is a strip across the plane.
@@ -61,7 +66,7 @@ fn pierce<const D: usize>(corners: &[Vector3; 3], pole: &Vector3, centre: &Vecto
     };
     let weights = [1.0 - beta - gamma, beta, gamma];
     let gap = Gap { distance: -behind, normal: -outward };
-    weights.iter().all(|w| *w >= 0.0).then_some(Piercing { point, weights, gap, end: *pole })
+    weights.iter().all(|w| *w >= -BEYOND).then_some(Piercing { point, weights, gap, end: *pole })
 }
 
 #[cfg(test)]
@@ -77,11 +82,12 @@ mod tests {
     }
 
     #[test]
-    fn a_triangle_is_pierced_from_behind_within_its_corners() {
+    fn a_triangle_is_pierced_from_behind_within_its_corners_and_just_beyond() {
         let corners = [Vector3::zeros(), Vector3::x() * 4.0, Vector3::y() * 4.0];
         let at = |x: f64, y: f64| pierce::<3>(&corners, &Vector3::new(x, y, -0.5), &(UP + Vector3::new(x, y, 0.0)));
         close(&at(1.0, 2.0).unwrap(), Vector3::new(1.0, 2.0, 0.0), [0.25, 0.25, 0.5]);
-        assert_eq!((at(-0.1, 1.0), at(1.0, -0.1), at(2.1, 2.0)), (None, None, None));
+        assert_eq!((at(-0.3, 1.0), at(1.0, -0.3), at(2.3, 2.0)), (None, None, None));
+        close(&at(-0.1, 1.0).unwrap(), Vector3::new(-0.1, 1.0, 0.0), [0.775, -0.025, 0.25]);
         assert_eq!(pierce::<3>(&corners, &UP, &-UP), None, "from the front");
         assert_eq!(pierce::<3>(&corners, &(0.5 * UP), &UP), None, "not yet there");
     }
@@ -92,6 +98,7 @@ mod tests {
         let corners = [Vector3::x() * 2.0, -Vector3::x() * 2.0, -Vector3::x() * 2.0];
         let at = |x: f64| pierce::<2>(&corners, &Vector3::new(x, 0.0, -0.5), &(UP + Vector3::x() * x));
         close(&at(1.0).unwrap(), Vector3::x(), [0.75, 0.25, 0.0]);
-        assert_eq!((at(2.1), at(-2.1)), (None, None));
+        assert_eq!((at(2.3), at(-2.3)), (None, None));
+        close(&at(2.1).unwrap(), Vector3::x() * 2.1, [1.025, -0.025, 0.0]);
     }
 }
