@@ -1,67 +1,103 @@
-use super::run::{Run, run, scene};
-use super::shot;
-use ballistic_gel::scene::Scene;
+use super::run::{Run, run};
+use super::shot::{RADIUS, Space, deepest, shot};
 use std::io::Write as _;
 
+const ROUND: [f64; 7] = [1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0];
+const SHARP: [&str; 7] = [
+    "capsule, tilted",
+    "cylinder",
+    "cylinder on its rim, sharp",
+    "cylinder on its rim, rounded",
+    "ogive, sharp",
+    "ogive, meplat",
+    "cone",
+];
+/// In the plane and about the axis.
+const FLAT: [(Space, &str); 6] = [
+    (Space::Planar, "sphere"),
+    (Space::Planar, "cylinder on its rim, sharp"),
+    (Space::Planar, "ogive, sharp"),
+    (Space::Planar, "cone"),
+    (Space::Axisymmetric, "sphere"),
+    (Space::Axisymmetric, "cone"),
+];
+/// From this ratio on a row is run with one point of entry, and a core of the mesh that just covers the body.
+const FINE: f64 = 10.0;
+
+/// Deepest penetration of nodes and of the whole surface, by shape of the body, mesh size and speed.
 pub fn study() {
-    println!(
-        "| body | R/h | v, m/s | meets | depth, mm | node, h | mean, h | surface, h | least J | closure | defect | end | seconds |"
-    );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("| body | R/h | v, m/s | depth, mm | node | mean | surface | least J | closure | defect | end |");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for speed in [5.0, 20.0] {
-        for ratio in [1.0, 1.5, 2.0, 3.0, 5.0] {
-            for (meets, at) in [("node", [0.0, 0.0]), ("face", [0.5, 1.0 / 6.0])] {
-                let h = 0.01 / ratio;
-                let keys = keys(h, speed);
-                row("sphere", (ratio, meets), &shot::shot("sphere", (0.01, at.map(|x| x * h)), &keys));
+        let finest = if speed > 5.0 { FINE } else { f64::INFINITY };
+        for ratio in ROUND.into_iter().filter(|ratio| *ratio < finest) {
+            row((Space::Spatial, "sphere"), ratio, speed);
+        }
+        for name in SHARP {
+            for ratio in [1.5, 3.0] {
+                row((Space::Spatial, name), ratio, speed);
             }
         }
-        for name in [
-            "capsule, tilted",
-            "cylinder",
-            "cylinder on its rim, sharp",
-            "cylinder on its rim, rounded",
-            "ogive, sharp",
-            "ogive, meplat",
-            "cone",
-        ] {
-            for ratio in [1.5, 3.0] {
-                for (meets, at) in [("node", [0.0, 0.0]), ("face", [0.5, 1.0 / 6.0])] {
-                    let h = 0.01 / ratio;
-                    let keys = keys(h, speed);
-                    row(name, (ratio, meets), &shot::shot(name, (0.01, at.map(|x| x * h)), &keys));
-                }
+        for what in FLAT {
+            for ratio in [1.5, 5.0, 20.0] {
+                row(what, ratio, speed);
             }
         }
     }
 }
 
-fn keys(h: f64, speed: f64) -> [(&'static str, String); 5] {
-    [
+/// The worst of what was seen with the body above a node and above the middle of a facet.
+#[derive(Default)]
+struct Worst {
+    depth: f64,
+    node: f64,
+    mean: f64,
+    surface: f64,
+    jacobian: f64,
+    closure: f64,
+    defect: f64,
+    ends: Vec<String>,
+}
+
+fn row(what: (Space, &str), ratio: f64, speed: f64) {
+    let (space, name) = what;
+    let h = RADIUS / ratio;
+    let mut worst = Worst { jacobian: 1.0, ..Worst::default() };
+    for at in space.entries().iter().filter(|at| ratio < FINE || space != Space::Spatial || at[0] > 0.0) {
+        shoot(&mut worst, what, (h, at.map(|x| x * h)), speed);
+    }
+    let Worst { depth, node, mean, surface, jacobian, closure, defect, ends } = worst;
+    println!(
+        "| {}{name} | {ratio} | {speed} | {:.1} | {node:.3} | {mean:.3} | {surface:.2} | {jacobian:.2} | {closure:.0e} | {defect:.1e} | {} |",
+        space.label(),
+        1e3 * depth,
+        ends.join("; "),
+    );
+    std::io::stdout().flush().expect("a terminal");
+}
+
+fn shoot(worst: &mut Worst, (space, name): (Space, &str), (h, at): (f64, [f64; 2]), speed: f64) {
+    let core = if RADIUS / h < FINE { 1.5 } else { 0.8 } * RADIUS;
+    let keys = [
         ("mesh.size", format!("{h:e}")),
-        ("mesh.grading", format!("{{core={:e}, growth=1.3, largest=0.01}}", 0.015f64)),
+        ("mesh.grading", format!("{{core={core:e}, growth=1.3, largest=0.01}}")),
         ("projectile.velocity", format!("[0.0, 0.0, {:e}]", -speed)),
         ("output.frames", "1".to_owned()),
         ("scene.end_time", "5e-3".to_owned()),
-    ]
-}
-
-fn row(name: &str, (ratio, meets): (f64, &str), scene: &Scene) {
+    ];
+    let scene = shot((space, name), at, &keys);
     let mut surface: f64 = 0.0;
-    let h = scene.mesh.size;
-    let Run { last, failure, seconds } =
-        run(scene, 40, |now| surface = surface.max(shot::deepest(&now.frame(), scene) / h));
-    let v = scene.projectile.velocity[2];
-    println!(
-        "| {name} | {ratio} | {v} | {meets} | {:.2} | {:.3} | {:.4} | {surface:.3} | {:.3} | {:.0e} | {:.1e} | {} | {seconds:.1} |",
-        1e3 * last.contact.peak_depth.0,
-        last.contact.deepest_penetration,
-        last.contact.mean_standing_penetration,
-        last.cost.min_jacobian,
-        last.energy.energy_error,
-        last.energy.energy_defect,
-        failure.unwrap_or_default()
-    );
-
-    std::io::stdout().flush().expect("a terminal");
+    let Run { last, failure, .. } = run(&scene, 40, |now| surface = surface.max(deepest(&now.frame(), &scene) / h));
+    let (contact, energy) = (&last.contact, &last.energy);
+    worst.depth = worst.depth.max(contact.peak_depth.0);
+    worst.node = worst.node.max(contact.deepest_penetration);
+    worst.mean = worst.mean.max(contact.mean_standing_penetration);
+    worst.surface = worst.surface.max(surface);
+    worst.jacobian = worst.jacobian.min(last.cost.min_jacobian);
+    worst.closure = worst.closure.max(energy.energy_error);
+    worst.defect = worst.defect.max(energy.energy_defect);
+    if let Some(failure) = failure {
+        let what = if failure.contains("leaks") { "leaks" } else { "inverted" };
+        worst.ends.push(format!("{what} {:.1} mm deep", 1e3 * contact.peak_depth.0));
+    }
 }

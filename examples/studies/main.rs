@@ -3,15 +3,18 @@
 mod ball_bounce;
 mod coupling;
 mod fast_ball;
+mod impacts;
 mod l_beam;
 mod leaks;
 mod run;
 mod shot;
 mod sphere_block;
+mod touch;
+mod whole;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 6] = [
+const STUDIES: [Study; 7] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -21,6 +24,7 @@ const STUDIES: [Study; 6] = [
     ("fast-ball", "sphere-block at 20 m/s, where elements are nearly turned inside out", fast_ball::study),
     ("coupling", "errors against the communication step, by how the importer moves the projectile", coupling::study),
     ("l-beam", "energy over the run, drop through impact, both schedules and both contact laws", l_beam::study),
+    ("impacts", "conservation in offset, oblique and spinning impacts, and the first touch", impacts::study),
     ("leaks", "deepest penetration of nodes and faces, by shape and mesh size", leaks::study),
 ];
 

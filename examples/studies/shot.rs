@@ -12,8 +12,54 @@ const EIGHTH: [f64; 2] = [0.923_879_532_511_286_7, 0.382_683_432_365_089_8];
 /// Gap to the gel at the start, m.
 const GAP: f64 = 1e-5;
 
-/// A body of radius `r`, m, as a scene writes it, and whether it is tilted by 45°.
-pub fn body(name: &str, r: f64) -> (String, bool) {
+/// Radius of every body, m.
+pub const RADIUS: f64 = 0.01;
+
+/// The space of a shot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Space {
+    Spatial,
+    Planar,
+    Axisymmetric,
+}
+
+impl Space {
+    /// How its rows begin.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Spatial => "",
+            Self::Planar => "planar ",
+            Self::Axisymmetric => "axisymmetric ",
+        }
+    }
+
+    /// Points of entry, in cells: a node, and the middle of a facet.
+    pub fn entries(self) -> &'static [[f64; 2]] {
+        match self {
+            Self::Spatial => &[[0.0, 0.0], [0.5, 1.0 / 6.0]],
+            Self::Planar => &[[0.0, 0.0], [0.5, 0.0]],
+            Self::Axisymmetric => &[[0.0, 0.0]],
+        }
+    }
+
+    /// The block, and a body of steel, or a bar of it a metre long.
+    fn keys(self) -> Vec<(&'static str, String)> {
+        let keys: &[(&str, &str)] = match self {
+            Self::Spatial => &[],
+            Self::Planar => {
+                &[("scene.dimension", "planar"), ("gel.shape.block.size", "[0.1, 0.05]"), ("projectile.mass", "2.5")]
+            }
+            Self::Axisymmetric => {
+                &[("scene.dimension", "axisymmetric"), ("gel.shape", "{cylinder={radius=0.05, height=0.05}}")]
+            }
+        };
+        keys.iter().map(|(key, value)| (*key, (*value).to_owned())).collect()
+    }
+}
+
+/// A body as a scene writes it, and whether it is tilted by 45°.
+fn body(name: &str) -> (String, bool) {
+    let r = RADIUS;
     let bullet = |nose: String| format!("{{bullet={{radius={r:e}, length={:e}, nose={nose}}}}}", 6.0 * r);
     let cylinder = |edge: f64| format!("{{cylinder={{radius={r:e}, length={:e}, edge_radius={edge:e}}}}}", 2.0 * r);
     let long = 3.0 * r;
@@ -31,15 +77,16 @@ pub fn body(name: &str, r: f64) -> (String, bool) {
 }
 
 /// `sphere-block` with this body just above the gel at (x, y), and with some keys replaced.
-pub fn shot(name: &str, (radius, at): (f64, [f64; 2]), replaced: &[(&str, String)]) -> Scene {
-    let (shape, tilted) = body(name, radius);
+pub fn shot((space, name): (Space, &str), at: [f64; 2], replaced: &[(&str, String)]) -> Scene {
+    let (shape, tilted) = body(name);
     let [cos, sin] = if tilted { EIGHTH } else { [1.0, 0.0] };
     let orientation = [cos, 0.0, sin, 0.0];
-    let mut keys = vec![
+    let mut keys = space.keys();
+    keys.extend([
         ("projectile.shape", shape),
         ("projectile.orientation", format!("{orientation:?}")),
         ("projectile.position", format!("[{:e}, {:e}, 1.0]", at[0], at[1])),
-    ];
+    ]);
     keys.extend(replaced.iter().cloned());
     let mut scene = scene("sphere-block", &keys);
     let down = turn(scene.projectile.orientation).inverse_transform_vector(&-Vector3::z());

@@ -1,0 +1,147 @@
+//! The first touch in the engine: two bodies, an impulse, and a loss that is known before.
+
+use super::shot::{Space, shot};
+use super::whole::Whole;
+use ballistic_gel::algebra::Vector3;
+use ballistic_gel::scene::Scene;
+use ballistic_gel::simulation::{CouplingMode, Frame, Simulation};
+
+/// Restitution.
+const RESTITUTION: [f64; 3] = [0.0, 0.5, 1.0];
+/// Looks per second: several to a tick.
+const LOOKS: f64 = 1e6;
+
+/// Single hits, then flat punches on many nodes.
+pub fn study() {
+    println!("| single hit | e | u⁺/u⁻ + e | P | L | loss, J | predicted, J |");
+    println!("|---|---|---|---|---|---|---|");
+    for e in RESTITUTION {
+        for body in ["sphere", "cylinder on its rim, rounded", "ogive, sharp"] {
+            single(body, e);
+        }
+    }
+    println!(
+        "\n| flat punch, nodes | mass/contact mass | e | greatest |u⁺/u⁻ + e| | loss at first touch, mJ | predicted, mJ | loss at the end |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for ratio in [0.01, 0.1, 1.0, 10.0, 100.0, 1e4] {
+        for e in RESTITUTION {
+            punch(ratio, e);
+        }
+    }
+}
+
+/// Gel and body just before and just after the first impulse.
+pub struct Touch {
+    pub whole: Whole,
+    pub before: Frame,
+    pub after: Frame,
+    /// Energy that the account of the contact lost, J.
+    pub loss: f64,
+    pub simulation: Simulation,
+}
+
+impl Touch {
+    /// Runs a scene until gel and body touch.
+    pub fn of(scene: &Scene) -> Self {
+        let mut simulation = Simulation::new(scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
+        let whole = Whole::of(&simulation, scene.gel.density);
+        let (inputs, mut before) = (simulation.inputs(), simulation.frame());
+        for look in 1..(scene.scene.end_time * LOOKS) as u32 {
+            simulation.step(&inputs, f64::from(look) / LOOKS).expect("a gel that nothing has touched");
+            if simulation.exchange().impulse != Vector3::zeros() {
+                let (after, loss) = (simulation.frame(), -simulation.observe().energy.contact);
+                return Self { whole, before, after, loss, simulation };
+            }
+            before = simulation.frame();
+        }
+        panic!("the body does not touch the gel");
+    }
+
+    /// The nodes that were struck.
+    pub fn struck(&self) -> Vec<usize> {
+        let moved = |node: &usize| self.after.velocities[*node] != self.before.velocities[*node];
+        (0..self.after.velocities.len()).filter(moved).collect()
+    }
+
+    /// Relative velocity of a node and the body's point there along `normal`, before and after, m/s.
+    pub fn relative(&self, node: usize, normal: &Vector3) -> [f64; 2] {
+        [&self.before, &self.after].map(|frame| {
+            let body = &frame.projectile;
+            let arm = self.after.points[node] - self.after.projectile.position;
+            normal.dot(&(frame.velocities[node] - body.velocity - body.angular_velocity.cross(&arm)))
+        })
+    }
+}
+
+fn keys(e: f64) -> Vec<(&'static str, String)> {
+    vec![("gel.supports.z_min", "free".to_owned()), ("contact.restitution", e.to_string())]
+}
+
+/// One node, hit off the body's centre by one that moves and spins.
+pub fn single_scene(body: &str, e: f64) -> Scene {
+    let mut keys = keys(e);
+    keys.push(("projectile.velocity", "[0.5, 0.2, -5.0]".to_owned()));
+    keys.push(("projectile.angular_velocity", "[5.0, -8.0, 60.0]".to_owned()));
+    shot((Space::Spatial, body), [0.0, 0.0], &keys)
+}
+
+fn single(body: &str, e: f64) {
+    let touch = Touch::of(&single_scene(body, e));
+    let struck = touch.struck();
+    assert_eq!(struck.len(), 1, "{body} hits one node first");
+    let [was, now] = touch.relative(struck[0], &normal(&touch, struck[0]));
+    let drift = touch.whole.momenta(&touch.after).drift(&touch.whole.momenta(&touch.before));
+    let lost = touch.whole.kinetic_energy(&touch.before) - touch.whole.kinetic_energy(&touch.after);
+    println!(
+        "| {body} | {e} | {:.0e} | {:.0e} | {:.0e} | {lost:.10} | {:.10} |",
+        (now / was + e).abs(),
+        drift.0,
+        drift.1,
+        predicted(&touch, struck[0], e),
+    );
+}
+
+/// Direction in which the node was pushed.
+pub fn normal(touch: &Touch, node: usize) -> Vector3 {
+    (touch.after.velocities[node] - touch.before.velocities[node]).normalize()
+}
+
+/// (1 − e²)/2 u²/K.
+pub fn predicted(touch: &Touch, node: usize, e: f64) -> f64 {
+    let normal = normal(touch, node);
+    let approach = touch.relative(node, &normal)[0];
+    let arm = touch.after.points[node] - touch.after.projectile.position;
+    let compliance = 1.0 / touch.whole.nodes[node] + touch.whole.compliance(&touch.after, &arm, &normal);
+    (1.0 - e * e) / 2.0 * approach * approach / compliance
+}
+
+fn punch(ratio: f64, e: f64) {
+    let probe = Touch::of(&shot((Space::Spatial, "cylinder"), [0.0, 0.0], &keys(e)));
+    let nodes = probe.struck();
+    let contact: f64 = nodes.iter().map(|node| probe.whole.nodes[*node]).sum();
+    let mut keys = keys(e);
+    keys.push(("projectile.mass", (ratio * contact).to_string()));
+    let scene = shot((Space::Spatial, "cylinder"), [0.0, 0.0], &keys);
+    let mut touch = Touch::of(&scene);
+    let defect = |node: &usize| {
+        let [was, now] = touch.relative(*node, &-Vector3::z());
+        (now / was + e).abs()
+    };
+    let worst = nodes.iter().map(defect).fold(0.0, f64::max);
+    let v = scene.projectile.velocity[2];
+    let reduced = contact * ratio / (1.0 + ratio);
+    let loss = touch.loss;
+    let inputs = touch.simulation.inputs();
+    let end = if touch.simulation.step(&inputs, 5e-3).is_ok() {
+        format!("{:.4}", -1e3 * touch.simulation.observe().energy.contact)
+    } else {
+        "stopped".into()
+    };
+    println!(
+        "| {} | {ratio} | {e} | {worst:.0e} | {:.6} | {:.6} | {end} |",
+        nodes.len(),
+        1e3 * loss,
+        1e3 * 0.5 * (1.0 - e * e) * reduced * v * v,
+    );
+}
