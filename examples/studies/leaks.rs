@@ -21,7 +21,7 @@ const FLAT: [(Space, &str); 6] = [
     (Space::Axisymmetric, "sphere"),
     (Space::Axisymmetric, "cone"),
 ];
-/// From this ratio on a row is run with one point of entry, and a core of the mesh that just covers the body.
+/// From this ratio on a row is run with one point of entry, and a core of the mesh of half of the body's radius.
 const FINE: f64 = 10.0;
 
 /// Deepest penetration of nodes and of the whole surface, by shape of the body, mesh size and speed.
@@ -63,7 +63,7 @@ fn row(what: (Space, &str), ratio: f64, speed: f64) {
     let (space, name) = what;
     let h = RADIUS / ratio;
     let mut worst = Worst { jacobian: 1.0, ..Worst::default() };
-    for at in space.entries().iter().filter(|at| ratio < FINE || space != Space::Spatial || at[0] > 0.0) {
+    for at in space.entries().iter().filter(|at| ratio < FINE || space != Space::Spatial || *at == [0.5, 1.0 / 6.0]) {
         shoot(&mut worst, what, (h, at.map(|x| x * h)), speed);
     }
     let Worst { depth, node, mean, surface, jacobian, closure, defect, ends } = worst;
@@ -77,10 +77,10 @@ fn row(what: (Space, &str), ratio: f64, speed: f64) {
 }
 
 fn shoot(worst: &mut Worst, (space, name): (Space, &str), (h, at): (f64, [f64; 2]), speed: f64) {
-    let core = if RADIUS / h < FINE { 1.5 } else { 0.8 } * RADIUS;
+    let (core, growth) = if RADIUS / h < FINE { (1.5 * RADIUS, 1.3) } else { (0.5 * RADIUS, 1.5) };
     let keys = [
         ("mesh.size", format!("{h:e}")),
-        ("mesh.grading", format!("{{core={core:e}, growth=1.3, largest=0.01}}")),
+        ("mesh.grading", format!("{{core={core:e}, growth={growth}, largest=0.01}}")),
         ("projectile.velocity", format!("[0.0, 0.0, {:e}]", -speed)),
         ("output.frames", "1".to_owned()),
         ("scene.end_time", "5e-3".to_owned()),

@@ -8,15 +8,15 @@ use ballistic_gel::simulation::{CouplingMode, Frame, Simulation};
 
 /// Restitution.
 const RESTITUTION: [f64; 3] = [0.0, 0.5, 1.0];
-/// Looks per second: several to a tick.
-const LOOKS: f64 = 1e6;
+/// So long before the tick of the touch, s; far less than a tick.
+const JUST: f64 = 1e-10;
 
 /// Single hits, then flat punches on many nodes.
 pub fn study() {
     println!("| single hit | e | u⁺/u⁻ + e | P | L | loss, J | predicted, J |");
     println!("|---|---|---|---|---|---|---|");
     for e in RESTITUTION {
-        for body in ["sphere", "cylinder on its rim, rounded", "ogive, sharp"] {
+        for body in ["sphere", "cylinder on its rim, rounded", "capsule, tilted", "ogive, meplat"] {
             single(body, e);
         }
     }
@@ -42,25 +42,34 @@ pub struct Touch {
 }
 
 impl Touch {
-    /// Runs a scene until gel and body touch.
+    /// Runs a scene until gel and body touch, and again to just before.
     pub fn of(scene: &Scene) -> Self {
-        let mut simulation = Simulation::new(scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
-        let whole = Whole::of(&simulation, scene.gel.density);
-        let (inputs, mut before) = (simulation.inputs(), simulation.frame());
-        for look in 1..(scene.scene.end_time * LOOKS) as u32 {
-            simulation.step(&inputs, f64::from(look) / LOOKS).expect("a gel that nothing has touched");
-            if simulation.exchange().impulse != Vector3::zeros() {
-                let (after, loss) = (simulation.frame(), -simulation.observe().energy.contact);
-                return Self { whole, before, after, loss, simulation };
-            }
-            before = simulation.frame();
+        let begin = || Simulation::new(scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
+        let to = |simulation: &mut Simulation, time: f64| {
+            let inputs = simulation.inputs();
+            simulation.step(&inputs, time).expect("a gel that is hardly touched");
+        };
+        let mut scout = begin();
+        while scout.observe().contact.first.is_none() {
+            assert!(scout.time() < scene.scene.end_time, "the body does not touch the gel");
+            let next = scout.time() + scene.scene.communication_step;
+            to(&mut scout, next);
         }
-        panic!("the body does not touch the gel");
+        let first = scout.observe().contact.first.expect("they touch");
+        let mut simulation = begin();
+        let whole = Whole::of(&simulation, scene.gel.density);
+        to(&mut simulation, first - JUST);
+        let before = simulation.frame();
+        to(&mut simulation, first);
+        let (after, loss) = (simulation.frame(), -simulation.observe().energy.contact);
+        Self { whole, before, after, loss, simulation }
     }
 
-    /// The nodes that were struck.
+    /// The nodes that were struck; forces at rest are zero to rounding only, and move the others by that.
     pub fn struck(&self) -> Vec<usize> {
-        let moved = |node: &usize| self.after.velocities[*node] != self.before.velocities[*node];
+        let fastest = self.before.projectile.velocity.norm();
+        let moved =
+            |node: &usize| (self.after.velocities[*node] - self.before.velocities[*node]).norm() > 1e-9 * fastest;
         (0..self.after.velocities.len()).filter(moved).collect()
     }
 

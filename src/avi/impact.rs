@@ -65,7 +65,7 @@ impl<const D: usize> Touch<D> {
 /// sharper than the mesh, or one over which the surface is stretched, must not slip between nodes. Shallower, nodes carry
 /// the contact alone, because holding the middles of all facets at the surface would lift their nodes off a curved body:
 /// at 0.1 the depth of `sphere-block` falls from 14.16 to 13.92 mm (14.5 when converged), from 0.2 on it does not change.
-const FACE_DEPTH: f64 = 0.2;
+pub(super) const FACE_DEPTH: f64 = 0.2;
 /// A leak is a facet whose middle, or the point where the body's axis pierces it, is deeper in the body than this all the
 /// same, in the same measure (A11).
 const LEAK: f64 = 0.5;

@@ -1,11 +1,11 @@
 //! Facets that an end of the body pierces (numerics 2.6): what is sharper than the mesh meets no node.
 
 use super::engine::Engine;
-use super::impact::SLOP;
+use super::impact::{FACE_DEPTH, SLOP};
 use crate::algebra::{Vector3, embed};
 use crate::contact::BodyState;
 use crate::element::Potential;
-use crate::geometry::Gap;
+use crate::geometry::{Gap, SignedDistance as _};
 use crate::mesh::ElementId;
 
 /// A facet counts as pierced up to so much beyond its edges, in its own weights. A tip in the crease between two facets is
@@ -34,15 +34,25 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         poles.iter().find_map(|pole| pierce::<D>(&corners, pole, &body.position))
     }
 
-    /// The same where that end is behind the facet, and a point for the mesh: a ball of half an element's size does not fit in.
-    /// A blunter end is met by nodes.
+    /// The same where that end is behind the facet by more than its bluntness allows.
     pub(super) fn pricking(&self, facet: ElementId, size: f64, body: &BodyState) -> Option<Piercing> {
+        self.piercing(facet, body).filter(|at| -at.gap.distance > self.least_depth(&at.end, size, body))
+    }
+
+    /// How deep behind a facet an end of the body is met there, m. A point for the mesh, into which a ball of half an
+    /// element's size does not fit, at once; one into which a whole size does not fit can still miss the nodes and the
+    /// middle of a facet, and is met as deep as a middle; a blunter end is met by nodes.
+    fn least_depth(&self, end: &Vector3, size: f64, body: &BodyState) -> f64 {
         const ROUND_OFF: f64 = 1e-3;
-        let is_point = |end: &Vector3| {
-            let inside = end + (body.position - end).normalize() * (0.5 * size);
-            -self.body.gap(body, &inside).distance < 0.5 * size * (1.0 - ROUND_OFF)
+        let fits = |radius: f64| {
+            let inside = end + (body.position - end).normalize() * radius;
+            -self.body.gap(body, &inside).distance >= radius * (1.0 - ROUND_OFF)
         };
-        self.piercing(facet, body).filter(|at| -at.gap.distance > SLOP * size && is_point(&at.end))
+        match (fits(0.5 * size), fits(size)) {
+            (false, _) => SLOP * size,
+            (true, false) => FACE_DEPTH * size.min(self.body.shape.inner_radius()),
+            (true, true) => f64::INFINITY,
+        }
     }
 }
 
