@@ -33,11 +33,11 @@ impl Space {
         }
     }
 
-    /// Points of entry, in cells: a node, the middle of a facet, the middle of its longest side, and somewhere.
+    /// Points of entry, in cells: the middle of a facet, a node, the middle of the longest side, and somewhere.
     pub fn entries(self) -> &'static [[f64; 2]] {
         match self {
-            Self::Spatial => &[[0.0, 0.0], [0.5, 1.0 / 6.0], [0.5, 0.0], [0.2, -0.4]],
-            Self::Planar => &[[0.0, 0.0], [0.5, 0.0], [0.2, 0.0]],
+            Self::Spatial => &[[0.5, 1.0 / 6.0], [0.0, 0.0], [0.5, 0.0], [0.2, -0.4]],
+            Self::Planar => &[[0.5, 0.0], [0.0, 0.0], [0.2, 0.0]],
             Self::Axisymmetric => &[[0.0, 0.0]],
         }
     }
