@@ -2,10 +2,12 @@
 
 mod ball_bounce;
 mod coupling;
+mod extremes;
 mod fast_ball;
 mod impacts;
 mod l_beam;
 mod leaks;
+mod rest;
 mod run;
 mod shot;
 mod sphere_block;
@@ -14,7 +16,7 @@ mod whole;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 7] = [
+const STUDIES: [Study; 8] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -26,6 +28,7 @@ const STUDIES: [Study; 7] = [
     ("l-beam", "energy over the run, drop through impact, both schedules and both contact laws", l_beam::study),
     ("impacts", "conservation in offset, oblique and spinning impacts, and the first touch", impacts::study),
     ("leaks", "deepest penetration of nodes and faces, by shape and mesh size", leaks::study),
+    ("extremes", "masses, speeds, a second of rest, and a body inside the gel", extremes::study),
 ];
 
 fn main() -> std::process::ExitCode {

@@ -84,7 +84,9 @@ impl Touch {
 }
 
 fn keys(e: f64) -> Vec<(&'static str, String)> {
-    vec![("gel.supports.z_min", "free".to_owned()), ("contact.restitution", e.to_string())]
+    let keys = [("gel.supports.z_min", "free".to_owned()), ("contact.restitution", e.to_string())];
+    // The removal of penetration would add its velocity to what the law leaves.
+    keys.into_iter().chain([("contact.bias", "0".to_owned())]).collect()
 }
 
 /// One node, hit off the body's centre by one that moves and spins.
