@@ -77,7 +77,7 @@ fn speeds() {
             -last.projectile.velocity.z / speed,
             last.energy.energy_error,
             last.energy.energy_defect,
-            failure.unwrap_or_default(),
+            failure.unwrap_or_default().split_inclusive(" s:").next().unwrap_or_default(),
         );
         std::io::stdout().flush().expect("a terminal");
     }

@@ -13,14 +13,37 @@ const HELD: f64 = 1.0;
 /// Communication step, and the window of the mean force, s.
 const STEP: f64 = 1e-3;
 
+/// A body of 33 g (a bar of 2.5 kg in the plane) on coarse cells.
+pub struct Case {
+    /// What is special.
+    label: &'static str,
+    space: Space,
+    body: &'static str,
+    /// Where, in cells.
+    at: [f64; 2],
+    /// Edge of a cell, m.
+    size: f64,
+    /// N.
+    force: f64,
+}
+
+/// A second of rest each.
+pub const CASES: [Case; 5] = [
+    Case { label: "", space: Space::Axisymmetric, body: "sphere", at: [0.0, 0.0], size: 2e-3, force: 5.0 },
+    Case { label: "", space: Space::Planar, body: "cylinder", at: [0.0, 0.0], size: 5e-3, force: 200.0 },
+    Case { label: "", space: Space::Spatial, body: "cylinder", at: [0.0, 0.0], size: 1e-2, force: 5.0 },
+    Case { label: ", between nodes", space: Space::Spatial, body: "sphere", at: [0.5, 0.0], size: 1e-2, force: 5.0 },
+    Case { label: ", on a node", space: Space::Spatial, body: "sphere", at: [0.0, 0.0], size: 1e-2, force: 5.0 },
+];
+
 /// Noise of the contact force and drift of the accounts in a second of rest.
 pub fn study() {
     println!(
-        "| body | force, N | depth, mm | noise, first tenth, % of the force | last tenth | slow swing, first tenth, % | last tenth | Δdepth, mm | Δcontact, % of elastic | Δbias | Δintegration | closure | updates | seconds |"
+        "| body | force, N | depth, mm | noise, % of the force: first tenth | last | swing, %: first tenth | last | Δdepth, mm | aside, mm | Δcontact, % of elastic | Δbias | Δintegration | closure | updates | seconds |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
-    for (body, force) in [("sphere", 0.5), ("sphere", 5.0), ("cylinder", 5.0), ("cylinder on its rim, rounded", 5.0)] {
-        row(body, force);
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    for case in CASES {
+        row(&case);
     }
     println!();
 }
@@ -33,24 +56,27 @@ pub struct Rest {
     pub swing: [f64; 2],
     /// Depth, m, and energy, when the force has just grown and at the end.
     pub ends: [(f64, EnergyReport); 2],
-    pub updates: f64,
+    updates: f64,
+    /// How far it has moved sideways, m.
+    aside: f64,
 }
 
-/// A body of 33 g on coarse cells.
-pub fn scene(body: &str, size: f64) -> Scene {
+fn scene(case: &Case) -> Scene {
     let keys = [
-        ("mesh.size", format!("{size:e}")),
+        ("mesh.size", format!("{:e}", case.size)),
         ("projectile.velocity", "[0.0, 0.0, 0.0]".to_owned()),
         ("scene.end_time", (GROWTH + HELD).to_string()),
         ("scene.communication_step", STEP.to_string()),
     ];
-    shot((Space::Spatial, body), [0.0, 0.0], &keys)
+    shot((case.space, case.body), case.at.map(|x| x * case.size), &keys)
 }
 
-/// Presses the body of a scene on the gel.
-pub fn press(scene: &Scene, force: f64) -> Rest {
-    let mut simulation = Simulation::new(scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
+/// Presses the body on the gel and looks at it until the end.
+pub fn press(case: &Case) -> Rest {
+    let force = case.force;
+    let mut simulation = Simulation::new(&scene(case), CouplingMode::Integrated, 1).expect("a scene that can be built");
     let (growing, all) = ((GROWTH / STEP).round() as u32, ((GROWTH + HELD) / STEP).round() as u32);
+    let start = simulation.kinematics().position;
     let mut forces = vec![];
     let mut ends = vec![];
     for step in 0..all {
@@ -69,6 +95,7 @@ pub fn press(scene: &Scene, force: f64) -> Rest {
         noise: tenths.map(|part| rms(part.windows(2).map(|pair| pair[1] - pair[0]))),
         swing: tenths.map(|part| rms(part.iter().map(|part| part - 1.0))),
         ends: [ends[0], ends[1]],
+        aside: (simulation.kinematics().position - start).xy().norm(),
         updates: simulation.observe().cost.element_updates,
     }
 }
@@ -91,18 +118,23 @@ fn rms(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     (values.map(|value| value * value).sum::<f64>() / n).sqrt()
 }
 
-fn row(body: &str, force: f64) {
+fn row(case: &Case) {
     let begun = Instant::now();
-    let Rest { noise, swing, ends: [(was, before), (now, after)], updates } = press(&scene(body, 1e-2), force);
+    let Rest { noise, swing, ends: [(was, before), (now, after)], updates, aside } = press(case);
     let change = |pick: fn(&EnergyReport) -> f64| 100.0 * (pick(&after) - pick(&before)) / after.elastic;
     println!(
-        "| {body} | {force} | {:.3} | {:.2} | {:.2} | {:.2} | {:.2} | {:+.4} | {:+.2} | {:+.3} | {:+.3} | {:.0e} | {updates:.1e} | {:.1} |",
+        "| {}{}{} | {} | {:.3} | {:.2} | {:.2} | {:.2} | {:.2} | {:+.4} | {:.1e} | {:+.2} | {:+.3} | {:+.3} | {:.0e} | {updates:.1e} | {:.1} |",
+        case.space.label(),
+        case.body,
+        case.label,
+        case.force,
         1e3 * now,
         100.0 * noise[0],
         100.0 * noise[1],
         100.0 * swing[0],
         100.0 * swing[1],
         1e3 * (now - was),
+        1e3 * aside,
         change(|energy| energy.contact),
         change(|energy| energy.contact_bias),
         change(|energy| energy.integration),

@@ -127,32 +127,50 @@ pub fn predicted(touch: &Touch, node: usize, e: f64) -> f64 {
     (1.0 - e * e) / 2.0 * approach * approach / compliance
 }
 
+/// A flat punch on many nodes at once.
+pub struct Punch {
+    pub nodes: usize,
+    /// Greatest |u⁺/u⁻ + e| of the nodes.
+    pub restitution: f64,
+    /// Energy lost at the first touch, measured and (1 − e²)/2 m M/(m + M) v², J.
+    pub loss: f64,
+    pub predicted: f64,
+    simulation: Simulation,
+}
+
+impl Punch {
+    /// A cylinder so many times heavier than the nodes that it meets.
+    pub fn of(ratio: f64, e: f64) -> Self {
+        let punch = |mass: &str| {
+            let keys = keys(e).into_iter().chain([("projectile.mass", mass.to_owned())]);
+            shot((Space::Spatial, "cylinder"), [0.0, 0.0], &keys.collect::<Vec<_>>())
+        };
+        let probe = Touch::of(&punch("1.0"));
+        let nodes = probe.struck();
+        let contact: f64 = nodes.iter().map(|node| probe.whole.nodes[*node]).sum();
+        let scene = punch(&format!("{:e}", ratio * contact));
+        let touch = Touch::of(&scene);
+        let defect = |node: &usize| {
+            let [was, now] = touch.relative(*node, &-Vector3::z());
+            (now / was + e).abs()
+        };
+        let reduced = contact * ratio / (1.0 + ratio);
+        Self {
+            nodes: nodes.len(),
+            restitution: nodes.iter().map(defect).fold(0.0, f64::max),
+            loss: touch.loss,
+            predicted: 0.5 * (1.0 - e * e) * reduced * scene.projectile.velocity[2].powi(2),
+            simulation: touch.simulation,
+        }
+    }
+}
+
 fn punch(ratio: f64, e: f64) {
-    let probe = Touch::of(&shot((Space::Spatial, "cylinder"), [0.0, 0.0], &keys(e)));
-    let nodes = probe.struck();
-    let contact: f64 = nodes.iter().map(|node| probe.whole.nodes[*node]).sum();
-    let mut keys = keys(e);
-    keys.push(("projectile.mass", (ratio * contact).to_string()));
-    let scene = shot((Space::Spatial, "cylinder"), [0.0, 0.0], &keys);
-    let mut touch = Touch::of(&scene);
-    let defect = |node: &usize| {
-        let [was, now] = touch.relative(*node, &-Vector3::z());
-        (now / was + e).abs()
+    let Punch { nodes, restitution, loss, predicted, mut simulation } = Punch::of(ratio, e);
+    let inputs = simulation.inputs();
+    let end = match simulation.step(&inputs, 5e-3) {
+        Ok(()) => format!("{:.4}", -1e3 * simulation.observe().energy.contact),
+        Err(error) => error.to_string(),
     };
-    let worst = nodes.iter().map(defect).fold(0.0, f64::max);
-    let v = scene.projectile.velocity[2];
-    let reduced = contact * ratio / (1.0 + ratio);
-    let loss = touch.loss;
-    let inputs = touch.simulation.inputs();
-    let end = if touch.simulation.step(&inputs, 5e-3).is_ok() {
-        format!("{:.4}", -1e3 * touch.simulation.observe().energy.contact)
-    } else {
-        "stopped".into()
-    };
-    println!(
-        "| {} | {ratio} | {e} | {worst:.0e} | {:.6} | {:.6} | {end} |",
-        nodes.len(),
-        1e3 * loss,
-        1e3 * 0.5 * (1.0 - e * e) * reduced * v * v,
-    );
+    println!("| {nodes} | {ratio} | {e} | {restitution:.0e} | {:.6} | {:.6} | {end} |", 1e3 * loss, 1e3 * predicted);
 }
