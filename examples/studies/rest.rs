@@ -54,8 +54,10 @@ pub struct Rest {
     pub noise: [f64; 2],
     /// rms of the mean force about the force, the same.
     pub swing: [f64; 2],
-    /// Depth, m, and energy, when the force has just grown and at the end.
-    pub ends: [(f64, EnergyReport); 2],
+    /// Mean depth in the first and the last tenth, m.
+    pub depth: [f64; 2],
+    /// When the force has just grown, and at the end.
+    pub energy: [EnergyReport; 2],
     updates: f64,
     /// How far it has moved sideways, m.
     aside: f64,
@@ -78,31 +80,27 @@ pub fn press(case: &Case) -> Rest {
     let (growing, all) = ((GROWTH / STEP).round() as u32, ((GROWTH + HELD) / STEP).round() as u32);
     let start = simulation.kinematics().position;
     let mut forces = vec![];
-    let mut ends = vec![];
+    let (mut depths, mut energy) = (vec![], vec![]);
     for step in 0..all {
         if step == growing {
-            ends.push(seen(&simulation));
+            energy.push(simulation.observe().energy);
         }
         let inputs = Inputs { wrench: wrench(f64::from(step) * STEP, force), ..simulation.inputs() };
         simulation.step(&inputs, f64::from(step + 1) * STEP).expect("a body at rest");
+        depths.push(simulation.observe().depth);
         forces.push(simulation.exchange().mean_force().z / force);
     }
-    ends.push(seen(&simulation));
-    let held = &forces[growing as usize..];
-    let tenth = held.len() / 10;
-    let tenths = [&held[..tenth], &held[held.len() - tenth..]];
+    energy.push(simulation.observe().energy);
+    let tenth = (all - growing) as usize / 10;
+    let tenths = [growing as usize..growing as usize + tenth, all as usize - tenth..all as usize];
     Rest {
-        noise: tenths.map(|part| rms(part.windows(2).map(|pair| pair[1] - pair[0]))),
-        swing: tenths.map(|part| rms(part.iter().map(|part| part - 1.0))),
-        ends: [ends[0], ends[1]],
+        noise: tenths.clone().map(|part| rms(forces[part].windows(2).map(|pair| pair[1] - pair[0]))),
+        swing: tenths.clone().map(|part| rms(forces[part].iter().map(|part| part - 1.0))),
+        depth: tenths.map(|part| depths[part].iter().sum::<f64>() / tenth as f64),
+        energy: [energy[0], energy[1]],
         aside: (simulation.kinematics().position - start).xy().norm(),
         updates: simulation.observe().cost.element_updates,
     }
-}
-
-fn seen(simulation: &Simulation) -> (f64, EnergyReport) {
-    let seen = simulation.observe();
-    (seen.depth, seen.energy)
 }
 
 /// Down, growing and then constant.
@@ -120,7 +118,7 @@ fn rms(values: impl ExactSizeIterator<Item = f64>) -> f64 {
 
 fn row(case: &Case) {
     let begun = Instant::now();
-    let Rest { noise, swing, ends: [(was, before), (now, after)], updates, aside } = press(case);
+    let Rest { noise, swing, depth: [was, now], energy: [before, after], updates, aside } = press(case);
     let change = |pick: fn(&EnergyReport) -> f64| 100.0 * (pick(&after) - pick(&before)) / after.elastic;
     println!(
         "| {}{}{} | {} | {:.3} | {:.2} | {:.2} | {:.2} | {:.2} | {:+.4} | {:.1e} | {:+.2} | {:+.3} | {:+.3} | {:.0e} | {updates:.1e} | {:.1} |",
