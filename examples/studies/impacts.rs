@@ -9,7 +9,9 @@ use std::io::Write as _;
 
 const BODIES: [&str; 4] = ["sphere", "cylinder on its rim, rounded", "cylinder", "ogive, meplat"];
 /// What is special, velocity, m/s, spin, rad/s, and offset from the middle, m.
-const MOTIONS: [(&str, [f64; 3], [f64; 3], [f64; 2]); 3] = [
+type Flight = (&'static str, [f64; 3], [f64; 3], [f64; 2]);
+
+const MOTIONS: [Flight; 3] = [
     ("offset", [0.0, 0.0, -5.0], [0.0; 3], [0.011, -0.017]),
     ("oblique", [3.0, 1.0, -4.0], [0.0; 3], [-0.01, 0.0]),
     ("all, spinning", [3.0, 1.0, -4.0], [150.0, -80.0, 600.0], [0.003, 0.011]),
@@ -30,7 +32,7 @@ pub fn study() {
     touch::study();
 }
 
-fn row(body: &str, (name, velocity, spin, at): (&str, [f64; 3], [f64; 3], [f64; 2]), friction: f64) {
+fn row(body: &str, (name, velocity, spin, at): Flight, friction: f64) {
     let keys = [
         ("gel.supports.z_min", "free".to_owned()),
         ("projectile.velocity", format!("{velocity:?}")),
