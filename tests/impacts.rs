@@ -7,6 +7,7 @@
 #[allow(dead_code, reason = "the study prints more")]
 mod rest;
 #[path = "../examples/studies/run.rs"]
+#[allow(dead_code, reason = "the studies tell the time")]
 mod run;
 #[path = "../examples/studies/shot.rs"]
 #[allow(dead_code, reason = "the study lands everywhere")]
