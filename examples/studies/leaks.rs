@@ -29,7 +29,7 @@ pub fn study() {
     println!("| body | R/h | v, m/s | depth, mm | node | mean | surface | least J | closure | defect | end |");
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for speed in [5.0, 20.0] {
-        let finest = if speed > 5.0 { FINE } else { f64::INFINITY };
+        let finest = if speed > 5.0 { 5.0 } else { f64::INFINITY };
         for ratio in ROUND.into_iter().filter(|ratio| *ratio < finest) {
             row((Space::Spatial, "sphere"), ratio, speed);
         }
