@@ -18,7 +18,7 @@ mod touch;
 #[path = "../examples/studies/whole.rs"]
 mod whole;
 
-use ballistic_gel::scene::Scene;
+use ballistic_gel::scene::{self, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use rest::Rest;
 use run::{Run, run};
@@ -156,6 +156,15 @@ fn a_crawl_rebounds_and_three_hundred_metres_per_second_end_with_a_diagnosis() {
     let message = shock.failure.unwrap();
     assert!(message.contains("is inverted at") && message.contains("mesh.size"), "{message}");
     assert!(shock.last.energy.energy_error < 1e-10 && shock.last.momentum_error < 1e-12);
+}
+
+#[test]
+fn a_body_that_starts_inside_the_gel_is_refused_with_its_depth() {
+    let change = "projectile.position=[0.0, 0.0, 0.008]".parse().unwrap();
+    let text = scene::resolve(scene::builtin("sphere-block").unwrap(), &[change]).unwrap();
+    let message = scene::read(&text).unwrap_err().to_string();
+    assert!(message.contains("projectile.position: found [0.0, 0.0, 0.008]"), "{message}");
+    assert!(message.contains("0.002 m deep in the gel") && message.contains("expected"), "{message}");
 }
 
 /// A second of rest under a constant force: the noise of the force stays as it is, and so do depth and books. There is no

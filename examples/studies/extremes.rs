@@ -1,8 +1,8 @@
 use super::rest;
-use super::run::{Run, run, scene};
+use super::run::{Run, run};
 use super::shot::{Space, shot};
 use super::touch::Touch;
-use ballistic_gel::scene::Scene;
+use ballistic_gel::scene::{self, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use std::io::Write as _;
 
@@ -85,7 +85,8 @@ fn speeds() {
 }
 
 fn inside() {
-    let scene = scene("sphere-block", &[("projectile.position", "[0.0, 0.0, 0.008]".to_owned())]);
-    let error = Simulation::new(&scene, CouplingMode::Integrated, 1).err().expect("a ball in the gel is refused");
+    let change = "projectile.position=[0.0, 0.0, 0.008]".parse().expect("a change is key=value");
+    let text = scene::resolve(scene::builtin("sphere-block").expect("it is built in"), &[change]).expect("it is TOML");
+    let error = scene::read(&text).err().expect("a ball in the gel is refused");
     println!("A ball that starts 2 mm deep: `{error}`.");
 }
