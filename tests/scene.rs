@@ -261,7 +261,7 @@ fn builtin_moduli_are_those_of_the_young_modulus_and_poisson_ratio_they_name() {
 
 #[test]
 fn the_disc_of_ball_square_is_of_steel() {
-    let disc = std::f64::consts::PI * 0.01 * 0.01;
+    let disc = PI * 0.01 * 0.01;
     let mass = builtin("ball-square").projectile.mass.unwrap();
     assert!((mass / (7850.0 * disc) - 1.0).abs() < 1e-6, "{mass}");
 }
