@@ -41,7 +41,7 @@ fn shoot(scene: &Scene) -> (f64, f64) {
     let mut surface: f64 = 0.0;
     let Run { last, failure, .. } = run(scene, 20, |now| surface = surface.max(deepest(&now.frame(), scene)));
     assert_eq!(failure, None);
-    assert!(last.energy.energy_error < 1e-10 && last.contact.total_impulse.z > 0.01, "{last:?}");
+    assert!(last.energy.energy_error < 1e-10 && last.projectile().contact.total_impulse.z > 0.01, "{last:?}");
     (surface, last.energy.energy_defect)
 }
 
@@ -151,7 +151,7 @@ fn a_crawl_rebounds_and_three_hundred_metres_per_second_end_with_a_diagnosis() {
     };
     let crawl = at_speed(0.01, 0.06);
     assert_eq!(crawl.failure, None);
-    assert!((crawl.last.projectile.velocity.z / 0.01 - 1.0).abs() < 0.1, "{:?}", crawl.last.projectile);
+    assert!((crawl.last.projectile().kinematics.velocity.z / 0.01 - 1.0).abs() < 0.1, "{:?}", crawl.last.projectile());
     let shock = at_speed(300.0, 0.01);
     let message = shock.failure.unwrap();
     assert!(message.contains("is inverted at") && message.contains("mesh.size"), "{message}");
@@ -164,7 +164,7 @@ fn a_body_that_starts_inside_the_gel_is_refused_with_its_depth() {
     let text = scene::resolve(scene::builtin("sphere-block").unwrap(), &[change]).unwrap();
     let message = scene::read(&text).unwrap_err().to_string();
     assert!(message.contains("projectile.position: found [0.0, 0.0, 0.008]"), "{message}");
-    assert!(message.contains("0.002 m deep in the gel") && message.contains("expected"), "{message}");
+    assert!(message.contains("2.000e-3 m deep in the gel") && message.contains("expected"), "{message}");
 }
 
 /// A second of rest under a constant force: the noise of the force stays as it is, and so do depth and books. There is no

@@ -40,7 +40,7 @@ fn masses() {
     let mut prescribed = Simulation::new(&heavy, CouplingMode::Prescribed, 0).expect("a scene that can be built");
     let inputs = prescribed.inputs();
     prescribed.step(&inputs, END).expect("a slow push");
-    let limit = prescribed.observe().contact.total_impulse.z;
+    let limit = prescribed.observe().projectile().contact.total_impulse.z;
     println!(
         "| ball/node | lost at first touch: 1/(1 + M/m) | found | J/J of an infinite mass | v at the end/v₀ | closure | defect |"
     );
@@ -54,8 +54,8 @@ fn masses() {
             "| {ratio:.0e} | {:.6} | {:.6} | {:.6} | {:+.4} | {:.0e} | {:.1e} |",
             1.0 / (1.0 + ratio),
             first / last.energy.initial,
-            last.contact.total_impulse.z / limit,
-            -last.projectile.velocity.z / SPEED,
+            last.projectile().contact.total_impulse.z / limit,
+            -last.projectile().kinematics.velocity.z / SPEED,
             last.energy.energy_error,
             last.energy.energy_defect,
         );
@@ -71,10 +71,10 @@ fn speeds() {
         let Run { last, failure, .. } = run(&ball(speed, end, 0.033), 1, |_| {});
         println!(
             "| {speed} | {:.3} | {:.3} | {:.2} | {:+.3} | {:.0e} | {:.1e} | {} |",
-            1e3 * last.contact.peak_depth.0,
-            last.contact.deepest_penetration,
+            1e3 * last.projectile().contact.peak_depth.0,
+            last.projectile().contact.deepest_penetration,
             last.cost.min_jacobian,
-            -last.projectile.velocity.z / speed,
+            -last.projectile().kinematics.velocity.z / speed,
             last.energy.energy_error,
             last.energy.energy_defect,
             failure.unwrap_or_default().split_inclusive(" s:").next().unwrap_or_default(),
@@ -87,6 +87,6 @@ fn speeds() {
 fn inside() {
     let change = "projectile.position=[0.0, 0.0, 0.008]".parse().expect("a change is key=value");
     let text = scene::resolve(scene::builtin("sphere-block").expect("it is built in"), &[change]).expect("it is TOML");
-    let error = scene::read(&text).err().expect("a ball in the gel is refused");
+    let error = scene::read(&text).expect_err("a ball in the gel is refused");
     println!("A ball that starts 2 mm deep: `{error}`.");
 }

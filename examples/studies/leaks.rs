@@ -89,7 +89,7 @@ fn shoot(worst: &mut Worst, (space, name): (Space, &str), (h, at): (f64, [f64; 2
     let scene = shot((space, name), at, &keys);
     let mut surface: f64 = 0.0;
     let Run { last, failure, .. } = run(&scene, 40, |now| surface = surface.max(deepest(&now.frame(), &scene) / h));
-    let (contact, energy) = (&last.contact, &last.energy);
+    let (contact, energy) = (&last.projectile().contact, &last.energy);
     worst.depth = worst.depth.max(contact.peak_depth.0);
     worst.node = worst.node.max(contact.deepest_penetration);
     worst.mean = worst.mean.max(contact.mean_standing_penetration);

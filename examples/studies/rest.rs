@@ -78,17 +78,18 @@ pub fn press(case: &Case) -> Rest {
     let force = case.force;
     let mut simulation = Simulation::new(&scene(case), CouplingMode::Integrated, 1).expect("a scene that can be built");
     let (growing, all) = ((GROWTH / STEP).round() as u32, ((GROWTH + HELD) / STEP).round() as u32);
-    let start = simulation.kinematics().position;
+    let start = simulation.kinematics(0).position;
     let mut forces = vec![];
     let (mut depths, mut energy) = (vec![], vec![]);
     for step in 0..all {
         if step == growing {
             energy.push(simulation.observe().energy);
         }
-        let inputs = Inputs { wrench: wrench(f64::from(step) * STEP, force), ..simulation.inputs() };
+        let wrench = wrench(f64::from(step) * STEP, force);
+        let inputs = simulation.inputs().into_iter().map(|inputs| Inputs { wrench, ..inputs }).collect::<Vec<_>>();
         simulation.step(&inputs, f64::from(step + 1) * STEP).expect("a body at rest");
-        depths.push(simulation.observe().depth);
-        forces.push(simulation.exchange().mean_force().z / force);
+        depths.push(simulation.observe().projectile().depth);
+        forces.push(simulation.exchanges()[0].mean_force().z / force);
     }
     energy.push(simulation.observe().energy);
     let tenth = (all - growing) as usize / 10;
@@ -98,7 +99,7 @@ pub fn press(case: &Case) -> Rest {
         swing: tenths.clone().map(|part| rms(forces[part].iter().map(|part| part - 1.0))),
         depth: tenths.map(|part| depths[part].iter().sum::<f64>() / tenth as f64),
         energy: [energy[0], energy[1]],
-        aside: (simulation.kinematics().position - start).xy().norm(),
+        aside: (simulation.kinematics(0).position - start).xy().norm(),
         updates: simulation.observe().cost.element_updates,
     }
 }

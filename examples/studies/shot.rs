@@ -101,8 +101,9 @@ fn turn([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
 /// Depth inside the projectile of the deepest of many points all over the surface of the gel, corners and faces, m.
 pub fn deepest(frame: &Frame, scene: &Scene) -> f64 {
     const N: u32 = 6;
-    let (shape, turn) = (scene.projectile_shape(), turn(frame.projectile.orientation));
-    let gap = |p: &Vector3| shape.gap(&turn.inverse_transform_vector(&(p - frame.projectile.position))).distance;
+    let (shape, turn) = (scene.projectile_shape(), turn(frame.bodies[0].kinematics.orientation));
+    let gap =
+        |p: &Vector3| shape.gap(&turn.inverse_transform_vector(&(p - frame.bodies[0].kinematics.position))).distance;
     let mut deepest: f64 = 0.0;
     for facet in &frame.cells.facets {
         let corner = |i: usize| frame.points[facet[i.min(frame.dimension - 1)] as usize];

@@ -50,12 +50,12 @@ impl Touch {
             simulation.step(&inputs, time).expect("a gel that is hardly touched");
         };
         let mut scout = begin();
-        while scout.observe().contact.first.is_none() {
+        while scout.observe().projectile().contact.first.is_none() {
             assert!(scout.time() < scene.scene.end_time, "the body does not touch the gel");
             let next = scout.time() + scene.scene.communication_step;
             to(&mut scout, next);
         }
-        let first = scout.observe().contact.first.expect("they touch");
+        let first = scout.observe().projectile().contact.first.expect("they touch");
         let mut simulation = begin();
         let whole = Whole::of(&simulation, scene.gel.density);
         to(&mut simulation, first - JUST);
@@ -67,7 +67,7 @@ impl Touch {
 
     /// The nodes that were struck; forces at rest are zero to rounding only, and move the others by that.
     pub fn struck(&self) -> Vec<usize> {
-        let fastest = self.before.projectile.velocity.norm();
+        let fastest = self.before.bodies[0].kinematics.velocity.norm();
         let moved =
             |node: &usize| (self.after.velocities[*node] - self.before.velocities[*node]).norm() > 1e-9 * fastest;
         (0..self.after.velocities.len()).filter(moved).collect()
@@ -76,8 +76,8 @@ impl Touch {
     /// Relative velocity of a node and the body's point there along `normal`, before and after, m/s.
     pub fn relative(&self, node: usize, normal: &Vector3) -> [f64; 2] {
         [&self.before, &self.after].map(|frame| {
-            let body = &frame.projectile;
-            let arm = self.after.points[node] - self.after.projectile.position;
+            let body = &frame.bodies[0].kinematics;
+            let arm = self.after.points[node] - self.after.bodies[0].kinematics.position;
             normal.dot(&(frame.velocities[node] - body.velocity - body.angular_velocity.cross(&arm)))
         })
     }
@@ -122,7 +122,7 @@ pub fn normal(touch: &Touch, node: usize) -> Vector3 {
 pub fn predicted(touch: &Touch, node: usize, e: f64) -> f64 {
     let normal = normal(touch, node);
     let approach = touch.relative(node, &normal)[0];
-    let arm = touch.after.points[node] - touch.after.projectile.position;
+    let arm = touch.after.points[node] - touch.after.bodies[0].kinematics.position;
     let compliance = 1.0 / touch.whole.nodes[node] + touch.whole.compliance(&touch.after, &arm, &normal);
     (1.0 - e * e) / 2.0 * approach * approach / compliance
 }

@@ -39,13 +39,13 @@ impl Whole {
                 nodes[*node as usize] += density * volume / 4.0;
             }
         }
-        let (body, [xx, yy, zz, xy, xz, yz]) = simulation.inertia();
+        let (body, [xx, yy, zz, xy, xz, yz]) = simulation.inertia(0);
         Self { nodes, body, inertia: Tensor3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) }
     }
 
     /// Σ m v and Σ x × m v of nodes and body, the spin of the body included.
     pub fn momenta(&self, frame: &Frame) -> Momenta {
-        let (at, v) = (frame.projectile.position, frame.projectile.velocity * self.body);
+        let (at, v) = (frame.bodies[0].kinematics.position, frame.bodies[0].kinematics.velocity * self.body);
         let (mut linear, mut angular) = (v, at.cross(&v) + self.spin(frame));
         let mut scale = (linear.norm(), angular.norm());
         for ((mass, x), v) in self.nodes.iter().zip(&frame.points).zip(&frame.velocities) {
@@ -60,7 +60,7 @@ impl Whole {
     /// R I Rᵀ ω.
     fn spin(&self, frame: &Frame) -> Vector3 {
         let turn = turn(frame);
-        turn * (self.inertia * turn.inverse_transform_vector(&frame.projectile.angular_velocity))
+        turn * (self.inertia * turn.inverse_transform_vector(&frame.bodies[0].kinematics.angular_velocity))
     }
 
     /// 1/M + (r × n)·I⁻¹(r × n), 1/kg.
@@ -73,7 +73,7 @@ impl Whole {
     /// Kinetic energy of nodes and body, J.
     pub fn kinetic_energy(&self, frame: &Frame) -> f64 {
         let gel: f64 = self.nodes.iter().zip(&frame.velocities).map(|(mass, v)| 0.5 * mass * v.norm_squared()).sum();
-        let projectile = &frame.projectile;
+        let projectile = &frame.bodies[0].kinematics;
         let turning = projectile.angular_velocity.dot(&self.spin(frame));
         gel + 0.5 * (self.body * projectile.velocity.norm_squared() + turning)
     }
@@ -88,6 +88,6 @@ impl Momenta {
 }
 
 fn turn(frame: &Frame) -> UnitQuaternion<f64> {
-    let [w, x, y, z] = frame.projectile.orientation;
+    let [w, x, y, z] = frame.bodies[0].kinematics.orientation;
     UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
 }

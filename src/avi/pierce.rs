@@ -1,9 +1,9 @@
-//! Facets that an end of the body pierces (numerics 2.6): what is sharper than the mesh meets no node.
+//! Facets that an end of a body pierces (numerics 2.6): what is sharper than the mesh meets no node.
 
 use super::engine::Engine;
 use super::impact::{FACE_DEPTH, SLOP};
 use crate::algebra::{Vector3, embed};
-use crate::contact::BodyState;
+use crate::contact::{Body, BodyState};
 use crate::element::Potential;
 use crate::geometry::{Gap, SignedDistance as _};
 use crate::mesh::ElementId;
@@ -28,31 +28,31 @@ pub(super) struct Piercing {
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Where the line from an end of the body on its axis to its centre of mass leaves the gel through this facet.
-    pub(super) fn piercing(&self, facet: ElementId, body: &BodyState) -> Option<Piercing> {
+    pub(super) fn piercing(&self, facet: ElementId, (fixed, body): (&Body, &BodyState)) -> Option<Piercing> {
         let corners = self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, body.time)));
-        let poles = self.body.shape.poles()?.map(|pole| body.position + body.orientation.transform_vector(&pole));
+        let poles = fixed.shape.poles()?.map(|pole| body.position + body.orientation.transform_vector(&pole));
         poles.iter().find_map(|pole| pierce::<D>(&corners, pole, &body.position))
     }
 
     /// The same where that end is behind the facet by more than its bluntness allows.
-    pub(super) fn pricking(&self, facet: ElementId, size: f64, body: &BodyState) -> Option<Piercing> {
-        self.piercing(facet, body).filter(|at| -at.gap.distance > self.least_depth(&at.end, size, body))
+    pub(super) fn pricking(&self, facet: ElementId, size: f64, body: (&Body, &BodyState)) -> Option<Piercing> {
+        self.piercing(facet, body).filter(|at| -at.gap.distance > least_depth(&at.end, size, body))
     }
+}
 
-    /// How deep behind a facet an end of the body is met there, m. A point for the mesh, into which a ball of half an
-    /// element's size does not fit, at once; one into which a whole size does not fit can still miss the nodes and the
-    /// middle of a facet, and is met as deep as a middle; a blunter end is met by nodes.
-    fn least_depth(&self, end: &Vector3, size: f64, body: &BodyState) -> f64 {
-        const ROUND_OFF: f64 = 1e-3;
-        let fits = |radius: f64| {
-            let inside = end + (body.position - end).normalize() * radius;
-            -self.body.gap(body, &inside).distance >= radius * (1.0 - ROUND_OFF)
-        };
-        match (fits(0.5 * size), fits(size)) {
-            (false, _) => SLOP * size,
-            (true, false) => FACE_DEPTH * size.min(self.body.shape.inner_radius()),
-            (true, true) => f64::INFINITY,
-        }
+/// How deep behind a facet an end of a body is met there, m. A point for the mesh, into which a ball of half an element's
+/// size does not fit, at once; one into which a whole size does not fit can still miss the nodes and the middle of a facet,
+/// and is met as deep as a middle; a blunter end is met by nodes.
+fn least_depth(end: &Vector3, size: f64, (fixed, body): (&Body, &BodyState)) -> f64 {
+    const ROUND_OFF: f64 = 1e-3;
+    let fits = |radius: f64| {
+        let inside = end + (body.position - end).normalize() * radius;
+        -fixed.gap(body, &inside).distance >= radius * (1.0 - ROUND_OFF)
+    };
+    match (fits(0.5 * size), fits(size)) {
+        (false, _) => SLOP * size,
+        (true, false) => FACE_DEPTH * size.min(fixed.shape.inner_radius()),
+        (true, true) => f64::INFINITY,
     }
 }
 
