@@ -1,0 +1,239 @@
+//! A plate in front of the gel that the projectile must defeat, and the bulge on its back: two masses on one axis.
+//!
+//! Along the flight, −z, with the advance s of the projectile's nose below the strike face, the height h of the bulge, and
+//! the penetration p = s − (h − h₀) of the nose into the material:
+//!
+//! ```text
+//! M s̈ = −R     m ḧ = R − B + Q     R = clip(k (p − pₚ), 0, Y)     B = clip(b (h − hₚ), −Z, Z)
+//! ```
+//!
+//! R is the resistance of the plate, elastic up to its yield force Y, and pₚ the part of p that stays; B is that of the
+//! membrane behind it, with hₚ; Q = (bulge impulse of the gel)/H is conjugate to h. The base radius follows the height,
+//! r = r₀ + c (h − h₀), so Q takes the impulses on both. Once pₚ is the thickness, the plate is perforated and R is 0 for
+//! good: the elastic rest is booked as plastic. Friction, tilt and offset are not modelled, and every number is
+//! illustrative: a plate that a 33 g ball at 20 m/s perforates.
+//!
+//! Inside a step the projectile moves on as M s̈ = −R says, from the state that is given. That is all the plate knows of
+//! it, and the mean of R over the step is the force that it gives back.
+
+use super::table::{Model, Variable, place};
+
+/// The partner.
+pub const MODEL: Model = Model {
+    name: "Armour",
+    description: "A lumped plate that the projectile must defeat, with a bulge behind it (illustrative)",
+    variables: &VARIABLES,
+    start,
+    step,
+};
+
+const VARIABLES: [Variable; 31] = [
+    Variable::parameter("projectile_mass", "kg", &[0.033], "Mass of the projectile, M"),
+    Variable::parameter("nose", "m", &[0.010], "Distance of the projectile's nose from its centre of mass"),
+    Variable::parameter("thickness", "m", &[5e-3], "Thickness of the plate; its back is at z = 0"),
+    Variable::parameter("yield_force", "N", &[400.0], "Resistance of the plate to perforation, Y (illustrative)"),
+    Variable::parameter("stiffness", "N/m", &[1e6], "Elastic stiffness of the plate under the nose, k (illustrative)"),
+    Variable::parameter("bulge_mass", "kg", &[0.020], "Mass that moves with the bulge, m (illustrative)"),
+    Variable::parameter("membrane_yield_force", "N", &[150.0], "Yield force of the membrane, Z (illustrative)"),
+    Variable::parameter("membrane_stiffness", "N/m", &[5e4], "Elastic stiffness of the membrane, b (illustrative)"),
+    Variable::parameter("initial_height", "m", &[1e-3], "Height of the bulge at the start, h₀"),
+    Variable::parameter("initial_radius", "m", &[0.015], "Base radius of the bulge at the start, r₀ (illustrative)"),
+    Variable::parameter("spread", "1", &[1.0], "Growth of the base radius per height, c (illustrative)"),
+    Variable::parameter("longest_substep", "s", &[1e-7], "Step inside a communication step, at most"),
+    Variable::input("projectile.position", "m", 3, "Position of the projectile's centre at the start of the step"),
+    Variable::input("projectile.velocity", "m/s", 3, "Velocity of the projectile at the start of the step"),
+    Variable::input("bulge_impulse", "N.s", 2, "Impulse of the gel in the step, conjugate to height and base radius"),
+    Variable::output("force", "N", 3, "Mean force on the projectile over the step"),
+    Variable::output("bulge", "m", 2, "Height and base radius of the bulge"),
+    Variable::output("bulge_rate", "m/s", 2, "Rates of height and base radius"),
+    Variable::output("penetration", "m", 1, "Depth of the hole in the plate, pₚ"),
+    Variable::output("perforated", "1", 1, "1 once the projectile has gone through the thickness, else 0"),
+    Variable::output("momentum", "N.s", 1, "Momentum of the bulge, along −z"),
+    Variable::output("impulse.projectile", "N.s", 1, "Sum of the impulses of the projectile on the plate, along −z"),
+    Variable::output("impulse.gel", "N.s", 1, "Sum of the impulses of the gel on the bulge, along −z"),
+    Variable::output("impulse.support", "N.s", 1, "Sum of the impulses of the frame on the bulge, along −z"),
+    Variable::output("energy.kinetic", "J", 1, "Kinetic energy of the bulge"),
+    Variable::output("energy.elastic", "J", 1, "Elastic energy of plate and membrane"),
+    Variable::output("energy.plastic", "J", 1, "Work that was spent in yielding and rupture"),
+    Variable::output("energy.projectile", "J", 1, "Work of the projectile on the plate"),
+    Variable::output("energy.gel", "J", 1, "Work of the gel on the bulge"),
+    Variable::output(
+        "energy.closure",
+        "J",
+        1,
+        "Kinetic + elastic + plastic - work of projectile and gel: 0 but for the substep",
+    ),
+    Variable::local("membrane_set", "m", 1, "Part of the height that stays, hₚ"),
+];
+
+const PROJECTILE_MASS: usize = place(&VARIABLES, "projectile_mass");
+const NOSE: usize = place(&VARIABLES, "nose");
+const THICKNESS: usize = place(&VARIABLES, "thickness");
+const YIELD_FORCE: usize = place(&VARIABLES, "yield_force");
+const STIFFNESS: usize = place(&VARIABLES, "stiffness");
+const BULGE_MASS: usize = place(&VARIABLES, "bulge_mass");
+const MEMBRANE_YIELD_FORCE: usize = place(&VARIABLES, "membrane_yield_force");
+const MEMBRANE_STIFFNESS: usize = place(&VARIABLES, "membrane_stiffness");
+const INITIAL_HEIGHT: usize = place(&VARIABLES, "initial_height");
+const INITIAL_RADIUS: usize = place(&VARIABLES, "initial_radius");
+const SPREAD: usize = place(&VARIABLES, "spread");
+const LONGEST_SUBSTEP: usize = place(&VARIABLES, "longest_substep");
+const PROJECTILE_POSITION: usize = place(&VARIABLES, "projectile.position");
+const PROJECTILE_VELOCITY: usize = place(&VARIABLES, "projectile.velocity");
+const BULGE_IMPULSE: usize = place(&VARIABLES, "bulge_impulse");
+const FORCE: usize = place(&VARIABLES, "force");
+const BULGE: usize = place(&VARIABLES, "bulge");
+const BULGE_RATE: usize = place(&VARIABLES, "bulge_rate");
+const PENETRATION: usize = place(&VARIABLES, "penetration");
+const PERFORATED: usize = place(&VARIABLES, "perforated");
+const MOMENTUM: usize = place(&VARIABLES, "momentum");
+const PROJECTILE_IMPULSE: usize = place(&VARIABLES, "impulse.projectile");
+const GEL_IMPULSE: usize = place(&VARIABLES, "impulse.gel");
+const SUPPORT_IMPULSE: usize = place(&VARIABLES, "impulse.support");
+const KINETIC: usize = place(&VARIABLES, "energy.kinetic");
+const ELASTIC: usize = place(&VARIABLES, "energy.elastic");
+const PLASTIC: usize = place(&VARIABLES, "energy.plastic");
+const PROJECTILE_WORK: usize = place(&VARIABLES, "energy.projectile");
+const GEL_WORK: usize = place(&VARIABLES, "energy.gel");
+const CLOSURE: usize = place(&VARIABLES, "energy.closure");
+const MEMBRANE_SET: usize = place(&VARIABLES, "membrane_set");
+
+/// Parameters that must be greater than zero.
+const POSITIVE: [usize; 8] = [
+    PROJECTILE_MASS,
+    THICKNESS,
+    YIELD_FORCE,
+    STIFFNESS,
+    BULGE_MASS,
+    MEMBRANE_YIELD_FORCE,
+    MEMBRANE_STIFFNESS,
+    LONGEST_SUBSTEP,
+];
+/// Parameters that must not be negative.
+const NOT_NEGATIVE: [usize; 4] = [NOSE, INITIAL_HEIGHT, INITIAL_RADIUS, SPREAD];
+
+/// Where the two masses are on their axis, and how fast.
+#[derive(Debug, Clone, Copy)]
+struct Motion {
+    advance: f64,
+    advance_rate: f64,
+    height: f64,
+    height_rate: f64,
+}
+
+/// Forces of plate and membrane, N.
+#[derive(Debug, Clone, Copy)]
+struct Forces {
+    plate: f64,
+    membrane: f64,
+}
+
+fn start(values: &mut [f64]) -> Result<(), String> {
+    for (index, least) in POSITIVE.map(|index| (index, "positive")).into_iter().chain(NOT_NEGATIVE.map(|i| (i, "≥ 0")))
+    {
+        let (value, name) = (values[index], MODEL.scalars().nth(index).map_or("", |(variable, _)| variable.name));
+        if !(value.is_finite() && value >= 0.0 && (value > 0.0 || least != "positive")) {
+            return Err(format!("{name}: found {value}, expected a number that is {least}"));
+        }
+    }
+    values[FORCE..].fill(0.0);
+    values[MEMBRANE_SET] = values[INITIAL_HEIGHT];
+    show_bulge(values, values[INITIAL_HEIGHT], 0.0);
+    Ok(())
+}
+
+fn step(values: &mut [f64], h: f64) -> Result<(), String> {
+    let mut motion = Motion {
+        advance: values[THICKNESS] + values[NOSE] - values[PROJECTILE_POSITION + 2],
+        advance_rate: -values[PROJECTILE_VELOCITY + 2],
+        height: values[BULGE],
+        height_rate: values[BULGE_RATE],
+    };
+    let gel_force = (values[BULGE_IMPULSE] + values[SPREAD] * values[BULGE_IMPULSE + 1]) / h;
+    let n = (h / values[LONGEST_SUBSTEP]).ceil().max(1.0);
+    let before = values[PROJECTILE_IMPULSE];
+    for _ in 0..n as usize {
+        motion = substep(values, motion, gel_force, h / n);
+    }
+    if !motion.height.is_finite() {
+        return Err(format!("the bulge has no finite height: shorten longest_substep, {} s", values[LONGEST_SUBSTEP]));
+    }
+    values[FORCE + 2] = (values[PROJECTILE_IMPULSE] - before) / h;
+    show_bulge(values, motion.height, motion.height_rate);
+    show_energy(values, motion);
+    Ok(())
+}
+
+/// Kick, drift, yield, kick, and what each did to the books.
+fn substep(values: &mut [f64], from: Motion, gel_force: f64, dt: f64) -> Motion {
+    let first = forces(values, from);
+    let half = kick(values, from, first, (gel_force, dt / 2.0));
+    let drifted =
+        Motion { advance: half.advance + dt * half.advance_rate, height: half.height + dt * half.height_rate, ..half };
+    give_way(values, drifted);
+    let second = forces(values, drifted);
+    let plate = (first.plate + second.plate) / 2.0;
+    let membrane = (first.membrane + second.membrane) / 2.0;
+    values[PROJECTILE_IMPULSE] += plate * dt;
+    values[GEL_IMPULSE] += gel_force * dt;
+    values[SUPPORT_IMPULSE] -= membrane * dt;
+    values[PROJECTILE_WORK] += plate * (drifted.advance - from.advance);
+    values[GEL_WORK] += gel_force * (drifted.height - from.height);
+    kick(values, drifted, second, (gel_force, dt / 2.0))
+}
+
+fn kick(values: &[f64], motion: Motion, forces: Forces, (gel_force, dt): (f64, f64)) -> Motion {
+    let on_bulge = forces.plate - forces.membrane + gel_force;
+    Motion {
+        advance_rate: motion.advance_rate - forces.plate / values[PROJECTILE_MASS] * dt,
+        height_rate: motion.height_rate + on_bulge / values[BULGE_MASS] * dt,
+        ..motion
+    }
+}
+
+fn forces(values: &[f64], motion: Motion) -> Forces {
+    let intact = 1.0 - values[PERFORATED];
+    let plate = values[STIFFNESS] * plate_strain(values, motion);
+    let membrane = values[MEMBRANE_STIFFNESS] * (motion.height - values[MEMBRANE_SET]);
+    let (y, z) = (values[YIELD_FORCE], values[MEMBRANE_YIELD_FORCE]);
+    Forces { plate: intact * plate.clamp(0.0, y), membrane: membrane.clamp(-z, z) }
+}
+
+/// Elastic part of the penetration, m.
+fn plate_strain(values: &[f64], motion: Motion) -> f64 {
+    motion.advance - (motion.height - values[INITIAL_HEIGHT]) - values[PENETRATION]
+}
+
+/// Plate and membrane yield where they are strained beyond their limit, and the plate breaks.
+fn give_way(values: &mut [f64], motion: Motion) {
+    let (y, z) = (values[YIELD_FORCE], values[MEMBRANE_YIELD_FORCE]);
+    let beyond = |strain: f64, limit: f64| (strain.abs() - limit).max(0.0).copysign(strain);
+    let membrane = beyond(motion.height - values[MEMBRANE_SET], z / values[MEMBRANE_STIFFNESS]);
+    values[MEMBRANE_SET] += membrane;
+    values[PLASTIC] += z * membrane.abs();
+    if values[PERFORATED] == 1.0 {
+        return;
+    }
+    let plate = beyond(plate_strain(values, motion).max(0.0), y / values[STIFFNESS]);
+    values[PENETRATION] += plate;
+    values[PLASTIC] += y * plate;
+    if values[PENETRATION] >= values[THICKNESS] {
+        values[PERFORATED] = 1.0;
+        values[PLASTIC] += y * y / values[STIFFNESS] / 2.0;
+    }
+}
+
+fn show_bulge(values: &mut [f64], height: f64, rate: f64) {
+    let spread = values[SPREAD];
+    let radius = values[INITIAL_RADIUS] + spread * (height - values[INITIAL_HEIGHT]);
+    values[BULGE..BULGE + 2].copy_from_slice(&[height, radius]);
+    values[BULGE_RATE..BULGE_RATE + 2].copy_from_slice(&[rate, spread * rate]);
+    values[MOMENTUM] = values[BULGE_MASS] * rate;
+}
+
+fn show_energy(values: &mut [f64], motion: Motion) {
+    let Forces { plate, membrane } = forces(values, motion);
+    values[KINETIC] = values[BULGE_MASS] * motion.height_rate.powi(2) / 2.0;
+    values[ELASTIC] = plate * plate / values[STIFFNESS] / 2.0 + membrane * membrane / values[MEMBRANE_STIFFNESS] / 2.0;
+    values[CLOSURE] = values[KINETIC] + values[ELASTIC] + values[PLASTIC] - values[PROJECTILE_WORK] - values[GEL_WORK];
+}
