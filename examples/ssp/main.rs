@@ -2,6 +2,7 @@
 
 mod archive;
 mod description;
+mod gel;
 mod structure;
 mod systems;
 
@@ -14,7 +15,6 @@ mod table;
 
 use archive::{Entries, zipped};
 use std::env::consts::{ARCH, DLL_PREFIX, DLL_SUFFIX, EXE_SUFFIX, OS};
-use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -47,9 +47,9 @@ fn pack(out: &Path, scene_name: &str) -> Result<(), String> {
     for (model, library) in PARTNERS {
         write(&out.join(format!("{}.fmu", model.name)), &partner(model, &built, library)?)?;
     }
-    gel(&built, scene_name, &out.join("BallisticGel.fmu"))?;
+    gel::pack(&built.join(format!("gelfmu{EXE_SUFFIX}")), scene_name, &out.join("BallisticGel.fmu"))?;
     let scene = systems::scene_of(scene_name)?;
-    for (name, mode) in [("gel-and-body", systems::INTEGRATED), ("gel-and-body-corrected", systems::CORRECTED)] {
+    for (name, mode) in [("gel-and-body", None), ("gel-and-body-corrected", Some(systems::CORRECTED))] {
         system(out, name, &systems::gel_and_body(&scene, mode)?, &systems::gel_and_body_wires())?;
     }
     Ok(())
@@ -72,11 +72,6 @@ fn build() -> Result<PathBuf, String> {
 fn run(command: &mut Command) -> Result<(), String> {
     let status = command.status().map_err(|error| format!("{}: {error}", command.get_program().display()))?;
     if status.success() { Ok(()) } else { Err(format!("{command:?} ended with {status}")) }
-}
-
-fn gel(built: &Path, scene: &str, file: &Path) -> Result<(), String> {
-    let gelfmu = built.join(format!("gelfmu{EXE_SUFFIX}"));
-    run(Command::new(gelfmu).args(["--quiet", "pack", "--scene", scene, "--out"].map(OsStr::new)).arg(file))
 }
 
 /// The FMU of a partner, for this host.

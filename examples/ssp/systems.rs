@@ -4,15 +4,14 @@ use crate::structure::{Unit, Value, Wire};
 use ballistic_gel::fmi2;
 use ballistic_gel::scene::{self, Scene};
 
-/// Coupling mode in which the gel integrates the projectile, and the body follows.
-pub const INTEGRATED: i32 = 2;
-/// Coupling mode in which the body owns the state.
-pub const CORRECTED: i32 = 3;
+/// The coupling mode in which the body owns the state; by default it follows.
+pub const CORRECTED: (&str, Value) = ("coupling.mode", Value::Integer(3));
 
-/// Units of gel and body.
-pub fn gel_and_body(scene: &Scene, mode: i32) -> Result<Vec<Unit>, String> {
+/// Units of gel and body, with a parameter of the gel if it is not to have its own starts.
+pub fn gel_and_body(scene: &Scene, parameter: Option<(&str, Value)>) -> Result<Vec<Unit>, String> {
+    let starts = parameter.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
     let watched = vec![("contact.total_impulse", 3, "N.s"), ("projectile.predicted_velocity", 3, "m/s")];
-    let gel = Unit { name: "gel", file: "BallisticGel.fmu", starts: vec![mode_of(mode)], watched };
+    let gel = Unit { name: "gel", file: "BallisticGel.fmu", starts, watched };
     let watched = vec![("total_impulse", 3, "N.s")];
     Ok(vec![gel, Unit { name: "body", file: "RigidBody.fmu", starts: projectile(scene)?, watched }])
 }
@@ -30,10 +29,6 @@ pub fn gel_and_body_wires() -> Vec<Wire> {
         wire(("body", "orientation"), ("gel", "projectile.orientation"), 4, "1"),
         wire(("body", "angular_velocity"), ("gel", "projectile.angular_velocity"), 3, "rad/s"),
     ]
-}
-
-fn mode_of(mode: i32) -> (String, Value) {
-    ("coupling.mode".to_owned(), Value::Integer(mode))
 }
 
 /// Parameters of the body: the projectile of the scene.
