@@ -103,6 +103,15 @@ fn pack(scene: &str, file: &Path) -> Vec<u8> {
     fs::read(file).unwrap()
 }
 
+/// The partners of the gel and the systems with them, packed with the coarse scene from what cargo built for these tests.
+fn systems(folder: &Path) -> PathBuf {
+    let out = folder.join("systems");
+    let built = Path::new(env!("CARGO_BIN_EXE_gelfmu")).parent().unwrap();
+    let mut ssp = command(built.join("examples").join(format!("ssp{}", std::env::consts::EXE_SUFFIX)));
+    expect(ssp.env_remove("CARGO").arg(&out).arg(coarse_scene(folder)), "pack the partners");
+    out
+}
+
 fn coarse_scene(folder: &Path) -> String {
     let text = ballistic_gel::scene::builtin("sphere-block").unwrap();
     let coarse = text.replace("size = 5e-3", "size = 10e-3").replace("end_time = 10e-3", "end_time = 2e-3");
@@ -183,9 +192,11 @@ fn fmpy_accepts_and_runs_the_fmu() {
     let (fmu, coarse) = (folder.join("sphere-block.fmu"), folder.join("coarse.fmu"));
     pack("sphere-block", &fmu);
     pack(&coarse_scene(&folder), &coarse);
+    let systems = systems(&folder);
     let mut pytest = command(interpreter);
     pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(root().join("tests/conformance"));
     pytest.env("BALLISTIC_GEL_FMU", &fmu).env("BALLISTIC_GEL_COARSE_FMU", &coarse);
+    pytest.env("BALLISTIC_GEL_SYSTEMS", systems);
     let output = expect(pytest.env("PYTHONDONTWRITEBYTECODE", "1"), "pass the tests of the importer");
     println!("{}", String::from_utf8_lossy(&output.stdout));
 }

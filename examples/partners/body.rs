@@ -76,7 +76,7 @@ fn start(values: &mut [f64]) -> Result<(), String> {
         return Err(format!("mass: found {mass} kg, expected a positive number; set it to the gel's effective_mass"));
     }
     if inertia(values).cholesky().is_none() {
-        let found = &values[INERTIA..INERTIA + 6];
+        let found = &values[INERTIA..][..6];
         return Err(format!("inertia: found {found:?} kg.m2, expected a positive definite tensor xx yy zz xy xz yz"));
     }
     let q = orientation(values, INITIAL_ORIENTATION)?
@@ -111,7 +111,7 @@ fn turned_on(values: &[f64], h: f64) -> Result<UnitQuaternion<f64>, String> {
 
 /// Writes orientation, angular momentum and the angular velocity that goes with them.
 fn turn(values: &mut [f64], q: UnitQuaternion<f64>, l: Vector3<f64>) {
-    values[ORIENTATION..ORIENTATION + 4].copy_from_slice(&[q.w, q.i, q.j, q.k]);
+    values[ORIENTATION..][..4].copy_from_slice(&[q.w, q.i, q.j, q.k]);
     put(values, ANGULAR_MOMENTUM, l);
     let body = q.inverse() * l;
     let spin = inertia(values).cholesky().map_or(Vector3::zeros(), |inertia| inertia.solve(&body));
@@ -145,9 +145,9 @@ fn inertia_in_world(values: &[f64], q: UnitQuaternion<f64>) -> Matrix3<f64> {
 }
 
 fn three(values: &[f64], at: usize) -> Vector3<f64> {
-    Vector3::from_column_slice(&values[at..at + 3])
+    Vector3::from_column_slice(&values[at..][..3])
 }
 
 fn put(values: &mut [f64], at: usize, vector: Vector3<f64>) {
-    values[at..at + 3].copy_from_slice(vector.as_slice());
+    values[at..][..3].copy_from_slice(vector.as_slice());
 }

@@ -101,13 +101,15 @@ impl Instance {
         let index = self.index(reference)?;
         let (variable, _) = self.model.scalars().nth(index).ok_or("a reference without variable")?;
         let (phase, name) = (self.state.phase, variable.name);
-        let allowed = match variable.causality {
-            Causality::Input => phase != Phase::Terminated,
-            Causality::Parameter => matches!(phase, Phase::Instantiated | Phase::Initialization),
-            Causality::Output | Causality::Local => false,
+        let when = match variable.causality {
+            Causality::Input if phase != Phase::Terminated => None,
+            Causality::Input => Some("an input, set before fmi2Terminate"),
+            Causality::Parameter if matches!(phase, Phase::Instantiated | Phase::Initialization) => None,
+            Causality::Parameter => Some("a parameter, set before fmi2ExitInitializationMode"),
+            Causality::Output | Causality::Local => Some("computed, never set"),
         };
-        if !allowed {
-            return Err(format!("{name} is a {:?} and cannot be set in phase {phase:?}", variable.causality));
+        if let Some(when) = when {
+            return Err(format!("{name}: found a call that sets it in phase {phase:?}; it is {when}"));
         }
         if !value.is_finite() {
             return Err(format!("{name}: found {value}, expected a finite number of {}", variable.unit));

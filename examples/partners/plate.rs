@@ -61,7 +61,7 @@ const VARIABLES: [Variable; 31] = [
         "energy.closure",
         "J",
         1,
-        "Kinetic + elastic + plastic - work of projectile and gel: 0 but for the substep",
+        "Kinetic + elastic + plastic - work of projectile and gel: what the substep, and jumps of the projectile between steps, leave",
     ),
     Variable::local("membrane_set", "m", 1, "Part of the height that stays, hₚ"),
 ];
@@ -164,7 +164,7 @@ fn step(values: &mut [f64], h: f64) -> Result<(), String> {
     Ok(())
 }
 
-/// Kick, drift, yield, kick, and what each did to the books.
+/// Kick, drift, yield, kick, break, and what each did to the books.
 fn substep(values: &mut [f64], from: Motion, gel_force: f64, dt: f64) -> Motion {
     let first = forces(values, from);
     let half = kick(values, from, first, (gel_force, dt / 2.0));
@@ -172,14 +172,16 @@ fn substep(values: &mut [f64], from: Motion, gel_force: f64, dt: f64) -> Motion 
         Motion { advance: half.advance + dt * half.advance_rate, height: half.height + dt * half.height_rate, ..half };
     give_way(values, drifted);
     let second = forces(values, drifted);
-    let plate = (first.plate + second.plate) / 2.0;
-    let membrane = (first.membrane + second.membrane) / 2.0;
+    let plate = f64::midpoint(first.plate, second.plate);
+    let membrane = f64::midpoint(first.membrane, second.membrane);
     values[PROJECTILE_IMPULSE] += plate * dt;
     values[GEL_IMPULSE] += gel_force * dt;
     values[SUPPORT_IMPULSE] -= membrane * dt;
     values[PROJECTILE_WORK] += plate * (drifted.advance - from.advance);
     values[GEL_WORK] += gel_force * (drifted.height - from.height);
-    kick(values, drifted, second, (gel_force, dt / 2.0))
+    let after = kick(values, drifted, second, (gel_force, dt / 2.0));
+    rupture(values);
+    after
 }
 
 fn kick(values: &[f64], motion: Motion, forces: Forces, (gel_force, dt): (f64, f64)) -> Motion {
@@ -204,7 +206,7 @@ fn plate_strain(values: &[f64], motion: Motion) -> f64 {
     motion.advance - (motion.height - values[INITIAL_HEIGHT]) - values[PENETRATION]
 }
 
-/// Plate and membrane yield where they are strained beyond their limit, and the plate breaks.
+/// Plate and membrane yield where they are strained beyond their limit.
 fn give_way(values: &mut [f64], motion: Motion) {
     let (y, z) = (values[YIELD_FORCE], values[MEMBRANE_YIELD_FORCE]);
     let beyond = |strain: f64, limit: f64| (strain.abs() - limit).max(0.0).copysign(strain);
@@ -217,17 +219,21 @@ fn give_way(values: &mut [f64], motion: Motion) {
     let plate = beyond(plate_strain(values, motion).max(0.0), y / values[STIFFNESS]);
     values[PENETRATION] += plate;
     values[PLASTIC] += y * plate;
-    if values[PENETRATION] >= values[THICKNESS] {
+}
+
+/// The plate breaks once the hole is as deep as it is thick; after the kicks of a substep, so that both have the same force.
+fn rupture(values: &mut [f64]) {
+    if values[PERFORATED] == 0.0 && values[PENETRATION] >= values[THICKNESS] {
         values[PERFORATED] = 1.0;
-        values[PLASTIC] += y * y / values[STIFFNESS] / 2.0;
+        values[PLASTIC] += values[YIELD_FORCE].powi(2) / values[STIFFNESS] / 2.0;
     }
 }
 
 fn show_bulge(values: &mut [f64], height: f64, rate: f64) {
     let spread = values[SPREAD];
     let radius = values[INITIAL_RADIUS] + spread * (height - values[INITIAL_HEIGHT]);
-    values[BULGE..BULGE + 2].copy_from_slice(&[height, radius]);
-    values[BULGE_RATE..BULGE_RATE + 2].copy_from_slice(&[rate, spread * rate]);
+    values[BULGE..][..2].copy_from_slice(&[height, radius]);
+    values[BULGE_RATE..][..2].copy_from_slice(&[rate, spread * rate]);
     values[MOMENTUM] = values[BULGE_MASS] * rate;
 }
 

@@ -1,0 +1,67 @@
+"""The system of gel and body in several importers."""
+
+import platform
+import sys
+
+import pytest
+import run_system
+
+STOP, STEP = 4e-3, 2e-5
+ON_LINUX = sys.platform == "linux" and platform.machine() == "x86_64"
+FOREIGN = pytest.mark.skipif(not ON_LINUX, reason="there is no wheel for this platform")
+
+EVERY = [
+    "fmpy",
+    pytest.param("libcosim", marks=FOREIGN),
+    pytest.param("ecos", marks=FOREIGN),
+    "container",
+    "sequential-container",
+    "loop",
+]
+JACOBI = [pytest.param("libcosim", marks=FOREIGN), pytest.param("ecos", marks=FOREIGN), "container"]
+
+
+def run(systems, system, importer, step=STEP):
+    """Total impulse, the gel's and the body's velocity at the end."""
+    return run_system.IMPORTERS[importer](systems.folder / f"{system}.ssp", step, STOP)
+
+
+@pytest.fixture(scope="module")
+def alone(systems):
+    """Total impulse and velocity of the gel that integrates the projectile, without any importer of systems."""
+    gel = run_system.Loop(systems.folder / "gel-and-body.ssp")
+    gel.start()
+    gel.units["gel"].doStep(0.0, STOP)
+    values = [gel.get(at) for at in run_system.WATCHED[:2]]
+    gel.free()
+    return values
+
+
+@pytest.mark.parametrize("importer", EVERY)
+def test_a_gel_that_integrates_gives_the_same_impulse_in_every_importer(systems, alone, importer):
+    impulse, velocity, _ = run(systems, "gel-and-body", importer)
+    assert [impulse, velocity] == pytest.approx(alone, rel=1e-12)
+
+
+@pytest.mark.parametrize("importer", ["sequential-container", "sequential-loop"])
+def test_a_body_that_steps_after_the_gel_lands_where_the_gel_predicts(systems, alone, importer):
+    for step in (STEP, 10 * STEP):
+        impulse, velocity, body = run(systems, "gel-and-body-corrected", importer, step)
+        assert [impulse, velocity] == pytest.approx(alone, rel=1e-12)
+        assert body == pytest.approx(velocity, rel=1e-12)
+
+
+@pytest.mark.parametrize("importer", JACOBI)
+def test_importers_that_step_all_at_once_agree(systems, importer):
+    expected = run(systems, "gel-and-body-corrected", "loop")
+    assert run(systems, "gel-and-body-corrected", importer) == pytest.approx(expected, rel=1e-12)
+
+
+def test_stepping_all_at_once_costs_the_first_order_of_the_step(systems, alone):
+    errors = [run(systems, "gel-and-body-corrected", "loop", step)[0] / alone[0] - 1.0 for step in (8e-5, 16e-5)]
+    assert 1.5 < errors[1] / errors[0] < 2.5 and errors[0] > 1e-3
+
+
+def test_an_importer_that_starts_with_zeros_is_told_so(systems):
+    with pytest.raises(Exception, match="fmi2DoStep failed"):
+        run(systems, "gel-and-body-corrected", "fmpy")
