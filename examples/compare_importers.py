@@ -1,8 +1,8 @@
 """Run gel and body in every importer and print their total impulse and final velocity, relative to the FMU alone.
 
     pip install fmpy libcosimpy ecospy tbb fmu-manipulation-toolbox
-    cargo run --release --example ssp -- systems
-    python examples/compare_importers.py systems 1e-2
+    cargo run --release --example ssp -- gelfmu-out/systems
+    python examples/compare_importers.py gelfmu-out/systems 1e-2
 
 Reference is the FMU alone, in one communication step: it integrates the projectile itself, so the step makes no difference.
 """

@@ -1,8 +1,8 @@
 """Run a system of FMUs (SSP) in an importer: fmpy, libcosim, Ecos, an FMU container, or a loop of our own.
 
     pip install fmpy libcosimpy ecospy tbb fmu-manipulation-toolbox
-    cargo run --release --example ssp -- systems
-    python examples/run_system.py systems/gel-and-body.ssp libcosim 1e-5 1e-2
+    cargo run --release --example ssp -- gelfmu-out/systems
+    python examples/run_system.py gelfmu-out/systems/gel-and-body.ssp libcosim 1e-5 1e-2
 
 Every importer is a function of the SSP, the communication step and the end of the run (both in s), and the variables to
 return. They differ in *when* a unit sees what another one gave: all step from the same time and exchange afterwards

@@ -128,8 +128,9 @@ impl Instance {
         if (from - self.state.time).abs() > 1e-6 * length + 1e-9 * from.abs() {
             return Err(format!("step from {from} s: the last step ended at {} s", self.state.time));
         }
-        (self.model.step)(&mut self.state.values, length)?;
-        self.state.time = from + length;
+        let mut values = self.state.values.clone();
+        (self.model.step)(&mut values, length)?;
+        (self.state.values, self.state.time) = (values, from + length);
         Ok(())
     }
 

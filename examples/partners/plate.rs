@@ -14,7 +14,9 @@
 //! illustrative: a plate that a 33 g ball at 20 m/s perforates.
 //!
 //! Inside a step the projectile moves on as M s̈ = −R says, from the state that is given. That is all the plate knows of
-//! it, and the mean of R over the step is the force that it gives back.
+//! it, and the mean of R over the step is the force that it gives back. What it gives belongs to the step that it has just
+//! made: mean force, bulge at the start, mean rates. So it steps first, if the importer has an order; else the gel is a
+//! step behind with all of it alike.
 
 use super::table::{Model, Variable, place};
 
@@ -27,7 +29,7 @@ pub const MODEL: Model = Model {
     step,
 };
 
-const VARIABLES: [Variable; 31] = [
+const VARIABLES: [Variable; 33] = [
     Variable::parameter("projectile_mass", "kg", &[0.033], "Mass of the projectile, M"),
     Variable::parameter("nose", "m", &[0.010], "Distance of the projectile's nose from its centre of mass"),
     Variable::parameter("thickness", "m", &[5e-3], "Thickness of the plate; its back is at z = 0"),
@@ -43,9 +45,11 @@ const VARIABLES: [Variable; 31] = [
     Variable::input("projectile.position", "m", 3, "Position of the projectile's centre at the start of the step"),
     Variable::input("projectile.velocity", "m/s", 3, "Velocity of the projectile at the start of the step"),
     Variable::input("bulge_impulse", "N.s", 2, "Impulse of the gel in the step, conjugate to height and base radius"),
-    Variable::output("force", "N", 3, "Mean force on the projectile over the step"),
-    Variable::output("bulge", "m", 2, "Height and base radius of the bulge"),
-    Variable::output("bulge_rate", "m/s", 2, "Rates of height and base radius"),
+    Variable::output("force", "N", 3, "Mean force on the projectile over the last step"),
+    Variable::output("bulge", "m", 2, "Height and base radius of the bulge at the start of the last step"),
+    Variable::output("bulge_rate", "m/s", 2, "Mean rates of height and base radius over the last step"),
+    Variable::output("height", "m", 1, "Height of the bulge"),
+    Variable::output("height_rate", "m/s", 1, "Rate of the height"),
     Variable::output("penetration", "m", 1, "Depth of the hole in the plate, pₚ"),
     Variable::output("perforated", "1", 1, "1 once the projectile has gone through the thickness, else 0"),
     Variable::output("momentum", "N.s", 1, "Momentum of the bulge, along −z"),
@@ -84,6 +88,8 @@ const BULGE_IMPULSE: usize = place(&VARIABLES, "bulge_impulse");
 const FORCE: usize = place(&VARIABLES, "force");
 const BULGE: usize = place(&VARIABLES, "bulge");
 const BULGE_RATE: usize = place(&VARIABLES, "bulge_rate");
+const HEIGHT: usize = place(&VARIABLES, "height");
+const HEIGHT_RATE: usize = place(&VARIABLES, "height_rate");
 const PENETRATION: usize = place(&VARIABLES, "penetration");
 const PERFORATED: usize = place(&VARIABLES, "perforated");
 const MOMENTUM: usize = place(&VARIABLES, "momentum");
@@ -129,25 +135,33 @@ struct Forces {
 }
 
 fn start(values: &mut [f64]) -> Result<(), String> {
-    for (index, least) in POSITIVE.map(|index| (index, "positive")).into_iter().chain(NOT_NEGATIVE.map(|i| (i, "≥ 0")))
-    {
-        let (value, name) = (values[index], MODEL.scalars().nth(index).map_or("", |(variable, _)| variable.name));
-        if !(value.is_finite() && value >= 0.0 && (value > 0.0 || least != "positive")) {
-            return Err(format!("{name}: found {value}, expected a number that is {least}"));
-        }
+    for index in POSITIVE {
+        check(values, index, values[index] > 0.0, "a positive number")?;
+    }
+    for index in NOT_NEGATIVE {
+        check(values, index, values[index] >= 0.0, "a number that is not negative")?;
     }
     values[FORCE..].fill(0.0);
     values[MEMBRANE_SET] = values[INITIAL_HEIGHT];
-    show_bulge(values, values[INITIAL_HEIGHT], 0.0);
+    values[HEIGHT] = values[INITIAL_HEIGHT];
+    (values[BULGE], values[BULGE + 1]) = (values[INITIAL_HEIGHT], values[INITIAL_RADIUS]);
     Ok(())
+}
+
+fn check(values: &[f64], index: usize, right: bool, expected: &str) -> Result<(), String> {
+    if right && values[index].is_finite() {
+        return Ok(());
+    }
+    let name = MODEL.scalars().nth(index).map_or("", |(variable, _)| variable.name);
+    Err(format!("{name}: found {}, expected {expected}", values[index]))
 }
 
 fn step(values: &mut [f64], h: f64) -> Result<(), String> {
     let mut motion = Motion {
         advance: values[THICKNESS] + values[NOSE] - values[PROJECTILE_POSITION + 2],
         advance_rate: -values[PROJECTILE_VELOCITY + 2],
-        height: values[BULGE],
-        height_rate: values[BULGE_RATE],
+        height: values[HEIGHT],
+        height_rate: values[HEIGHT_RATE],
     };
     let gel_force = (values[BULGE_IMPULSE] + values[SPREAD] * values[BULGE_IMPULSE + 1]) / h;
     let n = (h / values[LONGEST_SUBSTEP]).ceil().max(1.0);
@@ -159,7 +173,7 @@ fn step(values: &mut [f64], h: f64) -> Result<(), String> {
         return Err(format!("the bulge has no finite height: shorten longest_substep, {} s", values[LONGEST_SUBSTEP]));
     }
     values[FORCE + 2] = (values[PROJECTILE_IMPULSE] - before) / h;
-    show_bulge(values, motion.height, motion.height_rate);
+    show_bulge(values, motion, h);
     show_energy(values, motion);
     Ok(())
 }
@@ -229,12 +243,15 @@ fn rupture(values: &mut [f64]) {
     }
 }
 
-fn show_bulge(values: &mut [f64], height: f64, rate: f64) {
-    let spread = values[SPREAD];
-    let radius = values[INITIAL_RADIUS] + spread * (height - values[INITIAL_HEIGHT]);
-    values[BULGE..][..2].copy_from_slice(&[height, radius]);
-    values[BULGE_RATE..][..2].copy_from_slice(&[rate, spread * rate]);
-    values[MOMENTUM] = values[BULGE_MASS] * rate;
+/// The bulge at the start of a step of length h and its mean rate: the gel moves it on without a gap.
+fn show_bulge(values: &mut [f64], end: Motion, h: f64) {
+    let (start, spread) = (values[HEIGHT], values[SPREAD]);
+    let rate = (end.height - start) / h;
+    let radius = values[INITIAL_RADIUS] + spread * (start - values[INITIAL_HEIGHT]);
+    (values[BULGE], values[BULGE + 1]) = (start, radius);
+    (values[BULGE_RATE], values[BULGE_RATE + 1]) = (rate, spread * rate);
+    (values[HEIGHT], values[HEIGHT_RATE]) = (end.height, end.height_rate);
+    values[MOMENTUM] = values[BULGE_MASS] * end.height_rate;
 }
 
 fn show_energy(values: &mut [f64], motion: Motion) {

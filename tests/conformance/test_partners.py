@@ -111,9 +111,17 @@ def test_the_bulge_answers_to_the_gel(partner):
         plate, body = partner("Armour"), partner("RigidBody")
         plate.set("bulge_impulse", [impulse, 0.0])
         strike(plate, body, 1e-5, 1e-3)
-        heights.append(one(plate, "bulge[1]"))
+        heights.append(one(plate, "height"))
         assert one(plate, "impulse.gel") == pytest.approx(100 * impulse, rel=1e-9)
     assert heights[0] > heights[1]
+
+
+def test_the_bulge_is_given_with_the_step_that_it_made(partner):
+    plate, body = partner("Armour"), partner("RigidBody")
+    strike(plate, body, 1e-5, 3e-4)
+    height, radius = plate.get("bulge", 2)
+    assert one(plate, "height") == pytest.approx(height + 1e-5 * plate.get("bulge_rate", 2)[0], rel=1e-14)
+    assert radius == pytest.approx(0.015 + height - 1e-3, rel=1e-14), "the base grows by one metre per metre"
 
 
 def test_a_state_that_is_set_again_continues_with_the_same_bits(partner):
