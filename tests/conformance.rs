@@ -103,13 +103,12 @@ fn pack(scene: &str, file: &Path) -> Vec<u8> {
     fs::read(file).unwrap()
 }
 
-/// The partners of the gel and the systems with them, packed with the coarse scene from what cargo built for these tests.
-fn systems(folder: &Path) -> PathBuf {
-    let out = folder.join("systems");
+/// The partners of the gel and the systems with them, packed with a scene from what cargo built for these tests.
+fn systems(out: &Path, scene: &str) -> PathBuf {
     let built = Path::new(env!("CARGO_BIN_EXE_gelfmu")).parent().unwrap();
     let mut ssp = command(built.join("examples").join(format!("ssp{}", std::env::consts::EXE_SUFFIX)));
-    expect(ssp.env_remove("CARGO").arg(&out).arg(coarse_scene(folder)), "pack the partners");
-    out
+    expect(ssp.env_remove("CARGO").arg(out).arg(scene), "pack the partners");
+    out.to_owned()
 }
 
 fn coarse_scene(folder: &Path) -> String {
@@ -192,11 +191,13 @@ fn fmpy_accepts_and_runs_the_fmu() {
     let (fmu, coarse) = (folder.join("sphere-block.fmu"), folder.join("coarse.fmu"));
     pack("sphere-block", &fmu);
     pack(&coarse_scene(&folder), &coarse);
-    let systems = systems(&folder);
+    let coarse_systems = systems(&folder.join("systems"), &coarse_scene(&folder));
+    let tumbling = root().join("tests/conformance/tumbling.toml");
+    let tumbling = systems(&folder.join("tumbling"), tumbling.to_str().unwrap());
     let mut pytest = command(interpreter);
     pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(root().join("tests/conformance"));
     pytest.env("BALLISTIC_GEL_FMU", &fmu).env("BALLISTIC_GEL_COARSE_FMU", &coarse);
-    pytest.env("BALLISTIC_GEL_SYSTEMS", systems);
+    pytest.env("BALLISTIC_GEL_SYSTEMS", coarse_systems).env("BALLISTIC_GEL_TUMBLING_SYSTEMS", tumbling);
     let output = expect(pytest.env("PYTHONDONTWRITEBYTECODE", "1"), "pass the tests of the importer");
     println!("{}", String::from_utf8_lossy(&output.stdout));
 }

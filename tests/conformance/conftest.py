@@ -49,6 +49,12 @@ def systems(tmp_path_factory):
     return Systems(os.environ["BALLISTIC_GEL_SYSTEMS"], tmp_path_factory.mktemp("systems"))
 
 
+@pytest.fixture(scope="session")
+def tumbling(tmp_path_factory):
+    """The systems with a tilted, spinning capsule."""
+    return Systems(os.environ["BALLISTIC_GEL_TUMBLING_SYSTEMS"], tmp_path_factory.mktemp("tumbling"))
+
+
 @pytest.fixture
 def make(coarse):
     """A function that makes instances of the coarse scene; they are freed after the test."""

@@ -51,6 +51,17 @@ def test_a_body_that_steps_after_the_gel_lands_where_the_gel_predicts(systems, a
         assert body == pytest.approx(velocity, rel=1e-12)
 
 
+def test_a_tilted_spinning_capsule_lands_where_the_gel_predicts(tumbling):
+    ends = [(4, "orientation"), (3, "angular_velocity"), (3, "position"), (3, "velocity")]
+    body = [("body", f"{name}[{i + 1}]") for n, name in ends for i in range(n)]
+    gel = [("gel", "projectile.predicted_" + name) for _, name in body]
+    for step in (STEP, 20 * STEP):
+        ssp = tumbling.folder / "gel-and-body-corrected.ssp"
+        values = run_system.with_sequential_loop(ssp, step, STOP, body + gel)
+        assert values[: len(body)] == pytest.approx(values[len(body) :], rel=1e-11, abs=1e-14)
+        assert abs(values[4] - 20.0) > 1.0, "the contact turned it"
+
+
 @pytest.mark.parametrize("importer", JACOBI)
 def test_importers_that_step_all_at_once_agree(systems, importer):
     expected = run(systems, "gel-and-body-corrected", "loop")
