@@ -42,6 +42,8 @@ struct Item {
 struct Variable {
     name: String,
     reference: u32,
+    #[serde(default)]
+    each: bool,
     r#type: String,
     causality: String,
     variability: Option<String>,
@@ -54,6 +56,9 @@ struct Variable {
     start: Option<toml::Value>,
     description: String,
 }
+
+/// Value references of one body.
+const BLOCK: u32 = 10_000;
 
 /// Reads the table, checks it and writes the Rust source.
 pub fn generate(table: &str, file: &Path) -> Result<(), String> {
@@ -76,6 +81,9 @@ fn check(file: &File) -> Result<(), String> {
         }
         if variable.reference < next {
             return Err(format!("{name}: reference {} is taken or out of order: {next} is free", variable.reference));
+        }
+        if variable.reference >= BLOCK {
+            return Err(format!("{name}: references from {BLOCK} on belong to the fragments"));
         }
         next = variable.reference + u32::try_from(length.max(1)).map_err(|e| e.to_string())?;
         check_one(variable, &units, &types).map_err(|e| format!("{name}: {e}"))?;
@@ -119,6 +127,7 @@ fn array(name: &str) -> Result<(&str, usize), String> {
 
 fn source(file: &File, guid: &str) -> Result<String, String> {
     let mut out = format!("/// Hash of the table of variables and of the version.\npub const GUID: &str = {guid:?};\n");
+    let _ = writeln!(out, "/// Value references of one body.\npub const BLOCK: u32 = {BLOCK};");
     enumeration(&mut out, "Setting", "A parameter that no scene key stands for.", file)?;
     enumeration(&mut out, "Input", "An input.", file)?;
     enumeration(&mut out, "Observed", "What is computed.", file)?;
@@ -163,10 +172,11 @@ fn row(variable: &Variable) -> Result<String, String> {
     let fixed = matches!(variable.causality.as_str(), "parameter" | "calculatedParameter");
     let default = if fixed { "fixed" } else { "continuous" };
     Ok(format!(
-        "Variable {{ name: {name:?}, length: {length}, reference: {}, kind: Kind::{}, causality: Causality::{}, \
+        "Variable {{ name: {name:?}, length: {length}, reference: {}, each: {}, kind: Kind::{}, causality: Causality::{}, \
          variability: {:?}, unit: {:?}, declared_type: {:?}, min: {:?}, max: {:?}, keys: &{:?}, start: {}, source: {source}, \
          description: {:?} }},\n",
         variable.reference,
+        variable.each,
         variable.r#type,
         camel(&variable.causality),
         variable.variability.as_deref().unwrap_or(default),
@@ -186,7 +196,8 @@ fn start(variable: &Variable) -> Result<String, String> {
         Some(toml::Value::Float(value)) => Ok(format!("Some(Start::Real({value:?}))")),
         Some(toml::Value::Integer(value)) => Ok(format!("Some(Start::Integer({value}))")),
         Some(toml::Value::String(value)) => Ok(format!("Some(Start::Text({value:?}))")),
-        Some(other) => Err(format!("{}: start = {other} is neither a float, an integer nor a string", variable.name)),
+        Some(toml::Value::Boolean(value)) => Ok(format!("Some(Start::Boolean({value:?}))")),
+        Some(other) => Err(format!("{}: start = {other} is no float, integer, string, true or false", variable.name)),
     }
 }
 

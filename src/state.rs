@@ -19,8 +19,8 @@ pub struct State<const D: usize> {
     pub tick: Vec<Tick>,
     /// The clocks of the patches.
     pub clocks: Vec<Clock>,
-    /// The projectile at its last event.
-    pub body: BodyState,
+    /// The projectile, and the fragments beside it, each at its own last event.
+    pub bodies: Vec<BodyState>,
     /// The books.
     pub ledger: Ledger,
     /// What has been seen of the contact and the cost.
@@ -51,13 +51,24 @@ pub struct Clock {
 }
 
 /// What has been seen since the start.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Patch updates.
     pub updates: u64,
-    /// Impulse on the projectile, N·s.
+    /// Smallest J.
+    pub min_jacobian: f64,
+    /// One global stable step: its length now, ticks; up to which tick it is counted; the updates so far.
+    pub synchronous: (f64, Tick, f64),
+    /// The contact of each body.
+    pub contacts: Vec<ContactRecord>,
+}
+
+/// What has been seen of the contact of a body since the start.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ContactRecord {
+    /// Impulse on the body, N·s.
     pub impulse: Vector3,
-    /// Direction of the last impulse on the projectile; zero before the first.
+    /// Direction of the last impulse on the body; zero before the first.
     pub direction: Vector3,
     /// Times of the first and the last impulse, s.
     pub touched: Option<(f64, f64)>,
@@ -71,16 +82,20 @@ pub struct Record {
     pub standing: (f64, u64),
     /// Greatest |g|/h of an impulse on a node.
     pub deepest: f64,
-    /// Smallest J.
-    pub min_jacobian: f64,
-    /// One global stable step: its length now, ticks; up to which tick it is counted; the updates so far.
-    pub synchronous: (f64, Tick, f64),
 }
 
-impl Default for Record {
+impl Record {
+    /// Nothing yet, of so many bodies.
+    #[must_use]
+    pub fn new(n_bodies: usize) -> Self {
+        let contacts = vec![ContactRecord::default(); n_bodies];
+        Self { updates: 0, min_jacobian: 1.0, synchronous: (f64::INFINITY, 0, 0.0), contacts }
+    }
+}
+
+impl Default for ContactRecord {
     fn default() -> Self {
         Self {
-            updates: 0,
             impulse: Vector3::zeros(),
             direction: Vector3::zeros(),
             touched: None,
@@ -89,8 +104,6 @@ impl Default for Record {
             peak_depth: (f64::NEG_INFINITY, 0.0),
             standing: (0.0, 0),
             deepest: 0.0,
-            min_jacobian: 1.0,
-            synchronous: (f64::INFINITY, 0, 0.0),
         }
     }
 }
@@ -100,10 +113,11 @@ impl<const D: usize> State<D> {
     ///
     /// # Errors
     /// What is wrong.
-    pub fn check_invariants(&self, (n_nodes, n_patches): (usize, usize)) -> Result<(), &'static str> {
+    pub fn check_invariants(&self, (n_nodes, n_patches, n_bodies): (usize, usize, usize)) -> Result<(), &'static str> {
         let lengths = [self.position.len(), self.velocity.len(), self.tick.len()];
         let holds = |good: bool, what| if good { Ok(()) } else { Err(what) };
         holds(lengths == [n_nodes; 3] && self.clocks.len() == n_patches, "nodes or elements are missing")?;
+        holds([self.bodies.len(), self.record.contacts.len()] == [n_bodies; 2], "a body is missing")?;
         let finite = |vectors: &[Vector<D>]| vectors.iter().flatten().all(|component| component.is_finite());
         holds(finite(&self.position) && finite(&self.velocity), "a position or velocity is not a number")?;
         let begun = self.clocks.iter().any(|clock| clock.step > 0);

@@ -25,7 +25,7 @@ fn closes(seen: &Observation) {
 #[test]
 fn a_sliding_contact_takes_mu_of_the_normal_impulse() {
     let seen = run("l-beam", &["mesh.size=25e-3", "gel.velocity=[40.0, 0.0, -0.7]", "contact.friction=0.1"], 0.06);
-    let total = seen.contact.total_impulse;
+    let total = seen.projectile().contact.total_impulse;
     assert!(total.z < 0.0 && (total.x / total.z.abs() / 0.1 - 1.0).abs() < 1e-5, "{total}");
     assert!(seen.energy.friction < 0.0);
     closes(&seen);
@@ -36,7 +36,7 @@ fn friction_stops_a_slow_beam_and_never_drives_it() {
     let along = |friction: &str| {
         let seen = run("l-beam", &["mesh.size=25e-3", "gel.velocity=[0.05, 0.0, -0.7]", friction], 0.06);
         closes(&seen);
-        (seen.contact.total_impulse.x, seen.energy.friction)
+        (seen.projectile().contact.total_impulse.x, seen.energy.friction)
     };
     let (none, no_work) = along("contact.friction=0");
     let (some, work) = along("contact.friction=0.5");
@@ -50,16 +50,20 @@ fn a_spinning_ball_is_braked_and_driven_sideways() {
     let keys = ["mesh.size=0.01", "projectile.angular_velocity=[500.0, 0.0, 0.0]", "contact.friction=0.3"];
     let seen = run("sphere-block", &keys, 8e-3);
     closes(&seen);
-    assert!(seen.projectile.angular_velocity.x < 499.0, "{}", seen.projectile.angular_velocity);
+    assert!(
+        seen.projectile().kinematics.angular_velocity.x < 499.0,
+        "{}",
+        seen.projectile().kinematics.angular_velocity
+    );
     // The lowest point of the ball moves along +y with that spin: friction drives the ball along −y.
-    assert!(seen.projectile.velocity.y < -1e-3, "{}", seen.projectile.velocity);
+    assert!(seen.projectile().kinematics.velocity.y < -1e-3, "{}", seen.projectile().kinematics.velocity);
     assert!(seen.energy.friction < 0.0);
-    let impulse: Vector3 = seen.contact.total_impulse;
+    let impulse: Vector3 = seen.projectile().contact.total_impulse;
     assert!(impulse.y.abs() <= 0.3 * impulse.z);
 }
 
 #[test]
 fn without_friction_the_ball_keeps_its_spin() {
     let seen = run("sphere-block", &["mesh.size=0.01", "projectile.angular_velocity=[500.0, 0.0, 0.0]"], 8e-3);
-    assert!((seen.projectile.angular_velocity - Vector3::new(500.0, 0.0, 0.0)).norm() < 1e-9);
+    assert!((seen.projectile().kinematics.angular_velocity - Vector3::new(500.0, 0.0, 0.0)).norm() < 1e-9);
 }

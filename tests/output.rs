@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 const STEPS: usize = 50;
 
 /// Keys of `summary.json` that scripts hold on to, in the order of the file.
-const KEYS: [&str; 36] = [
+const KEYS: [&str; 37] = [
     "scene",
     "version",
     "interface",
@@ -43,6 +43,7 @@ const KEYS: [&str; 36] = [
     "peak_force",
     "force_window",
     "total_impulse",
+    "fragments",
     "energy",
     "energy_error",
     "energy_defect",
@@ -109,9 +110,12 @@ fn history_has_a_row_per_step_that_reads_back_with_the_same_bits() {
         let expected = observation(&scene, time(&scene, step));
         assert_eq!(values.len(), columns.len());
         assert_eq!(values[column("time_s")], expected.time);
-        assert_eq!(values[column("depth_m")], expected.depth);
-        assert_eq!(values[column("velocity_z_m_per_s")], expected.projectile.velocity.z);
-        assert_eq!(values[column("force_z_N")], expected.exchange.impulse.z / expected.exchange.duration);
+        assert_eq!(values[column("depth_m")], expected.projectile().depth);
+        assert_eq!(values[column("velocity_z_m_per_s")], expected.projectile().kinematics.velocity.z);
+        assert_eq!(
+            values[column("force_z_N")],
+            expected.projectile().exchange.impulse.z / expected.projectile().exchange.duration
+        );
         assert_eq!(values[column("energy_elastic_J")], expected.energy.elastic);
     }
 }

@@ -4,7 +4,7 @@
 
 use ballistic_gel::algebra::Vector3;
 use ballistic_gel::scene::{self, Override, Scene};
-use ballistic_gel::simulation::{BuildError, CouplingMode, Inputs, RestoreError, Simulation, Wrench};
+use ballistic_gel::simulation::{BuildError, CouplingMode, RestoreError, Simulation, Wrench};
 
 fn changed(name: &str, changes: &[&str]) -> Scene {
     let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
@@ -31,7 +31,8 @@ fn updates_of_a_tumbling_rod(early: f64) -> (f64, f64) {
     let smallest = simulation.observe().cost.smallest_step;
     for k in 1..=64_u32 {
         let force = Vector3::new(0.0, 0.0, 1e-3 * f64::from(k));
-        let inputs = Inputs { wrench: Wrench { force, ..Wrench::default() }, ..simulation.inputs() };
+        let mut inputs = simulation.inputs();
+        inputs[0].wrench.force = force;
         simulation.step(&inputs, 4.0 * smallest * f64::from(k) * early).unwrap();
     }
     let seen = simulation.observe();
@@ -58,9 +59,9 @@ fn a_fast_spin_is_stepped_by_the_angle_turned_not_by_the_gel() {
     simulation.step(&inputs, 1e-3).unwrap();
     assert!(simulation.observe().energy.energy_defect < 1e-4);
     // The axis of a symmetric top keeps its angle to the angular momentum.
-    let (_, inertia) = simulation.inertia();
+    let (_, inertia) = simulation.inertia(0);
     let momentum = Vector3::new(2000.0 * inertia[0], 0.0, 20_000.0 * inertia[2]);
-    let [w, x, y, z] = simulation.kinematics().orientation;
+    let [w, x, y, z] = simulation.kinematics(0).orientation;
     let turn = nalgebra::UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z));
     let angle = (turn * Vector3::z()).angle(&momentum);
     assert!((angle - Vector3::z().angle(&momentum)).abs() < 1e-3);
@@ -109,7 +110,7 @@ fn what_cannot_be_built_is_refused_before_memory_is_taken() {
 
 #[test]
 fn a_planar_ball_is_a_disc() {
-    let (mass, inertia) = integrated(&changed("ball-square", &[])).inertia();
+    let (mass, inertia) = integrated(&changed("ball-square", &[])).inertia(0);
     assert!((inertia[1] / (0.5 * mass * 0.01 * 0.01) - 1.0).abs() < 1e-12);
 }
 
@@ -122,7 +123,11 @@ fn a_ball_does_not_slip_between_the_nodes() {
         let inputs = simulation.inputs();
         simulation.step(&inputs, 0.01).unwrap();
         let seen = simulation.observe();
-        assert!(seen.projectile.velocity.z > 0.0 && seen.contact.peak_depth.0 < 0.03, "{:?}", seen.contact);
+        assert!(
+            seen.projectile().kinematics.velocity.z > 0.0 && seen.projectile().contact.peak_depth.0 < 0.03,
+            "{:?}",
+            seen.projectile().contact
+        );
         assert!(seen.energy.energy_error < 1e-10 && seen.momentum_error < 1e-12 && seen.angular_momentum_error < 1e-12);
     }
 }
@@ -135,8 +140,8 @@ fn a_fast_ball_is_stopped_and_thrown_back() {
     let inputs = simulation.inputs();
     simulation.step(&inputs, 0.01).unwrap();
     let seen = simulation.observe();
-    let (depth, _) = seen.contact.peak_depth;
-    assert!((0.036..0.043).contains(&depth) && seen.projectile.velocity.z > 12.0, "{depth}");
+    let (depth, _) = seen.projectile().contact.peak_depth;
+    assert!((0.036..0.043).contains(&depth) && seen.projectile().kinematics.velocity.z > 12.0, "{depth}");
     assert!(seen.energy.energy_error < 1e-10 && seen.energy.energy_defect < 5e-3);
 }
 
@@ -162,11 +167,12 @@ fn a_ball_pressed_on_the_gel_swings_and_does_not_creep_through_the_surface() {
     let wrench = Wrench { force: Vector3::new(0.0, 0.0, -1.0), ..Wrench::default() };
     let mut lowest: f64 = 0.0;
     for k in 1..=400 {
-        let inputs = Inputs { wrench, ..simulation.inputs() };
+        let mut inputs = simulation.inputs();
+        inputs[0].wrench = wrench;
         simulation.step(&inputs, 1e-3 * f64::from(k)).unwrap();
         let seen = simulation.observe();
-        assert!(seen.contact.penetration < 1e-2 * 0.01, "{:e}", seen.contact.penetration);
-        lowest = lowest.max(0.01 - seen.projectile.position.z);
+        assert!(seen.projectile().contact.penetration < 1e-2 * 0.01, "{:e}", seen.projectile().contact.penetration);
+        lowest = lowest.max(0.01 - seen.projectile().kinematics.position.z);
     }
     let seen = simulation.observe();
     assert!(lowest > 5e-4 && seen.energy.contact.abs() < 1e-2 * lowest, "{lowest:e} {:e}", seen.energy.contact);
@@ -175,9 +181,9 @@ fn a_ball_pressed_on_the_gel_swings_and_does_not_creep_through_the_surface() {
 
 /// L = R I_b Rᵀ ω of the projectile now.
 fn angular_momentum(simulation: &Simulation) -> Vector3 {
-    let (_, [xx, yy, zz, xy, xz, yz]) = simulation.inertia();
+    let (_, [xx, yy, zz, xy, xz, yz]) = simulation.inertia(0);
     let inertia = nalgebra::Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-    let seen = simulation.kinematics();
+    let seen = simulation.kinematics(0);
     let [w, x, y, z] = seen.orientation;
     let turn = nalgebra::UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z));
     turn * (inertia * turn.inverse_transform_vector(&seen.angular_velocity))
@@ -195,12 +201,14 @@ fn an_importer_lands_on_position_velocity_and_angular_momentum() {
     ]));
     let (force, torque, step) = (Vector3::new(0.3, -0.2, 1.0), Vector3::new(1e-3, 2e-3, -1e-3), 1e-4);
     let wrench = Wrench { force, torque, ..Wrench::default() };
-    let mass = simulation.inertia().0;
+    let mass = simulation.inertia(0).0;
     let mut turned: f64 = 0.0;
     for k in 1..=60 {
-        let (before, spin) = (simulation.kinematics(), angular_momentum(&simulation));
-        simulation.step(&Inputs { wrench, ..simulation.inputs() }, step * f64::from(k)).unwrap();
-        let (after, exchange) = (simulation.kinematics(), simulation.observe().exchange);
+        let (before, spin) = (simulation.kinematics(0), angular_momentum(&simulation));
+        let mut inputs = simulation.inputs();
+        inputs[0].wrench = wrench;
+        simulation.step(&inputs, step * f64::from(k)).unwrap();
+        let (after, exchange) = (simulation.kinematics(0), simulation.observe().projectile().exchange);
         let travel = before.velocity * step + (force * (step * step / 2.0) + exchange.impulse_moment) / mass;
         assert!((before.position + travel - after.position).norm() < 1e-14);
         assert!((before.velocity + (force * step + exchange.impulse) / mass - after.velocity).norm() < 1e-12);

@@ -90,6 +90,10 @@ fn base(name: &str) -> String {
         "axisymmetric wall" => wall(&axisymmetric()),
         "sliding mantle" => axisymmetric().replace("supports.z_min = \"fixed\"", "supports.side = \"roller\""),
         "bullet" => SPATIAL.replace(SPHERE, BULLET).replace("[0.0, 0.0, 0.01]", "[0.0, 0.0, 0.05]"),
+        "two" => {
+            SPATIAL.to_owned()
+                + "[[fragment]]\nshape = { sphere = { radius = 0.006 } }\nmass = 0.001\nposition = [0.03, 0.0, 0.01]\n"
+        }
         "lying rod" => SPATIAL.replace(SPHERE, rod),
         _ => panic!("refused.txt names the unknown scene {name:?}"),
     }
@@ -205,7 +209,10 @@ fn what_is_not_a_key_and_a_value_is_refused() {
         "mesh.size=[1,",
         "mesh.size: found `[1,`, expected a TOML value, such as 2e-3, [0, 0, -2], true or \"text\"",
     );
-    not_an_override("mesh..size=1", "mesh..size: found a broken key, expected a dotted key, such as mesh.size");
+    not_an_override(
+        "mesh..size=1",
+        "mesh..size: found a broken key, expected a dotted key, such as mesh.size or fragment[1].mass",
+    );
     not_an_override(
         "mesh.size.x=1",
         "mesh.size.x: found that mesh.size is a single value, expected a key inside a table",
@@ -220,7 +227,7 @@ fn an_override_of_an_unknown_key_is_refused_when_the_scene_is_read() {
     );
     not_a_scene(
         &resolved("mesch.size=1"),
-        "line 1: mesch: found the unknown key `mesch`, expected one of `scene`, `gel`, `projectile`, `mesh`, `integrator`, `contact`, `output`",
+        "line 1: mesch: found the unknown key `mesch`, expected one of `scene`, `gel`, `projectile`, `fragment`, `mesh`, `integrator`, `contact`, `output`",
     );
 }
 

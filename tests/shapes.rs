@@ -56,9 +56,10 @@ fn run(scene: &Scene, slices: u32, mut look: impl FnMut(&Simulation)) -> Simulat
 fn deepest(frame: &Frame, scene: &Scene) -> f64 {
     const N: u32 = 12;
     let shape = scene.projectile_shape();
-    let [w, x, y, z] = frame.projectile.orientation;
+    let [w, x, y, z] = frame.bodies[0].kinematics.orientation;
     let turn = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
-    let depth = |p: Vector3| -shape.gap(&turn.inverse_transform_vector(&(p - frame.projectile.position))).distance;
+    let depth =
+        |p: Vector3| -shape.gap(&turn.inverse_transform_vector(&(p - frame.bodies[0].kinematics.position))).distance;
     let spread = |facet: &[u32; 3]| {
         let [a, b, c] = facet.map(|node| frame.points[node as usize]);
         let point = move |i: u32, j: u32| a + ((b - a) * f64::from(i) + (c - a) * f64::from(j)) / f64::from(N);
@@ -82,7 +83,7 @@ fn a_pointed_bullet_does_not_slip_through_the_surface() {
             let mut most: f64 = 0.0;
             let last = run(&scene, 40, |now| most = most.max(deepest(&now.frame(), &scene))).observe();
             assert!(most < 0.35 * size, "{changes:?}: {} cells deep", most / size);
-            let received = last.contact.total_impulse.norm();
+            let received = last.projectile().contact.total_impulse.norm();
             assert!((received / impulse - 1.0).abs() < 0.04, "{changes:?}: {received} N s");
             assert!(last.energy.energy_error < 1e-10 && last.energy.energy_defect < 0.03, "{:?}", last.energy);
         }
@@ -97,7 +98,7 @@ fn a_ball_described_as_a_bullet_meets_the_gel_like_a_sphere() {
     let end = |shape: &str| {
         let scene = with(OGIVE, &[&[shape], &place[..]].concat());
         let last = run(&scene, 1, |_| {}).observe();
-        (last.contact.total_impulse.z, last.contact.peak_depth.0)
+        (last.projectile().contact.total_impulse.z, last.projectile().contact.peak_depth.0)
     };
     let sphere = end("projectile.shape={sphere={radius=0.01}}");
     for shape in [ball, capsule] {
@@ -114,7 +115,7 @@ fn a_tilted_spinning_bullet_has_the_same_bits_in_any_slices_and_keeps_the_books(
     let [one, many] = [1, 77].map(|slices| run(&scene, slices, |_| {}));
     assert_eq!(one.digest(), many.digest());
     let last = one.observe();
-    assert!(last.contact.total_impulse.norm() > 0.05 && last.energy.energy_error < 1e-10);
+    assert!(last.projectile().contact.total_impulse.norm() > 0.05 && last.energy.energy_error < 1e-10);
     assert!(last.momentum_error < 1e-12 && last.angular_momentum_error < 1e-12);
 }
 
@@ -130,6 +131,10 @@ fn bullets_in_the_plane_and_on_the_axis_start_at_their_centre_of_mass_and_reboun
         let down = scene.projectile_shape().reach(&-Vector3::z());
         assert!((down - behind_tip).abs() < 1e-15, "{down}");
         let last = run(&scene, 1, |_| {}).observe();
-        assert!(last.contact.total_impulse.z > 0.0 && last.energy.energy_error < 1e-10, "{:?}", last.contact);
+        assert!(
+            last.projectile().contact.total_impulse.z > 0.0 && last.energy.energy_error < 1e-10,
+            "{:?}",
+            last.projectile().contact
+        );
     }
 }

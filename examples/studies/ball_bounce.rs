@@ -47,8 +47,8 @@ fn row((speed, end, [depth, at, restitution]): (f64, f64, [f64; 3]), size: f64, 
         println!(" stopped: {failure} | | | | | | | | | |");
         return;
     }
-    let (found, time) = last.contact.peak_depth;
-    let e = last.projectile.velocity.z / speed;
+    let (found, time) = last.projectile().contact.peak_depth;
+    let e = last.projectile().kinematics.velocity.z / speed;
     let error = 100.0 * (1e3 * found / depth - 1.0);
     let timing = format!("{:.2} | {at}", 1e3 * time);
     println!(

@@ -19,14 +19,14 @@ pub fn study() {
         ];
         let Run { last, failure, seconds } = run(&scene("sphere-block", &keys), 1, |_| {});
         assert!(failure.is_none(), "{failure:?}");
-        let ((depth, at), cost) = (last.contact.peak_depth, &last.cost);
+        let ((depth, at), cost) = (last.projectile().contact.peak_depth, &last.cost);
         println!(
             "| {:.2} | {} | {:.2} | {:.3} | {:.3} | {:.3} | {:.0e} | {:.1e} | {:.2e} | {:.1} % | {seconds:.1} |",
             1e3 * size,
             cost.elements,
             1e3 * depth,
             1e3 * at,
-            last.projectile.velocity.z,
+            last.projectile().kinematics.velocity.z,
             cost.min_jacobian,
             last.energy.energy_error,
             last.energy.energy_defect,

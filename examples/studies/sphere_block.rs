@@ -40,8 +40,8 @@ fn row(lattice: &str, n: u32) -> Figures {
         [("mesh.size", format!("{size:e}")), ("mesh.lattice", lattice.to_owned()), ("output.frames", "1".to_owned())];
     let Run { last, failure, seconds } = run(&scene("sphere-block", &keys), 1, |_| {});
     assert!(failure.is_none(), "{failure:?}");
-    let (depth, at) = last.contact.peak_depth;
-    let v = last.projectile.velocity.z;
+    let (depth, at) = last.projectile().contact.peak_depth;
+    let v = last.projectile().kinematics.velocity.z;
     println!(
         "| {lattice} | {:.2} | {} | {:.3} | {:.3} | {v:.4} | {:.1e} | {:.2e} | {seconds:.1} |",
         1e3 * size,

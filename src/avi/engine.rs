@@ -4,7 +4,7 @@ use super::impact::Touch;
 use super::schedule::{Calendar, Kind};
 use super::{Gel, Pool, StepError, TickGrid};
 use crate::algebra::{Vector, embed};
-use crate::contact::{Body, BodyState, Exchange, Law};
+use crate::contact::{Body, BodyState, Exchange, Freedom, Law};
 use crate::element::{Evaluation, Potential};
 use crate::geometry::Gap;
 use crate::ledger::Ledger;
@@ -31,11 +31,11 @@ const TURN: f64 = 0.05;
 /// Longest step of the orientation, ticks: a body under torque must not stay at its first angular velocity for ever.
 const LONGEST_TURN: f64 = 4096.0;
 
-/// A gel and a rigid body in time.
+/// A gel and rigid bodies in time.
 #[derive(Debug)]
 pub struct Engine<const D: usize, P> {
     pub(super) gel: Arc<Gel<D, P>>,
-    pub(super) body: Body,
+    pub(super) bodies: Vec<Body>,
     pub(super) rules: Rules,
     pub(super) grid: TickGrid,
     pub(super) state: State<D>,
@@ -70,42 +70,48 @@ pub(super) struct Scratch<const D: usize> {
     pub limit: Vec<f64>,
     /// The surface nodes among them, ascending.
     pub reached: Vec<u32>,
-    /// φ and n of those, by surface node.
+    /// φ and n of those to each active body, by surface node and body.
     pub gaps: Vec<Option<Gap>>,
+    /// The bodies at this tick before its impulses …
+    pub was: Vec<BodyState>,
+    /// … and with those so far.
+    pub now: Vec<BodyState>,
     /// Forces on the nodes of the firing patches, `stride` each.
     pub forces: Vec<Vector<D>>,
     /// What the firing patches answered.
     pub answers: Vec<Evaluation>,
     /// Length of the kick of the firing patches, s.
     pub weights: Vec<f64>,
-    /// Points of the surface inside the body.
+    /// Points of the surface inside a body.
     pub touches: Vec<Touch<D>>,
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// A gel at the given positions and velocities, and a body, at time 0.
+    /// A gel at the given positions and velocities, and bodies, at time 0.
     ///
     /// # Panics
-    /// If the gel has no patches or their stiffness is not positive.
+    /// If there is no body, or the gel has no patches or their stiffness is not positive.
     #[must_use]
     pub fn new(
         gel: Gel<D, P>,
-        (body, at): (Body, BodyState),
+        bodies: Vec<(Body, BodyState)>,
         rules: Rules,
         nodes: Vec<(Vector<D>, Vector<D>)>,
     ) -> Self {
         let (position, velocity): (Vec<_>, Vec<_>) = nodes.into_iter().unzip();
         let clocks = gel.clocks(&position);
         let tick = vec![0; position.len()];
-        let (ledger, record) = (Ledger::default(), Record::default());
-        let state = State { position, velocity, tick, clocks, body: at, ledger, record };
+        assert!(!bodies.is_empty(), "there is a body, if only one that touches nothing");
+        let (bodies, at): (Vec<_>, Vec<_>) = bodies.into_iter().unzip();
+        let (ledger, record) = (Ledger::default(), Record::new(bodies.len()));
+        let state = State { position, velocity, tick, clocks, bodies: at, ledger, record };
         let steps = super::pace::stable_steps(&gel, &state.clocks, rules.cfl);
         let grid = TickGrid::new(&steps);
-        let start = Start::of(&gel, &body, &state);
+        let start = Start::of(&gel, &bodies, &state);
         let calendar = Calendar::new(rules.schedule, &state.clocks);
-        let scratch = Scratch::new(state.position.len(), gel.surface.nodes.len());
+        let scratch = Scratch::new(state.position.len(), gel.surface.nodes.len() * bodies.len());
         let gel = Arc::new(gel);
-        Self { gel, body, rules, grid, state, scratch, pool: None, calendar, now: None, start }
+        Self { gel, bodies, rules, grid, state, scratch, pool: None, calendar, now: None, start }
     }
 
     /// Lets the element phase use these threads; results do not depend on it.
@@ -121,10 +127,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         &self.state
     }
 
-    /// The body: what does not change.
+    /// The bodies: what does not change.
     #[must_use]
-    pub fn body(&self) -> &Body {
-        &self.body
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// The directions that the dimension leaves to every body.
+    pub(super) fn freedom(&self) -> Freedom {
+        self.bodies[0].freedom
     }
 
     /// The gel: what does not change.
@@ -148,7 +159,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// # Errors
     /// What is wrong.
     pub fn check(&self, state: &State<D>) -> Result<(), &'static str> {
-        state.check_invariants((self.gel.mass.len(), self.gel.potential.len()))?;
+        state.check_invariants((self.gel.mass.len(), self.gel.potential.len(), self.bodies.len()))?;
         let fits = |clock: &Clock| self.rules.schedule != Kind::Bins || clock.step == 0 || clock.step.is_power_of_two();
         if state.clocks.iter().all(fits) { Ok(()) } else { Err("a step is none of the bins") }
     }
@@ -165,37 +176,43 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.state = state;
     }
 
-    /// Replaces the body's state or wrench at its own time, an event; what changed is booked by the caller.
-    pub fn set_body(&mut self, state: BodyState) {
-        self.state.body = state;
+    /// Replaces a body's state or wrench at its own time, an event; what changed is booked by the caller.
+    pub fn set_body(&mut self, body: usize, state: &BodyState) {
+        self.state.bodies[body] = *state;
     }
 
-    /// The books, for what is done to the body from outside.
+    /// The books, for what is done to a body from outside.
     pub fn ledger_mut(&mut self) -> &mut Ledger {
         &mut self.state.ledger
     }
 
-    /// Moves the body to time `t` as an event and books what the wrench gave.
-    pub fn rebase_body(&mut self, t: f64) {
-        let next = self.state.body.at(&self.body, t);
-        let passage = self.state.body.passage(&self.body, &next);
-        passage.post(&mut self.state.ledger);
-        self.state.body = next;
+    /// Moves a body to time `t` as an event and books what the wrench gave.
+    pub fn rebase_body(&mut self, body: usize, t: f64) {
+        let (fixed, state) = (&self.bodies[body], &mut self.state.bodies[body]);
+        let next = state.at(fixed, t);
+        state.passage(fixed, &next).post(&mut self.state.ledger);
+        *state = next;
     }
 
-    /// Processes all ticks up to time `t`, s, and adds what the body received to `exchange`.
+    /// Processes all ticks up to time `t`, s, and adds what each body received to its `exchange`.
+    ///
+    /// # Panics
+    /// Unless every body has its exchange.
     ///
     /// # Errors
     /// [`StepError`] when the mesh or the numbers fail.
-    pub fn advance_to(&mut self, t: f64, exchange: &mut Exchange) -> Result<(), StepError> {
+    pub fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<(), StepError> {
+        assert_eq!(exchanges.len(), self.bodies.len(), "every body has its exchange");
         let end = self.grid.last_tick(t);
         while let Some(tick) = self.next_event().filter(|tick| *tick <= end) {
-            if self.next_turn() == Some(tick) {
-                self.rebase_body(self.grid.time(tick));
+            for body in 0..self.bodies.len() {
+                if self.next_turn(body) == Some(tick) {
+                    self.rebase_body(body, self.grid.time(tick));
+                }
             }
             let due = self.calendar.take(tick).to_vec();
             if !due.is_empty() {
-                self.tick(tick, &due, (t, exchange))?;
+                self.tick(tick, &due, (t, exchanges))?;
             }
             self.now = Some(tick);
         }
@@ -204,43 +221,51 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     fn next_event(&self) -> Option<Tick> {
         let patches = self.now.map_or(Some(0), |now| self.calendar.next(now));
-        [patches, self.next_turn()].into_iter().flatten().min()
+        let turns = (0..self.bodies.len()).filter_map(|body| self.next_turn(body));
+        patches.into_iter().chain(turns).min()
     }
 
     /// The next tick at which the orientation of a body that tumbles is stepped: the first multiple of its period after
     /// the body's last event that has not been processed. The period is the longest power of two of ticks in which the
     /// body turns by no more than [`TURN`].
-    fn next_turn(&self) -> Option<Tick> {
+    fn next_turn(&self, body: usize) -> Option<Tick> {
         let now = self.now?;
-        let body = &self.state.body;
-        if !self.body.tumbles(body) {
+        let (fixed, body) = (&self.bodies[body], &self.state.bodies[body]);
+        if !fixed.tumbles(body) {
             return None;
         }
-        let rate = self.body.angular_velocity(body).norm();
+        let rate = fixed.angular_velocity(body).norm();
         let longest = self.grid.ticks(TURN / rate).clamp(1.0, LONGEST_TURN);
         let period = super::grid::floor_power_of_two(longest) as Tick;
         let last = (self.grid.ticks(body.time).floor() as Tick).max(now);
         Some((last / period + 1) * period)
     }
 
-    fn tick(&mut self, tick: Tick, due: &[ElementId], (t, exchange): (f64, &mut Exchange)) -> Result<(), StepError> {
+    fn tick(&mut self, tick: Tick, due: &[ElementId], (t, exchanges): (f64, &mut [Exchange])) -> Result<(), StepError> {
         let time = self.grid.time(tick);
         self.drift(tick, due);
         self.evaluate(due);
         self.check_elements(due, time)?;
-        let body = self.state.body.at(&self.body, time);
-        self.measure_gaps(&body);
+        self.place_bodies(time);
+        self.measure_gaps();
         self.measure_limits(due, tick);
         self.check_steps(due, time)?;
         let was: Vec<Clock> = due.iter().map(|patch| self.state.clocks[patch.index()]).collect();
-        self.set_clocks(due, tick, &body);
-        self.find_touches(&body, tick);
-        let struck = self.kick_and_strike(due, &body);
+        self.set_clocks(due, tick);
+        self.find_touches(tick);
+        self.kick_and_strike(due);
         self.book(due, &was, tick);
-        self.book_contact(&body, &struck);
-        self.receive((&body, &struck), time, (t, exchange));
+        self.book_contact();
+        self.receive(time, (t, exchanges));
         self.reschedule(due, &was, tick);
-        self.check_leaks(&body, time)
+        self.check_leaks(time)
+    }
+
+    fn place_bodies(&mut self, time: f64) {
+        let scratch = &mut self.scratch;
+        scratch.was.clear();
+        scratch.was.extend(self.bodies.iter().zip(&self.state.bodies).map(|(body, last)| last.at(body, time)));
+        scratch.now.clone_from(&scratch.was);
     }
 
     fn drift(&mut self, tick: Tick, due: &[ElementId]) {
@@ -309,12 +334,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 }
 
 impl<const D: usize> Scratch<D> {
-    fn new(n_nodes: usize, n_surface: usize) -> Self {
+    fn new(n_nodes: usize, n_gaps: usize) -> Self {
         Self {
             stamp: vec![0; n_nodes],
             before: vec![Vector::zeros(); n_nodes],
             limit: vec![0.0; n_nodes],
-            gaps: vec![None; n_surface],
+            gaps: vec![None; n_gaps],
             ..Self::default()
         }
     }

@@ -4,15 +4,17 @@ use super::StepError;
 use super::engine::Engine;
 use super::pierce::Piercing;
 use crate::algebra::{Vector, Vector3, embed, restrict};
-use crate::contact::{BodyState, Exchange, Law, impulse, reversal};
+use crate::contact::{Body, BodyState, Exchange, Law, impulse, reversal};
 use crate::element::Potential;
 use crate::geometry::{Gap, SignedDistance};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
 
-/// A point of the surface inside the body at this tick: a node, or a point of a facet.
+/// A point of the surface inside a body at this tick: a node, or a point of a facet.
 #[derive(Debug, Clone)]
 pub(super) struct Touch<const D: usize> {
+    /// Which body.
+    pub body: usize,
     /// The nodes that carry it; the first `n_nodes` count.
     pub nodes: [NodeId; 3],
     /// w, the part of each.
@@ -28,6 +30,10 @@ pub(super) struct Touch<const D: usize> {
     pub point: Vector3,
     /// K = Σ w² n·P n/m + 1/M + (r×n)·I⁻¹(r×n), 1/kg.
     pub compliance: f64,
+    /// ∂x/∂h and ∂x/∂a along the normal, of a dome.
+    pub growth: Vector<2>,
+    /// Velocity of the point of the body's surface by the growth of a dome, m/s.
+    pub swell: Vector3,
     /// Relative velocity before the tick, m/s; u⁻ is its normal part.
     pub before: Vector3,
     /// ½ a Δt, half of what an acceleration of the body towards the point gives it until the point's next tick, m/s.
@@ -41,6 +47,29 @@ pub(super) struct Touch<const D: usize> {
 }
 
 impl<const D: usize> Touch<D> {
+    /// Nothing anywhere.
+    fn empty() -> Self {
+        let (zero, growth) = (Vector3::zeros(), Vector::<2>::zeros());
+        Self {
+            body: 0,
+            nodes: [NodeId(0); 3],
+            weights: [0.0; 3],
+            n_nodes: 0,
+            size: 0.0,
+            distance: 0.0,
+            normal: zero,
+            point: zero,
+            compliance: 0.0,
+            growth,
+            swell: zero,
+            before: zero,
+            lead: 0.0,
+            bias: 0.0,
+            impulse: 0.0,
+            drag: zero,
+        }
+    }
+
     pub fn nodes(&self) -> &[NodeId] {
         &self.nodes[..self.n_nodes]
     }
@@ -85,31 +114,57 @@ const BIAS_CAP: f64 = 0.1;
 pub(super) const SLOP: f64 = 0.03;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// φ and n of the active surface nodes.
-    pub(super) fn measure_gaps(&mut self, body: &BodyState) {
-        let scratch = &mut self.scratch;
+    /// φ and n of the active surface nodes to the active bodies.
+    pub(super) fn measure_gaps(&mut self) {
+        let (scratch, n) = (&mut self.scratch, self.bodies.len());
         for surface in scratch.reached.drain(..) {
-            scratch.gaps[surface as usize] = None;
+            scratch.gaps[surface as usize * n..][..n].fill(None);
         }
         let surface_of = |node: &NodeId| self.gel.surface.of[node.index()];
         scratch.reached.extend(scratch.active.iter().filter_map(surface_of));
         scratch.reached.sort_unstable();
         for surface in &scratch.reached {
             let node = self.gel.surface.nodes[*surface as usize].node;
-            let gap = self.body.gap(body, &embed(&self.state.position[node.index()]));
-            scratch.gaps[*surface as usize] = Some(gap);
+            let point = embed(&self.state.position[node.index()]);
+            let gaps = &mut scratch.gaps[*surface as usize * n..][..n];
+            for ((gap, fixed), body) in gaps.iter_mut().zip(&self.bodies).zip(&scratch.was) {
+                *gap = body.active.then(|| fixed.gap(body, &point));
+            }
         }
     }
 
-    /// The active nodes inside the body, ascending, then the firing facets that a tip pierces or whose middle is deep inside.
-    pub(super) fn find_touches(&mut self, body: &BodyState, tick: Tick) {
+    /// φ and n of an active surface node, by body.
+    pub(super) fn gaps_of(&self, surface: u32) -> &[Option<Gap>] {
+        let n = self.bodies.len();
+        &self.scratch.gaps[surface as usize * n..][..n]
+    }
+
+    /// Body by body, the active nodes inside it, ascending, then the firing facets that a tip pierces or whose middle is
+    /// deep inside.
+    pub(super) fn find_touches(&mut self, tick: Tick) {
         let mut touches = std::mem::take(&mut self.scratch.touches);
         touches.clear();
+        for body in 0..self.bodies.len() {
+            self.touches_of(body, tick, &mut touches);
+        }
+        for touch in &touches {
+            let contact = &mut self.state.record.contacts[touch.body];
+            contact.approach = contact.approach.max(-touch.approach());
+        }
+        for touch in &mut touches {
+            let step = self.grid.time(self.shortest_around(touch.nodes[0]) as Tick);
+            touch.lead = self.lead(touch, step);
+            touch.bias = self.bias(touch, step);
+        }
+        self.scratch.touches = touches;
+    }
+
+    fn touches_of(&self, body: usize, tick: Tick, touches: &mut Vec<Touch<D>>) {
         let surface = &self.gel.surface;
         let mut facets = vec![];
         for reached in &self.scratch.reached {
-            let (at, gap) = (surface.nodes[*reached as usize], self.scratch.gaps[*reached as usize]);
-            let Some(gap) = gap.filter(|gap| gap.distance < at.size) else { continue };
+            let at = surface.nodes[*reached as usize];
+            let Some(gap) = self.gaps_of(*reached)[body].filter(|gap| gap.distance < at.size) else { continue };
             if gap.distance <= TOUCH * at.size {
                 let point = embed(&self.state.position[at.node.index()]);
                 touches.extend(self.touch((&[at.node], [1.0, 0.0, 0.0]), (at.size, point), &gap, body));
@@ -120,69 +175,65 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         facets.sort_unstable_by_key(|(facet, _)| *facet);
         facets.dedup_by_key(|(facet, _)| *facet);
         touches.extend(facets.into_iter().filter_map(|(facet, size)| self.touching_facet(facet, size, body)));
-        let record = &mut self.state.record;
-        record.approach = touches.iter().map(|touch| -touch.approach()).fold(record.approach, f64::max);
-        for touch in &mut touches {
-            let step = self.grid.time(self.shortest_around(touch.nodes[0]) as Tick);
-            touch.lead = self.lead(touch, step, body);
-            touch.bias = self.bias(touch, step);
-        }
-        self.scratch.touches = touches;
     }
 
-    fn touching_facet(&self, facet: ElementId, size: f64, body: &BodyState) -> Option<Touch<D>> {
+    /// A body where it is at this tick.
+    fn placed(&self, body: usize) -> (&Body, &BodyState) {
+        (&self.bodies[body], &self.scratch.was[body])
+    }
+
+    fn touching_facet(&self, facet: ElementId, size: f64, body: usize) -> Option<Touch<D>> {
         let corners = &self.gel.surface.facets[facet.index()][..D];
-        if let Some(Piercing { point, weights, gap, .. }) = self.pricking(facet, size, body) {
+        let (fixed, at) = self.placed(body);
+        if let Some(Piercing { point, weights, gap, .. }) = self.pricking(facet, size, (fixed, at)) {
             return self.touch((corners, weights), (size, point), &gap, body);
         }
-        let middle = self.middle(facet, body.time);
-        let gap = self.body.gap(body, &middle);
-        let deep = -gap.distance > FACE_DEPTH * size.min(self.body.shape.inner_radius());
+        let middle = self.middle(facet, at.time);
+        let gap = fixed.gap(at, &middle);
+        let deep = -gap.distance > FACE_DEPTH * size.min(fixed.shape.inner_radius());
         // It is only stopped: what it is deep is not removed.
         let gap = Gap { distance: 0.0, ..gap };
         if deep { self.touch((corners, [1.0 / D as f64; 3]), (size, middle), &gap, body) } else { None }
     }
 
-    /// A point inside the body that these nodes carry; `None` if neither they nor the body can move.
+    /// A point inside a body that these nodes carry; `None` if neither they nor the body can move.
     fn touch(
         &self,
         (carriers, weights): (&[NodeId], [f64; 3]),
         (size, point): (f64, Vector3),
         gap: &Gap,
-        body: &BodyState,
+        body: usize,
     ) -> Option<Touch<D>> {
         let mut nodes = [carriers[0]; 3];
         nodes[..carriers.len()].copy_from_slice(carriers);
-        let (distance, normal) = (gap.distance, gap.normal);
-        let n_nodes = carriers.len();
-        let (before, drag) = (Vector3::zeros(), Vector3::zeros());
-        let (compliance, lead, bias, impulse) = (0.0, 0.0, 0.0, 0.0);
+        let (fixed, at) = self.placed(body);
+        let growth = fixed.growth(at, &point);
+        let speed = at.bulge.map_or(0.0, |bulge| growth.dot(&bulge.rate));
         let mut touch = Touch {
+            body,
             nodes,
             weights,
-            n_nodes,
+            n_nodes: carriers.len(),
             size,
-            distance,
-            normal,
+            distance: gap.distance,
+            normal: gap.normal,
             point,
-            compliance,
-            before,
-            lead,
-            bias,
-            impulse,
-            drag,
+            growth,
+            swell: gap.normal * speed,
+            ..Touch::empty()
         };
-        touch.compliance = self.compliance(&touch, &normal, body);
-        touch.before = self.relative(&touch, body);
+        touch.compliance = self.compliance(&touch, &gap.normal);
+        touch.before = self.relative(&touch);
         (touch.compliance > 0.0).then_some(touch)
     }
 
     /// K along a unit vector, 1/kg.
-    fn compliance(&self, touch: &Touch<D>, direction: &Vector3, body: &BodyState) -> f64 {
+    fn compliance(&self, touch: &Touch<D>, direction: &Vector3) -> f64 {
         let own = |(node, w): (NodeId, f64)| {
             w * w * self.free_part(node, direction).norm_squared() / self.gel.mass[node.index()]
         };
-        touch.carriers().map(own).sum::<f64>() + self.body.compliance(body, &(touch.point - body.position), direction)
+        let (fixed, at) = self.placed(touch.body);
+        touch.carriers().map(own).sum::<f64>() + fixed.compliance(at, &(touch.point - at.position), direction)
     }
 
     /// P v, the part of a world vector in the free directions of a node.
@@ -190,18 +241,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         restrict::<D>(v).component_mul(&self.gel.free[node.index()])
     }
 
-    /// Σ w v_a − V(x), m/s.
-    pub(super) fn relative(&self, touch: &Touch<D>, body: &BodyState) -> Vector3 {
+    /// Σ w v_a − V(x), m/s, with the impulses so far.
+    pub(super) fn relative(&self, touch: &Touch<D>) -> Vector3 {
         let gel: Vector3 = touch.carriers().map(|(node, w)| embed(&self.state.velocity[node.index()]) * w).sum();
-        gel - self.body.velocity_at(body, &touch.point)
+        let (fixed, now) = (&self.bodies[touch.body], &self.scratch.now[touch.body]);
+        gel - fixed.velocity_at(now, &touch.point) - touch.swell
     }
 
     /// The body is accelerated all the time, the node only at its ticks. Stopped at its tick, it would be overrun by ½ a Δt²
     /// until the next, for ever: a ball pressed on gel sank through a standing node at ½ a Δt. What is stopped is the mean
     /// of the interval ahead, as the half-step velocities of the gel are means.
-    fn lead(&self, touch: &Touch<D>, step: f64, body: &BodyState) -> f64 {
-        let pull = self.body.freedom.translation(&body.wrench.force) / self.body.mass;
-        (0.5 * step * touch.normal.dot(&pull)).max(0.0)
+    fn lead(&self, touch: &Touch<D>, step: f64) -> f64 {
+        let (fixed, at) = self.placed(touch.body);
+        let pull = fixed.freedom.translation(&at.wrench.force) / fixed.mass;
+        let swelling = at.bulge.map_or(0.0, |bulge| touch.growth.dot(&bulge.acceleration));
+        (0.5 * step * (touch.normal.dot(&pull) + swelling)).max(0.0)
     }
 
     /// What the removal of standing penetration adds to the restituted velocity −e u⁻: the target is the greater of
@@ -209,61 +263,63 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn bias(&self, touch: &Touch<D>, step: f64) -> f64 {
         let Law::Moreau { bias, restitution, .. } = self.rules.law else { return 0.0 };
         let standing = (-touch.distance - SLOP * touch.size).max(0.0);
-        let removal = (bias * standing / step).min(BIAS_CAP * self.state.record.approach);
+        let removal = (bias * standing / step).min(BIAS_CAP * self.state.record.contacts[touch.body].approach);
         if removal > 0.0 { (removal + restitution * touch.approach()).max(0.0) } else { 0.0 }
     }
 
     /// Gives w times the impulse to each carrier and minus the impulse to the body, at the point that they carry.
-    fn strike(&mut self, touch: usize, impulse: &Vector3, body: &mut BodyState) {
+    fn strike(&mut self, touch: usize, impulse: &Vector3) {
         let touch = &self.scratch.touches[touch];
         for (node, w) in touch.carriers() {
             let push = self.free_part(node, impulse) * (w / self.gel.mass[node.index()]);
             self.state.velocity[node.index()] += push;
         }
-        self.body.strike(body, &touch.point, &-impulse);
+        let (body, point) = (touch.body, touch.point);
+        self.bodies[body].strike(&mut self.scratch.now[body], &point, &-impulse);
     }
 
-    /// Moreau's law with Coulomb's friction for all touching points in ascending order, swept until nothing changes; the
-    /// projected Gauss–Seidel method on the accumulated impulses.
-    pub(super) fn solve(&mut self, (restitution, friction): (f64, f64), body: &mut BodyState) {
+    /// Moreau's law with Coulomb's friction for all touching points in order, swept until nothing changes; the projected
+    /// Gauss–Seidel method on the accumulated impulses.
+    pub(super) fn solve(&mut self, restitution: f64, friction: f64) {
+        let fastest = self.state.record.contacts.iter().map(|contact| contact.approach).fold(0.0, f64::max);
         for _ in 0..SWEEPS {
             let mut residual: f64 = 0.0;
             for i in 0..self.scratch.touches.len() {
-                residual = residual.max(self.push(i, restitution, body));
+                residual = residual.max(self.push(i, restitution));
                 if friction > 0.0 {
-                    residual = residual.max(self.rub(i, friction, body));
+                    residual = residual.max(self.rub(i, friction));
                 }
             }
-            if residual <= SETTLED * self.state.record.approach {
+            if residual <= SETTLED * fastest {
                 break;
             }
         }
     }
 
     /// One correction of a normal impulse; by how much it changes the velocity, m/s.
-    fn push(&mut self, i: usize, restitution: f64, body: &mut BodyState) -> f64 {
+    fn push(&mut self, i: usize, restitution: f64) -> f64 {
         let touch = &self.scratch.touches[i];
         let rebound = touch.bias + touch.lead - restitution * (touch.approach() + touch.lead);
         let so_far = touch.impulse;
-        let free = touch.normal.dot(&self.relative(touch, body)) - touch.compliance * so_far;
+        let free = touch.normal.dot(&self.relative(touch)) - touch.compliance * so_far;
         let change = impulse(free, rebound, touch.compliance) - so_far;
         if change == 0.0 {
             return 0.0;
         }
         let (push, jump) = (touch.normal * change, change.abs() * touch.compliance);
         self.scratch.touches[i].impulse += change;
-        self.strike(i, &push, body);
+        self.strike(i, &push);
         jump
     }
 
     /// One correction of friction: the impulse that would stop the sliding, cut to |Jₜ| ≤ μ J; by how much it changes the
     /// velocity, m/s.
-    fn rub(&mut self, i: usize, friction: f64, body: &mut BodyState) -> f64 {
+    fn rub(&mut self, i: usize, friction: f64) -> f64 {
         let touch = &self.scratch.touches[i];
-        let relative = self.relative(touch, body);
+        let relative = self.relative(touch);
         let sliding = relative - touch.normal * touch.normal.dot(&relative);
         let Some(direction) = sliding.try_normalize(0.0) else { return 0.0 };
-        let compliance = self.compliance(touch, &direction, body);
+        let compliance = self.compliance(touch, &direction);
         if compliance == 0.0 {
             return 0.0;
         }
@@ -271,61 +327,60 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let drag = if stick.norm() > most { stick.normalize() * most } else { stick };
         let change = drag - touch.drag;
         self.scratch.touches[i].drag = drag;
-        self.strike(i, &change, body);
+        self.strike(i, &change);
         change.norm() * compliance
     }
 
     /// The paper's law for the nodes of one patch that has just been kicked.
-    pub(super) fn reverse(&mut self, patch: ElementId, body: &mut BodyState) {
+    pub(super) fn reverse(&mut self, patch: ElementId) {
         for i in 0..self.scratch.touches.len() {
             let touch = &self.scratch.touches[i];
             if touch.nodes().iter().all(|node| self.gel.potential.nodes(patch).contains(node)) {
-                let j = reversal(touch.normal.dot(&self.relative(touch, body)), touch.compliance);
+                let j = reversal(touch.normal.dot(&self.relative(touch)), touch.compliance);
                 let push = touch.normal * j;
                 self.scratch.touches[i].impulse += j;
-                self.strike(i, &push, body);
+                self.strike(i, &push);
             }
         }
     }
 
-    /// Makes the impulses an event of the body, and tells the importer and the record what it received.
-    pub(super) fn receive(
-        &mut self,
-        (was, now): (&BodyState, &BodyState),
-        time: f64,
-        (end, exchange): (f64, &mut Exchange),
-    ) {
-        let touches = std::mem::take(&mut self.scratch.touches);
-        let mut impulse = Vector3::zeros();
-        let struck = touches.iter().any(|touch| touch.impulse > 0.0);
-        for touch in touches.iter().filter(|touch| touch.impulse > 0.0) {
-            let given = self.body.freedom.translation(&-touch.push());
+    /// Makes the impulses events of the bodies, and tells the importer and the record what they received.
+    pub(super) fn receive(&mut self, time: f64, (end, exchanges): (f64, &mut [Exchange])) {
+        for (body, exchange) in exchanges.iter_mut().enumerate() {
+            let Some(impulse) = self.received(body, exchange) else { continue };
+            exchange.impulse += impulse;
+            exchange.impulse_moment += impulse * (end - time);
+            self.rebase_body(body, time);
+            self.state.bodies[body] = self.scratch.now[body];
+            self.record_impulse(body, impulse, time);
+        }
+    }
+
+    /// The impulse of this tick on a body, N·s, if there is any; enters what is particular to a touch.
+    fn received(&mut self, body: usize, exchange: &mut Exchange) -> Option<Vector3> {
+        let (fixed, was, now) = (&self.bodies[body], &self.scratch.was[body], &self.scratch.now[body]);
+        let record = &mut self.state.record.contacts[body];
+        let touches = self.scratch.touches.iter().filter(|touch| touch.body == body && touch.impulse > 0.0);
+        touches.fold(None, |sum: Option<Vector3>, touch| {
+            let given = fixed.freedom.translation(&-touch.push());
             let arm = touch.point - was.position;
-            let wall = (self.body.velocity_at(was, &touch.point) + self.body.velocity_at(now, &touch.point)) / 2.0;
-            exchange.angular_impulse += self.body.freedom.rotation(&arm.cross(&given));
+            let wall = (fixed.velocity_at(was, &touch.point) + fixed.velocity_at(now, &touch.point)) / 2.0;
+            exchange.angular_impulse += fixed.freedom.rotation(&arm.cross(&given));
+            exchange.bulge_impulse += touch.growth * touch.normal.dot(&given);
             exchange.energy_residual -= given.dot(&wall);
-            impulse += given;
             if touch.n_nodes == 1 {
-                let (record, depth) = (&mut self.state.record, -touch.distance / touch.size);
+                let depth = -touch.distance / touch.size;
                 record.standing = (record.standing.0 + depth, record.standing.1 + 1);
                 record.deepest = record.deepest.max(depth);
             }
-        }
-        self.scratch.touches = touches;
-        if !struck {
-            return;
-        }
-        exchange.impulse += impulse;
-        exchange.impulse_moment += impulse * (end - time);
-        self.rebase_body(time);
-        self.state.body = *now;
-        self.record_impulse(impulse, time);
+            Some(sum.unwrap_or_else(Vector3::zeros) + given)
+        })
     }
 
-    fn record_impulse(&mut self, impulse: Vector3, time: f64) {
-        let depth = self.body.depth(&self.state.body);
+    fn record_impulse(&mut self, body: usize, impulse: Vector3, time: f64) {
+        let depth = self.bodies[body].depth(&self.state.bodies[body]);
         let width = self.rules.force_window;
-        let record = &mut self.state.record;
+        let record = &mut self.state.record.contacts[body];
         record.impulse += impulse;
         record.direction = impulse.try_normalize(0.0).unwrap_or(record.direction);
         record.touched = Some((record.touched.map_or(time, |touched| touched.0), time));
@@ -338,27 +393,30 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         record.window = (window, sum, greatest.max(sum.norm()));
     }
 
-    /// The facets around nodes near the body must not be deep inside it (A11).
-    pub(super) fn check_leaks(&self, body: &BodyState, time: f64) -> Result<(), StepError> {
+    /// The facets around nodes near a body must not be deep inside it (A11).
+    pub(super) fn check_leaks(&self, time: f64) -> Result<(), StepError> {
         let surface = &self.gel.surface;
         for reached in &self.scratch.reached {
-            let (near, gap) = (surface.nodes[*reached as usize], self.scratch.gaps[*reached as usize]);
-            if gap.is_some_and(|gap| gap.distance < near.size) {
-                let mut facets = surface.around.of(near.node).iter();
-                facets.try_for_each(|facet| self.check_facet(*facet, near.size, (body, time)))?;
+            let near = surface.nodes[*reached as usize];
+            for (body, gap) in self.gaps_of(*reached).iter().enumerate() {
+                if gap.is_some_and(|gap| gap.distance < near.size) {
+                    let mut facets = surface.around.of(near.node).iter();
+                    facets.try_for_each(|facet| self.check_facet(*facet, near.size, (body, time)))?;
+                }
             }
         }
         Ok(())
     }
 
-    fn check_facet(&self, facet: ElementId, size: f64, (body, time): (&BodyState, f64)) -> Result<(), StepError> {
-        let most = LEAK * size.min(self.body.shape.inner_radius());
-        let pierced = self.piercing(facet, body).map(|piercing| piercing.point);
-        for at in [self.middle(facet, time)].into_iter().chain(pierced) {
-            let depth = -self.body.gap(body, &at).distance;
+    fn check_facet(&self, facet: ElementId, size: f64, (body, time): (usize, f64)) -> Result<(), StepError> {
+        let (fixed, at) = self.placed(body);
+        let most = LEAK * size.min(fixed.shape.inner_radius());
+        let pierced = self.piercing(facet, (fixed, at)).map(|piercing| piercing.point);
+        for point in [self.middle(facet, time)].into_iter().chain(pierced) {
+            let depth = -fixed.gap(at, &point).distance;
             if depth > most {
                 let element = self.gel.behind[facet.index()].index();
-                return Err(StepError::Leak { element, time, depth, at: at.into() });
+                return Err(StepError::Leak { element, time, depth, at: point.into() });
             }
         }
         Ok(())

@@ -1,32 +1,31 @@
 //! The kicks of one tick, and the books of what they did (numerics 1.2, A6).
 
 use super::engine::Engine;
+use super::impact::Touch;
 use crate::algebra::{Vector, Vector3, embed, restrict};
-use crate::contact::{BodyState, Freedom, Law, Motion};
+use crate::contact::{Freedom, Law, Motion};
 use crate::element::Potential;
 use crate::ledger::Ledger;
 use crate::mesh::ElementId;
 use crate::state::{Clock, Tick};
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// All kicks, then the contact solve; or, by the paper's law, the reversal after each kick. Gives the body after.
-    pub(super) fn kick_and_strike(&mut self, due: &[ElementId], body: &BodyState) -> BodyState {
-        let mut struck = *body;
+    /// All kicks, then the contact solve; or, by the paper's law, the reversal after each kick.
+    pub(super) fn kick_and_strike(&mut self, due: &[ElementId]) {
         match self.rules.law {
             Law::Moreau { restitution, friction, .. } => {
                 for (i, patch) in due.iter().enumerate() {
                     self.kick(i, *patch);
                 }
-                self.solve((restitution, friction), &mut struck);
+                self.solve(restitution, friction);
             }
             Law::Reversal => {
                 for (i, patch) in due.iter().enumerate() {
                     self.kick(i, *patch);
-                    self.reverse(*patch, &mut struck);
+                    self.reverse(*patch);
                 }
             }
         }
-        struck
     }
 
     /// v_a += w f_a/m_a in the free directions; the held ones take up the rest.
@@ -37,7 +36,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let (a, push) = (node.index(), force * weight);
             self.state.velocity[a] += push.component_mul(&self.gel.free[a]) / self.gel.mass[a];
             let at = embed(&self.state.position[a]);
-            book_restraint(&self.gel.free[a], self.body.freedom, (at, embed(&push)), &mut self.state.ledger);
+            book_restraint(&self.gel.free[a], self.freedom(), (at, embed(&push)), &mut self.state.ledger);
         }
     }
 
@@ -67,36 +66,37 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, the part Σ J b of it that removes penetration, that of
-    /// friction, Σ Jₜ·(u⁻ + u⁺)/2, and what the holder of a body that is not free gives.
-    pub(super) fn book_contact(&mut self, was: &BodyState, now: &BodyState) {
+    /// friction, Σ Jₜ·(u⁻ + u⁺)/2, and what the holder of a body that is not free, or of a growing dome, gives.
+    pub(super) fn book_contact(&mut self) {
         let touches = std::mem::take(&mut self.scratch.touches);
         for touch in touches.iter().filter(|touch| touch.impulse > 0.0) {
             let j = touch.impulse;
-            let mean = 0.5 * (touch.before + self.relative(touch, now));
+            let mean = 0.5 * (touch.before + self.relative(touch));
             let removal = j * touch.bias;
             self.state.ledger.energy.contact += j * touch.normal.dot(&mean) - removal;
             self.state.ledger.energy.contact_bias += removal;
             self.state.ledger.energy.friction += touch.drag.dot(&mean);
+            self.state.ledger.energy.external += touch.push().dot(&touch.swell);
             for (node, w) in touch.carriers() {
                 let (at, push) = (embed(&self.state.position[node.index()]), touch.push() * w);
                 let free = &self.gel.free[node.index()];
-                book_restraint(free, self.body.freedom, (at, push), &mut self.state.ledger);
+                book_restraint(free, self.freedom(), (at, push), &mut self.state.ledger);
             }
-            if self.body.motion != Motion::Free {
-                self.book_reaction(was, touch.point, touch.push());
+            if self.bodies[touch.body].motion != Motion::Free {
+                self.book_reaction(touch);
             }
         }
         self.scratch.touches = touches;
     }
 
-    /// Momentum and work that come from whoever holds or moves the body.
-    fn book_reaction(&mut self, body: &BodyState, point: Vector3, push: Vector3) {
-        let freedom = self.body.freedom;
-        let work = push.dot(&self.body.velocity_at(body, &point));
+    /// Momentum and work that come from whoever holds or moves a body.
+    fn book_reaction(&mut self, touch: &Touch<D>) {
+        let (freedom, push, body) = (self.freedom(), touch.push(), touch.body);
+        let work = push.dot(&self.bodies[body].velocity_at(&self.scratch.was[body], &touch.point));
         let ledger = &mut self.state.ledger;
         ledger.energy.external += work;
         ledger.momentum.external += freedom.translation(&push);
-        ledger.angular_momentum.external += freedom.rotation(&point.cross(&push));
+        ledger.angular_momentum.external += freedom.rotation(&touch.point.cross(&push));
     }
 }
 

@@ -3,7 +3,6 @@
 use super::engine::Engine;
 use super::{Gel, StepError};
 use crate::algebra::Vector3;
-use crate::contact::BodyState;
 use crate::element::Potential;
 use crate::geometry::Gap;
 use crate::mesh::{ElementId, NodeId};
@@ -79,12 +78,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Chooses the next tick of each firing patch, in ascending order, and the length of its kick: half of the step
     /// behind and half of the step ahead.
-    pub(super) fn set_clocks(&mut self, due: &[ElementId], tick: Tick, body: &BodyState) {
+    pub(super) fn set_clocks(&mut self, due: &[ElementId], tick: Tick) {
         self.scratch.weights.clear();
         for patch in due {
             let was = self.state.clocks[patch.index()];
             let (step, calm) = self.ratchet(*patch, &was, tick);
-            let (step, near) = self.contact_step(*patch, step, body);
+            let (step, near) = self.contact_step(*patch, step);
             let clock = &mut self.state.clocks[patch.index()];
             clock.step = step;
             clock.calm = if near { 0 } else { calm };
@@ -110,19 +109,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if calm >= RAISE_PATIENCE && aligned { (2 * clock.step, 0) } else { (clock.step, calm) }
     }
 
-    /// The step with contact: no surface node may run deeper into the body than [`DEPTH`] allows, and patches within an
-    /// element's size of the body take the shortest step around. Also whether the patch is that near.
-    fn contact_step(&self, patch: ElementId, step: Tick, body: &BodyState) -> (Tick, bool) {
+    /// The step with contact: no surface node may run deeper into a body than [`DEPTH`] allows, and patches within an
+    /// element's size of a body take the shortest step around. Also whether the patch is that near.
+    fn contact_step(&self, patch: ElementId, step: Tick) -> (Tick, bool) {
         let mut limit = step as f64;
         let mut near = false;
         for node in self.gel.potential.nodes(patch) {
             let Some(surface) = self.gel.surface.of[node.index()] else { continue };
-            let (size, gap) = (self.gel.surface.nodes[surface as usize].size, self.scratch.gaps[surface as usize]);
-            let Some(gap) = gap else { continue };
-            limit = limit.min(self.path_limit((*node, size), &gap, (limit, body)));
-            if gap.distance < size {
-                near = true;
-                limit = limit.min(self.shortest_around(*node));
+            let size = self.gel.surface.nodes[surface as usize].size;
+            for (body, gap) in self.gaps_of(surface).iter().enumerate() {
+                let Some(gap) = gap else { continue };
+                limit = limit.min(self.path_limit((*node, size), gap, (limit, body)));
+                if gap.distance < size {
+                    near = true;
+                    limit = limit.min(self.shortest_around(*node));
+                }
             }
         }
         let limit = limit.max(1.0);
@@ -138,18 +139,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// For how long the relative path of a node is proved to stay above the allowed depth, ticks; at most `horizon`.
     ///
-    /// The node is taken to go straight on, the body to be accelerated by the wrench at most by a. φ is 1-Lipschitz: from a
-    /// point of the straight path the way is free for (φ + allowed − ½as²)/(|v| + ½as_end).
-    fn path_limit(&self, (node, size): (NodeId, f64), gap: &Gap, (horizon, body): (f64, &BodyState)) -> f64 {
+    /// The node is taken to go straight on, the body to be accelerated by the wrench at most by a, and its surface to grow at
+    /// most with w. φ is 1-Lipschitz: from a point of the straight path the way is free for
+    /// (φ + allowed − ½as² − ws)/(|v| + ½as_end + w).
+    fn path_limit(&self, (node, size): (NodeId, f64), gap: &Gap, (horizon, body): (f64, usize)) -> f64 {
         let (x, v) = self.world(node);
-        let relative: Vector3 = v - self.body.velocity_at(body, &x);
+        let (fixed, body) = (&self.bodies[body], &self.scratch.was[body]);
+        let relative: Vector3 = v - fixed.velocity_at(body, &x);
         let end = horizon * self.grid.time(1);
-        let pull = 0.5 * body.wrench.force.norm() / self.body.mass;
-        let speed = relative.norm() + pull * end;
+        let (growth, swelling) = body.bulge.map_or((0.0, 0.0), |bulge| (bulge.speed(), bulge.pull()));
+        let pull = 0.5 * (body.wrench.force.norm() / fixed.mass + swelling);
+        let speed = relative.norm() + pull * end + growth;
         let allowed = (DEPTH * size).max(FURTHER * size - gap.distance);
         let (mut proved, mut distance) = (0.0, gap.distance);
         for _ in 0..PROBES {
-            let room = distance + allowed - pull * proved * proved;
+            let room = distance + allowed - (pull * proved + growth) * proved;
             if room <= 0.0 {
                 break;
             }
@@ -157,7 +161,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             if proved >= end || speed == 0.0 {
                 return horizon;
             }
-            distance = self.body.gap(body, &(x + relative * proved)).distance;
+            distance = fixed.gap(body, &(x + relative * proved)).distance;
         }
         self.grid.ticks(proved)
     }

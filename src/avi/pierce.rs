@@ -1,9 +1,9 @@
-//! Facets that an end of the body pierces (numerics 2.6): what is sharper than the mesh meets no node.
+//! Facets that an end of a body pierces (numerics 2.6): what is sharper than the mesh meets no node.
 
 use super::engine::Engine;
 use super::impact::SLOP;
 use crate::algebra::{Vector3, embed};
-use crate::contact::BodyState;
+use crate::contact::{Body, BodyState};
 use crate::element::Potential;
 use crate::geometry::Gap;
 use crate::mesh::ElementId;
@@ -23,21 +23,21 @@ pub(super) struct Piercing {
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Where the line from an end of the body on its axis to its centre of mass leaves the gel through this facet.
-    pub(super) fn piercing(&self, facet: ElementId, body: &BodyState) -> Option<Piercing> {
+    pub(super) fn piercing(&self, facet: ElementId, (fixed, body): (&Body, &BodyState)) -> Option<Piercing> {
         let corners = self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, body.time)));
-        let poles = self.body.shape.poles()?.map(|pole| body.position + body.orientation.transform_vector(&pole));
+        let poles = fixed.shape.poles()?.map(|pole| body.position + body.orientation.transform_vector(&pole));
         poles.iter().find_map(|pole| pierce::<D>(&corners, pole, &body.position))
     }
 
     /// The same where that end is behind the facet, and a point for the mesh: a ball of half an element's size does not fit in.
     /// A blunter end is met by nodes.
-    pub(super) fn pricking(&self, facet: ElementId, size: f64, body: &BodyState) -> Option<Piercing> {
+    pub(super) fn pricking(&self, facet: ElementId, size: f64, (fixed, body): (&Body, &BodyState)) -> Option<Piercing> {
         const ROUND_OFF: f64 = 1e-3;
         let is_point = |end: &Vector3| {
             let inside = end + (body.position - end).normalize() * (0.5 * size);
-            -self.body.gap(body, &inside).distance < 0.5 * size * (1.0 - ROUND_OFF)
+            -fixed.gap(body, &inside).distance < 0.5 * size * (1.0 - ROUND_OFF)
         };
-        self.piercing(facet, body).filter(|at| -at.gap.distance > SLOP * size && is_point(&at.end))
+        self.piercing(facet, (fixed, body)).filter(|at| -at.gap.distance > SLOP * size && is_point(&at.end))
     }
 }
 

@@ -7,13 +7,14 @@ use crate::contact::{Body, BodyState};
 use crate::element::Potential;
 use crate::ledger::Ledger;
 use crate::state::State;
+use std::iter::Sum;
 
 /// Energies at one instant, J.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Energies {
     /// Σ ½ m v² of the gel, half-step velocities.
     pub gel_kinetic: f64,
-    /// Of the body.
+    /// Of the bodies.
     pub body_kinetic: f64,
     /// Σ V_K at each patch's own last tick.
     pub elastic: f64,
@@ -46,38 +47,47 @@ pub struct Totals {
     pub angular_momentum_closure: (Vector3, f64),
 }
 
-fn energies<const D: usize, P>(gel: &Gel<D, P>, body: &Body, state: &State<D>, at: &BodyState) -> Energies {
+/// The bodies, each with where it is.
+type Placed<'a> = (&'a [Body], &'a [BodyState]);
+
+fn energies<const D: usize, P>(gel: &Gel<D, P>, state: &State<D>, bodies: Placed<'_>) -> Energies {
     let kinetic = |i: usize| 0.5 * gel.mass[i] * state.velocity[i].norm_squared();
     Energies {
         gel_kinetic: ordered_sum(state.velocity.len(), 0.0, kinetic),
-        body_kinetic: body.kinetic_energy(at),
+        body_kinetic: over(bodies, Body::kinetic_energy),
         elastic: ordered_sum(state.clocks.len(), 0.0, |i| state.clocks[i].energy),
         ahead: ordered_sum(state.clocks.len(), 0.0, |i| state.clocks[i].ahead),
     }
 }
 
+fn over<T: Sum>((bodies, at): Placed<'_>, value: impl Fn(&Body, &BodyState) -> T) -> T {
+    bodies.iter().zip(at).map(|(body, at)| value(body, at)).sum()
+}
+
 /// Momentum and angular momentum about the origin, in the directions that the dimension conserves.
-fn momenta<const D: usize, P>(gel: &Gel<D, P>, body: &Body, state: &State<D>, at: &BodyState) -> (Vector3, Vector3) {
+fn momenta<const D: usize, P>(gel: &Gel<D, P>, state: &State<D>, bodies: Placed<'_>) -> (Vector3, Vector3) {
     let momentum = |i: usize| embed(&state.velocity[i]) * gel.mass[i];
     // x × mv does not change while a node drifts.
     let angular = |i: usize| embed(&state.position[i]).cross(&momentum(i));
     let n = state.velocity.len();
-    let linear = ordered_sum(n, Vector3::zeros(), momentum) + body.momentum(at);
-    let turning = ordered_sum(n, Vector3::zeros(), angular) + body.total_angular_momentum(at);
-    (body.freedom.translation(&linear), body.freedom.rotation(&turning))
+    let linear = ordered_sum(n, Vector3::zeros(), momentum) + over(bodies, Body::momentum);
+    let turning = ordered_sum(n, Vector3::zeros(), angular) + over(bodies, Body::total_angular_momentum);
+    let freedom = bodies.0[0].freedom;
+    (freedom.translation(&linear), freedom.rotation(&turning))
 }
 
 impl Start {
-    pub(super) fn of<const D: usize, P>(gel: &Gel<D, P>, body: &Body, state: &State<D>) -> Self {
-        let (momentum, angular_momentum) = momenta(gel, body, state, &state.body);
+    pub(super) fn of<const D: usize, P>(gel: &Gel<D, P>, bodies: &[Body], state: &State<D>) -> Self {
+        let placed = (bodies, state.bodies.as_slice());
+        let (momentum, angular_momentum) = momenta(gel, state, placed);
         let speed = |i: usize| gel.mass[i] * state.velocity[i].norm();
         let turning = |i: usize| gel.mass[i] * embed(&state.position[i]).cross(&embed(&state.velocity[i])).norm();
         let n = state.velocity.len();
         let scale = (
-            ordered_sum(n, 0.0, speed) + body.momentum(&state.body).norm(),
-            ordered_sum(n, 0.0, turning) + body.total_angular_momentum(&state.body).norm(),
+            ordered_sum(n, 0.0, speed) + over(placed, |body, at| body.momentum(at).norm()),
+            ordered_sum(n, 0.0, turning) + over(placed, |body, at| body.total_angular_momentum(at).norm()),
         );
-        Self { energy: energies(gel, body, state, &state.body).discrete(), momentum, angular_momentum, scale }
+        Self { energy: energies(gel, state, placed).discrete(), momentum, angular_momentum, scale }
     }
 }
 
@@ -86,14 +96,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     #[must_use]
     pub fn totals(&self, t: f64) -> Totals {
         let (state, start) = (&self.state, self.start());
-        let body = state.body.at(&self.body, t);
-        let passage = state.body.passage(&self.body, &body);
         let mut ledger = state.ledger;
-        passage.post(&mut ledger);
-        let energies = energies(&self.gel, &self.body, state, &body);
-        let (momentum, angular) = momenta(&self.gel, &self.body, state, &body);
+        let moved = self.bodies.iter().zip(&state.bodies).map(|(body, last)| {
+            let now = last.at(body, t);
+            last.passage(body, &now).post(&mut ledger);
+            now
+        });
+        let at: Vec<BodyState> = moved.collect();
+        let energies = energies(&self.gel, state, (&self.bodies, &at));
+        let (momentum, angular) = momenta(&self.gel, state, (&self.bodies, &at));
         let energy = energies.discrete() - start.energy - ledger.energy.total();
-        let freedom = &self.body.freedom;
+        let freedom = self.freedom();
         let linear = momentum - start.momentum - freedom.translation(&ledger.momentum.total());
         let turning = angular - start.angular_momentum - freedom.rotation(&ledger.angular_momentum.total());
         let scales = self.scales(&ledger, start);
@@ -110,7 +123,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Throughputs that closures are relative to: what was there, what came and went, what passed between gel and body.
     fn scales(&self, ledger: &Ledger, start: &Start) -> (f64, f64, f64) {
         let positive = |scale: f64| if scale > 0.0 { scale } else { 1.0 };
-        let passed = self.state.record.impulse.norm();
+        let passed: f64 = self.state.record.contacts.iter().map(|contact| contact.impulse.norm()).sum();
         let linear = start.scale.0 + ledger.momentum.turnover() + passed;
         let arm = self.gel.surface.nodes.iter().map(|s| self.state.position[s.node.index()].norm()).fold(0.0, f64::max);
         let turning = start.scale.1 + ledger.angular_momentum.turnover() + passed * arm;

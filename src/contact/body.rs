@@ -1,5 +1,5 @@
 use super::BodyState;
-use crate::algebra::{Tensor3, Vector3};
+use crate::algebra::{Tensor3, Vector, Vector3};
 use crate::geometry::{Gap, Shape, SignedDistance};
 
 /// Who decides how the body moves.
@@ -88,15 +88,30 @@ impl Body {
     #[inline]
     pub fn gap(&self, state: &BodyState, point: &Vector3) -> Gap {
         let local = state.orientation.inverse_transform_vector(&(point - state.position));
-        let gap = self.shape.gap(&local);
+        let gap = match &state.bulge {
+            Some(bulge) => bulge.dome().gap(&local),
+            None => self.shape.gap(&local),
+        };
         Gap { distance: gap.distance, normal: state.orientation.transform_vector(&gap.normal) }
+    }
+
+    /// How fast the surface at a world point moves along its normal as height and base radius of a dome grow, m/s per m/s;
+    /// zero for any other body.
+    #[must_use]
+    pub fn growth(&self, state: &BodyState, point: &Vector3) -> Vector<2> {
+        let local = || state.orientation.inverse_transform_vector(&(point - state.position));
+        state.bulge.map_or_else(Vector::<2>::zeros, |bulge| -Vector::<2>::from(bulge.dome().growth(&local())))
     }
 
     /// Depth of the foremost point below z = 0, m.
     #[must_use]
     pub fn depth(&self, state: &BodyState) -> f64 {
         let down = state.orientation.inverse_transform_vector(&-Vector3::z());
-        self.shape.reach(&down) - state.position.z
+        let reach = match &state.bulge {
+            Some(bulge) => bulge.dome().reach(&down),
+            None => self.shape.reach(&down),
+        };
+        reach - state.position.z
     }
 
     /// 1/M + (r×n)·I⁻¹(r×n) in the directions left, 1/kg; 0 if impulses do not move it (numerics 2.3, A1).
@@ -143,25 +158,30 @@ impl Body {
         }
     }
 
-    /// ½MV² + ½ω·L, J; 0 if fixed.
+    /// Whether it has energy and momentum that the books know: neither a fixed nor an inactive body does.
+    fn counts(&self, state: &BodyState) -> bool {
+        self.motion != Motion::Fixed && state.active
+    }
+
+    /// ½MV² + ½ω·L, J; 0 if it does not count.
     #[must_use]
     pub fn kinetic_energy(&self, state: &BodyState) -> f64 {
-        if self.motion == Motion::Fixed {
+        if !self.counts(state) {
             return 0.0;
         }
         0.5 * (self.mass * state.velocity.norm_squared() + self.angular_velocity(state).dot(&state.angular_momentum))
     }
 
-    /// M V, N·s; 0 if fixed.
+    /// M V, N·s; 0 if it does not count.
     #[must_use]
     pub fn momentum(&self, state: &BodyState) -> Vector3 {
-        if self.motion == Motion::Fixed { Vector3::zeros() } else { state.velocity * self.mass }
+        if self.counts(state) { state.velocity * self.mass } else { Vector3::zeros() }
     }
 
-    /// X × MV + L about the origin, N·m·s; 0 if fixed.
+    /// X × MV + L about the origin, N·m·s; 0 if it does not count.
     #[must_use]
     pub fn total_angular_momentum(&self, state: &BodyState) -> Vector3 {
-        if self.motion == Motion::Fixed {
+        if !self.counts(state) {
             return Vector3::zeros();
         }
         state.position.cross(&self.momentum(state)) + state.angular_momentum
@@ -172,6 +192,8 @@ impl Body {
     pub fn tumbles(&self, state: &BodyState) -> bool {
         let isotropic = self.inertia == Tensor3::identity() * self.inertia[(0, 0)];
         let turned = state.wrench.torque != Vector3::zeros() || state.wrench.torque_rate != Vector3::zeros();
-        self.motion == Motion::Free && (turned || (!isotropic && state.angular_momentum != Vector3::zeros()))
+        self.motion == Motion::Free
+            && state.active
+            && (turned || (!isotropic && state.angular_momentum != Vector3::zeros()))
     }
 }

@@ -1,24 +1,26 @@
-use crate::algebra::Vector3;
+use crate::algebra::{Vector, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// What the projectile received over one communication step.
+/// What a body received over one communication step.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Exchange {
     /// Length of the step, s.
     pub duration: f64,
-    /// J, impulse on the projectile, N·s.
+    /// J, impulse on the body, N·s.
     pub impulse: Vector3,
     /// A, angular impulse about the centre of mass, N·m·s.
     pub angular_impulse: Vector3,
     /// S = Σ Jₖ (t_end − tₖ), N·s².
     pub impulse_moment: Vector3,
+    /// Σ Jₖ·∂x/∂h and Σ Jₖ·∂x/∂a, the impulses that work on height and base radius of a dome, N·s.
+    pub bulge_impulse: Vector<2>,
     /// ε = J·(V₀ + V₁)/2 + A·(Ω₀ + Ω₁)/2 − Σ Jₖ·V(xₖ, tₖ), power-bond residual, J. Of a prescribed motion V₁ = V₀ + J/M
     /// and Ω₁ = Ω₀ + I⁻¹A: what the impulse makes of the importer's body.
     pub energy_residual: f64,
 }
 
 impl Exchange {
-    /// Mean force on the projectile, N; zero before the first step.
+    /// Mean force on the body, N; zero before the first step.
     #[must_use]
     pub fn mean_force(&self) -> Vector3 {
         self.mean(self.impulse)

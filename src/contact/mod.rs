@@ -1,11 +1,13 @@
-//! The rigid projectile, and the impulse between it and a surface node.
+//! Rigid bodies, and the impulse between one of them and a surface node.
 
 mod body;
+mod bulge;
 mod exchange;
 mod law;
 mod motion;
 
 pub use body::{Body, Freedom, Motion};
+pub use bulge::Bulge;
 pub use exchange::Exchange;
 pub use law::{Law, impulse, reversal};
 pub use motion::{BodyState, Passage, Wrench};

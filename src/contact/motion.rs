@@ -1,6 +1,6 @@
 //! How a body moves between events, in closed form from its last one (numerics A4).
 
-use super::{Body, Motion};
+use super::{Body, Bulge, Motion};
 use crate::algebra::Vector3;
 use crate::ledger::Ledger;
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -42,6 +42,10 @@ pub struct BodyState {
     pub angular_momentum: Vector3,
     /// What acts from then on.
     pub wrench: Wrench,
+    /// Height and base radius, if it is a dome.
+    pub bulge: Option<Bulge>,
+    /// Whether it takes part: one that does not stays where it is, touches nothing and is not in the books.
+    pub active: bool,
 }
 
 /// What passed between two events of a body without an impulse.
@@ -75,12 +79,15 @@ impl BodyState {
     #[must_use]
     pub fn at(&self, body: &Body, t: f64) -> Self {
         let h = t - self.time;
-        if body.motion == Motion::Fixed || h == 0.0 {
-            return Self { time: t, ..*self };
+        let mut next = Self { time: t, ..*self };
+        if h == 0.0 || !self.active {
+            return next;
+        }
+        next.bulge = self.bulge.map(|bulge| bulge.after(h));
+        if body.motion == Motion::Fixed {
+            return next;
         }
         let Wrench { force, torque, force_rate, torque_rate } = self.wrench;
-        let mut next = *self;
-        next.time = t;
         next.position += h * (self.velocity + h / body.mass * (force / 2.0 + h * force_rate / 6.0));
         next.velocity += h / body.mass * (force + h * force_rate / 2.0);
         next.wrench = Wrench { force: force + h * force_rate, torque: torque + h * torque_rate, ..self.wrench };
@@ -114,7 +121,7 @@ impl BodyState {
     #[must_use]
     pub fn passage(&self, body: &Body, next: &Self) -> Passage {
         let h = next.time - self.time;
-        if body.motion == Motion::Fixed || h == 0.0 {
+        if body.motion == Motion::Fixed || h == 0.0 || !self.active {
             return Passage::default();
         }
         let (l0, l1) = (self.angular_momentum, next.angular_momentum);
@@ -184,6 +191,8 @@ mod tests {
             orientation: UnitQuaternion::identity(),
             angular_momentum: Vector3::new(0.3, 1.0, 0.2),
             wrench: Wrench::default(),
+            bulge: None,
+            active: true,
         };
         (body, state)
     }

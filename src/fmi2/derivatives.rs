@@ -3,7 +3,8 @@
 use super::call::CallError;
 use super::inputs::Acted;
 use super::instance::Instance;
-use super::table::{Input, Kind, Observed, Source, Variable};
+use super::scalar::Scalar;
+use super::table::{Input, Kind, Observed, Source};
 use super::variables::known;
 use super::{body, table::Causality};
 use crate::algebra::Vector3;
@@ -13,9 +14,9 @@ impl Instance {
     /// Sets first derivatives of inputs for the next step: all of them, or none.
     pub(super) fn set_input_rates(&mut self, asked: &[(u32, i32)], values: &[f64]) -> Result<(), CallError> {
         for (&(reference, order), &value) in asked.iter().zip(values) {
-            let (variable, component) = known(reference, Kind::Real)?;
-            let name = variable.component_name(component);
-            if variable.causality != Causality::Input {
+            let scalar = known(reference, Kind::Real)?;
+            let name = scalar.name();
+            if scalar.variable.causality != Causality::Input {
                 let (when, remedy) = ("by its derivative".to_string(), "only inputs have input derivatives");
                 return Err(CallError::NotSettable { name, when, remedy });
             }
@@ -32,21 +33,21 @@ impl Instance {
 
     /// First derivative of an output by time.
     pub(super) fn output_rate(&mut self, reference: u32, order: i32) -> Result<f64, CallError> {
-        let (variable, component) = known(reference, Kind::Real)?;
-        let name = variable.component_name(component);
+        let scalar = known(reference, Kind::Real)?;
+        let (name, variable, component) = (scalar.name(), scalar.variable, scalar.component);
         if variable.causality != Causality::Output {
             return Err(CallError::value(name, format!("{:?}", variable.causality), "an output"));
         }
         if order != 1 {
             return Err(CallError::value(format!("order of the derivative of {name}"), order, "1"));
         }
-        let acted = self.inputs.acted;
-        let (o, simulation) = self.model()?.look();
-        let force = o.exchange.mean_force();
+        let acted = self.inputs.acted.get(scalar.body).copied().unwrap_or_default();
+        let (it, simulation) = self.model()?.look_at(&scalar)?;
+        let force = it.exchange.mean_force();
         Ok(match variable.source {
-            Source::Observed(Observed::ProjectilePredictedPosition) => o.projectile.velocity[component],
+            Source::Observed(Observed::ProjectilePredictedPosition) => it.kinematics.velocity[component],
             Source::Observed(Observed::ProjectilePredictedVelocity) => {
-                acceleration(&force, acted, body::mass(simulation))[component]
+                acceleration(&force, acted, body::mass(simulation, scalar.body))[component]
             }
             Source::Observed(Observed::ContactTotalImpulse) => force[component],
             Source::Observed(_) | Source::Setting(_) | Source::Scene | Source::Input(_) => 0.0,
@@ -55,12 +56,11 @@ impl Instance {
 
     /// Σ ∂unknown/∂known · seed.
     pub(super) fn directional(&mut self, unknown: u32, seeds: &[(u32, f64)]) -> Result<f64, CallError> {
-        let (of, i) = known(unknown, Kind::Real)?;
-        let contact = &self.model()?.look().0.contact;
+        let of = known(unknown, Kind::Real)?;
+        let contact = &self.model()?.look_at(&of)?.0.contact;
         let mut sum = 0.0;
         for &(reference, seed) in seeds {
-            let (by, j) = known(reference, Kind::Real)?;
-            sum += sensitivity(contact, (of, i), (by, j)) * seed;
+            sum += sensitivity(contact, &of, &known(reference, Kind::Real)?) * seed;
         }
         Ok(sum)
     }
@@ -76,16 +76,16 @@ fn acceleration(contact: &Vector3, acted: Acted, mass: f64) -> Vector3 {
 }
 
 /// −k n⊗n for position, −Z n⊗n for velocity, with n the direction of the last impulse.
-fn sensitivity(contact: &ContactReport, (of, i): (&Variable, usize), (by, j): (&Variable, usize)) -> f64 {
-    if of.source != Source::Observed(Observed::ContactLinearForce) {
+fn sensitivity(contact: &ContactReport, of: &Scalar, by: &Scalar) -> f64 {
+    if of.variable.source != Source::Observed(Observed::ContactLinearForce) || of.body != by.body {
         return 0.0;
     }
-    let scale = match by.source {
+    let scale = match by.variable.source {
         Source::Input(Input::ProjectilePosition) => contact.stiffness,
         Source::Input(Input::ProjectileVelocity) => contact.impedance,
         Source::Input(_) | Source::Observed(_) | Source::Setting(_) | Source::Scene => return 0.0,
     };
-    -scale * contact.direction[i] * contact.direction[j]
+    -scale * contact.direction[of.component] * contact.direction[by.component]
 }
 
 #[cfg(test)]

@@ -2,9 +2,10 @@
 
 use super::call::CallError;
 use super::instance::{Instance, Values};
-use super::table::{Input, Source, VARIABLES, Variable, row, start_of};
+use super::scalar::Scalar;
+use super::table::{Input, Source, VARIABLES, row};
 use crate::algebra::Vector3;
-use crate::scene::Dimension;
+use crate::scene::{Dimension, body_name};
 use crate::simulation::{CouplingMode, Inputs};
 use serde::{Deserialize, Serialize};
 
@@ -18,11 +19,11 @@ pub(super) struct InputValues {
     pub values: Values,
     /// First derivatives by time; they hold for one step.
     pub rates: Values,
-    /// What acted at the end of the last step.
-    pub acted: Acted,
+    /// What acted at the end of the last step, by body.
+    pub acted: Vec<Acted>,
 }
 
-/// What moves the projectile beside the contact.
+/// What moves a body beside the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) enum Acted {
     /// An external force, N.
@@ -50,39 +51,157 @@ impl Acted {
 }
 
 impl InputValues {
-    /// One component: as it was set, else as the scene starts.
-    pub(super) fn value(&self, variable: &Variable, component: usize, scene: &toml::Table) -> f64 {
-        let set = self.values.get(&(variable.reference + component as u32)).copied();
-        set.or_else(|| start_of(variable, component, scene)).unwrap_or(0.0)
+    /// One scalar: as it was set, else as the scene starts.
+    pub(super) fn value(&self, scalar: &Scalar, scene: &toml::Table) -> f64 {
+        let set = self.values.get(&scalar.reference()).copied();
+        set.or_else(|| scalar.start(scene)).unwrap_or(0.0)
+    }
+
+    /// Its first derivative.
+    fn rate(&self, scalar: &Scalar) -> f64 {
+        self.rates.get(&scalar.reference()).copied().unwrap_or(0.0)
+    }
+}
+
+/// What was given for one body, and the scene that it is given to.
+struct Given<'a> {
+    inputs: &'a InputValues,
+    body: usize,
+    scene: &'a toml::Table,
+    dimension: Dimension,
+}
+
+impl Given<'_> {
+    fn value(&self, scalar: &Scalar) -> f64 {
+        self.inputs.value(scalar, self.scene)
+    }
+
+    fn scalars(&self, input: Input) -> impl Iterator<Item = Scalar> + Clone {
+        Scalar::of(row(Source::Input(input)), self.body)
     }
 
     /// All components of an input as they are handed over: what is round-off out of the plane or off the axis is 0.
-    fn components<const N: usize>(&self, input: Input, (scene, dimension): (&toml::Table, Dimension)) -> [f64; N] {
-        let variable = row(Source::Input(input));
-        let strange = foreign(input, dimension);
-        std::array::from_fn(|i| if strange.contains(&i) { 0.0 } else { self.value(variable, i, scene) })
+    fn components<const N: usize>(&self, input: Input) -> [f64; N] {
+        let strange = foreign(input, self.dimension);
+        let mut values = self.scalars(input).map(|s| if strange.contains(&s.component) { 0.0 } else { self.value(&s) });
+        std::array::from_fn(|_| values.next().unwrap_or(0.0))
     }
 
-    fn rate(&self, input: Input) -> Vector3 {
-        let reference = row(Source::Input(input)).reference;
-        Vector3::from_fn(|i, _| self.rates.get(&(reference + i as u32)).copied().unwrap_or(0.0))
+    fn vector(&self, input: Input) -> Vector3 {
+        Vector3::from(self.components(input))
+    }
+
+    fn rates(&self, input: Input) -> Vector3 {
+        let mut rates = self.scalars(input).map(|s| self.inputs.rate(&s));
+        Vector3::from_fn(|_, _| rates.next().unwrap_or(0.0))
     }
 
     /// Hands one input over.
-    fn hand_over(&self, input: Input, to: &mut Inputs, scene: (&toml::Table, Dimension)) -> Result<(), CallError> {
-        let vector = || Vector3::from(self.components::<3>(input, scene));
+    fn hand_over(&self, input: Input, to: &mut Inputs) -> Result<(), CallError> {
         match input {
-            Input::ProjectilePosition => to.kinematics.position = vector(),
+            Input::ProjectilePosition => to.kinematics.position = self.vector(input),
             Input::ProjectileVelocity => {
-                (to.kinematics.velocity, to.acceleration) = (vector(), self.rate(input));
+                (to.kinematics.velocity, to.acceleration) = (self.vector(input), self.rates(input));
             }
-            Input::ProjectileOrientation => to.kinematics.orientation = normalised(self.components(input, scene))?,
-            Input::ProjectileAngularVelocity => to.kinematics.angular_velocity = vector(),
+            Input::ProjectileOrientation => to.kinematics.orientation = self.orientation()?,
+            Input::ProjectileAngularVelocity => to.kinematics.angular_velocity = self.vector(input),
             Input::ProjectileExternalForce => {
-                (to.wrench.force, to.wrench.force_rate) = (vector(), self.rate(input));
+                (to.wrench.force, to.wrench.force_rate) = (self.vector(input), self.rates(input));
             }
             Input::ProjectileExternalTorque => {
-                (to.wrench.torque, to.wrench.torque_rate) = (vector(), self.rate(input));
+                (to.wrench.torque, to.wrench.torque_rate) = (self.vector(input), self.rates(input));
+            }
+            Input::ProjectileActive => to.active = self.vector(input)[0] != 0.0,
+            Input::ProjectileBulgeHeight
+            | Input::ProjectileBulgeRadius
+            | Input::ProjectileBulgeHeightRate
+            | Input::ProjectileBulgeRadiusRate => self.hand_over_bulge(input, to)?,
+        }
+        Ok(())
+    }
+
+    fn hand_over_bulge(&self, input: Input, to: &mut Inputs) -> Result<(), CallError> {
+        let (value, rate) = (self.vector(input)[0], self.rates(input)[0]);
+        let Some(bulge) = &mut to.bulge else {
+            let name = || self.scalars(input).next().map_or_else(String::new, |scalar| scalar.name());
+            let expected = "0: the shape of the body is no dome";
+            return if value == 0.0 && rate == 0.0 { Ok(()) } else { Err(CallError::value(name(), value, expected)) };
+        };
+        match input {
+            Input::ProjectileBulgeHeight => bulge.size[0] = value,
+            Input::ProjectileBulgeRadius => bulge.size[1] = value,
+            Input::ProjectileBulgeHeightRate => (bulge.rate[0], bulge.acceleration[0]) = (value, rate),
+            _ => (bulge.rate[1], bulge.acceleration[1]) = (value, rate),
+        }
+        Ok(())
+    }
+
+    /// The dome must be one at the start and at the end of the step.
+    fn check_bulge(&self, inputs: &Inputs, duration: f64) -> Result<(), CallError> {
+        let Some(bulge) = inputs.bulge else { return Ok(()) };
+        for (when, at) in [("start", bulge), ("end", bulge.after(duration))] {
+            if let Err(expected) = at.check() {
+                let [height, radius] = at.size.into();
+                let found = format!("{height} m, with a base radius of {radius} m at the {when} of the step");
+                let name = Scalar {
+                    variable: row(Source::Input(Input::ProjectileBulgeHeight)),
+                    component: 0,
+                    body: self.body,
+                };
+                return Err(CallError::value(name.name(), found, expected));
+            }
+        }
+        Ok(())
+    }
+
+    fn orientation(&self) -> Result<[f64; 4], CallError> {
+        let q: [f64; 4] = self.components(Input::ProjectileOrientation);
+        let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
+        if (norm - 1.0).abs() > 1e-3 {
+            let name =
+                Scalar { variable: row(Source::Input(Input::ProjectileOrientation)), component: 0, body: self.body };
+            let expected = "a quaternion of norm 1 to within 1e-3";
+            return Err(CallError::value(name.row_name(), format!("{q:?} of norm {norm}"), expected));
+        }
+        Ok(if norm == 1.0 { q } else { q.map(|c| c / norm) })
+    }
+
+    fn check_dimension(&self, input: Input) -> Result<(), CallError> {
+        let longest = self.scalars(input).map(|s| self.value(&s).abs()).fold(0.0, f64::max);
+        let strange = foreign(input, self.dimension);
+        let alone = strange.len() == self.scalars(input).count();
+        let limit = if alone { 0.0 } else { ROUND_OFF * longest };
+        let expected = match self.dimension {
+            Dimension::Planar => "0: the scene is planar, motion stays in the x-z plane",
+            Dimension::Axisymmetric => "0: the scene is axisymmetric, motion stays on the z axis without turning",
+            Dimension::Spatial => return Ok(()),
+        };
+        for scalar in self.scalars(input).filter(|s| strange.contains(&s.component)) {
+            let (value, rate) = (self.value(&scalar), self.inputs.rate(&scalar));
+            if value.abs() > limit {
+                return Err(CallError::value(scalar.name(), value, expected));
+            }
+            if rate != 0.0 {
+                return Err(CallError::value(format!("derivative of {}", scalar.name()), rate, expected));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses an input that would move a body that the scene holds in place.
+    fn check_held(&self, input: Input) -> Result<(), CallError> {
+        let held = format!("the scene holds the body in place ({}.fixed = true)", body_name(self.body));
+        let start = |s: &Scalar| s.start(self.scene).unwrap_or(0.0);
+        let longest = self.scalars(input).map(|s| start(&s).abs()).fold(0.0, f64::max);
+        // A quaternion may be given as in the scene, or normalised.
+        let slack = if input == Input::ProjectileOrientation { 2e-3 } else { ROUND_OFF };
+        for scalar in self.scalars(input) {
+            let (value, rate) = (self.value(&scalar), self.inputs.rate(&scalar));
+            if (value - start(&scalar)).abs() > slack * longest {
+                return Err(CallError::value(scalar.name(), value, format!("{}: {held}", start(&scalar))));
+            }
+            if rate != 0.0 {
+                return Err(CallError::value(format!("derivative of {}", scalar.name()), rate, format!("0: {held}")));
             }
         }
         Ok(())
@@ -90,122 +209,115 @@ impl InputValues {
 }
 
 impl Instance {
-    /// What the importer hands over at the start of a step, checked. What is not read in this mode changes nothing.
-    pub(super) fn step_inputs(&mut self) -> Result<Inputs, CallError> {
+    /// What the importer hands over at the start of a step of this length, s, checked, by body. What is not read in this mode
+    /// changes nothing.
+    pub(super) fn step_inputs(&mut self, duration: f64) -> Result<Vec<Inputs>, CallError> {
         self.model()?;
         let model = self.model.as_ref().expect("the model was built above");
-        let scene = (&model.table, model.scene.scene.dimension);
-        let mut inputs = model.simulation.inputs();
-        for variable in VARIABLES {
-            if let Source::Input(input) = variable.source
-                && read_in(input, model.mode)
-            {
-                check_dimension(variable, input, &self.inputs, scene)?;
-                if model.scene.projectile.fixed {
-                    check_held(variable, input, &self.inputs, scene.0)?;
+        self.inputs.values.keys().filter_map(|r| Scalar::find(*r)).try_for_each(|scalar| model.expect_body(&scalar))?;
+        let mut all = model.simulation.inputs();
+        for (body, inputs) in all.iter_mut().enumerate() {
+            let (scene, dimension) = (&model.table, model.scene.scene.dimension);
+            let given = Given { inputs: &self.inputs, body, scene, dimension };
+            let held = model.scene.bodies().nth(body).is_some_and(|body| body.fixed);
+            let was_active = inputs.active;
+            given.hand_over(Input::ProjectileActive, inputs)?;
+            // A body that is made active starts from its kinematic inputs.
+            let mode = if inputs.active == was_active { model.mode } else { CouplingMode::Corrected };
+            for input in inputs_read_in(mode) {
+                given.check_dimension(input)?;
+                if held && about(input) != About::Form {
+                    given.check_held(input)?;
                 }
-                self.inputs.hand_over(input, &mut inputs, scene)?;
+                given.hand_over(input, inputs)?;
+            }
+            given.check_bulge(inputs, duration)?;
+            if let Some(depth) = model.simulation.overlap(body, inputs) {
+                let name = format!("{}.active", body_name(body));
+                let expected =
+                    format!("a place outside the gel: its surface would be {depth:.3e} m inside the body; move it out");
+                return Err(CallError::value(name, true, expected));
             }
         }
-        Ok(inputs)
+        Ok(all)
     }
 }
 
-/// Whether an input is read at all.
-fn read_in(input: Input, mode: CouplingMode) -> bool {
+/// What an input says of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum About {
+    /// Where it is and how it moves.
+    Motion,
+    /// What acts on it.
+    Wrench,
+    /// What it is.
+    Form,
+}
+
+fn about(input: Input) -> About {
     match input {
         Input::ProjectilePosition
         | Input::ProjectileVelocity
         | Input::ProjectileOrientation
-        | Input::ProjectileAngularVelocity => mode != CouplingMode::Integrated,
-        Input::ProjectileExternalForce | Input::ProjectileExternalTorque => mode != CouplingMode::Prescribed,
+        | Input::ProjectileAngularVelocity => About::Motion,
+        Input::ProjectileExternalForce | Input::ProjectileExternalTorque => About::Wrench,
+        Input::ProjectileActive
+        | Input::ProjectileBulgeHeight
+        | Input::ProjectileBulgeRadius
+        | Input::ProjectileBulgeHeightRate
+        | Input::ProjectileBulgeRadiusRate => About::Form,
     }
+}
+
+/// The inputs that are read in a mode.
+fn inputs_read_in(mode: CouplingMode) -> impl Iterator<Item = Input> {
+    let read = move |input: &Input| match about(*input) {
+        About::Motion => mode != CouplingMode::Integrated,
+        About::Wrench => mode != CouplingMode::Prescribed,
+        About::Form => true,
+    };
+    let inputs = VARIABLES.iter().filter_map(|variable| match variable.source {
+        Source::Input(input) => Some(input),
+        Source::Setting(_) | Source::Scene | Source::Observed(_) => None,
+    });
+    inputs.filter(read)
 }
 
 /// Components that would leave the plane or the axis.
 fn foreign(input: Input, dimension: Dimension) -> &'static [usize] {
+    let along = [Input::ProjectilePosition, Input::ProjectileVelocity, Input::ProjectileExternalForce].contains(&input);
+    let about = [Input::ProjectileAngularVelocity, Input::ProjectileExternalTorque].contains(&input);
     match (dimension, input) {
-        (Dimension::Spatial, _) => &[],
-        (Dimension::Planar, Input::ProjectilePosition | Input::ProjectileVelocity | Input::ProjectileExternalForce) => {
-            &[1]
-        }
         (Dimension::Planar, Input::ProjectileOrientation) => &[1, 3],
-        (Dimension::Planar, Input::ProjectileAngularVelocity | Input::ProjectileExternalTorque) => &[0, 2],
-        (
-            Dimension::Axisymmetric,
-            Input::ProjectilePosition | Input::ProjectileVelocity | Input::ProjectileExternalForce,
-        ) => &[0, 1],
         (Dimension::Axisymmetric, Input::ProjectileOrientation) => &[1, 2, 3],
-        (Dimension::Axisymmetric, Input::ProjectileAngularVelocity | Input::ProjectileExternalTorque) => &[0, 1, 2],
+        (Dimension::Planar, _) if along => &[1],
+        (Dimension::Planar, _) if about => &[0, 2],
+        (Dimension::Axisymmetric, _) if along => &[0, 1],
+        (Dimension::Axisymmetric, _) if about => &[0, 1, 2],
+        _ => &[],
     }
-}
-
-fn check_dimension(
-    variable: &Variable,
-    input: Input,
-    given: &InputValues,
-    (scene, dimension): (&toml::Table, Dimension),
-) -> Result<(), CallError> {
-    let value = |i: usize| given.value(variable, i, scene);
-    let rate = |i: usize| given.rates.get(&(variable.reference + i as u32)).copied().unwrap_or(0.0);
-    let longest = (0..variable.size()).map(|i| value(i).abs()).fold(0.0, f64::max);
-    let alone = foreign(input, dimension).len() == variable.size();
-    let limit = if alone { 0.0 } else { ROUND_OFF * longest };
-    for &i in foreign(input, dimension) {
-        let name = variable.component_name(i);
-        let expected = match dimension {
-            Dimension::Planar => "0: the scene is planar, motion stays in the x-z plane",
-            Dimension::Axisymmetric => "0: the scene is axisymmetric, motion stays on the z axis without turning",
-            Dimension::Spatial => unreachable!("nothing is foreign to a spatial scene"),
-        };
-        if value(i).abs() > limit {
-            return Err(CallError::value(name, value(i), expected));
-        }
-        if rate(i) != 0.0 {
-            return Err(CallError::value(format!("derivative of {name}"), rate(i), expected));
-        }
-    }
-    Ok(())
-}
-
-/// Refuses an input that would move a projectile that the scene holds in place.
-fn check_held(variable: &Variable, input: Input, given: &InputValues, scene: &toml::Table) -> Result<(), CallError> {
-    const HELD: &str = "the scene holds the projectile in place (projectile.fixed = true)";
-    let start = |i: usize| start_of(variable, i, scene).unwrap_or(0.0);
-    let longest = (0..variable.size()).map(|i| start(i).abs()).fold(0.0, f64::max);
-    // A quaternion may be given as in the scene, or normalised.
-    let slack = if input == Input::ProjectileOrientation { 2e-3 } else { ROUND_OFF };
-    for i in 0..variable.size() {
-        let (name, value) = (variable.component_name(i), given.value(variable, i, scene));
-        if (value - start(i)).abs() > slack * longest {
-            return Err(CallError::value(name, value, format!("{}: {HELD}", start(i))));
-        }
-        let rate = given.rates.get(&(variable.reference + i as u32)).copied().unwrap_or(0.0);
-        if rate != 0.0 {
-            return Err(CallError::value(format!("derivative of {name}"), rate, format!("0: {HELD}")));
-        }
-    }
-    Ok(())
-}
-
-fn normalised(q: [f64; 4]) -> Result<[f64; 4], CallError> {
-    let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
-    if (norm - 1.0).abs() > 1e-3 {
-        let expected = "a quaternion of norm 1 to within 1e-3";
-        return Err(CallError::value("projectile.orientation", format!("{q:?} of norm {norm}"), expected));
-    }
-    Ok(if norm == 1.0 { q } else { q.map(|c| c / norm) })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn given<'a>(inputs: &'a InputValues, scene: &'a toml::Table, dimension: Dimension) -> Given<'a> {
+        Given { inputs, body: 0, scene, dimension }
+    }
+
+    fn values(values: &[(u32, f64)]) -> InputValues {
+        InputValues { values: values.iter().copied().collect(), ..InputValues::default() }
+    }
+
+    fn input(reference: u32) -> Input {
+        let scalar = Scalar::find(reference).unwrap();
+        let Source::Input(input) = scalar.variable.source else { panic!("{} is no input", scalar.name()) };
+        input
+    }
+
     fn check(reference: u32, value: f64, dimension: Dimension) -> Result<(), CallError> {
-        let (variable, _) = super::super::table::find(reference).unwrap();
-        let Source::Input(input) = variable.source else { panic!("{} is no input", variable.name) };
-        let given = InputValues { values: Values::from([(reference, value)]), ..InputValues::default() };
-        check_dimension(variable, input, &given, (&toml::Table::new(), dimension))
+        given(&values(&[(reference, value)]), &toml::Table::new(), dimension).check_dimension(input(reference))
     }
 
     #[test]
@@ -222,41 +334,43 @@ mod tests {
         assert!(check(103, 1e-3, Dimension::Axisymmetric).is_err());
         assert!(check(105, 1e-3, Dimension::Axisymmetric).is_ok());
         assert!(check(118, 1e-3, Dimension::Axisymmetric).is_err());
+        assert!(check(120, 1e-3, Dimension::Axisymmetric).is_ok());
     }
 
     #[test]
     fn a_quaternion_far_from_norm_one_is_refused_and_a_near_one_is_normalised() {
-        assert!(normalised([1.1, 0.0, 0.0, 0.0]).is_err());
-        assert_eq!(normalised([1.0005, 0.0, 0.0, 0.0]).unwrap(), [1.0, 0.0, 0.0, 0.0]);
+        let turned = |w: f64| {
+            let inputs = values(&[(106, w)]);
+            given(&inputs, &toml::Table::new(), Dimension::Spatial).orientation().map_err(|e| e.to_string())
+        };
+        assert!(turned(1.1).unwrap_err().starts_with("projectile.orientation = [1.1, 0.0, 0.0, 0.0] of norm 1.1"));
+        assert_eq!(turned(1.0005).unwrap(), [1.0, 0.0, 0.0, 0.0]);
     }
 
     #[test]
     fn an_input_that_was_not_set_is_as_the_scene_starts() {
         let scene: toml::Table = toml::from_str("[projectile]\nvelocity = [0, 0, -5.0]").unwrap();
-        let mut given = InputValues::default();
-        let velocity = |given: &InputValues| given.components(Input::ProjectileVelocity, (&scene, Dimension::Planar));
-        assert_eq!(velocity(&given), [0.0, 0.0, -5.0]);
-        given.values.insert(105, 3.0);
-        assert_eq!(velocity(&given), [0.0, 0.0, 3.0]);
+        let velocity =
+            |inputs: &InputValues| given(inputs, &scene, Dimension::Planar).vector(Input::ProjectileVelocity);
+        assert_eq!(velocity(&InputValues::default()).z, -5.0);
+        assert_eq!(velocity(&values(&[(105, 3.0)])).z, 3.0);
     }
 
     #[test]
     fn round_off_out_of_the_plane_is_taken_away() {
-        let (scene, planar) = (toml::Table::new(), Dimension::Planar);
-        let given = InputValues { values: Values::from([(103, 2.0), (104, 1e-15)]), ..InputValues::default() };
-        let (variable, _) = super::super::table::find(104).unwrap();
-        assert!(check_dimension(variable, Input::ProjectileVelocity, &given, (&scene, planar)).is_ok());
-        assert_eq!(given.components(Input::ProjectileVelocity, (&scene, planar)), [2.0, 0.0, 0.0]);
+        let (scene, inputs) = (toml::Table::new(), values(&[(103, 2.0), (104, 1e-15)]));
+        let given = given(&inputs, &scene, Dimension::Planar);
+        assert!(given.check_dimension(Input::ProjectileVelocity).is_ok());
+        assert_eq!(given.vector(Input::ProjectileVelocity), Vector3::new(2.0, 0.0, 0.0));
     }
 
     #[test]
     fn what_would_move_a_held_projectile_is_named_and_refused() {
         let scene: toml::Table = toml::from_str("[projectile]\nposition = [0, 0, 0.5]\nfixed = true").unwrap();
         let check = |reference: u32, value: f64, rate: f64| {
-            let (variable, _) = super::super::table::find(reference).unwrap();
-            let Source::Input(input) = variable.source else { panic!("{} is no input", variable.name) };
-            let (values, rates) = (Values::from([(reference, value)]), Values::from([(reference, rate)]));
-            check_held(variable, input, &InputValues { values, rates, ..InputValues::default() }, &scene)
+            let rates = Values::from([(reference, rate)]);
+            let inputs = InputValues { rates, ..values(&[(reference, value)]) };
+            given(&inputs, &scene, Dimension::Spatial).check_held(input(reference))
         };
         assert!(check(102, 0.5, 0.0).is_ok() && check(105, 0.0, 0.0).is_ok());
         for (reference, value, rate, start) in [

@@ -6,10 +6,10 @@ use super::lifecycle::{Call, Phase};
 use super::logger::Log;
 use super::parameters::{Packed, Settings};
 use super::recording::Recording;
+use super::scalar::{Scalar, table_of};
 use super::status::Status;
-use super::table::table_of;
 use crate::scene::{self, Scene};
-use crate::simulation::{CouplingMode, Inputs, Observation, RestoreError, Saved, Simulation};
+use crate::simulation::{BodyReport, CouplingMode, Inputs, Observation, RestoreError, Saved, Simulation};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -176,8 +176,25 @@ impl Model {
         (self.seen.get_or_insert_with(|| self.simulation.observe()), &self.simulation)
     }
 
+    /// What is seen now of the body that a scalar belongs to, and the simulation.
+    pub(super) fn look_at(&mut self, scalar: &Scalar) -> Result<(&BodyReport, &Simulation), CallError> {
+        self.expect_body(scalar)?;
+        let (observation, simulation) = self.look();
+        Ok((&observation.bodies[scalar.body], simulation))
+    }
+
+    /// The scene must have the body that a scalar belongs to.
+    pub(super) fn expect_body(&self, scalar: &Scalar) -> Result<(), CallError> {
+        let there = self.scene.fragment.len();
+        if scalar.body <= there {
+            return Ok(());
+        }
+        let expected = format!("a fragment of the scene; it has {there} [[fragment]] tables");
+        Err(CallError::value(scalar.name(), "of a body that is not there", expected))
+    }
+
     /// One communication step to `end`, s since the start; whether it succeeded.
-    pub(super) fn advance(&mut self, inputs: &Inputs, end: f64) -> bool {
+    pub(super) fn advance(&mut self, inputs: &[Inputs], end: f64) -> bool {
         self.seen = None;
         self.simulation.step(inputs, end).is_ok()
     }

@@ -14,6 +14,7 @@ mod lifecycle;
 mod logger;
 mod parameters;
 mod recording;
+mod scalar;
 mod snapshot;
 mod status;
 mod stepping;
@@ -26,9 +27,9 @@ pub use call::CallError;
 pub use logger::CATEGORIES;
 pub use parameters::most_threads;
 pub use recording::folder_name;
+pub use scalar::{Scalar, scalars, table_of};
 pub use status::Status;
-pub use table::{Causality, Enumeration, GUID, Item, Kind, Start, UNITS, Unit, VARIABLES, Variable};
-pub use table::{ENUMERATIONS, start_of, table_of};
+pub use table::{Causality, ENUMERATIONS, Enumeration, GUID, Item, Kind, Start, UNITS, Unit, VARIABLES, Variable};
 
 /// Name of the model and of its library inside the archive.
 pub const MODEL: &str = "BallisticGel";

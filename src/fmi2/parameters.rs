@@ -2,9 +2,10 @@
 
 use super::call::CallError;
 use super::instance::{Instance, Values};
-use super::table::{Setting, Source, VARIABLES, Variable, key_in, row, start_of, table_of};
+use super::scalar::{Scalar, scalars, table_of};
+use super::table::{Setting, Source, row};
 use super::uri;
-use crate::scene::{self, Override};
+use crate::scene::{self, MOST_FRAGMENTS, Override, body_name};
 use crate::simulation::CouplingMode;
 use std::fs;
 use std::path::Path;
@@ -162,37 +163,40 @@ fn blamed(origin: String, overrides: &[Override]) -> String {
 }
 
 /// Name of the parameter that overrides a scene key.
-fn parameter_of(key: &str) -> &str {
-    let overriding = |v: &&Variable| v.source == Source::Scene && v.keys.contains(&key);
-    VARIABLES.iter().find(overriding).map_or(key, |variable| variable.name)
+fn parameter_of(key: &str) -> String {
+    let overriding = |s: &Scalar| s.variable.source == Source::Scene && s.keys().any(|own| own == key);
+    scalars(MOST_FRAGMENTS).find(overriding).map_or_else(|| key.to_owned(), |scalar| scalar.row_name())
 }
 
 /// The overrides that differ from their starts, as scene keys and TOML values.
 fn overrides(set: &Values, starts: &toml::Table, base: &toml::Table) -> Result<Vec<Override>, CallError> {
-    let keyed = VARIABLES.iter().filter(|v| v.source == Source::Scene);
-    keyed.filter_map(|variable| one_override(variable, set, (starts, base)).transpose()).collect()
+    let scalars = set.keys().filter_map(|reference| Scalar::find(*reference));
+    let mut rows: Vec<Scalar> = scalars.map(|scalar| Scalar { component: 0, ..scalar }).collect();
+    rows.dedup();
+    rows.iter().filter_map(|row| one_override(row, set, (starts, base)).transpose()).collect()
 }
 
 fn one_override(
-    variable: &Variable,
+    row: &Scalar,
     set: &Values,
     (starts, base): (&toml::Table, &toml::Table),
 ) -> Result<Option<Override>, CallError> {
-    let differing = |i: usize| {
-        let value = set.get(&(variable.reference + i as u32)).copied();
-        value.filter(|v| start_of(variable, i, starts) != Some(*v))
+    let differing = |scalar: &Scalar| {
+        let value = set.get(&scalar.reference()).copied();
+        value.filter(|v| scalar.start(starts) != Some(*v))
     };
-    if (0..variable.size()).all(|i| differing(i).is_none()) {
+    let components = || Scalar::of(row.variable, row.body);
+    let Some((scalar, found)) = components().find_map(|scalar| Some((scalar, differing(&scalar)?))) else {
         return Ok(None);
-    }
-    let key = key_in(variable, base).ok_or_else(|| {
-        let found = (0..variable.size()).find_map(differing).unwrap_or_default();
-        CallError::value(variable.name, found, "to be left alone: the projectile of this scene has none")
+    };
+    let key = row.key_in(base).ok_or_else(|| {
+        let expected = format!("to be left alone: the {} of this scene has none", body_name(row.body));
+        CallError::value(scalar.row_name(), found, expected)
     })?;
-    let value = |i: usize| differing(i).or_else(|| start_of(variable, i, base)).unwrap_or(0.0);
-    let items: Vec<String> = (0..variable.size()).map(|i| format!("{:?}", value(i))).collect();
-    let value = if variable.length == 0 { items.concat() } else { format!("[{}]", items.join(", ")) };
-    Ok(Some(Override { key: key.to_string(), value }))
+    let value = |scalar: Scalar| differing(&scalar).or_else(|| scalar.start(base)).unwrap_or(0.0);
+    let items: Vec<String> = components().map(|scalar| format!("{:?}", value(scalar))).collect();
+    let value = if row.variable.length == 0 { items.concat() } else { format!("[{}]", items.join(", ")) };
+    Ok(Some(Override { key, value }))
 }
 
 fn read_text(path: &Path) -> Result<String, String> {

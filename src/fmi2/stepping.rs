@@ -49,13 +49,13 @@ impl Instance {
     pub(super) fn do_step(&mut self, current: f64, step: f64) -> Result<Status, CallError> {
         self.refuse_after_failure()?;
         let end = self.clock.end_of(current, step)?;
-        let inputs = self.step_inputs()?;
         let since_start = (end - self.clock.start).max(0.0);
+        let inputs = self.step_inputs(step)?;
         let model = self.model()?;
         let begun = model.simulation.time();
         let succeeded = model.advance(&inputs, since_start);
         let reached = model.simulation.time();
-        let acted = Acted::at_the_end(&inputs, model.mode, reached - begun);
+        let acted = inputs.iter().map(|inputs| Acted::at_the_end(inputs, model.mode, reached - begun)).collect();
         self.inputs.rates.clear();
         self.inputs.acted = acted;
         if !succeeded {

@@ -1,7 +1,5 @@
 //! The table of variables, made by `build.rs` from `modelDescription/variables.toml`.
 
-use crate::scene::Scene;
-
 include!(concat!(env!("OUT_DIR"), "/variables.rs"));
 
 /// One row: a scalar, or an array whose components have consecutive value references.
@@ -13,6 +11,8 @@ pub struct Variable {
     pub length: u32,
     /// Value reference of the first component.
     pub reference: u32,
+    /// Whether every body has it.
+    pub each: bool,
     /// Type.
     pub kind: Kind,
     /// Role.
@@ -90,6 +90,8 @@ pub enum Start {
     Integer(i32),
     /// Of a String.
     Text(&'static str),
+    /// Of a Boolean.
+    Boolean(bool),
 }
 
 /// A unit by SI base units and exponents.
@@ -130,12 +132,6 @@ impl Variable {
         self.length.max(1) as usize
     }
 
-    /// Name of one component, from 0: `contact.force[1]`, or the plain name of a scalar.
-    #[must_use]
-    pub fn component_name(&self, component: usize) -> String {
-        if self.length == 0 { self.name.to_string() } else { format!("{}[{}]", self.name, component + 1) }
-    }
-
     /// What it is; `{x|y|z}` stands for the component.
     #[must_use]
     pub fn description(&self) -> &'static str {
@@ -151,15 +147,6 @@ impl Variable {
     }
 }
 
-/// The variable and the component, from 0, that a value reference stands for.
-#[must_use]
-pub(super) fn find(reference: u32) -> Option<(&'static Variable, usize)> {
-    let row = VARIABLES.partition_point(|v| v.reference <= reference).checked_sub(1)?;
-    let variable = &VARIABLES[row];
-    let component = (reference - variable.reference) as usize;
-    (component < variable.size()).then_some((variable, component))
-}
-
 /// The variable with this source.
 ///
 /// # Panics
@@ -167,83 +154,4 @@ pub(super) fn find(reference: u32) -> Option<(&'static Variable, usize)> {
 #[must_use]
 pub(super) fn row(source: Source) -> &'static Variable {
     VARIABLES.iter().find(|v| v.source == source).expect("each source is made from a row of the table")
-}
-
-/// Start of a Real parameter or input with the scene: the value at its key, or the literal one.
-#[must_use]
-pub fn start_of(variable: &Variable, component: usize, scene: &toml::Table) -> Option<f64> {
-    let keyed = variable.keys.iter().find_map(|key| number(lookup(scene, key)?, component));
-    keyed.or(match variable.start {
-        Some(Start::Real(value)) => Some(value),
-        Some(Start::Integer(_) | Start::Text(_)) | None => None,
-    })
-}
-
-/// The first of the variable's keys that the scene has, or could have beside the tables it has.
-#[must_use]
-pub(super) fn key_in(variable: &Variable, scene: &toml::Table) -> Option<&'static str> {
-    let owns = |key: &&&str| key.rsplit_once('.').is_some_and(|(table, _)| lookup(scene, table).is_some());
-    variable.keys.iter().find(owns).copied()
-}
-
-/// The scene as a table of TOML, every default filled in.
-///
-/// # Panics
-/// If a scene cannot be written as TOML; its tables are plain values.
-#[must_use]
-pub fn table_of(scene: &Scene) -> toml::Table {
-    toml::Table::try_from(scene).expect("a scene consists of tables, numbers and text")
-}
-
-fn lookup<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
-    let (first, rest) = key.split_once('.').map_or((key, None), |(a, b)| (a, Some(b)));
-    match (table.get(first)?, rest) {
-        (value, None) => Some(value),
-        (toml::Value::Table(inner), Some(rest)) => lookup(inner, rest),
-        (_, Some(_)) => None,
-    }
-}
-
-fn number(value: &toml::Value, component: usize) -> Option<f64> {
-    match value {
-        toml::Value::Float(x) => Some(*x),
-        toml::Value::Integer(x) => Some(*x as f64),
-        toml::Value::Array(items) => number(items.get(component)?, 0),
-        toml::Value::String(_) | toml::Value::Boolean(_) | toml::Value::Datetime(_) | toml::Value::Table(_) => None,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_reference_finds_its_own_component() {
-        for variable in VARIABLES {
-            for component in 0..variable.size() {
-                let (found, at) = find(variable.reference + component as u32).unwrap();
-                assert_eq!((found.name, at), (variable.name, component));
-            }
-        }
-        assert_eq!(find(0), None);
-        assert_eq!(find(9_999), None);
-    }
-
-    #[test]
-    fn a_component_is_described_by_its_axis() {
-        let (variable, _) = find(100).unwrap();
-        assert_eq!(variable.component_name(2), "projectile.position[3]");
-        assert!(variable.component_description(2).contains(", z, world frame"));
-    }
-
-    #[test]
-    fn a_start_comes_from_the_first_key_that_the_scene_has() {
-        let scene: toml::Table = toml::from_str("[projectile.shape.cylinder]\nradius = 0.02\nlength = 1.0").unwrap();
-        let (radius, _) = find(37).unwrap();
-        assert_eq!(start_of(radius, 0, &scene), Some(0.02));
-        assert_eq!(key_in(radius, &scene), Some("projectile.shape.cylinder.radius"));
-        let (mass, _) = find(30).unwrap();
-        assert_eq!(start_of(mass, 0, &scene), Some(0.0));
-        assert_eq!(key_in(mass, &scene), Some("projectile.mass"));
-    }
 }

@@ -4,7 +4,8 @@ use super::body;
 use super::call::CallError;
 use super::instance::{Instance, Model};
 use super::lifecycle::Phase;
-use super::table::{Kind, Observed, Source, Variable, find, start_of};
+use super::scalar::Scalar;
+use super::table::{Kind, Observed, Source};
 use crate::algebra::Vector3;
 
 /// Components of an observed variable.
@@ -17,31 +18,23 @@ enum Sample {
 impl Instance {
     /// A Real.
     pub(super) fn real(&mut self, reference: u32) -> Result<f64, CallError> {
-        let (variable, component) = known(reference, Kind::Real)?;
-        if matches!(variable.source, Source::Scene | Source::Input(_)) && !self.settings.scene.is_empty() {
-            // What the overrides mean depends on the other scene.
-            self.model()?;
-        }
-        match variable.source {
-            Source::Scene => Ok(self.parameter(variable, component)),
-            Source::Input(_) => {
-                let scene = self.model.as_ref().map_or(&self.packed.starts, |m| &m.table);
-                Ok(self.inputs.value(variable, component, scene))
-            }
-            Source::Observed(observed) => match self.sample(observed)? {
-                Sample::Real(values) => Ok(values[component]),
+        let scalar = known(reference, Kind::Real)?;
+        match scalar.variable.source {
+            Source::Observed(observed) => match self.sample(&scalar, observed)? {
+                Sample::Real(values) => Ok(values[scalar.component]),
                 Sample::Integer(_) | Sample::Boolean(_) => Err(CallError::unknown(reference, Kind::Real)),
             },
+            Source::Scene | Source::Input(_) => self.given(&scalar),
             Source::Setting(_) => Err(CallError::unknown(reference, Kind::Real)),
         }
     }
 
     /// An Integer or Enumeration.
     pub(super) fn integer(&mut self, reference: u32) -> Result<i32, CallError> {
-        let (variable, _) = known(reference, Kind::Integer)?;
-        let value = match variable.source {
+        let scalar = known(reference, Kind::Integer)?;
+        let value = match scalar.variable.source {
             Source::Setting(setting) => self.settings.integer(setting),
-            Source::Observed(observed) => match self.sample(observed)? {
+            Source::Observed(observed) => match self.sample(&scalar, observed)? {
                 Sample::Integer(value) => Some(value),
                 Sample::Real(_) | Sample::Boolean(_) => None,
             },
@@ -52,35 +45,51 @@ impl Instance {
 
     /// A Boolean.
     pub(super) fn boolean(&mut self, reference: u32) -> Result<bool, CallError> {
-        let (variable, _) = known(reference, Kind::Boolean)?;
-        if let Source::Observed(observed) = variable.source
-            && let Sample::Boolean(value) = self.sample(observed)?
-        {
-            return Ok(value);
+        let scalar = known(reference, Kind::Boolean)?;
+        match scalar.variable.source {
+            Source::Observed(observed) => match self.sample(&scalar, observed)? {
+                Sample::Boolean(value) => Ok(value),
+                Sample::Real(_) | Sample::Integer(_) => Err(CallError::unknown(reference, Kind::Boolean)),
+            },
+            Source::Input(_) => self.given(&scalar).map(|value| value != 0.0),
+            Source::Scene | Source::Setting(_) => Err(CallError::unknown(reference, Kind::Boolean)),
         }
-        Err(CallError::unknown(reference, Kind::Boolean))
     }
 
     /// A String.
     pub(super) fn text(&self, reference: u32) -> Result<&str, CallError> {
-        let (variable, _) = known(reference, Kind::String)?;
-        match variable.source {
+        let scalar = known(reference, Kind::String)?;
+        match scalar.variable.source {
             Source::Setting(setting) => self.settings.text(setting),
             Source::Scene | Source::Input(_) | Source::Observed(_) => None,
         }
         .ok_or_else(|| CallError::unknown(reference, Kind::String))
     }
 
+    /// A parameter of the scene or an input: as it was set, or as the scene starts.
+    fn given(&mut self, scalar: &Scalar) -> Result<f64, CallError> {
+        if !self.settings.scene.is_empty() {
+            // What the overrides mean depends on the other scene.
+            self.model()?;
+        }
+        let scene = self.model.as_ref().map_or(&self.packed.starts, |m| &m.table);
+        if let Source::Input(_) = scalar.variable.source {
+            return Ok(self.inputs.value(scalar, scene));
+        }
+        // What is in use once there is a model; before, what was set.
+        let set = self.overrides.get(&scalar.reference()).filter(|_| self.model.is_none());
+        Ok(set.copied().or_else(|| scalar.start(scene)).unwrap_or(0.0))
+    }
+
     /// Sets Reals: all of them, or none.
     pub(super) fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
         for (&reference, &value) in references.iter().zip(values) {
-            let (variable, component) = known(reference, Kind::Real)?;
-            self.expect_settable(variable, component)?;
-            check_range(variable, component, value)?;
+            let scalar = known(reference, Kind::Real)?;
+            self.expect_settable(&scalar)?;
+            check_range(&scalar, value)?;
         }
         for (&reference, &value) in references.iter().zip(values) {
-            let (variable, _) = known(reference, Kind::Real)?;
-            if matches!(variable.source, Source::Input(_)) {
+            if matches!(known(reference, Kind::Real)?.variable.source, Source::Input(_)) {
                 self.inputs.values.insert(reference, value);
             } else if self.overrides.insert(reference, value) != Some(value) {
                 self.model = None;
@@ -93,9 +102,9 @@ impl Instance {
     pub(super) fn set_integers(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
         let mut settings = self.settings.clone();
         for (&reference, &value) in references.iter().zip(values) {
-            let (variable, component) = known(reference, Kind::Integer)?;
-            self.expect_settable(variable, component)?;
-            if let Source::Setting(setting) = variable.source {
+            let scalar = known(reference, Kind::Integer)?;
+            self.expect_settable(&scalar)?;
+            if let Source::Setting(setting) = scalar.variable.source {
                 settings.set_integer(setting, value)?;
             }
         }
@@ -103,12 +112,14 @@ impl Instance {
         Ok(())
     }
 
-    /// Refuses to set a Boolean: none can be set.
-    pub(super) fn set_booleans(&mut self, references: &[u32]) -> Result<(), CallError> {
+    /// Sets Booleans: all of them, or none.
+    pub(super) fn set_booleans(&mut self, references: &[u32], values: &[bool]) -> Result<(), CallError> {
         for &reference in references {
-            let (variable, component) = known(reference, Kind::Boolean)?;
-            self.expect_settable(variable, component)?;
+            self.expect_settable(&known(reference, Kind::Boolean)?)?;
         }
+        // Only inputs are left.
+        let values = values.iter().map(|value| f64::from(u8::from(*value)));
+        self.inputs.values.extend(references.iter().copied().zip(values));
         Ok(())
     }
 
@@ -116,9 +127,9 @@ impl Instance {
     pub(super) fn set_texts(&mut self, references: &[u32], values: &[&str]) -> Result<(), CallError> {
         let mut settings = self.settings.clone();
         for (&reference, value) in references.iter().zip(values) {
-            let (variable, component) = known(reference, Kind::String)?;
-            self.expect_settable(variable, component)?;
-            if let Source::Setting(setting) = variable.source {
+            let scalar = known(reference, Kind::String)?;
+            self.expect_settable(&scalar)?;
+            if let Source::Setting(setting) = scalar.variable.source {
                 settings.set_text(setting, value)?;
             }
         }
@@ -126,9 +137,11 @@ impl Instance {
         Ok(())
     }
 
-    fn sample(&mut self, observed: Observed) -> Result<Sample, CallError> {
+    fn sample(&mut self, scalar: &Scalar, observed: Observed) -> Result<Sample, CallError> {
         let now = self.clock.now;
-        Ok(sample(observed, now, self.model()?))
+        let model = self.model()?;
+        model.expect_body(scalar)?;
+        Ok(sample((observed, scalar.body), now, model))
     }
 
     fn adopt(&mut self, settings: super::parameters::Settings) {
@@ -139,36 +152,29 @@ impl Instance {
         }
     }
 
-    /// The value in use once there is a model; before, what was set or the start.
-    fn parameter(&self, variable: &Variable, component: usize) -> f64 {
-        let set = || self.overrides.get(&(variable.reference + component as u32)).copied();
-        match &self.model {
-            Some(model) => start_of(variable, component, &model.table),
-            None => set().or_else(|| start_of(variable, component, &self.packed.starts)),
-        }
-        .unwrap_or(0.0)
-    }
-
-    fn expect_settable(&self, variable: &Variable, component: usize) -> Result<(), CallError> {
+    fn expect_settable(&self, scalar: &Scalar) -> Result<(), CallError> {
         let started = !matches!(self.phase, Phase::Instantiated | Phase::Initialization);
-        let remedy = match variable.source {
+        let remedy = match scalar.variable.source {
             Source::Observed(_) => "it is computed; set parameters and inputs",
             Source::Setting(_) | Source::Scene if started => "a parameter is fixed; call fmi2Reset first",
             Source::Setting(_) | Source::Scene | Source::Input(_) => return Ok(()),
         };
         let when = if started { "after initialization" } else { "at any time" };
-        Err(CallError::NotSettable { name: variable.component_name(component), when: when.to_string(), remedy })
+        Err(CallError::NotSettable { name: scalar.name(), when: when.to_string(), remedy })
     }
 }
 
-/// The variable of this type (an Enumeration counts as Integer) with the value reference.
-pub(super) fn known(reference: u32, kind: Kind) -> Result<(&'static Variable, usize), CallError> {
+/// The scalar of this type (an Enumeration counts as Integer) with the value reference.
+pub(super) fn known(reference: u32, kind: Kind) -> Result<Scalar, CallError> {
     let same = |k: Kind| k == kind || (k == Kind::Enumeration && kind == Kind::Integer);
-    find(reference).filter(|(v, _)| same(v.kind)).ok_or_else(|| CallError::unknown(reference, kind))
+    Scalar::find(reference)
+        .filter(|scalar| same(scalar.variable.kind))
+        .ok_or_else(|| CallError::unknown(reference, kind))
 }
 
-fn check_range(variable: &Variable, component: usize, value: f64) -> Result<(), CallError> {
-    let refuse = |expected: String| Err(CallError::value(variable.component_name(component), value, expected));
+fn check_range(scalar: &Scalar, value: f64) -> Result<(), CallError> {
+    let refuse = |expected: String| Err(CallError::value(scalar.name(), value, expected));
+    let variable = scalar.variable;
     let unit = variable.unit.unwrap_or_default();
     if !value.is_finite() {
         return refuse(format!("a finite number, {unit}"));
@@ -180,13 +186,14 @@ fn check_range(variable: &Variable, component: usize, value: f64) -> Result<(), 
     }
 }
 
-fn sample(observed: Observed, now: f64, model: &mut Model) -> Sample {
+fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> Sample {
     let (o, simulation) = model.look();
-    let (exchange, contact, energy, cost) = (&o.exchange, &o.contact, &o.energy, &o.cost);
+    let (it, energy, cost) = (&o.bodies[body], &o.energy, &o.cost);
+    let (exchange, contact) = (&it.exchange, &it.contact);
     match observed {
         Observed::Time => scalar(now),
-        Observed::ProjectileEffectiveMass => scalar(body::mass(simulation)),
-        Observed::ProjectileEffectiveInertia => Sample::Real(body::inertia(simulation)),
+        Observed::ProjectileEffectiveMass => scalar(body::mass(simulation, body)),
+        Observed::ProjectileEffectiveInertia => Sample::Real(body::inertia(simulation, body)),
         Observed::ContactImpulse => vector(exchange.impulse),
         Observed::ContactAngularImpulse => vector(exchange.angular_impulse),
         Observed::ContactImpulseMoment => vector(exchange.impulse_moment),
@@ -198,11 +205,13 @@ fn sample(observed: Observed, now: f64, model: &mut Model) -> Sample {
         Observed::ContactPenetration => scalar(contact.penetration),
         Observed::ContactStiffness => scalar(contact.stiffness),
         Observed::ContactImpedance => scalar(contact.impedance),
-        Observed::ProjectilePredictedPosition => vector(o.projectile.position),
-        Observed::ProjectilePredictedVelocity => vector(o.projectile.velocity),
-        Observed::ProjectilePredictedOrientation => real(&o.projectile.orientation),
-        Observed::ProjectilePredictedAngularVelocity => vector(o.projectile.angular_velocity),
-        Observed::ProjectileDepth => scalar(o.depth),
+        Observed::ContactBulgeHeightImpulse => scalar(exchange.bulge_impulse[0]),
+        Observed::ContactBulgeRadiusImpulse => scalar(exchange.bulge_impulse[1]),
+        Observed::ProjectilePredictedPosition => vector(it.kinematics.position),
+        Observed::ProjectilePredictedVelocity => vector(it.kinematics.velocity),
+        Observed::ProjectilePredictedOrientation => real(&it.kinematics.orientation),
+        Observed::ProjectilePredictedAngularVelocity => vector(it.kinematics.angular_velocity),
+        Observed::ProjectileDepth => scalar(it.depth),
         Observed::CouplingEnergyResidual => scalar(exchange.energy_residual),
         Observed::CouplingStepAdvice => scalar(contact.step_advice),
         Observed::CouplingStepMin => scalar(contact.step_min),
@@ -263,7 +272,9 @@ mod tests {
         let mut it = instance();
         assert!(it.set_reals(&[1], &[0.0]).unwrap_err().to_string().contains("it is computed"));
         assert!(it.set_reals(&[200], &[0.0]).unwrap_err().to_string().contains("contact.impulse[1]"));
-        assert!(it.set_booleans(&[221]).is_err());
+        assert!(it.set_booleans(&[221], &[true]).is_err());
+        it.set_booleans(&[119], &[false]).unwrap();
+        assert!(!it.boolean(119).unwrap());
         it.set_reals(&[20], &[1000.0]).unwrap();
         it.phase = Phase::StepComplete;
         assert!(it.set_reals(&[20], &[1000.0]).unwrap_err().to_string().contains("fmi2Reset"));

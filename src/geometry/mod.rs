@@ -1,6 +1,7 @@
 //! Signed distance of rigid bodies, in the frame of the body.
 
 mod cylinder;
+mod dome;
 mod half_space;
 mod outline;
 mod piece;
@@ -9,6 +10,7 @@ mod sphere;
 
 use crate::algebra::{Tensor3, Vector3};
 pub use cylinder::Cylinder;
+pub use dome::Dome;
 pub use half_space::HalfSpace;
 pub use outline::Outline;
 pub use profile::{Profile, Sweep};
@@ -50,6 +52,8 @@ pub enum Shape {
     Profile(Arc<Profile>),
     /// A half-space.
     HalfSpace(HalfSpace),
+    /// A plate with a cap, as it is at the start.
+    Dome(Dome),
 }
 
 impl Shape {
@@ -58,7 +62,7 @@ impl Shape {
     pub fn poles(&self) -> Option<[Vector3; 2]> {
         match self {
             Self::Profile(profile) => Some(profile.poles()),
-            Self::Sphere(_) | Self::Cylinder(_) | Self::HalfSpace(_) => None,
+            Self::Sphere(_) | Self::Cylinder(_) | Self::HalfSpace(_) | Self::Dome(_) => None,
         }
     }
 
@@ -68,6 +72,7 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder,
             Self::Profile(profile) => &**profile,
             Self::HalfSpace(half_space) => half_space,
+            Self::Dome(dome) => dome,
         }
     }
 }
@@ -108,8 +113,8 @@ mod tests {
         Shape::Profile(Arc::new(Profile::new(&outline, Sweep::Revolution)))
     }
 
-    /// The half-space is the last.
-    fn shapes() -> [Shape; 6] {
+    /// The unbounded ones are the last.
+    fn shapes() -> [Shape; 7] {
         [
             Shape::Sphere(Sphere { radius: 1.3 }),
             Shape::Cylinder(Cylinder { radius: 0.7, length: 2.2, edge_radius: 0.0 }),
@@ -117,6 +122,7 @@ mod tests {
             bullet(),
             stub(),
             Shape::HalfSpace(HalfSpace::new(Vector3::new(0.3, -0.4, 1.2))),
+            Shape::Dome(Dome::new(0.5, 0.9)),
         ]
     }
 

@@ -1,36 +1,78 @@
-//! The projectile as a closed surface of triangles, for files and pictures.
+//! The bodies as closed surfaces of triangles, for files and pictures.
 
 use super::bounds::Bounds;
 use crate::algebra::Vector3;
-use crate::geometry::Shape;
+use crate::geometry::{Dome, Shape};
 use crate::scene::Scene;
-use crate::simulation::Kinematics;
+use crate::simulation::{Frame, Place};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::f64::consts::{PI, TAU};
 
 /// Triangles about the axis: a circle is drawn within 0.3 % of its radius.
 const SEGMENTS: usize = 48;
 
-/// A convex surface around an inner point.
+/// A surface around an inner point from which all of it can be seen.
 #[derive(Debug, Clone)]
 pub(super) struct Solid {
+    /// Whether it ends by itself; of an unbounded body only what lies across the scenery is drawn.
+    pub(super) bounded: bool,
+    pub(super) velocity: Vector3,
     pub(super) centre: Vector3,
     pub(super) points: Vec<Vector3>,
     /// Outward oriented.
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// The body where it is; of a half-space, the plate that lies behind its plane across `scenery`.
-pub(super) fn solid(scene: &Scene, pose: &Kinematics, scenery: &Bounds) -> Solid {
-    let [w, x, y, z] = pose.orientation;
-    let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
-    let drawn = |profile: &[(f64, f64)]| placed(lathe(profile), turn, pose.position);
-    match scene.projectile_shape() {
-        Shape::Sphere(sphere) => drawn(&arc(sphere.radius)),
-        Shape::Cylinder(cylinder) => drawn(&rod(cylinder.radius, cylinder.length)),
-        Shape::Profile(profile) => drawn(&profile.polyline(TAU / SEGMENTS as f64)),
-        Shape::HalfSpace(half_space) => plate(turn * half_space.normal(), pose.position, scenery),
+/// The active bodies where they are; of an unbounded one, the plate that lies behind its surface across `scenery`.
+pub(super) fn solids(scene: &Scene, frame: &Frame, scenery: &Bounds) -> Vec<Solid> {
+    let bodies = frame.bodies.iter().enumerate().filter(|(_, place)| place.active);
+    bodies.map(|(i, place)| solid(&scene.alone(i).projectile_shape(), place, scenery)).collect()
+}
+
+fn solid(shape: &Shape, place: &Place, scenery: &Bounds) -> Solid {
+    let [w, x, y, z] = place.kinematics.orientation;
+    let (turn, to) = (UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)), place.kinematics.position);
+    let drawn = |profile: &[(f64, f64)]| placed(lathe(profile), turn, to);
+    let solid = match (shape, &place.bulge) {
+        (_, Some(bulge)) => drawn(&cap(&bulge.dome(), scenery)),
+        (Shape::Sphere(sphere), _) => drawn(&arc(sphere.radius)),
+        (Shape::Cylinder(cylinder), _) => drawn(&rod(cylinder.radius, cylinder.length)),
+        (Shape::Profile(profile), _) => drawn(&profile.polyline(TAU / SEGMENTS as f64)),
+        (Shape::HalfSpace(half_space), _) => plate(turn * half_space.normal(), to, scenery),
+        (Shape::Dome(dome), None) => drawn(&cap(dome, scenery)),
+    };
+    let bounded = !matches!(shape, Shape::HalfSpace(_) | Shape::Dome(_));
+    Solid { bounded, velocity: place.kinematics.velocity, ..solid }
+}
+
+/// What is to be seen of a body in a picture of `scenery`: of an unbounded one, its surface there.
+pub(super) fn extent(shape: &Shape, place: &Place, scenery: &Bounds) -> Bounds {
+    let [w, x, y, z] = place.kinematics.orientation;
+    let (turn, to) = (UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)), place.kinematics.position);
+    let on_plane = |n: Vector3| scenery.corners().map(move |p| p - n * (p - to).dot(&n));
+    match (shape, &place.bulge) {
+        (Shape::HalfSpace(half_space), _) => Bounds::around(on_plane(half_space.normal())),
+        (Shape::Dome(_), Some(bulge)) => {
+            let apex = to - turn * Vector3::z() * bulge.dome().height();
+            Bounds::around(on_plane(turn * Vector3::z()).chain([apex]))
+        }
+        _ => Bounds::around(solid(shape, place, scenery).points),
     }
+}
+
+/// Profile (r, z) of a dome's cap and of the plate behind it, across `scenery`.
+fn cap(dome: &Dome, scenery: &Bounds) -> Vec<(f64, f64)> {
+    let (h, a) = (dome.height(), dome.radius());
+    let (wide, thick) = (f64::max(1.1 * scenery.radius(), 1.1 * a), 0.06 * scenery.radius());
+    // From the apex to the rim in equal parts of the angle 2 atan(h/a) that half of the cap spans.
+    let n = SEGMENTS / 4;
+    let half = 2.0 * (h / a).atan();
+    let sphere = if h > 0.0 { (a * a + h * h) / (2.0 * h) } else { 0.0 };
+    let angles = (0..n).map(|i| half * i as f64 / n as f64).filter(|_| h > 0.0);
+    let curve = angles.map(|t| (sphere * t.sin(), sphere * (1.0 - t.cos()) - h));
+    let mut profile: Vec<(f64, f64)> = if h > 0.0 { curve.collect() } else { vec![(0.0, 0.0)] };
+    profile.extend([(a, 0.0), (wide, 0.0), (wide, thick), (0.0, thick)]);
+    profile
 }
 
 /// Profile (r, z) of a sphere from pole to pole.
@@ -66,7 +108,7 @@ fn lathe(profile: &[(f64, f64)]) -> Solid {
             triangles.extend([[a, b, c], [a, c, d]]);
         }
     }
-    Solid { centre: Vector3::zeros(), points, triangles }
+    Solid { bounded: true, velocity: Vector3::zeros(), centre: Vector3::zeros(), points, triangles }
 }
 
 fn placed(mut solid: Solid, turn: UnitQuaternion<f64>, to: Vector3) -> Solid {
@@ -90,10 +132,12 @@ fn plate(normal: Vector3, origin: Vector3, scenery: &Bounds) -> Solid {
 mod tests {
     use super::*;
     use crate::scene::{self, Override};
+    use crate::simulation::Kinematics;
 
-    fn at(position: Vector3) -> Kinematics {
+    fn at(position: Vector3) -> Place {
         let [velocity, angular_velocity] = [Vector3::zeros(); 2];
-        Kinematics { position, velocity, orientation: [1.0, 0.0, 0.0, 0.0], angular_velocity }
+        let kinematics = Kinematics { position, velocity, orientation: [1.0, 0.0, 0.0, 0.0], angular_velocity };
+        Place { kinematics, bulge: None, active: true }
     }
 
     fn volume(solid: &Solid) -> f64 {
@@ -106,7 +150,7 @@ mod tests {
         let inertia = "projectile.inertia=[1, 1, 1, 0, 0, 0]".parse().unwrap();
         let above = "projectile.position=[0, 0, 9]".parse().unwrap();
         let text = scene::resolve(scene::builtin("sphere-block").unwrap(), &[shape, inertia, above]).unwrap();
-        solid(&scene::read(&text).unwrap(), &at(position), scenery)
+        solid(&scene::read(&text).unwrap().projectile_shape(), &at(position), scenery)
     }
 
     #[test]
@@ -131,6 +175,17 @@ mod tests {
         let cone = drawn("{bullet={radius=1.0, length=4.0, nose={cone={length=4.0}}}}", Vector3::zeros(), &scenery);
         let heights = Bounds::around(cone.points.iter().copied());
         assert!((heights.lower.z + 3.0).abs() < 1e-12 && (heights.upper.z - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_dome_is_a_cap_under_a_plate() {
+        let scenery = Bounds { lower: Vector3::new(-1.0, 0.0, 0.0), upper: Vector3::new(1.0, 0.0, 0.0) };
+        for (height, cap) in [(0.0, 0.0), (0.3, PI * 0.3 * (3.0 * 0.25 + 0.09) / 6.0)] {
+            let shape = format!("{{dome={{height={height:?}, radius=0.5}}}}");
+            let dome = drawn(&shape, Vector3::zeros(), &scenery);
+            let plate = PI * 1.1 * 1.1 * 0.06;
+            assert!(!dome.bounded && (volume(&dome) / (plate + cap) - 1.0).abs() < 0.01, "{}", volume(&dome));
+        }
     }
 
     #[test]

@@ -100,9 +100,9 @@ impl FrameSeries {
     fn write(&self, frame: &Frame, scene: &Scene) -> Result<(), OutputError> {
         let number = self.written.len();
         let scenery = Bounds::around(frame.points.iter().copied());
-        let solid = body::solid(scene, &frame.projectile, &scenery);
+        let solids = body::solids(scene, frame, &scenery);
         files::write(&self.folder.join(file("frame", number)), &vtu::gel(frame))?;
-        let surface = vtu::projectile(&solid, frame.time, frame.projectile.velocity);
+        let surface = vtu::bodies(&solids, frame.time);
         files::write(&self.folder.join(file("projectile", number)), &surface)
     }
 

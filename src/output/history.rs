@@ -1,7 +1,7 @@
 //! `history.csv`: one row per communication step, complete on disk after each row.
 
 use super::files::{OutputError, naming};
-use crate::simulation::Observation;
+use crate::simulation::{BodyReport, Observation};
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -11,34 +11,34 @@ type Column = (&'static str, fn(&Observation) -> f64);
 
 const COLUMNS: [Column; 50] = [
     ("time_s", |o| o.time),
-    ("position_x_m", |o| o.projectile.position.x),
-    ("position_y_m", |o| o.projectile.position.y),
-    ("position_z_m", |o| o.projectile.position.z),
-    ("velocity_x_m_per_s", |o| o.projectile.velocity.x),
-    ("velocity_y_m_per_s", |o| o.projectile.velocity.y),
-    ("velocity_z_m_per_s", |o| o.projectile.velocity.z),
-    ("orientation_w", |o| o.projectile.orientation[0]),
-    ("orientation_x", |o| o.projectile.orientation[1]),
-    ("orientation_y", |o| o.projectile.orientation[2]),
-    ("orientation_z", |o| o.projectile.orientation[3]),
-    ("angular_velocity_x_rad_per_s", |o| o.projectile.angular_velocity.x),
-    ("angular_velocity_y_rad_per_s", |o| o.projectile.angular_velocity.y),
-    ("angular_velocity_z_rad_per_s", |o| o.projectile.angular_velocity.z),
-    ("depth_m", |o| o.depth),
-    ("impulse_x_N_s", |o| o.exchange.impulse.x),
-    ("impulse_y_N_s", |o| o.exchange.impulse.y),
-    ("impulse_z_N_s", |o| o.exchange.impulse.z),
-    ("angular_impulse_x_N_m_s", |o| o.exchange.angular_impulse.x),
-    ("angular_impulse_y_N_m_s", |o| o.exchange.angular_impulse.y),
-    ("angular_impulse_z_N_m_s", |o| o.exchange.angular_impulse.z),
-    ("force_x_N", |o| o.exchange.mean_force().x),
-    ("force_y_N", |o| o.exchange.mean_force().y),
-    ("force_z_N", |o| o.exchange.mean_force().z),
-    ("total_impulse_x_N_s", |o| o.contact.total_impulse.x),
-    ("total_impulse_y_N_s", |o| o.contact.total_impulse.y),
-    ("total_impulse_z_N_s", |o| o.contact.total_impulse.z),
-    ("contact_area_m2", |o| o.contact.area),
-    ("penetration_m", |o| o.contact.penetration),
+    ("position_x_m", |o| o.projectile().kinematics.position.x),
+    ("position_y_m", |o| o.projectile().kinematics.position.y),
+    ("position_z_m", |o| o.projectile().kinematics.position.z),
+    ("velocity_x_m_per_s", |o| o.projectile().kinematics.velocity.x),
+    ("velocity_y_m_per_s", |o| o.projectile().kinematics.velocity.y),
+    ("velocity_z_m_per_s", |o| o.projectile().kinematics.velocity.z),
+    ("orientation_w", |o| o.projectile().kinematics.orientation[0]),
+    ("orientation_x", |o| o.projectile().kinematics.orientation[1]),
+    ("orientation_y", |o| o.projectile().kinematics.orientation[2]),
+    ("orientation_z", |o| o.projectile().kinematics.orientation[3]),
+    ("angular_velocity_x_rad_per_s", |o| o.projectile().kinematics.angular_velocity.x),
+    ("angular_velocity_y_rad_per_s", |o| o.projectile().kinematics.angular_velocity.y),
+    ("angular_velocity_z_rad_per_s", |o| o.projectile().kinematics.angular_velocity.z),
+    ("depth_m", |o| o.projectile().depth),
+    ("impulse_x_N_s", |o| o.projectile().exchange.impulse.x),
+    ("impulse_y_N_s", |o| o.projectile().exchange.impulse.y),
+    ("impulse_z_N_s", |o| o.projectile().exchange.impulse.z),
+    ("angular_impulse_x_N_m_s", |o| o.projectile().exchange.angular_impulse.x),
+    ("angular_impulse_y_N_m_s", |o| o.projectile().exchange.angular_impulse.y),
+    ("angular_impulse_z_N_m_s", |o| o.projectile().exchange.angular_impulse.z),
+    ("force_x_N", |o| o.projectile().exchange.mean_force().x),
+    ("force_y_N", |o| o.projectile().exchange.mean_force().y),
+    ("force_z_N", |o| o.projectile().exchange.mean_force().z),
+    ("total_impulse_x_N_s", |o| o.projectile().contact.total_impulse.x),
+    ("total_impulse_y_N_s", |o| o.projectile().contact.total_impulse.y),
+    ("total_impulse_z_N_s", |o| o.projectile().contact.total_impulse.z),
+    ("contact_area_m2", |o| o.projectile().contact.area),
+    ("penetration_m", |o| o.projectile().contact.penetration),
     ("energy_kinetic_J", |o| o.energy.kinetic),
     ("energy_projectile_J", |o| o.energy.projectile),
     ("energy_elastic_J", |o| o.energy.elastic),
@@ -61,6 +61,37 @@ const COLUMNS: [Column; 50] = [
     ("element_updates", |o| o.cost.element_updates),
     ("min_jacobian", |o| o.cost.min_jacobian),
 ];
+
+/// A column of each fragment, behind those; its name follows `fragment1_`, `fragment2_`, …
+type FragmentColumn = (&'static str, fn(&BodyReport) -> f64);
+
+const FRAGMENT_COLUMNS: [FragmentColumn; 12] = [
+    ("active", |b| f64::from(u8::from(b.active))),
+    ("position_x_m", |b| b.kinematics.position.x),
+    ("position_y_m", |b| b.kinematics.position.y),
+    ("position_z_m", |b| b.kinematics.position.z),
+    ("velocity_x_m_per_s", |b| b.kinematics.velocity.x),
+    ("velocity_y_m_per_s", |b| b.kinematics.velocity.y),
+    ("velocity_z_m_per_s", |b| b.kinematics.velocity.z),
+    ("depth_m", |b| b.depth),
+    ("impulse_x_N_s", |b| b.exchange.impulse.x),
+    ("impulse_y_N_s", |b| b.exchange.impulse.y),
+    ("impulse_z_N_s", |b| b.exchange.impulse.z),
+    ("bulge_height_m", |b| b.bulge.map_or(0.0, |bulge| bulge.size[0])),
+];
+
+fn names(n_fragments: usize) -> String {
+    let own = COLUMNS.iter().map(|(name, _)| (*name).to_owned());
+    let fragment = |i: usize| FRAGMENT_COLUMNS.iter().map(move |(name, _)| format!("fragment{i}_{name}"));
+    own.chain((1..=n_fragments).flat_map(fragment)).collect::<Vec<_>>().join(",")
+}
+
+fn values(observation: &Observation) -> String {
+    let own = COLUMNS.iter().map(|(_, value)| value(observation));
+    let of_fragment = |fragment| FRAGMENT_COLUMNS.iter().map(move |(_, value)| value(fragment));
+    let all = own.chain(observation.bodies[1..].iter().flat_map(of_fragment));
+    all.map(|value| format!("{value:e}")).collect::<Vec<_>>().join(",")
+}
 
 /// One row read back.
 pub(super) struct Row(Vec<f64>);
@@ -90,8 +121,8 @@ pub(super) struct History {
 
 impl History {
     /// An empty history with its header.
-    pub(super) fn create(path: &Path) -> Result<Self, OutputError> {
-        let names = COLUMNS.map(|(name, _)| name).join(",") + "\n";
+    pub(super) fn create(path: &Path, n_fragments: usize) -> Result<Self, OutputError> {
+        let names = names(n_fragments) + "\n";
         let open = || {
             let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(true).open(path)?;
             file.write_all(names.as_bytes())?;
@@ -103,7 +134,7 @@ impl History {
 
     /// One row, in one write: a killed process leaves whole rows.
     pub(super) fn append(&mut self, observation: &Observation) -> Result<(), OutputError> {
-        let line = COLUMNS.map(|(_, value)| format!("{:e}", value(observation))).join(",") + "\n";
+        let line = values(observation) + "\n";
         self.file.write_all(line.as_bytes()).map_err(naming(&self.path))?;
         self.rows.push((observation.time, self.end() + line.len() as u64));
         Ok(())
@@ -136,7 +167,7 @@ impl History {
 fn parse(line: &str) -> io::Result<Row> {
     let values: Result<Vec<f64>, _> = line.split(',').map(str::parse).collect();
     match values {
-        Ok(values) if values.len() == COLUMNS.len() => Ok(Row(values)),
+        Ok(values) if values.len() >= COLUMNS.len() => Ok(Row(values)),
         _ => Err(io::Error::new(io::ErrorKind::InvalidData, "a row was changed while the run was going on")),
     }
 }

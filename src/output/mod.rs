@@ -60,7 +60,7 @@ impl Recorder {
         Ok(Self {
             folder: folder.to_path_buf(),
             run: Run::start(scene, interface, threads),
-            history: History::create(&folder.join("history.csv"))?,
+            history: History::create(&folder.join("history.csv"), scene.fragment.len())?,
             frames: FrameSeries::create(folder, scene)?,
             _claim: claim,
         })

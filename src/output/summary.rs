@@ -3,7 +3,7 @@
 use super::Ending;
 use crate::algebra::Vector3;
 use crate::scene::{self, Dimension, Scene};
-use crate::simulation::{EnergyReport, Frame, Observation};
+use crate::simulation::{BodyReport, EnergyReport, Frame, Observation};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -73,6 +73,8 @@ pub struct Summary {
     pub force_window: f64,
     /// Impulse on the projectile, N·s.
     pub total_impulse: [f64; 3],
+    /// What became of each fragment.
+    pub fragments: Vec<FragmentFigures>,
     /// Energy by account, J.
     #[serde(rename = "energy", serialize_with = "as_object")]
     pub accounts: Vec<Account>,
@@ -96,6 +98,36 @@ pub struct Summary {
     pub failure: Option<String>,
 }
 
+/// What became of a fragment.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FragmentFigures {
+    /// Whether it took part at the end.
+    pub active: bool,
+    /// Greatest depth of its foremost point below z = 0, m, as far as it was seen in contact.
+    pub peak_depth: f64,
+    /// Depth at the end, m.
+    pub final_depth: f64,
+    /// Velocity at the end, m/s.
+    pub final_velocity: [f64; 3],
+    /// Greatest mean force over a window of `force_window`, N.
+    pub peak_force: f64,
+    /// Impulse on it, N·s.
+    pub total_impulse: [f64; 3],
+}
+
+impl FragmentFigures {
+    fn of(fragment: &BodyReport) -> Self {
+        Self {
+            active: fragment.active,
+            peak_depth: fragment.contact.peak_depth.0,
+            final_depth: fragment.depth,
+            final_velocity: fragment.kinematics.velocity.into(),
+            peak_force: fragment.contact.peak_force,
+            total_impulse: fragment.contact.total_impulse.into(),
+        }
+    }
+}
+
 /// What a summary needs from the start of a run.
 #[derive(Debug)]
 pub(super) struct Run {
@@ -116,7 +148,8 @@ impl Run {
 
 impl Summary {
     pub(super) fn of(run: &Run, ending: &Ending) -> Self {
-        let Observation { time, depth, contact, energy, cost, .. } = ending.observation;
+        let Observation { time, energy, cost, .. } = ending.observation;
+        let BodyReport { kinematics, depth, contact, .. } = ending.observation.projectile();
         let wall_seconds = run.started.elapsed().as_secs_f64();
         let end = run.scene.scene.end_time;
         Self {
@@ -141,11 +174,12 @@ impl Summary {
             time_of_peak_depth: contact.peak_depth.1,
             final_depth: *depth,
             rebound_velocity: rebound(ending.observation, run.scene.projectile.velocity.into()),
-            final_velocity: ending.observation.projectile.velocity.into(),
+            final_velocity: kinematics.velocity.into(),
             contact_duration: contact.first.zip(contact.last).map(|(first, last)| last - first),
             peak_force: contact.peak_force,
             force_window: run.scene.force_window(),
             total_impulse: contact.total_impulse.into(),
+            fragments: ending.observation.bodies[1..].iter().map(FragmentFigures::of).collect(),
             accounts: accounts(energy).into(),
             energy_error: energy.energy_error,
             energy_defect: energy.energy_defect,
@@ -189,25 +223,25 @@ fn accounts(energy: &EnergyReport) -> [Account; 11] {
     let account = |name, value, meaning| Account { name, value, meaning };
     [
         account("initial", energy.initial, "all energy at the start"),
-        account("kinetic", energy.kinetic, "motion of gel and projectile"),
-        account("projectile", energy.projectile, "motion of the projectile alone (part of kinetic)"),
+        account("kinetic", energy.kinetic, "motion of gel and bodies"),
+        account("projectile", energy.projectile, "motion of projectile and fragments alone (part of kinetic)"),
         account("elastic", energy.elastic, "stored in the deformed gel"),
         account("contact", energy.contact, "work of the contact law; negative is dissipated"),
         account("friction", energy.friction, "work of friction; negative is dissipated"),
         account("contact_bias", energy.contact_bias, "work of removing standing penetration"),
         account("integration", energy.integration, "residual of the time integration"),
         account("external", energy.external, "work of external forces and of a prescribed motion"),
-        account("importer", energy.importer, "jumps of the projectile made by the importer"),
+        account("importer", energy.importer, "jumps of the bodies made by the importer"),
         account("closure", energy.closure, "what no account explains"),
     ]
 }
 
 /// Speed against the initial velocity once the last impulse is past by 10 % of the contact, m/s (numerics A14).
 fn rebound(observation: &Observation, initial: Vector3) -> Option<f64> {
-    let (first, last) = observation.contact.first.zip(observation.contact.last)?;
+    let (first, last) = observation.projectile().contact.first.zip(observation.projectile().contact.last)?;
     let direction = initial.try_normalize(0.0)?;
     let over = observation.time - last > 0.1 * (last - first);
-    over.then(|| -observation.projectile.velocity.dot(&direction))
+    over.then(|| -observation.projectile().kinematics.velocity.dot(&direction))
 }
 
 /// Mass of the mesh at rest, kg.

@@ -33,12 +33,19 @@ pub(super) fn gel(frame: &Frame) -> Vec<u8> {
     file.finish()
 }
 
-/// A file of the surface of the projectile.
-pub(super) fn projectile(solid: &Solid, time: f64, velocity: Vector3) -> Vec<u8> {
-    let mut file = Grid::new(solid.points.len(), solid.triangles.len());
+/// A file of the surfaces of the bodies.
+pub(super) fn bodies(solids: &[Solid], time: f64) -> Vec<u8> {
+    let (mut points, mut triangles, mut velocities) = (vec![], vec![], vec![]);
+    for solid in solids {
+        let first = points.len() as u32;
+        triangles.extend(solid.triangles.iter().map(|corners| corners.map(|i| first + i)));
+        points.extend_from_slice(&solid.points);
+        velocities.resize(points.len(), solid.velocity);
+    }
+    let mut file = Grid::new(points.len(), triangles.len());
     file.section("FieldData", &[Array::time(time)]);
-    file.geometry(&solid.points, solid.triangles.iter().map(<[u32; 3]>::as_slice), TRIANGLE);
-    file.section("PointData", &[Array::vectors("velocity", &vec![velocity; solid.points.len()])]);
+    file.geometry(&points, triangles.iter().map(<[u32; 3]>::as_slice), TRIANGLE);
+    file.section("PointData", &[Array::vectors("velocity", &velocities)]);
     file.finish()
 }
 

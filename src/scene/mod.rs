@@ -1,5 +1,6 @@
 //! A scene: what the user wrote, read, checked and given back with every default filled in.
 
+mod bodies;
 mod builtin;
 mod error;
 mod explain;
@@ -13,6 +14,7 @@ mod shape;
 mod tables;
 mod validate;
 
+pub use bodies::{MOST_FRAGMENTS, body_name};
 pub use builtin::{builtin, builtins};
 pub use error::{SceneError, SceneErrorKind};
 pub use overrides::{Fault, Override, read_with, resolve};

@@ -102,21 +102,55 @@ pub fn resolve(text: &str, overrides: &[Override]) -> Result<String, SceneError>
 
 fn write(document: &mut DocumentMut, change: &Override) -> Result<(), SceneError> {
     let value = parse_value(change)?;
-    let path = Key::parse(&change.key)
-        .map_err(|_| SceneError::value(&change.key, "a broken key", "a dotted key, such as mesh.size"))?;
+    let broken =
+        |_| SceneError::value(&change.key, "a broken key", "a dotted key, such as mesh.size or fragment[1].mass");
+    // `fragment[1].mass` is the TOML key `fragment.1.mass`.
+    let path = Key::parse(&change.key.replace('[', ".").replace(']', "")).map_err(broken)?;
     let Some((last, tables)) = path.split_last() else {
         return Err(SceneError::value(&change.key, "no key", "a dotted key, such as mesh.size"));
     };
-    let mut table: &mut dyn TableLike = document.as_table_mut();
-    for (depth, name) in tables.iter().enumerate() {
-        let inner = table.entry(name.get()).or_insert_with(implicit_table);
-        let Some(inner) = inner.as_table_like_mut() else {
-            return Err(not_a_table(change, &tables[..=depth]));
+    let mut place: &mut dyn TableLike = document.as_table_mut();
+    let mut names = tables.iter().enumerate();
+    while let Some((depth, name)) = names.next() {
+        let inner = place.entry(name.get()).or_insert_with(implicit_table);
+        let inner = if is_list(inner) {
+            let number = names.next().map_or("", |(_, number)| number.get());
+            member(inner, number).map_err(|length| no_member(change, name, length))?
+        } else {
+            inner.as_table_like_mut().ok_or_else(|| not_a_table(change, &tables[..=depth]))?
         };
-        table = inner;
+        place = inner;
     }
-    put(table, last, value);
+    put(place, last, value);
     Ok(())
+}
+
+/// Whether it is a list of tables.
+fn is_list(item: &Item) -> bool {
+    item.is_array_of_tables() || item.as_array().is_some_and(|list| list.iter().all(Value::is_inline_table))
+}
+
+/// The table of this number, from 1, of a list; else how many there are.
+fn member<'a>(list: &'a mut Item, number: &str) -> Result<&'a mut dyn TableLike, usize> {
+    let at = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
+    match list {
+        Item::ArrayOfTables(tables) => {
+            let length = tables.len();
+            at.and_then(|at| tables.get_mut(at)).map(|table| table as &mut dyn TableLike).ok_or(length)
+        }
+        Item::Value(Value::Array(values)) => {
+            let length = values.len();
+            let table = at.and_then(|at| values.get_mut(at)).and_then(Value::as_inline_table_mut);
+            table.map(|table| table as &mut dyn TableLike).ok_or(length)
+        }
+        Item::None | Item::Value(_) | Item::Table(_) => Err(0),
+    }
+}
+
+fn no_member(change: &Override, name: &Key, length: usize) -> SceneError {
+    let name = name.get();
+    let expected = format!("{name}[1] to {name}[{length}]: the scene has so many [[{name}]] tables");
+    SceneError::value(&change.key, "none of them", expected)
 }
 
 fn parse_value(change: &Override) -> Result<Value, SceneError> {

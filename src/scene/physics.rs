@@ -1,35 +1,38 @@
 //! What a scene models and what it does not: a scene models only what it asks for.
 
-use super::{ContactLaw, Dimension, GelShape, Lattice, MaterialModel, Scene, ScheduleKind, Support, Supports};
+use super::{
+    BodyShape, ContactLaw, Dimension, GelShape, Lattice, MaterialModel, Scene, ScheduleKind, Support, Supports,
+    body_name,
+};
 use crate::geometry::Shape;
 
 /// Short sentences of the physics that a scene computes.
 #[must_use]
 pub fn modelled(scene: &Scene) -> Vec<String> {
-    let motion = if scene.projectile.fixed {
-        "projectile: rigid and held"
-    } else {
-        match scene.scene.dimension {
-            Dimension::Planar => "projectile: rigid, moves and turns in the plane",
-            Dimension::Axisymmetric => "projectile: rigid, moves along the axis",
-            Dimension::Spatial => "projectile: rigid, six degrees of freedom",
-        }
+    let general =
+        [space(scene.scene.dimension), material(scene), elements(scene), steps(scene), contact(scene.contact.law)];
+    let bodies = (0..scene.n_bodies()).flat_map(|body| body_lines(&scene.alone(body), &body_name(body)));
+    general.map(str::to_owned).into_iter().chain(bodies).collect()
+}
+
+fn body_lines(scene: &Scene, name: &str) -> Vec<String> {
+    let (moves, body) = (!scene.projectile.fixed, &scene.projectile);
+    let motion = match scene.scene.dimension {
+        _ if !moves => "rigid and held",
+        Dimension::Planar => "rigid, moves and turns in the plane",
+        Dimension::Axisymmetric => "rigid, moves along the axis",
+        Dimension::Spatial => "rigid, six degrees of freedom",
     };
-    let general = [
-        space(scene.scene.dimension),
-        material(scene),
-        elements(scene),
-        steps(scene),
-        contact(scene.contact.law),
-        motion,
-    ];
-    general.map(str::to_owned).into_iter().chain(balance(scene)).collect()
+    let grows = matches!(body.shape, BodyShape::Dome { .. }).then_some("a dome whose height and radius are inputs");
+    let waits = (!body.active).then_some("takes no part until it is made active");
+    let lines = [Some(motion.to_owned()), grows.map(str::to_owned), waits.map(str::to_owned), balance(scene)];
+    lines.into_iter().flatten().map(|line| format!("{name}: {line}")).collect()
 }
 
 /// Where the centre of mass of a projectile with a tip is, and how heavy its material would be.
 fn balance(scene: &Scene) -> Option<String> {
     let Shape::Profile(profile) = scene.projectile_shape() else { return None };
-    let behind = format!("projectile: centre of mass {:.6} m behind the tip", -profile.poles()[0].z);
+    let behind = format!("centre of mass {:.6} m behind the tip", -profile.poles()[0].z);
     let mass = scene.projectile.mass.filter(|_| scene.scene.dimension != Dimension::Planar);
     let density = mass.map(|mass| format!(", {:.0} kg/m3 if homogeneous", mass / profile.volume()));
     Some(behind + &density.unwrap_or_default())
@@ -97,13 +100,14 @@ fn depends_on_dimension(dimension: Dimension) -> Option<&'static str> {
     }
 }
 
-fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 4] {
+fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 5] {
     let fixed = scene.projectile.fixed.then_some("motion of the projectile: none, it is fixed");
+    let apart = (scene.n_bodies() > 1).then_some("contact between bodies: none, they only meet the gel");
     let inelastic = scene.contact.law == ContactLaw::Moreau && scene.contact.restitution == 0.0;
     let restitution = inelastic.then_some("restitution of surface nodes: none, the gel rebounds by its own elasticity");
     let smooth = (scene.contact.friction == 0.0).then_some("friction: none, the projectile slides freely");
     let free = is_free(&scene.gel.supports) || matches!(scene.gel.shape, GelShape::LBeam { .. });
-    [smooth, fixed, restitution, free.then_some("supports: none, the gel is free")]
+    [smooth, fixed, apart, restitution, free.then_some("supports: none, the gel is free")]
 }
 
 fn is_free(supports: &Supports) -> bool {

@@ -32,8 +32,17 @@ impl<'a> Places<'a> {
     }
 
     fn collect_inner(&mut self, key: &str, value: &Spanned<DeValue<'_>>) {
-        if let DeValue::Table(inner) = value.get_ref() {
-            self.collect(key, inner);
+        match value.get_ref() {
+            DeValue::Table(inner) => self.collect(key, inner),
+            DeValue::Array(items) => {
+                for (i, item) in items.iter().enumerate() {
+                    let DeValue::Table(inner) = item.get_ref() else { continue };
+                    let key = numbered(key, i);
+                    self.entries.push(Entry { key: key.clone(), name: item.span(), value: item.span() });
+                    self.collect(&key, inner);
+                }
+            }
+            _ => {}
         }
     }
 
@@ -63,6 +72,11 @@ impl<'a> Places<'a> {
 /// `name` inside the table `prefix`.
 pub(super) fn join(prefix: &str, name: &str) -> String {
     if prefix.is_empty() { name.to_owned() } else { format!("{prefix}.{name}") }
+}
+
+/// The table number `i`, from 0, of a list: `fragment[1]` is the first.
+pub(super) fn numbered(key: &str, i: usize) -> String {
+    format!("{key}[{}]", i + 1)
 }
 
 /// The line, from 1, of a byte of the text.

@@ -1,6 +1,6 @@
 //! Scene text to checked scene.
 
-use super::places::{Places, join};
+use super::places::{Places, join, numbered};
 use super::validate::validate;
 use super::{Scene, SceneError, explain};
 use toml::de::{DeTable, DeValue};
@@ -55,6 +55,11 @@ fn compare_values(key: &str, text: &DeValue<'_>, read: &toml::Value) -> Result<(
         (DeValue::Array(_), toml::Value::Table(_)) => Err(SceneError::value(key, "a list", "a table")),
         (DeValue::Array(text), toml::Value::Array(read)) if text.len() != read.len() => {
             Err(SceneError::value(key, format!("{} entries", text.len()), format!("{} entries", read.len())))
+        }
+        (DeValue::Array(text), toml::Value::Array(read)) => {
+            let pairs = text.iter().zip(read).enumerate();
+            let mut tables = pairs.filter(|(_, (text, _))| matches!(text.get_ref(), DeValue::Table(_)));
+            tables.try_for_each(|(i, (text, read))| compare_values(&numbered(key, i), text.get_ref(), read))
         }
         _ => Ok(()),
     }

@@ -2,7 +2,7 @@
 
 use super::{BodyShape, Bullet, Dimension, Nose, Scene};
 use crate::algebra::Vector3;
-use crate::geometry::{Cylinder, HalfSpace, Outline, Profile, Shape, Sphere, Sweep};
+use crate::geometry::{Cylinder, Dome, HalfSpace, Outline, Profile, Shape, Sphere, Sweep};
 use std::sync::Arc;
 
 impl Scene {
@@ -25,6 +25,7 @@ impl Scene {
             &BodyShape::Capsule { radius, length } => profile(&capsule(radius, length)),
             BodyShape::Bullet(bullet) => profile(&bullet.rounded().expect("the roundings of the rims have room")),
             BodyShape::HalfSpace { normal } => Shape::HalfSpace(HalfSpace::new(Vector3::from(*normal))),
+            &BodyShape::Dome { height, radius } => Shape::Dome(Dome::new(height, radius)),
         }
     }
 }

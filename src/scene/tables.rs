@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A scene: one gel, one projectile, and how to compute their meeting.
+/// A scene: one gel, a projectile and perhaps fragments beside it, and how to compute their meeting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
@@ -13,6 +13,9 @@ pub struct Scene {
     pub gel: Gel,
     /// The rigid body that meets it.
     pub projectile: Projectile,
+    /// Further bodies, each a `[[fragment]]` table with the keys of a projectile. Bodies do not touch each other.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fragment: Vec<Projectile>,
     /// How fine the gel is divided.
     pub mesh: MeshSpec,
     /// How time is stepped.
@@ -174,7 +177,7 @@ pub struct Projectile {
     /// Computed for a homogeneous body of the given mass if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inertia: Option<[f64; 6]>,
-    /// Centre of mass (a point of the plane of a half-space) at the start, m.
+    /// Centre of mass (a point of the plane of a half-space, the middle of the base of a dome) at the start, m.
     pub position: [f64; 3],
     /// Velocity at the start, m/s.
     #[serde(default)]
@@ -188,6 +191,14 @@ pub struct Projectile {
     /// Held where it is.
     #[serde(default)]
     pub fixed: bool,
+    /// Whether it takes part from the start. One that does not stays where it is and touches nothing, until the importer
+    /// makes it active.
+    #[serde(default = "yes")]
+    pub active: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 fn upright() -> [f64; 4] {
@@ -228,6 +239,14 @@ pub enum BodyShape {
     HalfSpace {
         /// Normal of the plane, out of the body; normalised.
         normal: [f64; 3],
+    },
+    /// The back face of an armour: all space above z = 0 of the body, and a spherical cap below it, the bulge. Height and base
+    /// radius are inputs that change in time; here they are those of the start.
+    Dome {
+        /// Height of the cap, m: from 0, a flat plate, to the base radius, half a sphere.
+        height: f64,
+        /// Radius of the base of the cap, m.
+        radius: f64,
     },
 }
 

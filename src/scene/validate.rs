@@ -6,7 +6,10 @@ mod gel;
 mod motion;
 mod shape;
 
-use super::{Contact, ContactLaw, Dimension, GelShape, Grading, Header, Integrator, Lattice, Output, Scene};
+use super::{
+    Contact, ContactLaw, Dimension, GelShape, Grading, Header, Integrator, Lattice, MOST_FRAGMENTS, Output, Scene,
+    SceneError, body_name,
+};
 use crate::geometry::SignedDistance;
 use domain::{Check, finite, positive, require, within};
 
@@ -14,12 +17,28 @@ use domain::{Check, finite, positive, require, within};
 pub(super) fn validate(scene: &Scene) -> Check {
     header(&scene.scene)?;
     gel::check(scene)?;
-    body::check(scene)?;
-    motion::check(scene)?;
+    check_body(scene)?;
+    let most = format!("at most {MOST_FRAGMENTS}");
+    require(
+        scene.fragment.len() <= MOST_FRAGMENTS,
+        "fragment",
+        || format!("{} fragments", scene.fragment.len()),
+        &most,
+    )?;
+    for i in 1..scene.n_bodies() {
+        let renamed = |key: &str| key.strip_prefix("projectile").map(|rest| body_name(i) + rest);
+        check_body(&scene.alone(i)).map_err(|e| SceneError { key: renamed(&e.key).unwrap_or(e.key), ..e })?;
+    }
     mesh(scene)?;
     integrator(&scene.integrator)?;
     contact(&scene.contact)?;
     output(&scene.output, scene.scene.end_time)
+}
+
+/// The projectile of a scene.
+fn check_body(scene: &Scene) -> Check {
+    body::check(scene)?;
+    motion::check(scene)
 }
 
 /// Communication steps of the longest run: days of an importer that does nothing else, and rows that fill a disk.
@@ -59,9 +78,11 @@ fn mesh(scene: &Scene) -> Check {
 
 /// Contact is found at nodes: a body that fits between them would pass through unseen.
 fn resolves(scene: &Scene) -> Check {
-    let (size, radius) = (scene.mesh.size, scene.projectile_shape().inner_radius());
+    let radii = (0..scene.n_bodies()).map(|body| (scene.alone(body).projectile_shape().inner_radius(), body));
+    let (radius, body) = radii.min_by(|a, b| a.0.total_cmp(&b.0)).expect("there is a projectile");
+    let (size, name) = (scene.mesh.size, if body == 0 { "the projectile".to_owned() } else { body_name(body) });
     let expected =
-        format!("at most the radius of the greatest ball inside the projectile, {radius:?} m: it would slip through");
+        format!("at most the radius of the greatest ball inside {name}, {radius:?} m: it would slip through");
     require(size <= radius, "mesh.size", || format!("{size:?}"), &expected)
 }
 

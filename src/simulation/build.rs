@@ -1,14 +1,14 @@
 //! From a checked scene to an engine at time 0.
 
-use super::model::{Erase, Gelatin, Model};
+use super::model::{Erase, Gelatin, Model, overlap};
 use crate::algebra::{Tensor3, Vector, Vector3, restrict};
 use crate::avi::{Engine, Gel, Kind, Pool, Rules, Surface};
-use crate::contact::{Body, BodyState, Freedom, Law, Motion, Wrench};
+use crate::contact::{Body, BodyState, Bulge, Freedom, Law, Motion, Wrench};
 use crate::element::{Section, Simplices};
-use crate::geometry::SignedDistance;
+use crate::geometry::{Shape, SignedDistance};
 use crate::material::NeoHookean;
-use crate::mesh::{self, Block, Face, Facet, Hold, Mesh, Split};
-use crate::scene::{Contact, ContactLaw, Dimension, GelShape, Lattice, Scene, ScheduleKind, Support};
+use crate::mesh::{self, Block, Face, Facet, Hold, Mesh, NodeId, Split};
+use crate::scene::{Contact, ContactLaw, Dimension, GelShape, Lattice, Scene, ScheduleKind, Support, body_name};
 use crate::state::State;
 use nalgebra::{Quaternion, UnitQuaternion};
 
@@ -44,11 +44,11 @@ pub enum BuildError {
         /// The step, s.
         step: f64,
     },
-    /// Gel and projectile overlap at the start.
-    #[error(
-        "projectile.position: at the start the surface of the gel is {depth:.3e} m inside the projectile; move it out"
-    )]
+    /// Gel and a body overlap at the start.
+    #[error("{body}.position: at the start the surface of the gel is {depth:.3e} m inside that body; move it out")]
     Overlap {
+        /// `projectile` or `fragment[i]`.
+        body: String,
         /// Depth of the deepest node, m.
         depth: f64,
     },
@@ -60,10 +60,8 @@ const MOST_CELLS: f64 = 2e6;
 const MOST_PLANES: f64 = 1e5;
 /// A tick times q ≤ 31 stays below 2⁵³ (numerics A3).
 const MOST_TICKS: f64 = 2.8e14;
-/// Overlap at the start that contact can take, in element sizes.
-const OVERLAP: f64 = 0.1;
 
-/// The engine of a scene. `prescribed` says that the motion of the projectile is given from outside.
+/// The engine of a scene. `prescribed` says that the motion of the bodies is given from outside.
 pub(super) fn build(scene: &Scene, prescribed: bool, threads: usize) -> Result<Box<dyn Model>, BuildError> {
     let planes = longest(&scene.gel.shape) / scene.mesh.size;
     if planes > MOST_PLANES {
@@ -100,33 +98,23 @@ where
     let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));
     let moving = |held: &[bool; D]| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { velocity[i] });
     let nodes = mesh.rest.iter().zip(&mesh.held).map(|(x, held)| (*x, moving(held))).collect();
-    let (body, state) = body(scene, prescribed);
-    apart(&gel, (&body, &state), &mesh)?;
+    let bodies: Vec<_> = (0..scene.n_bodies()).map(|i| body(&scene.alone(i), prescribed)).collect();
+    for (i, (body, state)) in bodies.iter().enumerate() {
+        let position = |node: NodeId| crate::algebra::embed(&mesh.rest[node.index()]);
+        if let Some(depth) = overlap(&gel, (body, state), position).filter(|_| state.active) {
+            return Err(BuildError::Overlap { body: body_name(i), depth });
+        }
+    }
     let step = gel.smallest_step(&mesh.rest);
     if !step.is_normal() {
         return Err(BuildError::NoStep { step });
     }
-    let engine = Engine::new(gel, (body, state), rules(scene), nodes).with_pool(Pool::new(threads));
+    let engine = Engine::new(gel, bodies, rules(scene), nodes).with_pool(Pool::new(threads));
     let ticks = engine.grid().ticks(scene.scene.end_time);
     if ticks > MOST_TICKS {
         return Err(BuildError::TooLong { ticks, limit: MOST_TICKS });
     }
     Ok(Box::new(Gelatin { engine, mesh }))
-}
-
-/// No node of the surface may be inside the projectile at the start.
-fn apart<const D: usize, P>(
-    gel: &Gel<D, P>,
-    (body, state): (&Body, &BodyState),
-    mesh: &Mesh<D>,
-) -> Result<(), BuildError> {
-    for surface in &gel.surface.nodes {
-        let depth = -body.gap(state, &crate::algebra::embed(&mesh.rest[surface.node.index()])).distance;
-        if depth > OVERLAP * surface.size {
-            return Err(BuildError::Overlap { depth });
-        }
-    }
-    Ok(())
 }
 
 fn material(scene: &Scene) -> NeoHookean {
@@ -181,6 +169,11 @@ fn body(scene: &Scene, prescribed: bool) -> (Body, BodyState) {
         orientation: orientation(projectile.orientation),
         angular_momentum: Vector3::zeros(),
         wrench: Wrench::default(),
+        bulge: match &body.shape {
+            Shape::Dome(dome) => Some(Bulge::at_rest(dome)),
+            _ => None,
+        },
+        active: projectile.active,
     };
     if !projectile.fixed {
         state.angular_momentum = body.angular_momentum(&state, &Vector3::from(projectile.angular_velocity));

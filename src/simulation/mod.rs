@@ -10,20 +10,20 @@ mod run;
 use crate::algebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-pub use crate::contact::{Exchange, Wrench};
+pub use crate::contact::{Bulge, Exchange, Wrench};
 pub use build::BuildError;
 pub use model::SavedState;
-pub use observe::{ContactReport, CostReport, EnergyReport, Frame, FrameCells, Observation};
+pub use observe::{BodyReport, ContactReport, CostReport, EnergyReport, Frame, FrameCells, Observation, Place};
 pub use run::{RestoreError, Saved, Simulation};
 
-/// Who integrates the motion of the projectile.
+/// Who integrates the motion of the bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CouplingMode {
     /// The kinematic inputs are the motion.
     Prescribed,
-    /// The component integrates the projectile; kinematic inputs are never read.
+    /// The component integrates them; kinematic inputs are read only when a body is made active.
     Integrated,
-    /// As `Integrated`, but at each communication step the kinematic inputs replace the projectile's state.
+    /// As `Integrated`, but at each communication step the kinematic inputs replace the bodies' states.
     Corrected,
 }
 
@@ -40,13 +40,17 @@ pub struct Kinematics {
     pub angular_velocity: Vector3,
 }
 
-/// What the importer hands over at the start of a communication step.
+/// What the importer hands over of a body at the start of a communication step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Inputs {
     /// Motion at the start of the step (`prescribed`, `corrected`).
     pub kinematics: Kinematics,
     /// First derivative of the velocity input, m/s2 (`prescribed`).
     pub acceleration: Vector3,
-    /// Everything else that acts on the projectile (`integrated`, `corrected`).
+    /// Everything else that acts on the body (`integrated`, `corrected`).
     pub wrench: Wrench,
+    /// Height and base radius of a dome with their rates, in every mode.
+    pub bulge: Option<Bulge>,
+    /// Whether the body takes part.
+    pub active: bool,
 }

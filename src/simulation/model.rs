@@ -1,13 +1,13 @@
 //! A gel of either dimension behind one interface.
 
 use super::RestoreError;
-use super::observe::{Frame, FrameCells};
+use super::observe::{Frame, FrameCells, Place};
 use crate::algebra::{Vector3, embed};
-use crate::avi::{Engine, StepError, Totals};
+use crate::avi::{Engine, Gel, StepError, SurfaceNode, Totals};
 use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Potential, Simplices};
 use crate::ledger::Ledger;
-use crate::mesh::{ElementId, Mesh};
+use crate::mesh::{ElementId, Mesh, NodeId};
 use crate::state::{Record, State};
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +23,7 @@ pub enum SavedState {
 /// Reach of the contact now.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Reach {
-    /// Area of the nodes within a tenth of their size of the body, m².
+    /// Area of the nodes within a tenth of their size of a body, m².
     pub area: f64,
     /// Deepest penetration, m.
     pub penetration: f64,
@@ -33,14 +33,19 @@ pub(super) struct Reach {
 
 /// What the simulation asks of a gel, whatever its dimension.
 pub(super) trait Model: Send {
-    fn advance_to(&mut self, t: f64, exchange: &mut Exchange) -> Result<(), StepError>;
-    fn body(&self) -> (&Body, &BodyState);
-    fn rebase_body(&mut self, t: f64);
-    fn set_body(&mut self, state: BodyState);
+    fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<(), StepError>;
+    fn n_bodies(&self) -> usize;
+    /// What does not change of a body, and its last event.
+    fn body(&self, i: usize) -> (&Body, &BodyState);
+    fn rebase_body(&mut self, i: usize, t: f64);
+    fn set_body(&mut self, i: usize, state: &BodyState);
     fn ledger_mut(&mut self) -> &mut Ledger;
     fn record(&self) -> &Record;
     fn totals(&self, t: f64) -> Totals;
-    fn reach(&self, t: f64) -> Reach;
+    /// Reach of the contact with a body at time `t`.
+    fn reach(&self, i: usize, t: f64) -> Reach;
+    /// How deep the surface of the gel is inside a body that would be there at time `t`, m, if that is more than it may be.
+    fn overlap(&self, i: usize, at: &BodyState) -> Option<f64>;
     /// Elements, nodes, elements below the continuation.
     fn counts(&self) -> (usize, usize, usize);
     /// Smallest and largest step, s.
@@ -56,6 +61,22 @@ pub(super) trait Model: Send {
 pub(super) struct Gelatin<const D: usize> {
     pub engine: Engine<D, Simplices<D>>,
     pub mesh: Mesh<D>,
+}
+
+/// Overlap at the start that contact can take, in element sizes.
+const OVERLAP: f64 = 0.1;
+
+/// Depth of the deepest node of the surface, m, inside a body, if that is more than contact can take.
+pub(super) fn overlap<const D: usize, P>(
+    gel: &Gel<D, P>,
+    (body, at): (&Body, &BodyState),
+    position: impl Fn(NodeId) -> Vector3,
+) -> Option<f64> {
+    let too_deep = |surface: &SurfaceNode| {
+        let depth = -body.gap(at, &position(surface.node)).distance;
+        (depth > OVERLAP * surface.size).then_some(depth)
+    };
+    gel.surface.nodes.iter().filter_map(too_deep).reduce(f64::max)
 }
 
 /// Fraction of an element's size within which a node counts as in contact.
@@ -74,7 +95,7 @@ impl<const D: usize> Gelatin<D> {
         }
     }
 
-    fn longest_step(&self, node: crate::mesh::NodeId) -> f64 {
+    fn longest_step(&self, node: NodeId) -> f64 {
         let clocks = &self.engine.state().clocks;
         let steps = self.engine.gel().star.of(node).iter().map(|patch| clocks[patch.index()].step);
         self.engine.grid().time(steps.max().unwrap_or(0))
@@ -85,20 +106,24 @@ impl<const D: usize> Model for Gelatin<D>
 where
     State<D>: Erase,
 {
-    fn advance_to(&mut self, t: f64, exchange: &mut Exchange) -> Result<(), StepError> {
-        self.engine.advance_to(t, exchange)
+    fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<(), StepError> {
+        self.engine.advance_to(t, exchanges)
     }
 
-    fn body(&self) -> (&Body, &BodyState) {
-        (self.engine.body(), &self.engine.state().body)
+    fn n_bodies(&self) -> usize {
+        self.engine.bodies().len()
     }
 
-    fn rebase_body(&mut self, t: f64) {
-        self.engine.rebase_body(t);
+    fn body(&self, i: usize) -> (&Body, &BodyState) {
+        (&self.engine.bodies()[i], &self.engine.state().bodies[i])
     }
 
-    fn set_body(&mut self, state: BodyState) {
-        self.engine.set_body(state);
+    fn rebase_body(&mut self, i: usize, t: f64) {
+        self.engine.rebase_body(i, t);
+    }
+
+    fn set_body(&mut self, i: usize, state: &BodyState) {
+        self.engine.set_body(i, state);
     }
 
     fn ledger_mut(&mut self) -> &mut Ledger {
@@ -113,10 +138,13 @@ where
         self.engine.totals(t)
     }
 
-    fn reach(&self, t: f64) -> Reach {
-        let (body, last) = self.body();
+    fn reach(&self, i: usize, t: f64) -> Reach {
+        let (body, last) = self.body(i);
         let at = last.at(body, t);
         let mut reach = Reach::default();
+        if !at.active {
+            return reach;
+        }
         for surface in &self.engine.gel().surface.nodes {
             let gap = body.gap(&at, &embed(&self.engine.position_at(surface.node, t))).distance;
             reach.penetration = reach.penetration.max(-gap);
@@ -126,6 +154,11 @@ where
             }
         }
         reach
+    }
+
+    fn overlap(&self, i: usize, at: &BodyState) -> Option<f64> {
+        let gel = self.engine.gel();
+        overlap(gel, (self.body(i).0, at), |node| embed(&self.engine.position_at(node, at.time)))
     }
 
     fn counts(&self) -> (usize, usize, usize) {
@@ -144,9 +177,13 @@ where
 
     fn frame(&self, t: f64) -> Frame {
         let n = self.mesh.rest.len() as u32;
-        let points: Vec<Vector3> = (0..n).map(|i| embed(&self.engine.position_at(crate::mesh::NodeId(i), t))).collect();
+        let points: Vec<Vector3> = (0..n).map(|i| embed(&self.engine.position_at(NodeId(i), t))).collect();
         let displacements = points.iter().zip(&self.mesh.rest).map(|(x, rest)| x - embed(rest)).collect();
-        let (body, last) = self.body();
+        let place = |i: usize| {
+            let (body, last) = self.body(i);
+            let at = last.at(body, t);
+            Place { kinematics: super::Kinematics::of(body, &at), bulge: at.bulge, active: at.active }
+        };
         Frame {
             time: t,
             dimension: D,
@@ -154,7 +191,7 @@ where
             velocities: self.engine.state().velocity.iter().map(embed).collect(),
             displacements,
             cells: self.cells(),
-            projectile: super::Kinematics::of(body, &last.at(body, t)),
+            bodies: (0..self.n_bodies()).map(place).collect(),
         }
     }
 

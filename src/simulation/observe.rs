@@ -1,6 +1,6 @@
 //! What can be seen of a simulation. Reads drifted positions; never writes.
 
-use super::{Exchange, Kinematics};
+use super::{Bulge, Exchange, Kinematics};
 use crate::algebra::Vector3;
 
 /// Everything an importer, a table or a page shows of one instant.
@@ -8,14 +8,8 @@ use crate::algebra::Vector3;
 pub struct Observation {
     /// Time since the start of the simulation, s.
     pub time: f64,
-    /// The projectile.
-    pub projectile: Kinematics,
-    /// Depth of the projectile's foremost point below z = 0, m (negative above).
-    pub depth: f64,
-    /// What the last communication step exchanged.
-    pub exchange: Exchange,
-    /// Contact since the start.
-    pub contact: ContactReport,
+    /// The projectile, then the fragments.
+    pub bodies: Vec<BodyReport>,
     /// Energy by account.
     pub energy: EnergyReport,
     /// Linear momentum that no account explains, N·s (world; zero in directions the dimension does not conserve).
@@ -30,14 +24,39 @@ pub struct Observation {
     pub cost: CostReport,
 }
 
-/// The contact between gel and projectile.
+/// A body and what it has to do with the gel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyReport {
+    /// Where it is and how it moves.
+    pub kinematics: Kinematics,
+    /// Whether it takes part.
+    pub active: bool,
+    /// Height and base radius of a dome.
+    pub bulge: Option<Bulge>,
+    /// Depth of its foremost point below z = 0, m (negative above).
+    pub depth: f64,
+    /// What the last communication step exchanged.
+    pub exchange: Exchange,
+    /// Contact since the start.
+    pub contact: ContactReport,
+}
+
+impl Observation {
+    /// The projectile.
+    #[must_use]
+    pub fn projectile(&self) -> &BodyReport {
+        &self.bodies[0]
+    }
+}
+
+/// The contact between gel and a body.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ContactReport {
-    /// Impulse on the projectile since the start, N·s.
+    /// Impulse on the body since the start, N·s.
     pub total_impulse: Vector3,
     /// Whether an impulse acted in the last communication step.
     pub active: bool,
-    /// Area of the surface nodes within reach of the projectile, m².
+    /// Area of the surface nodes within reach of the body, m².
     pub area: f64,
     /// Deepest penetration of a surface node, m.
     pub penetration: f64,
@@ -45,7 +64,7 @@ pub struct ContactReport {
     pub stiffness: f64,
     /// Z = ρ c A, N·s/m.
     pub impedance: f64,
-    /// Direction of the last impulse on the projectile; zero before the first.
+    /// Direction of the last impulse on the body; zero before the first.
     pub direction: Vector3,
     /// Time of the first impulse, s.
     pub first: Option<f64>,
@@ -68,9 +87,9 @@ pub struct ContactReport {
 /// Energy by named, signed account, J (numerics A6).
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct EnergyReport {
-    /// Kinetic energy of gel and projectile, half-step velocities.
+    /// Kinetic energy of gel and bodies, half-step velocities.
     pub kinetic: f64,
-    /// Kinetic energy of the projectile alone.
+    /// Kinetic energy of projectile and fragments alone.
     pub projectile: f64,
     /// Stored energy of the gel, each element at its own last tick.
     pub elastic: f64,
@@ -84,7 +103,7 @@ pub struct EnergyReport {
     pub integration: f64,
     /// Work of external force and torque, and of a prescribed motion.
     pub external: f64,
-    /// Jumps of the projectile's state made by the importer.
+    /// Jumps of the bodies' states made by the importer.
     pub importer: f64,
     /// Change of the discrete energy that no account explains.
     pub closure: f64,
@@ -132,8 +151,19 @@ pub struct Frame {
     pub displacements: Vec<Vector3>,
     /// The elements.
     pub cells: FrameCells,
-    /// The projectile.
-    pub projectile: Kinematics,
+    /// The projectile, then the fragments.
+    pub bodies: Vec<Place>,
+}
+
+/// Where a body is in a [`Frame`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Position and motion.
+    pub kinematics: Kinematics,
+    /// Height and base radius of a dome.
+    pub bulge: Option<Bulge>,
+    /// Whether it takes part.
+    pub active: bool,
 }
 
 /// The elements of a [`Frame`], one entry each.

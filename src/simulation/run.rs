@@ -2,7 +2,7 @@
 
 use super::build::{BuildError, build, orientation};
 use super::model::{Model, SavedState};
-use super::observe::{ContactReport, CostReport, EnergyReport, Frame, Observation};
+use super::observe::{BodyReport, ContactReport, CostReport, EnergyReport, Frame, Observation};
 use super::{CouplingMode, Exchange, Inputs, Kinematics};
 use crate::algebra::Vector3;
 use crate::avi::{StepError, Totals};
@@ -33,11 +33,11 @@ pub struct Saved {
     pub origin: u64,
     /// Time reached, s.
     pub time: f64,
-    /// What the last communication step exchanged.
-    pub exchange: Exchange,
+    /// What the last communication step exchanged, by body.
+    pub exchanges: Vec<Exchange>,
     /// Why it cannot go on.
     pub failure: Option<StepError>,
-    /// Gel, projectile, books and record.
+    /// Gel, bodies, books and record.
     pub state: SavedState,
 }
 
@@ -52,7 +52,7 @@ impl Saved {
     }
 }
 
-/// A gel and a projectile in time.
+/// A gel and rigid bodies in time.
 ///
 /// ```
 /// use ballistic_gel::scene;
@@ -69,7 +69,7 @@ pub struct Simulation {
     mode: CouplingMode,
     facts: Facts,
     time: f64,
-    exchange: Exchange,
+    exchanges: Vec<Exchange>,
     failure: Option<StepError>,
 }
 
@@ -117,8 +117,8 @@ impl Simulation {
     /// [`BuildError`] if the scene asks for what cannot be built.
     pub fn new(scene: &Scene, mode: CouplingMode, threads: usize) -> Result<Self, BuildError> {
         let model = build(scene, mode == CouplingMode::Prescribed, threads)?;
-        let (facts, exchange) = (Facts::of(scene, mode), Exchange::default());
-        Ok(Self { model, mode, facts, time: 0.0, exchange, failure: None })
+        let (facts, exchanges) = (Facts::of(scene, mode), vec![Exchange::default(); model.n_bodies()]);
+        Ok(Self { model, mode, facts, time: 0.0, exchanges, failure: None })
     }
 
     /// Time since the start, s.
@@ -127,79 +127,101 @@ impl Simulation {
         self.time
     }
 
-    /// The projectile now.
+    /// Number of bodies: the projectile, and the fragments after it.
     #[must_use]
-    pub fn kinematics(&self) -> Kinematics {
-        let (body, last) = self.model.body();
-        Kinematics::of(body, &last.at(body, self.time))
+    pub fn n_bodies(&self) -> usize {
+        self.model.n_bodies()
     }
 
-    /// What the last communication step exchanged.
+    /// A body now.
     #[must_use]
-    pub fn exchange(&self) -> &Exchange {
-        &self.exchange
+    pub fn kinematics(&self, body: usize) -> Kinematics {
+        let (fixed, _) = self.model.body(body);
+        Kinematics::of(fixed, &self.now(body))
+    }
+
+    fn now(&self, body: usize) -> BodyState {
+        let (fixed, last) = self.model.body(body);
+        last.at(fixed, self.time)
+    }
+
+    /// What the last communication step exchanged, by body.
+    #[must_use]
+    pub fn exchanges(&self) -> &[Exchange] {
+        &self.exchanges
     }
 
     /// Mass, kg, and inertia about the centre of mass in the frame of the body, kg·m²: xx, yy, zz, xy, xz, yz. The mass
-    /// of a fixed projectile is infinite.
+    /// of a fixed body is infinite.
     #[must_use]
-    pub fn inertia(&self) -> (f64, [f64; 6]) {
-        let body = self.model.body().0;
+    pub fn inertia(&self, body: usize) -> (f64, [f64; 6]) {
+        let body = self.model.body(body).0;
         let i = |row, column| body.inertia[(row, column)];
         (body.mass, [i(0, 0), i(1, 1), i(2, 2), i(0, 1), i(0, 2), i(1, 2)])
     }
 
-    /// Inputs that change nothing: the projectile as it is, under no wrench.
+    /// Inputs that change nothing, by body: each as it is, under no wrench.
     #[must_use]
-    pub fn inputs(&self) -> Inputs {
-        Inputs { kinematics: self.kinematics(), acceleration: Vector3::zeros(), wrench: Wrench::default() }
+    pub fn inputs(&self) -> Vec<Inputs> {
+        let unchanged = |body| {
+            let now = self.now(body);
+            let (kinematics, acceleration, wrench) = (self.kinematics(body), Vector3::zeros(), Wrench::default());
+            Inputs { kinematics, acceleration, wrench, bulge: now.bulge, active: now.active }
+        };
+        (0..self.n_bodies()).map(unchanged).collect()
     }
 
-    /// One communication step from now to `end`, s since the start; an `end` that is not after now is no step.
+    /// One communication step from now to `end`, s since the start, under the inputs of each body; an `end` that is not after
+    /// now is no step.
     ///
     /// # Panics
-    /// If an input is not finite, or moves the projectile out of the plane or off the axis of the scene.
+    /// If inputs are missing, not finite, or move a body out of the plane or off the axis of the scene, or a dome is none.
     ///
     /// # Errors
     /// [`StepError`] when the mesh or the numbers fail; the state stays at the last consistent tick, and each later
     /// call returns the same error.
-    pub fn step(&mut self, inputs: &Inputs, end: f64) -> Result<(), StepError> {
+    pub fn step(&mut self, inputs: &[Inputs], end: f64) -> Result<(), StepError> {
         if let Some(failure) = &self.failure {
             return Err(failure.clone());
         }
-        self.check(inputs);
+        assert_eq!(inputs.len(), self.n_bodies(), "every body has its inputs");
         let end = end.max(self.time);
-        self.take(inputs);
-        let before = self.kinematics();
-        let mut exchange = Exchange { duration: end - self.time, ..Exchange::default() };
-        let result = self.model.advance_to(end, &mut exchange);
+        for (body, inputs) in inputs.iter().enumerate() {
+            self.check(body, inputs);
+            self.take(body, inputs);
+        }
+        let before: Vec<Kinematics> = (0..self.n_bodies()).map(|body| self.kinematics(body)).collect();
+        let mut exchanges = vec![Exchange { duration: end - self.time, ..Exchange::default() }; self.n_bodies()];
+        let result = self.model.advance_to(end, &mut exchanges);
         self.time = match &result {
             Ok(()) => end,
             Err(failure) => failure.time().clamp(self.time, end),
         };
-        let (velocity, spin) = self.moved(&before, &exchange);
-        exchange.energy_residual += exchange.impulse.dot(&(before.velocity + velocity)) / 2.0
-            + exchange.angular_impulse.dot(&(before.angular_velocity + spin)) / 2.0;
-        self.exchange = exchange;
+        for (body, exchange) in exchanges.iter_mut().enumerate() {
+            let (velocity, spin) = self.moved(body, &before[body], exchange);
+            exchange.energy_residual += exchange.impulse.dot(&(before[body].velocity + velocity)) / 2.0
+                + exchange.angular_impulse.dot(&(before[body].angular_velocity + spin)) / 2.0;
+        }
+        self.exchanges = exchanges;
         self.failure = result.clone().err();
         result
     }
 
-    /// Velocity and angular velocity of the projectile after a step. A prescribed motion knows nothing of the impulse:
-    /// there V₀ + J/M and Ω₀ + I⁻¹A, what it makes of an importer's body that feels the contact alone.
-    fn moved(&self, before: &Kinematics, exchange: &Exchange) -> (Vector3, Vector3) {
-        let (body, last) = self.model.body();
+    /// Velocity and angular velocity of a body after a step. A prescribed motion knows nothing of the impulse: there
+    /// V₀ + J/M and Ω₀ + I⁻¹A, what it makes of an importer's body that feels the contact alone.
+    fn moved(&self, i: usize, before: &Kinematics, exchange: &Exchange) -> (Vector3, Vector3) {
+        let body = self.model.body(i).0;
         if body.motion != Motion::Prescribed {
-            let after = self.kinematics();
+            let after = self.kinematics(i);
             return (after.velocity, after.angular_velocity);
         }
-        let turned = body.spin(&last.at(body, self.time), &exchange.angular_impulse);
+        let turned = body.spin(&self.now(i), &exchange.angular_impulse);
         (before.velocity + exchange.impulse / body.mass, before.angular_velocity + turned)
     }
 
     /// Inputs are numbers, and stay in the plane or on the axis.
-    fn check(&self, inputs: &Inputs) {
-        let (freedom, moved) = (self.model.body().0.freedom, &inputs.kinematics);
+    fn check(&self, body: usize, inputs: &Inputs) {
+        let (freedom, moved) = (self.model.body(body).0.freedom, &inputs.kinematics);
         let along =
             [moved.position, moved.velocity, inputs.acceleration, inputs.wrench.force, inputs.wrench.force_rate];
         let about = [moved.angular_velocity, inputs.wrench.torque, inputs.wrench.torque_rate];
@@ -209,34 +231,46 @@ impl Simulation {
         assert!(finite, "inputs must be finite numbers");
         let free =
             along.iter().all(|v| freedom.translation(v) == *v) && about.iter().all(|v| freedom.rotation(v) == *v);
-        assert!(free, "the projectile of a plane or axisymmetric scene must stay in its plane or on its axis");
+        assert!(free, "a body of a plane or axisymmetric scene must stay in its plane or on its axis");
+        assert_eq!(inputs.bulge.map_or(Ok(()), |bulge| bulge.check()), Ok(()), "a dome is at most a hemisphere");
     }
 
-    /// Takes over what the importer says at the start of a step (numerics A4, A5).
-    fn take(&mut self, inputs: &Inputs) {
-        let (body, last) = self.model.body();
-        let (body, last) = (body.clone(), *last);
-        match self.mode {
-            _ if body.motion == Motion::Fixed => {}
-            CouplingMode::Integrated => {
-                if last.wrench != inputs.wrench || !inputs.wrench.is_constant() {
-                    self.model.rebase_body(self.time);
-                    let now = *self.model.body().1;
-                    self.model.set_body(BodyState { wrench: inputs.wrench, ..now });
-                }
+    /// Takes over what the importer says at the start of a step (numerics A4, A5). What is not changed is no event.
+    fn take(&mut self, body: usize, inputs: &Inputs) {
+        let (fixed, now) = (self.model.body(body).0, self.now(body));
+        let (motion, mass) = (fixed.motion, fixed.mass);
+        if motion == Motion::Fixed {
+            let bulge = now.bulge.and(inputs.bulge);
+            if (bulge, inputs.active) != (now.bulge, now.active) {
+                self.model.set_body(body, &BodyState { bulge, active: inputs.active, ..now });
             }
-            CouplingMode::Corrected => self.jump(&body, inputs, inputs.wrench),
+            return;
+        }
+        match self.mode {
+            CouplingMode::Integrated if now.active && inputs.active => self.push(body, inputs),
+            CouplingMode::Integrated if now.active == inputs.active => {}
+            CouplingMode::Integrated | CouplingMode::Corrected => self.jump(body, inputs, inputs.wrench),
             CouplingMode::Prescribed => {
-                let force = inputs.acceleration * body.mass;
-                self.jump(&body, inputs, Wrench { force, ..Wrench::default() });
+                self.jump(body, inputs, Wrench { force: inputs.acceleration * mass, ..Wrench::default() });
             }
         }
     }
 
-    /// Replaces the projectile's state by the importer's, and books the jump.
-    fn jump(&mut self, body: &Body, inputs: &Inputs, wrench: Wrench) {
-        self.model.rebase_body(self.time);
-        let was = *self.model.body().1;
+    /// Puts a free body under another wrench and gives its dome another size, if they are others.
+    fn push(&mut self, body: usize, inputs: &Inputs) {
+        let (last, now) = (self.model.body(body).1, self.now(body));
+        let bulge = now.bulge.and(inputs.bulge);
+        if last.wrench != inputs.wrench || !inputs.wrench.is_constant() || bulge != now.bulge {
+            self.model.rebase_body(body, self.time);
+            let now = *self.model.body(body).1;
+            self.model.set_body(body, &BodyState { wrench: inputs.wrench, bulge, ..now });
+        }
+    }
+
+    /// Replaces a body's state by the importer's, and books the jump. One that is made inactive stays where it is.
+    fn jump(&mut self, i: usize, inputs: &Inputs, wrench: Wrench) {
+        self.model.rebase_body(i, self.time);
+        let (body, was) = self.model.body(i);
         let given = &inputs.kinematics;
         let mut now = BodyState {
             time: self.time,
@@ -245,13 +279,35 @@ impl Simulation {
             orientation: orientation(given.orientation),
             angular_momentum: Vector3::zeros(),
             wrench,
+            bulge: was.bulge.and(inputs.bulge),
+            active: inputs.active,
         };
         now.angular_momentum = body.angular_momentum(&now, &given.angular_velocity);
-        self.model.set_body(now);
+        let energy = body.kinetic_energy(&now) - body.kinetic_energy(was);
+        let momentum = body.momentum(&now) - body.momentum(was);
+        let turning = body.total_angular_momentum(&now) - body.total_angular_momentum(was);
+        self.model.set_body(i, &now);
         let ledger = self.model.ledger_mut();
-        ledger.energy.importer += body.kinetic_energy(&now) - body.kinetic_energy(&was);
-        ledger.momentum.importer += body.momentum(&now) - body.momentum(&was);
-        ledger.angular_momentum.importer += body.total_angular_momentum(&now) - body.total_angular_momentum(&was);
+        ledger.energy.importer += energy;
+        ledger.momentum.importer += momentum;
+        ledger.angular_momentum.importer += turning;
+    }
+
+    /// How deep the surface of the gel would be, m, inside a body that these inputs make active, if that is too deep.
+    #[must_use]
+    pub fn overlap(&self, body: usize, inputs: &Inputs) -> Option<f64> {
+        let now = self.now(body);
+        if now.active || !inputs.active {
+            return None;
+        }
+        let given = &inputs.kinematics;
+        let place = match self.model.body(body).0.motion {
+            Motion::Fixed => now,
+            Motion::Free | Motion::Prescribed => {
+                BodyState { position: given.position, orientation: orientation(given.orientation), ..now }
+            }
+        };
+        self.model.overlap(body, &BodyState { bulge: now.bulge.and(inputs.bulge), ..place })
     }
 
     /// The diagnosis of a simulation that cannot go on.
@@ -264,14 +320,9 @@ impl Simulation {
     #[must_use]
     pub fn observe(&self) -> Observation {
         let totals = self.model.totals(self.time);
-        let (body, last) = self.model.body();
-        let depth = body.depth(&last.at(body, self.time));
         Observation {
             time: self.time,
-            projectile: self.kinematics(),
-            depth,
-            exchange: self.exchange,
-            contact: self.contact(depth),
+            bodies: (0..self.n_bodies()).map(|body| self.report(body)).collect(),
             energy: energy(&totals),
             momentum_closure: totals.momentum_closure.0,
             angular_momentum_closure: totals.angular_momentum_closure.0,
@@ -281,9 +332,22 @@ impl Simulation {
         }
     }
 
-    fn contact(&self, depth: f64) -> ContactReport {
-        let (record, reach) = (self.model.record(), self.model.reach(self.time));
-        let mass = self.model.body().0.mass;
+    fn report(&self, i: usize) -> BodyReport {
+        let (body, now) = (self.model.body(i).0, self.now(i));
+        let depth = body.depth(&now);
+        BodyReport {
+            kinematics: self.kinematics(i),
+            active: now.active,
+            bulge: now.bulge,
+            depth,
+            exchange: self.exchanges[i],
+            contact: self.contact(i, depth),
+        }
+    }
+
+    fn contact(&self, i: usize, depth: f64) -> ContactReport {
+        let (record, reach) = (&self.model.record().contacts[i], self.model.reach(i, self.time));
+        let mass = self.model.body(i).0.mass;
         let stiffness = 2.0 * self.facts.contact_modulus * (reach.area / std::f64::consts::PI).sqrt();
         let impedance = self.facts.specific_impedance * reach.area;
         let stable = (0.3 * mass / impedance).min(0.2 * (mass / stiffness).sqrt());
@@ -292,7 +356,7 @@ impl Simulation {
         let longest = if reach.area > 0.0 { reach.longest_step } else { self.model.steps().0 };
         ContactReport {
             total_impulse: record.impulse,
-            active: self.exchange.impulse != Vector3::zeros(),
+            active: self.exchanges[i].impulse != Vector3::zeros(),
             area: reach.area,
             penetration: reach.penetration,
             stiffness,
@@ -335,7 +399,8 @@ impl Simulation {
     #[must_use]
     pub fn save(&self) -> Saved {
         let failure = self.failure.clone();
-        Saved { origin: self.facts.origin, time: self.time, exchange: self.exchange, failure, state: self.model.save() }
+        let (origin, exchanges) = (self.facts.origin, self.exchanges.clone());
+        Saved { origin, time: self.time, exchanges, failure, state: self.model.save() }
     }
 
     /// Continues from a saved state with identical bits.
@@ -348,7 +413,7 @@ impl Simulation {
         }
         self.model.restore(&saved.state)?;
         self.time = saved.time;
-        self.exchange = saved.exchange;
+        self.exchanges.clone_from(&saved.exchanges);
         self.failure.clone_from(&saved.failure);
         Ok(())
     }

@@ -1,8 +1,8 @@
 //! A minimal importer: one instance, its log, and checked calls of the exported functions.
 
 use ballistic_gel::fmi2::abi::*;
-use ballistic_gel::fmi2::{Callbacks, GUID, VARIABLES};
-use ballistic_gel::scene;
+use ballistic_gel::fmi2::{Callbacks, GUID, scalars};
+use ballistic_gel::scene::{self, MOST_FRAGMENTS};
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::{Path, PathBuf};
 use std::ptr;
@@ -66,9 +66,7 @@ pub fn coarse() -> String {
 
 /// Value reference of `name` or `name[i]`.
 pub fn reference(name: &str) -> u32 {
-    let found = VARIABLES.iter().flat_map(|v| (0..v.size()).map(move |i| (v, i)));
-    let (variable, i) = found.into_iter().find(|(v, i)| v.component_name(*i) == name).expect(name);
-    variable.reference + i as u32
+    scalars(MOST_FRAGMENTS).find(|scalar| scalar.name() == name).expect(name).reference()
 }
 
 impl Host {
@@ -151,8 +149,7 @@ impl Host {
 
     /// Every Real, bit by bit.
     pub fn bits(&mut self) -> Vec<u64> {
-        let reals = VARIABLES.iter().filter(|v| v.unit.is_some());
-        let names: Vec<String> = reals.flat_map(|v| (0..v.size()).map(|i| v.component_name(i))).collect();
+        let names: Vec<String> = scalars(0).filter(|s| s.variable.unit.is_some()).map(|s| s.name()).collect();
         names.iter().map(|name| self.get(name).to_bits()).collect()
     }
 

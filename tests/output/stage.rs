@@ -3,7 +3,7 @@
 use ballistic_gel::algebra::Vector3;
 use ballistic_gel::scene::{Dimension, Scene};
 use ballistic_gel::simulation::{
-    ContactReport, CostReport, EnergyReport, Exchange, Frame, FrameCells, Kinematics, Observation,
+    BodyReport, ContactReport, CostReport, EnergyReport, Exchange, Frame, FrameCells, Kinematics, Observation, Place,
 };
 use std::f64::consts::PI;
 
@@ -49,12 +49,17 @@ pub fn observation(scene: &Scene, time: f64) -> Observation {
     let projectile = ball(scene, time);
     let impulse = 0.033 * (projectile.velocity - ball(scene, 0.0).velocity);
     let duration = scene.scene.communication_step;
-    Observation {
-        time,
-        projectile,
+    let body = BodyReport {
+        kinematics: projectile,
+        active: true,
+        bulge: None,
         depth: depth(scene, time),
         exchange: Exchange { duration, impulse: 0.02 * impulse, ..Exchange::default() },
         contact: contact(scene, time, impulse),
+    };
+    Observation {
+        time,
+        bodies: vec![body],
         energy: energy(&projectile),
         momentum_closure: Vector3::new(1e-18, 0.0, -2e-18),
         angular_momentum_closure: Vector3::zeros(),
@@ -127,7 +132,7 @@ pub fn frame(scene: &Scene, time: f64) -> Frame {
         velocities: rest.iter().map(|p| rate * dent(p) * Vector3::z()).collect(),
         displacements,
         cells: FrameCells { nodes, step, jacobian: vec![0.9; cells], energy_density: vec![12.5; cells], facets },
-        projectile: ball(scene, time),
+        bodies: vec![Place { kinematics: ball(scene, time), bulge: None, active: true }],
     }
 }
 

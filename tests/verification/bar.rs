@@ -110,7 +110,7 @@ impl Bar {
         };
         let nodes = (0..=n).map(node).collect();
         let gel = Gel::new(springs, mass, &held, end_surface(n + 1, self.length));
-        Engine::new(gel, wall.clone(), rules(pace), nodes)
+        Engine::new(gel, vec![wall.clone()], rules(pace), nodes)
     }
 }
 
@@ -137,6 +137,8 @@ pub fn below_z(z: f64, velocity: f64) -> BodyState {
         orientation: UnitQuaternion::identity(),
         angular_momentum: Vector3::zeros(),
         wrench: Wrench::default(),
+        bulge: None,
+        active: true,
     }
 }
 
@@ -157,7 +159,7 @@ pub fn striker(motion: Motion, mass: f64, (z, velocity): (f64, f64)) -> (Body, B
 /// Advances to `t`; gives what the body received.
 pub fn advance<P: Potential<2>>(engine: &mut Engine<2, P>, t: f64) -> Exchange {
     let mut exchange = Exchange::default();
-    engine.advance_to(t, &mut exchange).expect("a linear bar does not fail");
+    engine.advance_to(t, std::slice::from_mut(&mut exchange)).expect("a linear bar does not fail");
     exchange
 }
 

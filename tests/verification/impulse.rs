@@ -34,6 +34,8 @@ fn rod(noise: &mut Noise) -> (Body, BodyState, f64) {
         orientation: UnitQuaternion::from_scaled_axis(vector(noise)),
         angular_momentum: Vector3::zeros(),
         wrench: Wrench::default(),
+        bulge: None,
+        active: true,
     };
     state.angular_momentum = body.angular_momentum(&state, &vector(noise));
     (body, state, length)

@@ -22,11 +22,11 @@ fn block(planes: [Vec<f64>; 3], threads: usize) -> Engine<3, Simplices<3>> {
     let gel = Gel::new(simplices, mass, &mesh.held, no_surface(mesh.rest.len()));
     let mut noise = Noise::new(2);
     let nodes = mesh.rest.iter().map(|x| (*x, Vector::<3>::from_fn(|_, _| SPEED * noise.next()))).collect();
-    Engine::new(gel, nowhere(Freedom::SPATIAL), rules(), nodes).with_pool(Pool::new(threads))
+    Engine::new(gel, vec![nowhere(Freedom::SPATIAL)], rules(), nodes).with_pool(Pool::new(threads))
 }
 
 fn advance(engine: &mut Engine<3, Simplices<3>>, t: f64) {
-    engine.advance_to(t, &mut Exchange::default()).expect("small strains do not fail");
+    engine.advance_to(t, &mut [Exchange::default()]).expect("small strains do not fail");
 }
 
 /// P, L, Σ m|v| and Σ m|x × v|.

@@ -135,7 +135,7 @@ fn held_engine<const D: usize>(
     let mass = simplices.lumped_masses(mesh, 1.0);
     let nodes: Vec<_> = mesh.rest.iter().map(|rest| (a * rest + b, Vector::<D>::zeros())).collect();
     let gel = Gel::new(simplices, mass, &held, no_surface(mesh.rest.len()));
-    Engine::new(gel, nowhere(freedom), Rules { cfl, ..rules() }, nodes)
+    Engine::new(gel, vec![nowhere(freedom)], Rules { cfl, ..rules() }, nodes)
 }
 
 /// How far inner nodes move in a tenth of the time that a shear wave takes across, over the smallest edge, and how many
@@ -145,7 +145,7 @@ fn motion<const D: usize>(mesh: &Mesh<D>, kind: (Freedom, Section), cfl: f64) ->
     let start = engine.state().position.clone();
     let mut moved: f64 = 0.0;
     for i in 0..200 {
-        engine.advance_to(0.1 * f64::from(i) / 200.0, &mut Exchange::default()).expect("next to nothing moves");
+        engine.advance_to(0.1 * f64::from(i) / 200.0, &mut [Exchange::default()]).expect("next to nothing moves");
         let now = engine.state().position.iter().zip(&start).map(|(x, start)| (x - start).norm());
         moved = now.fold(moved, f64::max);
     }

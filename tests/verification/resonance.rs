@@ -47,7 +47,7 @@ fn two_springs(ratio: f64) -> Engine<2, Springs> {
     };
     let gel = Gel::new(springs, vec![1.0; 3], &held, surface);
     let nodes = [0.0, 1.001, 2.0].map(|z| (Vector::<2>::new(0.0, z), Vector::<2>::zeros())).to_vec();
-    Engine::new(gel, fixed_wall(-10.0), rules(Pace { cfl: 1.0, restitution: 0.0 }), nodes)
+    Engine::new(gel, vec![fixed_wall(-10.0)], rules(Pace { cfl: 1.0, restitution: 0.0 }), nodes)
 }
 
 fn longest_step(engine: &Engine<2, Springs>) -> f64 {

@@ -30,7 +30,7 @@ fn slowing(cells: usize) -> f64 {
     let error = |i: u32| {
         advance(&mut engine, f64::from(i) * step);
         let exact = (-f64::from(i) * step).exp();
-        (engine.state().body.velocity.z / SPEED - exact).abs()
+        (engine.state().bodies[0].velocity.z / SPEED - exact).abs()
     };
     (1..(1.96 / step) as u32).map(error).fold(0.0, f64::max)
 }
@@ -64,8 +64,8 @@ fn rebound(line: &Line, cells: usize) -> (f64, f64) {
     let (mut engine, step) = struck(bar, (line.ratio, 0.9));
     advance(&mut engine, 1.02 * line.separation + 0.5 * step);
     common_step(&engine);
-    let last = engine.state().record.touched.map_or(0.0, |touched| touched.1);
-    (engine.state().body.velocity.z / SPEED - line.speed, last - 0.5 * step)
+    let last = engine.state().record.contacts[0].touched.map_or(0.0, |touched| touched.1);
+    (engine.state().bodies[0].velocity.z / SPEED - line.speed, last - 0.5 * step)
 }
 
 fn fixed_bar(line: &Line) -> [Row; 2] {
@@ -104,7 +104,7 @@ fn a_mass_that_starts_touching_rebounds_alike() {
         let bar = Bar { held: true, ..unit_bar(50) };
         let mut engine = touching(bar, (line.ratio, 0.9), 0.0);
         advance(&mut engine, 1.02 * line.separation);
-        let error = engine.state().body.velocity.z / SPEED - line.speed;
+        let error = engine.state().bodies[0].velocity.z / SPEED - line.speed;
         assert!(error.abs() < 1e-3, "M/m = {}: the rebound is {error:.5} off", line.ratio);
     }
 }

@@ -52,9 +52,9 @@ fn bounce(strip: &Strip, size: f64) -> Bounce {
     let seen = simulation.observe();
     assert!(seen.energy.energy_error < 1e-10, "the books close");
     Bounce {
-        impulse: -seen.contact.total_impulse.z / (2.0 * strip.mass * SPEED) - 1.0,
+        impulse: -seen.projectile().contact.total_impulse.z / (2.0 * strip.mass * SPEED) - 1.0,
         loss: seen.energy.contact / seen.energy.initial,
-        lasted: seen.contact.last.unwrap_or(0.0) - seen.contact.first.unwrap_or(0.0),
+        lasted: seen.projectile().contact.last.unwrap_or(0.0) - seen.projectile().contact.first.unwrap_or(0.0),
     }
 }
 

@@ -96,7 +96,7 @@ const MOST_TRIES: u32 = 25;
 /// Runs a scene to its end in `steps` communication steps.
 pub fn run(scene: &Scene, master: Master, steps: u32) -> Outcome {
     let simulation = Simulation::new(scene, master.mode(), 0).expect("a scene that can be built");
-    let (start, mass, zero) = (simulation.kinematics(), simulation.inertia().0, Vector3::zeros());
+    let (start, mass, zero) = (simulation.kinematics(0), simulation.inertia(0).0, Vector3::zeros());
     let (position, velocity, acceleration) = (start.position, start.velocity, zero);
     let mut course = Course { simulation, master, mass, position, velocity, acceleration, residual: 0.0, tries: 0 };
     let time = |i: u32| scene.scene.end_time * f64::from(i) / f64::from(steps);
@@ -115,7 +115,7 @@ impl Course {
                 self.attempt(Vector3::zeros(), end)?;
             }
         }
-        let (exchange, v) = (*self.simulation.exchange(), self.velocity);
+        let (exchange, v) = (self.simulation.exchanges()[0], self.velocity);
         let after = v + exchange.impulse / self.mass;
         self.position += match self.master {
             Master::Explicit => h * v,
@@ -132,9 +132,9 @@ impl Course {
     /// One step of the gel with the body at its place, moving with its velocity and this acceleration.
     fn attempt(&mut self, acceleration: Vector3, end: f64) -> Result<(), StepError> {
         let mut inputs = self.simulation.inputs();
-        inputs.kinematics.position = self.position;
-        inputs.kinematics.velocity = self.velocity;
-        inputs.acceleration = acceleration;
+        inputs[0].kinematics.position = self.position;
+        inputs[0].kinematics.velocity = self.velocity;
+        inputs[0].acceleration = acceleration;
         self.tries += 1;
         self.simulation.step(&inputs, end)
     }
@@ -149,7 +149,7 @@ impl Course {
         for _ in 0..MOST_TRIES {
             self.simulation.restore(&saved).expect("a state of this simulation");
             self.attempt(guess / h, end)?;
-            let residual = self.simulation.exchange().impulse / self.mass - guess;
+            let residual = self.simulation.exchanges()[0].impulse / self.mass - guess;
             if residual.norm() <= CONVERGED * speed {
                 break;
             }
@@ -163,7 +163,7 @@ impl Course {
     }
 
     fn outcome(&self, steps: u32) -> Outcome {
-        let (seen, inside) = (self.simulation.observe(), self.simulation.kinematics().velocity);
+        let (seen, inside) = (self.simulation.observe(), self.simulation.kinematics(0).velocity);
         let jump = 0.5 * self.mass * (self.velocity.norm_squared() - inside.norm_squared());
         Outcome {
             velocity: self.velocity,

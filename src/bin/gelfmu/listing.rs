@@ -61,7 +61,13 @@ pub fn completions(shell: Shell, console: &Console) {
 /// Writes the FMU.
 pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
     let source = source::load(&options.scene, &[])?;
-    let packed = pack::pack(&source.text, &options.out).map_err(|error| match error {
+    let there = source.scene.fragment.len();
+    let fragments = options.fragments.unwrap_or(there);
+    if fragments > there {
+        let expected = format!("at most the [[fragment]] tables of the scene, {there}: a port needs a body");
+        return Err(Failure::BadInput(format!("--fragments: found {fragments}, expected {expected}")));
+    }
+    let packed = pack::pack((&source.text, fragments), &options.out).map_err(|error| match error {
         RunError::File { path, source, .. } => Failure::BadInput(format!(
             "--out {}: found {source} at {}, expected a file that can be written",
             options.out.display(),

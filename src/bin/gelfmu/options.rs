@@ -97,6 +97,9 @@ pub struct PackOptions {
     /// Name of a built-in scene, or path of a scene file
     #[arg(long, default_value = DEFAULT_SCENE)]
     pub scene: String,
+    /// Fragments with variables of their own (all of the scene if absent); the others move by themselves
+    #[arg(long, value_name = "N")]
+    pub fragments: Option<usize>,
     /// File to write
     #[arg(long, value_name = "FILE.fmu", default_value = "BallisticGel.fmu")]
     pub out: PathBuf,

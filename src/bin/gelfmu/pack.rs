@@ -34,9 +34,9 @@ pub struct Packed {
 /// Path and bytes of each file in the archive, sorted.
 type Entries = BTreeMap<String, Vec<u8>>;
 
-/// Writes the FMU of a scene for this host. The same scene gives the same bytes.
-pub fn pack(scene_text: &str, file: &Path) -> Result<Packed, RunError> {
-    let entries = entries(scene_text)?;
+/// Writes the FMU of a scene, with ports for so many of its fragments, for this host. The same scene gives the same bytes.
+pub fn pack((scene_text, fragments): (&str, usize), file: &Path) -> Result<Packed, RunError> {
+    let entries = entries(scene_text, fragments)?;
     let archive = archive(&entries).map_err(|e| written(file, std::io::Error::other(e)))?;
     if let Some(folder) = file.parent() {
         fs::create_dir_all(folder).map_err(|e| written(folder, e))?;
@@ -46,7 +46,7 @@ pub fn pack(scene_text: &str, file: &Path) -> Result<Packed, RunError> {
     Ok(Packed { bytes: archive.len() as u64, platform })
 }
 
-fn entries(scene_text: &str) -> Result<Entries, RunError> {
+fn entries(scene_text: &str, fragments: usize) -> Result<Entries, RunError> {
     let scene = scene::read(scene_text)?;
     let library = embedded::LIBRARY.ok_or_else(|| RunError::Component {
         call: "pack",
@@ -55,8 +55,8 @@ fn entries(scene_text: &str) -> Result<Entries, RunError> {
     let frame = Simulation::new(&scene, CouplingMode::Integrated, 1)?.frame();
     let mut entries = Entries::from([
         ("model.png".to_owned(), model_picture(&frame, &scene)),
-        ("modelDescription.xml".to_owned(), described(&scene)?.into_bytes()),
-        ("documentation/index.html".to_owned(), documentation::page(&scene, library).into_bytes()),
+        ("modelDescription.xml".to_owned(), described(&scene, fragments)?.into_bytes()),
+        ("documentation/index.html".to_owned(), documentation::page(&scene, fragments, library).into_bytes()),
         ("resources/scene.toml".to_owned(), scene_text.as_bytes().to_vec()),
         (embedded::LIBRARY_PATH.to_owned(), library.to_vec()),
     ]);
@@ -66,8 +66,8 @@ fn entries(scene_text: &str) -> Result<Entries, RunError> {
     Ok(entries)
 }
 
-fn described(scene: &Scene) -> Result<String, RunError> {
-    description::xml(scene)
+fn described(scene: &Scene, fragments: usize) -> Result<String, RunError> {
+    description::xml(scene, fragments)
         .map_err(|e| RunError::Component { call: "pack", reason: format!("modelDescription.xml: {e}") })
 }
 

@@ -40,7 +40,7 @@ pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
     let folder = tempfile::tempdir().map_err(|e| file("create", &std::env::temp_dir(), e))?;
     interrupt::remove_on_exit(folder.path());
     let archive = folder.path().join("BallisticGel.fmu");
-    pack(&job.scene, &archive)?;
+    pack((&job.scene, scene.fragment.len()), &archive)?;
     let importer = Importer::new(&archive, &folder.path().join("unpacked"), job)?;
     importer.start(job, &scene)?;
     let ending = importer.advance((job, &scene), progress)?;

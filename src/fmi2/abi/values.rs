@@ -72,14 +72,15 @@ pub unsafe extern "C" fn fmi2SetInteger(c: Handle, vr: *const u32, n: usize, val
     })
 }
 
-/// Refuses to set Booleans.
+/// Sets Booleans: any number but 0 is true.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetBoolean(c: Handle, vr: *const u32, n: usize, _value: *const c_int) -> c_int {
+pub unsafe extern "C" fn fmi2SetBoolean(c: Handle, vr: *const u32, n: usize, value: *const c_int) -> c_int {
     let name = "fmi2SetBoolean";
     guard(c, name, Call::Set, |it| {
-        // SAFETY: n items.
-        it.instance.set_booleans(unsafe { slice(vr, n, (name, "vr")) }?)?;
-        Ok(Status::Ok)
+        // SAFETY: both arrays have n items.
+        let (vr, value) = unsafe { both((vr, n), value, name) }?;
+        let values: Vec<bool> = value.iter().map(|value| *value != 0).collect();
+        it.instance.set_booleans(vr, &values).map(done)
     })
 }
 

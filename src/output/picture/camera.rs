@@ -1,7 +1,6 @@
 //! Where the pictures are taken from.
 
 use crate::algebra::Vector3;
-use crate::geometry::Shape;
 use crate::output::body;
 use crate::output::bounds::Bounds;
 use crate::scene::{Dimension, Scene};
@@ -72,22 +71,20 @@ impl View<'_> {
 /// Share of its size that a flying gel has room to move and to spread in.
 const ROOM: f64 = 0.12;
 
-/// The gel, and as much of the projectile as is within three quarters of the gel's size.
+/// The gel, and as much of the bodies as is within three quarters of the gel's size.
 fn subject(frame: &Frame, scene: &Scene) -> Bounds {
     let mirrored = scene.scene.dimension == Dimension::Axisymmetric;
     let mirror = |p: &Vector3| Vector3::new(if mirrored { -p.x } else { p.x }, p.y, p.z);
     let gel = Bounds::around(frame.points.iter().flat_map(|p| [*p, mirror(p)]));
-    let foot = |p: Vector3, n: Vector3| p - n * (p - frame.projectile.position).dot(&n);
-    let other = if let Shape::HalfSpace(half_space) = scene.projectile_shape() {
-        Bounds::around(gel.corners().map(|p| foot(p, half_space.normal())))
-    } else {
-        Bounds::around(body::solid(scene, &frame.projectile, &gel).points)
-    };
-    let mut subject = gel.with(&other.near(&gel, 0.75 * gel.radius()));
+    let mut subject = gel;
+    for (i, place) in frame.bodies.iter().enumerate().filter(|(_, place)| place.active) {
+        let body = body::extent(&scene.alone(i).projectile_shape(), place, &gel);
+        subject = subject.with(&body.near(&gel, 0.75 * gel.radius()));
+    }
     if scene.gel.velocity != [0.0; 3] {
         subject = subject.grown(ROOM * gel.radius());
     }
     // What lies before the cut is not drawn.
-    subject.lower.y = subject.lower.y.max(frame.projectile.position.y).min(subject.upper.y);
+    subject.lower.y = subject.lower.y.max(frame.bodies[0].kinematics.position.y).min(subject.upper.y);
     subject
 }

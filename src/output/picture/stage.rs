@@ -4,7 +4,7 @@ use super::cut::{Corner, Plane};
 use crate::algebra::Vector3;
 use crate::output::body::{self, Solid};
 use crate::output::bounds::Bounds;
-use crate::scene::{BodyShape, Dimension, Scene};
+use crate::scene::{Dimension, Scene};
 use crate::simulation::Frame;
 use std::collections::HashMap;
 
@@ -16,7 +16,7 @@ pub(super) enum Substance {
         /// Step, s.
         step: f64,
     },
-    /// The projectile.
+    /// The projectile or a fragment.
     Body,
 }
 
@@ -28,18 +28,19 @@ pub(super) struct Polygon {
 }
 
 /// The polygons of a frame: in two dimensions the elements (mirrored about the axis), in three the surface behind a cut
-/// through the middle of the projectile and the section there. A bounded projectile in space is drawn whole.
+/// through the middle of the projectile and the section there. A bounded body in space is drawn whole.
 pub(super) fn polygons(frame: &Frame, scene: &Scene) -> Vec<Polygon> {
     let scenery = Bounds::around(frame.points.iter().copied());
-    let solid = body::solid(scene, &frame.projectile, &scenery);
-    let plane = Plane { y: frame.projectile.position.y, tolerance: 1e-9 * scenery.radius() };
-    let bounded = !matches!(scene.projectile.shape, BodyShape::HalfSpace { .. });
-    // First the projectile: where it overlaps gel in the plane of the picture, the first one drawn is seen.
-    let mut polygons: Vec<Polygon> = match scene.scene.dimension {
-        Dimension::Spatial if bounded => whole(&solid).collect(),
-        Dimension::Spatial => section(&solid, plane).chain(surface(&solid, plane)).collect(),
-        Dimension::Planar | Dimension::Axisymmetric => section(&solid, plane).collect(),
-    };
+    let plane = Plane { y: frame.bodies[0].kinematics.position.y, tolerance: 1e-9 * scenery.radius() };
+    // First the bodies: where they overlap gel in the plane of the picture, the first one drawn is seen.
+    let mut polygons = vec![];
+    for solid in body::solids(scene, frame, &scenery) {
+        match scene.scene.dimension {
+            Dimension::Spatial if solid.bounded => polygons.extend(whole(&solid)),
+            Dimension::Spatial => polygons.extend(section(&solid, plane).chain(surface(&solid, plane))),
+            Dimension::Planar | Dimension::Axisymmetric => polygons.extend(section(&solid, plane)),
+        }
+    }
     match scene.scene.dimension {
         Dimension::Planar => polygons.extend(elements(frame)),
         Dimension::Axisymmetric => polygons.extend(mirrored(elements(frame))),
@@ -115,7 +116,7 @@ fn surface(solid: &Solid, plane: Plane) -> impl Iterator<Item = Polygon> + '_ {
     })
 }
 
-/// The section of a convex solid: it is the union of the tetrahedra from its centre to its triangles.
+/// The section of a solid: it is the union of the tetrahedra from its centre to its triangles.
 fn section(solid: &Solid, plane: Plane) -> impl Iterator<Item = Polygon> + '_ {
     solid.triangles.iter().map(move |triangle| {
         let [a, b, c] = triangle.map(|i| still(solid.points[i as usize]));

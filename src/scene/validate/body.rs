@@ -48,15 +48,15 @@ fn held(body: &Projectile) -> Check {
 }
 
 fn moving(body: &Projectile) -> Check {
-    const EXPECTED: &str = "a positive mass, kg, or projectile.fixed = true";
+    const EXPECTED: &str = "a positive mass, kg, or fixed = true";
     let Some(mass) = body.mass else {
         return Err(SceneError::value("projectile.mass", "nothing", EXPECTED));
     };
     positive("projectile.mass", mass, EXPECTED)?;
     match (body.inertia, body.shape) {
         (Some(inertia), _) => physical(&inertia),
-        (None, BodyShape::HalfSpace { .. }) => {
-            let expected = "six numbers, [xx, yy, zz, xy, xz, yz], kg m2: a half-space has no inertia of its own";
+        (None, BodyShape::HalfSpace { .. } | BodyShape::Dome { .. }) => {
+            let expected = "six numbers, [xx, yy, zz, xy, xz, yz], kg m2: an unbounded body has no inertia of its own";
             Err(SceneError::value("projectile.inertia", "nothing", expected))
         }
         (
@@ -87,7 +87,7 @@ const TOUCHING: f64 = 0.1;
 /// The projectile may start touching the gel, not inside it.
 fn outside(scene: &Scene) -> Check {
     let body = &scene.projectile;
-    if matches!(body.shape, BodyShape::HalfSpace { .. }) {
+    if !body.active || matches!(body.shape, BodyShape::HalfSpace { .. } | BodyShape::Dome { .. }) {
         return Ok(());
     }
     let Some(bottom) = bottom_under(&scene.gel.shape, body.position) else { return Ok(()) };

@@ -26,6 +26,16 @@ pub(super) fn check(shape: &BodyShape) -> Check {
             let key = "projectile.shape.half-space.normal";
             require(norm.is_finite() && norm > 0.0, key, || format!("{normal:?}"), "a vector that is not zero")
         }
+        &BodyShape::Dome { height, radius } => {
+            positive("projectile.shape.dome.radius", radius, LENGTH)?;
+            let expected = format!("from 0 to the base radius, {radius:?} m: the cap is at most half a sphere");
+            require(
+                (0.0..=radius).contains(&height),
+                "projectile.shape.dome.height",
+                || format!("{height:?}"),
+                &expected,
+            )
+        }
     }
 }
 

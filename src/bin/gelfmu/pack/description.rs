@@ -1,6 +1,6 @@
 //! `modelDescription.xml`.
 
-use ballistic_gel::fmi2::{self, Causality, Kind, Start, Variable};
+use ballistic_gel::fmi2::{self, Causality, Kind, Scalar, Start};
 use ballistic_gel::scene::Scene;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
@@ -8,15 +8,9 @@ use std::io;
 
 type Xml = Writer<Vec<u8>>;
 
-/// One scalar variable.
-struct Scalar {
-    variable: &'static Variable,
-    component: usize,
-}
-
-/// The description of the FMU with this scene packed.
-pub fn xml(scene: &Scene) -> io::Result<String> {
-    let table = fmi2::table_of(scene);
+/// The description of the FMU with this scene packed and variables for so many of its fragments.
+pub fn xml(scene: &Scene, fragments: usize) -> io::Result<String> {
+    let (table, scalars) = (fmi2::table_of(scene), fmi2::scalars(fragments).collect::<Vec<Scalar>>());
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     xml.create_element("fmiModelDescription")
@@ -36,8 +30,8 @@ pub fn xml(scene: &Scene) -> io::Result<String> {
             types(xml)?;
             categories(xml)?;
             experiment(xml, scene)?;
-            variables(xml, &table)?;
-            structure(xml)
+            variables(xml, &scalars, &table)?;
+            structure(xml, &scalars)
         })?;
     String::from_utf8(xml.into_inner()).map_err(io::Error::other)
 }
@@ -115,20 +109,15 @@ fn experiment(xml: &mut Xml, scene: &Scene) -> io::Result<()> {
     Ok(())
 }
 
-fn variables(xml: &mut Xml, scene: &toml::Table) -> io::Result<()> {
-    xml.create_element("ModelVariables").write_inner_content(|xml| {
-        for scalar in scalars() {
-            variable(xml, &scalar, scene)?;
-        }
-        Ok(())
-    })?;
+fn variables(xml: &mut Xml, scalars: &[Scalar], scene: &toml::Table) -> io::Result<()> {
+    xml.create_element("ModelVariables")
+        .write_inner_content(|xml| scalars.iter().try_for_each(|scalar| variable(xml, scalar, scene)))?;
     Ok(())
 }
 
 fn variable(xml: &mut Xml, scalar: &Scalar, scene: &toml::Table) -> io::Result<()> {
-    let (of, at) = (scalar.variable, scalar.component);
-    let (name, description) = (of.component_name(at), of.component_description(at));
-    let reference = (of.reference + at as u32).to_string();
+    let of = scalar.variable;
+    let (name, description, reference) = (scalar.name(), scalar.description(), scalar.reference().to_string());
     let (causality, initial) = role(of.causality);
     let mut attributes = vec![
         ("name", name.as_str()),
@@ -169,25 +158,27 @@ fn start(scalar: &Scalar, scene: &toml::Table) -> Option<String> {
     match scalar.variable.start {
         Some(Start::Integer(value)) => Some(value.to_string()),
         Some(Start::Text(value)) => Some(value.to_owned()),
-        Some(Start::Real(_)) | None => fmi2::start_of(scalar.variable, scalar.component, scene).map(number),
+        Some(Start::Boolean(_)) => scalar.start(scene).map(|value| (value != 0.0).to_string()),
+        Some(Start::Real(_)) | None => scalar.start(scene).map(number),
     }
 }
 
 /// Nothing feeds through within a step, but the carrier of the directional derivative; what is there at first comes from
 /// the parameters alone.
-fn structure(xml: &mut Xml) -> io::Result<()> {
-    let moved = indices(|s| matches!(s.variable.name, "projectile.position" | "projectile.velocity") && is_input(s));
-    let parameters = indices(shapes_the_start);
+fn structure(xml: &mut Xml, scalars: &[Scalar]) -> io::Result<()> {
+    let moves = |s: &Scalar| matches!(s.variable.name, "projectile.position" | "projectile.velocity") && is_input(s);
+    let fed = |of: &Scalar| match of.variable.name {
+        "contact.linear_force" => indices(scalars, |s| s.body == of.body && moves(s)),
+        _ => String::new(),
+    };
+    let parameters = indices(scalars, shapes_the_start);
     xml.create_element("ModelStructure").write_inner_content(|xml| {
         xml.create_element("Outputs")
-            .write_inner_content(|xml| {
-                let fed = |s: &Scalar| if s.variable.name == "contact.linear_force" { moved.as_str() } else { "" };
-                unknowns(xml, |c| c == Causality::Output, fed)
-            })?
+            .write_inner_content(|xml| unknowns(xml, scalars, |c| c == Causality::Output, fed))?
             .create_element("InitialUnknowns")
             .write_inner_content(|xml| {
                 let first = |c| matches!(c, Causality::Output | Causality::CalculatedParameter);
-                unknowns(xml, first, |_| parameters.as_str())
+                unknowns(xml, scalars, first, |_| parameters.clone())
             })
             .map(drop)
     })?;
@@ -200,32 +191,27 @@ fn shapes_the_start(scalar: &Scalar) -> bool {
     scalar.variable.causality == Causality::Parameter && !runs_it
 }
 
-fn unknowns<'a>(
+fn unknowns(
     xml: &mut Xml,
+    scalars: &[Scalar],
     wanted: impl Fn(Causality) -> bool,
-    dependencies: impl Fn(&Scalar) -> &'a str,
+    dependencies: impl Fn(&Scalar) -> String,
 ) -> io::Result<()> {
-    for (index, scalar) in scalars().enumerate().filter(|(_, s)| wanted(s.variable.causality)) {
-        let index = (index + 1).to_string();
-        let attributes = [("index", index.as_str()), ("dependencies", dependencies(&scalar))];
+    for (index, scalar) in scalars.iter().enumerate().filter(|(_, s)| wanted(s.variable.causality)) {
+        let (index, dependencies) = ((index + 1).to_string(), dependencies(scalar));
+        let attributes = [("index", index.as_str()), ("dependencies", &dependencies)];
         xml.create_element("Unknown").with_attributes(attributes).write_empty()?;
     }
     Ok(())
 }
 
-fn indices(wanted: impl Fn(&Scalar) -> bool) -> String {
-    let found = scalars().enumerate().filter(|(_, s)| wanted(s)).map(|(index, _)| (index + 1).to_string());
+fn indices(scalars: &[Scalar], wanted: impl Fn(&Scalar) -> bool) -> String {
+    let found = scalars.iter().enumerate().filter(|(_, s)| wanted(s)).map(|(index, _)| (index + 1).to_string());
     found.collect::<Vec<String>>().join(" ")
 }
 
 fn is_input(scalar: &Scalar) -> bool {
     scalar.variable.causality == Causality::Input
-}
-
-fn scalars() -> impl Iterator<Item = Scalar> {
-    fmi2::VARIABLES
-        .iter()
-        .flat_map(|variable| (0..variable.size()).map(move |component| Scalar { variable, component }))
 }
 
 /// Causality and initial, as the standard writes them.

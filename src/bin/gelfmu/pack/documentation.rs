@@ -33,6 +33,13 @@ where a is the first derivative of the velocity input (<code>fmi2SetRealInputDer
 <h3>A projectile that is held in place</h3>
 <p>Where the scene holds the projectile (<code>projectile.fixed = true</code>), an input that is read in the mode and
 would move it is refused with <code>fmi2Error</code>: leave position and orientation as the scene has them, all else 0.</p>
+<h3>Inactive bodies, and domes</h3>
+<p>A body whose <code>active</code> is false stays where it is, touches nothing and is in no account. Made active, it starts
+from its kinematic inputs, in every mode; inside the gel it is refused. A body with the shape <code>dome</code> is the back
+face of an armour: a plate with a spherical cap whose height and base radius are the inputs <code>bulge_height</code> and
+<code>bulge_radius</code>, with their rates beside them, in every mode. The bulge moves with these rates within the step.
+<code>contact.bulge_height_impulse</code> is what worked on the height: divided by the mass that moves with it, the change of
+its rate.</p>
 <h3>Forces or impulses</h3>
 <p>Contact acts by impulses. <code>contact.force</code> and <code>contact.torque</code> are means over the last step:
 wire them only for steps of at least <code>coupling.step_min</code>. <code>contact.linear_force</code> carries the
@@ -75,8 +82,8 @@ and torque. Output derivatives are of order 1, from what acted in the last step.
 </ul>
 ";
 
-/// The page of the FMU with this scene packed.
-pub fn page(scene: &Scene, library: &[u8]) -> String {
+/// The page of the FMU with this scene packed and variables for so many of its fragments.
+pub fn page(scene: &Scene, fragments: usize, library: &[u8]) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{model}</title>\n\
          <style>{STYLE}</style></head><body>\n<h1>{model} {version}</h1>\n<p>{about}.</p>\n",
@@ -89,7 +96,7 @@ pub fn page(scene: &Scene, library: &[u8]) -> String {
     page += FRAMES;
     page += LIMITS;
     page += &requirement::sentence(library);
-    page += &table();
+    page += &table(fragments);
     page += "<p>Licences of this library, of every crate linked into it and of the standard library of its language are in the folder <code>licenses</code>.</p>\n";
     page += "</body></html>\n";
     page
@@ -116,20 +123,29 @@ fn packed(scene: &Scene) -> String {
     )
 }
 
-fn table() -> String {
-    let mut rows = String::from(
-        "<h2>Variables</h2>\n<table>\n<tr><th>name</th><th>reference</th><th>causality</th><th>type</th><th>unit</th>\
-         <th>meaning</th></tr>\n",
-    );
+fn table(fragments: usize) -> String {
+    let mut rows = String::from("<h2>Variables</h2>\n");
+    if fragments > 0 {
+        let _ = writeln!(
+            rows,
+            "<p>This FMU has variables for {fragments} of the fragments of its scene. Fragment i has those that are marked \
+             with *, named <code>fragment[i].&hellip;</code> without the <code>projectile.</code>, such as \
+             <code>fragment[1].position[3]</code> and <code>fragment[1].contact.impulse[3]</code>; their references are \
+             higher by 10000 i.</p>"
+        );
+    }
+    rows += "<table>\n<tr><th>name</th><th>reference</th><th>causality</th><th>type</th><th>unit</th>\
+         <th>meaning</th></tr>\n";
     for variable in fmi2::VARIABLES {
         let last = variable.reference + variable.size() as u32 - 1;
         let (name, reference) = match variable.length {
             0 => (variable.name.to_owned(), variable.reference.to_string()),
             n => (format!("{}[1..{n}]", variable.name), format!("{}&ndash;{last}", variable.reference)),
         };
+        let star = if fragments > 0 && variable.each { " *" } else { "" };
         let _ = writeln!(
             rows,
-            "<tr><td><code>{name}</code></td><td>{reference}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            "<tr><td><code>{name}</code>{star}</td><td>{reference}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
             causality(variable),
             kind(variable),
             variable.unit.unwrap_or_default(),
@@ -172,7 +188,7 @@ mod tests {
     #[test]
     fn the_page_names_every_variable_and_the_scene() {
         let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
-        let page = page(&scene, b"\0GLIBC_2.4\0");
+        let page = page(&scene, 0, b"\0GLIBC_2.4\0");
         for variable in fmi2::VARIABLES {
             assert!(page.contains(variable.name), "{}", variable.name);
         }

@@ -1,0 +1,175 @@
+//! Scalar variables: one component of a row of the table, of one of the bodies, and where its start stands in a scene.
+
+use super::table::{BLOCK, Start, VARIABLES, Variable};
+use crate::scene::{Scene, body_name};
+
+/// A scalar variable. Body 0 is the projectile, from 1 on the fragments; what belongs to no body is of body 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scalar {
+    /// Its row of the table.
+    pub variable: &'static Variable,
+    /// Component, from 0.
+    pub component: usize,
+    /// Body.
+    pub body: usize,
+}
+
+impl Scalar {
+    /// The components of a row, of one body.
+    pub fn of(variable: &'static Variable, body: usize) -> impl Iterator<Item = Self> + Clone {
+        (0..variable.size()).map(move |component| Self { variable, component, body })
+    }
+
+    /// The scalar that a value reference stands for.
+    #[must_use]
+    pub fn find(reference: u32) -> Option<Self> {
+        let (body, local) = (reference / BLOCK, reference % BLOCK);
+        let row = VARIABLES.partition_point(|v| v.reference <= local).checked_sub(1)?;
+        let variable = &VARIABLES[row];
+        let component = (local - variable.reference) as usize;
+        let exists = component < variable.size() && (body == 0 || variable.each);
+        exists.then_some(Self { variable, component, body: body as usize })
+    }
+
+    /// Its value reference.
+    #[must_use]
+    pub fn reference(&self) -> u32 {
+        self.body as u32 * BLOCK + self.variable.reference + self.component as u32
+    }
+
+    /// Name of all its components: `projectile.position`, `fragment[2].contact.force`.
+    #[must_use]
+    pub fn row_name(&self) -> String {
+        let name = self.variable.name;
+        if self.body == 0 { name.to_owned() } else { format!("{}.{}", body_name(self.body), own(name)) }
+    }
+
+    /// Its name: `contact.force[1]`, or without an index if it has but one component.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let name = self.row_name();
+        if self.variable.length == 0 { name } else { format!("{name}[{}]", self.component + 1) }
+    }
+
+    /// What it is.
+    #[must_use]
+    pub fn description(&self) -> String {
+        let text = self.variable.component_description(self.component);
+        if self.body == 0 { text } else { text.replace("the projectile", &format!("fragment {}", self.body)) }
+    }
+
+    /// The first of its scene keys that the scene has, or could have beside the tables it has.
+    #[must_use]
+    pub(super) fn key_in(&self, scene: &toml::Table) -> Option<String> {
+        let owns = |key: &String| key.rsplit_once('.').is_some_and(|(table, _)| lookup(scene, table).is_some());
+        self.keys().find(owns)
+    }
+
+    /// Scene keys of the start, in order of preference.
+    pub(super) fn keys(&self) -> impl Iterator<Item = String> + '_ {
+        self.variable.keys.iter().map(|key| match self.body {
+            0 => (*key).to_owned(),
+            body => format!("{}.{}", body_name(body), own(key)),
+        })
+    }
+
+    /// Start of a Real or Boolean parameter or input with the scene: the value at its key, or the literal one; true is 1.
+    #[must_use]
+    pub fn start(&self, scene: &toml::Table) -> Option<f64> {
+        let keyed = self.keys().find_map(|key| number(lookup(scene, &key)?, self.component));
+        keyed.or(match self.variable.start {
+            Some(Start::Real(value)) => Some(value),
+            Some(Start::Boolean(value)) => Some(f64::from(u8::from(value))),
+            Some(Start::Integer(_) | Start::Text(_)) | None => None,
+        })
+    }
+}
+
+/// The part of a name or key behind `projectile.`.
+fn own(name: &str) -> &str {
+    name.strip_prefix("projectile.").unwrap_or(name)
+}
+
+/// Every scalar of an FMU with so many fragments, by ascending value reference.
+pub fn scalars(n_fragments: usize) -> impl Iterator<Item = Scalar> {
+    let rows = |body: usize| VARIABLES.iter().filter(move |v| body == 0 || v.each).map(move |v| (v, body));
+    (0..=n_fragments).flat_map(rows).flat_map(|(variable, body)| Scalar::of(variable, body))
+}
+
+/// The scene as a table of TOML, every default filled in.
+///
+/// # Panics
+/// If a scene cannot be written as TOML; its tables are plain values.
+#[must_use]
+pub fn table_of(scene: &Scene) -> toml::Table {
+    toml::Table::try_from(scene).expect("a scene consists of tables, numbers and text")
+}
+
+/// What stands at a dotted key; `fragment[1]` is the first table of a list.
+fn lookup<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
+    let (first, rest) = key.split_once('.').map_or((key, None), |(a, b)| (a, Some(b)));
+    let value = match first.strip_suffix(']').and_then(|first| first.split_once('[')) {
+        Some((list, number)) => table.get(list)?.as_array()?.get(number.parse::<usize>().ok()?.checked_sub(1)?)?,
+        None => table.get(first)?,
+    };
+    match rest {
+        None => Some(value),
+        Some(rest) => lookup(value.as_table()?, rest),
+    }
+}
+
+fn number(value: &toml::Value, component: usize) -> Option<f64> {
+    match value {
+        toml::Value::Float(x) => Some(*x),
+        toml::Value::Integer(x) => Some(*x as f64),
+        toml::Value::Boolean(x) => Some(f64::from(u8::from(*x))),
+        toml::Value::Array(items) => number(items.get(component)?, 0),
+        toml::Value::String(_) | toml::Value::Datetime(_) | toml::Value::Table(_) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_reference_finds_its_own_scalar() {
+        let mut last = 0;
+        for scalar in scalars(3) {
+            assert_eq!(Scalar::find(scalar.reference()), Some(scalar));
+            assert!(scalar.reference() > last);
+            last = scalar.reference();
+        }
+        assert_eq!([0, 9_999, 10_001].map(Scalar::find), [None; 3]);
+    }
+
+    #[test]
+    fn a_component_is_described_by_its_axis() {
+        let scalar = Scalar::find(102).unwrap();
+        assert_eq!(scalar.name(), "projectile.position[3]");
+        assert!(scalar.description().contains(", z, world frame"));
+    }
+
+    #[test]
+    fn a_fragment_has_names_and_descriptions_of_its_own() {
+        let names = [20_102, 20_200, 20_250, 20_030].map(|reference| Scalar::find(reference).unwrap().name());
+        let expected = ["position[3]", "contact.impulse[1]", "coupling.energy_residual", "mass"];
+        assert_eq!(names, expected.map(|name| format!("fragment[2].{name}")));
+        assert!(Scalar::find(20_119).unwrap().description().starts_with("Whether fragment 2 takes part"));
+    }
+
+    #[test]
+    fn a_start_comes_from_the_first_key_that_the_scene_has() {
+        let text = "[projectile.shape.cylinder]\nradius = 0.02\nlength = 1.0\n[[fragment]]\nmass = 2.0\nactive = false";
+        let scene: toml::Table = toml::from_str(text).unwrap();
+        let found = |reference: u32| {
+            let scalar = Scalar::find(reference).unwrap();
+            (scalar.start(&scene), scalar.key_in(&scene))
+        };
+        assert_eq!(found(37), (Some(0.02), Some("projectile.shape.cylinder.radius".into())));
+        assert_eq!(found(30), (Some(0.0), Some("projectile.mass".into())));
+        assert_eq!(found(10_030), (Some(2.0), Some("fragment[1].mass".into())));
+        assert_eq!((found(119).0, found(10_119).0), (Some(1.0), Some(0.0)));
+        assert_eq!(found(20_030), (Some(0.0), None));
+    }
+}
