@@ -29,7 +29,7 @@ pub const MODEL: Model = Model {
     step,
 };
 
-const VARIABLES: [Variable; 33] = [
+const VARIABLES: [Variable; 36] = [
     Variable::parameter("projectile_mass", "kg", &[0.033], "Mass of the projectile, M"),
     Variable::parameter("nose", "m", &[0.010], "Distance of the projectile's nose from its centre of mass"),
     Variable::parameter("thickness", "m", &[5e-3], "Thickness of the plate; its back is at z = 0"),
@@ -38,16 +38,19 @@ const VARIABLES: [Variable; 33] = [
     Variable::parameter("bulge_mass", "kg", &[0.020], "Mass that moves with the bulge, m (illustrative)"),
     Variable::parameter("membrane_yield_force", "N", &[150.0], "Yield force of the membrane, Z (illustrative)"),
     Variable::parameter("membrane_stiffness", "N/m", &[5e4], "Elastic stiffness of the membrane, b (illustrative)"),
-    Variable::parameter("initial_height", "m", &[1e-3], "Height of the bulge at the start, h₀"),
+    Variable::parameter("initial_height", "m", &[0.0], "Height of the bulge at the start, h₀"),
     Variable::parameter("initial_radius", "m", &[0.015], "Base radius of the bulge at the start, r₀ (illustrative)"),
     Variable::parameter("spread", "1", &[1.0], "Growth of the base radius per height, c (illustrative)"),
     Variable::parameter("longest_substep", "s", &[1e-7], "Step inside a communication step, at most"),
     Variable::input("projectile.position", "m", 3, "Position of the projectile's centre at the start of the step"),
     Variable::input("projectile.velocity", "m/s", 3, "Velocity of the projectile at the start of the step"),
-    Variable::input("bulge_impulse", "N.s", 2, "Impulse of the gel in the step, conjugate to height and base radius"),
+    Variable::input("bulge_height_impulse", "N.s", 1, "Impulse of the gel in the step that works on the height"),
+    Variable::input("bulge_radius_impulse", "N.s", 1, "Impulse of the gel in the step that works on the base radius"),
     Variable::output("force", "N", 3, "Mean force on the projectile over the last step"),
-    Variable::output("bulge", "m", 2, "Height and base radius of the bulge at the start of the last step"),
-    Variable::output("bulge_rate", "m/s", 2, "Mean rates of height and base radius over the last step"),
+    Variable::output("bulge_height", "m", 1, "Height of the bulge at the start of the last step"),
+    Variable::output("bulge_radius", "m", 1, "Base radius of the bulge at the start of the last step"),
+    Variable::output("bulge_height_rate", "m/s", 1, "Mean rate of the height over the last step"),
+    Variable::output("bulge_radius_rate", "m/s", 1, "Mean rate of the base radius over the last step"),
     Variable::output("height", "m", 1, "Height of the bulge"),
     Variable::output("height_rate", "m/s", 1, "Rate of the height"),
     Variable::output("penetration", "m", 1, "Depth of the hole in the plate, pₚ"),
@@ -84,10 +87,13 @@ const SPREAD: usize = place(&VARIABLES, "spread");
 const LONGEST_SUBSTEP: usize = place(&VARIABLES, "longest_substep");
 const PROJECTILE_POSITION: usize = place(&VARIABLES, "projectile.position");
 const PROJECTILE_VELOCITY: usize = place(&VARIABLES, "projectile.velocity");
-const BULGE_IMPULSE: usize = place(&VARIABLES, "bulge_impulse");
+const BULGE_HEIGHT_IMPULSE: usize = place(&VARIABLES, "bulge_height_impulse");
+const BULGE_RADIUS_IMPULSE: usize = place(&VARIABLES, "bulge_radius_impulse");
 const FORCE: usize = place(&VARIABLES, "force");
-const BULGE: usize = place(&VARIABLES, "bulge");
-const BULGE_RATE: usize = place(&VARIABLES, "bulge_rate");
+const BULGE_HEIGHT: usize = place(&VARIABLES, "bulge_height");
+const BULGE_RADIUS: usize = place(&VARIABLES, "bulge_radius");
+const BULGE_HEIGHT_RATE: usize = place(&VARIABLES, "bulge_height_rate");
+const BULGE_RADIUS_RATE: usize = place(&VARIABLES, "bulge_radius_rate");
 const HEIGHT: usize = place(&VARIABLES, "height");
 const HEIGHT_RATE: usize = place(&VARIABLES, "height_rate");
 const PENETRATION: usize = place(&VARIABLES, "penetration");
@@ -144,7 +150,7 @@ fn start(values: &mut [f64]) -> Result<(), String> {
     values[FORCE..].fill(0.0);
     values[MEMBRANE_SET] = values[INITIAL_HEIGHT];
     values[HEIGHT] = values[INITIAL_HEIGHT];
-    (values[BULGE], values[BULGE + 1]) = (values[INITIAL_HEIGHT], values[INITIAL_RADIUS]);
+    (values[BULGE_HEIGHT], values[BULGE_RADIUS]) = (values[INITIAL_HEIGHT], values[INITIAL_RADIUS]);
     Ok(())
 }
 
@@ -163,7 +169,7 @@ fn step(values: &mut [f64], h: f64) -> Result<(), String> {
         height: values[HEIGHT],
         height_rate: values[HEIGHT_RATE],
     };
-    let gel_force = (values[BULGE_IMPULSE] + values[SPREAD] * values[BULGE_IMPULSE + 1]) / h;
+    let gel_force = (values[BULGE_HEIGHT_IMPULSE] + values[SPREAD] * values[BULGE_RADIUS_IMPULSE]) / h;
     let n = (h / values[LONGEST_SUBSTEP]).ceil().max(1.0);
     let before = values[PROJECTILE_IMPULSE];
     for _ in 0..n as usize {
@@ -248,8 +254,8 @@ fn show_bulge(values: &mut [f64], end: Motion, h: f64) {
     let (start, spread) = (values[HEIGHT], values[SPREAD]);
     let rate = (end.height - start) / h;
     let radius = values[INITIAL_RADIUS] + spread * (start - values[INITIAL_HEIGHT]);
-    (values[BULGE], values[BULGE + 1]) = (start, radius);
-    (values[BULGE_RATE], values[BULGE_RATE + 1]) = (rate, spread * rate);
+    (values[BULGE_HEIGHT], values[BULGE_RADIUS]) = (start, radius);
+    (values[BULGE_HEIGHT_RATE], values[BULGE_RADIUS_RATE]) = (rate, spread * rate);
     (values[HEIGHT], values[HEIGHT_RATE]) = (end.height, end.height_rate);
     values[MOMENTUM] = values[BULGE_MASS] * end.height_rate;
 }

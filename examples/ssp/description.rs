@@ -65,8 +65,8 @@ pub fn empty(xml: &mut Xml, name: &str, attributes: &[(&str, &str)]) -> io::Resu
 }
 
 /// Name of a component, as FMI writes it.
-pub fn scalar_name(of: &Variable, at: usize) -> String {
-    if of.start.len() == 1 { of.name.to_owned() } else { format!("{}[{}]", of.name, at + 1) }
+pub fn scalar_name(name: &str, size: usize, at: usize) -> String {
+    if size == 1 { name.to_owned() } else { format!("{name}[{}]", at + 1) }
 }
 
 fn attributes(model: &Model) -> Vec<(&'static str, String)> {
@@ -109,7 +109,7 @@ fn units(xml: &mut Xml) -> io::Result<()> {
 }
 
 fn variable(xml: &mut Xml, reference: usize, of: &Variable, at: usize) -> io::Result<()> {
-    let (name, reference) = (scalar_name(of, at), reference.to_string());
+    let (name, reference) = (scalar_name(of.name, of.start.len(), at), reference.to_string());
     let (causality, variability, initial) = match of.causality {
         Causality::Parameter => ("parameter", "fixed", Some("exact")),
         Causality::Input => ("input", "continuous", None),

@@ -1,4 +1,4 @@
-//! Packs the gel, its partners, and the systems of them: `cargo run --release --example ssp -- OUT_DIR [SCENE]`.
+//! Packs the gel, its partners, and the systems of them: `cargo run --release --example ssp -- OUT_DIR`.
 
 mod archive;
 mod description;
@@ -20,16 +20,20 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use table::Model;
 
-const USAGE: &str = "usage: ssp OUT_DIR [SCENE], where SCENE is a built-in scene or a file (default sphere-block)";
+const USAGE: &str = "usage: ssp OUT_DIR [SCENE [ARMOUR_SCENE]], built-in scenes or files: for gel and body (default \
+                     sphere-block), and with a dome as first fragment (default examples/ssp/armour-block.toml)";
+const ARMOUR_SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/ssp/armour-block.toml");
 
 /// A partner and its library's name.
 const PARTNERS: [(&Model, &str); 2] = [(&body::MODEL, "rigid_body"), (&plate::MODEL, "armour")];
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match arguments.as_slice() {
-        [out] => pack(Path::new(out), "sphere-block"),
-        [out, scene] => pack(Path::new(out), scene),
+        [out] => pack(Path::new(out), "sphere-block", ARMOUR_SCENE),
+        [out, scene] => pack(Path::new(out), scene, ARMOUR_SCENE),
+        [out, scene, armour_scene] => pack(Path::new(out), scene, armour_scene),
         _ => Err(USAGE.to_owned()),
     };
     match done {
@@ -41,18 +45,21 @@ fn main() -> ExitCode {
     }
 }
 
-fn pack(out: &Path, scene_name: &str) -> Result<(), String> {
+fn pack(out: &Path, scene_name: &str, armour_scene_name: &str) -> Result<(), String> {
     let built = build()?;
     fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
     for (model, library) in PARTNERS {
         write(&out.join(format!("{}.fmu", model.name)), &partner(model, &built, library)?)?;
     }
-    gel::pack(&built.join(format!("gelfmu{EXE_SUFFIX}")), scene_name, &out.join("BallisticGel.fmu"))?;
+    let gelfmu = built.join(format!("gelfmu{EXE_SUFFIX}"));
+    gel::pack(&gelfmu, scene_name, &out.join(systems::GEL))?;
     let scene = systems::scene_of(scene_name)?;
     for (name, mode) in [("gel-and-body", None), ("gel-and-body-corrected", Some(systems::CORRECTED))] {
         system(out, name, &systems::gel_and_body(&scene, mode)?, &systems::gel_and_body_wires())?;
     }
-    Ok(())
+    gel::pack(&gelfmu, armour_scene_name, &out.join(systems::GEL_BEHIND_ARMOUR))?;
+    let units = systems::gel_armour_and_body(&systems::scene_of(armour_scene_name)?)?;
+    system(out, "gel-armour-body", &units, &systems::gel_armour_and_body_wires())
 }
 
 /// Where the programs and libraries of this build are. Started by cargo, it builds what it packs; started by itself, it

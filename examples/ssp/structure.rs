@@ -1,6 +1,6 @@
 //! `SystemStructure.ssd`: which FMUs there are, what they start with, and what is wired to what.
 
-use crate::description::{Xml, document, empty, inside};
+use crate::description::{Xml, document, empty, inside, scalar_name};
 use std::collections::BTreeSet;
 use std::io;
 
@@ -29,7 +29,7 @@ pub struct Unit {
 /// A variable, its number of components, and its unit.
 pub type Port = (&'static str, usize, &'static str);
 
-/// Three, two, … scalars wired at once.
+/// So many scalars wired at once.
 #[derive(Debug)]
 pub struct Wire {
     /// Unit and variable that gives.
@@ -87,8 +87,8 @@ fn ports(unit: &Unit, wires: &[Wire]) -> BTreeSet<(Port, &'static str)> {
 }
 
 fn connectors(xml: &mut Xml, (name, size, unit): Port, kind: &str) -> io::Result<()> {
-    (1..=size).try_for_each(|i| {
-        let name = format!("{name}[{i}]");
+    (0..size).try_for_each(|i| {
+        let name = scalar_name(name, size, i);
         xml.create_element("ssd:Connector")
             .with_attributes([("name", name.as_str()), ("kind", kind)])
             .write_inner_content(|xml| empty(xml, "ssc:Real", &[("unit", unit)]))
@@ -121,8 +121,8 @@ fn parameter(xml: &mut Xml, (name, value): &(String, Value)) -> io::Result<()> {
 }
 
 fn connections(xml: &mut Xml, wire: &Wire) -> io::Result<()> {
-    (1..=wire.size).try_for_each(|i| {
-        let (from, to) = (format!("{}[{i}]", wire.from.1), format!("{}[{i}]", wire.to.1));
+    (0..wire.size).try_for_each(|i| {
+        let [from, to] = [wire.from, wire.to].map(|(_, name)| scalar_name(name, wire.size, i));
         let attributes = [
             ("startElement", wire.from.0),
             ("startConnector", &from),

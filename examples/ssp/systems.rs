@@ -4,6 +4,11 @@ use crate::structure::{Unit, Value, Wire};
 use ballistic_gel::fmi2;
 use ballistic_gel::scene::{self, Scene};
 
+/// File of the gel of the first scene.
+pub const GEL: &str = "BallisticGel.fmu";
+/// File of the gel of the second scene, with the dome of an armour as its first fragment.
+pub const GEL_BEHIND_ARMOUR: &str = "BallisticGelBehindArmour.fmu";
+
 /// The coupling mode in which the body owns the state; by default it follows.
 pub const CORRECTED: (&str, Value) = ("coupling.mode", Value::Integer(3));
 
@@ -11,9 +16,20 @@ pub const CORRECTED: (&str, Value) = ("coupling.mode", Value::Integer(3));
 pub fn gel_and_body(scene: &Scene, parameter: Option<(&str, Value)>) -> Result<Vec<Unit>, String> {
     let starts = parameter.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
     let watched = vec![("contact.total_impulse", 3, "N.s"), ("projectile.predicted_velocity", 3, "m/s")];
-    let gel = Unit { name: "gel", file: "BallisticGel.fmu", starts, watched };
+    let gel = Unit { name: "gel", file: GEL, starts, watched };
     let watched = vec![("total_impulse", 3, "N.s")];
     Ok(vec![gel, Unit { name: "body", file: "RigidBody.fmu", starts: projectile(scene)?, watched }])
+}
+
+/// Units of armour, gel and body. The plate steps first: what it gives belongs to the step that it has just made.
+pub fn gel_armour_and_body(scene: &Scene) -> Result<Vec<Unit>, String> {
+    let mut units = gel_and_body(scene, None)?;
+    units[0].file = GEL_BEHIND_ARMOUR;
+    let mass = units[1].starts.iter().filter(|(name, _)| name == "mass");
+    let starts = mass.map(|(_, mass)| ("projectile_mass".to_owned(), mass.clone())).collect();
+    let watched = vec![("penetration", 1, "m"), ("perforated", 1, "1"), ("energy.closure", 1, "J")];
+    units.insert(0, Unit { name: "armour", file: "Armour.fmu", starts, watched });
+    Ok(units)
 }
 
 /// Wires between gel and body.
@@ -29,6 +45,25 @@ pub fn gel_and_body_wires() -> Vec<Wire> {
         wire(("body", "orientation"), ("gel", "projectile.orientation"), 4, "1"),
         wire(("body", "angular_velocity"), ("gel", "projectile.angular_velocity"), 3, "rad/s"),
     ]
+}
+
+/// Wires between armour, gel and body. The dome is the gel's first fragment.
+pub fn gel_armour_and_body_wires() -> Vec<Wire> {
+    let wire = |from, to, size, unit| Wire { from, to, size, unit };
+    let mut wires = gel_and_body_wires();
+    wires.extend([
+        wire(("gel", "projectile.predicted_position"), ("armour", "projectile.position"), 3, "m"),
+        wire(("gel", "projectile.predicted_velocity"), ("armour", "projectile.velocity"), 3, "m/s"),
+        wire(("armour", "force"), ("gel", "projectile.external_force"), 3, "N"),
+        wire(("armour", "force"), ("body", "force"), 3, "N"),
+        wire(("armour", "bulge_height"), ("gel", "fragment[1].bulge_height"), 1, "m"),
+        wire(("armour", "bulge_radius"), ("gel", "fragment[1].bulge_radius"), 1, "m"),
+        wire(("armour", "bulge_height_rate"), ("gel", "fragment[1].bulge_height_rate"), 1, "m/s"),
+        wire(("armour", "bulge_radius_rate"), ("gel", "fragment[1].bulge_radius_rate"), 1, "m/s"),
+        wire(("gel", "fragment[1].contact.bulge_height_impulse"), ("armour", "bulge_height_impulse"), 1, "N.s"),
+        wire(("gel", "fragment[1].contact.bulge_radius_impulse"), ("armour", "bulge_radius_impulse"), 1, "N.s"),
+    ]);
+    wires
 }
 
 /// Parameters of the body: the projectile of the scene.
