@@ -1,18 +1,19 @@
-"""Run gel and body in every importer and print their total impulse and final velocity, relative to the FMU alone.
+"""Run the systems in every importer and print their total impulse and final velocity, relative to a reference.
 
     pip install fmpy libcosimpy ecospy tbb fmu-manipulation-toolbox
     cargo run --release --example ssp -- gelfmu-out/systems
-    python examples/compare_importers.py gelfmu-out/systems 1e-2
+    python examples/compare_importers.py gelfmu-out/systems
 
-Reference is the FMU alone, in one communication step: it integrates the projectile itself, so the step makes no difference.
+Reference of gel and body is the FMU alone, in one communication step: it integrates the projectile itself, so the step
+makes no difference. Reference of gel, armour and body is the loop that steps one unit after the other, at the shortest step.
 """
 
 import math
 import sys
 from pathlib import Path
 
-from fmpy import simulate_fmu
-from run_system import IMPORTERS
+from fmpy import read_model_description, simulate_fmu
+from run_system import IMPORTERS, WATCHED
 
 STEPS = [5e-6, 10e-6, 20e-6, 40e-6]
 ORDERS = {
@@ -21,23 +22,21 @@ ORDERS = {
     "ecos": "Ecos, Jacobi",
     "container": "fmucontainer, Jacobi",
     "loop": "own loop, Jacobi",
-    "sequential-container": "fmucontainer, Gauss-Seidel, gel first",
-    "sequential-loop": "own loop, Gauss-Seidel, gel first",
-    "reversed-loop": "own loop, Gauss-Seidel, body first",
+    "sequential-container": "fmucontainer, Gauss-Seidel, in order",
+    "sequential-loop": "own loop, Gauss-Seidel, in order",
+    "reversed-loop": "own loop, Gauss-Seidel, against the order",
 }
 
 
-def reference(folder, stop):
-    """Total impulse and final velocity of the FMU alone."""
-    outputs = ["contact.total_impulse[3]", "projectile.predicted_velocity[3]"]
-    fmu = str(Path(folder) / "BallisticGel.fmu")
-    rows = simulate_fmu(fmu, stop_time=stop, step_size=stop, output_interval=stop, output=outputs)
-    return [float(rows[name][-1]) for name in outputs]
+def alone(fmu, stop):
+    """Total impulse and final velocity of the gel alone."""
+    names = [name for _, name in WATCHED[:2]]
+    rows = simulate_fmu(str(fmu), stop_time=stop, step_size=stop, output_interval=stop, output=names)
+    return [float(rows[name][-1]) for name in names]
 
 
-def row(folder, system, importer, stop):
+def row(ssp, importer, stop):
     """Impulse and velocity of the body for each step; or what the importer said."""
-    ssp = Path(folder) / f"{system}.ssp"
     try:
         runs = [IMPORTERS[importer](ssp, step, stop) for step in STEPS]
     except Exception as error:  # noqa: BLE001 - whatever a foreign library raises is the result
@@ -60,18 +59,26 @@ def printed(label, runs, expected):
     return f"| {label} | " + " | ".join(cells) + " |"
 
 
-def main(folder, stop):
-    expected = reference(folder, stop)
-    print(f"Reference: impulse {expected[0]:.6f} N.s, velocity {expected[1]:.6f} m/s at {1e3 * stop:g} ms.\n")
+def table(ssp, stop, expected):
+    print(f"{ssp.stem}: reference {expected[0]:.6f} N.s and {expected[1]:.6f} m/s at {1e3 * stop:g} ms.\n")
+    heads = ["importer"]
+    for what in ("impulse", "velocity"):
+        heads += [f"{what}, {1e6 * step:.0f} us" for step in STEPS] + ["order"]
+    print("| " + " | ".join(heads) + " |\n" + "|---" * len(heads) + "|")
+    for importer, label in ORDERS.items():
+        print(printed(label, row(ssp, importer, stop), expected), flush=True)
+    print()
+
+
+def main(folder):
+    end = lambda fmu: float(read_model_description(str(fmu)).defaultExperiment.stopTime)  # noqa: E731
+    fmu = folder / "BallisticGel.fmu"
+    expected = alone(fmu, end(fmu))
     for system in ("gel-and-body", "gel-and-body-corrected"):
-        heads = [system]
-        for what in ("impulse", "velocity"):
-            heads += [f"{what}, {1e6 * step:.0f} us" for step in STEPS] + ["order"]
-        print("| " + " | ".join(heads) + " |\n" + "|---" * len(heads) + "|")
-        for importer, label in ORDERS.items():
-            print(printed(label, row(folder, system, importer, stop), expected), flush=True)
-        print()
+        table(folder / f"{system}.ssp", end(fmu), expected)
+    ssp, stop = folder / "gel-armour-body.ssp", end(folder / "BallisticGelBehindArmour.fmu")
+    table(ssp, stop, IMPORTERS["sequential-loop"](ssp, STEPS[0], stop)[:2])
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], float(sys.argv[2]))
+    main(Path(sys.argv[1]))

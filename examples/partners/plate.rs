@@ -10,7 +10,7 @@
 //! R is the resistance of the plate, elastic up to its yield force Y, and pₚ the part of p that stays; B is that of the
 //! membrane behind it, with hₚ; Q = (bulge impulse of the gel)/H is conjugate to h. The base radius follows the height,
 //! r = r₀ + c (h − h₀), so Q takes the impulses on both. Once pₚ is the thickness, the plate is perforated and R is 0 for
-//! good: the elastic rest is booked as plastic. Friction, tilt and offset are not modelled, and every number is
+//! good: the elastic rest is booked as plastic. The bulge never goes back behind the plate, h ≥ 0. Friction, tilt and offset are not modelled, and every number is
 //! illustrative: a plate that a 33 g ball at 20 m/s perforates.
 //!
 //! Inside a step the projectile moves on as M s̈ = −R says, from the state that is given. That is all the plate knows of
@@ -37,7 +37,7 @@ const VARIABLES: [Variable; 36] = [
     Variable::parameter("stiffness", "N/m", &[1e6], "Elastic stiffness of the plate under the nose, k (illustrative)"),
     Variable::parameter("bulge_mass", "kg", &[0.020], "Mass that moves with the bulge, m (illustrative)"),
     Variable::parameter("membrane_yield_force", "N", &[150.0], "Yield force of the membrane, Z (illustrative)"),
-    Variable::parameter("membrane_stiffness", "N/m", &[5e4], "Elastic stiffness of the membrane, b (illustrative)"),
+    Variable::parameter("membrane_stiffness", "N/m", &[1e6], "Elastic stiffness of the membrane, b (illustrative)"),
     Variable::parameter("initial_height", "m", &[0.0], "Height of the bulge at the start, h₀"),
     Variable::parameter("initial_radius", "m", &[0.015], "Base radius of the bulge at the start, r₀ (illustrative)"),
     Variable::parameter("spread", "1", &[1.0], "Growth of the base radius per height, c (illustrative)"),
@@ -170,7 +170,8 @@ fn step(values: &mut [f64], h: f64) -> Result<(), String> {
         height_rate: values[HEIGHT_RATE],
     };
     let gel_force = (values[BULGE_HEIGHT_IMPULSE] + values[SPREAD] * values[BULGE_RADIUS_IMPULSE]) / h;
-    let n = (h / values[LONGEST_SUBSTEP]).ceil().max(1.0);
+    // A step that importers make of the difference of two times jitters by rounding: the number of substeps should not.
+    let n = (h / values[LONGEST_SUBSTEP] - 1e-6).ceil().max(1.0);
     let before = values[PROJECTILE_IMPULSE];
     for _ in 0..n as usize {
         motion = substep(values, motion, gel_force, h / n);
@@ -201,7 +202,7 @@ fn substep(values: &mut [f64], from: Motion, gel_force: f64, dt: f64) -> Motion 
     values[GEL_WORK] += gel_force * (drifted.height - from.height);
     let after = kick(values, drifted, second, (gel_force, dt / 2.0));
     rupture(values);
-    after
+    if after.height < 0.0 { stop(values, after) } else { after }
 }
 
 fn kick(values: &[f64], motion: Motion, forces: Forces, (gel_force, dt): (f64, f64)) -> Motion {
@@ -249,6 +250,24 @@ fn rupture(values: &mut [f64]) {
     }
 }
 
+/// The back of the plate is as far as the bulge goes back: it stays there, and what it had is lost.
+fn stop(values: &mut [f64], motion: Motion) -> Motion {
+    let stopped = Motion { height: 0.0, height_rate: motion.height_rate.max(0.0), ..motion };
+    let lost = |values: &[f64], motion| kinetic(values, motion) + elastic(values, motion);
+    values[PLASTIC] += lost(values, motion) - lost(values, stopped);
+    values[SUPPORT_IMPULSE] += values[BULGE_MASS] * (stopped.height_rate - motion.height_rate);
+    stopped
+}
+
+fn kinetic(values: &[f64], motion: Motion) -> f64 {
+    values[BULGE_MASS] * motion.height_rate.powi(2) / 2.0
+}
+
+fn elastic(values: &[f64], motion: Motion) -> f64 {
+    let Forces { plate, membrane } = forces(values, motion);
+    plate * plate / values[STIFFNESS] / 2.0 + membrane * membrane / values[MEMBRANE_STIFFNESS] / 2.0
+}
+
 /// The bulge at the start of a step of length h and its mean rate: the gel moves it on without a gap.
 fn show_bulge(values: &mut [f64], end: Motion, h: f64) {
     let (start, spread) = (values[HEIGHT], values[SPREAD]);
@@ -261,8 +280,7 @@ fn show_bulge(values: &mut [f64], end: Motion, h: f64) {
 }
 
 fn show_energy(values: &mut [f64], motion: Motion) {
-    let Forces { plate, membrane } = forces(values, motion);
-    values[KINETIC] = values[BULGE_MASS] * motion.height_rate.powi(2) / 2.0;
-    values[ELASTIC] = plate * plate / values[STIFFNESS] / 2.0 + membrane * membrane / values[MEMBRANE_STIFFNESS] / 2.0;
+    values[KINETIC] = kinetic(values, motion);
+    values[ELASTIC] = elastic(values, motion);
     values[CLOSURE] = values[KINETIC] + values[ELASTIC] + values[PLASTIC] - values[PROJECTILE_WORK] - values[GEL_WORK];
 }

@@ -76,3 +76,33 @@ def test_stepping_all_at_once_costs_the_first_order_of_the_step(systems, alone):
 def test_an_importer_that_starts_with_zeros_is_told_so(systems):
     with pytest.raises(Exception, match="fmi2DoStep failed"):
         run(systems, "gel-and-body-corrected", "fmpy")
+
+
+ARMOUR = [
+    ("gel", "contact.total_impulse[3]"),
+    ("gel", "projectile.predicted_velocity[3]"),
+    ("body", "velocity[3]"),
+    ("armour", "impulse.projectile"),
+    ("armour", "impulse.gel"),
+    ("armour", "height"),
+    ("armour", "perforated"),
+]
+
+
+def run_armour(systems, importer, step=1e-5, stop=8e-4):
+    return run_system.IMPORTERS[importer](systems.folder / "gel-armour-body.ssp", step, stop, ARMOUR)
+
+
+@pytest.mark.parametrize("importer", JACOBI)
+def test_gel_armour_and_body_agree_in_importers_that_step_all_at_once(systems, importer):
+    assert run_armour(systems, importer) == pytest.approx(run_armour(systems, "loop"), rel=1e-9)
+
+
+def test_what_the_projectile_loses_is_what_gel_and_armour_took(systems):
+    mass, speed = 0.033, 20.0
+    for importer in ("sequential-loop", "sequential-container"):
+        gel, velocity, body, armour, pushed, height, perforated = run_armour(systems, importer)
+        assert mass * (velocity + speed) == pytest.approx(gel + armour, rel=1e-12)
+        assert body == pytest.approx(velocity, rel=1e-12)
+        assert perforated == 1.0 and armour > 0.1 and gel > 0.01
+        assert pushed < 0.0 < height, "the gel resists the bulge"

@@ -116,6 +116,19 @@ def test_the_bulge_answers_to_the_gel(partner):
     assert heights[0] > heights[1]
 
 
+def test_the_bulge_does_not_go_back_behind_the_plate(partner):
+    plate = partner("Armour")
+    plate.start()
+    plate.set("projectile.position", [0.0, 0.0, 1.0])
+    plate.set("bulge_height_impulse", -1e-3)
+    for k in range(20):
+        plate.fmu.doStep(k * 1e-5, 1e-5)
+        assert one(plate, "height") == 0.0
+    assert one(plate, "impulse.gel") == pytest.approx(-0.02, rel=1e-12)
+    assert one(plate, "impulse.support") == pytest.approx(0.02, rel=1e-3)
+    assert abs(one(plate, "energy.closure")) < 1e-6
+
+
 def test_the_bulge_is_given_with_the_step_that_it_made(partner):
     plate, body = partner("Armour"), partner("RigidBody")
     strike(plate, body, 1e-5, 3e-4)
