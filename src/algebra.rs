@@ -66,6 +66,13 @@ pub fn restrict<const D: usize>(v: &Vector3) -> Vector<D> {
     Vector::<D>::from_fn(|i, _| if i == D - 1 { v[2] } else { v[i] })
 }
 
+/// √(a² + b²) from exact operations only, so that it has the same bits on every platform.
+#[must_use]
+#[inline]
+pub fn hypotenuse(a: f64, b: f64) -> f64 {
+    (a * a + b * b).sqrt()
+}
+
 /// Sum that depends on the order of the terms only: blocks of 1024, then pairwise over the blocks (numerics A9).
 #[must_use]
 pub fn ordered_sum<T>(n: usize, zero: T, term: impl Fn(usize) -> T) -> T

@@ -2,6 +2,8 @@
 #![allow(unsafe_code)] // the interface is one of pointers
 #![allow(clippy::unwrap_used)] // a test that cannot go on fails
 
+#[path = "fmi2/bodies.rs"]
+mod bodies;
 #[path = "fmi2/coupling.rs"]
 mod coupling;
 #[path = "fmi2/files.rs"]

@@ -1,6 +1,7 @@
 //! Every way in which a scene can be wrong has its own message: key, line, what was found, what was expected.
 
 use ballistic_gel::scene::{self, Override, Scene};
+use std::f64::consts::PI;
 
 /// Scenes that read, what to replace in them, and the message then: see [`every_fault_has_its_message`].
 const REFUSED: &str = include_str!("scene/refused.txt");
@@ -260,7 +261,7 @@ fn builtin_moduli_are_those_of_the_young_modulus_and_poisson_ratio_they_name() {
 
 #[test]
 fn the_disc_of_ball_square_is_of_steel() {
-    let disc = std::f64::consts::PI * 0.01 * 0.01;
+    let disc = PI * 0.01 * 0.01;
     let mass = builtin("ball-square").projectile.mass.unwrap();
     assert!((mass / (7850.0 * disc) - 1.0).abs() < 1e-6, "{mass}");
 }
@@ -271,4 +272,23 @@ fn a_scene_written_as_toml_reads_as_itself() {
         let before = read(text);
         assert_eq!(read(&toml::to_string(&before).unwrap()), before, "{name}");
     }
+}
+
+#[test]
+fn a_mass_comes_from_the_density_where_none_is_given() {
+    let steel = |text: &str| read(&text.replace("mass = 0.033", "density = 7850.0")).projectile.mass.unwrap();
+    let (volume, section) = (4.0 / 3.0 * PI * 1e-6, PI * 1e-4);
+    assert!((steel(SPATIAL) / (7850.0 * volume) - 1.0).abs() < 1e-14);
+    assert!((steel(&axisymmetric()) / (7850.0 * volume) - 1.0).abs() < 1e-14);
+    assert!((steel(&planar()) / (7850.0 * section) - 1.0).abs() < 1e-14);
+    let both = SPATIAL.replace("mass = 0.033", "mass = 0.033\ndensity = 7850.0");
+    assert_eq!(read(&both).projectile.mass, Some(0.033), "a mass that is given counts");
+    let rods = [("0.0", PI * 1e-4 * 0.1), ("0.005", PI * 1e-4 * 0.1)].map(|(edge, sharp)| {
+        let shape = format!("shape.cylinder = {{ radius = 0.01, length = 0.1, edge_radius = {edge} }}");
+        let scene = read(&SPATIAL.replace("shape.sphere.radius = 0.01", &shape).replace("0.01]", "0.05]"));
+        1.0 - scene.projectile_volume().unwrap() / sharp
+    });
+    // A rounding takes the corner (1 − π/4) e² off, at about R − 0.22 e from the axis, at both ends (Pappus).
+    let corner = (1.0 - PI / 4.0) * 25e-6 * 2.0 * PI * (0.01 - 0.2234 * 0.005) * 2.0 / (PI * 1e-4 * 0.1);
+    assert!(rods[0].abs() < 1e-14 && (rods[1] / corner - 1.0).abs() < 1e-3, "{rods:?} {corner}");
 }

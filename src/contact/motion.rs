@@ -178,11 +178,11 @@ mod tests {
     use super::super::Freedom;
     use super::*;
     use crate::algebra::Tensor3;
-    use crate::geometry::{Cylinder, Shape};
+    use crate::geometry::{Shape, Sphere};
 
     fn rod(motion: Motion) -> (Body, BodyState) {
         let inertia = Tensor3::from_diagonal(&Vector3::new(0.5, 0.7, 0.2));
-        let shape = Shape::Cylinder(Cylinder { radius: 0.1, length: 1.0, edge_radius: 0.0 });
+        let shape = Shape::Sphere(Sphere { radius: 0.1 });
         let body = Body::new(shape, motion, Freedom::SPATIAL, (2.0, inertia));
         let state = BodyState {
             time: 0.0,

@@ -58,6 +58,14 @@ pub enum CallError {
         /// What can be set then.
         remedy: &'static str,
     },
+    /// A variable of a fragment that the scene does not have.
+    #[error("{name}: there is no such fragment; [[fragment]] tables in the scene: {there}")]
+    NoBody {
+        /// The variable.
+        name: String,
+        /// Fragments that there are.
+        there: usize,
+    },
     /// A value outside its domain.
     #[error("{name} = {found}: expected {expected}")]
     Value {
@@ -128,6 +136,7 @@ impl CallError {
             | Self::NotText { .. }
             | Self::UnknownReference { .. }
             | Self::NotSettable { .. }
+            | Self::NoBody { .. }
             | Self::Value { .. }
             | Self::NoScene { .. }
             | Self::Scene { .. }

@@ -186,11 +186,7 @@ impl Model {
     /// The scene must have the body that a scalar belongs to.
     pub(super) fn expect_body(&self, scalar: &Scalar) -> Result<(), CallError> {
         let there = self.scene.fragment.len();
-        if scalar.body <= there {
-            return Ok(());
-        }
-        let expected = format!("a fragment of the scene; it has {there} [[fragment]] tables");
-        Err(CallError::value(scalar.name(), "of a body that is not there", expected))
+        if scalar.body <= there { Ok(()) } else { Err(CallError::NoBody { name: scalar.name(), there }) }
     }
 
     /// One communication step to `end`, s since the start; whether it succeeded.

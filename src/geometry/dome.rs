@@ -1,5 +1,5 @@
 use super::{Gap, SignedDistance};
-use crate::algebra::{Tensor3, Vector3};
+use crate::algebra::{Tensor3, Vector3, hypotenuse};
 
 /// A plate that fills all space above z = 0, with a spherical cap below it: the bulge on the back face of an armour.
 ///
@@ -54,7 +54,7 @@ impl Dome {
     /// 1 in size.
     #[must_use]
     pub fn growth(&self, point: &Vector3) -> [f64; 2] {
-        let rho = point.x.hypot(point.y);
+        let rho = hypotenuse(point.x, point.y);
         let nearest = self.nearest(rho, point.z);
         let (h, a) = (self.height, self.radius);
         match nearest.part {
@@ -63,7 +63,7 @@ impl Dome {
             Part::Cap => {
                 // With (u, w) = 2h (x − centre), s = |(u, w)| and 1 + n_z = u²/s(s − w):
                 let (u, w) = self.way_from_centre(rho, point.z);
-                let s = u.hypot(w);
+                let s = hypotenuse(u, w);
                 let lift = if rho > 0.0 { 2.0 * rho * rho / (s * (s - w)) } else { 0.0 };
                 [lift * (a * a + h * h) - 1.0, -2.0 * h * a * lift]
             }
@@ -80,7 +80,7 @@ impl Dome {
     fn sphere(&self, rho: f64, z: f64) -> Nearest {
         let (h, a) = (self.height, self.radius);
         let (u, w) = self.way_from_centre(rho, z);
-        let s = u.hypot(w);
+        let s = hypotenuse(u, w);
         let distance = 2.0 * (h * (rho * rho + z * z - a * a) - z * (a * a - h * h)) / (s + a * a + h * h);
         let normal = if s > 0.0 { [u / s, w / s] } else { [0.0, -1.0] };
         Nearest { part: Part::Cap, distance, normal }
@@ -89,14 +89,15 @@ impl Dome {
     fn nearest(&self, rho: f64, z: f64) -> Nearest {
         let (plate, cap) = (Nearest { part: Part::Plate, distance: -z, normal: [0.0, -1.0] }, self.sphere(rho, z));
         if plate.distance >= 0.0 && cap.distance >= 0.0 {
-            return if cap.distance < plate.distance { cap } else { plate };
+            return if rho <= self.radius || cap.distance < plate.distance { cap } else { plate };
         }
         // Inside, the nearest of the plate beyond the base, the cap below it, and the rim between them.
         let (across, up) = (self.radius - rho, -z);
-        let depth = across.hypot(up);
+        let depth = hypotenuse(across, up);
         let normal = if depth > 0.0 { [across / depth, up / depth] } else { [0.0, -1.0] };
         let rim = Nearest { part: Part::Rim, distance: -depth, normal };
-        let below = z - cap.distance * cap.normal[1] <= 0.0;
+        let (h, a) = (self.height, self.radius);
+        let below = rho * (a * a - h * h) <= a * (a * a - h * h - 2.0 * h * z);
         let plate = (rho >= self.radius && z > 0.0).then_some(plate);
         let parts = [plate, (below && cap.distance < 0.0).then_some(cap)];
         parts.into_iter().flatten().fold(rim, |best, part| if part.distance > best.distance { part } else { best })
@@ -105,7 +106,7 @@ impl Dome {
 
 impl SignedDistance for Dome {
     fn gap(&self, point: &Vector3) -> Gap {
-        let rho = point.x.hypot(point.y);
+        let rho = hypotenuse(point.x, point.y);
         let Nearest { distance, normal: [across, up], .. } = self.nearest(rho, point.z);
         let outward = if rho > 0.0 { across / rho } else { 0.0 };
         Gap { distance, normal: Vector3::new(outward * point.x, outward * point.y, up) }
@@ -114,13 +115,21 @@ impl SignedDistance for Dome {
     /// Of the cap.
     fn reach(&self, direction: &Vector3) -> f64 {
         let (h, a) = (self.height, self.radius);
-        let across = direction.x.hypot(direction.y);
+        let across = hypotenuse(direction.x, direction.y);
         // Of the sphere where its normal is as steep as at the rim, along (2ha, h² − a²), or steeper; else of the rim.
         if h > 0.0 && across * (a * a - h * h) <= -direction.z * 2.0 * h * a {
             let down = 1.0 - direction.z;
             return 0.5 * ((a * across) * (a * across) / (h * down) + h * down);
         }
         a * across
+    }
+
+    fn volume(&self) -> Option<f64> {
+        None
+    }
+
+    fn area_of_section(&self) -> Option<f64> {
+        None
     }
 
     fn specific_inertia(&self) -> Option<Tensor3> {

@@ -35,6 +35,14 @@ impl SignedDistance for HalfSpace {
         0.0
     }
 
+    fn volume(&self) -> Option<f64> {
+        None
+    }
+
+    fn area_of_section(&self) -> Option<f64> {
+        None
+    }
+
     fn specific_inertia(&self) -> Option<Tensor3> {
         None
     }

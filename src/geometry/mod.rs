@@ -1,6 +1,5 @@
 //! Signed distance of rigid bodies, in the frame of the body.
 
-mod cylinder;
 mod dome;
 mod half_space;
 mod outline;
@@ -9,7 +8,6 @@ mod profile;
 mod sphere;
 
 use crate::algebra::{Tensor3, Vector3};
-pub use cylinder::Cylinder;
 pub use dome::Dome;
 pub use half_space::HalfSpace;
 pub use outline::Outline;
@@ -33,6 +31,10 @@ pub trait SignedDistance {
     /// Greatest z of the body along the unit vector `direction` of its frame, m (its support function); for an
     /// unbounded body, of its boundary through the origin.
     fn reach(&self, direction: &Vector3) -> f64;
+    /// Volume, m³; `None` for an unbounded body.
+    fn volume(&self) -> Option<f64>;
+    /// Area of the section y = 0, m²: per metre of thickness the volume of a planar body.
+    fn area_of_section(&self) -> Option<f64>;
     /// Inertia tensor about the origin of a homogeneous body per kilogram, m²; `None` for an unbounded body.
     fn specific_inertia(&self) -> Option<Tensor3>;
     /// Inertia about y of the homogeneous prism with the body's section y = 0, per kilogram, m²: what a planar body is.
@@ -46,8 +48,6 @@ pub trait SignedDistance {
 pub enum Shape {
     /// A sphere.
     Sphere(Sphere),
-    /// A right circular cylinder.
-    Cylinder(Cylinder),
     /// A convex body with a profile about an axis.
     Profile(Arc<Profile>),
     /// A half-space.
@@ -62,14 +62,13 @@ impl Shape {
     pub fn poles(&self) -> Option<[Vector3; 2]> {
         match self {
             Self::Profile(profile) => Some(profile.poles()),
-            Self::Sphere(_) | Self::Cylinder(_) | Self::HalfSpace(_) | Self::Dome(_) => None,
+            Self::Sphere(_) | Self::HalfSpace(_) | Self::Dome(_) => None,
         }
     }
 
     fn body(&self) -> &dyn SignedDistance {
         match self {
             Self::Sphere(sphere) => sphere,
-            Self::Cylinder(cylinder) => cylinder,
             Self::Profile(profile) => &**profile,
             Self::HalfSpace(half_space) => half_space,
             Self::Dome(dome) => dome,
@@ -83,6 +82,12 @@ impl SignedDistance for Shape {
     }
     fn reach(&self, direction: &Vector3) -> f64 {
         self.body().reach(direction)
+    }
+    fn volume(&self) -> Option<f64> {
+        self.body().volume()
+    }
+    fn area_of_section(&self) -> Option<f64> {
+        self.body().area_of_section()
     }
     fn specific_inertia(&self) -> Option<Tensor3> {
         self.body().specific_inertia()
@@ -107,6 +112,11 @@ mod tests {
         Shape::Profile(Arc::new(Profile::new(&outline.rounded(0.1).unwrap(), Sweep::Revolution)))
     }
 
+    fn cylinder(edge_radius: f64) -> Shape {
+        let outline = Outline::at_tip().line(0.7, 0.0).line(0.7, 2.2).line(0.0, 2.2);
+        Shape::Profile(Arc::new(Profile::new(&outline.rounded(edge_radius).unwrap(), Sweep::Revolution)))
+    }
+
     /// A cut cone on its base, all rims sharp.
     fn stub() -> Shape {
         let outline = Outline::at_tip().line(0.3, 0.0).line(0.9, 1.1).line(0.0, 1.1);
@@ -117,8 +127,8 @@ mod tests {
     fn shapes() -> [Shape; 7] {
         [
             Shape::Sphere(Sphere { radius: 1.3 }),
-            Shape::Cylinder(Cylinder { radius: 0.7, length: 2.2, edge_radius: 0.0 }),
-            Shape::Cylinder(Cylinder { radius: 0.7, length: 2.2, edge_radius: 0.2 }),
+            cylinder(0.0),
+            cylinder(0.2),
             bullet(),
             stub(),
             Shape::HalfSpace(HalfSpace::new(Vector3::new(0.3, -0.4, 1.2))),
@@ -169,8 +179,8 @@ mod tests {
                 assert!(inside.fold(f64::MIN, f64::max) <= reach + 1e-12);
             }
         }
-        let cylinder = Cylinder { radius: 0.7, length: 2.2, edge_radius: 0.2 };
-        assert!((cylinder.reach(&Vector3::z()) - 1.1).abs() < 1e-15);
-        assert!((cylinder.reach(&Vector3::x()) - 0.7).abs() < 1e-15);
+        let cylinder = cylinder(0.2);
+        assert!((cylinder.reach(&Vector3::z()) - 1.1).abs() < 1e-14);
+        assert!((cylinder.reach(&Vector3::x()) - 0.7).abs() < 1e-14);
     }
 }

@@ -1,5 +1,6 @@
 use super::{Gap, SignedDistance};
 use crate::algebra::{Tensor3, Vector3};
+use std::f64::consts::PI;
 
 /// A sphere about the origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,6 +17,16 @@ impl SignedDistance for Sphere {
 
     fn reach(&self, _direction: &Vector3) -> f64 {
         self.radius
+    }
+
+    /// 4/3 π R³.
+    fn volume(&self) -> Option<f64> {
+        Some(4.0 / 3.0 * PI * self.radius.powi(3))
+    }
+
+    /// π R².
+    fn area_of_section(&self) -> Option<f64> {
+        Some(PI * self.radius * self.radius)
     }
 
     /// I = 2/5 R².

@@ -36,7 +36,6 @@ fn solid(shape: &Shape, place: &Place, scenery: &Bounds) -> Solid {
     let solid = match (shape, &place.bulge) {
         (_, Some(bulge)) => drawn(&cap(&bulge.dome(), scenery)),
         (Shape::Sphere(sphere), _) => drawn(&arc(sphere.radius)),
-        (Shape::Cylinder(cylinder), _) => drawn(&rod(cylinder.radius, cylinder.length)),
         (Shape::Profile(profile), _) => drawn(&profile.polyline(TAU / SEGMENTS as f64)),
         (Shape::HalfSpace(half_space), _) => plate(turn * half_space.normal(), to, scenery),
         (Shape::Dome(dome), None) => drawn(&cap(dome, scenery)),

@@ -29,13 +29,15 @@ fn body_lines(scene: &Scene, name: &str) -> Vec<String> {
     lines.into_iter().flatten().map(|line| format!("{name}: {line}")).collect()
 }
 
-/// Where the centre of mass of a projectile with a tip is, and how heavy its material would be.
+/// Volume, mass and density of a bounded body, and where the centre of mass of one with a tip is.
 fn balance(scene: &Scene) -> Option<String> {
-    let Shape::Profile(profile) = scene.projectile_shape() else { return None };
-    let behind = format!("centre of mass {:.6} m behind the tip", -profile.poles()[0].z);
-    let mass = scene.projectile.mass.filter(|_| scene.scene.dimension != Dimension::Planar);
-    let density = mass.map(|mass| format!(", {:.0} kg/m3 if homogeneous", mass / profile.volume()));
-    Some(behind + &density.unwrap_or_default())
+    let volume = scene.projectile_volume()?;
+    let mass = scene.projectile.mass.map(|mass| format!(", mass {mass:.4e} kg, {:.0} kg/m3", mass / volume));
+    let tip = match scene.projectile_shape() {
+        Shape::Profile(profile) => format!(", centre of mass {:.6} m behind the tip", -profile.poles()[0].z),
+        Shape::Sphere(_) | Shape::HalfSpace(_) | Shape::Dome(_) => String::new(),
+    };
+    Some(format!("volume {volume:.4e} m3{}{tip}", mass.unwrap_or_default()))
 }
 
 fn space(dimension: Dimension) -> &'static str {
@@ -165,7 +167,8 @@ mod tests {
         let cone = "projectile.shape={bullet={radius=0.01, length=0.04, nose={cone={length=0.04}}}}".parse().unwrap();
         let changes = [cone, "projectile.position=[0, 0, 0.03]".parse().unwrap()];
         let text = crate::scene::resolve(builtin("sphere-block").unwrap(), &changes).unwrap();
-        let expected = "projectile: centre of mass 0.030000 m behind the tip, 7878 kg/m3 if homogeneous";
+        let expected =
+            "projectile: volume 4.1888e-6 m3, mass 3.3000e-2 kg, 7878 kg/m3, centre of mass 0.030000 m behind the tip";
         assert!(modelled(&read(&text).unwrap()).iter().any(|line| line == expected));
     }
 }

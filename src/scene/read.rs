@@ -27,7 +27,7 @@ pub fn read(text: &str) -> Result<Scene, SceneError> {
     let scene: Scene = toml::from_str(text).map_err(|error| explain::content(text, &places, &error))?;
     let checked = same_lengths(table.get_ref(), &scene).and_then(|()| validate(&scene));
     match checked {
-        Ok(()) => Ok(scene),
+        Ok(()) => Ok(scene.with_masses()),
         Err(error) => Err(SceneError { line: places.line_of(&error.key), ..error }),
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{BodyShape, Bullet, Dimension, Nose, Scene};
 use crate::algebra::Vector3;
-use crate::geometry::{Cylinder, Dome, HalfSpace, Outline, Profile, Shape, Sphere, Sweep};
+use crate::geometry::{Dome, HalfSpace, Outline, Profile, Shape, Sphere, Sweep};
 use std::sync::Arc;
 
 impl Scene {
@@ -20,7 +20,7 @@ impl Scene {
         match &self.projectile.shape {
             &BodyShape::Sphere { radius } => Shape::Sphere(Sphere { radius }),
             &BodyShape::Cylinder { radius, length, edge_radius } => {
-                Shape::Cylinder(Cylinder { radius, length, edge_radius })
+                profile(&cylinder(radius, length).rounded(edge_radius).expect("the rims have room"))
             }
             &BodyShape::Capsule { radius, length } => profile(&capsule(radius, length)),
             BodyShape::Bullet(bullet) => profile(&bullet.rounded().expect("the roundings of the rims have room")),
@@ -28,6 +28,10 @@ impl Scene {
             &BodyShape::Dome { height, radius } => Shape::Dome(Dome::new(height, radius)),
         }
     }
+}
+
+fn cylinder(radius: f64, length: f64) -> Outline {
+    Outline::at_tip().line(radius, 0.0).line(radius, length).line(0.0, length)
 }
 
 fn capsule(radius: f64, length: f64) -> Outline {

@@ -170,9 +170,12 @@ pub struct Supports {
 pub struct Projectile {
     /// Shape, in the frame of the body.
     pub shape: BodyShape,
-    /// Mass, kg; in `planar` for the gel's thickness. Not needed when `fixed`.
+    /// Mass, kg; in `planar` for the gel's thickness. From `density` if absent; not needed when `fixed`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
+    /// Mass density, kg/m3, of which the mass is computed where none is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
     /// Inertia about the centre of mass in the frame of the body, kg m2: xx, yy, zz, xy, xz, yz.
     /// Computed for a homogeneous body of the given mass if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -215,7 +218,7 @@ pub enum BodyShape {
         /// Radius, m.
         radius: f64,
     },
-    /// A right circular cylinder about the z axis of the body.
+    /// A right circular cylinder about the z axis of the body: a rod, a plate, a fragment simulator.
     Cylinder {
         /// Radius, m.
         radius: f64,

@@ -5,7 +5,7 @@ use super::noise::Noise;
 use super::row::{Row, below};
 use ballistic_gel::algebra::{Tensor3, Vector3};
 use ballistic_gel::contact::{Body, BodyState, Freedom, Motion, Wrench, impulse};
-use ballistic_gel::geometry::{Cylinder, Shape};
+use ballistic_gel::geometry::{Shape, Sphere};
 use nalgebra::{UnitQuaternion, Vector4};
 use std::sync::OnceLock;
 
@@ -25,7 +25,8 @@ fn rod(noise: &mut Noise) -> (Body, BodyState, f64) {
     let (mass, length, radius) = (noise.between(0.1, 10.0), noise.between(0.5, 2.0), 0.02);
     let across = mass * length * length / 12.0;
     let inertia = Tensor3::from_diagonal(&Vector3::new(across, across, 0.5 * mass * radius * radius));
-    let shape = Shape::Cylinder(Cylinder { radius, length, edge_radius: 0.0 });
+    // The hits are given; nothing asks where its surface is.
+    let shape = Shape::Sphere(Sphere { radius });
     let body = Body::new(shape, Motion::Free, Freedom::SPATIAL, (mass, inertia));
     let mut state = BodyState {
         time: 0.0,

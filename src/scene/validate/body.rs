@@ -41,6 +41,7 @@ fn held(body: &Projectile) -> Check {
     let absent =
         |given: Option<String>, key| given.map_or(Ok(()), |found| Err(SceneError::value(key, found, EXPECTED)));
     absent(body.mass.map(|mass| format!("{mass:?}")), "projectile.mass")?;
+    absent(body.density.map(|density| format!("{density:?}")), "projectile.density")?;
     absent(body.inertia.map(|inertia| format!("{inertia:?}")), "projectile.inertia")?;
     let still = |v: [f64; 3], key| require(v == [0.0; 3], key, || format!("{v:?}"), "zero: the projectile is fixed");
     still(body.velocity, "projectile.velocity")?;
@@ -49,10 +50,12 @@ fn held(body: &Projectile) -> Check {
 
 fn moving(body: &Projectile) -> Check {
     const EXPECTED: &str = "a positive mass, kg, or fixed = true";
-    let Some(mass) = body.mass else {
-        return Err(SceneError::value("projectile.mass", "nothing", EXPECTED));
-    };
-    positive("projectile.mass", mass, EXPECTED)?;
+    let unbounded = matches!(body.shape, BodyShape::HalfSpace { .. } | BodyShape::Dome { .. });
+    match (body.mass, body.density) {
+        (Some(mass), _) => positive("projectile.mass", mass, EXPECTED)?,
+        (None, Some(density)) if !unbounded => positive("projectile.density", density, "a positive density, kg/m3")?,
+        (None, _) => return Err(SceneError::value("projectile.mass", "nothing", EXPECTED)),
+    }
     match (body.inertia, body.shape) {
         (Some(inertia), _) => physical(&inertia),
         (None, BodyShape::HalfSpace { .. } | BodyShape::Dome { .. }) => {
@@ -94,7 +97,7 @@ fn outside(scene: &Scene) -> Check {
     let down = rotation(body).inverse_transform_vector(&-Vector3::z());
     let depth = scene.projectile_shape().reach(&down) - body.position[2];
     let inside = depth > TOUCHING * scene.mesh.size && body.position[2] > bottom;
-    let found = || format!("{:?}, the foremost point {depth:?} m deep in the gel", body.position);
+    let found = || format!("{:?}, the foremost point {depth:.3e} m deep in the gel", body.position);
     require(!inside, "projectile.position", found, "a start outside the gel or just touching it; its surface is z = 0")
 }
 
