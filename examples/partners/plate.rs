@@ -10,8 +10,8 @@
 //! R is the resistance of the plate, elastic up to its yield force Y, and pₚ the part of p that stays; B is that of the
 //! membrane behind it, with hₚ; Q = (bulge impulse of the gel)/H is conjugate to h. The base radius follows the height,
 //! r = r₀ + c (h − h₀), so Q takes the impulses on both. Once pₚ is the thickness, the plate is perforated and R is 0 for
-//! good: the elastic rest is booked as plastic. The bulge never goes back behind the plate, h ≥ 0. Friction, tilt and offset are not modelled, and every number is
-//! illustrative: a plate that a 33 g ball at 20 m/s perforates.
+//! good: the elastic rest is booked as plastic. The bulge never goes back behind the plate, h ≥ 0. Friction, tilt and offset
+//! are not modelled, and every number is illustrative: a plate that a 33 g ball at 20 m/s perforates.
 //!
 //! Inside a step the projectile moves on as M s̈ = −R says, from the state that is given. That is all the plate knows of
 //! it, and the mean of R over the step is the force that it gives back. What it gives belongs to the step that it has just
