@@ -1,5 +1,5 @@
 use super::run::{Run, run, scene};
-use ballistic_gel::simulation::Observation;
+use ballistic_gel::simulation::Simulation;
 
 /// Energy of `l-beam` over the run and through the impact, by schedule and contact law.
 pub fn study() {
@@ -21,7 +21,10 @@ fn row(schedule: &str, law: &str, cfl: f64) {
         ("contact.law", law.to_owned()),
     ];
     let mut greatest: f64 = 0.0;
-    let mut watch = |seen: &Observation| greatest = greatest.max(seen.energy.integration.abs() / seen.energy.initial);
+    let mut watch = |now: &Simulation| {
+        let energy = now.observe().energy;
+        greatest = greatest.max(energy.integration.abs() / energy.initial);
+    };
     let Run { last, failure, .. } = run(&scene("l-beam", &keys), 300, &mut watch);
     assert!(failure.is_none(), "{failure:?}");
     let energy = &last.energy;

@@ -2,14 +2,21 @@
 
 mod ball_bounce;
 mod coupling;
+mod extremes;
 mod fast_ball;
+mod impacts;
 mod l_beam;
+mod leaks;
+mod rest;
 mod run;
+mod shot;
 mod sphere_block;
+mod touch;
+mod whole;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 5] = [
+const STUDIES: [Study; 8] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -19,6 +26,9 @@ const STUDIES: [Study; 5] = [
     ("fast-ball", "sphere-block at 20 m/s, where elements are nearly turned inside out", fast_ball::study),
     ("coupling", "errors against the communication step, by how the importer moves the projectile", coupling::study),
     ("l-beam", "energy over the run, drop through impact, both schedules and both contact laws", l_beam::study),
+    ("impacts", "conservation in offset, oblique and spinning impacts, and the first touch", impacts::study),
+    ("leaks", "deepest penetration of nodes and faces, by shape and mesh size", leaks::study),
+    ("extremes", "masses, speeds, a second of rest, and a body inside the gel", extremes::study),
 ];
 
 fn main() -> std::process::ExitCode {

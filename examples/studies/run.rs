@@ -22,7 +22,7 @@ pub fn scene(name: &str, replaced: &[(&str, String)]) -> Scene {
 }
 
 /// Runs a scene to its end on all cores, looking at it `looks` times.
-pub fn run(scene: &Scene, looks: u32, mut look: impl FnMut(&Observation)) -> Run {
+pub fn run(scene: &Scene, looks: u32, mut look: impl FnMut(&Simulation)) -> Run {
     let begun = Instant::now();
     let mut simulation = Simulation::new(scene, CouplingMode::Integrated, 0).expect("a scene that can be built");
     let mut failure = None;
@@ -32,7 +32,7 @@ pub fn run(scene: &Scene, looks: u32, mut look: impl FnMut(&Observation)) -> Run
             failure = Some(error.to_string());
             break;
         }
-        look(&simulation.observe());
+        look(&simulation);
     }
     Run { last: simulation.observe(), failure, seconds: begun.elapsed().as_secs_f64() }
 }

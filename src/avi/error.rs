@@ -47,8 +47,9 @@ pub enum StepError {
     /// The projectile slips between surface nodes.
     #[error(
         "the projectile leaks through the surface of element {element} at {time:.6e} s: its facet at \
-         ({:.4}, {:.4}, {:.4}) m is {depth:.3e} m inside, more than a quarter of the element size. The facet has been \
-         stretched over the projectile: use a smaller mesh.size near the impact, a lower speed, or a blunter projectile",
+         ({:.4}, {:.4}, {:.4}) m is {depth:.3e} m inside, more than half of the element size or of the \
+         projectile's inner radius. The facet has been stretched over the projectile: use a smaller mesh.size near the \
+         impact, a lower speed, or a blunter projectile",
         at[0], at[1], at[2]
     )]
     Leak {

@@ -94,7 +94,7 @@ impl<const D: usize> Touch<D> {
 /// sharper than the mesh, or one over which the surface is stretched, must not slip between nodes. Shallower, nodes carry
 /// the contact alone, because holding the middles of all facets at the surface would lift their nodes off a curved body:
 /// at 0.1 the depth of `sphere-block` falls from 14.16 to 13.92 mm (14.5 when converged), from 0.2 on it does not change.
-const FACE_DEPTH: f64 = 0.2;
+pub(super) const FACE_DEPTH: f64 = 0.2;
 /// A leak is a facet whose middle, or the point where the body's axis pierces it, is deeper in the body than this all the
 /// same, in the same measure (A11).
 const LEAK: f64 = 0.5;
@@ -184,16 +184,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     fn touching_facet(&self, facet: ElementId, size: f64, body: usize) -> Option<Touch<D>> {
         let corners = &self.gel.surface.facets[facet.index()][..D];
+        // It is only stopped: what it is deep is not removed. Removal at a tip that is a point pumps energy, up to 26 % of
+        // that of the impact (a sharp ogive of 10 mm on cells of 6.7 mm).
+        let stopped = |gap: Gap| Gap { distance: 0.0, ..gap };
         let (fixed, at) = self.placed(body);
         if let Some(Piercing { point, weights, gap, .. }) = self.pricking(facet, size, (fixed, at)) {
-            return self.touch((corners, weights), (size, point), &gap, body);
+            return self.touch((corners, weights), (size, point), &stopped(gap), body);
         }
         let middle = self.middle(facet, at.time);
         let gap = fixed.gap(at, &middle);
         let deep = -gap.distance > FACE_DEPTH * size.min(fixed.shape.inner_radius());
-        // It is only stopped: what it is deep is not removed.
-        let gap = Gap { distance: 0.0, ..gap };
-        if deep { self.touch((corners, [1.0 / D as f64; 3]), (size, middle), &gap, body) } else { None }
+        if deep { self.touch((corners, [1.0 / D as f64; 3]), (size, middle), &stopped(gap), body) } else { None }
     }
 
     /// A point inside a body that these nodes carry; `None` if neither they nor the body can move.

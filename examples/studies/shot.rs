@@ -1,0 +1,119 @@
+//! Bodies of many shapes shot at the gel of `sphere-block`.
+
+use super::run::scene;
+use ballistic_gel::algebra::Vector3;
+use ballistic_gel::geometry::SignedDistance as _;
+use ballistic_gel::scene::Scene;
+use ballistic_gel::simulation::Frame;
+use nalgebra::{Quaternion, UnitQuaternion};
+
+/// Cosine and sine of an eighth of a turn, half of the angle by which a tilted body is turned.
+const EIGHTH: [f64; 2] = [0.923_879_532_511_286_7, 0.382_683_432_365_089_8];
+/// Gap to the gel at the start, m.
+const GAP: f64 = 1e-5;
+
+/// Radius of every body, m.
+pub const RADIUS: f64 = 0.01;
+
+/// The space of a shot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Space {
+    Spatial,
+    Planar,
+    Axisymmetric,
+}
+
+impl Space {
+    /// How its rows begin.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Spatial => "",
+            Self::Planar => "planar ",
+            Self::Axisymmetric => "axisymmetric ",
+        }
+    }
+
+    /// Points of entry, in cells: the middle of a facet, a node, the middle of the longest side, and somewhere.
+    pub fn entries(self) -> &'static [[f64; 2]] {
+        match self {
+            Self::Spatial => &[[0.5, 1.0 / 6.0], [0.0, 0.0], [0.5, 0.0], [0.2, -0.4]],
+            Self::Planar => &[[0.5, 0.0], [0.0, 0.0], [0.2, 0.0]],
+            Self::Axisymmetric => &[[0.0, 0.0]],
+        }
+    }
+
+    /// The block, and a body of steel, or a bar of it a metre long.
+    fn keys(self) -> Vec<(&'static str, String)> {
+        let keys: &[(&str, &str)] = match self {
+            Self::Spatial => &[],
+            Self::Planar => {
+                &[("scene.dimension", "planar"), ("gel.shape.block.size", "[0.1, 0.05]"), ("projectile.mass", "2.5")]
+            }
+            Self::Axisymmetric => {
+                &[("scene.dimension", "axisymmetric"), ("gel.shape", "{cylinder={radius=0.05, height=0.05}}")]
+            }
+        };
+        keys.iter().map(|(key, value)| (*key, (*value).to_owned())).collect()
+    }
+}
+
+/// A body as a scene writes it, and whether it is tilted by 45°.
+fn body(name: &str) -> (String, bool) {
+    let r = RADIUS;
+    let bullet = |nose: String| format!("{{bullet={{radius={r:e}, length={:e}, nose={nose}}}}}", 6.0 * r);
+    let cylinder = |edge: f64| format!("{{cylinder={{radius={r:e}, length={:e}, edge_radius={edge:e}}}}}", 2.0 * r);
+    let long = 3.0 * r;
+    match name {
+        "sphere" => (format!("{{sphere={{radius={r:e}}}}}"), false),
+        "capsule, tilted" => (format!("{{capsule={{radius={r:e}, length={:e}}}}}", 4.0 * r), true),
+        "cylinder" => (cylinder(0.0), false),
+        "cylinder on its rim, sharp" => (cylinder(0.0), true),
+        "cylinder on its rim, rounded" => (cylinder(0.2 * r), true),
+        "ogive, sharp" => (bullet(format!("{{ogive={{length={long:e}}}}}")), false),
+        "ogive, meplat" => (bullet(format!("{{ogive={{length={long:e}, meplat_radius={:e}}}}}", 0.1 * r)), false),
+        "cone" => (bullet(format!("{{cone={{length={long:e}}}}}")), false),
+        _ => panic!("{name} is no body of the studies"),
+    }
+}
+
+/// `sphere-block` with this body just above the gel at (x, y), and with some keys replaced.
+pub fn shot((space, name): (Space, &str), at: [f64; 2], replaced: &[(&str, String)]) -> Scene {
+    let (shape, tilted) = body(name);
+    let [cos, sin] = if tilted { EIGHTH } else { [1.0, 0.0] };
+    let orientation = [cos, 0.0, sin, 0.0];
+    let mut keys = space.keys();
+    keys.extend([
+        ("projectile.shape", shape),
+        ("projectile.orientation", format!("{orientation:?}")),
+        ("projectile.position", format!("[{:e}, {:e}, 1.0]", at[0], at[1])),
+    ]);
+    keys.extend(replaced.iter().cloned());
+    let mut scene = scene("sphere-block", &keys);
+    let down = turn(scene.projectile.orientation).inverse_transform_vector(&-Vector3::z());
+    scene.projectile.position[2] = scene.projectile_shape().reach(&down) + GAP;
+    scene
+}
+
+fn turn([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
+    UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
+}
+
+/// Depth inside the projectile of the deepest of many points all over the surface of the gel, corners and faces, m.
+pub fn deepest(frame: &Frame, scene: &Scene) -> f64 {
+    const N: u32 = 6;
+    let (shape, turn) = (scene.projectile_shape(), turn(frame.bodies[0].kinematics.orientation));
+    let gap =
+        |p: &Vector3| shape.gap(&turn.inverse_transform_vector(&(p - frame.bodies[0].kinematics.position))).distance;
+    let mut deepest: f64 = 0.0;
+    for facet in &frame.cells.facets {
+        let corner = |i: usize| frame.points[facet[i.min(frame.dimension - 1)] as usize];
+        let [a, b, c] = [0, 1, 2].map(corner);
+        if gap(&a) > (b - a).norm().max((c - a).norm()) {
+            continue;
+        }
+        for (i, j) in (0..=N).flat_map(|i| (0..=N - i).map(move |j| (f64::from(i), f64::from(j)))) {
+            deepest = deepest.max(-gap(&(a + ((b - a) * i + (c - a) * j) / f64::from(N))));
+        }
+    }
+    deepest
+}
