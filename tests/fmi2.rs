@@ -14,5 +14,10 @@ mod host;
 mod order;
 #[path = "fmi2/refusal.rs"]
 mod refusal;
+#[allow(dead_code, reason = "they are shared with the tests of their geometry")]
+#[path = "solid/bodies.rs"]
+mod solids;
 #[path = "fmi2/state.rs"]
 mod state;
+#[path = "fmi2/stl.rs"]
+mod stl;

@@ -1,4 +1,4 @@
-//! Facets that an end of a body pierces (numerics 2.6): what is sharper than the mesh meets no node.
+//! Facets that an end or tip of a body pierces (numerics 2.6): what is sharper than the mesh meets no node.
 
 use super::engine::Engine;
 use super::impact::{FACE_DEPTH, SLOP};
@@ -13,7 +13,7 @@ use crate::mesh::ElementId;
 /// leaked. From 0.01 to 0.2 it does not, with the same depth of the body to 0.1 %; at 0.5 facets carry that are far off.
 const BEYOND: f64 = 0.05;
 
-/// A facet through which the body's axis leaves the gel.
+/// A facet through which the line from an end of the body to its centre of mass leaves the gel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Piercing {
     /// Where, m.
@@ -27,11 +27,14 @@ pub(super) struct Piercing {
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Where the line from an end of the body on its axis to its centre of mass leaves the gel through this facet.
+    /// Where the line from an end or tip of the body to its centre of mass leaves the gel through this facet; that of the
+    /// deepest if of several.
     pub(super) fn piercing(&self, facet: ElementId, (fixed, body): (&Body, &BodyState)) -> Option<Piercing> {
         let corners = self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, body.time)));
-        let poles = fixed.shape.poles()?.map(|pole| body.position + body.orientation.transform_vector(&pole));
-        poles.iter().find_map(|pole| pierce::<D>(&corners, pole, &body.position))
+        let poles = fixed.shape.poles().iter();
+        let poles = poles.map(|pole| body.position + body.orientation.transform_vector(pole));
+        let piercings = poles.filter_map(|pole| pierce::<D>(&corners, &pole, &body.position));
+        piercings.min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance))
     }
 
     /// The same where that end is behind the facet by more than its bluntness allows.

@@ -4,7 +4,7 @@ use super::call::CallError;
 use super::inputs::InputValues;
 use super::lifecycle::{Call, Phase};
 use super::logger::Log;
-use super::parameters::{Packed, Settings};
+use super::parameters::{Packed, Settings, files_in};
 use super::recording::Recording;
 use super::scalar::{Scalar, table_of};
 use super::status::Status;
@@ -12,6 +12,7 @@ use crate::scene::{self, Scene};
 use crate::simulation::{BodyReport, CouplingMode, Inputs, Observation, RestoreError, Saved, Simulation};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// Values by value reference.
 pub(super) type Values = BTreeMap<u32, f64>;
@@ -147,7 +148,8 @@ impl Instance {
     pub(super) fn model(&mut self) -> Result<&mut Model, CallError> {
         if self.model.is_none() {
             let (origin, text) = self.resolved_scene()?;
-            let mut model = Model::build(origin, text, self.settings.mode, self.settings.threads)?;
+            let folder = self.folder_of(&origin);
+            let mut model = Model::build((origin, text), &folder, self.settings.mode, self.settings.threads)?;
             let cost = model.look().0.cost;
             self.log.event(format!("built scene {}: {} elements, {} nodes", model.origin, cost.elements, cost.nodes));
             self.model = Some(model);
@@ -157,9 +159,14 @@ impl Instance {
 }
 
 impl Model {
-    /// Builds the scene.
-    pub(super) fn build(origin: String, text: String, mode: CouplingMode, threads: usize) -> Result<Self, CallError> {
-        let scene = match scene::read(&text) {
+    /// Builds the scene of an origin and a text, with the files in its folder.
+    pub(super) fn build(
+        (origin, text): (String, String),
+        folder: &Path,
+        mode: CouplingMode,
+        threads: usize,
+    ) -> Result<Self, CallError> {
+        let scene = match scene::read_with_files(&text, &files_in(folder)) {
             Ok(scene) => scene,
             Err(error) => return Err(CallError::Scene { origin, error }),
         };

@@ -25,7 +25,7 @@ mod variables;
 pub use abi::{Callbacks, LoggerCallback};
 pub use call::CallError;
 pub use logger::CATEGORIES;
-pub use parameters::most_threads;
+pub use parameters::{files_in, most_threads};
 pub use recording::folder_name;
 pub use scalar::{Scalar, scalars, table_of};
 pub use status::Status;

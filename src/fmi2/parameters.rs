@@ -8,11 +8,17 @@ use super::uri;
 use crate::scene::{self, MOST_FRAGMENTS, Override, body_name};
 use crate::simulation::CouplingMode;
 use std::fs;
-use std::path::Path;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// The origin of the scene in the archive.
+const PACKED: &str = "resources/scene.toml";
 
 /// The scene in `resources/` of the archive.
 #[derive(Debug, Clone)]
 pub(super) struct Packed {
+    /// The folder that it is in, and where the files that it names are; empty if there is none.
+    folder: PathBuf,
     /// Its text, or why there is none.
     text: Result<String, String>,
     /// The starts in `modelDescription.xml` were written from this; empty without a readable scene.
@@ -22,17 +28,16 @@ pub(super) struct Packed {
 impl Packed {
     /// Reads `scene.toml` in the resource location, a URI.
     pub(super) fn at(location: Option<&str>) -> Self {
-        let text = match location {
-            None => Err("no resource location was given to fmi2Instantiate".to_string()),
-            Some(location) => uri::to_path(location).and_then(|folder| read_text(&folder.join("scene.toml"))),
-        };
-        Self::of(text)
+        let none = || "no resource location was given to fmi2Instantiate".to_string();
+        let folder = location.ok_or_else(none).and_then(uri::to_path);
+        Self::of(folder.and_then(|folder| read_text(&folder.join("scene.toml")).map(|text| (folder, text))))
     }
 
-    /// A scene text, or why there is none.
-    pub(super) fn of(text: Result<String, String>) -> Self {
-        let scene = text.as_deref().ok().and_then(|text| scene::read(text).ok());
-        Self { starts: scene.as_ref().map(table_of).unwrap_or_default(), text }
+    /// A folder and the text of the scene in it, or why there is none.
+    pub(super) fn of(found: Result<(PathBuf, String), String>) -> Self {
+        let (folder, text) = found.map_or_else(|e| (PathBuf::new(), Err(e)), |(folder, text)| (folder, Ok(text)));
+        let scene = text.as_deref().ok().and_then(|text| scene::read_with_files(text, &files_in(&folder)).ok());
+        Self { starts: scene.as_ref().map(table_of).unwrap_or_default(), folder, text }
     }
 }
 
@@ -130,7 +135,8 @@ impl Instance {
     /// Where the scene comes from, and its text with the overrides written into it.
     pub(super) fn resolved_scene(&mut self) -> Result<(String, String), CallError> {
         let (origin, text) = self.scene_text()?;
-        let base = match scene::read(&text) {
+        let folder = self.folder_of(&origin);
+        let base = match scene::read_with_files(&text, &files_in(&folder)) {
             Ok(scene) => table_of(&scene),
             Err(error) => return Err(CallError::Scene { origin, error }),
         };
@@ -138,15 +144,23 @@ impl Instance {
         for o in &overrides {
             self.log.event(format!("override: {} = {}", o.key, o.value));
         }
-        match scene::read_with(&text, &overrides) {
+        match scene::read_with(&text, &overrides, &files_in(&folder)) {
             Ok((text, _)) => Ok((origin, text)),
             Err(fault) => Err(CallError::Scene { origin: blamed(origin, &fault.overrides), error: fault.error }),
         }
     }
 
+    /// The folder of a scene, to which the names of its files are relative.
+    pub(super) fn folder_of(&self, origin: &str) -> PathBuf {
+        if origin == PACKED {
+            return self.packed.folder.clone();
+        }
+        Path::new(origin).parent().unwrap_or(Path::new("")).to_path_buf()
+    }
+
     fn scene_text(&self) -> Result<(String, String), CallError> {
         let (origin, text) = match self.settings.scene.as_str() {
-            "" => ("resources/scene.toml".to_string(), self.packed.text.clone()),
+            "" => (PACKED.to_string(), self.packed.text.clone()),
             path => (path.to_string(), read_text(Path::new(path))),
         };
         text.map(|text| (origin, text)).map_err(|reason| CallError::NoScene { reason })
@@ -197,6 +211,14 @@ fn one_override(
     let items: Vec<String> = components().map(|scalar| format!("{:?}", value(scalar))).collect();
     let value = if row.variable.length == 0 { items.concat() } else { format!("[{}]", items.join(", ")) };
     Ok(Some(Override { key, value }))
+}
+
+/// Reads the files that a scene names, relative to a folder.
+pub fn files_in(folder: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
+    move |name| {
+        let path = folder.join(name);
+        fs::read(&path).map_err(|e| io::Error::new(e.kind(), format!("cannot read {}: {e}", path.display())))
+    }
 }
 
 fn read_text(path: &Path) -> Result<String, String> {

@@ -150,7 +150,8 @@ impl Instance {
         {
             return Ok(saved.into(model)?);
         }
-        let mut model = Model::build(saved.origin.clone(), saved.text.clone(), saved.mode, self.settings.threads)?;
+        let (origin, folder) = (saved.origin.clone(), self.folder_of(&saved.origin));
+        let mut model = Model::build((origin, saved.text.clone()), &folder, saved.mode, self.settings.threads)?;
         saved.into(&mut model)?;
         self.model = Some(model);
         Ok(())

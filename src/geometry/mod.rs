@@ -4,14 +4,18 @@ mod dome;
 mod half_space;
 mod outline;
 mod piece;
+mod plate;
 mod profile;
+mod solid;
 mod sphere;
 
 use crate::algebra::{Tensor3, Vector3};
 pub use dome::Dome;
 pub use half_space::HalfSpace;
 pub use outline::Outline;
+pub use plate::Plate;
 pub use profile::{Profile, Sweep};
+pub use solid::{Solid, Surface, SurfaceError};
 pub use sphere::Sphere;
 use std::sync::Arc;
 
@@ -26,7 +30,8 @@ pub struct Gap {
 
 /// A closed body known by its signed distance function.
 pub trait SignedDistance {
-    /// φ and ∇φ at a point of the body's frame; |∇φ| = 1, so φ is 1-Lipschitz.
+    /// φ and ∇φ at a point of the body's frame; |∇φ| = 1, so φ is 1-Lipschitz. Well outside of the body it may be a bound,
+    /// not more than the distance, and its direction.
     fn gap(&self, point: &Vector3) -> Gap;
     /// Greatest z of the body along the unit vector `direction` of its frame, m (its support function); for an
     /// unbounded body, of its boundary through the origin.
@@ -50,6 +55,10 @@ pub enum Shape {
     Sphere(Sphere),
     /// A convex body with a profile about an axis.
     Profile(Arc<Profile>),
+    /// A cuboid.
+    Plate(Plate),
+    /// A body with a surface of triangles.
+    Solid(Arc<Solid>),
     /// A half-space.
     HalfSpace(HalfSpace),
     /// A plate with a cap, as it is at the start.
@@ -57,12 +66,13 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The ends, on its axis, of a body that may be sharp there, m.
+    /// Where the body may be sharper than a mesh, m: ends on its axis, or tips.
     #[must_use]
-    pub fn poles(&self) -> Option<[Vector3; 2]> {
+    pub fn poles(&self) -> &[Vector3] {
         match self {
-            Self::Profile(profile) => Some(profile.poles()),
-            Self::Sphere(_) | Self::HalfSpace(_) | Self::Dome(_) => None,
+            Self::Profile(profile) => profile.poles(),
+            Self::Solid(solid) => solid.tips(),
+            Self::Sphere(_) | Self::Plate(_) | Self::HalfSpace(_) | Self::Dome(_) => &[],
         }
     }
 
@@ -70,6 +80,8 @@ impl Shape {
         match self {
             Self::Sphere(sphere) => sphere,
             Self::Profile(profile) => &**profile,
+            Self::Plate(plate) => plate,
+            Self::Solid(solid) => &**solid,
             Self::HalfSpace(half_space) => half_space,
             Self::Dome(dome) => dome,
         }
@@ -124,13 +136,15 @@ mod tests {
     }
 
     /// The unbounded ones are the last.
-    fn shapes() -> [Shape; 7] {
+    fn shapes() -> [Shape; 9] {
         [
             Shape::Sphere(Sphere { radius: 1.3 }),
             cylinder(0.0),
             cylinder(0.2),
             bullet(),
             stub(),
+            Shape::Plate(Plate::new([2.0, 1.2, 0.7], 0.0)),
+            Shape::Plate(Plate::new([2.0, 1.2, 0.7], 0.2)),
             Shape::HalfSpace(HalfSpace::new(Vector3::new(0.3, -0.4, 1.2))),
             Shape::Dome(Dome::new(0.5, 0.9)),
         ]
@@ -172,13 +186,16 @@ mod tests {
 
     #[test]
     fn reach_is_the_greatest_extent_of_the_inside() {
-        for shape in &shapes()[..5] {
+        for shape in &shapes()[..7] {
             for direction in points().map(|p| p.normalize()).take(50) {
                 let reach = shape.reach(&direction);
                 let inside = points().filter(|p| shape.gap(p).distance <= 0.0).map(|p| p.dot(&direction));
                 assert!(inside.fold(f64::MIN, f64::max) <= reach + 1e-12);
             }
         }
+        let plate = Plate::new([2.0, 1.2, 0.7], 0.2);
+        let corner = plate.reach(&Vector3::repeat(3.0_f64.recip().sqrt()));
+        assert!((corner - ((0.8 + 0.4 + 0.15) / 3.0_f64.sqrt() + 0.2)).abs() < 1e-15);
         let cylinder = cylinder(0.2);
         assert!((cylinder.reach(&Vector3::z()) - 1.1).abs() < 1e-14);
         assert!((cylinder.reach(&Vector3::x()) - 0.7).abs() < 1e-14);

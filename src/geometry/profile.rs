@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 pub struct Profile {
     pieces: Vec<Piece>,
     corners: Vec<Corner>,
+    poles: [Vector3; 2],
     inertia: Tensor3,
     inertia_of_section: f64,
     inner_radius: f64,
@@ -48,8 +49,10 @@ impl Profile {
         let centre = integral(pieces, |p| across(p) * p[1]) / mass;
         let pieces: Vec<Piece> = pieces.iter().map(|piece| piece.moved(&Point::new(0.0, -centre))).collect();
         let turned = integral(&pieces, |p| p[0] * p[0]);
+        let corners = corners(&pieces);
         let mut profile = Self {
-            corners: corners(&pieces),
+            poles: [0, corners.len() - 1].map(|end| Vector3::new(0.0, 0.0, corners[end].at[1])),
+            corners,
             inertia: inertia(&pieces, turned),
             inertia_of_section: inertia_of_section(&pieces),
             pieces,
@@ -71,8 +74,8 @@ impl Profile {
 
     /// Tip and rear, m.
     #[must_use]
-    pub fn poles(&self) -> [Vector3; 2] {
-        [0, self.corners.len() - 1].map(|end| Vector3::new(0.0, 0.0, self.corners[end].at[1]))
+    pub fn poles(&self) -> &[Vector3; 2] {
+        &self.poles
     }
 
     /// φ and ∇φ in the half-plane: the nearest piece that faces the point, or the nearest corner.
@@ -86,7 +89,7 @@ impl Profile {
     /// Depth of the deepest point: it is on the axis, along which the depth of a convex body is concave.
     fn greatest_depth(&self) -> f64 {
         let depth = |z: f64| -self.nearest(&Point::new(0.0, z)).0;
-        let [mut low, mut high] = self.poles().map(|pole| pole.z);
+        let [mut low, mut high] = self.poles.map(|pole| pole.z);
         for _ in 0..128 {
             let third = (high - low) / 3.0;
             if depth(low + third) < depth(high - third) { low += third } else { high -= third }

@@ -2,7 +2,7 @@
 
 use super::bounds::Bounds;
 use crate::algebra::Vector3;
-use crate::geometry::{Dome, Shape};
+use crate::geometry::{Dome, Shape, Solid as TriangleBody};
 use crate::scene::Scene;
 use crate::simulation::{Frame, Place};
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 /// Triangles about the axis: a circle is drawn within 0.3 % of its radius.
 const SEGMENTS: usize = 48;
 
-/// A surface around an inner point from which all of it can be seen.
+/// A surface around an inner point from which, unless the body is one from a file, all of it can be seen.
 #[derive(Debug, Clone)]
 pub(super) struct Solid {
     /// Whether it ends by itself; of an unbounded body only what lies across the scenery is drawn.
@@ -37,6 +37,8 @@ fn solid(shape: &Shape, place: &Place, scenery: &Bounds) -> Solid {
         (_, Some(bulge)) => drawn(&cap(&bulge.dome(), scenery)),
         (Shape::Sphere(sphere), _) => drawn(&arc(sphere.radius)),
         (Shape::Profile(profile), _) => drawn(&profile.polyline(TAU / SEGMENTS as f64)),
+        (Shape::Plate(rounded), _) => placed(cuboid(rounded.size()), turn, to),
+        (Shape::Solid(solid), _) => placed(triangles(solid), turn, to),
         (Shape::HalfSpace(half_space), _) => plate(turn * half_space.normal(), to, scenery),
         (Shape::Dome(dome), None) => drawn(&cap(dome, scenery)),
     };
@@ -86,6 +88,23 @@ fn rod(radius: f64, length: f64) -> Vec<(f64, f64)> {
     vec![(0.0, -z), (radius, -z), (radius, z), (0.0, z)]
 }
 
+/// A cuboid about the origin.
+fn cuboid(size: Vector3) -> Solid {
+    let side = |i: u32, axis: usize| if i >> axis & 1 == 0 { -0.5 * size[axis] } else { 0.5 * size[axis] };
+    let points = (0..8).map(|i| Vector3::from_fn(|axis, _| side(i, axis))).collect();
+    let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    closed(points, faces.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
+}
+
+/// A closed surface at rest about the origin.
+fn closed(points: Vec<Vector3>, triangles: Vec<[u32; 3]>) -> Solid {
+    Solid { bounded: true, velocity: Vector3::zeros(), centre: Vector3::zeros(), points, triangles }
+}
+
+fn triangles(body: &TriangleBody) -> Solid {
+    closed(body.points().to_vec(), body.triangles().to_vec())
+}
+
 /// The surface that a profile from pole to pole sweeps about the z axis.
 fn lathe(profile: &[(f64, f64)]) -> Solid {
     let rings = profile.len() - 2;
@@ -107,7 +126,7 @@ fn lathe(profile: &[(f64, f64)]) -> Solid {
             triangles.extend([[a, b, c], [a, c, d]]);
         }
     }
-    Solid { bounded: true, velocity: Vector3::zeros(), centre: Vector3::zeros(), points, triangles }
+    closed(points, triangles)
 }
 
 fn placed(mut solid: Solid, turn: UnitQuaternion<f64>, to: Vector3) -> Solid {
@@ -161,6 +180,7 @@ mod tests {
             ("{capsule={radius=2.0, length=5.0}}", 32.0 / 3.0 + 4.0),
             ("{bullet={radius=2.0, length=5.0, nose={cone={length=3.0}}}}", 12.0),
             ("{bullet={radius=2.0, length=5.0, nose='flat'}}", 20.0),
+            ("{plate={size=[2.0, 3.0, 5.0]}}", 30.0 / PI),
         ];
         for (shape, expected) in bodies {
             let found = volume(&drawn(shape, Vector3::new(1.0, 2.0, 3.0), &scenery));
@@ -174,6 +194,18 @@ mod tests {
         let cone = drawn("{bullet={radius=1.0, length=4.0, nose={cone={length=4.0}}}}", Vector3::zeros(), &scenery);
         let heights = Bounds::around(cone.points.iter().copied());
         assert!((heights.lower.z + 3.0).abs() < 1e-12 && (heights.upper.z - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_body_of_triangles_is_drawn_with_them() {
+        let corner = [Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::z()];
+        let faces = [[0, 2, 1], [0, 3, 2], [0, 1, 3], [1, 2, 3]].map(|face| face.map(|i: usize| corner[i]));
+        let body = TriangleBody::new(crate::geometry::Surface::new(&faces).unwrap(), 2.0).unwrap();
+        let scenery = Bounds { lower: Vector3::zeros(), upper: Vector3::zeros() };
+        let drawn = solid(&Shape::Solid(body.into()), &at(Vector3::new(1.0, 2.0, 3.0)), &scenery);
+        assert!((volume(&drawn) - 8.0 / 6.0).abs() < 1e-14 && drawn.triangles.len() == 4 && drawn.bounded);
+        let lower = Bounds::around(drawn.points.iter().copied()).lower;
+        assert!((lower - Vector3::new(0.5, 1.5, 2.5)).norm() < 1e-14);
     }
 
     #[test]

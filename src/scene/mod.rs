@@ -4,6 +4,7 @@ mod bodies;
 mod builtin;
 mod error;
 mod explain;
+mod files;
 mod overrides;
 mod physics;
 mod places;
@@ -11,15 +12,17 @@ mod read;
 #[cfg(feature = "cli")]
 mod schema;
 mod shape;
+mod stl;
 mod tables;
 mod validate;
 
 pub use bodies::{MOST_FRAGMENTS, body_name};
 pub use builtin::{builtin, builtins};
 pub use error::{SceneError, SceneErrorKind};
+pub use files::{Files, StlContent, no_files};
 pub use overrides::{Fault, Override, read_with, resolve};
 pub use physics::{modelled, switched_off};
-pub use read::read;
+pub use read::{read, read_with_files};
 #[cfg(feature = "cli")]
 pub use schema::schema;
 pub use tables::*;

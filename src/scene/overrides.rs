@@ -1,6 +1,6 @@
 //! Single values written over those of a scene text.
 
-use super::{Scene, SceneError, explain, read};
+use super::{Files, Scene, SceneError, explain, read_with_files};
 use std::str::FromStr;
 use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
 
@@ -57,21 +57,21 @@ impl Fault {
     }
 }
 
-/// The scene text with the overrides written into it, and the scene that it is.
+/// The scene text with the overrides written into it, and the scene that it is, with the files that it names.
 ///
 /// # Errors
 /// [`Fault`] with the key, what was found there and what was expected: with the line of the text that has the same fault
 /// without the overrides, else with the overrides that brought it.
-pub fn read_with(text: &str, overrides: &[Override]) -> Result<(String, Scene), Fault> {
+pub fn read_with(text: &str, overrides: &[Override], files: &Files<'_>) -> Result<(String, Scene), Fault> {
     let resolved = resolve(text, overrides);
-    let error = match resolved.and_then(|text| read(&text).map(|scene| (text, scene))) {
+    let error = match resolved.and_then(|text| read_with_files(&text, files).map(|scene| (text, scene))) {
         Ok(made) => return Ok(made),
         Err(error) => error,
     };
     if overrides.is_empty() {
         return Err(Fault::of_text(error));
     }
-    match read(text) {
+    match read_with_files(text, files) {
         Err(own) if own.key == error.key && !overrides.iter().any(|o| touches(&o.key, &own.key)) => {
             Err(Fault::of_text(own))
         }

@@ -4,7 +4,8 @@ use super::{
     BodyShape, ContactLaw, Dimension, GelShape, Lattice, MaterialModel, Scene, ScheduleKind, Support, Supports,
     body_name,
 };
-use crate::geometry::Shape;
+use crate::algebra::Vector3;
+use crate::geometry::{Shape, SignedDistance, Solid};
 
 /// Short sentences of the physics that a scene computes.
 #[must_use]
@@ -35,9 +36,25 @@ fn balance(scene: &Scene) -> Option<String> {
     let mass = scene.projectile.mass.map(|mass| format!(", mass {mass:.4e} kg, {:.0} kg/m3", mass / volume));
     let tip = match scene.projectile_shape() {
         Shape::Profile(profile) => format!(", centre of mass {:.6} m behind the tip", -profile.poles()[0].z),
-        Shape::Sphere(_) | Shape::HalfSpace(_) | Shape::Dome(_) => String::new(),
+        Shape::Solid(solid) => surface(&solid),
+        Shape::Sphere(_) | Shape::Plate(_) | Shape::HalfSpace(_) | Shape::Dome(_) => String::new(),
     };
     Some(format!("volume {volume:.4e} m3{}{tip}", mass.unwrap_or_default()))
+}
+
+/// A surface from a file, by what tells whether it is the one that was meant.
+fn surface(solid: &Solid) -> String {
+    let [x, y, z] = solid.centre().into();
+    let size: Vector3 =
+        [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| solid.reach(&axis) + solid.reach(&-axis)).into();
+    let turned = if solid.was_turned() { " that faced inwards and was turned inside out" } else { "" };
+    format!(
+        ", a closed surface of {} triangles{turned}, {:.6} x {:.6} x {:.6} m, centre of mass at [{x:.6}, {y:.6}, {z:.6}] m of its file",
+        solid.triangles().len(),
+        size.x,
+        size.y,
+        size.z
+    )
 }
 
 fn space(dimension: Dimension) -> &'static str {

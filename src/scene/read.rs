@@ -2,10 +2,10 @@
 
 use super::places::{Places, join, numbered};
 use super::validate::validate;
-use super::{Scene, SceneError, explain};
+use super::{Files, Scene, SceneError, explain, files, no_files};
 use toml::de::{DeTable, DeValue};
 
-/// Reads and checks a scene.
+/// Reads and checks a scene that names no files.
 ///
 /// # Errors
 /// [`SceneError`] with the key, the line, what was found there and what was expected, for the first thing that is wrong.
@@ -22,10 +22,20 @@ use toml::de::{DeTable, DeValue};
 /// # Ok::<(), scene::SceneError>(())
 /// ```
 pub fn read(text: &str) -> Result<Scene, SceneError> {
+    read_with_files(text, &no_files)
+}
+
+/// Reads and checks a scene, with the files that it names.
+///
+/// # Errors
+/// As [`read`]; also for the first file that cannot be read, or does not hold what it should.
+pub fn read_with_files(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
     let table = DeTable::parse(text).map_err(|error| explain::syntax(text, error.span(), error.message()))?;
     let places = Places::of(text, table.get_ref());
-    let scene: Scene = toml::from_str(text).map_err(|error| explain::content(text, &places, &error))?;
-    let checked = same_lengths(table.get_ref(), &scene).and_then(|()| validate(&scene));
+    let mut scene: Scene = toml::from_str(text).map_err(|error| explain::content(text, &places, &error))?;
+    let checked = same_lengths(table.get_ref(), &scene)
+        .and_then(|()| files::attach(&mut scene, files))
+        .and_then(|()| validate(&scene));
     match checked {
         Ok(()) => Ok(scene.with_masses()),
         Err(error) => Err(SceneError { line: places.line_of(&error.key), ..error }),

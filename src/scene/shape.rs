@@ -2,7 +2,7 @@
 
 use super::{BodyShape, Bullet, Dimension, Nose, Scene};
 use crate::algebra::Vector3;
-use crate::geometry::{Dome, HalfSpace, Outline, Profile, Shape, Sphere, Sweep};
+use crate::geometry::{Dome, HalfSpace, Outline, Plate, Profile, Shape, Sphere, Sweep};
 use std::sync::Arc;
 
 impl Scene {
@@ -24,10 +24,21 @@ impl Scene {
             }
             &BodyShape::Capsule { radius, length } => profile(&capsule(radius, length)),
             BodyShape::Bullet(bullet) => profile(&bullet.rounded().expect("the roundings of the rims have room")),
+            &BodyShape::Plate { size, edge_radius } => Shape::Plate(plate(size, edge_radius, sweep)),
+            BodyShape::Stl(stl) => Shape::Solid(stl.solid().expect("the file of a scene that was read is read")),
             BodyShape::HalfSpace { normal } => Shape::HalfSpace(HalfSpace::new(Vector3::from(*normal))),
             &BodyShape::Dome { height, radius } => Shape::Dome(Dome::new(height, radius)),
         }
     }
+}
+
+/// In the plane the nearest point of the surface is in the plane: across it, the prism has no end.
+fn plate([x, y, z]: [f64; 3], edge_radius: f64, sweep: Sweep) -> Plate {
+    let across = match sweep {
+        Sweep::Prism => 2.0 * x.max(z),
+        Sweep::Revolution => y,
+    };
+    Plate::new([x, across, z], edge_radius)
 }
 
 fn cylinder(radius: f64, length: f64) -> Outline {

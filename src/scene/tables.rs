@@ -1,5 +1,6 @@
 //! The tables of a scene file. Field docs are the help an editor shows; units are SI.
 
+use super::StlContent;
 use serde::{Deserialize, Serialize};
 
 /// A scene: one gel, a projectile and perhaps fragments beside it, and how to compute their meeting.
@@ -209,7 +210,7 @@ fn upright() -> [f64; 4] {
 }
 
 /// Shape of the rigid body, in its own frame with the centre of mass at the origin.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum BodyShape {
@@ -238,6 +239,17 @@ pub enum BodyShape {
     },
     /// A bullet about the z axis of the body, its nose towards -z: one that is not turned flies into the gel nose first.
     Bullet(Bullet),
+    /// A cuboid along the axes of the body; not in `axisymmetric`.
+    Plate {
+        /// Edge lengths, m: [x, y, z]; in `planar` y does not count.
+        size: [f64; 3],
+        /// Radius of the rounding of all edges and corners, m; 0 is sharp. Below half a cell of the mesh, nodes that slip
+        /// over an edge see the normal jump.
+        #[serde(default)]
+        edge_radius: f64,
+    },
+    /// Any closed surface of triangles, from an STL file; in `spatial` only.
+    Stl(Stl),
     /// All space on the far side of a plane through the body's origin.
     HalfSpace {
         /// Normal of the plane, out of the body; normalised.
@@ -251,6 +263,25 @@ pub enum BodyShape {
         /// Radius of the base of the cap, m.
         radius: f64,
     },
+}
+
+/// A body from an STL file, oriented as in the file, its origin moved to the centre of mass of the homogeneous body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Stl {
+    /// Path of the file, binary or ASCII, relative to the folder of the scene.
+    pub file: String,
+    /// Metres per unit of the file; 1e-3 for a file in millimetres.
+    #[serde(default = "metres")]
+    pub scale: f64,
+    /// What is in the file.
+    #[serde(skip)]
+    pub content: Option<StlContent>,
+}
+
+fn metres() -> f64 {
+    1.0
 }
 
 /// A bullet: nose, cylindrical mantle, and a boat-tail if it has one. Homogeneous, it has its centre of mass in the origin.

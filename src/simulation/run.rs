@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 #[non_exhaustive]
 pub enum RestoreError {
     /// It does not belong to this simulation.
-    #[error("the state is of another scene or coupling mode")]
+    #[error("the state is of another scene, another file that the scene names, or another coupling mode")]
     Foreign,
     /// Its arrays or clocks contradict each other.
     #[error("the state contradicts itself: {what}")]

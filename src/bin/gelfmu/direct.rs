@@ -2,12 +2,12 @@
 
 use crate::job::{Ending, Job, Progress, RunError};
 use ballistic_gel::output::{Interface, Recorder};
-use ballistic_gel::scene::{self, Scene};
+use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 
 /// Runs the job to its end, to the step that fails, or until `progress` asks to stop; what was computed is written.
 pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
-    let scene = scene::read(&job.scene)?;
+    let scene = job.read_scene()?;
     let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, job.threads)?;
     let mut recorder = Recorder::create(&job.folder, &scene, Interface::Direct, job.threads)?;
     recorder.record(&simulation)?;

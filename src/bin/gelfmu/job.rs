@@ -1,8 +1,9 @@
 //! One run: what is run, how it ends, and what can go wrong on the way.
 
 use crate::failure::Failure;
+use ballistic_gel::fmi2;
 use ballistic_gel::output::OutputError;
-use ballistic_gel::scene::{MOST_STEPS, Scene, SceneError};
+use ballistic_gel::scene::{self, MOST_STEPS, Scene, SceneError};
 use ballistic_gel::simulation::BuildError;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -10,8 +11,8 @@ use std::path::PathBuf;
 /// A scene to run and where its results go.
 #[derive(Debug)]
 pub struct Job {
-    /// Scene text, with all overrides written into it.
-    pub scene: String,
+    /// Scene text, with all overrides written into it, and the folder that the names of its files are relative to.
+    pub scene: (String, PathBuf),
     /// Folder for the results.
     pub folder: PathBuf,
     /// Communication step, s; that of the scene if absent.
@@ -82,6 +83,12 @@ pub fn check_step(step: f64, scene: &Scene) -> Result<(), Failure> {
 }
 
 impl Job {
+    /// The scene, read with its files.
+    pub fn read_scene(&self) -> Result<Scene, SceneError> {
+        let (text, folder) = &self.scene;
+        scene::read_with_files(text, &fmi2::files_in(folder))
+    }
+
     /// Ends of the communication steps, s: multiples of the step, the last one at the end time.
     pub fn times(&self, scene: &Scene) -> impl Iterator<Item = f64> + use<> {
         /// A last step shorter than this part of a whole one is round-off.
@@ -95,12 +102,13 @@ impl Job {
 
 #[cfg(test)]
 mod tests {
-    use super::{Job, check_step};
+    use super::{Job, PathBuf, check_step};
     use ballistic_gel::scene;
 
     fn times(step: f64) -> Vec<f64> {
         let text = scene::builtin("sphere-block").unwrap();
-        let job = Job { scene: text.to_owned(), folder: "unused".into(), step: Some(step), threads: 1 };
+        let job =
+            Job { scene: (text.to_owned(), PathBuf::new()), folder: "unused".into(), step: Some(step), threads: 1 };
         job.times(&scene::read(text).unwrap()).collect()
     }
 

@@ -67,7 +67,7 @@ pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
         let expected = format!("at most the [[fragment]] tables of the scene, {there}: a port needs a body");
         return Err(Failure::BadInput(format!("--fragments: found {fragments}, expected {expected}")));
     }
-    let packed = pack::pack((&source.text, fragments), &options.out).map_err(|error| match error {
+    let packed = pack::pack((&source.text, &source.folder), fragments, &options.out).map_err(|error| match error {
         RunError::File { path, source, .. } => Failure::BadInput(format!(
             "--out {}: found {source} at {}, expected a file that can be written",
             options.out.display(),

@@ -3,8 +3,10 @@
 mod description;
 mod documentation;
 mod requirement;
+mod resources;
 
 use crate::job::RunError;
+use ballistic_gel::fmi2;
 use ballistic_gel::output::model_picture;
 use ballistic_gel::scene::{self, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
@@ -34,9 +36,10 @@ pub struct Packed {
 /// Path and bytes of each file in the archive, sorted.
 type Entries = BTreeMap<String, Vec<u8>>;
 
-/// Writes the FMU of a scene, with ports for so many of its fragments, for this host. The same scene gives the same bytes.
-pub fn pack((scene_text, fragments): (&str, usize), file: &Path) -> Result<Packed, RunError> {
-    let entries = entries(scene_text, fragments)?;
+/// Writes the FMU of a scene, a text and the folder of its files, with ports for so many of its fragments, for this host.
+/// The same scene gives the same bytes.
+pub fn pack(scene: (&str, &Path), fragments: usize, file: &Path) -> Result<Packed, RunError> {
+    let entries = entries(scene, fragments)?;
     let archive = archive(&entries).map_err(|e| written(file, std::io::Error::other(e)))?;
     if let Some(folder) = file.parent() {
         fs::create_dir_all(folder).map_err(|e| written(folder, e))?;
@@ -46,8 +49,10 @@ pub fn pack((scene_text, fragments): (&str, usize), file: &Path) -> Result<Packe
     Ok(Packed { bytes: archive.len() as u64, platform })
 }
 
-fn entries(scene_text: &str, fragments: usize) -> Result<Entries, RunError> {
-    let scene = scene::read(scene_text)?;
+fn entries((text, folder): (&str, &Path), fragments: usize) -> Result<Entries, RunError> {
+    let files = fmi2::files_in(folder);
+    let scene = scene::read_with_files(text, &files)?;
+    let (text, carried) = resources::of((text, &scene), &files)?;
     let library = embedded::LIBRARY.ok_or_else(|| RunError::Component {
         call: "pack",
         reason: "this gelfmu was built without the library of the FMU: build it with cargo build --release".to_owned(),
@@ -57,9 +62,10 @@ fn entries(scene_text: &str, fragments: usize) -> Result<Entries, RunError> {
         ("model.png".to_owned(), model_picture(&frame, &scene)),
         ("modelDescription.xml".to_owned(), described(&scene, fragments)?.into_bytes()),
         ("documentation/index.html".to_owned(), documentation::page(&scene, fragments, library).into_bytes()),
-        ("resources/scene.toml".to_owned(), scene_text.as_bytes().to_vec()),
+        ("resources/scene.toml".to_owned(), text.into_bytes()),
         (embedded::LIBRARY_PATH.to_owned(), library.to_vec()),
     ]);
+    entries.extend(carried.into_iter().map(|(name, bytes)| (format!("resources/{name}"), bytes)));
     for (path, bytes) in licenses::LICENSES {
         entries.insert(format!("documentation/licenses/{path}"), bytes.to_vec());
     }

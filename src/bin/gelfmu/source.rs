@@ -1,13 +1,17 @@
 //! Where a scene comes from: the program itself or a file.
 
 use crate::failure::Failure;
+use ballistic_gel::fmi2;
 use ballistic_gel::scene::{self, Fault, Override, Scene};
+use std::path::{Path, PathBuf};
 
 /// A scene and its text, with all overrides written into it.
 #[derive(Debug)]
 pub struct Source {
     /// Scene text.
     pub text: String,
+    /// The folder that it is in, to which the names of its files are relative.
+    pub folder: PathBuf,
     /// The same, read and checked.
     pub scene: Scene,
 }
@@ -18,8 +22,9 @@ pub fn load(name: &str, overrides: &[Override]) -> Result<Source, Failure> {
         Some(text) => text.to_owned(),
         None => std::fs::read_to_string(name).map_err(|error| unreadable(name, &error))?,
     };
-    match scene::read_with(&original, overrides) {
-        Ok((text, scene)) => Ok(Source { text, scene }),
+    let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+    match scene::read_with(&original, overrides, &fmi2::files_in(folder)) {
+        Ok((text, scene)) => Ok(Source { text, folder: folder.to_path_buf(), scene }),
         Err(fault) => Err(Failure::BadInput(complaint(name, &fault))),
     }
 }

@@ -4,7 +4,7 @@ use crate::interrupt;
 use crate::job::{Ending, Job, Progress, RunError};
 use crate::pack::pack;
 use ballistic_gel::fmi2;
-use ballistic_gel::scene::{self, Scene};
+use ballistic_gel::scene::Scene;
 use fmi_rs::fmi2::log::Logger;
 use fmi_rs::fmi2::types::fmi2Status;
 use fmi_rs::fmi2::{CS, FMU2};
@@ -36,11 +36,12 @@ impl Logger for Messages {
 
 /// Packs the scene, unpacks it as an importer would, and runs it with the projectile integrated inside.
 pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
-    let scene = scene::read(&job.scene)?;
+    let scene = job.read_scene()?;
     let folder = tempfile::tempdir().map_err(|e| file("create", &std::env::temp_dir(), e))?;
     interrupt::remove_on_exit(folder.path());
     let archive = folder.path().join("BallisticGel.fmu");
-    pack((&job.scene, scene.fragment.len()), &archive)?;
+    let (text, place) = &job.scene;
+    pack((text, place), scene.fragment.len(), &archive)?;
     let importer = Importer::new(&archive, &folder.path().join("unpacked"), job)?;
     importer.start(job, &scene)?;
     let ending = importer.advance((job, &scene), progress)?;

@@ -9,7 +9,7 @@ use nalgebra::{Quaternion, UnitQuaternion};
 
 pub(super) fn check(scene: &Scene) -> Check {
     let body = &scene.projectile;
-    shape::check(&body.shape)?;
+    shape::check(&body.shape, scene.scene.dimension)?;
     all_finite("projectile.position", &body.position)?;
     all_finite("projectile.velocity", &body.velocity)?;
     all_finite("projectile.angular_velocity", &body.angular_velocity)?;
@@ -56,7 +56,7 @@ fn moving(body: &Projectile) -> Check {
         (None, Some(density)) if !unbounded => positive("projectile.density", density, "a positive density, kg/m3")?,
         (None, _) => return Err(SceneError::value("projectile.mass", "nothing", EXPECTED)),
     }
-    match (body.inertia, body.shape) {
+    match (body.inertia, &body.shape) {
         (Some(inertia), _) => physical(&inertia),
         (None, BodyShape::HalfSpace { .. } | BodyShape::Dome { .. }) => {
             let expected = "six numbers, [xx, yy, zz, xy, xz, yz], kg m2: an unbounded body has no inertia of its own";
@@ -64,7 +64,12 @@ fn moving(body: &Projectile) -> Check {
         }
         (
             None,
-            BodyShape::Sphere { .. } | BodyShape::Cylinder { .. } | BodyShape::Capsule { .. } | BodyShape::Bullet(_),
+            BodyShape::Sphere { .. }
+            | BodyShape::Cylinder { .. }
+            | BodyShape::Capsule { .. }
+            | BodyShape::Bullet(_)
+            | BodyShape::Plate { .. }
+            | BodyShape::Stl(_),
         ) => Ok(()),
     }
 }

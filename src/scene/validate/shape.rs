@@ -2,11 +2,13 @@
 
 use super::domain::{Check, positive, require, within};
 use crate::algebra::Vector3;
-use crate::scene::{BodyShape, Bullet, Nose, SceneError};
+use crate::scene::{BodyShape, Bullet, Dimension, Nose, SceneError};
 
 const LENGTH: &str = "a positive length, m";
+const IN_SPACE: &str = "another shape: only a scene with dimension = \"spatial\" takes any closed surface";
+const NOT_ROUND: &str = "another shape: a plate is no body of revolution; use dimension = \"spatial\" or \"planar\"";
 
-pub(super) fn check(shape: &BodyShape) -> Check {
+pub(super) fn check(shape: &BodyShape, dimension: Dimension) -> Check {
     match shape {
         BodyShape::Sphere { radius } => positive("projectile.shape.sphere.radius", *radius, LENGTH),
         &BodyShape::Cylinder { radius, length, edge_radius } => {
@@ -21,6 +23,11 @@ pub(super) fn check(shape: &BodyShape) -> Check {
             require(length >= 2.0 * radius, "projectile.shape.capsule.length", || format!("{length:?}"), &expected)
         }
         BodyShape::Bullet(bullet) => check_bullet(bullet),
+        BodyShape::Plate { size, edge_radius } => check_plate(size, *edge_radius, dimension),
+        BodyShape::Stl(stl) => {
+            let found = || format!("{:?}, a body in space", stl.file);
+            require(dimension == Dimension::Spatial, "projectile.shape.stl", found, IN_SPACE)
+        }
         BodyShape::HalfSpace { normal } => {
             let norm = Vector3::from(*normal).norm();
             let key = "projectile.shape.half-space.normal";
@@ -37,6 +44,14 @@ pub(super) fn check(shape: &BodyShape) -> Check {
             )
         }
     }
+}
+
+fn check_plate(size: &[f64; 3], edge_radius: f64, dimension: Dimension) -> Check {
+    let key = "projectile.shape.plate.size";
+    require(dimension != Dimension::Axisymmetric, "projectile.shape.plate", || format!("size = {size:?}"), NOT_ROUND)?;
+    size.iter().try_for_each(|length| positive(key, *length, "three positive lengths, m"))?;
+    let across = if dimension == Dimension::Planar { f64::INFINITY } else { size[1] };
+    within("projectile.shape.plate.edge_radius", edge_radius, 0.0..=0.5 * size[0].min(size[2]).min(across))
 }
 
 fn check_bullet(bullet: &Bullet) -> Check {

@@ -1,0 +1,103 @@
+//! A grid of signed distances: quick bounds far from the surface.
+
+use crate::algebra::Vector3;
+use crate::geometry::Gap;
+
+/// Signed distances at the nodes of a grid of cubes around a body.
+#[derive(Debug, Clone)]
+pub(super) struct Field {
+    /// The box of the body.
+    lower: Vector3,
+    upper: Vector3,
+    /// The first node, m.
+    first: Vector3,
+    /// Edge of a cell, m.
+    cell: f64,
+    /// Nodes along each axis.
+    nodes: [usize; 3],
+    /// φ, m, x fastest.
+    distance: Vec<f64>,
+}
+
+/// Cells along the longest side of the body. A ball of 16 000 triangles is read in 0.1 s with 16, in 0.3 s with 24, and in
+/// 0.7 s with 32; the run is the same.
+const CELLS: f64 = 16.0;
+/// Cells around the box of the body.
+const MARGIN: f64 = 1.0;
+/// Beyond this many cells from the surface a bound is enough. With bounds that ball meets a coarse block in 1.1 times the
+/// time of a sphere, without any in 7 times.
+const FAR: f64 = 2.0;
+
+impl Field {
+    /// The grid around a box, filled with a distance that is exact.
+    pub fn new((lower, upper): (Vector3, Vector3), exact: impl Fn(&Vector3) -> f64) -> Self {
+        let extent = upper - lower;
+        let cell = extent.max() / CELLS;
+        let nodes: [usize; 3] = std::array::from_fn(|i| (extent[i] / cell + 2.0 * MARGIN).ceil() as usize + 1);
+        let spread = Vector3::from_fn(|i, _| 0.5 * (nodes[i] - 1) as f64 * cell);
+        let first = (lower + upper) / 2.0 - spread;
+        let mut field = Self { lower, upper, first, cell, nodes, distance: vec![] };
+        field.distance = (0..nodes.iter().product()).map(|node| exact(&field.at(node))).collect();
+        field
+    }
+
+    fn at(&self, node: usize) -> Vector3 {
+        let [x, y, _] = self.nodes;
+        let steps = [node % x, node / x % y, node / (x * y)].map(|n| n as f64);
+        self.first + Vector3::from(steps) * self.cell
+    }
+
+    /// Edge of a cell, m.
+    pub fn cell(&self) -> f64 {
+        self.cell
+    }
+
+    /// The deepest node.
+    pub fn deepest(&self) -> Vector3 {
+        let nodes = 0..self.distance.len();
+        self.at(nodes.min_by(|a, b| self.distance[*a].total_cmp(&self.distance[*b])).unwrap_or(0))
+    }
+
+    /// A node on the rim of the grid, which is outside of the body, that has itself for inside.
+    pub fn contradiction(&self) -> Option<Vector3> {
+        let outside = |p: &Vector3| (0..3).any(|i| p[i] < self.lower[i] || p[i] > self.upper[i]);
+        (0..self.distance.len()).filter(|n| self.distance[*n] < 0.0).map(|n| self.at(n)).find(outside)
+    }
+
+    /// For a point at least two cells outside of the body: a distance that is no more than the true one, and its gradient.
+    ///
+    /// Outside of the grid it is the distance to the box of the body. Inside it is the trilinear interpolation less
+    /// √3/2 cells: φ is 1-Lipschitz, and the root of the weighted mean square of the distances to the eight nodes is at
+    /// most that. `None` where the surface may be nearer.
+    pub fn far(&self, p: &Vector3) -> Option<Gap> {
+        let local = (p - self.first) / self.cell;
+        let inside = (0..3).all(|i| local[i] >= 0.0 && local[i] <= (self.nodes[i] - 1) as f64);
+        if !inside {
+            let beyond = p - p.sup(&self.lower).inf(&self.upper);
+            let distance = beyond.norm();
+            return (distance >= FAR * self.cell).then(|| Gap { distance, normal: beyond / distance });
+        }
+        let (value, slope) = self.interpolate(&local);
+        let distance = value - 0.75_f64.sqrt() * self.cell;
+        let normal = slope.try_normalize(0.0).filter(|_| distance >= FAR * self.cell)?;
+        Some(Gap { distance, normal })
+    }
+
+    /// Trilinear interpolation, and its gradient times the cell, at a point in cells from the first node.
+    fn interpolate(&self, local: &Vector3) -> (f64, Vector3) {
+        let base: [usize; 3] = std::array::from_fn(|i| (local[i] as usize).min(self.nodes[i] - 2));
+        let t = Vector3::from_fn(|i, _| local[i] - base[i] as f64);
+        let (mut value, mut slope) = (0.0, Vector3::zeros());
+        for corner in 0..8 {
+            let upper = [corner & 1, corner >> 1 & 1, corner >> 2];
+            let node =
+                (base[0] + upper[0]) + self.nodes[0] * ((base[1] + upper[1]) + self.nodes[1] * (base[2] + upper[2]));
+            let weight = Vector3::from_fn(|i, _| if upper[i] == 1 { t[i] } else { 1.0 - t[i] });
+            let sign = Vector3::from_fn(|i, _| if upper[i] == 1 { 1.0 } else { -1.0 });
+            let across = Vector3::new(weight.y * weight.z, weight.z * weight.x, weight.x * weight.y);
+            value += weight.product() * self.distance[node];
+            slope += sign.component_mul(&across) * self.distance[node];
+        }
+        (value, slope)
+    }
+}

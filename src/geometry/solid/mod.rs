@@ -1,0 +1,198 @@
+//! Any body with a closed surface of triangles.
+
+mod closest;
+mod crossing;
+mod field;
+mod mass;
+mod normals;
+mod surface;
+mod tips;
+mod tree;
+
+use super::{Gap, SignedDistance};
+use crate::algebra::{Tensor3, Vector3};
+use closest::Feature;
+use field::Field;
+use normals::Normals;
+use std::fmt;
+pub use surface::{Surface, SurfaceError};
+use tree::Tree;
+
+/// A body with a closed surface of triangles, its centre of mass at the origin.
+///
+/// Up to an eighth of its longest side from the surface, and everywhere inside, φ is the exact distance to the triangles.
+/// Further out a coarse grid gives a bound: never more than the distance.
+///
+/// # Examples
+/// ```
+/// use ballistic_gel::geometry::{SignedDistance, Solid, Surface};
+/// use nalgebra::Vector3;
+///
+/// let [o, x, y, z] = [Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::z()];
+/// let corner = Surface::new(&[[o, y, x], [o, z, y], [o, x, z], [x, y, z]]).expect("it is closed");
+/// let corner = Solid::new(corner, 2.0).expect("it does not cross itself");
+/// assert!((corner.volume().expect("it is bounded") - 8.0 / 6.0).abs() < 1e-15);
+/// assert!((corner.gap(&Vector3::zeros()).distance + 2.0 / 4.0 / 3.0_f64.sqrt()).abs() < 1e-15);
+/// ```
+#[derive(Clone)]
+pub struct Solid {
+    surface: Surface,
+    normals: Normals,
+    tree: Tree,
+    field: Field,
+    size: f64,
+    volume: f64,
+    inertia: Tensor3,
+    centre: Vector3,
+    inner_radius: f64,
+    tips: Vec<Vector3>,
+}
+
+/// Nearer than this part of its size to an edge or corner, the direction from it is round-off.
+const ROUND_OFF: f64 = 1e-12;
+
+impl Solid {
+    /// The body with this surface, so many metres to a unit.
+    ///
+    /// # Errors
+    /// [`SurfaceError`] if the surface crosses itself, or a part of it is inside out.
+    ///
+    /// # Panics
+    /// If the scale is not positive.
+    pub fn new(mut surface: Surface, scale: f64) -> Result<Self, SurfaceError> {
+        assert!(scale > 0.0, "the scale of a surface is positive");
+        let (volume, centre, inertia) = mass::properties(&surface);
+        surface.points.iter_mut().for_each(|p| *p = (*p - centre) * scale);
+        let given = |p: Vector3| (p / scale + centre).into();
+        let tree = Tree::new(surface.corners());
+        if let Some(at) = crossing::crossing(&surface, &tree) {
+            return Err(SurfaceError::Crossing { at: given(at) });
+        }
+        let (normals, size) = (Normals::of(&surface), surface.size());
+        let exact = |p: &Vector3| nearest((&surface, &normals, &tree), p, size).distance;
+        let field = Field::new(surface.bounds(), exact);
+        if let Some(at) = field.contradiction() {
+            return Err(SurfaceError::InsideOut { at: given(at) });
+        }
+        let (volume, inertia, centre) = (volume * scale.powi(3), inertia * (scale * scale), centre * scale);
+        let (inner_radius, tips) = (0.0, vec![]);
+        let mut solid = Self { surface, normals, tree, field, size, volume, inertia, centre, inner_radius, tips };
+        solid.inner_radius = solid.greatest_depth();
+        solid.tips = tips::tips(&solid);
+        Ok(solid)
+    }
+
+    /// φ, exact, and its gradient.
+    pub(super) fn exact(&self, p: &Vector3) -> Gap {
+        nearest((&self.surface, &self.normals, &self.tree), p, self.size)
+    }
+
+    /// Where the centre of mass, now the origin, was, m.
+    #[must_use]
+    pub fn centre(&self) -> Vector3 {
+        self.centre
+    }
+
+    /// Whether the surface was inside out as given.
+    #[must_use]
+    pub fn was_turned(&self) -> bool {
+        self.surface.was_turned()
+    }
+
+    /// The corners of the surface, m.
+    #[must_use]
+    pub fn points(&self) -> &[Vector3] {
+        &self.surface.points
+    }
+
+    /// The triangles between them, outward oriented.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.surface.triangles
+    }
+
+    /// Corners that may be sharper than a mesh, m.
+    #[must_use]
+    pub fn tips(&self) -> &[Vector3] {
+        &self.tips
+    }
+
+    /// Depth of the deepest point to be found from the deepest node of the grid, stepping to the side and diagonally: at
+    /// most √3/2 cells less than the greatest depth there is.
+    fn greatest_depth(&self) -> f64 {
+        const SMALLEST: f64 = 1e-2;
+        let depth = |p: &Vector3| -self.exact(p).distance;
+        let mut at = self.field.deepest();
+        let (mut best, mut step) = (depth(&at), 0.5 * self.field.cell());
+        while step > SMALLEST * self.field.cell() {
+            let sides =
+                (0..27).map(|i| Vector3::from([i % 3, i / 3 % 3, i / 9].map(|n| f64::from(n) - 1.0)) * step + at);
+            match sides.map(|p| (depth(&p), p)).find(|(found, _)| *found > best) {
+                Some(found) => (best, at) = found,
+                None => step *= 0.5,
+            }
+        }
+        best
+    }
+}
+
+/// Signed distance to a surface of this size, and its gradient.
+fn nearest((surface, normals, tree): (&Surface, &Normals, &Tree), p: &Vector3, size: f64) -> Gap {
+    let found = tree.nearest(p);
+    let outward = normals.at(surface, found.triangle, found.closest.feature);
+    let arm = p - found.closest.point;
+    if found.closest.feature == Feature::Face {
+        return Gap { distance: outward.dot(&arm), normal: outward };
+    }
+    let (sign, distance) = (1.0_f64.copysign(arm.dot(&outward)), arm.norm());
+    if distance <= ROUND_OFF * size {
+        // An edge between two sheets lying on each other has no normal of its own.
+        let normal = outward.try_normalize(0.0).unwrap_or(normals.faces[found.triangle as usize]);
+        return Gap { distance: sign * distance, normal };
+    }
+    Gap { distance: sign * distance, normal: arm * (sign / distance) }
+}
+
+impl SignedDistance for Solid {
+    fn gap(&self, point: &Vector3) -> Gap {
+        self.field.far(point).unwrap_or_else(|| self.exact(point))
+    }
+
+    fn reach(&self, direction: &Vector3) -> f64 {
+        self.tree.reach(direction)
+    }
+
+    fn specific_inertia(&self) -> Option<Tensor3> {
+        Some(self.inertia)
+    }
+
+    fn specific_inertia_of_section(&self) -> Option<f64> {
+        None
+    }
+
+    fn volume(&self) -> Option<f64> {
+        Some(self.volume)
+    }
+
+    fn area_of_section(&self) -> Option<f64> {
+        None
+    }
+
+    fn inner_radius(&self) -> f64 {
+        self.inner_radius
+    }
+}
+
+/// The same surface is the same body.
+impl PartialEq for Solid {
+    fn eq(&self, other: &Self) -> bool {
+        self.surface == other.surface
+    }
+}
+
+impl fmt::Debug for Solid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (triangles, volume) = (self.surface.triangles.len(), self.volume);
+        f.debug_struct("Solid").field("triangles", &triangles).field("volume", &volume).finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,48 @@
+//! Corners of a body that may be sharper than a mesh.
+
+use super::Solid;
+use crate::algebra::Vector3;
+use crate::geometry::SignedDistance as _;
+
+/// A corner is sharp where a point at some depth below it is less deep in the body than this part. Cones of 35° half-angle
+/// or more (sin 35° = 0.574; the corner of a cube has 0.577) are stopped by the nodes and facets of a mesh: of steel, at
+/// 8 m/s, they are at most 0.52 cells deep in a facet; with 30° it is 0.63 cells, with 25° 1.8. As tips, corners of a cube
+/// and rims of a cylinder would be held where they need it not: the removal of penetration then pumps 5 to 20 % of the
+/// energy.
+const BLUNT: f64 = 0.57;
+/// Tips are so far apart, in radii of the greatest ball inside: one for a small flat end, some along a blade.
+const APART: f64 = 0.25;
+/// Neighbours as far out as this part of a corner are level with it: single precision leaves the corners of a rim that much
+/// apart.
+const LEVEL: f64 = 1.0 - 1e-5;
+/// Tips that are kept: those furthest out.
+const MOST: usize = 64;
+
+/// The sharp corners that are no nearer to the centre of mass than their neighbours.
+pub(super) fn tips(solid: &Solid) -> Vec<Vector3> {
+    let points = solid.points();
+    let mut furthest = vec![0.0_f64; points.len()];
+    for triangle in solid.triangles() {
+        let far = triangle.map(|i| points[i as usize].norm()).into_iter().fold(0.0, f64::max);
+        for i in triangle {
+            furthest[*i as usize] = furthest[*i as usize].max(far);
+        }
+    }
+    let mut outermost: Vec<usize> = (0..points.len()).filter(|i| points[*i].norm() >= LEVEL * furthest[*i]).collect();
+    outermost.sort_by(|a, b| points[*b].norm().total_cmp(&points[*a].norm()));
+    let mut alone: Vec<usize> = vec![];
+    for corner in outermost {
+        let away = |other: &usize| (points[*other] - points[corner]).norm() >= APART * solid.inner_radius();
+        if alone.iter().all(away) {
+            alone.push(corner);
+        }
+    }
+    alone.into_iter().filter(|corner| is_sharp(solid, *corner)).take(MOST).map(|corner| points[corner]).collect()
+}
+
+/// Whether it is sharp at the scale of the coarsest mesh allowed, or of one up to eight times finer.
+fn is_sharp(solid: &Solid, corner: usize) -> bool {
+    let Some(outward) = solid.normals.corners[corner].try_normalize(0.0) else { return false };
+    let sharp = |depth: f64| -solid.exact(&(solid.points()[corner] - outward * depth)).distance < BLUNT * depth;
+    [1.0, 0.5, 0.25, 0.125].iter().any(|part| sharp(part * solid.inner_radius()))
+}

@@ -1,0 +1,112 @@
+//! Files that a scene names.
+
+use super::stl;
+use super::{BodyShape, Projectile, Scene, SceneError, Stl, body_name};
+use crate::geometry::{Solid, Surface, SurfaceError};
+use std::io;
+use std::sync::Arc;
+
+/// Gives the bytes of a file by the name that the scene has for it, or says why not.
+pub type Files<'a> = dyn Fn(&str) -> io::Result<Vec<u8>> + 'a;
+
+/// Has no file: for scenes that name none.
+///
+/// # Errors
+/// Always.
+pub fn no_files(_name: &str) -> io::Result<Vec<u8>> {
+    Err(io::Error::new(io::ErrorKind::Unsupported, "this scene is read without the folder that it is in"))
+}
+
+/// What is in an STL file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StlContent {
+    /// Hash of its bytes.
+    pub digest: u128,
+    /// The body, in metres.
+    pub solid: Arc<Solid>,
+}
+
+impl Scene {
+    /// Names of the files that the scene needs, with their keys.
+    #[must_use]
+    pub fn files(&self) -> Vec<(String, &str)> {
+        let named = |(i, body)| stl_of(body).map(|stl| (body_name(i) + FILE, stl.file.as_str()));
+        self.bodies().enumerate().filter_map(named).collect()
+    }
+}
+
+const FILE: &str = ".shape.stl.file";
+const SCALE: &str = ".shape.stl.scale";
+
+fn stl_of(body: &Projectile) -> Option<&Stl> {
+    match &body.shape {
+        BodyShape::Stl(stl) => Some(stl),
+        BodyShape::Sphere { .. }
+        | BodyShape::Cylinder { .. }
+        | BodyShape::Capsule { .. }
+        | BodyShape::Bullet(_)
+        | BodyShape::Plate { .. }
+        | BodyShape::HalfSpace { .. }
+        | BodyShape::Dome { .. } => None,
+    }
+}
+
+impl Stl {
+    /// The body, once the file is read.
+    #[must_use]
+    pub fn solid(&self) -> Option<Arc<Solid>> {
+        self.content.as_ref().map(|content| content.solid.clone())
+    }
+}
+
+/// Reads the files that a scene names.
+pub(super) fn attach(scene: &mut Scene, files: &Files<'_>) -> Result<(), SceneError> {
+    let bodies = std::iter::once(&mut scene.projectile).chain(&mut scene.fragment);
+    for (i, body) in bodies.enumerate() {
+        if let BodyShape::Stl(stl) = &mut body.shape {
+            let named = |e: SceneError| SceneError { key: body_name(i) + &e.key, ..e };
+            stl.content = Some(content(stl, files).map_err(named)?);
+        }
+    }
+    Ok(())
+}
+
+/// What is in a file; keys of errors are those inside the table of the body.
+fn content(stl: &Stl, files: &Files<'_>) -> Result<StlContent, SceneError> {
+    const PATH: &str = "the path of an STL file, relative to the folder of the scene";
+    const LENGTH: &str = "a length from 1e-9 to 1e9, m per unit of the file, such as 1e-3";
+    if !(1e-9..=1e9).contains(&stl.scale) {
+        return Err(SceneError::value(SCALE, format!("{:?}", stl.scale), LENGTH));
+    }
+    let bytes = files(&stl.file).map_err(|e| SceneError::value(FILE, format!("{:?}: {e}", stl.file), PATH))?;
+    let named = |found: &str| format!("{:?} with {found}", stl.file);
+    let corners = stl::triangles(&bytes).map_err(|e| SceneError::value(FILE, named(&e.found), e.expected))?;
+    let solid = Surface::new(&corners).and_then(|surface| Solid::new(surface, stl.scale));
+    let solid = solid.map_err(|e| SceneError::value(FILE, named(&e.to_string()), remedy(&e)))?;
+    Ok(StlContent { digest: xxhash_rust::xxh3::xxh3_128(&bytes), solid: Arc::new(solid) })
+}
+
+/// What was expected instead, and what helps. Places are in the units of the file.
+fn remedy(error: &SurfaceError) -> String {
+    match error {
+        SurfaceError::TooFew { .. } => "a closed surface: four triangles or more".to_owned(),
+        SurfaceError::TooMany { .. } => {
+            format!("at most {}: thin the surface out, the mesh of the gel is coarser", Surface::MOST_TRIANGLES)
+        }
+        SurfaceError::NotFinite { .. } => "finite coordinates: export the file again".to_owned(),
+        SurfaceError::Open { .. } => {
+            "a closed surface, every edge shared by two triangles: close the holes and join double corners".to_owned()
+        }
+        SurfaceError::Branched { .. } => {
+            "every edge shared by two triangles: take away inner walls, or join the bodies".to_owned()
+        }
+        SurfaceError::Disoriented { .. } => {
+            "triangles that all face outwards, their corners counter-clockwise: make the normals consistent".to_owned()
+        }
+        SurfaceError::Flat { .. } => "a body that encloses a volume".to_owned(),
+        SurfaceError::Crossing { .. } => {
+            "a surface that does not pass through itself: unite overlapping bodies".to_owned()
+        }
+        SurfaceError::InsideOut { .. } => "parts that all face outwards: turn that one".to_owned(),
+    }
+}
