@@ -103,6 +103,14 @@ fn pack(scene: &str, file: &Path) -> Vec<u8> {
     fs::read(file).unwrap()
 }
 
+/// The partners of the gel and the systems with them, packed with a scene from what cargo built for these tests.
+fn systems(out: &Path, scene: &str) -> PathBuf {
+    let built = Path::new(env!("CARGO_BIN_EXE_gelfmu")).parent().unwrap();
+    let mut ssp = command(built.join("examples").join(format!("ssp{}", std::env::consts::EXE_SUFFIX)));
+    expect(ssp.env_remove("CARGO").arg(out).arg(scene), "pack the partners");
+    out.to_owned()
+}
+
 fn coarse_scene(folder: &Path) -> String {
     let text = ballistic_gel::scene::builtin("sphere-block").unwrap();
     let coarse = text.replace("size = 5e-3", "size = 10e-3").replace("end_time = 10e-3", "end_time = 2e-3");
@@ -183,9 +191,13 @@ fn fmpy_accepts_and_runs_the_fmu() {
     let (fmu, coarse) = (folder.join("sphere-block.fmu"), folder.join("coarse.fmu"));
     pack("sphere-block", &fmu);
     pack(&coarse_scene(&folder), &coarse);
+    let coarse_systems = systems(&folder.join("systems"), &coarse_scene(&folder));
+    let tumbling = root().join("tests/conformance/tumbling.toml");
+    let tumbling = systems(&folder.join("tumbling"), tumbling.to_str().unwrap());
     let mut pytest = command(interpreter);
     pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(root().join("tests/conformance"));
     pytest.env("BALLISTIC_GEL_FMU", &fmu).env("BALLISTIC_GEL_COARSE_FMU", &coarse);
+    pytest.env("BALLISTIC_GEL_SYSTEMS", coarse_systems).env("BALLISTIC_GEL_TUMBLING_SYSTEMS", tumbling);
     let output = expect(pytest.env("PYTHONDONTWRITEBYTECODE", "1"), "pass the tests of the importer");
     println!("{}", String::from_utf8_lossy(&output.stdout));
 }

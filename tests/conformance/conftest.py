@@ -31,6 +31,30 @@ def coarse(tmp_path_factory):
     return extract(os.environ["BALLISTIC_GEL_COARSE_FMU"], str(tmp_path_factory.mktemp("coarse")))
 
 
+class Systems:
+    """The folder of partners and systems; what is unpacked is unpacked once."""
+
+    def __init__(self, folder, scratch):
+        self.folder, self.scratch, self.known = Path(folder), scratch, {}
+
+    def unpacked(self, name):
+        if name not in self.known:
+            self.known[name] = extract(str(self.folder / f"{name}.fmu"), str(self.scratch / name))
+        return self.known[name]
+
+
+@pytest.fixture(scope="session")
+def systems(tmp_path_factory):
+    """The partners and the systems with them, with the coarse scene."""
+    return Systems(os.environ["BALLISTIC_GEL_SYSTEMS"], tmp_path_factory.mktemp("systems"))
+
+
+@pytest.fixture(scope="session")
+def tumbling(tmp_path_factory):
+    """The systems with a tilted, spinning capsule."""
+    return Systems(os.environ["BALLISTIC_GEL_TUMBLING_SYSTEMS"], tmp_path_factory.mktemp("tumbling"))
+
+
 @pytest.fixture
 def make(coarse):
     """A function that makes instances of the coarse scene; they are freed after the test."""

@@ -1,0 +1,8 @@
+//! `Armour.fmu`: a plate and the bulge behind it, as the partner of gel and projectile.
+
+mod fmi;
+mod instance;
+mod plate;
+mod table;
+
+use plate::MODEL;

@@ -1,0 +1,175 @@
+//! One instance of a partner: which call is allowed when, and its state as a value.
+
+use super::table::{Causality, Model};
+
+/// Where in its life an instance is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// After `fmi2Instantiate` or `fmi2Reset`.
+    Instantiated,
+    /// Between `fmi2EnterInitializationMode` and `fmi2ExitInitializationMode`.
+    Initialization,
+    /// Steps are taken.
+    Stepping,
+    /// After `fmi2Terminate`.
+    Terminated,
+}
+
+const PHASES: [Phase; 4] = [Phase::Instantiated, Phase::Initialization, Phase::Stepping, Phase::Terminated];
+
+/// Everything that a later answer depends on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    phase: Phase,
+    time: f64,
+    values: Vec<f64>,
+}
+
+/// A partner in use.
+#[derive(Debug)]
+pub struct Instance {
+    /// What it is an instance of.
+    pub model: &'static Model,
+    state: State,
+}
+
+impl Instance {
+    /// An instance with the starts of the table.
+    pub fn new(model: &'static Model) -> Self {
+        Self { model, state: State { phase: Phase::Instantiated, time: 0.0, values: model.values() } }
+    }
+
+    /// The present state.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Time up to which it has stepped, s.
+    pub fn time(&self) -> f64 {
+        self.state.time
+    }
+
+    /// Goes to a state.
+    pub fn restore(&mut self, state: State) {
+        self.state = state;
+    }
+
+    /// Begins anew.
+    pub fn reset(&mut self) {
+        *self = Self::new(self.model);
+    }
+
+    /// Start time, s.
+    pub fn setup(&mut self, start_time: f64) -> Result<(), String> {
+        self.expect(&[Phase::Instantiated], "fmi2SetupExperiment")?;
+        self.state.time = start_time;
+        Ok(())
+    }
+
+    /// Enters initialization mode.
+    pub fn enter_initialization(&mut self) -> Result<(), String> {
+        self.expect(&[Phase::Instantiated], "fmi2EnterInitializationMode")?;
+        self.state.phase = Phase::Initialization;
+        Ok(())
+    }
+
+    /// Computes the first outputs and is ready to step.
+    pub fn exit_initialization(&mut self) -> Result<(), String> {
+        self.expect(&[Phase::Initialization], "fmi2ExitInitializationMode")?;
+        (self.model.start)(&mut self.state.values)?;
+        self.state.phase = Phase::Stepping;
+        Ok(())
+    }
+
+    /// Ends the simulation; values can still be read.
+    pub fn terminate(&mut self) -> Result<(), String> {
+        self.expect(&[Phase::Stepping], "fmi2Terminate")?;
+        self.state.phase = Phase::Terminated;
+        Ok(())
+    }
+
+    /// Values of the references.
+    pub fn get(&mut self, references: &[u32]) -> Result<Vec<f64>, String> {
+        if self.state.phase == Phase::Initialization {
+            (self.model.start)(&mut self.state.values)?;
+        }
+        references.iter().map(|&reference| Ok(self.state.values[self.index(reference)?])).collect()
+    }
+
+    /// Sets inputs at any time, and parameters before the first step.
+    pub fn set(&mut self, reference: u32, value: f64) -> Result<(), String> {
+        let index = self.index(reference)?;
+        let (variable, _) = self.model.scalars().nth(index).ok_or("a reference without variable")?;
+        let (phase, name) = (self.state.phase, variable.name);
+        let when = match variable.causality {
+            Causality::Input if phase != Phase::Terminated => None,
+            Causality::Input => Some("an input, set before fmi2Terminate"),
+            Causality::Parameter if matches!(phase, Phase::Instantiated | Phase::Initialization) => None,
+            Causality::Parameter => Some("a parameter, set before fmi2ExitInitializationMode"),
+            Causality::Output | Causality::Local => Some("computed, never set"),
+        };
+        if let Some(when) = when {
+            return Err(format!("{name}: found a call that sets it in phase {phase:?}; it is {when}"));
+        }
+        if !value.is_finite() {
+            return Err(format!("{name}: found {value}, expected a finite number of {}", variable.unit));
+        }
+        self.state.values[index] = value;
+        Ok(())
+    }
+
+    /// Steps from a time over a length, s.
+    pub fn step(&mut self, from: f64, length: f64) -> Result<(), String> {
+        self.expect(&[Phase::Stepping], "fmi2DoStep")?;
+        if !(length.is_finite() && length > 0.0) {
+            return Err(format!("step size: found {length} s, expected a positive number"));
+        }
+        // Times of importers are sums or products of steps: they differ from ours by rounding alone.
+        if (from - self.state.time).abs() > 1e-6 * length + 1e-9 * from.abs() {
+            return Err(format!("step from {from} s: the last step ended at {} s", self.state.time));
+        }
+        let mut values = self.state.values.clone();
+        (self.model.step)(&mut values, length)?;
+        (self.state.values, self.state.time) = (values, from + length);
+        Ok(())
+    }
+
+    fn expect(&self, phases: &[Phase], call: &str) -> Result<(), String> {
+        let found = self.state.phase;
+        let help = || format!("{call}: not allowed in phase {found:?}, expected one of {phases:?}");
+        if phases.contains(&found) { Ok(()) } else { Err(help()) }
+    }
+
+    fn index(&self, reference: u32) -> Result<usize, String> {
+        let (index, n) = (reference as usize, self.state.values.len());
+        if index < n { Ok(index) } else { Err(format!("value reference {reference}: there are {n}, from 0")) }
+    }
+}
+
+impl State {
+    /// The state as bytes: the interface it belongs to, phase, time and values.
+    pub fn to_bytes(&self, model: &Model) -> Vec<u8> {
+        let mut bytes = model.guid().into_bytes();
+        let numbers = [f64::from(self.phase as u8), self.time].into_iter().chain(self.values.iter().copied());
+        bytes.extend(numbers.flat_map(f64::to_le_bytes));
+        bytes
+    }
+
+    /// A state from bytes.
+    pub fn from_bytes(bytes: &[u8], model: &Model) -> Result<Self, String> {
+        let guid = model.guid();
+        let expected = guid.len() + 8 * (2 + model.values().len());
+        if bytes.len() != expected || !bytes.starts_with(guid.as_bytes()) {
+            let n = bytes.len();
+            return Err(format!("serialised state: found {n} bytes, expected {expected} that begin with {guid}"));
+        }
+        let (words, _) = bytes[guid.len()..].as_chunks::<8>();
+        let mut numbers = words.iter().map(|word| f64::from_le_bytes(*word));
+        let (phase, time) = (numbers.next(), numbers.next());
+        let phase = PHASES.into_iter().find(|known| phase == Some(f64::from(*known as u8)));
+        match (phase, time) {
+            (Some(phase), Some(time)) => Ok(Self { phase, time, values: numbers.collect() }),
+            _ => Err("serialised state: it holds no phase that is known".to_owned()),
+        }
+    }
+}

@@ -1,0 +1,235 @@
+"""Run a system of FMUs (SSP) in an importer: fmpy, libcosim, Ecos, an FMU container, or a loop of our own.
+
+    pip install fmpy libcosimpy ecospy tbb fmu-manipulation-toolbox
+    cargo run --release --example ssp -- gelfmu-out/systems
+    python examples/run_system.py gelfmu-out/systems/gel-and-body.ssp libcosim 1e-5 1e-2
+
+Every importer is a function of the SSP, the communication step and the end of the run (both in s), and the variables to
+return. They differ in *when* a unit sees what another one gave: all step from the same time and exchange afterwards
+(Jacobi), or one after the other, each with what those before it just gave (Gauss-Seidel).
+"""
+
+import contextlib
+import ctypes
+import io
+import logging
+import shutil
+import sys
+import tempfile
+import zipfile
+from pathlib import Path
+from types import SimpleNamespace
+from xml.etree import ElementTree
+
+WATCHED = [("gel", "contact.total_impulse[3]"), ("gel", "projectile.predicted_velocity[3]"), ("body", "velocity[3]")]
+SPACE = "{http://ssp-standard.org/SSP1/SystemStructure%s}"
+
+
+class System:
+    """What stands in the SSP: units in order, their files, start values, and connections."""
+
+    def __init__(self, ssp):
+        with zipfile.ZipFile(ssp) as archive:
+            root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
+        description, values = SPACE % "Description", SPACE % "ParameterValues"
+        components = list(root.iter(description + "Component"))
+        self.files = {each.get("name"): each.get("source") for each in components}
+        self.starts = {
+            (each.get("name"), parameter.get("name")): parameter[0].get("value")
+            for each in components
+            for parameter in each.iter(values + "Parameter")
+        }
+        self.connections = [
+            ((c.get("startElement"), c.get("startConnector")), (c.get("endElement"), c.get("endConnector")))
+            for c in root.iter(description + "Connection")
+        ]
+
+
+def count(step, stop):
+    return round(stop / step)
+
+
+def with_fmpy(ssp, step, stop, watched=WATCHED):
+    """fmpy's own SSP master: Jacobi. It starts with 0 at every input, whatever the FMUs give or want."""
+    from fmpy.ssp.simulation import simulate_ssp
+
+    starts = [SimpleNamespace(name=".".join(at), value=value) for at, value in System(ssp).starts.items()]
+    # Its loop adds up steps until it is at the end: aim at the middle of the last one.
+    rows = simulate_ssp(
+        str(ssp),
+        stop_time=(count(step, stop) - 0.5) * step,
+        step_size=step,
+        parameter_set=SimpleNamespace(parameters=starts),
+    )
+    return [float(rows[".".join(at)][-1]) for at in watched]
+
+
+def with_libcosim(ssp, step, stop, watched=WATCHED):
+    """libcosim's fixed-step algorithm: Jacobi. Outputs are handed over before the first step."""
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+    from libcosimpy.CosimObserver import CosimObserver
+
+    log_output_level(CosimLogLevel.FATAL)
+    with tempfile.TemporaryDirectory() as folder:
+        with zipfile.ZipFile(ssp) as archive:
+            archive.extractall(folder)
+        execution = CosimExecution.from_ssp_file(folder, step_size=round(step * 1e9))
+        observer = CosimObserver.create_last_value()
+        execution.add_observer(observer)
+        places = []
+        for unit, name in watched:
+            index = execution.slave_index_from_instance_name(unit)
+            found = (v.reference for v in execution.slave_variables(index) if v.name.decode() == name)
+            places.append((index, next(found)))
+        if not execution.step(count(step, stop)):
+            raise RuntimeError(f"libcosim could not run {ssp}")
+        return [observer.last_real_values(index, [reference])[0] for index, reference in places]
+
+
+def with_ecos(ssp, step, stop, watched=WATCHED):
+    """Ecos' fixed-step algorithm: Jacobi. Outputs are handed over before the first step."""
+    if sys.platform == "linux":
+        # Its library wants that of the package tbb, which lies where the loader does not look.
+        ctypes.CDLL(str(Path(sys.prefix) / "lib" / "libtbb.so.12"), mode=ctypes.RTLD_GLOBAL)
+    from ecospy import EcosSimulation
+    from ecospy.lib import EcosLib
+
+    EcosLib.set_log_level("off")
+    with EcosSimulation(ssp_path=str(ssp), step_size=step) as simulation:
+        simulation.init(parameter_set="starts")
+        simulation.step(count(step, stop))
+        values = [simulation.get_real("::".join(at)) for at in watched]
+        simulation.terminate()
+    return values
+
+
+def with_container(ssp, step, stop, watched=WATCHED, sequential=False):
+    """One FMU around all of them (fmu-manipulation-toolbox), run by fmpy: Jacobi, or `sequential` Gauss-Seidel in the
+    order of the SSP. Its reader of SSPs takes no start values, so they are given here."""
+    from fmpy import simulate_fmu
+    from fmu_manipulation_toolbox.assembly import Assembly
+
+    logging.disable(logging.ERROR)  # it reports every variable that is wired to nothing
+    system = System(ssp)
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copy(ssp, Path(folder) / "system.ssp")
+        assembly = Assembly("system.ssp", default_step_size=step, fmu_directory=Path(folder))
+        assembly.root.sequential = sequential
+        inside = {unit: f"system.dir/{Path(file).name}" for unit, file in system.files.items()}
+        for (unit, name), value in system.starts.items():
+            assembly.root.add_start_value(inside[unit], name, value)
+        for unit, name in watched:
+            assembly.root.add_output(inside[unit], name, f"{unit}.{name}")
+        assembly.make_fmu()
+        # It says how it schedules as a warning and an error.
+        with contextlib.redirect_stdout(io.StringIO()):
+            rows = simulate_fmu(f"{folder}/system.fmu", stop_time=stop, step_size=step, output_interval=stop)
+    logging.disable(logging.NOTSET)
+    return [float(rows[".".join(at)][-1]) for at in watched]
+
+
+def with_sequential_container(ssp, step, stop, watched=WATCHED):
+    """The container, one unit after the other."""
+    return with_container(ssp, step, stop, watched, sequential=True)
+
+
+class Loop:
+    """A master in a few lines, for any order of the units."""
+
+    def __init__(self, ssp):
+        from fmpy import extract, read_model_description
+        from fmpy.fmi2 import FMU2Slave
+
+        self.system, self.folder, self.units, self.variables = System(ssp), extract(str(ssp)), {}, {}
+        for unit, file in self.system.files.items():
+            folder = extract(str(Path(self.folder) / file))
+            description = read_model_description(folder)
+            self.variables[unit] = {v.name: v for v in description.modelVariables}
+            self.units[unit] = FMU2Slave(
+                guid=description.guid,
+                unzipDirectory=folder,
+                modelIdentifier=description.coSimulation.modelIdentifier,
+                instanceName=unit,
+            )
+
+    def start(self):
+        for unit, fmu in self.units.items():
+            fmu.instantiate()
+            fmu.setupExperiment(startTime=0.0)
+        for at, value in self.system.starts.items():
+            self.set(at, value)
+        for fmu in self.units.values():
+            fmu.enterInitializationMode()
+            fmu.exitInitializationMode()
+
+    def get(self, at):
+        unit, name = at
+        return self.units[unit].getReal([self.variables[unit][name].valueReference])[0]
+
+    def set(self, at, value):
+        unit, name = at
+        variable = self.variables[unit][name]
+        if variable.type == "Real":
+            self.units[unit].setReal([variable.valueReference], [float(value)])
+        else:
+            self.units[unit].setInteger([variable.valueReference], [int(value)])
+
+    def exchange(self, units):
+        """Hand over what these units take."""
+        values = [(to, self.get(at)) for at, to in self.system.connections if to[0] in units]
+        for to, value in values:
+            self.set(to, value)
+
+    def step(self, time, step, order):
+        """Groups of units one after the other: those in one group exchange before it steps."""
+        for group in order:
+            self.exchange(group)
+            for unit in group:
+                self.units[unit].doStep(time, step)
+
+    def free(self):
+        for fmu in self.units.values():
+            fmu.terminate()
+            fmu.freeInstance()
+            shutil.rmtree(fmu.unzipDirectory, ignore_errors=True)
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def with_loop(ssp, step, stop, watched=WATCHED, order=None):
+    """A loop of our own: by default Jacobi; `order` = [["gel"], ["body"]] is Gauss-Seidel with the gel first. Outputs are
+    handed over before the first step."""
+    loop = Loop(ssp)
+    loop.start()
+    for k in range(count(step, stop)):
+        loop.step(k * step, step, order or [list(loop.units)])
+    values = [loop.get(at) for at in watched]
+    loop.free()
+    return values
+
+
+def with_sequential_loop(ssp, step, stop, watched=WATCHED):
+    """The loop, one unit after the other in the order of the SSP."""
+    return with_loop(ssp, step, stop, watched, order=[[unit] for unit in System(ssp).files])
+
+
+def with_reversed_loop(ssp, step, stop, watched=WATCHED):
+    """The loop, one unit after the other against the order of the SSP."""
+    return with_loop(ssp, step, stop, watched, order=[[unit] for unit in reversed(System(ssp).files)])
+
+
+IMPORTERS = {
+    "fmpy": with_fmpy,
+    "libcosim": with_libcosim,
+    "ecos": with_ecos,
+    "container": with_container,
+    "sequential-container": with_sequential_container,
+    "loop": with_loop,
+    "sequential-loop": with_sequential_loop,
+    "reversed-loop": with_reversed_loop,
+}
+
+if __name__ == "__main__":
+    ssp, importer, step, stop = sys.argv[1:]
+    for at, value in zip(WATCHED, IMPORTERS[importer](ssp, float(step), float(stop)), strict=True):
+        print(f"{'.'.join(at)} = {value!r}")

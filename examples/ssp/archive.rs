@@ -1,0 +1,36 @@
+//! FMUs and SSPs are zip archives: sorted, deflated, without times, so that the same content gives the same bytes.
+
+use std::collections::BTreeMap;
+use std::io::{Cursor, Read, Write};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
+
+/// Path and bytes of each file in an archive.
+pub type Entries = BTreeMap<String, Vec<u8>>;
+
+/// The archive as bytes.
+pub fn zipped(entries: &Entries) -> zip::result::ZipResult<Vec<u8>> {
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .last_modified_time(DateTime::default())
+        .unix_permissions(0o644);
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    for (path, bytes) in entries {
+        zip.start_file(path.as_str(), options)?;
+        zip.write_all(bytes)?;
+    }
+    Ok(zip.finish()?.into_inner())
+}
+
+/// What is in an archive.
+pub fn unzipped(bytes: &[u8]) -> zip::result::ZipResult<Entries> {
+    let mut zip = ZipArchive::new(Cursor::new(bytes))?;
+    let mut entries = Entries::new();
+    for i in 0..zip.len() {
+        let mut file = zip.by_index(i)?;
+        let mut content = Vec::new();
+        file.read_to_end(&mut content)?;
+        entries.insert(file.name()?.into_owned(), content);
+    }
+    Ok(entries)
+}

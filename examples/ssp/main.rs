@@ -1,0 +1,125 @@
+//! Packs the gel, its partners, and the systems of them: `cargo run --release --example ssp -- OUT_DIR`.
+
+mod archive;
+mod description;
+mod gel;
+mod structure;
+mod systems;
+
+#[path = "../partners/body.rs"]
+mod body;
+#[path = "../partners/plate.rs"]
+mod plate;
+#[path = "../partners/table.rs"]
+mod table;
+
+use archive::{Entries, zipped};
+use std::env::consts::{ARCH, DLL_PREFIX, DLL_SUFFIX, EXE_SUFFIX, OS};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+use table::Model;
+
+const USAGE: &str = "usage: ssp OUT_DIR [SCENE [ARMOUR_SCENE]], built-in scenes or files: for gel and body (default \
+                     sphere-block), and with a dome as first fragment (default examples/ssp/armour-block.toml)";
+const ARMOUR_SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/ssp/armour-block.toml");
+
+/// A partner and its library's name.
+const PARTNERS: [(&Model, &str); 2] = [(&body::MODEL, "rigid_body"), (&plate::MODEL, "armour")];
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let done = match arguments.as_slice() {
+        [out] => pack(Path::new(out), "sphere-block", ARMOUR_SCENE),
+        [out, scene] => pack(Path::new(out), scene, ARMOUR_SCENE),
+        [out, scene, armour_scene] => pack(Path::new(out), scene, armour_scene),
+        _ => Err(USAGE.to_owned()),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn pack(out: &Path, scene_name: &str, armour_scene_name: &str) -> Result<(), String> {
+    let built = build()?;
+    fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
+    for (model, library) in PARTNERS {
+        write(&out.join(format!("{}.fmu", model.name)), &partner(model, &built, library)?)?;
+    }
+    let gelfmu = built.join(format!("gelfmu{EXE_SUFFIX}"));
+    gel::pack(&gelfmu, scene_name, &out.join(systems::GEL))?;
+    let scene = systems::scene_of(scene_name)?;
+    for (name, mode) in [("gel-and-body", None), ("gel-and-body-corrected", Some(systems::CORRECTED))] {
+        system(out, name, &systems::gel_and_body(&scene, mode)?, &systems::gel_and_body_wires())?;
+    }
+    gel::pack(&gelfmu, armour_scene_name, &out.join(systems::GEL_BEHIND_ARMOUR))?;
+    let units = systems::gel_armour_and_body(&systems::scene_of(armour_scene_name)?)?;
+    system(out, "gel-armour-body", &units, &systems::gel_armour_and_body_wires())
+}
+
+/// Where the programs and libraries of this build are. Started by cargo, it builds what it packs; started by itself, it
+/// takes what is there.
+fn build() -> Result<PathBuf, String> {
+    let own = std::env::current_exe().map_err(|error| format!("this program has no path: {error}"))?;
+    let built = own.ancestors().nth(2).ok_or("this program is not in a folder of cargo")?.to_path_buf();
+    if let Some(cargo) = std::env::var_os("CARGO") {
+        let target = built.parent().ok_or("this program is not in a target folder of cargo")?;
+        let mut cargo = Command::new(cargo);
+        cargo.current_dir(env!("CARGO_MANIFEST_DIR")).args(["build", "--release", "--quiet", "--bins"]);
+        run(cargo.args(["--example", "rigid_body", "--example", "armour", "--target-dir"]).arg(target))?;
+    }
+    Ok(built)
+}
+
+fn run(command: &mut Command) -> Result<(), String> {
+    let status = command.status().map_err(|error| format!("{}: {error}", command.get_program().display()))?;
+    if status.success() { Ok(()) } else { Err(format!("{command:?} ended with {status}")) }
+}
+
+/// The FMU of a partner, for this host.
+fn partner(model: &Model, built: &Path, library: &str) -> Result<Vec<u8>, String> {
+    (model.start)(&mut model.values()).map_err(|error| format!("{}: {error}", model.name))?;
+    let file = built.join("examples").join(format!("{DLL_PREFIX}{library}{DLL_SUFFIX}"));
+    let library = fs::read(&file)
+        .map_err(|error| format!("{}: {error}; cargo build --release --example {library} makes it", file.display()))?;
+    let description = description::xml(model).map_err(|error| error.to_string())?;
+    let entries = Entries::from([
+        ("modelDescription.xml".to_owned(), description.into_bytes()),
+        (format!("binaries/{}/{}{DLL_SUFFIX}", platform()?, model.name), library),
+    ]);
+    zipped(&entries).map_err(|error| error.to_string())
+}
+
+/// FMI 2.0's name of this host.
+fn platform() -> Result<&'static str, String> {
+    match (OS, ARCH) {
+        ("linux", "x86_64") => Ok("linux64"),
+        ("linux", "aarch64") => Ok("aarch64-linux"),
+        ("windows", "x86_64") => Ok("win64"),
+        ("macos", _) => Ok("darwin64"),
+        (os, arch) => Err(format!("FMI 2.0 has no name for {os} on {arch}")),
+    }
+}
+
+/// Writes the SSP of a system of FMUs that lie in the same folder.
+fn system(out: &Path, name: &str, units: &[structure::Unit], wires: &[structure::Wire]) -> Result<(), String> {
+    let ssd = structure::ssd(name, units, wires).map_err(|error| error.to_string())?;
+    let mut entries = Entries::from([("SystemStructure.ssd".to_owned(), ssd.into_bytes())]);
+    for unit in units {
+        let file = out.join(unit.file);
+        let bytes = fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+        entries.insert(format!("resources/{}", unit.file), bytes);
+    }
+    write(&out.join(format!("{name}.ssp")), &zipped(&entries).map_err(|error| error.to_string())?)
+}
+
+fn write(file: &Path, bytes: &[u8]) -> Result<(), String> {
+    fs::write(file, bytes).map_err(|error| format!("{}: {error}", file.display()))?;
+    println!("{} ({} kB)", file.display(), bytes.len() / 1000);
+    Ok(())
+}
