@@ -1,9 +1,9 @@
 //! FMUs and SSPs are zip archives: sorted, deflated, without times, so that the same content gives the same bytes.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read, Write};
+use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
+use zip::{CompressionMethod, DateTime, ZipWriter};
 
 /// Path and bytes of each file in an archive.
 pub type Entries = BTreeMap<String, Vec<u8>>;
@@ -20,17 +20,4 @@ pub fn zipped(entries: &Entries) -> zip::result::ZipResult<Vec<u8>> {
         zip.write_all(bytes)?;
     }
     Ok(zip.finish()?.into_inner())
-}
-
-/// What is in an archive.
-pub fn unzipped(bytes: &[u8]) -> zip::result::ZipResult<Entries> {
-    let mut zip = ZipArchive::new(Cursor::new(bytes))?;
-    let mut entries = Entries::new();
-    for i in 0..zip.len() {
-        let mut file = zip.by_index(i)?;
-        let mut content = Vec::new();
-        file.read_to_end(&mut content)?;
-        entries.insert(file.name()?.into_owned(), content);
-    }
-    Ok(entries)
 }

@@ -2,7 +2,6 @@
 
 mod archive;
 mod description;
-mod gel;
 mod structure;
 mod systems;
 
@@ -51,14 +50,22 @@ fn pack(out: &Path, scene_name: &str, armour_scene_name: &str) -> Result<(), Str
     for (model, library) in PARTNERS {
         write(&out.join(format!("{}.fmu", model.name)), &partner(model, &built, library)?)?;
     }
-    let gelfmu = built.join(format!("gelfmu{EXE_SUFFIX}"));
-    gel::pack(&gelfmu, scene_name, &out.join(systems::GEL))?;
+    let gel = |scene: &str, mode: &str, file: &str| {
+        let mut gelfmu = Command::new(built.join(format!("gelfmu{EXE_SUFFIX}")));
+        gelfmu.args(["--quiet", "pack", "--scene", scene, "--set", &format!("coupling.mode={mode}"), "--out"]);
+        run(gelfmu.arg(out.join(file)))
+    };
     let scene = systems::scene_of(scene_name)?;
-    for (name, mode) in [("gel-and-body", None), ("gel-and-body-corrected", Some(systems::CORRECTED))] {
-        system(out, name, &systems::gel_and_body(&scene, mode)?, &systems::gel_and_body_wires())?;
+    for (name, mode, file) in [
+        ("gel-and-body", "integrated", "BallisticGel.fmu"),
+        ("gel-and-body-corrected", "corrected", "BallisticGelCorrected.fmu"),
+    ] {
+        gel(scene_name, mode, file)?;
+        system(out, name, &systems::gel_and_body(&scene, file)?, &systems::gel_and_body_wires())?;
     }
-    gel::pack(&gelfmu, armour_scene_name, &out.join(systems::GEL_BEHIND_ARMOUR))?;
-    let units = systems::gel_armour_and_body(&systems::scene_of(armour_scene_name)?)?;
+    let file = "BallisticGelBehindArmour.fmu";
+    gel(armour_scene_name, "integrated", file)?;
+    let units = systems::gel_armour_and_body(&systems::scene_of(armour_scene_name)?, file)?;
     system(out, "gel-armour-body", &units, &systems::gel_armour_and_body_wires())
 }
 

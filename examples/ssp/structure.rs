@@ -4,15 +4,6 @@ use crate::description::{Xml, document, empty, inside, scalar_name};
 use std::collections::BTreeSet;
 use std::io;
 
-/// A value that a unit starts with.
-#[derive(Debug, Clone)]
-pub enum Value {
-    /// Of a Real.
-    Real(f64),
-    /// Of an Integer or of an item of an Enumeration.
-    Integer(i32),
-}
-
 /// An FMU in the system.
 #[derive(Debug)]
 pub struct Unit {
@@ -20,8 +11,8 @@ pub struct Unit {
     pub name: &'static str,
     /// Name of the FMU's file.
     pub file: &'static str,
-    /// Parameters that differ from the FMU's own starts.
-    pub starts: Vec<(String, Value)>,
+    /// Real parameters that differ from the FMU's own starts.
+    pub starts: Vec<(String, f64)>,
     /// Outputs that are wired to nothing, but that an importer may want to show.
     pub watched: Vec<Port>,
 }
@@ -109,14 +100,10 @@ fn parameters(xml: &mut Xml, unit: &Unit) -> io::Result<()> {
     })
 }
 
-fn parameter(xml: &mut Xml, (name, value): &(String, Value)) -> io::Result<()> {
-    let (kind, text) = match value {
-        Value::Real(value) => ("ssv:Real", format!("{value:?}")),
-        Value::Integer(value) => ("ssv:Integer", value.to_string()),
-    };
+fn parameter(xml: &mut Xml, (name, value): &(String, f64)) -> io::Result<()> {
     xml.create_element("ssv:Parameter")
         .with_attribute(("name", name.as_str()))
-        .write_inner_content(|xml| empty(xml, kind, &[("value", &text)]))
+        .write_inner_content(|xml| empty(xml, "ssv:Real", &[("value", &format!("{value:?}"))]))
         .map(drop)
 }
 

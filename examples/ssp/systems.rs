@@ -1,32 +1,22 @@
 //! The systems: gel and body, and gel, armour and body.
 
-use crate::structure::{Unit, Value, Wire};
+use crate::structure::{Unit, Wire};
 use ballistic_gel::fmi2;
 use ballistic_gel::scene::{self, Scene};
 
-/// File of the gel of the first scene.
-pub const GEL: &str = "BallisticGel.fmu";
-/// File of the gel of the second scene, with the dome of an armour as its first fragment.
-pub const GEL_BEHIND_ARMOUR: &str = "BallisticGelBehindArmour.fmu";
-
-/// The coupling mode in which the body owns the state; by default it follows.
-pub const CORRECTED: (&str, Value) = ("coupling.mode", Value::Integer(3));
-
-/// Units of gel and body, with a parameter of the gel if it is not to have its own starts.
-pub fn gel_and_body(scene: &Scene, parameter: Option<(&str, Value)>) -> Result<Vec<Unit>, String> {
-    let starts = parameter.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+/// Units of a gel, its FMU in this file, and body.
+pub fn gel_and_body(scene: &Scene, file: &'static str) -> Result<Vec<Unit>, String> {
     let watched = vec![("contact.total_impulse", 3, "N.s"), ("projectile.predicted_velocity", 3, "m/s")];
-    let gel = Unit { name: "gel", file: GEL, starts, watched };
+    let gel = Unit { name: "gel", file, starts: vec![], watched };
     let watched = vec![("total_impulse", 3, "N.s")];
     Ok(vec![gel, Unit { name: "body", file: "RigidBody.fmu", starts: projectile(scene)?, watched }])
 }
 
 /// Units of armour, gel and body. The plate steps first: what it gives belongs to the step that it has just made.
-pub fn gel_armour_and_body(scene: &Scene) -> Result<Vec<Unit>, String> {
-    let mut units = gel_and_body(scene, None)?;
-    units[0].file = GEL_BEHIND_ARMOUR;
+pub fn gel_armour_and_body(scene: &Scene, file: &'static str) -> Result<Vec<Unit>, String> {
+    let mut units = gel_and_body(scene, file)?;
     let mass = units[1].starts.iter().filter(|(name, _)| name == "mass");
-    let starts = mass.map(|(_, mass)| ("projectile_mass".to_owned(), mass.clone())).collect();
+    let starts = mass.map(|(_, mass)| ("projectile_mass".to_owned(), *mass)).collect();
     let watched = vec![("penetration", 1, "m"), ("perforated", 1, "1"), ("energy.closure", 1, "J")];
     units.insert(0, Unit { name: "armour", file: "Armour.fmu", starts, watched });
     Ok(units)
@@ -67,11 +57,11 @@ pub fn gel_armour_and_body_wires() -> Vec<Wire> {
 }
 
 /// Parameters of the body: the projectile of the scene.
-fn projectile(scene: &Scene) -> Result<Vec<(String, Value)>, String> {
+fn projectile(scene: &Scene) -> Result<Vec<(String, f64)>, String> {
     let table = fmi2::table_of(scene);
     let projectile = table.get("projectile").ok_or("the scene has no [projectile]")?;
     let mass = projectile.get("mass").and_then(toml::Value::as_float).ok_or("projectile.mass: the body needs one")?;
-    let mut starts = vec![("mass".to_owned(), Value::Real(mass))];
+    let mut starts = vec![("mass".to_owned(), mass)];
     let inertia = inertia(projectile, mass)?;
     for (name, key) in [
         ("initial_position", "position"),
@@ -81,9 +71,9 @@ fn projectile(scene: &Scene) -> Result<Vec<(String, Value)>, String> {
     ] {
         let values = projectile.get(key).and_then(toml::Value::as_array).into_iter().flatten();
         let values = values.filter_map(toml::Value::as_float).enumerate();
-        starts.extend(values.map(|(i, value)| (format!("{name}[{}]", i + 1), Value::Real(value))));
+        starts.extend(values.map(|(i, value)| (format!("{name}[{}]", i + 1), value)));
     }
-    starts.extend(inertia.iter().enumerate().map(|(i, value)| (format!("inertia[{}]", i + 1), Value::Real(*value))));
+    starts.extend(inertia.iter().enumerate().map(|(i, value)| (format!("inertia[{}]", i + 1), *value)));
     Ok(starts)
 }
 

@@ -223,7 +223,7 @@ impl Instance {
             let was_active = inputs.active;
             given.hand_over(Input::ProjectileActive, inputs)?;
             // A body that is made active starts from its kinematic inputs.
-            let mode = if inputs.active == was_active { model.mode } else { CouplingMode::Corrected };
+            let mode = if inputs.active == was_active { model.scene.coupling.mode } else { CouplingMode::Corrected };
             for input in inputs_read_in(mode) {
                 given.check_dimension(input)?;
                 if held && about(input) != About::Form {

@@ -9,7 +9,7 @@ use super::recording::Recording;
 use super::scalar::{Scalar, table_of};
 use super::status::Status;
 use crate::scene::{self, Scene};
-use crate::simulation::{BodyReport, CouplingMode, Inputs, Observation, RestoreError, Saved, Simulation};
+use crate::simulation::{BodyReport, Inputs, Observation, RestoreError, Saved, Simulation};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -62,8 +62,6 @@ pub(super) struct Model {
     pub scene: Scene,
     /// The same as a table.
     pub table: toml::Table,
-    /// Coupling mode that the simulation was built for.
-    pub mode: CouplingMode,
     /// The simulation.
     pub simulation: Simulation,
     /// What is seen of it now, once somebody has looked.
@@ -149,7 +147,7 @@ impl Instance {
         if self.model.is_none() {
             let (origin, text) = self.resolved_scene()?;
             let folder = self.folder_of(&origin);
-            let mut model = Model::build((origin, text), &folder, self.settings.mode, self.settings.threads)?;
+            let mut model = Model::build((origin, text), &folder, self.settings.threads)?;
             let cost = model.look().0.cost;
             self.log.event(format!("built scene {}: {} elements, {} nodes", model.origin, cost.elements, cost.nodes));
             self.model = Some(model);
@@ -160,22 +158,17 @@ impl Instance {
 
 impl Model {
     /// Builds the scene of an origin and a text, with the files in its folder.
-    pub(super) fn build(
-        (origin, text): (String, String),
-        folder: &Path,
-        mode: CouplingMode,
-        threads: usize,
-    ) -> Result<Self, CallError> {
+    pub(super) fn build((origin, text): (String, String), folder: &Path, threads: usize) -> Result<Self, CallError> {
         let scene = match scene::read_with_files(&text, &files_in(folder)) {
             Ok(scene) => scene,
             Err(error) => return Err(CallError::Scene { origin, error }),
         };
-        let simulation = match Simulation::new(&scene, mode, threads) {
+        let simulation = match Simulation::new(&scene, scene.coupling.mode, threads) {
             Ok(simulation) => simulation,
             Err(error) => return Err(CallError::Build { origin, error }),
         };
         let table = table_of(&scene);
-        Ok(Self { origin, text, scene, table, mode, simulation, seen: None })
+        Ok(Self { origin, text, scene, table, simulation, seen: None })
     }
 
     /// What is seen now, and the simulation.

@@ -6,7 +6,6 @@ use super::scalar::{Scalar, scalars, table_of};
 use super::table::{Setting, Source, row};
 use super::uri;
 use crate::scene::{self, MOST_FRAGMENTS, Override, body_name};
-use crate::simulation::CouplingMode;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -50,8 +49,6 @@ pub(super) struct Settings {
     pub threads: usize,
     /// Folder of the output; empty for none.
     pub output_directory: String,
-    /// Who integrates the projectile.
-    pub mode: CouplingMode,
 }
 
 /// Most threads that can be asked for.
@@ -65,20 +62,15 @@ pub fn most_threads() -> usize {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { scene: String::new(), threads: 1, output_directory: String::new(), mode: CouplingMode::Integrated }
+        Self { scene: String::new(), threads: 1, output_directory: String::new() }
     }
 }
 
 impl Settings {
-    /// An Integer or Enumeration setting.
+    /// An Integer setting.
     pub(super) fn integer(&self, setting: Setting) -> Option<i32> {
         match setting {
             Setting::Threads => i32::try_from(self.threads).ok(),
-            Setting::CouplingMode => Some(match self.mode {
-                CouplingMode::Prescribed => 1,
-                CouplingMode::Integrated => 2,
-                CouplingMode::Corrected => 3,
-            }),
             Setting::Scene | Setting::OutputDirectory => None,
         }
     }
@@ -88,28 +80,17 @@ impl Settings {
         match setting {
             Setting::Scene => Some(&self.scene),
             Setting::OutputDirectory => Some(&self.output_directory),
-            Setting::Threads | Setting::CouplingMode => None,
+            Setting::Threads => None,
         }
     }
 
-    /// Sets an Integer or Enumeration setting.
+    /// Sets an Integer setting.
     pub(super) fn set_integer(&mut self, setting: Setting, value: i32) -> Result<(), CallError> {
         match setting {
             Setting::Threads => {
                 let threads = usize::try_from(value).ok().filter(|n| *n <= most_threads());
                 let expected = || format!("0 for all cores, or a number of threads up to {}", most_threads());
                 self.threads = threads.ok_or_else(|| CallError::value("threads", value, expected()))?;
-            }
-            Setting::CouplingMode => {
-                self.mode = match value {
-                    1 => CouplingMode::Prescribed,
-                    2 => CouplingMode::Integrated,
-                    3 => CouplingMode::Corrected,
-                    _ => {
-                        let expected = "1 (prescribed), 2 (integrated) or 3 (corrected)";
-                        return Err(CallError::value("coupling.mode", value, expected));
-                    }
-                }
             }
             Setting::Scene | Setting::OutputDirectory => unreachable!("the table has these as String"),
         }
@@ -121,7 +102,7 @@ impl Settings {
         let (name, field) = match setting {
             Setting::Scene => ("scene", &mut self.scene),
             Setting::OutputDirectory => ("output_directory", &mut self.output_directory),
-            Setting::Threads | Setting::CouplingMode => unreachable!("the table has these as Integer"),
+            Setting::Threads => unreachable!("the table has this as Integer"),
         };
         if !value.is_empty() && !Path::new(value).is_absolute() {
             return Err(CallError::value(name, format!("{value:?}"), "an absolute path, or nothing"));
@@ -208,7 +189,7 @@ fn one_override(
         CallError::value(scalar.row_name(), found, expected)
     })?;
     let value = |scalar: Scalar| differing(&scalar).or_else(|| scalar.start(base)).unwrap_or(0.0);
-    let items: Vec<String> = components().map(|scalar| format!("{:?}", value(scalar))).collect();
+    let items: Vec<String> = components().map(|scalar| scalar.toml(value(scalar))).collect();
     let value = if row.variable.length == 0 { items.concat() } else { format!("[{}]", items.join(", ")) };
     Ok(Some(Override { key, value }))
 }

@@ -1,6 +1,6 @@
 //! Scalar variables: one component of a row of the table, of one of the bodies, and where its start stands in a scene.
 
-use super::table::{BLOCK, Start, VARIABLES, Variable};
+use super::table::{BLOCK, ENUMERATIONS, Item, Start, VARIABLES, Variable};
 use crate::scene::{Scene, body_name};
 
 /// A scalar variable. Body 0 is the projectile, from 1 on the fragments; what belongs to no body is of body 0.
@@ -73,15 +73,41 @@ impl Scalar {
         })
     }
 
-    /// Start of a Real or Boolean parameter or input with the scene: the value at its key, or the literal one; true is 1.
+    /// Start of a parameter or input with the scene, unless it is a String: the value at its key, or the literal one; true is 1,
+    /// an item of an Enumeration its value.
     #[must_use]
     pub fn start(&self, scene: &toml::Table) -> Option<f64> {
-        let keyed = self.keys().find_map(|key| number(lookup(scene, &key)?, self.component));
+        let keyed = self.keys().find_map(|key| self.number(lookup(scene, &key)?));
         keyed.or(match self.variable.start {
             Some(Start::Real(value)) => Some(value),
+            Some(Start::Integer(value)) => Some(f64::from(value)),
             Some(Start::Boolean(value)) => Some(f64::from(u8::from(value))),
-            Some(Start::Integer(_) | Start::Text(_)) | None => None,
+            Some(Start::Text(_)) | None => None,
         })
+    }
+}
+
+impl Scalar {
+    /// The number that a value of the scene is.
+    fn number(&self, value: &toml::Value) -> Option<f64> {
+        match value {
+            toml::Value::String(name) => {
+                self.items().iter().find(|item| item.name == name).map(|item| item.value.into())
+            }
+            other => number(other, self.component),
+        }
+    }
+
+    /// The values of an Enumeration; none of anything else.
+    pub(super) fn items(&self) -> &'static [Item] {
+        let own = ENUMERATIONS.iter().find(|e| Some(e.name) == self.variable.declared_type);
+        own.map_or(&[], |enumeration| enumeration.items)
+    }
+
+    /// A value as TOML.
+    pub(super) fn toml(&self, value: f64) -> String {
+        let item = self.items().iter().find(|item| f64::from(item.value) == value);
+        item.map_or_else(|| format!("{value:?}"), |item| format!("{:?}", item.name))
     }
 }
 
@@ -156,6 +182,14 @@ mod tests {
         let expected = ["position[3]", "contact.impulse[1]", "coupling.energy_residual", "mass"];
         assert_eq!(names, expected.map(|name| format!("fragment[2].{name}")));
         assert!(Scalar::find(20_119).unwrap().description().starts_with("Whether fragment 2 takes part"));
+    }
+
+    #[test]
+    fn an_item_of_an_enumeration_stands_in_the_scene_by_its_name() {
+        let mode = Scalar::find(13).unwrap();
+        let scene: toml::Table = toml::from_str("[coupling]\nmode = \"corrected\"").unwrap();
+        assert_eq!((mode.start(&scene), mode.toml(3.0)), (Some(3.0), "\"corrected\"".into()));
+        assert_eq!(mode.start(&toml::Table::new()), Some(2.0));
     }
 
     #[test]

@@ -8,11 +8,11 @@ use super::inputs::InputValues;
 use super::instance::{Clock, Instance, Model, Values};
 use super::lifecycle::Phase;
 use super::status::Status;
-use crate::simulation::{CouplingMode, Saved};
+use crate::simulation::Saved;
 use serde::{Deserialize, Serialize};
 
 const MAGIC: [u8; 8] = *b"GELSTATE";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const HEADER: usize = 8 + 4 + 16 + 8;
 const TRAILER: usize = 4;
 
@@ -70,7 +70,6 @@ pub(super) struct Snapshot {
     phase: Phase,
     clock: Clock,
     scene: String,
-    mode: CouplingMode,
     overrides: Values,
     inputs: InputValues,
     model: Option<SavedModel>,
@@ -80,18 +79,12 @@ pub(super) struct Snapshot {
 struct SavedModel {
     origin: String,
     text: String,
-    mode: CouplingMode,
     saved: Saved,
 }
 
 impl SavedModel {
     fn of(model: &Model) -> Self {
-        Self {
-            origin: model.origin.clone(),
-            text: model.text.clone(),
-            mode: model.mode,
-            saved: model.simulation.save(),
-        }
+        Self { origin: model.origin.clone(), text: model.text.clone(), saved: model.simulation.save() }
     }
 
     fn into(self: &SavedModel, model: &mut Model) -> Result<(), SnapshotError> {
@@ -106,7 +99,6 @@ impl Instance {
             phase: self.phase,
             clock: self.clock,
             scene: self.settings.scene.clone(),
-            mode: self.settings.mode,
             overrides: self.overrides.clone(),
             inputs: self.inputs.clone(),
             model: self.model.as_ref().map(SavedModel::of),
@@ -129,7 +121,6 @@ impl Instance {
         self.phase = snapshot.phase;
         self.clock = snapshot.clock;
         self.settings.scene.clone_from(&snapshot.scene);
-        self.settings.mode = snapshot.mode;
         self.overrides.clone_from(&snapshot.overrides);
         self.inputs.clone_from(&snapshot.inputs);
         Ok(completed.max(if running { self.rewind_recording() } else { Status::Ok }))
@@ -137,7 +128,7 @@ impl Instance {
 
     /// Whether the model that a state was made with is there.
     fn has(&self, saved: &SavedModel) -> bool {
-        self.model.as_ref().is_some_and(|model| (&model.text, model.mode) == (&saved.text, saved.mode))
+        self.model.as_ref().is_some_and(|model| model.text == saved.text)
     }
 
     fn restore_model(&mut self, saved: Option<&SavedModel>) -> Result<(), CallError> {
@@ -151,7 +142,7 @@ impl Instance {
             return Ok(saved.into(model)?);
         }
         let (origin, folder) = (saved.origin.clone(), self.folder_of(&saved.origin));
-        let mut model = Model::build((origin, saved.text.clone()), &folder, saved.mode, self.settings.threads)?;
+        let mut model = Model::build((origin, saved.text.clone()), &folder, self.settings.threads)?;
         saved.into(&mut model)?;
         self.model = Some(model);
         Ok(())

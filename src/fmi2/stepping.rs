@@ -55,7 +55,8 @@ impl Instance {
         let begun = model.simulation.time();
         let succeeded = model.advance(&inputs, since_start);
         let reached = model.simulation.time();
-        let acted = inputs.iter().map(|inputs| Acted::at_the_end(inputs, model.mode, reached - begun)).collect();
+        let acted =
+            inputs.iter().map(|inputs| Acted::at_the_end(inputs, model.scene.coupling.mode, reached - begun)).collect();
         self.inputs.rates.clear();
         self.inputs.acted = acted;
         if !succeeded {

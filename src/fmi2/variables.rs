@@ -2,7 +2,7 @@
 
 use super::body;
 use super::call::CallError;
-use super::instance::{Instance, Model};
+use super::instance::{Instance, Model, Values};
 use super::lifecycle::Phase;
 use super::scalar::Scalar;
 use super::table::{Kind, Observed, Source};
@@ -34,11 +34,12 @@ impl Instance {
         let scalar = known(reference, Kind::Integer)?;
         let value = match scalar.variable.source {
             Source::Setting(setting) => self.settings.integer(setting),
+            Source::Scene => Some(self.given(&scalar)? as i32),
             Source::Observed(observed) => match self.sample(&scalar, observed)? {
                 Sample::Integer(value) => Some(value),
                 Sample::Real(_) | Sample::Boolean(_) => None,
             },
-            Source::Scene | Source::Input(_) => None,
+            Source::Input(_) => None,
         };
         value.ok_or_else(|| CallError::unknown(reference, Kind::Integer))
     }
@@ -91,8 +92,8 @@ impl Instance {
         for (&reference, &value) in references.iter().zip(values) {
             if matches!(known(reference, Kind::Real)?.variable.source, Source::Input(_)) {
                 self.inputs.values.insert(reference, value);
-            } else if self.overrides.insert(reference, value) != Some(value) {
-                self.model = None;
+            } else {
+                self.set_override(reference, value);
             }
         }
         Ok(())
@@ -100,16 +101,29 @@ impl Instance {
 
     /// Sets Integers and Enumerations: all of them, or none.
     pub(super) fn set_integers(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
-        let mut settings = self.settings.clone();
+        let (mut settings, mut overrides) = (self.settings.clone(), Values::new());
         for (&reference, &value) in references.iter().zip(values) {
             let scalar = known(reference, Kind::Integer)?;
             self.expect_settable(&scalar)?;
             if let Source::Setting(setting) = scalar.variable.source {
                 settings.set_integer(setting, value)?;
+            } else {
+                check_item(&scalar, value)?;
+                overrides.insert(reference, value.into());
             }
         }
         self.adopt(settings);
+        for (reference, value) in overrides {
+            self.set_override(reference, value);
+        }
         Ok(())
+    }
+
+    /// A parameter of the scene; what was built with another value is built again.
+    fn set_override(&mut self, reference: u32, value: f64) {
+        if self.overrides.insert(reference, value) != Some(value) {
+            self.model = None;
+        }
     }
 
     /// Sets Booleans: all of them, or none.
@@ -147,7 +161,7 @@ impl Instance {
     fn adopt(&mut self, settings: super::parameters::Settings) {
         let before = std::mem::replace(&mut self.settings, settings);
         let after = &self.settings;
-        if (&before.scene, before.threads, before.mode) != (&after.scene, after.threads, after.mode) {
+        if (&before.scene, before.threads) != (&after.scene, after.threads) {
             self.model = None;
         }
     }
@@ -170,6 +184,16 @@ pub(super) fn known(reference: u32, kind: Kind) -> Result<Scalar, CallError> {
     Scalar::find(reference)
         .filter(|scalar| same(scalar.variable.kind))
         .ok_or_else(|| CallError::unknown(reference, kind))
+}
+
+/// An Enumeration has one of its values.
+fn check_item(scalar: &Scalar, value: i32) -> Result<(), CallError> {
+    let items = scalar.items();
+    if items.iter().any(|item| item.value == value) {
+        return Ok(());
+    }
+    let known: Vec<String> = items.iter().map(|item| format!("{} ({})", item.value, item.name)).collect();
+    Err(CallError::value(scalar.name(), value, format!("one of {}", known.join(", "))))
 }
 
 fn check_range(scalar: &Scalar, value: f64) -> Result<(), CallError> {

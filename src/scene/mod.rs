@@ -8,6 +8,7 @@ mod files;
 mod overrides;
 mod physics;
 mod places;
+mod projectile;
 mod read;
 #[cfg(feature = "cli")]
 mod schema;
@@ -22,6 +23,7 @@ pub use error::{SceneError, SceneErrorKind};
 pub use files::{Files, StlContent, no_files};
 pub use overrides::{Fault, Override, read_with, resolve};
 pub use physics::{modelled, switched_off};
+pub use projectile::*;
 pub use read::{read, read_with_files};
 #[cfg(feature = "cli")]
 pub use schema::schema;

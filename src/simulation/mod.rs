@@ -11,21 +11,11 @@ use crate::algebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 pub use crate::contact::{Bulge, Exchange, Wrench};
+pub use crate::scene::CouplingMode;
 pub use build::BuildError;
 pub use model::SavedState;
 pub use observe::{BodyReport, ContactReport, CostReport, EnergyReport, Frame, FrameCells, Observation, Place};
 pub use run::{RestoreError, Saved, Simulation};
-
-/// Who integrates the motion of the bodies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum CouplingMode {
-    /// The kinematic inputs are the motion.
-    Prescribed,
-    /// The component integrates them; kinematic inputs are read only when a body is made active.
-    Integrated,
-    /// As `Integrated`, but at each communication step the kinematic inputs replace the bodies' states.
-    Corrected,
-}
 
 /// Position, velocity, orientation and angular velocity of a rigid body in the world frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -229,3 +229,25 @@ fn motion_off_the_axis_is_an_error_in_an_axisymmetric_scene() {
     let text = host.one_line();
     assert!(text.starts_with("projectile.external_force[1] = 1") && text.contains("axisymmetric"), "{text}");
 }
+
+#[test]
+fn a_scene_can_name_its_coupling_mode_and_a_parameter_beats_it() {
+    let scene = coarse() + "[coupling]\nmode = \"corrected\"\n";
+    let speed = |mode: Option<c_int>| {
+        let mut host = Host::with(&scene);
+        if let Some(mode) = mode {
+            assert_eq!(host.set_integer("coupling.mode", mode), OK);
+        }
+        host.start();
+        assert_eq!(host.integer("coupling.mode"), mode.unwrap_or(3));
+        assert_eq!(host.set("projectile.velocity[3]", -2.0), OK);
+        assert_eq!(host.set("projectile.position[3]", 0.05), OK);
+        host.steps(0.0, 1e-4, 1);
+        host.get("projectile.predicted_velocity[3]")
+    };
+    assert_eq!((speed(None), speed(Some(1))), (-2.0, -2.0));
+    assert!(speed(Some(2)) < -4.5, "integrated: the kinematic inputs are not read");
+    let mut host = Host::with(&scene);
+    assert_eq!(host.set_integer("coupling.mode", 4), ERROR);
+    assert!(host.one_line().contains("expected one of 1 (prescribed), 2 (integrated), 3 (corrected)"));
+}

@@ -147,6 +147,14 @@ impl Host {
         value
     }
 
+    pub fn integer(&mut self, name: &str) -> c_int {
+        let mut value = 0;
+        // SAFETY: one reference and one value.
+        let status = unsafe { fmi2GetInteger(self.c, &reference(name), 1, &raw mut value) };
+        assert_eq!(status, OK, "{name}: {:?}", self.log);
+        value
+    }
+
     /// Every Real, bit by bit.
     pub fn bits(&mut self) -> Vec<u64> {
         let names: Vec<String> = scalars(0).filter(|s| s.variable.unit.is_some()).map(|s| s.name()).collect();

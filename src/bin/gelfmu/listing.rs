@@ -60,7 +60,7 @@ pub fn completions(shell: Shell, console: &Console) {
 
 /// Writes the FMU.
 pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
-    let source = source::load(&options.scene, &[])?;
+    let source = source::load(&options.scene, &options.set)?;
     let there = source.scene.fragment.len();
     let fragments = options.fragments.unwrap_or(there);
     if fragments > there {

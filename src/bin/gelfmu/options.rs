@@ -97,6 +97,9 @@ pub struct PackOptions {
     /// Name of a built-in scene, or path of a scene file
     #[arg(long, default_value = DEFAULT_SCENE)]
     pub scene: String,
+    /// Replace a value of the scene, such as coupling.mode=corrected; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<Override>,
     /// Fragments with variables of their own (all of the scene if absent); the others move by themselves
     #[arg(long, value_name = "N")]
     pub fragments: Option<usize>,

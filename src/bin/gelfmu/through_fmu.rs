@@ -22,6 +22,9 @@ struct Importer {
     log: Arc<Messages>,
 }
 
+/// The coupling mode in which the FMU needs no inputs.
+const INTEGRATED: i32 = 2;
+
 /// Warnings and errors of the FMU, in order.
 #[derive(Default)]
 struct Messages(Mutex<Vec<String>>);
@@ -73,7 +76,8 @@ impl Importer {
         let threads = i32::try_from(job.threads).unwrap_or(i32::MAX);
         let texts = [self.reference("output_directory")?];
         self.check("fmi2SetString", self.fmu.setString(&texts, &[&directory]))?;
-        self.check("fmi2SetInteger", self.fmu.setInteger(&[self.reference("threads")?], &[threads]))?;
+        let integers = [self.reference("threads")?, self.reference("coupling.mode")?];
+        self.check("fmi2SetInteger", self.fmu.setInteger(&integers, &[threads, INTEGRATED]))?;
         self.check("fmi2SetupExperiment", self.fmu.setupExperiment(None, 0.0, Some(scene.scene.end_time)))?;
         self.check("fmi2EnterInitializationMode", self.fmu.enterInitializationMode())?;
         self.check("fmi2ExitInitializationMode", self.fmu.exitInitializationMode())

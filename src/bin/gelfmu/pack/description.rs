@@ -156,7 +156,7 @@ fn kind(xml: &mut Xml, scalar: &Scalar, scene: &toml::Table) -> io::Result<()> {
 
 fn start(scalar: &Scalar, scene: &toml::Table) -> Option<String> {
     match scalar.variable.start {
-        Some(Start::Integer(value)) => Some(value.to_string()),
+        Some(Start::Integer(_)) => scalar.start(scene).map(|value| format!("{value:.0}")),
         Some(Start::Text(value)) => Some(value.to_owned()),
         Some(Start::Boolean(_)) => scalar.start(scene).map(|value| (value != 0.0).to_string()),
         Some(Start::Real(_)) | None => scalar.start(scene).map(number),
