@@ -222,8 +222,13 @@ impl Instance {
             let held = model.scene.bodies().nth(body).is_some_and(|body| body.fixed);
             let was_active = inputs.active;
             given.hand_over(Input::ProjectileActive, inputs)?;
-            // A body that is made active starts from its kinematic inputs.
-            let mode = if inputs.active == was_active { model.scene.coupling.mode } else { CouplingMode::Corrected };
+            let mode = match (was_active, inputs.active) {
+                // Its motion is not read.
+                (_, false) => CouplingMode::Integrated,
+                // It starts from its kinematic inputs.
+                (false, true) => CouplingMode::Corrected,
+                (true, true) => model.scene.coupling.mode,
+            };
             for input in inputs_read_in(mode) {
                 given.check_dimension(input)?;
                 if held && about(input) != About::Form {
@@ -234,8 +239,10 @@ impl Instance {
             given.check_bulge(inputs, duration)?;
             if let Some(depth) = model.simulation.overlap(body, inputs) {
                 let name = format!("{}.active", body_name(body));
-                let expected =
-                    format!("a place outside the gel: its surface would be {depth:.3e} m inside the body; move it out");
+                let expected = format!(
+                    "a place outside the gel, and for a fast body further off than it goes in an element's step: the gel's surface would \
+                     be {depth:.3e} m inside the body; move it out"
+                );
                 return Err(CallError::value(name, true, expected));
             }
         }

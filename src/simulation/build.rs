@@ -101,7 +101,7 @@ where
     let bodies: Vec<_> = (0..scene.n_bodies()).map(|i| body(&scene.alone(i), prescribed)).collect();
     for (i, (body, state)) in bodies.iter().enumerate() {
         let position = |node: NodeId| crate::algebra::embed(&mesh.rest[node.index()]);
-        if let Some(depth) = overlap(&gel, (body, state), position).filter(|_| state.active) {
+        if let Some(depth) = overlap(&gel, (body, state), (position, |_| 0.0)).filter(|_| state.active) {
             return Err(BuildError::Overlap { body: body_name(i), depth });
         }
     }
