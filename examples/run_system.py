@@ -91,7 +91,10 @@ def with_ecos(ssp, step, stop, watched=WATCHED):
     """Ecos' fixed-step algorithm: Jacobi. Outputs are handed over before the first step."""
     if sys.platform == "linux":
         # Its library wants that of the package tbb, which lies where the loader does not look.
-        ctypes.CDLL(str(Path(sys.prefix) / "lib" / "libtbb.so.12"), mode=ctypes.RTLD_GLOBAL)
+        tbb = Path(sys.prefix) / "lib" / "libtbb.so.12"
+        if not tbb.exists():
+            raise RuntimeError(f"Ecos needs {tbb}, which is not there: pip install tbb")
+        ctypes.CDLL(str(tbb), mode=ctypes.RTLD_GLOBAL)
     from ecospy import EcosSimulation
     from ecospy.lib import EcosLib
 
@@ -189,9 +192,13 @@ class Loop:
                 self.units[unit].doStep(time, step)
 
     def free(self):
+        from fmpy.fmi1 import FMICallException
+
         for fmu in self.units.values():
-            fmu.terminate()
-            fmu.freeInstance()
+            if fmu.component is not None:
+                with contextlib.suppress(FMICallException):  # after an error there is nothing to terminate
+                    fmu.terminate()
+                fmu.freeInstance()
             shutil.rmtree(fmu.unzipDirectory, ignore_errors=True)
         shutil.rmtree(self.folder, ignore_errors=True)
 
@@ -200,12 +207,13 @@ def with_loop(ssp, step, stop, watched=WATCHED, order=None):
     """A loop of our own: by default Jacobi; `order` = [["gel"], ["body"]] is Gauss-Seidel with the gel first. Outputs are
     handed over before the first step."""
     loop = Loop(ssp)
-    loop.start()
-    for k in range(count(step, stop)):
-        loop.step(k * step, step, order or [list(loop.units)])
-    values = [loop.get(at) for at in watched]
-    loop.free()
-    return values
+    try:
+        loop.start()
+        for k in range(count(step, stop)):
+            loop.step(k * step, step, order or [list(loop.units)])
+        return [loop.get(at) for at in watched]
+    finally:
+        loop.free()
 
 
 def with_sequential_loop(ssp, step, stop, watched=WATCHED):
@@ -229,7 +237,26 @@ IMPORTERS = {
     "reversed-loop": with_reversed_loop,
 }
 
-if __name__ == "__main__":
-    ssp, importer, step, stop = sys.argv[1:]
-    for at, value in zip(WATCHED, IMPORTERS[importer](ssp, float(step), float(stop)), strict=True):
+USAGE = f"""usage: run_system.py SSP IMPORTER STEP STOP
+  IMPORTER    {", ".join(IMPORTERS)}
+  STEP, STOP  communication step and end of the run, s"""
+
+
+def main(arguments):
+    """The exit status of the command; what went wrong is said."""
+    if len(arguments) != 4 or arguments[1] not in IMPORTERS:
+        print(USAGE, file=sys.stderr)
+        return 2
+    ssp, importer, step, stop = arguments
+    try:
+        values = IMPORTERS[importer](ssp, float(step), float(stop))
+    except Exception as error:  # whatever an importer raises
+        print(f"error: {importer}: {error}", file=sys.stderr)
+        return 1
+    for at, value in zip(WATCHED, values, strict=True):
         print(f"{'.'.join(at)} = {value!r}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

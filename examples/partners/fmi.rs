@@ -221,13 +221,13 @@ pub unsafe extern "C" fn fmi2GetString(c: Handle, _: *const u32, n: usize, _: *m
     call(c, |_| none(n, "String"))
 }
 
-/// Sets values.
+/// Sets values: all, or none.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetReal(c: Handle, vr: *const u32, n: usize, value: *const f64) -> c_int {
     call(c, |it| {
         // SAFETY: both arrays have n items.
         let (references, values) = unsafe { (slice(vr, n)?, slice(value, n)?) };
-        references.iter().zip(values).try_for_each(|(&reference, &value)| it.set(reference, value))
+        it.set(references, values)
     })
 }
 

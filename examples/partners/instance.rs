@@ -62,6 +62,9 @@ impl Instance {
     /// Start time, s.
     pub fn setup(&mut self, start_time: f64) -> Result<(), String> {
         self.expect(&[Phase::Instantiated], "fmi2SetupExperiment")?;
+        if !start_time.is_finite() {
+            return Err(format!("startTime: found {start_time} s, expected a finite number"));
+        }
         self.state.time = start_time;
         Ok(())
     }
@@ -76,7 +79,7 @@ impl Instance {
     /// Computes the first outputs and is ready to step.
     pub fn exit_initialization(&mut self) -> Result<(), String> {
         self.expect(&[Phase::Initialization], "fmi2ExitInitializationMode")?;
-        (self.model.start)(&mut self.state.values)?;
+        self.start()?;
         self.state.phase = Phase::Stepping;
         Ok(())
     }
@@ -91,13 +94,24 @@ impl Instance {
     /// Values of the references.
     pub fn get(&mut self, references: &[u32]) -> Result<Vec<f64>, String> {
         if self.state.phase == Phase::Initialization {
-            (self.model.start)(&mut self.state.values)?;
+            self.start()?;
         }
         references.iter().map(|&reference| Ok(self.state.values[self.index(reference)?])).collect()
     }
 
-    /// Sets inputs at any time, and parameters before the first step.
-    pub fn set(&mut self, reference: u32, value: f64) -> Result<(), String> {
+    /// Sets inputs at any time, and parameters before the first step: all of them, or none.
+    pub fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), String> {
+        for (&reference, &value) in references.iter().zip(values) {
+            self.check(reference, value)?;
+        }
+        for (&reference, &value) in references.iter().zip(values) {
+            self.state.values[reference as usize] = value;
+        }
+        Ok(())
+    }
+
+    /// Whether this variable can be set to this value now.
+    fn check(&self, reference: u32, value: f64) -> Result<(), String> {
         let index = self.index(reference)?;
         let (variable, _) = self.model.scalars().nth(index).ok_or("a reference without variable")?;
         let (phase, name) = (self.state.phase, variable.name);
@@ -111,11 +125,11 @@ impl Instance {
         if let Some(when) = when {
             return Err(format!("{name}: found a call that sets it in phase {phase:?}; it is {when}"));
         }
-        if !value.is_finite() {
-            return Err(format!("{name}: found {value}, expected a finite number of {}", variable.unit));
+        if value.is_finite() {
+            Ok(())
+        } else {
+            Err(format!("{name}: found {value}, expected a finite number of {}", variable.unit))
         }
-        self.state.values[index] = value;
-        Ok(())
     }
 
     /// Steps from a time over a length, s.
@@ -125,13 +139,35 @@ impl Instance {
             return Err(format!("step size: found {length} s, expected a positive number"));
         }
         // Times of importers are sums or products of steps: they differ from ours by rounding alone.
-        if (from - self.state.time).abs() > 1e-6 * length + 1e-9 * from.abs() {
+        let same = (from - self.state.time).abs() <= 1e-6 * length + 1e-9 * from.abs();
+        if !(same && (from + length).is_finite()) {
             return Err(format!("step from {from} s: the last step ended at {} s", self.state.time));
         }
         let mut values = self.state.values.clone();
         (self.model.step)(&mut values, length)?;
+        self.check_finite(&values)?;
         (self.state.values, self.state.time) = (values, from + length);
         Ok(())
+    }
+
+    /// Outputs and locals from the parameters.
+    fn start(&mut self) -> Result<(), String> {
+        let mut values = self.state.values.clone();
+        (self.model.start)(&mut values)?;
+        self.check_finite(&values)?;
+        self.state.values = values;
+        Ok(())
+    }
+
+    /// What was computed must be numbers: an overflow is no answer.
+    fn check_finite(&self, values: &[f64]) -> Result<(), String> {
+        match self.model.scalars().zip(values).find(|(_, value)| !value.is_finite()) {
+            None => Ok(()),
+            Some(((variable, _), value)) => Err(format!(
+                "{}: computed {value}, expected a finite number of {}: inputs or parameters are too large",
+                variable.name, variable.unit
+            )),
+        }
     }
 
     fn expect(&self, phases: &[Phase], call: &str) -> Result<(), String> {

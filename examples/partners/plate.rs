@@ -124,6 +124,9 @@ const POSITIVE: [usize; 8] = [
 /// Parameters that must not be negative.
 const NOT_NEGATIVE: [usize; 4] = [NOSE, INITIAL_HEIGHT, INITIAL_RADIUS, SPREAD];
 
+/// Most substeps of a communication step: they take a quarter of a second. The default substep makes 10⁴ of a step of 1 ms.
+const MOST_SUBSTEPS: f64 = 1e7;
+
 /// Where the two masses are on their axis, and how fast.
 #[derive(Debug, Clone, Copy)]
 struct Motion {
@@ -172,6 +175,7 @@ fn step(values: &mut [f64], h: f64) -> Result<(), String> {
     let gel_force = (values[BULGE_HEIGHT_IMPULSE] + values[SPREAD] * values[BULGE_RADIUS_IMPULSE]) / h;
     // A step that importers make of the difference of two times jitters by rounding: the number of substeps should not.
     let n = (h / values[LONGEST_SUBSTEP] - 1e-6).ceil().max(1.0);
+    check_substeps(values, n, h)?;
     let before = values[PROJECTILE_IMPULSE];
     for _ in 0..n as usize {
         motion = substep(values, motion, gel_force, h / n);
@@ -183,6 +187,17 @@ fn step(values: &mut [f64], h: f64) -> Result<(), String> {
     show_bulge(values, motion, h);
     show_energy(values, motion);
     Ok(())
+}
+
+fn check_substeps(values: &[f64], n: f64, h: f64) -> Result<(), String> {
+    if n <= MOST_SUBSTEPS {
+        return Ok(());
+    }
+    let (found, shortest) = (values[LONGEST_SUBSTEP], h / MOST_SUBSTEPS);
+    Err(format!(
+        "longest_substep: found {found:e} s, which makes {n:e} substeps of a step of {h:e} s, expected at most \
+         {MOST_SUBSTEPS:e}: set it to {shortest:e} s or more, or shorten the step"
+    ))
 }
 
 /// Kick, drift, yield, kick, break, and what each did to the books.

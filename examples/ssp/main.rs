@@ -2,6 +2,7 @@
 
 mod archive;
 mod description;
+mod scene;
 mod structure;
 mod systems;
 
@@ -44,33 +45,44 @@ fn main() -> ExitCode {
     }
 }
 
+/// Nothing is built and written before both scenes are known to go with the partners.
 fn pack(out: &Path, scene_name: &str, armour_scene_name: &str) -> Result<(), String> {
+    let (scene, armour_scene) = (scene::read(scene_name)?, scene::read(armour_scene_name)?);
+    let plain = |file| systems::gel_and_body(&scene, file).map_err(named(scene_name));
+    let (own, corrected) = (plain("BallisticGel.fmu")?, plain("BallisticGelCorrected.fmu")?);
+    let behind_armour = systems::gel_armour_and_body(&armour_scene, "BallisticGelBehindArmour.fmu");
+    let behind_armour = behind_armour.map_err(named(armour_scene_name))?;
+    let (wires, armour_wires) = (systems::gel_and_body_wires(), systems::gel_armour_and_body_wires());
+
     let built = build()?;
     fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
     for (model, library) in PARTNERS {
         write(&out.join(format!("{}.fmu", model.name)), &partner(model, &built, library)?)?;
     }
-    let gel = |scene: &str, mode: &str, file: &str| {
-        let mut gelfmu = Command::new(built.join(format!("gelfmu{EXE_SUFFIX}")));
-        gelfmu.args(["--quiet", "pack", "--scene", scene, "--set", &format!("coupling.mode={mode}"), "--out"]);
-        run(gelfmu.arg(out.join(file)))
-    };
-    let scene = systems::scene_of(scene_name)?;
-    for (name, mode, file) in [
-        ("gel-and-body", "integrated", "BallisticGel.fmu"),
-        ("gel-and-body-corrected", "corrected", "BallisticGelCorrected.fmu"),
+    for (name, scene, mode, units, wires) in [
+        ("gel-and-body", scene_name, "integrated", own, &wires),
+        ("gel-and-body-corrected", scene_name, "corrected", corrected, &wires),
+        ("gel-armour-body", armour_scene_name, "integrated", behind_armour, &armour_wires),
     ] {
-        gel(scene_name, mode, file)?;
-        system(out, name, &systems::gel_and_body(&scene, file)?, &systems::gel_and_body_wires())?;
+        gel(&built, (scene, mode), &out.join(systems::gel_file(&units)))?;
+        system(out, name, &units, wires)?;
     }
-    let file = "BallisticGelBehindArmour.fmu";
-    gel(armour_scene_name, "integrated", file)?;
-    let units = systems::gel_armour_and_body(&systems::scene_of(armour_scene_name)?, file)?;
-    system(out, "gel-armour-body", &units, &systems::gel_armour_and_body_wires())
+    Ok(())
 }
 
-/// Where the programs and libraries of this build are. Started by cargo, it builds what it packs; started by itself, it
-/// takes what is there.
+fn named(scene: &str) -> impl Fn(String) -> String {
+    move |error| format!("scene {scene}: {error}")
+}
+
+/// Packs the gel with a scene and a coupling mode into a file.
+fn gel(built: &Path, (scene, mode): (&str, &str), file: &Path) -> Result<(), String> {
+    let mut gelfmu = Command::new(built.join(format!("gelfmu{EXE_SUFFIX}")));
+    gelfmu.args(["--quiet", "pack", "--scene", scene, "--set", &format!("coupling.mode={mode}"), "--out"]);
+    run(gelfmu.arg(file))
+}
+
+/// Where the programs and libraries to pack are. Started by cargo, in whatever profile, it builds them for release; started
+/// by itself, it takes what lies beside it.
 fn build() -> Result<PathBuf, String> {
     let own = std::env::current_exe().map_err(|error| format!("this program has no path: {error}"))?;
     let built = own.ancestors().nth(2).ok_or("this program is not in a folder of cargo")?.to_path_buf();
@@ -79,6 +91,7 @@ fn build() -> Result<PathBuf, String> {
         let mut cargo = Command::new(cargo);
         cargo.current_dir(env!("CARGO_MANIFEST_DIR")).args(["build", "--release", "--quiet", "--bins"]);
         run(cargo.args(["--example", "rigid_body", "--example", "armour", "--target-dir"]).arg(target))?;
+        return Ok(target.join("release"));
     }
     Ok(built)
 }

@@ -67,3 +67,17 @@ def make(coarse):
     yield one
     for gel in made:
         gel.free()
+
+
+@pytest.fixture
+def partner(systems, request):
+    """A function that makes instances of a partner; they are freed after the test."""
+    made = []
+
+    def one(name):
+        made.append(Gel(systems.unpacked(name), name))
+        return made[-1]
+
+    yield one
+    for unit in made:
+        unit.free()

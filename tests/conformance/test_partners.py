@@ -3,23 +3,12 @@
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
-from own_body import Gel as Unit
 
 MASS, SPEED = 0.033, 20.0
 
 
-@pytest.fixture
-def partner(systems, request):
-    """A function that makes instances of a partner; they are freed after the test."""
-    made = []
-
-    def one(name):
-        made.append(Unit(systems.unpacked(name), name))
-        return made[-1]
-
-    yield one
-    for unit in made:
-        unit.free()
+def one(unit, name):
+    return unit.get(name, 1)[0]
 
 
 def strike(plate, body, step, stop):
@@ -34,10 +23,6 @@ def strike(plate, body, step, stop):
         plate.fmu.doStep(k * step, step)
         body.set("force", plate.get("force"))
         body.fmu.doStep(k * step, step)
-
-
-def one(unit, name):
-    return unit.get(name, 1)[0]
 
 
 @pytest.mark.parametrize("name", ["RigidBody", "Armour"])
@@ -138,47 +123,92 @@ def test_the_bulge_is_given_with_the_step_that_it_made(partner):
     assert one(plate, "bulge_radius_rate") == rate
 
 
-def test_a_state_that_is_set_again_continues_with_the_same_bits(partner):
-    plate, body = partner("Armour"), partner("RigidBody")
-    strike(plate, body, 1e-5, 2e-4)
-    saved = plate.fmu.getFMUState()
-    content = plate.fmu.serializeFMUstate(saved)
-
-    def on(unit):
-        for k in range(20, 60):
-            unit.fmu.doStep(k * 1e-5, 1e-5)
-        return [one(unit, "height"), *unit.get("force"), one(unit, "energy.plastic"), one(unit, "impulse.support")]
-
-    first = on(plate)
-    plate.fmu.setFMUState(saved)
-    assert on(plate) == first
-    plate.fmu.freeFMUState(saved)
-    other = partner("Armour")
-    other.fmu.setFMUState(other.fmu.deSerializeFMUstate(content))
-    assert on(other) == first, "also in an instance where nothing was set up"
-
-
-def test_what_is_not_meant_is_refused(partner):
-    body = partner("RigidBody")
-    refusals = [
-        lambda: body.set("position", [0.0, 0.0, 0.0]),
-        lambda: body.set("mass", 1.0),
-        lambda: body.set("force", [float("nan"), 0.0, 0.0]),
-        lambda: body.fmu.doStep(1e-5, 1e-5),
-        lambda: body.fmu.doStep(0.0, 0.0),
-        lambda: body.fmu.getReal([10_000]),
-        lambda: body.fmu.getInteger([0]),
-        lambda: body.fmu.deSerializeFMUstate(b"not a state"),
-    ]
+def test_a_torque_turns_a_body_that_nobody_predicts(partner):
+    body, step, n = partner("RigidBody"), 1e-4, 8
+    start = np.array([0.5, 0.5, -0.5, 0.5])
+    body.set("initial_orientation", start)
+    body.set("initial_angular_velocity", [0.0, 40.0, 0.0])
     body.start()
-    for refused in refusals:
-        with pytest.raises(Exception, match="failed with status 3"):
-            refused()
-    body.fmu.doStep(0.0, 1e-5)
+    torque = np.array([0.0, 2e-3, 0.0])
+    body.set("torque", torque)
+    angle = 0.0
+    for k in range(n):
+        angle += body.get("angular_velocity")[1] * step
+        body.fmu.doStep(k * step, step)
+    assert np.allclose(body.get("angular_momentum"), 1.32e-6 * np.array([0, 40.0, 0]) + torque * n * step, rtol=1e-12)
+    assert body.get("angular_velocity")[1] == pytest.approx(40.0 + 2e-3 * n * step / 1.32e-6, rel=1e-12)
+    turned = product([np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0], start)
+    assert np.allclose(body.get("orientation", 4), turned, rtol=0, atol=1e-13), "it turns about the axis of the world"
 
 
-def test_a_body_without_mass_is_refused_before_it_starts(partner):
-    body = partner("RigidBody")
-    body.set("mass", 0.0)
-    with pytest.raises(Exception, match="fmi2ExitInitializationMode failed"):
+def product(p, q):
+    """Hamilton product of two quaternions."""
+    (a, u), (b, v) = (p[0], np.array(p[1:])), (q[0], np.array(q[1:]))
+    return [a * b - u @ v, *(a * v + b * u + np.cross(u, v))]
+
+
+def test_every_entry_of_the_inertia_tensor_counts_and_is_in_the_frame_of_the_body(partner):
+    tensor = np.array([[2.0, 0.1, 0.2], [0.1, 3.0, 0.3], [0.2, 0.3, 4.0]]) * 1e-6
+    spin, s = np.array([30.0, -20.0, 10.0]), np.sqrt(0.5)
+    for orientation, turn in [
+        ([1, 0, 0, 0], np.eye(3)),
+        ([s, s, 0, 0], np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])),
+    ]:
+        body = partner("RigidBody")
+        body.set("inertia", [2e-6, 3e-6, 4e-6, 0.1e-6, 0.2e-6, 0.3e-6])
+        body.set("initial_orientation", orientation)
+        body.set("initial_angular_velocity", spin)
         body.start()
+        assert np.allclose(body.get("angular_momentum"), turn @ tensor @ turn.T @ spin, rtol=1e-12)
+        assert np.allclose(body.get("angular_velocity"), spin, rtol=1e-12)
+
+
+def far_from_the_projectile(plate):
+    plate.start()
+    plate.set("projectile.position", [0.0, 0.0, 1.0])
+
+
+def test_an_impulse_on_the_base_radius_works_through_the_spread(partner):
+    states = []
+    for name, impulse in (("bulge_height_impulse", 4e-4), ("bulge_radius_impulse", 2e-4)):
+        plate = partner("Armour")
+        plate.set("spread", 2.0)
+        far_from_the_projectile(plate)
+        plate.set(name, impulse)
+        for k in range(5):
+            plate.fmu.doStep(k * 1e-5, 1e-5)
+        assert one(plate, "impulse.gel") == pytest.approx(5 * 4e-4, rel=1e-12)
+        states.append([one(plate, each) for each in ("height", "momentum", "energy.gel", "energy.closure")])
+    assert states[0] == pytest.approx(states[1], rel=1e-12) and states[0][0] > 0.0
+
+
+def test_a_membrane_that_yields_holds_no_more_than_its_yield_force(partner):
+    plate, step, pull = partner("Armour"), 1e-5, 250.0
+    far_from_the_projectile(plate)
+    plate.set("bulge_height_impulse", pull * step)
+    momenta = []
+    for k in range(40):
+        plate.fmu.doStep(k * step, step)
+        momenta.append(one(plate, "momentum"))
+    assert momenta[-1] - momenta[-2] == pytest.approx((pull - 150.0) * step, rel=1e-9)
+    height, left = one(plate, "height"), one(plate, "membrane_set")
+    assert height - left == pytest.approx(150.0 / 1e6, rel=1e-6) and left > 1e-4
+    assert one(plate, "energy.plastic") == pytest.approx(150.0 * left, rel=1e-6)
+    assert one(plate, "energy.elastic") == pytest.approx(150.0**2 / 1e6 / 2, rel=1e-6)
+
+
+def test_a_bulge_that_is_there_from_the_start_is_at_rest_and_spreads_from_there(partner):
+    plate = partner("Armour")
+    for name, value in (("initial_height", 3e-3), ("initial_radius", 0.02), ("spread", 0.5)):
+        plate.set(name, value)
+    far_from_the_projectile(plate)
+    assert [one(plate, name) for name in ("height", "bulge_height", "membrane_set")] == [3e-3] * 3
+    plate.fmu.doStep(0.0, 1e-5)
+    assert [one(plate, name) for name in ("height", "energy.elastic", "bulge_radius_rate")] == [3e-3, 0.0, 0.0]
+    plate.set("bulge_height_impulse", 2e-3)
+    for k in (1, 2):
+        plate.fmu.doStep(k * 1e-5, 1e-5)
+    height, rate = one(plate, "bulge_height"), one(plate, "bulge_height_rate")
+    assert height > 3e-3 and rate > 0.1
+    assert one(plate, "bulge_radius") == pytest.approx(0.02 + 0.5 * (height - 3e-3), rel=1e-14)
+    assert one(plate, "bulge_radius_rate") == pytest.approx(0.5 * rate, rel=1e-14)
