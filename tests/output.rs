@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+#[path = "output/fragments.rs"]
+mod fragments;
 #[path = "output/stage.rs"]
 mod stage;
 
@@ -341,4 +343,109 @@ fn every_chart_reaches_to_the_end_of_the_run() {
     for chart in charts {
         assert_eq!(labels(chart).last(), first.last());
     }
+}
+
+/// A run with a dome that takes part and a splinter that does not.
+fn run_with_fragments(name: &str) -> (Scene, PathBuf) {
+    let (scene, folder) = (fragments::scene(), folder(name));
+    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 2).unwrap();
+    for step in 0..=STEPS {
+        let t = time(&scene, step);
+        recorder
+            .record_observation(&fragments::observation(&scene, t), || fragments::frame(&scene, t, step > STEPS / 2))
+            .unwrap();
+    }
+    let end = time(&scene, STEPS);
+    let (o, f) = (fragments::observation(&scene, end), fragments::frame(&scene, end, false));
+    recorder.conclude(&Ending { observation: &o, frame: &f, digest: 0xABC, failure: None }).unwrap();
+    (scene, folder)
+}
+
+#[test]
+fn history_has_the_columns_of_each_fragment() {
+    let (scene, folder) = run_with_fragments("fragments-history");
+    let lines = lines(&folder, "history.csv");
+    let columns: Vec<&str> = lines[0].split(',').collect();
+    let values: Vec<f64> = lines[21].split(',').map(|value| value.parse().unwrap()).collect();
+    let own = columns.iter().filter(|name| name.starts_with("fragment")).count();
+    assert_eq!((columns.len(), own), (values.len(), 2 * 22), "twenty-two columns of each");
+    let value = |name: &str| values[columns.iter().position(|known| *known == name).unwrap()];
+    let t = time(&scene, 20);
+    for (name, expected) in [
+        ("fragment1_active", 1.0),
+        ("fragment2_active", 0.0),
+        ("fragment1_depth_m", 0.006 + 0.4 * t),
+        ("fragment2_depth_m", -0.015),
+        ("fragment2_position_x_m", 0.03),
+        ("fragment2_velocity_z_m_per_s", -4.0),
+        ("fragment1_orientation_w", 1.0),
+        ("fragment2_orientation_y", std::f64::consts::FRAC_1_SQRT_2),
+        ("fragment2_orientation_z", 0.0),
+        ("fragment2_angular_velocity_x_rad_per_s", 7.0),
+        ("fragment2_angular_velocity_z_rad_per_s", 9.0),
+        ("fragment1_impulse_y_N_s", 2e-4),
+        ("fragment1_bulge_height_m", 0.006 + 0.4 * t),
+        ("fragment1_bulge_radius_m", 0.016 + 0.2 * t),
+        ("fragment1_bulge_height_impulse_N_s", -4e-4),
+        ("fragment1_bulge_radius_impulse_N_s", -5e-4),
+        ("fragment2_bulge_radius_m", 0.0),
+        ("fragment2_bulge_height_impulse_N_s", 0.0),
+    ] {
+        assert_eq!(value(name), expected, "{name}");
+    }
+}
+
+#[test]
+fn summary_and_report_tell_what_became_of_each_fragment() {
+    let (scene, folder) = run_with_fragments("fragments-summary");
+    let figures = summary(&folder)["fragments"].clone();
+    assert_eq!(figures.as_array().map(Vec::len), Some(2));
+    let depth = 0.006 + 0.4 * scene.scene.end_time;
+    assert_eq!((&figures[0]["active"], &figures[1]["active"]), (&true.into(), &false.into()));
+    assert_eq!((&figures[0]["final_depth"], &figures[1]["final_depth"]), (&depth.into(), &(-0.015).into()));
+    assert_eq!((&figures[0]["peak_depth"], &figures[1]["peak_depth"]), (&0.0125.into(), &0.0.into()));
+    assert_eq!((&figures[0]["peak_force"], &figures[1]["peak_force"]), (&12.5.into(), &0.0.into()));
+    assert_eq!(figures[1]["final_velocity"], serde_json::json!([3.0, 0.0, -4.0]));
+    assert_eq!(figures[0]["total_impulse"], serde_json::json!([0.03, 0.0, 0.04]));
+    let page = fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(page.contains("Beside it there are 2 fragments; 1 of 2 took part at the end."));
+    let row = |cells: &str| format!("<tr><th scope=\"row\">fragment[{cells}</td></tr>").replace('|', "</td><td>");
+    let one = row("1]</th><td>takes part|12.50 mm|10.00 mm|0 m/s|12.50 N|50.00 mN s");
+    let two = row("2]</th><td>takes no part|0 m|−15.00 mm|5.000 m/s|0 N|0 N s");
+    assert!(page.contains(&one) && page.contains(&two), "{}", between(&page, "<h2>Fragments</h2>", "</section>"));
+    let without = fs::read_to_string(run("no-fragments", &self::scene("spatial"), None).join("report.html")).unwrap();
+    assert!(!without.contains("fragment["));
+}
+
+#[test]
+fn only_bodies_that_take_part_are_drawn() {
+    let (scene, folder) = run_with_fragments("fragments-grid");
+    let points = |number: usize| -> Vec<Vector3> {
+        let file = fs::read(folder.join(format!("frames/projectile_{number:05}.vtu"))).unwrap();
+        let values: Vec<f64> =
+            array(&file, "Points").chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect();
+        values.chunks(3).map(Vector3::from_row_slice).collect()
+    };
+    let splinter =
+        |points: &[Vector3]| points.iter().filter(|p| (*p - Vector3::new(0.03, 0.0, 0.02)).norm() < 0.006).count();
+    let lowest = |points: &[Vector3]| points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+    let (before, after) = (points(0), points(10));
+    assert_eq!(splinter(&before), 0, "it waits");
+    assert_eq!(splinter(&after), after.len() - before.len(), "it is there");
+    assert!(after.len() > before.len() + 100);
+    let apex = 0.006 + 0.4 * time(&scene, STEPS);
+    assert!((lowest(&after) + apex).abs() < 1e-12, "the dome is drawn with the bulge of the frame");
+    let alone = fs::read(run("grid-alone", &self::scene("spatial"), None).join("frames/projectile_00000.vtu")).unwrap();
+    assert!(before.len() > array(&alone, "Points").len() / 24, "the dome beside the ball");
+}
+
+#[test]
+fn a_dome_does_not_hide_the_gel() {
+    let scene = fragments::scene();
+    let file = model_picture(&fragments::frame(&scene, 0.005, false), &scene);
+    fs::create_dir_all(folder("models")).unwrap();
+    fs::write(folder("models").join("dome.png"), &file).unwrap();
+    let (_, _, pixels) = pixels(&file);
+    let amber = pixels.chunks(4).filter(|p| p[3] == 255 && p[0] > p[2].saturating_add(40)).count();
+    assert!(amber > 60_000, "{amber} pixels of gel");
 }

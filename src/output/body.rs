@@ -14,7 +14,7 @@ const SEGMENTS: usize = 48;
 /// A surface around an inner point from which, unless the body is one from a file, all of it can be seen.
 #[derive(Debug, Clone)]
 pub(super) struct Solid {
-    /// Whether it ends by itself; of an unbounded body only what lies across the scenery is drawn.
+    /// Whether it ends by itself; of an unbounded body only a plate is drawn.
     pub(super) bounded: bool,
     pub(super) velocity: Vector3,
     pub(super) centre: Vector3,
@@ -23,7 +23,8 @@ pub(super) struct Solid {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// The active bodies where they are; of an unbounded one, the plate that lies behind its surface across `scenery`.
+/// The active bodies where they are; of a half-space, the plate that lies behind its surface across `scenery`, and of a dome
+/// the plate around its cap.
 pub(super) fn solids(scene: &Scene, frame: &Frame, scenery: &Bounds) -> Vec<Solid> {
     let bodies = frame.bodies.iter().enumerate().filter(|(_, place)| place.active);
     bodies.map(|(i, place)| solid(&scene.alone(i).projectile_shape(), place, scenery)).collect()
@@ -61,10 +62,11 @@ pub(super) fn extent(shape: &Shape, place: &Place, scenery: &Bounds) -> Bounds {
     }
 }
 
-/// Profile (r, z) of a dome's cap and of the plate behind it, across `scenery`.
+/// Profile (r, z) of a dome's cap and of the plate behind it, which is drawn a little beyond the cap: all of it would hide
+/// the gel.
 fn cap(dome: &Dome, scenery: &Bounds) -> Vec<(f64, f64)> {
     let (h, a) = (dome.height(), dome.radius());
-    let (wide, thick) = (f64::max(1.1 * scenery.radius(), 1.1 * a), 0.06 * scenery.radius());
+    let (wide, thick) = (1.2 * a, 0.06 * scenery.radius());
     // From the apex to the rim in equal parts of the angle 2 atan(h/a) that half of the cap spans.
     let n = SEGMENTS / 4;
     let half = 2.0 * (h / a).atan();
@@ -214,7 +216,7 @@ mod tests {
         for (height, cap) in [(0.0, 0.0), (0.3, PI * 0.3 * (3.0 * 0.25 + 0.09) / 6.0)] {
             let shape = format!("{{dome={{height={height:?}, radius=0.5}}}}");
             let dome = drawn(&shape, Vector3::zeros(), &scenery);
-            let plate = PI * 1.1 * 1.1 * 0.06;
+            let plate = PI * 0.6 * 0.6 * 0.06;
             assert!(!dome.bounded && (volume(&dome) / (plate + cap) - 1.0).abs() < 0.01, "{}", volume(&dome));
         }
     }

@@ -65,7 +65,7 @@ const COLUMNS: [Column; 50] = [
 /// A column of each fragment, behind those; its name follows `fragment1_`, `fragment2_`, …
 type FragmentColumn = (&'static str, fn(&BodyReport) -> f64);
 
-const FRAGMENT_COLUMNS: [FragmentColumn; 12] = [
+const FRAGMENT_COLUMNS: [FragmentColumn; 22] = [
     ("active", |b| f64::from(u8::from(b.active))),
     ("position_x_m", |b| b.kinematics.position.x),
     ("position_y_m", |b| b.kinematics.position.y),
@@ -73,11 +73,21 @@ const FRAGMENT_COLUMNS: [FragmentColumn; 12] = [
     ("velocity_x_m_per_s", |b| b.kinematics.velocity.x),
     ("velocity_y_m_per_s", |b| b.kinematics.velocity.y),
     ("velocity_z_m_per_s", |b| b.kinematics.velocity.z),
+    ("orientation_w", |b| b.kinematics.orientation[0]),
+    ("orientation_x", |b| b.kinematics.orientation[1]),
+    ("orientation_y", |b| b.kinematics.orientation[2]),
+    ("orientation_z", |b| b.kinematics.orientation[3]),
+    ("angular_velocity_x_rad_per_s", |b| b.kinematics.angular_velocity.x),
+    ("angular_velocity_y_rad_per_s", |b| b.kinematics.angular_velocity.y),
+    ("angular_velocity_z_rad_per_s", |b| b.kinematics.angular_velocity.z),
     ("depth_m", |b| b.depth),
     ("impulse_x_N_s", |b| b.exchange.impulse.x),
     ("impulse_y_N_s", |b| b.exchange.impulse.y),
     ("impulse_z_N_s", |b| b.exchange.impulse.z),
     ("bulge_height_m", |b| b.bulge.map_or(0.0, |bulge| bulge.size[0])),
+    ("bulge_radius_m", |b| b.bulge.map_or(0.0, |bulge| bulge.size[1])),
+    ("bulge_height_impulse_N_s", |b| b.exchange.bulge_impulse[0]),
+    ("bulge_radius_impulse_N_s", |b| b.exchange.bulge_impulse[1]),
 ];
 
 fn names(n_fragments: usize) -> String {

@@ -27,6 +27,7 @@ pub(super) fn page(scene: &Scene, summary: &Summary, rows: &[Row], shots: &[&Sho
         words::key_figures(scene, summary),
         film::film(charts::fullest(rows), shots),
         charts::charts(scene, rows),
+        tables::fragments(summary),
         tables::energy(summary),
         tables::cost(summary),
         tables::switched_off(summary),

@@ -2,8 +2,37 @@
 
 use super::escape;
 use super::number::{count, percent, quantity, ratio};
-use crate::output::summary::Summary;
+use crate::algebra::Vector3;
+use crate::output::summary::{FragmentFigures, Summary};
+use crate::scene::body_name;
 use std::fmt::Write;
+
+/// What became of each fragment; nothing if there is none.
+pub(super) fn fragments(summary: &Summary) -> String {
+    if summary.fragments.is_empty() {
+        return String::new();
+    }
+    let mut rows = String::new();
+    for (i, fragment) in summary.fragments.iter().enumerate() {
+        let cells = fragment_cells(fragment);
+        row(&mut rows, &body_name(i + 1), &cells.each_ref().map(String::as_str));
+    }
+    let heads =
+        ["fragment", "at the end", "greatest depth", "depth at the end", "speed at the end", "peak force", "impulse"];
+    format!("<section><h2>Fragments</h2>\n{}</section>\n", table("What became of each fragment", &heads, &rows))
+}
+
+fn fragment_cells(fragment: &FragmentFigures) -> [String; 6] {
+    let length = |vector: [f64; 3]| Vector3::from(vector).norm();
+    [
+        if fragment.active { "takes part" } else { "takes no part" }.to_string(),
+        quantity(fragment.peak_depth, "m"),
+        quantity(fragment.final_depth, "m"),
+        quantity(length(fragment.final_velocity), "m/s"),
+        quantity(fragment.peak_force, "N"),
+        quantity(length(fragment.total_impulse), "N s"),
+    ]
+}
 
 /// The energy accounts at the end, and how well they close.
 pub(super) fn energy(summary: &Summary) -> String {

@@ -25,7 +25,8 @@ pub(super) fn failure(scene: &Scene, summary: &Summary) -> String {
 
 /// One paragraph.
 pub(super) fn summary(scene: &Scene, summary: &Summary) -> String {
-    let sentences = [meeting(scene), depth(summary), outcome(scene, summary), trust(summary), thickness(scene)];
+    let (depth, fragments) = (depth(summary), fragments(summary));
+    let sentences = [meeting(scene), depth, outcome(scene, summary), fragments, trust(summary), thickness(scene)];
     format!("<section><p class=\"lead\">{}</p></section>\n", sentences.join(" ").trim())
 }
 
@@ -70,6 +71,16 @@ fn outcome(scene: &Scene, summary: &Summary) -> String {
         }
     };
     force + &end
+}
+
+fn fragments(summary: &Summary) -> String {
+    let there = match summary.fragments.len() {
+        0 => return String::new(),
+        1 => "is one fragment".to_string(),
+        n => format!("are {n} fragments"),
+    };
+    let active = summary.fragments.iter().filter(|fragment| fragment.active).count();
+    format!("Beside it there {there}; {active} of {} took part at the end.", summary.fragments.len())
 }
 
 fn trust(summary: &Summary) -> String {
