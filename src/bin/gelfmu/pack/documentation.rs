@@ -15,8 +15,8 @@ const WIRING: &str = "\
 <h3>integrated (2, the default)</h3>
 <p>The FMU integrates the projectile inside the step, under the contact with the gel and under
 <code>projectile.external_force</code> and <code>projectile.external_torque</code>. Wire these two inputs, read
-<code>projectile.predicted_*</code>. The kinematic inputs are never read. The result does not depend on the
-communication step.</p>
+<code>projectile.predicted_*</code>. The kinematic inputs are read only at the step that makes a body active. The result
+does not depend on the communication step.</p>
 <h3>corrected (3)</h3>
 <p>For an importer that owns the body. At the start of each step its <code>projectile.position</code>,
 <code>.velocity</code>, <code>.orientation</code> and <code>.angular_velocity</code> replace the state of the FMU; a
@@ -77,8 +77,8 @@ equal to its start leaves another <code>scene</code> as it is.</li>
 <li>A state can be restored in another process. It does not hold <code>threads</code> and
 <code>output_directory</code>. Restored to before the run, the files of the run are completed; to a moment of it, they
 are cut there.</li>
-<li>Input derivatives are of order 1, hold for one step and act on the velocity (prescribed) and on the external force
-and torque. Output derivatives are of order 1, from what acted in the last step.</li>
+<li>Input derivatives are of order 1, hold for one step and act on the velocity (prescribed), on the external force and
+torque, and on the rates of height and radius of a dome. Output derivatives are of order 1, from what acted in the last step.</li>
 </ul>
 ";
 
