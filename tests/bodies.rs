@@ -152,7 +152,8 @@ fn a_body_that_is_made_active_starts_from_its_inputs_and_is_booked() {
 
 #[test]
 fn a_body_cannot_be_made_active_inside_the_gel() {
-    let simulation = made(&with(&["fragment[1].active=false"]), CouplingMode::Integrated);
+    let mut simulation = made(&with(&["fragment[1].active=false"]), CouplingMode::Integrated);
+    run(&mut simulation, (1e-4, 1), |_, _| ());
     let mut inputs = simulation.inputs()[1];
     inputs.active = true;
     assert_eq!(simulation.overlap(1, &inputs), None);
