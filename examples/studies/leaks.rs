@@ -3,7 +3,7 @@ use super::shot::{RADIUS, Space, deepest, shot};
 use std::io::Write as _;
 
 const ROUND: [f64; 7] = [1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0];
-const SHARP: [&str; 7] = [
+const SHARP: [&str; 9] = [
     "capsule, tilted",
     "cylinder",
     "cylinder on its rim, sharp",
@@ -11,6 +11,8 @@ const SHARP: [&str; 7] = [
     "ogive, sharp",
     "ogive, meplat",
     "cone",
+    "ogive of triangles",
+    "cylinder of triangles on its rim",
 ];
 /// In the plane and about the axis.
 const FLAT: [(Space, &str); 6] = [
