@@ -3,6 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+#[path = "../examples/studies/deepest.rs"]
+mod deepest;
 #[path = "../examples/studies/rest.rs"]
 #[allow(dead_code, reason = "the study prints more")]
 mod rest;
@@ -20,9 +22,10 @@ mod whole;
 
 use ballistic_gel::scene::{self, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
+use deepest::deepest;
 use rest::Rest;
 use run::{Run, run};
-use shot::{RADIUS, Space, deepest, shot};
+use shot::{RADIUS, Space, shot};
 use touch::Touch;
 use whole::Whole;
 
@@ -39,7 +42,7 @@ fn slow(name: &str, h: f64, at: [f64; 2]) -> Scene {
 /// Runs to the end without a leak; the depth of the deepest point of the surface and the defect of energy.
 fn shoot(scene: &Scene) -> (f64, f64) {
     let mut surface: f64 = 0.0;
-    let Run { last, failure, .. } = run(scene, 20, |now| surface = surface.max(deepest(&now.frame(), scene)));
+    let Run { last, failure, .. } = run(scene, 20, |now| surface = surface.max(deepest(&now.frame(), scene, 6)));
     assert_eq!(failure, None);
     assert!(last.energy.energy_error < 1e-10 && last.projectile().contact.total_impulse.z > 0.01, "{last:?}");
     (surface, last.energy.energy_defect)

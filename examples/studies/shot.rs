@@ -4,7 +4,6 @@ use super::run::{scene, scene_with_files};
 use ballistic_gel::algebra::Vector3;
 use ballistic_gel::geometry::{Shape, SignedDistance as _};
 use ballistic_gel::scene::Scene;
-use ballistic_gel::simulation::Frame;
 use nalgebra::{Quaternion, UnitQuaternion};
 
 #[path = "../../tests/solid/bodies.rs"]
@@ -118,24 +117,4 @@ pub fn shot((space, name): (Space, &str), at: [f64; 2], replaced: &[(&str, Strin
 
 fn turn([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
-}
-
-/// Depth inside the projectile of the deepest of many points all over the surface of the gel, corners and faces, m.
-pub fn deepest(frame: &Frame, scene: &Scene) -> f64 {
-    const N: u32 = 6;
-    let (shape, turn) = (scene.projectile_shape(), turn(frame.bodies[0].kinematics.orientation));
-    let gap =
-        |p: &Vector3| shape.gap(&turn.inverse_transform_vector(&(p - frame.bodies[0].kinematics.position))).distance;
-    let mut deepest: f64 = 0.0;
-    for facet in &frame.cells.facets {
-        let corner = |i: usize| frame.points[facet[i.min(frame.dimension - 1)] as usize];
-        let [a, b, c] = [0, 1, 2].map(corner);
-        if gap(&a) > (b - a).norm().max((c - a).norm()) {
-            continue;
-        }
-        for (i, j) in (0..=N).flat_map(|i| (0..=N - i).map(move |j| (f64::from(i), f64::from(j)))) {
-            deepest = deepest.max(-gap(&(a + ((b - a) * i + (c - a) * j) / f64::from(N))));
-        }
-    }
-    deepest
 }
