@@ -166,7 +166,7 @@ fn body(scene: &Scene, prescribed: bool) -> (Body, BodyState) {
         time: 0.0,
         position: Vector3::from(projectile.position),
         velocity: Vector3::from(projectile.velocity),
-        orientation: orientation(projectile.orientation),
+        orientation: orientation(freedom.turns(projectile.orientation)),
         angular_momentum: Vector3::zeros(),
         wrench: Wrench::default(),
         bulge: match &body.shape {
