@@ -186,6 +186,22 @@ fn a_command_line_that_makes_no_sense_is_bad_input() {
 }
 
 #[test]
+fn ports_for_more_fragments_than_the_scene_has_are_refused() {
+    refused_pack(&["--fragments", "1"], "--fragments: found 1, expected ");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/conformance/fragments.toml");
+    refused_pack(&["--scene", scene, "--fragments", "3"], "--fragments: found 3, expected ");
+}
+
+#[track_caller]
+fn refused_pack(arguments: &[&str], message: &str) {
+    let folder = folder();
+    let said = gelfmu_in(folder.path(), &[&["pack"], arguments].concat());
+    assert_eq!(said.status, Some(2), "{}", said.err);
+    assert!(said.err.starts_with(&format!("error: {message}")), "{}", said.err);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is written");
+}
+
+#[test]
 fn a_folder_that_is_not_empty_needs_force() {
     let folder = folder();
     std::fs::write(folder.path().join("diary.txt"), "mine").unwrap();

@@ -111,6 +111,36 @@ fn systems(out: &Path, scene: &str) -> PathBuf {
     out.to_owned()
 }
 
+/// A scene with two fragments.
+const FRAGMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/conformance/fragments.toml");
+
+/// Names of the variables of a packed scene, which a second importer accepts.
+fn accepted_names(fmu: &Path) -> Vec<String> {
+    let unpacked = tempfile::tempdir().unwrap();
+    fmi_rs::zip::extract_zip_archive(fmu, unpacked.path()).unwrap();
+    let description = ModelDescription::from_path(&unpacked.path().join("modelDescription.xml")).unwrap();
+    let problems: Vec<String> = description.validate().into_iter().map(|p| p.message).collect();
+    assert!(problems.is_empty(), "a second importer finds: {problems:?}");
+    description.model_variables.iter().map(|variable| variable.name.clone()).collect()
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "a debug build holds no packed library: cargo test --release")]
+fn fragments_get_variables_all_by_default_or_as_many_as_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let count = |file: &str, more: &[&str]| {
+        let file = folder.path().join(file);
+        let mut gelfmu = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
+        expect(gelfmu.args(["pack", "--scene", FRAGMENTS, "--out"]).arg(&file).args(more), "pack");
+        let names = accepted_names(&file);
+        (1..=3).map(|i| names.iter().filter(|name| name.starts_with(&format!("fragment[{i}]."))).count()).collect()
+    };
+    let (all, one, none): (Vec<usize>, Vec<usize>, Vec<usize>) =
+        (count("all.fmu", &[]), count("one.fmu", &["--fragments", "1"]), count("none.fmu", &["--fragments", "0"]));
+    assert!(all[0] > 80 && all[0] == all[1] && all[2] == 0, "{all:?}");
+    assert_eq!((one, none), (vec![all[0], 0, 0], vec![0, 0, 0]));
+}
+
 fn coarse_scene(folder: &Path) -> String {
     let text = ballistic_gel::scene::builtin("sphere-block").unwrap();
     let coarse = text.replace("size = 5e-3", "size = 10e-3").replace("end_time = 10e-3", "end_time = 2e-3");
@@ -191,6 +221,8 @@ fn fmpy_accepts_and_runs_the_fmu() {
     let (fmu, coarse) = (folder.join("sphere-block.fmu"), folder.join("coarse.fmu"));
     pack("sphere-block", &fmu);
     pack(&coarse_scene(&folder), &coarse);
+    let fragments = folder.join("fragments.fmu");
+    pack(FRAGMENTS, &fragments);
     let coarse_systems = systems(&folder.join("systems"), &coarse_scene(&folder));
     let tumbling = root().join("tests/conformance/tumbling.toml");
     let tumbling = systems(&folder.join("tumbling"), tumbling.to_str().unwrap());
@@ -198,6 +230,7 @@ fn fmpy_accepts_and_runs_the_fmu() {
     pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(root().join("tests/conformance"));
     pytest.env("BALLISTIC_GEL_FMU", &fmu).env("BALLISTIC_GEL_COARSE_FMU", &coarse);
     pytest.env("BALLISTIC_GEL_SYSTEMS", coarse_systems).env("BALLISTIC_GEL_TUMBLING_SYSTEMS", tumbling);
+    pytest.env("BALLISTIC_GEL_FRAGMENTS_FMU", &fragments);
     let output = expect(pytest.env("PYTHONDONTWRITEBYTECODE", "1"), "pass the tests of the importer");
     println!("{}", String::from_utf8_lossy(&output.stdout));
 }

@@ -8,6 +8,8 @@ mod bodies;
 mod coupling;
 #[path = "fmi2/files.rs"]
 mod files;
+#[path = "fmi2/fragments.rs"]
+mod fragments;
 #[path = "fmi2/host.rs"]
 mod host;
 #[path = "fmi2/order.rs"]

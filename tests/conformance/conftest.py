@@ -31,6 +31,18 @@ def coarse(tmp_path_factory):
     return extract(os.environ["BALLISTIC_GEL_COARSE_FMU"], str(tmp_path_factory.mktemp("coarse")))
 
 
+@pytest.fixture(scope="session")
+def fragments_fmu():
+    """A scene with two fragments, one of which waits."""
+    return os.environ["BALLISTIC_GEL_FRAGMENTS_FMU"]
+
+
+@pytest.fixture(scope="session")
+def fragments_folder(fragments_fmu, tmp_path_factory):
+    """Its folder."""
+    return extract(fragments_fmu, str(tmp_path_factory.mktemp("fragments")))
+
+
 class Systems:
     """The folder of partners and systems; what is unpacked is unpacked once."""
 

@@ -4,16 +4,16 @@ use super::host::{ERROR, Host, OK, coarse, reference};
 use ballistic_gel::fmi2::abi::*;
 use std::ffi::c_int;
 
-const BALL: &str =
+pub const BALL: &str =
     "\n[[fragment]]\nshape.sphere.radius = 0.01\nmass = 0.02\nposition = [0.03, 0.0, 0.011]\nvelocity = [0, 0, -4]\n";
-const DOME: &str =
+pub const DOME: &str =
     "\n[[fragment]]\nshape.dome = { height = 0.0, radius = 0.02 }\nfixed = true\nposition = [0.0, 0.0, 0.0]\n";
 
 fn two(fragment: &str) -> Host {
     Host::with(&(coarse() + fragment))
 }
 
-fn set_flag(host: &Host, name: &str, value: bool) {
+pub fn set_flag(host: &Host, name: &str, value: bool) {
     let (vr, value) = (reference(name), c_int::from(value));
     // SAFETY: one reference and one value.
     assert_eq!(unsafe { fmi2SetBoolean(host.c, &raw const vr, 1, &raw const value) }, OK);
@@ -26,7 +26,7 @@ fn flag(host: &Host, name: &str) -> bool {
     value != 0
 }
 
-fn step(host: &Host, from: f64) -> c_int {
+pub fn step(host: &Host, from: f64) -> c_int {
     // SAFETY: a live component.
     unsafe { fmi2DoStep(host.c, from, 1e-4, 0) }
 }

@@ -5,7 +5,7 @@ use ballistic_gel::fmi2::abi::*;
 use ballistic_gel::scene;
 use std::ffi::c_int;
 
-fn directional(host: &Host, unknown: &str, known: &str) -> f64 {
+pub fn directional(host: &Host, unknown: &str, known: &str) -> f64 {
     let (unknown, known, seed, mut value) = (reference(unknown), reference(known), 1.0, f64::NAN);
     let (unknown, known) = (&raw const unknown, &raw const known);
     let status = unsafe { fmi2GetDirectionalDerivative(host.c, unknown, 1, known, 1, &raw const seed, &raw mut value) };
@@ -13,14 +13,14 @@ fn directional(host: &Host, unknown: &str, known: &str) -> f64 {
     value
 }
 
-fn rate(host: &Host, name: &str) -> f64 {
+pub fn rate(host: &Host, name: &str) -> f64 {
     let (vr, order, mut value) = (reference(name), 1, f64::NAN);
     let (vr, order) = (&raw const vr, &raw const order);
     assert_eq!(unsafe { fmi2GetRealOutputDerivatives(host.c, vr, 1, order, &raw mut value) }, OK);
     value
 }
 
-fn set_rate(host: &Host, name: &str, value: f64) {
+pub fn set_rate(host: &Host, name: &str, value: f64) {
     let (vr, order): (u32, c_int) = (reference(name), 1);
     let at = (&raw const vr, &raw const order, &raw const value);
     assert_eq!(unsafe { fmi2SetRealInputDerivatives(host.c, at.0, 1, at.1, at.2) }, OK);
