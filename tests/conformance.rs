@@ -111,6 +111,75 @@ fn systems(out: &Path, scene: &str) -> PathBuf {
     out.to_owned()
 }
 
+/// Text of the system behind armour when it is packed with changes to its scene, or what was said against it.
+fn armour_system(changes: &[(&str, &str)]) -> Result<String, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(root().join("examples/ssp/armour-block.toml")).unwrap();
+    let text = changes.iter().fold(text, |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replace(from, to)
+    });
+    let (scene, out) = (folder.path().join("armour.toml"), folder.path().join("out"));
+    fs::write(&scene, text).unwrap();
+    let built = Path::new(env!("CARGO_BIN_EXE_gelfmu")).parent().unwrap();
+    let mut ssp = command(built.join("examples").join(format!("ssp{}", std::env::consts::EXE_SUFFIX)));
+    let output = ssp.env_remove("CARGO").arg(&out).arg(coarse_scene(folder.path())).arg(&scene).output().unwrap();
+    if !output.status.success() {
+        assert!(!out.exists(), "something was written");
+        return Err(String::from_utf8(output.stderr).unwrap());
+    }
+    let system = folder.path().join("system");
+    fmi_rs::zip::extract_zip_archive(out.join("gel-armour-body.ssp"), &system).unwrap();
+    Ok(fs::read_to_string(system.join("SystemStructure.ssd")).unwrap())
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "a debug build holds no packed library: cargo test --release")]
+fn the_armour_of_a_system_starts_as_its_scene_says() {
+    let capsule = "shape.capsule = { radius = 0.008, length = 0.032 }\norientation = [0.8, 0.6, 0.0, 0.0]";
+    let ssd = armour_system(&[
+        ("shape.sphere.radius = 0.010", capsule),
+        ("[0.0, 0.0, 0.015]", "[0.0, 0.0, 0.02]"),
+        ("height = 0.0, radius = 0.015", "height = 0.004, radius = 0.012"),
+        // Beside the gel, into which the bulge would reach.
+        ("[0.0, 0.0, 0.0]", "[0.2, 0.0, 0.0]"),
+        ("mass = 0.033", "mass = 0.05"),
+        ("size = 5e-3", "size = 8e-3"),
+    ]);
+    let ssd = ssd.unwrap();
+    let value = |name: &str| -> f64 {
+        let (_, rest) = ssd.split_once(&format!("<ssv:Parameter name=\"{name}\">")).unwrap();
+        rest.split('"').nth(1).unwrap().parse().unwrap()
+    };
+    // The capsule is turned by 2 acos(0.8): its axis has the cosine 0.28 to the vertical.
+    for (name, expected) in
+        [("nose", 0.008 * 1.28), ("initial_height", 0.004), ("initial_radius", 0.012), ("projectile_mass", 0.05)]
+    {
+        assert!((value(name) / expected - 1.0).abs() < 1e-12, "{name}: {}", value(name));
+    }
+    assert_eq!((value("mass"), value("initial_position[3]"), value("initial_orientation[2]")), (0.05, 0.02, 0.6));
+    assert!(value("inertia[3]") < value("inertia[1]"), "that of a capsule: least about its axis");
+}
+
+#[test]
+fn a_scene_that_is_not_behind_the_armour_is_refused_before_anything_is_written() {
+    for (from, to, said) in [
+        ("[0.0, 0.0, 0.015]", "[0.0, 0.0, 0.014]", "projectile.position: found its lowest point at z = 0.004 m"),
+        ("fixed = true", "mass = 1.0\ninertia = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]", "fragment[1].fixed: found false"),
+        ("shape.dome = { height = 0.0, radius = 0.015 }", "shape.half-space.normal = [0, 0, -1]", "fragment[1].shape"),
+        ("fixed = true", "fixed = true\nactive = false", "fragment[1].active: found false"),
+        ("[0.0, 0.0, 0.0]", "[0.0, 0.0, 0.001]", "fragment[1].position"),
+        (
+            "mass = 0.033\nposition = [0.0, 0.0, 0.015]\nvelocity = [0.0, 0.0, -20.0]",
+            "position = [0.0, 0.0, 0.015]\nfixed = true",
+            "projectile.fixed: found true",
+        ),
+    ] {
+        let refused = armour_system(&[(from, to)]).unwrap_err();
+        assert!(refused.contains("armour.toml: ") && refused.contains(said), "{said}: {refused}");
+    }
+}
+
 /// A scene with two fragments.
 const FRAGMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/conformance/fragments.toml");
 
@@ -121,7 +190,7 @@ fn accepted_names(fmu: &Path) -> Vec<String> {
     let description = ModelDescription::from_path(&unpacked.path().join("modelDescription.xml")).unwrap();
     let problems: Vec<String> = description.validate().into_iter().map(|p| p.message).collect();
     assert!(problems.is_empty(), "a second importer finds: {problems:?}");
-    description.model_variables.iter().map(|variable| variable.name.clone()).collect()
+    description.modelVariables.iter().map(|variable| variable.name.clone()).collect()
 }
 
 #[test]
