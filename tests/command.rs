@@ -198,7 +198,7 @@ fn refused_pack(arguments: &[&str], message: &str) {
     let said = gelfmu_in(folder.path(), &[&["pack"], arguments].concat());
     assert_eq!(said.status, Some(2), "{}", said.err);
     assert!(said.err.starts_with(&format!("error: {message}")), "{}", said.err);
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is written");
+    assert_eq!(std::fs::read_dir(folder.path()).expect("it is there").count(), 0, "nothing is written");
 }
 
 #[test]
