@@ -167,6 +167,7 @@ def test_a_state_of_another_partner_is_refused(partner):
     body.fmu.freeFMUState(state)
     refuses(lambda: plate.fmu.deSerializeFMUstate(content))
     refuses(lambda: body.fmu.deSerializeFMUstate(content[:-8]))
+    refuses(lambda: body.fmu.deSerializeFMUstate(b"{0" + content[2:] if content[1:2] != b"0" else b"{1" + content[2:]))
     body.fmu.freeFMUState(body.fmu.deSerializeFMUstate(content))
 
 
