@@ -294,3 +294,23 @@ fn a_mass_comes_from_the_density_where_none_is_given() {
     let corner = (1.0 - PI / 4.0) * 25e-6 * 2.0 * PI * (0.01 - 0.2234 * 0.005) * 2.0 / (PI * 1e-4 * 0.1);
     assert!(rods[0].abs() < 1e-14 && (rods[1] / corner - 1.0).abs() < 1e-3, "{rods:?} {corner}");
 }
+
+/// Fragment tables that the documents show.
+fn shown(document: &str) -> impl Iterator<Item = &str> {
+    let blocks = document.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap());
+    blocks.filter(|block| block.starts_with("[[fragment]]"))
+}
+
+#[test]
+fn the_fragment_tables_of_the_documents_can_be_copied() {
+    let (readme, guide) = (include_str!("../README.md"), include_str!("../docs/coupling.md"));
+    let ball = scene::builtin("sphere-block").unwrap();
+    for (document, n) in [(readme, 2), (guide, 2)] {
+        let scene = read(&(ball.to_owned() + "\n" + &shown(document).collect::<String>()));
+        assert_eq!(scene.fragment.len(), n);
+        assert!(matches!(scene.fragment[1].shape, scene::BodyShape::Dome { .. }));
+    }
+    let free = shown(guide).nth(1).unwrap().replace("fixed = true", "mass = 1.0");
+    let refused = scene::read(&(ball.to_owned() + "\n" + &free)).unwrap_err().to_string();
+    assert!(refused.contains("inertia"), "{refused}");
+}
