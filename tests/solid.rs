@@ -166,7 +166,7 @@ fn tips_are_corners_sharper_than_that_of_a_cube() {
         assert_eq!(tips(&body), expected, "{half_angle} {flat}");
     }
     let pointed = solid(&cone(25.0, 0.0));
-    assert!((pointed.tips()[0] + Vector3::z() * pointed.reach(&-Vector3::z())).norm() < 1e-12);
+    assert!((pointed.tips()[0].end + Vector3::z() * pointed.reach(&-Vector3::z())).norm() < 1e-12);
 }
 
 /// A ball with a thin thorn: the thorn is small, and a tip.
@@ -176,7 +176,7 @@ fn a_small_thorn_on_a_large_body_is_a_tip() {
     ball.last_mut().unwrap().0 = 0.0;
     let body = solid(&turned(&[&[(0.0, -1.5), (0.1, -1.1)], &ball[..]].concat(), 32));
     assert_eq!(body.tips().len(), 1);
-    assert!((body.tips()[0].z + 1.5 + body.centre().z).abs() < 1e-12);
+    assert!((body.tips()[0].end.z + 1.5 + body.centre().z).abs() < 1e-12);
 }
 
 #[test]

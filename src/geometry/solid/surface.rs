@@ -70,6 +70,12 @@ pub enum SurfaceError {
         /// Where.
         at: [f64; 3],
     },
+    /// Parts that have a place in common, or lie on each other: mass and distance there are not those of their union.
+    #[error("parts that overlap or lie on each other, near {}", Place(at))]
+    Overlapping {
+        /// A point inside of one.
+        at: [f64; 3],
+    },
     /// A part of the surface that faces inwards although it is not the wall of a cavity.
     #[error("a part that is inside out, near {}", Place(at))]
     InsideOut {
