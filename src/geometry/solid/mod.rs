@@ -66,11 +66,10 @@ impl Solid {
         let (volume, centre, inertia) = mass::properties(&surface);
         surface.points.iter_mut().for_each(|p| *p = (*p - centre) * scale);
         let given = |p: Vector3| (p / scale + centre).into();
-        let tree = Tree::new(surface.corners());
-        if let Some(at) = crossing::crossing(&surface, &tree) {
+        if let Some(at) = crossing::crossing(&surface, &inertia) {
             return Err(SurfaceError::Crossing { at: given(at) });
         }
-        let (normals, size) = (Normals::of(&surface), surface.size());
+        let (tree, normals, size) = (Tree::new(surface.corners()), Normals::of(&surface), surface.size());
         let exact = |p: &Vector3| nearest((&surface, &normals, &tree), p, size).distance;
         let field = Field::new(surface.bounds(), exact);
         if let Some((fault, at)) = winding::fault(&tree, &field, exact) {
