@@ -51,10 +51,8 @@ impl Profile {
         let turned = integral(&pieces, |p| p[0] * p[0]);
         let corners = corners(&pieces);
         let mut profile = Self {
-            poles: [0, corners.len() - 1].map(|end| Pole {
-                end: Vector3::new(0.0, 0.0, corners[end].at[1]),
-                inner: Vector3::zeros(),
-            }),
+            poles: [0, corners.len() - 1]
+                .map(|end| Pole { end: Vector3::new(0.0, 0.0, corners[end].at[1]), inner: Vector3::zeros() }),
             corners,
             inertia: inertia(&pieces, turned),
             inertia_of_section: inertia_of_section(&pieces),

@@ -108,7 +108,7 @@ const LARGEST: f64 = 1e15;
 const FLAT: f64 = 1e-9;
 
 impl Surface {
-    /// The most triangles that are taken: half a gigabyte, and a second to look at them.
+    /// The most triangles that are taken: half a gigabyte, and 7 s to look at those of a ball.
     pub const MOST_TRIANGLES: usize = 500_000;
 
     /// The surface of these triangles. Corners at the same place are one; triangles with two corners at one place are left

@@ -32,16 +32,18 @@ impl Fault {
 /// across two axes, and that no node is nearest to, is not seen.
 pub(super) fn fault(tree: &Tree, field: &Field, exact: impl Fn(&Vector3) -> f64) -> Option<(Fault, Vector3)> {
     let slack = ROUND_OFF * field.extent().norm();
-    let lines = (0..3).flat_map(|axis| field.lines(axis).map(move |start| (axis, start)));
-    lines.into_iter().find_map(|(axis, start)| {
-        let passages = passages(tree, field, axis, start);
-        let stretch = stretches(&passages).find_map(|(from, to, winding)| {
-            let middle = on_line(field.at(start), axis, 0.5 * (from + to));
-            let found = refused(winding).filter(|_| to - from > slack && exact(&middle).abs() > slack);
-            Some((found?, middle))
-        });
-        stretch.or_else(|| wrong_side(&passages, field.line(axis, start), axis, slack))
-    })
+    let starts = (0..3).flat_map(|axis| field.lines(axis).map(move |start| (axis, start)));
+    let lines: Vec<_> = starts.map(|(axis, start)| (axis, start, passages(tree, field, axis, start))).collect();
+    let overlap = lines.iter().find_map(|(axis, start, passages)| {
+        stretches(passages).filter(|(from, to, _)| to - from > slack).find_map(|(from, to, winding)| {
+            let middle = on_line(field.at(*start), *axis, 0.5 * (from + to));
+            refused(winding).filter(|_| exact(&middle).abs() > slack).map(|fault| (fault, middle))
+        })
+    });
+    let line = |(axis, start, passages): &(usize, usize, Vec<Passage>)| {
+        wrong_side(passages, field.line(*axis, *start), *axis, slack)
+    };
+    overlap.or_else(|| lines.iter().find_map(line))
 }
 
 /// The winding number of a body is 0 or 1.
@@ -60,7 +62,8 @@ fn wrong_side(
     axis: usize,
     slack: f64,
 ) -> Option<(Fault, Vector3)> {
-    let inside = |p: &Vector3| passages.iter().take_while(|(at, _)| *at < p[axis]).map(|(_, step)| step).sum::<i32>() > 0;
+    let inside =
+        |p: &Vector3| passages.iter().take_while(|(at, _)| *at < p[axis]).map(|(_, step)| step).sum::<i32>() > 0;
     let wrong = |(p, distance): &(Vector3, f64)| distance.abs() > slack && inside(p) != (*distance < 0.0);
     nodes.find(wrong).map(|(p, distance)| (if distance < 0.0 { Fault::InsideOut } else { Fault::Overlapping }, p))
 }
@@ -112,6 +115,8 @@ fn turn(a: &Vector3, b: &Vector3, p: &Vector3, axis: usize) -> i32 {
     }
     let (low, high) = if a[u] < b[u] { (a, b) } else { (b, a) };
     let at = low[v] + (high[v] - low[v]) * ((p[u] - low[u]) / (high[u] - low[u]));
+    // By rounding it would be beyond its end, and a triangle count that the line is beside.
+    let at = at.clamp(low[v].min(high[v]), low[v].max(high[v]));
     match (at > p[v], leftwards) {
         (false, _) => 0,
         (true, true) => 1,
