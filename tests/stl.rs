@@ -177,7 +177,7 @@ fn a_pointed_bullet_of_triangles_does_not_slip_through_the_surface() {
 /// The prongs go past a narrow block on both sides: lines from their tips to the centre of mass go through it.
 #[test]
 fn a_fork_does_not_push_gel_between_its_prongs() {
-    let shot = ["gel.shape.block.size=[0.03, 0.04, 0.05]", "projectile.position=[0, 0, 0.038]", "mesh.size=4e-3"];
+    let shot = ["gel.shape.block.size=[0.0398, 0.04, 0.05]", "projectile.position=[0, 0, 0.038]"];
     let scene = with(&[&shot[..], &["projectile.shape.stl.scale=1e-2"]].concat(), &binary(&fork()));
     let found = end(&scene);
     assert!(found.projectile().kinematics.position.z < 0.0181, "the tips are 20 mm below the surface");
