@@ -218,3 +218,17 @@ fn an_importer_lands_on_position_velocity_and_angular_momentum() {
     }
     assert!(turned > 1e-6, "the rod must be turned by its hits: {turned:e}");
 }
+
+/// What the reader takes for round-off of an orientation in the plane is none in the simulation: it stepped out of the plane
+/// and panicked.
+#[test]
+fn a_planar_body_with_round_off_in_its_orientation_spins_in_the_plane() {
+    let scene =
+        changed("ball-square", &["projectile.orientation=[1, 0, 0, 1e-12]", "projectile.angular_velocity=[0, 100, 0]"]);
+    let mut simulation = integrated(&scene);
+    for step in 1..=3 {
+        let inputs = simulation.inputs();
+        simulation.step(&inputs, 1e-5 * f64::from(step)).unwrap();
+    }
+    assert!((simulation.kinematics(0).angular_velocity.y - 100.0).abs() < 1e-9);
+}

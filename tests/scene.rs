@@ -281,6 +281,8 @@ fn a_mass_comes_from_the_density_where_none_is_given() {
     assert!((steel(SPATIAL) / (7850.0 * volume) - 1.0).abs() < 1e-14);
     assert!((steel(&axisymmetric()) / (7850.0 * volume) - 1.0).abs() < 1e-14);
     assert!((steel(&planar()) / (7850.0 * section) - 1.0).abs() < 1e-14);
+    let thin = planar().replace("density = 1030.0", "density = 1030.0\nthickness = 0.02");
+    assert!((steel(&thin) / (7850.0 * section * 0.02) - 1.0).abs() < 1e-14);
     let both = SPATIAL.replace("mass = 0.033", "mass = 0.033\ndensity = 7850.0");
     assert_eq!(read(&both).projectile.mass, Some(0.033), "a mass that is given counts");
     let rods = [("0.0", PI * 1e-4 * 0.1), ("0.005", PI * 1e-4 * 0.1)].map(|(edge, sharp)| {

@@ -2,11 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+#[path = "../examples/studies/deepest.rs"]
+mod deepest;
+
 use ballistic_gel::algebra::Vector3;
 use ballistic_gel::geometry::SignedDistance as _;
 use ballistic_gel::scene::{self, Override, Scene};
-use ballistic_gel::simulation::{CouplingMode, Frame, Simulation};
-use nalgebra::{Quaternion, UnitQuaternion};
+use ballistic_gel::simulation::{CouplingMode, Simulation};
+use deepest::deepest;
 
 /// A spinning bullet of 20 mm calibre, point first, slow.
 const OGIVE: &str = r#"
@@ -52,22 +55,6 @@ fn run(scene: &Scene, slices: u32, mut look: impl FnMut(&Simulation)) -> Simulat
     simulation
 }
 
-/// Depth inside the projectile of the deepest of many points all over the surface of the gel, m.
-fn deepest(frame: &Frame, scene: &Scene) -> f64 {
-    const N: u32 = 12;
-    let shape = scene.projectile_shape();
-    let [w, x, y, z] = frame.bodies[0].kinematics.orientation;
-    let turn = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
-    let depth =
-        |p: Vector3| -shape.gap(&turn.inverse_transform_vector(&(p - frame.bodies[0].kinematics.position))).distance;
-    let spread = |facet: &[u32; 3]| {
-        let [a, b, c] = facet.map(|node| frame.points[node as usize]);
-        let point = move |i: u32, j: u32| a + ((b - a) * f64::from(i) + (c - a) * f64::from(j)) / f64::from(N);
-        (0..=N).flat_map(move |i| (0..=N - i).map(move |j| point(i, j)))
-    };
-    frame.cells.facets.iter().flat_map(spread).map(depth).fold(0.0, f64::max)
-}
-
 /// Without contact of facets with the end of the body, the pointed one is 1.7 cells deep in a facet and gets half of the impulse.
 #[test]
 fn a_pointed_bullet_does_not_slip_through_the_surface() {
@@ -81,7 +68,7 @@ fn a_pointed_bullet_does_not_slip_through_the_surface() {
             ];
             let scene = with(OGIVE, &changes.each_ref().map(String::as_str));
             let mut most: f64 = 0.0;
-            let last = run(&scene, 40, |now| most = most.max(deepest(&now.frame(), &scene))).observe();
+            let last = run(&scene, 40, |now| most = most.max(deepest(&now.frame(), &scene, 12))).observe();
             assert!(most < 0.35 * size, "{changes:?}: {} cells deep", most / size);
             let received = last.projectile().contact.total_impulse.norm();
             assert!((received / impulse - 1.0).abs() < 0.04, "{changes:?}: {received} N s");

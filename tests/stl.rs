@@ -5,13 +5,14 @@
 
 #[path = "solid/bodies.rs"]
 mod bodies;
+#[path = "../examples/studies/deepest.rs"]
+mod deepest;
 
-use ballistic_gel::algebra::Vector3;
 use ballistic_gel::geometry::SignedDistance as _;
 use ballistic_gel::scene::{self, Override, Scene};
-use ballistic_gel::simulation::{CouplingMode, Frame, Observation, RestoreError, Simulation};
+use ballistic_gel::simulation::{CouplingMode, Observation, RestoreError, Simulation};
 use bodies::{Triangles, ascii, binary, cuboid, cylinder, fork, reversed, sphere, turned};
-use nalgebra::{Quaternion, UnitQuaternion};
+use deepest::deepest;
 use std::io;
 
 const BODY: &str = r#"
@@ -68,22 +69,6 @@ fn end(scene: &Scene) -> Observation {
     run(scene, 1, |_| {}).observe()
 }
 
-/// Depth inside the projectile of the deepest of many points all over the surface of the gel, m.
-fn deepest(frame: &Frame, scene: &Scene) -> f64 {
-    const N: u32 = 8;
-    let shape = scene.projectile_shape();
-    let [w, x, y, z] = frame.bodies[0].kinematics.orientation;
-    let turn = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
-    let depth =
-        |p: Vector3| -shape.gap(&turn.inverse_transform_vector(&(p - frame.bodies[0].kinematics.position))).distance;
-    let spread = |facet: &[u32; 3]| {
-        let [a, b, c] = facet.map(|node| frame.points[node as usize]);
-        let point = move |i: u32, j: u32| a + ((b - a) * f64::from(i) + (c - a) * f64::from(j)) / f64::from(N);
-        (0..=N).flat_map(move |i| (0..=N - i).map(move |j| point(i, j)))
-    };
-    frame.cells.facets.iter().flat_map(spread).map(depth).fold(0.0, f64::max)
-}
-
 /// The greatest difference between depths is that of the ball and the polyhedron inside it, R(1 − cos π/2n).
 #[test]
 fn a_ball_of_triangles_goes_as_deep_as_a_sphere_within_the_height_of_its_facets() {
@@ -115,7 +100,7 @@ fn a_cube_of_triangles_meets_the_gel_like_a_plate_and_does_not_leak() {
         let plate = end(&scene("{plate={size=[0.02, 0.02, 0.02]}}"));
         let scene = scene("{stl={file='body.stl', scale=1e-3}}");
         let mut most: f64 = 0.0;
-        let found = run(&scene, 20, |now| most = most.max(deepest(&now.frame(), &scene))).observe();
+        let found = run(&scene, 20, |now| most = most.max(deepest(&now.frame(), &scene, 8))).observe();
         assert!(
             (found.projectile().contact.total_impulse - plate.projectile().contact.total_impulse).norm() < 1e-9,
             "{turn}"
@@ -143,7 +128,7 @@ fn the_edge_of_a_cylinder_of_triangles_does_not_leak() {
         let round = end(&scene("{cylinder={radius=0.01, length=0.02}}"));
         let scene = scene("{stl={file='body.stl', scale=1e-3}}");
         let mut most: f64 = 0.0;
-        let found = run(&scene, 40, |now| most = most.max(deepest(&now.frame(), &scene))).observe();
+        let found = run(&scene, 40, |now| most = most.max(deepest(&now.frame(), &scene, 8))).observe();
         assert!(most < 0.4 * scene.mesh.size, "{size}: {} cells deep", most / scene.mesh.size);
         let ratio = found.projectile().contact.total_impulse.norm() / round.projectile().contact.total_impulse.norm();
         assert!((ratio - 1.0).abs() < 0.02, "{size}: {ratio}");
@@ -168,7 +153,7 @@ fn a_pointed_bullet_of_triangles_does_not_slip_through_the_surface() {
     let round = end(&with(&[&shot[..], &[profile]].concat(), &[]));
     let scene = with(&shot, &binary(&bullet()));
     let mut most: f64 = 0.0;
-    let found = run(&scene, 40, |now| most = most.max(deepest(&now.frame(), &scene))).observe();
+    let found = run(&scene, 40, |now| most = most.max(deepest(&now.frame(), &scene, 8))).observe();
     assert!(most < 0.35 * scene.mesh.size, "{} cells deep", most / scene.mesh.size);
     let ratio = found.projectile().contact.total_impulse.norm() / round.projectile().contact.total_impulse.norm();
     assert!((ratio - 1.0).abs() < 0.03 && found.energy.energy_defect < 0.04, "{ratio} {:?}", found.energy);
@@ -190,7 +175,7 @@ fn a_fork_is_held_by_its_tips() {
     let shot = ["projectile.position=[1.3e-3, 7e-4, 0.038]", "projectile.velocity=[0, 0, -4]", "mesh.size=4e-3"];
     let scene = with(&[&shot[..], &["projectile.shape.stl.scale=1e-2"]].concat(), &binary(&fork()));
     let mut most: f64 = 0.0;
-    let found = run(&scene, 40, |now| most = most.max(deepest(&now.frame(), &scene))).observe();
+    let found = run(&scene, 40, |now| most = most.max(deepest(&now.frame(), &scene, 8))).observe();
     assert!(most < 0.4 * scene.mesh.size, "{} cells deep", most / scene.mesh.size);
     assert!(found.projectile().contact.total_impulse.z > 0.02, "{}", found.projectile().contact.total_impulse);
 }

@@ -1,9 +1,10 @@
+use super::deepest::deepest;
 use super::run::{Run, run};
-use super::shot::{RADIUS, Space, deepest, shot};
+use super::shot::{RADIUS, Space, shot};
 use std::io::Write as _;
 
 const ROUND: [f64; 7] = [1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0];
-const SHARP: [&str; 7] = [
+const SHARP: [&str; 9] = [
     "capsule, tilted",
     "cylinder",
     "cylinder on its rim, sharp",
@@ -11,6 +12,8 @@ const SHARP: [&str; 7] = [
     "ogive, sharp",
     "ogive, meplat",
     "cone",
+    "ogive of triangles",
+    "cylinder of triangles on its rim",
 ];
 /// In the plane and about the axis.
 const FLAT: [(Space, &str); 6] = [
@@ -88,7 +91,7 @@ fn shoot(worst: &mut Worst, (space, name): (Space, &str), (h, at): (f64, [f64; 2
     ];
     let scene = shot((space, name), at, &keys);
     let mut surface: f64 = 0.0;
-    let Run { last, failure, .. } = run(&scene, 40, |now| surface = surface.max(deepest(&now.frame(), &scene) / h));
+    let Run { last, failure, .. } = run(&scene, 40, |now| surface = surface.max(deepest(&now.frame(), &scene, 6) / h));
     let (contact, energy) = (&last.projectile().contact, &last.energy);
     worst.depth = worst.depth.max(contact.peak_depth.0);
     worst.node = worst.node.max(contact.deepest_penetration);

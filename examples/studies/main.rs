@@ -2,6 +2,7 @@
 
 mod ball_bounce;
 mod coupling;
+mod deepest;
 mod extremes;
 mod fast_ball;
 mod impacts;

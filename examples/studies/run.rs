@@ -14,11 +14,17 @@ pub struct Run {
 
 /// A built-in scene with some keys replaced.
 pub fn scene(name: &str, replaced: &[(&str, String)]) -> Scene {
+    let nothing = |file: &str| panic!("{name} names the file {file}");
+    scene_with_files(name, replaced, &nothing)
+}
+
+/// The same with files that the keys name.
+pub fn scene_with_files(name: &str, replaced: &[(&str, String)], files: &scene::Files<'_>) -> Scene {
     let overrides: Vec<Override> =
         replaced.iter().map(|(key, value)| Override { key: (*key).into(), value: value.clone() }).collect();
     let text = scene::builtin(name).expect("a built-in scene");
     let resolved = scene::resolve(text, &overrides).expect("keys of the scene");
-    scene::read(&resolved).unwrap_or_else(|error| panic!("{name}: {error}"))
+    scene::read_with_files(&resolved, files).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
 /// Runs a scene to its end on all cores, looking at it `looks` times.

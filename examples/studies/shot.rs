@@ -1,11 +1,14 @@
 //! Bodies of many shapes shot at the gel of `sphere-block`.
 
-use super::run::scene;
+use super::run::{scene, scene_with_files};
 use ballistic_gel::algebra::Vector3;
-use ballistic_gel::geometry::SignedDistance as _;
+use ballistic_gel::geometry::{Shape, SignedDistance as _};
 use ballistic_gel::scene::Scene;
-use ballistic_gel::simulation::Frame;
 use nalgebra::{Quaternion, UnitQuaternion};
+
+#[path = "../../tests/solid/bodies.rs"]
+#[allow(dead_code, reason = "the tests know more bodies")]
+mod bodies;
 
 /// Cosine and sine of an eighth of a turn, half of the angle by which a tilted body is turned.
 const EIGHTH: [f64; 2] = [0.923_879_532_511_286_7, 0.382_683_432_365_089_8];
@@ -71,9 +74,27 @@ fn body(name: &str) -> (String, bool) {
         "cylinder on its rim, rounded" => (cylinder(0.2 * r), true),
         "ogive, sharp" => (bullet(format!("{{ogive={{length={long:e}}}}}")), false),
         "ogive, meplat" => (bullet(format!("{{ogive={{length={long:e}, meplat_radius={:e}}}}}", 0.1 * r)), false),
+        "ogive of triangles" => ("{stl={file='ogive.stl'}}".to_owned(), false),
+        "cylinder of triangles on its rim" => ("{stl={file='cylinder.stl'}}".to_owned(), true),
         "cone" => (bullet(format!("{{cone={{length={long:e}}}}}")), false),
         _ => panic!("{name} is no body of the studies"),
     }
+}
+
+/// A binary STL of the body of revolution that the file is named after.
+fn triangles(file: &str) -> Vec<u8> {
+    /// An arc is drawn within a thousandth of its radius.
+    const TURN: f64 = 0.05;
+    let smooth = match file {
+        "ogive.stl" => "ogive, sharp",
+        "cylinder.stl" => "cylinder",
+        _ => panic!("{file} is no file of the studies"),
+    };
+    let keys = [("projectile.shape", body(smooth).0), ("projectile.position", "[0.0, 0.0, 1.0]".to_owned())];
+    let Shape::Profile(profile) = scene("sphere-block", &keys).projectile_shape() else {
+        panic!("{smooth} has a profile")
+    };
+    bodies::binary(&bodies::turned(&profile.polyline(TURN), 96))
 }
 
 /// `sphere-block` with this body just above the gel at (x, y), and with some keys replaced.
@@ -88,7 +109,7 @@ pub fn shot((space, name): (Space, &str), at: [f64; 2], replaced: &[(&str, Strin
         ("projectile.position", format!("[{:e}, {:e}, 1.0]", at[0], at[1])),
     ]);
     keys.extend(replaced.iter().cloned());
-    let mut scene = scene("sphere-block", &keys);
+    let mut scene = scene_with_files("sphere-block", &keys, &|file| Ok(triangles(file)));
     let down = turn(scene.projectile.orientation).inverse_transform_vector(&-Vector3::z());
     scene.projectile.position[2] = scene.projectile_shape().reach(&down) + GAP;
     scene
@@ -96,24 +117,4 @@ pub fn shot((space, name): (Space, &str), at: [f64; 2], replaced: &[(&str, Strin
 
 fn turn([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
-}
-
-/// Depth inside the projectile of the deepest of many points all over the surface of the gel, corners and faces, m.
-pub fn deepest(frame: &Frame, scene: &Scene) -> f64 {
-    const N: u32 = 6;
-    let (shape, turn) = (scene.projectile_shape(), turn(frame.bodies[0].kinematics.orientation));
-    let gap =
-        |p: &Vector3| shape.gap(&turn.inverse_transform_vector(&(p - frame.bodies[0].kinematics.position))).distance;
-    let mut deepest: f64 = 0.0;
-    for facet in &frame.cells.facets {
-        let corner = |i: usize| frame.points[facet[i.min(frame.dimension - 1)] as usize];
-        let [a, b, c] = [0, 1, 2].map(corner);
-        if gap(&a) > (b - a).norm().max((c - a).norm()) {
-            continue;
-        }
-        for (i, j) in (0..=N).flat_map(|i| (0..=N - i).map(move |j| (f64::from(i), f64::from(j)))) {
-            deepest = deepest.max(-gap(&(a + ((b - a) * i + (c - a) * j) / f64::from(N))));
-        }
-    }
-    deepest
 }

@@ -44,15 +44,17 @@ pub enum StepError {
         /// det F then.
         jacobian: f64,
     },
-    /// The projectile slips between surface nodes.
+    /// A body slips between surface nodes.
     #[error(
-        "the projectile leaks through the surface of element {element} at {time:.6e} s: its facet at \
+        "{} leaks through the surface of element {element} at {time:.6e} s: its facet at \
          ({:.4}, {:.4}, {:.4}) m is {depth:.3e} m inside, more than half of the element size or of the \
-         projectile's inner radius. The facet has been stretched over the projectile: use a smaller mesh.size near the \
-         impact, a lower speed, or a blunter projectile",
-        at[0], at[1], at[2]
+         body's inner radius. The facet has been stretched over the body: use a smaller mesh.size near the impact, a \
+         lower speed, or a blunter body",
+        name(*body), at[0], at[1], at[2]
     )]
     Leak {
+        /// Which body.
+        body: usize,
         /// The element that the facet bounds.
         element: usize,
         /// When, s.
@@ -62,6 +64,11 @@ pub enum StepError {
         /// Where, m.
         at: [f64; 3],
     },
+}
+
+/// A body in words.
+fn name(body: usize) -> String {
+    if body == 0 { "the projectile".to_owned() } else { format!("fragment {body}") }
 }
 
 impl StepError {

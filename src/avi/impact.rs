@@ -2,6 +2,7 @@
 
 use super::StepError;
 use super::engine::Engine;
+use super::facet::{Deep, deepest};
 use super::pierce::Piercing;
 use crate::algebra::{Vector, Vector3, embed, restrict};
 use crate::contact::{Body, BodyState, Exchange, Law, impulse, reversal};
@@ -90,14 +91,17 @@ impl<const D: usize> Touch<D> {
     }
 }
 
-/// The middle of a facet is stopped at this depth, in element sizes or radii of the body, whichever is less: a body
-/// sharper than the mesh, or one over which the surface is stretched, must not slip between nodes. Shallower, nodes carry
-/// the contact alone, because holding the middles of all facets at the surface would lift their nodes off a curved body:
-/// at 0.1 the depth of `sphere-block` falls from 14.16 to 13.92 mm (14.5 when converged), from 0.2 on it does not change.
-pub(super) const FACE_DEPTH: f64 = 0.2;
-/// A leak is a facet whose middle, or the point where the body's axis pierces it, is deeper in the body than this all the
-/// same, in the same measure (A11).
+/// A facet is stopped where it is deepest, once that is so deep, in element sizes or radii of the body, whichever is less: a
+/// body sharper than the mesh, or one over which the surface is stretched, must not slip between nodes. Shallower, nodes carry
+/// the contact alone, because holding all facets at the surface would lift their nodes off a curved body: at 0.2 the depth of
+/// `sphere-block` falls from 14.166 to 14.149 mm (14.5 when converged), from 0.3 on it does not change a bit.
+const FACE_DEPTH: f64 = 0.3;
+/// A leak is a facet that is somewhere, or where the body's axis pierces it, deeper in the body than this all the same, in
+/// the same measure (A11).
 const LEAK: f64 = 0.5;
+/// Facets are looked at around nodes so near to a body, in element sizes: a surface that is stretched further has long been
+/// stopped.
+const STRETCH: f64 = 8.0;
 /// Most sweeps over the touching points of a tick, and the approach, relative to the fastest, that ends them (A7). A few
 /// settle what is heavier than the nodes that it meets at once; a body of a hundredth of their mass needs hundreds, and
 /// after ten it kept 2 % of its approach.
@@ -141,8 +145,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         &self.scratch.gaps[surface as usize * n..][..n]
     }
 
-    /// Body by body, the active nodes inside it, ascending, then the firing facets that a tip pierces or whose middle is
-    /// deep inside.
+    /// Body by body, the active nodes inside it, ascending, then the firing facets that a tip pierces or that are deep
+    /// inside.
     pub(super) fn find_touches(&mut self, tick: Tick) {
         let mut touches = std::mem::take(&mut self.scratch.touches);
         touches.clear();
@@ -166,13 +170,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut facets = vec![];
         for reached in &self.scratch.reached {
             let at = surface.nodes[*reached as usize];
-            let Some(gap) = self.gaps_of(*reached)[body].filter(|gap| gap.distance < at.size) else { continue };
+            let Some(gap) = self.gaps_of(*reached)[body].filter(|gap| gap.distance < STRETCH * at.size) else {
+                continue;
+            };
             if gap.distance <= TOUCH * at.size {
                 let point = embed(&self.state.position[at.node.index()]);
                 touches.extend(self.touch((&[at.node], [1.0, 0.0, 0.0]), (at.size, point), &gap, body));
             }
             let fires = |facet: &&ElementId| self.state.clocks[self.gel.behind[facet.index()].index()].last == tick;
-            facets.extend(surface.around.of(at.node).iter().filter(fires).map(|facet| (*facet, at.size)));
+            let around = surface.around.of(at.node).iter().filter(fires);
+            facets.extend(around.filter(|facet| self.within(**facet, &gap)).map(|facet| (*facet, at.size)));
         }
         facets.sort_unstable_by_key(|(facet, _)| *facet);
         facets.dedup_by_key(|(facet, _)| *facet);
@@ -193,10 +200,22 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if let Some(Piercing { point, weights, gap, .. }) = self.pricking(facet, size, (fixed, at)) {
             return self.touch((corners, weights), (size, point), &stopped(gap), body);
         }
-        let middle = self.middle(facet, at.time);
-        let gap = fixed.gap(at, &middle);
-        let deep = -gap.distance > FACE_DEPTH * size.min(fixed.shape.inner_radius());
-        if deep { self.touch((corners, [1.0 / D as f64; 3]), (size, middle), &stopped(gap), body) } else { None }
+        let allowed = FACE_DEPTH * size.min(fixed.shape.inner_radius());
+        let Deep { point, weights, gap } = deepest::<D>(&self.corners(facet), allowed, |p| fixed.gap(at, p))?;
+        self.touch((corners, weights), (size, point), &stopped(gap), body)
+    }
+
+    /// Where the corners of a facet are at this tick, m.
+    fn corners(&self, facet: ElementId) -> [Vector3; 3] {
+        let time = self.scratch.was[0].time;
+        self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, time)))
+    }
+
+    /// Whether the facet is as long as a corner of it is away from a body.
+    fn within(&self, facet: ElementId, gap: &Gap) -> bool {
+        let corners = self.corners(facet);
+        let longest = (0..D).map(|i| (corners[(i + 1) % D] - corners[i]).norm()).fold(0.0, f64::max);
+        gap.distance < longest
     }
 
     /// A point inside a body that these nodes carry; `None` if neither they nor the body can move.
@@ -369,7 +388,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let arm = touch.point - was.position;
             let wall = (fixed.velocity_at(was, &touch.point) + fixed.velocity_at(now, &touch.point)) / 2.0;
             exchange.angular_impulse += fixed.freedom.rotation(&arm.cross(&given));
-            exchange.bulge_impulse += touch.growth * touch.normal.dot(&given);
+            // All of it, also what a ring of an axisymmetric gel gives across the axis.
+            exchange.bulge_impulse -= touch.growth * touch.impulse;
             exchange.energy_residual -= given.dot(&wall);
             if touch.n_nodes == 1 {
                 let depth = -touch.distance / touch.size;
@@ -396,16 +416,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         record.window = (window, sum, greatest.max(sum.norm()));
     }
 
-    /// The facets around nodes near a body must not be deep inside it (A11).
+    /// No facet that reaches from a node to a body may be deep inside it (A11).
     pub(super) fn check_leaks(&self, time: f64) -> Result<(), StepError> {
         let surface = &self.gel.surface;
         for reached in &self.scratch.reached {
             let near = surface.nodes[*reached as usize];
             for (body, gap) in self.gaps_of(*reached).iter().enumerate() {
-                if gap.is_some_and(|gap| gap.distance < near.size) {
-                    let mut facets = surface.around.of(near.node).iter();
-                    facets.try_for_each(|facet| self.check_facet(*facet, near.size, (body, time)))?;
-                }
+                let Some(gap) = gap.filter(|gap| gap.distance < STRETCH * near.size) else { continue };
+                let mut facets = surface.around.of(near.node).iter().filter(|facet| self.within(**facet, &gap));
+                facets.try_for_each(|facet| self.check_facet(*facet, near.size, (body, time)))?;
             }
         }
         Ok(())
@@ -414,20 +433,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn check_facet(&self, facet: ElementId, size: f64, (body, time): (usize, f64)) -> Result<(), StepError> {
         let (fixed, at) = self.placed(body);
         let most = LEAK * size.min(fixed.shape.inner_radius());
+        let deep = deepest::<D>(&self.corners(facet), most, |p| fixed.gap(at, p)).map(|deep| deep.point);
         let pierced = self.piercing(facet, (fixed, at)).map(|piercing| piercing.point);
-        for point in [self.middle(facet, time)].into_iter().chain(pierced) {
+        for point in deep.into_iter().chain(pierced) {
             let depth = -fixed.gap(at, &point).distance;
             if depth > most {
                 let element = self.gel.behind[facet.index()].index();
-                return Err(StepError::Leak { element, time, depth, at: point.into() });
+                return Err(StepError::Leak { body, element, time, depth, at: point.into() });
             }
         }
         Ok(())
-    }
-
-    /// The middle of a facet at time `t`, m.
-    fn middle(&self, facet: ElementId, t: f64) -> Vector3 {
-        let corners = &self.gel.surface.facets[facet.index()][..D];
-        corners.iter().map(|node| embed(&self.position_at(*node, t))).sum::<Vector3>() / D as f64
     }
 }

@@ -2,6 +2,7 @@
 
 mod engine;
 mod error;
+mod facet;
 mod forces;
 mod gel;
 mod grid;

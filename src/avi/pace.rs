@@ -140,8 +140,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// For how long the relative path of a node is proved to stay above the allowed depth, ticks; at most `horizon`.
     ///
     /// The node is taken to go straight on, the body to be accelerated by the wrench at most by a, and its surface to grow at
-    /// most with w. φ is 1-Lipschitz: from a point of the straight path the way is free for
-    /// (φ + allowed − ½as² − ws)/(|v| + ½as_end + w).
+    /// most with w. φ is 1-Lipschitz: from the point of the straight path at s the way is free for
+    /// (φ + allowed − ½as² − ws)/(|v| + as_end + w), as ½a(s + δ)² − ½as² ≤ as_end δ.
     fn path_limit(&self, (node, size): (NodeId, f64), gap: &Gap, (horizon, body): (f64, usize)) -> f64 {
         let (x, v) = self.world(node);
         let (fixed, body) = (&self.bodies[body], &self.scratch.was[body]);
@@ -149,7 +149,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let end = horizon * self.grid.time(1);
         let (growth, swelling) = body.bulge.map_or((0.0, 0.0), |bulge| (bulge.speed(), bulge.pull()));
         let pull = 0.5 * (body.wrench.force.norm() / fixed.mass + swelling);
-        let speed = relative.norm() + pull * end + growth;
+        let speed = relative.norm() + 2.0 * pull * end + growth;
         let allowed = (DEPTH * size).max(FURTHER * size - gap.distance);
         let (mut proved, mut distance) = (0.0, gap.distance);
         for _ in 0..PROBES {

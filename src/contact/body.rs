@@ -36,6 +36,12 @@ impl Freedom {
         masked(v, self.translation)
     }
 
+    /// An orientation (w, x, y, z) without what is round-off because the body turns about y alone.
+    #[must_use]
+    pub fn turns(&self, [w, x, y, z]: [f64; 4]) -> [f64; 4] {
+        if *self == Self::PLANAR { [w, 0.0, y, 0.0] } else { [w, x, y, z] }
+    }
+
     /// The part of a rotation that is left.
     #[must_use]
     pub fn rotation(&self, v: &Vector3) -> Vector3 {

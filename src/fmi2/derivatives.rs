@@ -10,6 +10,9 @@ use super::{body, table::Causality};
 use crate::algebra::Vector3;
 use crate::simulation::ContactReport;
 
+/// The greatest rate: a force of 1e5 N that comes within a microsecond is a billionth of it.
+const LARGEST: f64 = 1e20;
+
 impl Instance {
     /// Sets first derivatives of inputs for the next step: all of them, or none.
     pub(super) fn set_input_rates(&mut self, asked: &[(u32, i32)], values: &[f64]) -> Result<(), CallError> {
@@ -23,8 +26,15 @@ impl Instance {
             if order != 1 {
                 return Err(CallError::value(format!("order of the derivative of {name}"), order, "1"));
             }
-            if !value.is_finite() {
-                return Err(CallError::value(format!("derivative of {name}"), value, "a finite number"));
+            if value.is_nan() || value.abs() > LARGEST {
+                return Err(CallError::value(
+                    format!("derivative of {name}"),
+                    value,
+                    "a finite number, at most 1e20 in size",
+                ));
+            }
+            if let Some(model) = &self.model {
+                model.expect_body(&scalar)?;
             }
         }
         self.inputs.rates.extend(asked.iter().map(|(reference, _)| *reference).zip(values.iter().copied()));

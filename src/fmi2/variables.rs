@@ -196,12 +196,18 @@ fn check_item(scalar: &Scalar, value: i32) -> Result<(), CallError> {
     Err(CallError::value(scalar.name(), value, format!("one of {}", known.join(", "))))
 }
 
+/// Nothing physical is larger: beyond, squares and products leave the numbers.
+const LARGEST: f64 = 1e15;
+
 fn check_range(scalar: &Scalar, value: f64) -> Result<(), CallError> {
     let refuse = |expected: String| Err(CallError::value(scalar.name(), value, expected));
     let variable = scalar.variable;
     let unit = variable.unit.unwrap_or_default();
     if !value.is_finite() {
         return refuse(format!("a finite number, {unit}"));
+    }
+    if value.abs() > LARGEST {
+        return refuse(format!("nothing beyond {LARGEST:e} {unit} in size"));
     }
     match (variable.min, variable.max) {
         (Some(min), _) if value < min => refuse(format!("at least {min} {unit}")),
@@ -304,6 +310,12 @@ mod tests {
         assert!(it.set_reals(&[20], &[1000.0]).unwrap_err().to_string().contains("fmi2Reset"));
         it.set_reals(&[103], &[2.0]).unwrap();
         assert_eq!(it.real(103).unwrap(), 2.0);
+    }
+
+    #[test]
+    fn what_squares_out_of_the_numbers_is_refused() {
+        let refused = instance().set_reals(&[116], &[1e160]).unwrap_err().to_string();
+        assert!(refused.contains("nothing beyond 1e15 N.m"), "{refused}");
     }
 
     #[test]

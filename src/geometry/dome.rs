@@ -184,6 +184,15 @@ mod tests {
     }
 
     #[test]
+    fn beside_the_cap_the_nearer_of_plate_and_cap_counts() {
+        let dome = Dome::new(BASE, BASE);
+        let gap = |x: f64, z: f64| dome.gap(&Vector3::new(x, 0.0, z));
+        assert_eq!(gap(1.0, -0.1), Gap { distance: 0.1, normal: -Vector3::z() });
+        let beside = gap(0.9, -0.6);
+        assert!((beside.distance - (f64::hypot(0.9, 0.6) - BASE)).abs() < 1e-15 && beside.normal.x > 0.8);
+    }
+
+    #[test]
     fn a_dome_without_height_is_a_plate() {
         let flat = Dome::new(0.0, BASE);
         for p in points() {

@@ -115,6 +115,8 @@ pub(super) struct History {
     path: PathBuf,
     file: File,
     header: u64,
+    /// Columns of a row.
+    columns: usize,
     /// Time of each row, s, and where it ends in the file, bytes.
     rows: Vec<(f64, u64)>,
 }
@@ -129,7 +131,8 @@ impl History {
             Ok(file)
         };
         let file = open().map_err(naming(path))?;
-        Ok(Self { path: path.to_path_buf(), file, header: names.len() as u64, rows: Vec::new() })
+        let (header, columns) = (names.len() as u64, names.split(',').count());
+        Ok(Self { path: path.to_path_buf(), file, header, columns, rows: Vec::new() })
     }
 
     /// One row, in one write: a killed process leaves whole rows.
@@ -154,7 +157,10 @@ impl History {
         let last = self.rows.len().saturating_sub(1);
         let read = |file| {
             let lines = BufReader::new(file).lines().skip(1).enumerate();
-            lines.filter(|(i, _)| (last - i.min(&last)).is_multiple_of(stride)).map(|(_, line)| parse(&line?)).collect()
+            lines
+                .filter(|(i, _)| (last - i.min(&last)).is_multiple_of(stride))
+                .map(|(_, line)| parse(&line?, self.columns))
+                .collect()
         };
         File::open(&self.path).and_then(read).map_err(naming(&self.path))
     }
@@ -164,10 +170,10 @@ impl History {
     }
 }
 
-fn parse(line: &str) -> io::Result<Row> {
+fn parse(line: &str, columns: usize) -> io::Result<Row> {
     let values: Result<Vec<f64>, _> = line.split(',').map(str::parse).collect();
     match values {
-        Ok(values) if values.len() >= COLUMNS.len() => Ok(Row(values)),
+        Ok(values) if values.len() == columns => Ok(Row(values)),
         _ => Err(io::Error::new(io::ErrorKind::InvalidData, "a row was changed while the run was going on")),
     }
 }

@@ -112,6 +112,10 @@ fn write(document: &mut DocumentMut, change: &Override) -> Result<(), SceneError
     let mut place: &mut dyn TableLike = document.as_table_mut();
     let mut names = tables.iter().enumerate();
     while let Some((depth, name)) = names.next() {
+        let numbered = tables.get(depth + 1).or(Some(last)).is_some_and(|next| next.get().parse::<usize>().is_ok());
+        if numbered && place.get(name.get()).is_none() {
+            return Err(no_member(change, name, 0));
+        }
         let inner = place.entry(name.get()).or_insert_with(implicit_table);
         let inner = if is_list(inner) {
             let number = names.next().map_or("", |(_, number)| number.get());
@@ -149,7 +153,10 @@ fn member<'a>(list: &'a mut Item, number: &str) -> Result<&'a mut dyn TableLike,
 
 fn no_member(change: &Override, name: &Key, length: usize) -> SceneError {
     let name = name.get();
-    let expected = format!("{name}[1] to {name}[{length}]: the scene has so many [[{name}]] tables");
+    let expected = match length {
+        0 => format!("a scene with [[{name}]] tables"),
+        _ => format!("{name}[1] to {name}[{length}]: the scene has so many [[{name}]] tables"),
+    };
     SceneError::value(&change.key, "none of them", expected)
 }
 

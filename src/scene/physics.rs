@@ -108,7 +108,14 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
     ];
     off.extend(depends_on_dimension(scene.scene.dimension));
     off.extend(depends_on_tables(scene).into_iter().flatten());
-    off.into_iter().map(str::to_owned).collect()
+    let fixed = scene.bodies().enumerate().filter(|(_, body)| body.fixed).map(|(i, _)| name(i));
+    let still = fixed.map(|name| format!("motion of {name}: none, it is fixed"));
+    off.into_iter().map(str::to_owned).chain(still).collect()
+}
+
+/// A body in a sentence.
+fn name(body: usize) -> String {
+    if body == 0 { "the projectile".to_owned() } else { body_name(body) }
 }
 
 fn depends_on_dimension(dimension: Dimension) -> Option<&'static str> {
@@ -119,14 +126,13 @@ fn depends_on_dimension(dimension: Dimension) -> Option<&'static str> {
     }
 }
 
-fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 5] {
-    let fixed = scene.projectile.fixed.then_some("motion of the projectile: none, it is fixed");
+fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 4] {
     let apart = (scene.n_bodies() > 1).then_some("contact between bodies: none, they only meet the gel");
     let inelastic = scene.contact.law == ContactLaw::Moreau && scene.contact.restitution == 0.0;
     let restitution = inelastic.then_some("restitution of surface nodes: none, the gel rebounds by its own elasticity");
     let smooth = (scene.contact.friction == 0.0).then_some("friction: none, the projectile slides freely");
     let free = is_free(&scene.gel.supports) || matches!(scene.gel.shape, GelShape::LBeam { .. });
-    [smooth, fixed, apart, restitution, free.then_some("supports: none, the gel is free")]
+    [smooth, apart, restitution, free.then_some("supports: none, the gel is free")]
 }
 
 fn is_free(supports: &Supports) -> bool {

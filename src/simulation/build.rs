@@ -101,7 +101,7 @@ where
     let bodies: Vec<_> = (0..scene.n_bodies()).map(|i| body(&scene.alone(i), prescribed)).collect();
     for (i, (body, state)) in bodies.iter().enumerate() {
         let position = |node: NodeId| crate::algebra::embed(&mesh.rest[node.index()]);
-        if let Some(depth) = overlap(&gel, (body, state), position).filter(|_| state.active) {
+        if let Some(depth) = overlap(&gel, (body, state), (position, |_| 0.0)).filter(|_| state.active) {
             return Err(BuildError::Overlap { body: body_name(i), depth });
         }
     }
@@ -166,7 +166,7 @@ fn body(scene: &Scene, prescribed: bool) -> (Body, BodyState) {
         time: 0.0,
         position: Vector3::from(projectile.position),
         velocity: Vector3::from(projectile.velocity),
-        orientation: orientation(projectile.orientation),
+        orientation: orientation(freedom.turns(projectile.orientation)),
         angular_momentum: Vector3::zeros(),
         wrench: Wrench::default(),
         bulge: match &body.shape {

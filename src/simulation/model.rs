@@ -44,8 +44,11 @@ pub(super) trait Model: Send {
     fn totals(&self, t: f64) -> Totals;
     /// Reach of the contact with a body at time `t`.
     fn reach(&self, i: usize, t: f64) -> Reach;
-    /// How deep the surface of the gel is inside a body that would be there at time `t`, m, if that is more than it may be.
+    /// How deep the surface of the gel would be, m, inside a body that comes to be there, until the gel looks again; if that is
+    /// more than it may be.
     fn overlap(&self, i: usize, at: &BodyState) -> Option<f64>;
+    /// Mass of the gel, kg.
+    fn gel_mass(&self) -> f64;
     /// Elements, nodes, elements below the continuation.
     fn counts(&self) -> (usize, usize, usize);
     /// Smallest and largest step, s.
@@ -66,14 +69,17 @@ pub(super) struct Gelatin<const D: usize> {
 /// Overlap at the start that contact can take, in element sizes.
 const OVERLAP: f64 = 0.1;
 
-/// Depth of the deepest node of the surface, m, inside a body, if that is more than contact can take.
+/// Depth of the deepest node of the surface, m, inside a body that goes on for the node's `wait`, s, if that is more than
+/// contact can take.
 pub(super) fn overlap<const D: usize, P>(
     gel: &Gel<D, P>,
     (body, at): (&Body, &BodyState),
-    position: impl Fn(NodeId) -> Vector3,
+    (position, wait): (impl Fn(NodeId) -> Vector3, impl Fn(NodeId) -> f64),
 ) -> Option<f64> {
     let too_deep = |surface: &SurfaceNode| {
-        let depth = -body.gap(at, &position(surface.node)).distance;
+        let x = position(surface.node);
+        let way = body.velocity_at(at, &x).norm() * wait(surface.node);
+        let depth = way - body.gap(at, &x).distance;
         (depth > OVERLAP * surface.size).then_some(depth)
     };
     gel.surface.nodes.iter().filter_map(too_deep).reduce(f64::max)
@@ -158,7 +164,12 @@ where
 
     fn overlap(&self, i: usize, at: &BodyState) -> Option<f64> {
         let gel = self.engine.gel();
-        overlap(gel, (self.body(i).0, at), |node| embed(&self.engine.position_at(node, at.time)))
+        let position = |node| embed(&self.engine.position_at(node, at.time));
+        overlap(gel, (self.body(i).0, at), (position, |node| self.longest_step(node)))
+    }
+
+    fn gel_mass(&self) -> f64 {
+        self.engine.gel().mass.iter().sum()
     }
 
     fn counts(&self) -> (usize, usize, usize) {

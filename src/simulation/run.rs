@@ -7,6 +7,7 @@ use super::{CouplingMode, Exchange, Inputs, Kinematics};
 use crate::algebra::Vector3;
 use crate::avi::{StepError, Totals};
 use crate::contact::{Body, BodyState, Motion, Wrench};
+use crate::ledger::Ledger;
 use crate::material::NeoHookean;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -83,10 +84,14 @@ struct Facts {
     contact_modulus: f64,
     /// ρ c, Pa·s/m.
     specific_impedance: f64,
+    /// What rounding leaves of the energy of a gel at rest, J.
+    noise: f64,
 }
 
 impl Facts {
-    fn of(scene: &Scene, mode: CouplingMode) -> Self {
+    fn of(scene: &Scene, mode: CouplingMode, gel_mass: f64) -> Self {
+        /// Of a strain of one; a real one is a millionth of that or more.
+        const ROUND_OFF: f64 = 1e-14;
         let material = NeoHookean::new(scene.gel.shear_modulus, scene.gel.bulk_modulus);
         Self {
             origin: xxhash_rust::xxh3::xxh3_64(format!("{scene:?} {mode:?}").as_bytes()),
@@ -94,6 +99,7 @@ impl Facts {
             force_window: scene.force_window(),
             contact_modulus: material.contact_modulus(),
             specific_impedance: (scene.gel.density * material.wave_modulus()).sqrt(),
+            noise: ROUND_OFF * material.wave_modulus() * gel_mass / scene.gel.density,
         }
     }
 }
@@ -117,7 +123,8 @@ impl Simulation {
     /// [`BuildError`] if the scene asks for what cannot be built.
     pub fn new(scene: &Scene, mode: CouplingMode, threads: usize) -> Result<Self, BuildError> {
         let model = build(scene, mode == CouplingMode::Prescribed, threads)?;
-        let (facts, exchanges) = (Facts::of(scene, mode), vec![Exchange::default(); model.n_bodies()]);
+        let (facts, exchanges) =
+            (Facts::of(scene, mode, model.gel_mass()), vec![Exchange::default(); model.n_bodies()]);
         Ok(Self { model, mode, facts, time: 0.0, exchanges, failure: None })
     }
 
@@ -187,7 +194,7 @@ impl Simulation {
         assert_eq!(inputs.len(), self.n_bodies(), "every body has its inputs");
         let end = end.max(self.time);
         for (body, inputs) in inputs.iter().enumerate() {
-            self.check(body, inputs);
+            self.check(body, inputs, end - self.time);
             self.take(body, inputs);
         }
         let before: Vec<Kinematics> = (0..self.n_bodies()).map(|body| self.kinematics(body)).collect();
@@ -220,7 +227,7 @@ impl Simulation {
     }
 
     /// Inputs are numbers, and stay in the plane or on the axis.
-    fn check(&self, body: usize, inputs: &Inputs) {
+    fn check(&self, body: usize, inputs: &Inputs, duration: f64) {
         let (freedom, moved) = (self.model.body(body).0.freedom, &inputs.kinematics);
         let along =
             [moved.position, moved.velocity, inputs.acceleration, inputs.wrench.force, inputs.wrench.force_rate];
@@ -232,7 +239,9 @@ impl Simulation {
         let free =
             along.iter().all(|v| freedom.translation(v) == *v) && about.iter().all(|v| freedom.rotation(v) == *v);
         assert!(free, "a body of a plane or axisymmetric scene must stay in its plane or on its axis");
-        assert_eq!(inputs.bulge.map_or(Ok(()), |bulge| bulge.check()), Ok(()), "a dome is at most a hemisphere");
+        for bulge in inputs.bulge.iter().flat_map(|bulge| [*bulge, bulge.after(duration)]) {
+            assert_eq!(bulge.check(), Ok(()), "a dome is at most a hemisphere, at the start and at the end of a step");
+        }
     }
 
     /// Takes over what the importer says at the start of a step (numerics A4, A5). What is not changed is no event.
@@ -247,12 +256,21 @@ impl Simulation {
             return;
         }
         match self.mode {
-            CouplingMode::Integrated if now.active && inputs.active => self.push(body, inputs),
-            CouplingMode::Integrated if now.active == inputs.active => {}
+            _ if !inputs.active => self.retire(body),
+            CouplingMode::Integrated if now.active => self.push(body, inputs),
             CouplingMode::Integrated | CouplingMode::Corrected => self.jump(body, inputs, inputs.wrench),
             CouplingMode::Prescribed => {
                 self.jump(body, inputs, Wrench { force: inputs.acceleration * mass, ..Wrench::default() });
             }
+        }
+    }
+
+    /// A body that takes no part stays where it is.
+    fn retire(&mut self, i: usize) {
+        if self.now(i).active {
+            self.model.rebase_body(i, self.time);
+            let there = *self.model.body(i).1;
+            self.replace(i, &BodyState { active: false, ..there });
         }
     }
 
@@ -267,47 +285,47 @@ impl Simulation {
         }
     }
 
-    /// Replaces a body's state by the importer's, and books the jump. One that is made inactive stays where it is.
+    /// Replaces a body's state by the importer's.
     fn jump(&mut self, i: usize, inputs: &Inputs, wrench: Wrench) {
         self.model.rebase_body(i, self.time);
+        let now = self.given(i, inputs);
+        self.replace(i, &BodyState { wrench, ..now });
+    }
+
+    /// A body as these inputs have it now, active and under no wrench; a fixed one where it is.
+    fn given(&self, i: usize, inputs: &Inputs) -> BodyState {
+        let (body, was) = (self.model.body(i).0, self.now(i));
+        let bulge = was.bulge.and(inputs.bulge);
+        let mut now = BodyState { bulge, active: true, wrench: Wrench::default(), ..was };
+        if body.motion != Motion::Fixed {
+            let given = &inputs.kinematics;
+            (now.position, now.velocity) = (given.position, given.velocity);
+            now.orientation = orientation(given.orientation);
+            now.angular_momentum = body.angular_momentum(&now, &given.angular_velocity);
+        }
+        now
+    }
+
+    /// Replaces a body's state at its own time, and books the jump: of one that comes or goes, what it brings or takes is work
+    /// from outside; of one that goes on, the importer's.
+    fn replace(&mut self, i: usize, now: &BodyState) {
         let (body, was) = self.model.body(i);
-        let given = &inputs.kinematics;
-        let mut now = BodyState {
-            time: self.time,
-            position: given.position,
-            velocity: given.velocity,
-            orientation: orientation(given.orientation),
-            angular_momentum: Vector3::zeros(),
-            wrench,
-            bulge: was.bulge.and(inputs.bulge),
-            active: inputs.active,
-        };
-        now.angular_momentum = body.angular_momentum(&now, &given.angular_velocity);
-        let energy = body.kinetic_energy(&now) - body.kinetic_energy(was);
-        let momentum = body.momentum(&now) - body.momentum(was);
-        let turning = body.total_angular_momentum(&now) - body.total_angular_momentum(was);
-        self.model.set_body(i, &now);
-        let ledger = self.model.ledger_mut();
-        ledger.energy.importer += energy;
-        ledger.momentum.importer += momentum;
-        ledger.angular_momentum.importer += turning;
+        let energy = body.kinetic_energy(now) - body.kinetic_energy(was);
+        let momentum = body.momentum(now) - body.momentum(was);
+        let turning = body.total_angular_momentum(now) - body.total_angular_momentum(was);
+        let goes_on = now.active && was.active;
+        self.model.set_body(i, now);
+        let Ledger { energy: e, momentum: p, angular_momentum: l } = self.model.ledger_mut();
+        *(if goes_on { &mut e.importer } else { &mut e.external }) += energy;
+        *(if goes_on { &mut p.importer } else { &mut p.external }) += momentum;
+        *(if goes_on { &mut l.importer } else { &mut l.external }) += turning;
     }
 
     /// How deep the surface of the gel would be, m, inside a body that these inputs make active, if that is too deep.
     #[must_use]
     pub fn overlap(&self, body: usize, inputs: &Inputs) -> Option<f64> {
-        let now = self.now(body);
-        if now.active || !inputs.active {
-            return None;
-        }
-        let given = &inputs.kinematics;
-        let place = match self.model.body(body).0.motion {
-            Motion::Fixed => now,
-            Motion::Free | Motion::Prescribed => {
-                BodyState { position: given.position, orientation: orientation(given.orientation), ..now }
-            }
-        };
-        self.model.overlap(body, &BodyState { bulge: now.bulge.and(inputs.bulge), ..place })
+        let comes = inputs.active && !self.now(body).active;
+        comes.then(|| self.model.overlap(body, &self.given(body, inputs))).flatten()
     }
 
     /// The diagnosis of a simulation that cannot go on.
@@ -323,7 +341,7 @@ impl Simulation {
         Observation {
             time: self.time,
             bodies: (0..self.n_bodies()).map(|body| self.report(body)).collect(),
-            energy: energy(&totals),
+            energy: energy(&totals, self.facts.noise),
             momentum_closure: totals.momentum_closure.0,
             angular_momentum_closure: totals.angular_momentum_closure.0,
             momentum_error: totals.momentum_closure.1,
@@ -425,10 +443,12 @@ impl Simulation {
     }
 }
 
-fn energy(totals: &Totals) -> EnergyReport {
+fn energy(totals: &Totals, noise: f64) -> EnergyReport {
     let (books, energies) = (&totals.ledger.energy, &totals.energies);
     let defect = books.integration.abs() + books.contact_bias.abs() + books.importer.abs();
-    let scale = if totals.initial_energy > 0.0 { totals.initial_energy } else { 1.0 };
+    // What was there at the start, and what came in since.
+    let scale = totals.initial_energy.abs() + books.external.abs();
+    let scale = if scale > noise { scale } else { 1.0 };
     EnergyReport {
         kinetic: energies.gel_kinetic + energies.body_kinetic,
         projectile: energies.body_kinetic,

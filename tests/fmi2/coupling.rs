@@ -251,3 +251,26 @@ fn a_scene_can_name_its_coupling_mode_and_a_parameter_beats_it() {
     assert_eq!(host.set_integer("coupling.mode", 4), ERROR);
     assert!(host.one_line().contains("expected one of 1 (prescribed), 2 (integrated), 3 (corrected)"));
 }
+
+#[test]
+fn a_body_that_nobody_moves_goes_on_as_it_does_in_every_mode() {
+    let fragment =
+        "[[fragment]]\nshape.sphere.radius = 0.01\nmass = 0.02\nposition = [0.03, 0.0, 0.011]\nvelocity = [0, 0, -4]\n";
+    let scene = coarse() + fragment;
+    let mut ends = vec![];
+    for mode in [1, 2, 3] {
+        let mut host = Host::with(&scene);
+        assert_eq!(host.set_integer("coupling.mode", mode), OK);
+        host.start();
+        host.steps(0.0, 1e-4, 10);
+        ends.push(["projectile", "fragment[1]"].map(|body| {
+            (host.get(&format!("{body}.predicted_position[3]")), host.get(&format!("{body}.predicted_velocity[3]")))
+        }));
+    }
+    let [prescribed, integrated, corrected] = [0, 1, 2].map(|i| ends[i]);
+    assert!((prescribed[0].0 - (0.01 - 5e-3)).abs() < 1e-15 && prescribed[0].1 == -5.0, "straight on: {prescribed:?}");
+    assert!(integrated[0].1 > -5.0 && integrated[1].1 > -4.0);
+    for (a, b) in corrected.iter().zip(integrated) {
+        assert!((a.0 - b.0).abs() < 1e-12 && (a.1 - b.1).abs() < 1e-9, "{corrected:?} {integrated:?}");
+    }
+}

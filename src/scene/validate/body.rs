@@ -37,13 +37,13 @@ fn orientation(q: [f64; 4]) -> Check {
 }
 
 fn held(body: &Projectile) -> Check {
-    const EXPECTED: &str = "nothing: the projectile is fixed";
+    const EXPECTED: &str = "nothing: the body is fixed";
     let absent =
         |given: Option<String>, key| given.map_or(Ok(()), |found| Err(SceneError::value(key, found, EXPECTED)));
     absent(body.mass.map(|mass| format!("{mass:?}")), "projectile.mass")?;
     absent(body.density.map(|density| format!("{density:?}")), "projectile.density")?;
     absent(body.inertia.map(|inertia| format!("{inertia:?}")), "projectile.inertia")?;
-    let still = |v: [f64; 3], key| require(v == [0.0; 3], key, || format!("{v:?}"), "zero: the projectile is fixed");
+    let still = |v: [f64; 3], key| require(v == [0.0; 3], key, || format!("{v:?}"), "zero: the body is fixed");
     still(body.velocity, "projectile.velocity")?;
     still(body.angular_velocity, "projectile.angular_velocity")
 }
@@ -51,9 +51,10 @@ fn held(body: &Projectile) -> Check {
 fn moving(body: &Projectile) -> Check {
     const EXPECTED: &str = "a positive mass, kg, or fixed = true";
     let unbounded = matches!(body.shape, BodyShape::HalfSpace { .. } | BodyShape::Dome { .. });
+    body.density.map_or(Ok(()), |density| positive("projectile.density", density, "a positive density, kg/m3"))?;
     match (body.mass, body.density) {
         (Some(mass), _) => positive("projectile.mass", mass, EXPECTED)?,
-        (None, Some(density)) if !unbounded => positive("projectile.density", density, "a positive density, kg/m3")?,
+        (None, Some(_)) if !unbounded => {}
         (None, _) => return Err(SceneError::value("projectile.mass", "nothing", EXPECTED)),
     }
     match (body.inertia, &body.shape) {
@@ -77,13 +78,15 @@ fn moving(body: &Projectile) -> Check {
 /// An inertia is that of some body if its principal moments are positive and none exceeds the sum of the others.
 fn physical(inertia: &[f64; 6]) -> Check {
     const ROUND_OFF: f64 = 1e-9;
+    /// The inverse, and what it is multiplied by, must stay numbers.
+    const SMALLEST: f64 = 1e-30;
     let key = "projectile.inertia";
     all_finite(key, inertia)?;
     let [xx, yy, zz, xy, xz, yz] = *inertia;
     let moments = Tensor3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz).symmetric_eigenvalues();
     let (least, most, sum) = (moments.min(), moments.max(), moments.sum());
     let found = || format!("{inertia:?} with a principal moment of {least:?}");
-    require(least > 0.0, key, found, "positive principal moments, kg m2")?;
+    require(least >= SMALLEST, key, found, "positive principal moments, at least 1e-30 kg m2")?;
     let found = || format!("{inertia:?} with principal moments {:?}", moments.as_slice());
     let expected = "no principal moment above the sum of the other two";
     require(most <= (sum - most) * (1.0 + ROUND_OFF), key, found, expected)
@@ -91,6 +94,9 @@ fn physical(inertia: &[f64; 6]) -> Check {
 
 /// Depth at which a projectile that starts inside the gel is refused, in cells: what the contact allows in passing.
 const TOUCHING: f64 = 0.1;
+
+/// Sine of a tilt that is none.
+const UPRIGHT: f64 = 1e-9;
 
 /// The projectile may start touching the gel, not inside it.
 fn outside(scene: &Scene) -> Check {
@@ -100,6 +106,10 @@ fn outside(scene: &Scene) -> Check {
     }
     let Some(bottom) = bottom_under(&scene.gel.shape, body.position) else { return Ok(()) };
     let down = rotation(body).inverse_transform_vector(&-Vector3::z());
+    // The foremost point of a body that is tilted may be beside the gel: that is checked node by node once there is a mesh.
+    if down.x.hypot(down.y) > UPRIGHT {
+        return Ok(());
+    }
     let depth = scene.projectile_shape().reach(&down) - body.position[2];
     let inside = depth > TOUCHING * scene.mesh.size && body.position[2] > bottom;
     let found = || format!("{:?}, the foremost point {depth:.3e} m deep in the gel", body.position);
