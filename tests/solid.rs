@@ -8,7 +8,8 @@ mod bodies;
 
 use ballistic_gel::algebra::{Tensor3, Vector3};
 use ballistic_gel::geometry::{Plate, SignedDistance, Solid, Surface, SurfaceError};
-use bodies::{Triangles, angle, cuboid, cylinder, moved, reversed, sphere, turned};
+use bodies::{Triangles, angle, cuboid, cylinder, fork, moved, reversed, sphere, turned};
+use nalgebra::Rotation3;
 use parry3d_f64::math::Vector as Point;
 use parry3d_f64::query::PointQuery as _;
 use parry3d_f64::shape::{TriMesh, TriMeshFlags};
@@ -23,8 +24,8 @@ fn bullet() -> Triangles {
     turned(&[(0.0, -2.0), (0.3, -1.5), (0.6, -0.5), (0.7, 0.5), (0.7, 2.0), (0.5, 2.5), (0.0, 2.5)], 24)
 }
 
-fn bodies() -> [Triangles; 4] {
-    [bullet(), angle(), cuboid([1.0, 2.0, 0.5]), sphere(1.0, 12)]
+fn bodies() -> [Triangles; 5] {
+    [bullet(), angle(), cuboid([1.0, 2.0, 0.5]), sphere(1.0, 12), fork()]
 }
 
 /// Points all around and within a body, denser near it.
@@ -166,7 +167,7 @@ fn tips_are_corners_sharper_than_that_of_a_cube() {
         assert_eq!(tips(&body), expected, "{half_angle} {flat}");
     }
     let pointed = solid(&cone(25.0, 0.0));
-    assert!((pointed.tips()[0] + Vector3::z() * pointed.reach(&-Vector3::z())).norm() < 1e-12);
+    assert!((pointed.tips()[0].end + Vector3::z() * pointed.reach(&-Vector3::z())).norm() < 1e-12);
 }
 
 /// A ball with a thin thorn: the thorn is small, and a tip.
@@ -176,7 +177,53 @@ fn a_small_thorn_on_a_large_body_is_a_tip() {
     ball.last_mut().unwrap().0 = 0.0;
     let body = solid(&turned(&[&[(0.0, -1.5), (0.1, -1.1)], &ball[..]].concat(), 32));
     assert_eq!(body.tips().len(), 1);
-    assert!((body.tips()[0].z + 1.5 + body.centre().z).abs() < 1e-12);
+    assert!((body.tips()[0].end.z + 1.5 + body.centre().z).abs() < 1e-12);
+}
+
+/// The half-angle is 25° below a rounded end, and the thorn a tenth of the ball's radius: each is a tip at one scale only.
+#[test]
+fn a_tip_is_sharp_at_a_coarse_or_at_a_fine_scale() {
+    let round = 0.1;
+    let end: Vec<(f64, f64)> = (0..=8)
+        .map(|i| 65.0_f64.to_radians() * f64::from(i) / 8.0)
+        .collect::<Vec<_>>()
+        .iter()
+        .map(|a| (round * a.sin(), -round * a.cos()))
+        .collect();
+    let rear = (1.0 - end[8].0) / 25.0_f64.to_radians().tan() + end[8].1;
+    let blunted = solid(&turned(&[&end[..], &[(1.0, rear), (1.0, rear + 4.0), (0.0, rear + 4.0)]].concat(), 32));
+    let mut ball: Vec<(f64, f64)> = (1..=24).map(|i| f64::from(i) * PI / 24.0).map(|a| (a.sin(), -a.cos())).collect();
+    ball.last_mut().unwrap().0 = 0.0;
+    let thorn = solid(&turned(&[&[(0.0, -1.1), (0.03, -0.9995)], &ball[..]].concat(), 32));
+    for (body, deep) in [(blunted, [false, true]), (thorn, [true, false])] {
+        let [tip] = body.tips() else { panic!("{:?}", body.tips()) };
+        assert_eq!(tip.inner, Vector3::zeros());
+        let sharp = |s: f64| -body.gap(&(tip.end * (1.0 - s / tip.end.norm()))).distance < 0.57 * s;
+        assert_eq!([0.125, 1.0].map(|part| sharp(part * body.inner_radius())), deep);
+    }
+}
+
+#[test]
+fn the_line_from_a_tip_inwards_stays_inside_of_a_hollow_body() {
+    let body = solid(&fork());
+    let referee = Referee::of(&body);
+    assert!(referee.distance(&Vector3::zeros()) > 0.2, "its centre of mass is between the prongs");
+    assert_eq!(body.tips().len(), 4);
+    for tip in body.tips() {
+        let line = tip.inner - tip.end;
+        let inside = (1..=200).all(|i| referee.distance(&(tip.end + line * (f64::from(i) / 200.0))) < 0.0);
+        assert!(inside && line.norm() > 0.99 * body.inner_radius(), "{tip:?}");
+        assert!(line.z > 0.9 * line.norm(), "along the prong: {tip:?}");
+    }
+}
+
+/// No node of the grid is inside the plate: a cell is thicker.
+#[test]
+fn the_greatest_ball_inside_a_thin_body_is_found() {
+    for thickness in [0.05, 0.01] {
+        let found = solid(&cuboid([1.0, 0.9, thickness])).inner_radius();
+        assert!((found / (0.5 * thickness) - 1.0).abs() < 0.02, "{thickness}: {found}");
+    }
 }
 
 #[test]
@@ -245,4 +292,51 @@ fn what_crosses_itself_is_refused_with_the_place() {
 fn a_part_that_faces_inwards_is_refused() {
     let apart = [cuboid([2.0; 3]), moved(&reversed(&cuboid([1.0; 3])), Vector3::new(4.0, 0.0, 0.0))].concat();
     assert!(matches!(refused(&apart), SurfaceError::InsideOut { at: [x, ..] } if x > 2.0), "{}", refused(&apart));
+}
+
+#[test]
+fn parts_that_overlap_without_crossing_are_refused_with_the_place() {
+    let cube = cuboid([2.0; 3]);
+    let beside = |part: &Triangles, by: [f64; 3]| [cube.clone(), moved(part, by.into())].concat();
+    let within = |p: [f64; 3], half: f64, middle: [f64; 3]| (0..3).all(|i| (p[i] - middle[i]).abs() <= half + 1e-6);
+    // Flush on four sides, by a half and by a thousandth; one inside the other, large and below a cell, off its lines.
+    let tiny = cuboid([0.05; 3]);
+    for (body, half, middle) in [
+        (beside(&cube, [1.0, 0.0, 0.0]), 1.0, [0.5, 0.0, 0.0]),
+        (beside(&cube, [0.0, 0.0, 1.998]), 1.0, [0.0, 0.0, 0.999]),
+        (beside(&cuboid([1.0; 3]), [0.0; 3]), 1.0, [0.0; 3]),
+        (beside(&tiny, [0.06, 0.05, 0.07]), 0.6, [0.0; 3]),
+    ] {
+        let error = refused(&body);
+        let SurfaceError::Overlapping { at } = error else { panic!("{error}") };
+        assert!(within(at, half, middle), "{error}");
+    }
+}
+
+#[test]
+fn a_part_inside_out_is_refused_also_where_others_are_around_it() {
+    let slab = |axis: usize, side: f64| {
+        let size = std::array::from_fn(|i| if i == axis { 0.5 } else { 3.0 });
+        moved(&cuboid(size), Vector3::ith(axis, 2.0 * side))
+    };
+    let slabs: Triangles = (0..3).flat_map(|axis| [slab(axis, -1.0), slab(axis, 1.0)].concat()).collect();
+    assert!((solid(&slabs).volume().unwrap() - 27.0).abs() < 1e-12);
+    let error = refused(&[slabs, reversed(&cuboid([1.0; 3]))].concat());
+    assert!(matches!(error, SurfaceError::InsideOut { at } if at.iter().all(|x| x.abs() <= 0.5)), "{error}");
+}
+
+/// In single precision, and with faces and edges on the lines of the grid or at any angle to them.
+#[test]
+fn what_winds_once_is_taken_at_any_angle() {
+    let hollow = [cuboid([2.0; 3]), reversed(&cuboid([1.0; 3]))].concat();
+    for body in bodies().into_iter().chain([hollow, cylinder(1.0, 2.0, 48)]) {
+        let volume = solid(&body).volume().unwrap();
+        for i in 0..12 {
+            let axis = Vector3::new(f64::from(i % 2), f64::from(i % 3), 1.0);
+            let turn = Rotation3::new(axis * (0.5 * PI * f64::from(i) / 4.0));
+            let single = |p: &Vector3| (turn * p + Vector3::repeat(0.1)).map(|x| f64::from(x as f32));
+            let turned: Triangles = body.iter().map(|triangle| triangle.each_ref().map(single)).collect();
+            assert!((solid(&turned).volume().unwrap() / volume - 1.0).abs() < 1e-5);
+        }
+    }
 }

@@ -11,7 +11,7 @@ mod deepest;
 use ballistic_gel::geometry::SignedDistance as _;
 use ballistic_gel::scene::{self, Override, Scene};
 use ballistic_gel::simulation::{CouplingMode, Observation, RestoreError, Simulation};
-use bodies::{Triangles, ascii, binary, cuboid, cylinder, reversed, sphere, turned};
+use bodies::{Triangles, ascii, binary, cuboid, cylinder, fork, reversed, sphere, turned};
 use deepest::deepest;
 use std::io;
 
@@ -157,6 +157,27 @@ fn a_pointed_bullet_of_triangles_does_not_slip_through_the_surface() {
     assert!(most < 0.35 * scene.mesh.size, "{} cells deep", most / scene.mesh.size);
     let ratio = found.projectile().contact.total_impulse.norm() / round.projectile().contact.total_impulse.norm();
     assert!((ratio - 1.0).abs() < 0.03 && found.energy.energy_defect < 0.04, "{ratio} {:?}", found.energy);
+}
+
+/// The prongs go past a narrow block on both sides: lines from their tips to the centre of mass go through it.
+#[test]
+fn a_fork_does_not_push_gel_between_its_prongs() {
+    let shot = ["gel.shape.block.size=[0.0398, 0.04, 0.05]", "projectile.position=[0, 0, 0.038]"];
+    let scene = with(&[&shot[..], &["projectile.shape.stl.scale=1e-2"]].concat(), &binary(&fork()));
+    let found = end(&scene);
+    assert!(found.projectile().kinematics.position.z < 0.0181, "the tips are 20 mm below the surface");
+    assert_eq!(found.projectile().contact.total_impulse.norm(), 0.0);
+}
+
+/// Without their tips the prongs slip through the surface.
+#[test]
+fn a_fork_is_held_by_its_tips() {
+    let shot = ["projectile.position=[1.3e-3, 7e-4, 0.038]", "projectile.velocity=[0, 0, -4]", "mesh.size=4e-3"];
+    let scene = with(&[&shot[..], &["projectile.shape.stl.scale=1e-2"]].concat(), &binary(&fork()));
+    let mut most: f64 = 0.0;
+    let found = run(&scene, 40, |now| most = most.max(deepest(&now.frame(), &scene, 8))).observe();
+    assert!(most < 0.4 * scene.mesh.size, "{} cells deep", most / scene.mesh.size);
+    assert!(found.projectile().contact.total_impulse.z > 0.02, "{}", found.projectile().contact.total_impulse);
 }
 
 #[test]

@@ -18,7 +18,7 @@ const BEYOND: f64 = 0.05;
 /// element sizes or radii of the body, whichever is less. Met as late as 0.3, a meplat of a third of a cell leaks at 20 m/s.
 const BLUNT: f64 = 0.2;
 
-/// A facet through which the line from an end of the body to its centre of mass leaves the gel.
+/// A facet through which the line from an end of the body inwards leaves the gel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Piercing {
     /// Where, m.
@@ -29,32 +29,34 @@ pub(super) struct Piercing {
     pub gap: Gap,
     /// The end of the body, m.
     pub end: Vector3,
+    /// The point inside of the body that the line goes to, m.
+    inner: Vector3,
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Where the line from an end or tip of the body to its centre of mass leaves the gel through this facet; that of the
-    /// deepest if of several.
+    /// Where the line from an end or tip of the body inwards leaves the gel through this facet; that of the deepest if of
+    /// several.
     pub(super) fn piercing(&self, facet: ElementId, (fixed, body): (&Body, &BodyState)) -> Option<Piercing> {
         let corners = self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, body.time)));
         let poles = fixed.shape.poles().iter();
-        let poles = poles.map(|pole| body.position + body.orientation.transform_vector(pole));
-        let piercings = poles.filter_map(|pole| pierce::<D>(&corners, &pole, &body.position));
+        let place = |p: &Vector3| body.position + body.orientation.transform_vector(p);
+        let piercings = poles.filter_map(|pole| pierce::<D>(&corners, &place(&pole.end), &place(&pole.inner)));
         piercings.min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance))
     }
 
     /// The same where that end is behind the facet by more than its bluntness allows.
     pub(super) fn pricking(&self, facet: ElementId, size: f64, body: (&Body, &BodyState)) -> Option<Piercing> {
-        self.piercing(facet, body).filter(|at| -at.gap.distance > least_depth(&at.end, size, body))
+        self.piercing(facet, body).filter(|at| -at.gap.distance > least_depth((&at.end, &at.inner), size, body))
     }
 }
 
 /// How deep behind a facet an end of a body is met there, m. A point for the mesh, into which a ball of half an element's
 /// size does not fit, at once; one into which a whole size does not fit can still miss the nodes,
 /// and is met at [`BLUNT`]; a blunter end is met by nodes.
-fn least_depth(end: &Vector3, size: f64, (fixed, body): (&Body, &BodyState)) -> f64 {
+fn least_depth((end, inner): (&Vector3, &Vector3), size: f64, (fixed, body): (&Body, &BodyState)) -> f64 {
     const ROUND_OFF: f64 = 1e-3;
     let fits = |radius: f64| {
-        let inside = end + (body.position - end).normalize() * radius;
+        let inside = end + (inner - end).normalize() * radius;
         -fixed.gap(body, &inside).distance >= radius * (1.0 - ROUND_OFF)
     };
     match (fits(0.5 * size), fits(size)) {
@@ -64,16 +66,16 @@ fn least_depth(end: &Vector3, size: f64, (fixed, body): (&Body, &BodyState)) -> 
     }
 }
 
-/// Where the line from `pole` to `centre` goes from the back of a facet to its front, if it does, or just beside it.
-fn pierce<const D: usize>(corners: &[Vector3; 3], pole: &Vector3, centre: &Vector3) -> Option<Piercing> {
+/// Where the line from `pole` to `inner` goes from the back of a facet to its front, if it does, or just beside it.
+fn pierce<const D: usize>(corners: &[Vector3; 3], pole: &Vector3, inner: &Vector3) -> Option<Piercing> {
     let (a, b) = (corners[0], corners[1] - corners[0]);
     let across = outward::<D>(corners);
     let outward = across / across.norm();
-    let (behind, before) = (outward.dot(&(a - pole)), outward.dot(&(centre - a)));
+    let (behind, before) = (outward.dot(&(a - pole)), outward.dot(&(inner - a)));
     if !(behind > 0.0 && before > 0.0) {
         return None;
     }
-    let point = pole + (centre - pole) * (behind / (behind + before));
+    let point = pole + (inner - pole) * (behind / (behind + before));
     let (beta, gamma) = if D == 3 {
         let part = |v: Vector3| v.dot(&across) / across.norm_squared();
         (part((point - a).cross(&(corners[2] - a))), part(b.cross(&(point - a))))
@@ -82,7 +84,7 @@ fn pierce<const D: usize>(corners: &[Vector3; 3], pole: &Vector3, centre: &Vecto
     };
     let weights = [1.0 - beta - gamma, beta, gamma];
     let gap = Gap { distance: -behind, normal: -outward };
-    weights.iter().all(|w| *w >= -BEYOND).then_some(Piercing { point, weights, gap, end: *pole })
+    weights.iter().all(|w| *w >= -BEYOND).then_some(Piercing { point, weights, gap, end: *pole, inner: *inner })
 }
 
 #[cfg(test)]

@@ -28,6 +28,15 @@ pub struct Gap {
     pub normal: Vector3,
 }
 
+/// An end of a body that may be sharper than a mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pole {
+    /// Where it is, m.
+    pub end: Vector3,
+    /// A point inside of the body, m; the line from the end to it stays inside.
+    pub inner: Vector3,
+}
+
 /// A closed body known by its signed distance function.
 pub trait SignedDistance {
     /// φ and ∇φ at a point of the body's frame; |∇φ| = 1, so φ is 1-Lipschitz. Well outside of the body it may be a bound,
@@ -66,9 +75,9 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Where the body may be sharper than a mesh, m: ends on its axis, or tips.
+    /// Where the body may be sharper than a mesh: ends on its axis, or tips.
     #[must_use]
-    pub fn poles(&self) -> &[Vector3] {
+    pub fn poles(&self) -> &[Pole] {
         match self {
             Self::Profile(profile) => profile.poles(),
             Self::Solid(solid) => solid.tips(),

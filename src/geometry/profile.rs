@@ -1,6 +1,6 @@
 use super::outline::Outline;
 use super::piece::{Curve, Piece, Point};
-use super::{Gap, SignedDistance};
+use super::{Gap, Pole, SignedDistance};
 use crate::algebra::{Tensor3, Vector3, hypotenuse};
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 pub struct Profile {
     pieces: Vec<Piece>,
     corners: Vec<Corner>,
-    poles: [Vector3; 2],
+    poles: [Pole; 2],
     inertia: Tensor3,
     inertia_of_section: f64,
     inner_radius: f64,
@@ -51,7 +51,8 @@ impl Profile {
         let turned = integral(&pieces, |p| p[0] * p[0]);
         let corners = corners(&pieces);
         let mut profile = Self {
-            poles: [0, corners.len() - 1].map(|end| Vector3::new(0.0, 0.0, corners[end].at[1])),
+            poles: [0, corners.len() - 1]
+                .map(|end| Pole { end: Vector3::new(0.0, 0.0, corners[end].at[1]), inner: Vector3::zeros() }),
             corners,
             inertia: inertia(&pieces, turned),
             inertia_of_section: inertia_of_section(&pieces),
@@ -72,9 +73,9 @@ impl Profile {
         std::iter::once(self.pieces[0].start).chain(ends).map(|p| (p[0], p[1])).collect()
     }
 
-    /// Tip and rear, m.
+    /// Tip and rear; inside is the centre of mass.
     #[must_use]
-    pub fn poles(&self) -> &[Vector3; 2] {
+    pub fn poles(&self) -> &[Pole; 2] {
         &self.poles
     }
 
@@ -89,7 +90,7 @@ impl Profile {
     /// Depth of the deepest point: it is on the axis, along which the depth of a convex body is concave.
     fn greatest_depth(&self) -> f64 {
         let depth = |z: f64| -self.nearest(&Point::new(0.0, z)).0;
-        let [mut low, mut high] = self.poles.map(|pole| pole.z);
+        let [mut low, mut high] = self.poles.map(|pole| pole.end.z);
         for _ in 0..128 {
             let third = (high - low) / 3.0;
             if depth(low + third) < depth(high - third) { low += third } else { high -= third }

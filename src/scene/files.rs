@@ -107,6 +107,9 @@ fn remedy(error: &SurfaceError) -> String {
         SurfaceError::Crossing { .. } => {
             "a surface that does not pass through itself: unite overlapping bodies".to_owned()
         }
+        SurfaceError::Overlapping { .. } => {
+            "one surface around the whole, no wall inside: unite the parts, or turn what is to be a cavity".to_owned()
+        }
         SurfaceError::InsideOut { .. } => "parts that all face outwards: turn that one".to_owned(),
     }
 }

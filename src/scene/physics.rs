@@ -35,7 +35,7 @@ fn balance(scene: &Scene) -> Option<String> {
     let volume = scene.projectile_volume()?;
     let mass = scene.projectile.mass.map(|mass| format!(", mass {mass:.4e} kg, {:.0} kg/m3", mass / volume));
     let tip = match scene.projectile_shape() {
-        Shape::Profile(profile) => format!(", centre of mass {:.6} m behind the tip", -profile.poles()[0].z),
+        Shape::Profile(profile) => format!(", centre of mass {:.6} m behind the tip", -profile.poles()[0].end.z),
         Shape::Solid(solid) => surface(&solid),
         Shape::Sphere(_) | Shape::Plate(_) | Shape::HalfSpace(_) | Shape::Dome(_) => String::new(),
     };

@@ -51,18 +51,32 @@ pub fn cuboid(size: [f64; 3]) -> Triangles {
         .collect()
 }
 
+/// What an outline, counter-clockwise in triangles, sweeps along z.
+fn prism(outline: &[(f64, f64)], cap: &[[usize; 3]], height: f64) -> Triangles {
+    let at = |i: usize, z: f64| Vector3::new(outline[i % outline.len()].0, outline[i % outline.len()].1, z);
+    let mut triangles: Triangles = cap.iter().map(|t| t.map(|i| at(i, height))).collect();
+    triangles.extend(cap.iter().map(|&[a, b, c]| [at(a, 0.0), at(c, 0.0), at(b, 0.0)]));
+    for i in 0..outline.len() {
+        triangles.push([at(i, 0.0), at(i + 1, 0.0), at(i + 1, height)]);
+        triangles.push([at(i, 0.0), at(i + 1, height), at(i, height)]);
+    }
+    triangles
+}
+
 /// A thick L, so one with a hollow edge.
 pub fn angle() -> Triangles {
     let outline = [(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
-    let at = |i: usize, z: f64| Vector3::new(outline[i % 6].0, outline[i % 6].1, z);
-    let cap = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]];
-    let mut triangles: Triangles = cap.iter().map(|t| t.map(|i| at(i, 1.5))).collect();
-    triangles.extend(cap.iter().map(|&[a, b, c]| [at(a, 0.0), at(c, 0.0), at(b, 0.0)]));
-    for i in 0..6 {
-        triangles.push([at(i, 0.0), at(i + 1, 0.0), at(i + 1, 1.5)]);
-        triangles.push([at(i, 0.0), at(i + 1, 1.5), at(i, 1.5)]);
-    }
-    triangles
+    prism(&outline, &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]], 1.5)
+}
+
+/// A fork: a bar along x with two prongs towards −z, 4 to 5 apart, 4 long and 1 thick, each ending in a short edge along y.
+/// Its centre of mass is between the prongs.
+pub fn fork() -> Triangles {
+    let outline =
+        [(-3.0, 1.0), (-3.0, 0.0), (-2.5, -4.0), (-2.0, 0.0), (2.0, 0.0), (2.5, -4.0), (3.0, 0.0), (3.0, 1.0)];
+    let cap = [[0, 1, 3], [1, 2, 3], [0, 3, 4], [0, 4, 7], [4, 6, 7], [4, 5, 6]];
+    let upright = |p: Vector3| Vector3::new(p.x, -p.z, p.y);
+    prism(&outline, &cap, 1.0).iter().map(|triangle| triangle.map(upright)).collect()
 }
 
 /// The same moved.

@@ -2,15 +2,20 @@
 
 use super::surface::Surface;
 use super::tree::Tree;
-use crate::algebra::Vector3;
+use crate::algebra::{Tensor3, Vector3};
 
 /// Passing through by less than this part of the size of the body is round-off.
 const ROUND_OFF: f64 = 1e-7;
 
 /// Where an edge of the surface passes through the inside of a triangle that it has no corner in common with, if it does.
 /// Of two triangles that cross, an edge of one passes through the other, unless they lie in one plane.
-pub(super) fn crossing(surface: &Surface, tree: &Tree) -> Option<Vector3> {
+///
+/// Those near an edge are found with boxes along the principal axes of the body: a needle across the axes of its file, of
+/// triangles as long as it, has boxes that all meet otherwise (with 33 000 of them 3.5 s, and 0.3 s so).
+pub(super) fn crossing(surface: &Surface, inertia: &Tensor3) -> Option<Vector3> {
     let slack = ROUND_OFF * surface.size();
+    let axes = inertia.symmetric_eigen().eigenvectors.transpose();
+    let tree = Tree::new(surface.corners().map(|corners| corners.map(|p| axes * p)));
     let mut found = None;
     for (n, triangle) in surface.triangles.iter().enumerate() {
         for i in 0..3 {
@@ -20,10 +25,10 @@ pub(super) fn crossing(surface: &Surface, tree: &Tree) -> Option<Vector3> {
             }
             let ends = [triangle[(i + 1) % 3], triangle[(i + 2) % 3]];
             let [a, b] = ends.map(|end| surface.points[end as usize]);
-            tree.around(&[a, b], &mut |other, corners| {
-                let touching = surface.triangles[other as usize].iter().any(|corner| ends.contains(corner));
-                if !touching && found.is_none() {
-                    found = pierced(corners, (&a, &b), slack);
+            tree.around(&[axes * a, axes * b], &mut |other, _| {
+                let corners = surface.triangles[other as usize];
+                if found.is_none() && !corners.iter().any(|corner| ends.contains(corner)) {
+                    found = pierced(&corners.map(|corner| surface.points[corner as usize]), (&a, &b), slack);
                 }
             });
         }

@@ -41,7 +41,8 @@ impl Field {
         field
     }
 
-    fn at(&self, node: usize) -> Vector3 {
+    /// Where a node is.
+    pub fn at(&self, node: usize) -> Vector3 {
         let [x, y, _] = self.nodes;
         let steps = [node % x, node / x % y, node / (x * y)].map(|n| n as f64);
         self.first + Vector3::from(steps) * self.cell
@@ -58,10 +59,25 @@ impl Field {
         self.at(nodes.min_by(|a, b| self.distance[*a].total_cmp(&self.distance[*b])).unwrap_or(0))
     }
 
-    /// A node on the rim of the grid, which is outside of the body, that has itself for inside.
-    pub fn contradiction(&self) -> Option<Vector3> {
-        let outside = |p: &Vector3| (0..3).any(|i| p[i] < self.lower[i] || p[i] > self.upper[i]);
-        (0..self.distance.len()).filter(|n| self.distance[*n] < 0.0).map(|n| self.at(n)).find(outside)
+    /// Sides of the box of the body.
+    pub fn extent(&self) -> Vector3 {
+        self.upper - self.lower
+    }
+
+    /// The first node of each line of the grid along an axis.
+    pub fn lines(&self, axis: usize) -> impl Iterator<Item = usize> {
+        let (stride, nodes) = (self.stride(axis), self.nodes[axis]);
+        (0..self.distance.len()).filter(move |node| node / stride % nodes == 0)
+    }
+
+    /// The nodes of the line from its first one, and their φ.
+    pub fn line(&self, axis: usize, first: usize) -> impl Iterator<Item = (Vector3, f64)> + '_ {
+        let stride = self.stride(axis);
+        (0..self.nodes[axis]).map(move |i| first + i * stride).map(|node| (self.at(node), self.distance[node]))
+    }
+
+    fn stride(&self, axis: usize) -> usize {
+        self.nodes[..axis].iter().product()
     }
 
     /// For a point at least two cells outside of the body: a distance that is no more than the true one, and its gradient.

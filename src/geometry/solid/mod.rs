@@ -3,13 +3,15 @@
 mod closest;
 mod crossing;
 mod field;
+mod inner;
 mod mass;
 mod normals;
 mod surface;
 mod tips;
 mod tree;
+mod winding;
 
-use super::{Gap, SignedDistance};
+use super::{Gap, Pole, SignedDistance};
 use crate::algebra::{Tensor3, Vector3};
 use closest::Feature;
 use field::Field;
@@ -45,7 +47,7 @@ pub struct Solid {
     inertia: Tensor3,
     centre: Vector3,
     inner_radius: f64,
-    tips: Vec<Vector3>,
+    tips: Vec<Pole>,
 }
 
 /// Nearer than this part of its size to an edge or corner, the direction from it is round-off.
@@ -55,7 +57,7 @@ impl Solid {
     /// The body with this surface, so many metres to a unit.
     ///
     /// # Errors
-    /// [`SurfaceError`] if the surface crosses itself, or a part of it is inside out.
+    /// [`SurfaceError`] if the surface crosses itself, parts of it overlap or lie on each other, or one is inside out.
     ///
     /// # Panics
     /// If the scale is not positive.
@@ -64,17 +66,16 @@ impl Solid {
         let (volume, centre, inertia) = mass::properties(&surface);
         surface.points.iter_mut().for_each(|p| *p = (*p - centre) * scale);
         let given = |p: Vector3| (p / scale + centre).into();
-        let tree = Tree::new(surface.corners());
-        if let Some(at) = crossing::crossing(&surface, &tree) {
+        if let Some(at) = crossing::crossing(&surface, &inertia) {
             return Err(SurfaceError::Crossing { at: given(at) });
         }
-        let (normals, size) = (Normals::of(&surface), surface.size());
+        let (tree, normals, size) = (Tree::new(surface.corners()), Normals::of(&surface), surface.size());
         let exact = |p: &Vector3| nearest((&surface, &normals, &tree), p, size).distance;
         let field = Field::new(surface.bounds(), exact);
-        if let Some(at) = field.contradiction() {
-            return Err(SurfaceError::InsideOut { at: given(at) });
+        if let Some((fault, at)) = winding::fault(&tree, &field, exact) {
+            return Err(fault.error(given(at)));
         }
-        let (volume, inertia, centre) = (volume * scale.powi(3), inertia * (scale * scale), centre * scale);
+        let (volume, inertia, centre) = (volume * (scale * scale * scale), inertia * (scale * scale), centre * scale);
         let (inner_radius, tips) = (0.0, vec![]);
         let mut solid = Self { surface, normals, tree, field, size, volume, inertia, centre, inner_radius, tips };
         solid.inner_radius = solid.greatest_depth();
@@ -111,9 +112,9 @@ impl Solid {
         &self.surface.triangles
     }
 
-    /// Corners that may be sharper than a mesh, m.
+    /// Corners that may be sharper than a mesh.
     #[must_use]
-    pub fn tips(&self) -> &[Vector3] {
+    pub fn tips(&self) -> &[Pole] {
         &self.tips
     }
 

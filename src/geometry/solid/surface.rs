@@ -70,6 +70,12 @@ pub enum SurfaceError {
         /// Where.
         at: [f64; 3],
     },
+    /// Parts that have a place in common, or lie on each other: mass and distance there are not those of their union.
+    #[error("parts that overlap or lie on each other, near {}", Place(at))]
+    Overlapping {
+        /// A point inside of one.
+        at: [f64; 3],
+    },
     /// A part of the surface that faces inwards although it is not the wall of a cavity.
     #[error("a part that is inside out, near {}", Place(at))]
     InsideOut {
@@ -102,7 +108,7 @@ const LARGEST: f64 = 1e15;
 const FLAT: f64 = 1e-9;
 
 impl Surface {
-    /// The most triangles that are taken: half a gigabyte, and a second to look at them.
+    /// The most triangles that are taken: half a gigabyte, and 7 s to look at those of a ball.
     pub const MOST_TRIANGLES: usize = 500_000;
 
     /// The surface of these triangles. Corners at the same place are one; triangles with two corners at one place are left

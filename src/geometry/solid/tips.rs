@@ -1,8 +1,8 @@
 //! Corners of a body that may be sharper than a mesh.
 
 use super::Solid;
-use crate::algebra::Vector3;
-use crate::geometry::SignedDistance as _;
+use super::inner::inner;
+use crate::geometry::{Pole, SignedDistance as _};
 
 /// A corner is sharp where a point at some depth below it is less deep in the body than this part. Cones of 35° half-angle
 /// or more (sin 35° = 0.574; the corner of a cube has 0.577) are stopped by the nodes and facets of a mesh: of steel, at
@@ -19,7 +19,7 @@ const LEVEL: f64 = 1.0 - 1e-5;
 const MOST: usize = 64;
 
 /// The sharp corners that are no nearer to the centre of mass than their neighbours.
-pub(super) fn tips(solid: &Solid) -> Vec<Vector3> {
+pub(super) fn tips(solid: &Solid) -> Vec<Pole> {
     let points = solid.points();
     let mut furthest = vec![0.0_f64; points.len()];
     for triangle in solid.triangles() {
@@ -37,12 +37,16 @@ pub(super) fn tips(solid: &Solid) -> Vec<Vector3> {
             alone.push(corner);
         }
     }
-    alone.into_iter().filter(|corner| is_sharp(solid, *corner)).take(MOST).map(|corner| points[corner]).collect()
+    alone.into_iter().filter_map(|corner| tip(solid, corner)).take(MOST).collect()
 }
 
-/// Whether it is sharp at the scale of the coarsest mesh allowed, or of one up to eight times finer.
-fn is_sharp(solid: &Solid, corner: usize) -> bool {
-    let Some(outward) = solid.normals.corners[corner].try_normalize(0.0) else { return false };
-    let sharp = |depth: f64| -solid.exact(&(solid.points()[corner] - outward * depth)).distance < BLUNT * depth;
-    [1.0, 0.5, 0.25, 0.125].iter().any(|part| sharp(part * solid.inner_radius()))
+/// The corner with a point inside, if it is sharp at the scale of the coarsest mesh allowed, or of one up to eight times
+/// finer.
+fn tip(solid: &Solid, corner: usize) -> Option<Pole> {
+    let end = solid.points()[corner];
+    let inward = -solid.normals.corners[corner].try_normalize(0.0)?;
+    let sharp = |depth: f64| -solid.exact(&(end + inward * depth)).distance < BLUNT * depth;
+    let sharp = [1.0, 0.5, 0.25, 0.125].iter().any(|part| sharp(part * solid.inner_radius()));
+    let inner = sharp.then(|| inner(solid, &end, &inward))??;
+    Some(Pole { end, inner })
 }
