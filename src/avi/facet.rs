@@ -30,8 +30,8 @@ pub(super) fn outward<const D: usize>(corners: &[Vector3; 3]) -> Vector3 {
 /// φ of a convex body is convex along the facet, so nowhere is it less than φ(x) + min_i n·(x_i − x): where that is not
 /// deeper than allowed, one look at the middle is enough. Of a body that is not convex the deepest point looked at is taken.
 ///
-/// At the deepest point inside a facet the normal of a smooth body is that of the facet. Along a sharp rim the body has two
-/// normals, and it is the facet's that lies between them: so it is taken, unless the facet faces away.
+/// At a sharp rim the body has two normals, and it is the facet's that lies between them: there that is taken, else the
+/// body's own, so that a smooth ball without friction is not turned.
 pub(super) fn deepest<const D: usize>(
     corners: &[Vector3; 3],
     allowed: f64,
@@ -59,10 +59,22 @@ pub(super) fn deepest<const D: usize>(
         weights[to] += part;
     }
     let inward = -outward::<D>(corners).normalize();
-    best.map(|deep| if inward.dot(&deep.gap.normal) > 0.0 { deep.along(inward) } else { deep })
+    best.map(|deep| if deep.is_at_rim(&inward, gap) { deep.along(inward) } else { deep })
 }
 
 impl Deep {
+    /// Whether the normal of the body turns to another face a little further towards the facet's. A quarter of the depth off,
+    /// that of a ball as large as a cell turns by 10° at most.
+    fn is_at_rim(&self, inward: &Vector3, gap: impl Fn(&Vector3) -> Gap) -> bool {
+        const OFF: f64 = 0.25;
+        const TURNED: f64 = 0.9;
+        let normal = self.gap.normal;
+        let aside = inward - normal * normal.dot(inward);
+        let faces = normal.dot(inward) > 0.0;
+        let beside = || gap(&(self.point - aside.normalize() * (OFF * self.gap.distance))).normal;
+        faces && aside.norm() > 0.1 && normal.dot(&beside()) < TURNED
+    }
+
     fn along(self, normal: Vector3) -> Self {
         Self { gap: Gap { normal, ..self.gap }, ..self }
     }
@@ -93,6 +105,7 @@ mod tests {
         let corners = [-0.4, 3.6, 0.0].map(|x| Vector3::new(x, 0.0, -0.5));
         let found = deepest::<2>(&corners, 0.1, |p| ball.gap(p)).unwrap();
         assert!((found.gap.distance + 0.5).abs() < 0.02 && found.point.x.abs() < 0.25, "{found:?}");
+        assert_eq!(found.gap.normal, found.point.normalize(), "a ball pushes along its radius");
         assert!((found.weights[0] + found.weights[1] - 1.0).abs() < 1e-15 && found.weights[2] == 0.0);
         // A triangle whose middle is outside.
         let corners = [Vector3::new(-0.2, -0.2, -0.7), Vector3::new(4.0, 0.0, -0.7), Vector3::new(0.0, 4.0, -0.7)];
@@ -111,7 +124,11 @@ mod tests {
         for place in 1..20 {
             let start = rim + inward * 0.3 - along * (3.0 * f64::from(place) / 20.0);
             let corners = [start, start + along * 3.0, start];
-            let found = deepest::<2>(&corners, 0.05, |p| cylinder.gap(p)).map_or(0.0, |deep| -deep.gap.distance);
+            let found = deepest::<2>(&corners, 0.05, |p| cylinder.gap(p));
+            // Where the rim is not at the end of the edge.
+            let between = found.is_some_and(|deep| deep.gap.normal.dot(&inward).abs() > 0.999);
+            assert!(between || !(4..=16).contains(&place), "{place}: {found:?}");
+            let found = found.map_or(0.0, |deep| -deep.gap.distance);
             let exact = (0..=3000).map(|i| -cylinder.gap(&(start + along * (f64::from(i) * 1e-3))).distance);
             let exact = exact.fold(0.0, f64::max);
             assert!(found > 0.85 * exact, "{place}: {found} of {exact}");
