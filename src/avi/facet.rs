@@ -123,7 +123,8 @@ mod tests {
         let inward = Vector3::new(-1.0, 0.0, 1.0).normalize();
         for place in 1..20 {
             let start = rim + inward * 0.3 - along * (3.0 * f64::from(place) / 20.0);
-            let corners = [start, start + along * 3.0, start];
+            // Run through with the gel on its left, as the gel is outside the cylinder.
+            let corners = [start + along * 3.0, start, start];
             let found = deepest::<2>(&corners, 0.05, |p| cylinder.gap(p));
             // Where the rim is not at the end of the edge.
             let between = found.is_some_and(|deep| deep.gap.normal.dot(&inward).abs() > 0.999);
