@@ -74,8 +74,8 @@ fn a_ball_as_small_as_a_cell_does_not_slip_between_nodes() {
         for at in [[0.0, 0.0], [0.5, 1.0 / 6.0], [0.5, 0.0]] {
             let h = RADIUS / ratio;
             let (surface, _) = shoot(&slow("sphere", h, at));
-            // Facets are stopped at 0.4 of their size, 0.7 to 0.8 of a cell.
-            assert!(surface < 0.35 * h, "{ratio}, {at:?}: {} cells deep", surface / h);
+            // Facets are stopped at 0.3 of their size, 0.7 to 0.8 of a cell.
+            assert!(surface < 0.28 * h, "{ratio}, {at:?}: {} cells deep", surface / h);
         }
     }
 }
