@@ -169,6 +169,23 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     fn touches_of(&self, body: usize, tick: Tick, touches: &mut Vec<Touch<D>>) {
+        for reached in &self.scratch.reached {
+            let at = self.gel.surface.nodes[*reached as usize];
+            let Some(gap) = self.gaps_of(*reached)[body].filter(|gap| gap.distance <= TOUCH * at.size) else {
+                continue;
+            };
+            let point = embed(&self.state.position[at.node.index()]);
+            touches.extend(self.touch((&[at.node], [1.0, 0.0, 0.0]), (at.size, point), &gap, body));
+        }
+        let fires = |facet: ElementId| self.state.clocks[self.gel.behind[facet.index()].index()].last == tick;
+        let mut facets = self.facets_near(body, fires);
+        facets.sort_unstable_by_key(|(facet, _)| *facet);
+        facets.dedup_by_key(|(facet, _)| *facet);
+        touches.extend(facets.into_iter().filter_map(|(facet, size)| self.touching_facet(facet, size, body)));
+    }
+
+    /// The wanted facets that reach from an active node to a body, with the size of that node.
+    fn facets_near(&self, body: usize, wanted: impl Fn(ElementId) -> bool) -> Vec<(ElementId, f64)> {
         let surface = &self.gel.surface;
         let mut facets = vec![];
         for reached in &self.scratch.reached {
@@ -176,17 +193,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let Some(gap) = self.gaps_of(*reached)[body].filter(|gap| gap.distance < STRETCH * at.size) else {
                 continue;
             };
-            if gap.distance <= TOUCH * at.size {
-                let point = embed(&self.state.position[at.node.index()]);
-                touches.extend(self.touch((&[at.node], [1.0, 0.0, 0.0]), (at.size, point), &gap, body));
-            }
-            let fires = |facet: &&ElementId| self.state.clocks[self.gel.behind[facet.index()].index()].last == tick;
-            let around = surface.around.of(at.node).iter().filter(fires);
-            facets.extend(around.filter(|facet| self.within(**facet, &gap)).map(|facet| (*facet, at.size)));
+            let around = surface.around.of(at.node).iter().copied();
+            let near = around.filter(|facet| wanted(*facet) && self.within(*facet, &gap));
+            facets.extend(near.map(|facet| (facet, at.size)));
         }
-        facets.sort_unstable_by_key(|(facet, _)| *facet);
-        facets.dedup_by_key(|(facet, _)| *facet);
-        touches.extend(facets.into_iter().filter_map(|(facet, size)| self.touching_facet(facet, size, body)));
+        facets
     }
 
     /// A body where it is at this tick.
@@ -419,16 +430,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         record.window = (window, sum, greatest.max(sum.norm()));
     }
 
-    /// No facet that reaches from a node to a body may be deep inside it (A11).
+    /// No facet that reaches from a node to a body may be deep inside it (A11), in the least size of those nodes.
     pub(super) fn check_leaks(&self, time: f64) -> Result<(), StepError> {
-        let surface = &self.gel.surface;
-        for reached in &self.scratch.reached {
-            let near = surface.nodes[*reached as usize];
-            for (body, gap) in self.gaps_of(*reached).iter().enumerate() {
-                let Some(gap) = gap.filter(|gap| gap.distance < STRETCH * near.size) else { continue };
-                let mut facets = surface.around.of(near.node).iter().filter(|facet| self.within(**facet, &gap));
-                facets.try_for_each(|facet| self.check_facet(*facet, near.size, (body, time)))?;
-            }
+        for body in 0..self.bodies.len() {
+            let mut facets = self.facets_near(body, |_| true);
+            facets.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+            facets.dedup_by_key(|(facet, _)| *facet);
+            facets.into_iter().try_for_each(|(facet, size)| self.check_facet(facet, size, (body, time)))?;
         }
         Ok(())
     }
