@@ -76,6 +76,11 @@ impl Given<'_> {
         self.inputs.value(scalar, self.scene)
     }
 
+    /// The first component of an input.
+    fn scalar(&self, input: Input) -> Scalar {
+        Scalar { variable: row(Source::Input(input)), component: 0, body: self.body }
+    }
+
     fn scalars(&self, input: Input) -> impl Iterator<Item = Scalar> + Clone {
         Scalar::of(row(Source::Input(input)), self.body)
     }
@@ -131,9 +136,12 @@ impl Given<'_> {
     fn hand_over_bulge(&self, input: Input, to: &mut Inputs) -> Result<(), CallError> {
         let (value, rate) = (self.vector(input)[0], self.rates(input)[0]);
         let Some(bulge) = &mut to.bulge else {
-            let name = || self.scalars(input).next().map_or_else(String::new, |scalar| scalar.name());
-            let expected = "0: the shape of the body is no dome";
-            return if value == 0.0 && rate == 0.0 { Ok(()) } else { Err(CallError::value(name(), value, expected)) };
+            let (name, expected) = (self.scalar(input).name(), "0: the shape of the body is no dome");
+            return match (value, rate) {
+                (0.0, 0.0) => Ok(()),
+                (0.0, rate) => Err(CallError::value(format!("derivative of {name}"), rate, expected)),
+                (value, _) => Err(CallError::value(name, value, expected)),
+            };
         };
         match input {
             Input::ProjectileBulgeHeight => bulge.size[0] = value,
@@ -151,12 +159,7 @@ impl Given<'_> {
             if let Err(expected) = at.check() {
                 let [height, radius] = at.size.into();
                 let found = format!("{height} m, with a base radius of {radius} m at the {when} of the step");
-                let name = Scalar {
-                    variable: row(Source::Input(Input::ProjectileBulgeHeight)),
-                    component: 0,
-                    body: self.body,
-                };
-                return Err(CallError::value(name.name(), found, expected));
+                return Err(CallError::value(self.scalar(Input::ProjectileBulgeHeight).name(), found, expected));
             }
         }
         Ok(())
@@ -166,9 +169,7 @@ impl Given<'_> {
         let q: [f64; 4] = self.components(Input::ProjectileOrientation);
         let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
         if (norm - 1.0).abs() > 1e-3 {
-            let name =
-                Scalar { variable: row(Source::Input(Input::ProjectileOrientation)), component: 0, body: self.body };
-            let expected = "a quaternion of norm 1 to within 1e-3";
+            let (name, expected) = (self.scalar(Input::ProjectileOrientation), "a quaternion of norm 1 to within 1e-3");
             return Err(CallError::value(name.row_name(), format!("{q:?} of norm {norm}"), expected));
         }
         Ok(if norm == 1.0 { q } else { q.map(|c| c / norm) })

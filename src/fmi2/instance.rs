@@ -4,15 +4,14 @@ use super::call::CallError;
 use super::inputs::InputValues;
 use super::lifecycle::{Call, Phase};
 use super::logger::Log;
-use super::parameters::{Packed, Settings, files_in};
+use super::parameters::{Packed, Resolved, Settings};
 use super::recording::Recording;
 use super::scalar::{Scalar, table_of};
 use super::status::Status;
-use crate::scene::{self, Scene};
+use crate::scene::Scene;
 use crate::simulation::{BodyReport, Inputs, Observation, RestoreError, Saved, Simulation};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// Values by value reference.
 pub(super) type Values = BTreeMap<u32, f64>;
@@ -145,9 +144,7 @@ impl Instance {
     /// The model, built now if there is none.
     pub(super) fn model(&mut self) -> Result<&mut Model, CallError> {
         if self.model.is_none() {
-            let (origin, text) = self.resolved_scene()?;
-            let folder = self.folder_of(&origin);
-            let mut model = Model::build((origin, text), &folder, self.settings.threads)?;
+            let mut model = Model::build(self.resolved_scene()?, self.settings.threads)?;
             let cost = model.look().0.cost;
             self.log.event(format!("built scene {}: {} elements, {} nodes", model.origin, cost.elements, cost.nodes));
             self.model = Some(model);
@@ -157,12 +154,9 @@ impl Instance {
 }
 
 impl Model {
-    /// Builds the scene of an origin and a text, with the files in its folder.
-    pub(super) fn build((origin, text): (String, String), folder: &Path, threads: usize) -> Result<Self, CallError> {
-        let scene = match scene::read_with_files(&text, &files_in(folder)) {
-            Ok(scene) => scene,
-            Err(error) => return Err(CallError::Scene { origin, error }),
-        };
+    /// Builds a scene.
+    pub(super) fn build(resolved: Resolved, threads: usize) -> Result<Self, CallError> {
+        let Resolved { origin, text, scene } = resolved;
         let simulation = match Simulation::new(&scene, scene.coupling.mode, threads) {
             Ok(simulation) => simulation,
             Err(error) => return Err(CallError::Build { origin, error }),

@@ -5,7 +5,7 @@ use super::instance::{Instance, Values};
 use super::scalar::{Scalar, scalars, table_of};
 use super::table::{Setting, Source, row};
 use super::uri;
-use crate::scene::{self, MOST_FRAGMENTS, Override, body_name};
+use crate::scene::{self, MOST_FRAGMENTS, Override, Scene, body_name};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -38,6 +38,16 @@ impl Packed {
         let scene = text.as_deref().ok().and_then(|text| scene::read_with_files(text, &files_in(&folder)).ok());
         Self { starts: scene.as_ref().map(table_of).unwrap_or_default(), folder, text }
     }
+}
+
+/// A scene that was read.
+pub(super) struct Resolved {
+    /// Where it comes from.
+    pub origin: String,
+    /// Its text.
+    pub text: String,
+    /// What the text says.
+    pub scene: Scene,
 }
 
 /// Parameters that are no scene keys.
@@ -113,26 +123,34 @@ impl Settings {
 }
 
 impl Instance {
-    /// Where the scene comes from, and its text with the overrides written into it.
-    pub(super) fn resolved_scene(&mut self) -> Result<(String, String), CallError> {
+    /// The scene with the overrides written into it.
+    pub(super) fn resolved_scene(&mut self) -> Result<Resolved, CallError> {
         let (origin, text) = self.scene_text()?;
-        let folder = self.folder_of(&origin);
-        let base = match scene::read_with_files(&text, &files_in(&folder)) {
-            Ok(scene) => table_of(&scene),
-            Err(error) => return Err(CallError::Scene { origin, error }),
-        };
-        let overrides = overrides(&self.overrides, &self.packed.starts, &base)?;
+        let base = self.read_scene(origin, text)?;
+        let overrides = overrides(&self.overrides, &self.packed.starts, &table_of(&base.scene))?;
+        if overrides.is_empty() {
+            return Ok(base);
+        }
         for o in &overrides {
             self.log.event(format!("override: {} = {}", o.key, o.value));
         }
-        match scene::read_with(&text, &overrides, &files_in(&folder)) {
-            Ok((text, _)) => Ok((origin, text)),
+        let Resolved { origin, text, .. } = base;
+        match scene::read_with(&text, &overrides, &files_in(&self.folder_of(&origin))) {
+            Ok((text, scene)) => Ok(Resolved { origin, text, scene }),
             Err(fault) => Err(CallError::Scene { origin: blamed(origin, &fault.overrides), error: fault.error }),
         }
     }
 
+    /// The scene of an origin and a text, with the files in its folder.
+    pub(super) fn read_scene(&self, origin: String, text: String) -> Result<Resolved, CallError> {
+        match scene::read_with_files(&text, &files_in(&self.folder_of(&origin))) {
+            Ok(scene) => Ok(Resolved { origin, text, scene }),
+            Err(error) => Err(CallError::Scene { origin, error }),
+        }
+    }
+
     /// The folder of a scene, to which the names of its files are relative.
-    pub(super) fn folder_of(&self, origin: &str) -> PathBuf {
+    fn folder_of(&self, origin: &str) -> PathBuf {
         if origin == PACKED {
             return self.packed.folder.clone();
         }

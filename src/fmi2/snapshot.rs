@@ -141,8 +141,8 @@ impl Instance {
         {
             return Ok(saved.into(model)?);
         }
-        let (origin, folder) = (saved.origin.clone(), self.folder_of(&saved.origin));
-        let mut model = Model::build((origin, saved.text.clone()), &folder, self.settings.threads)?;
+        let scene = self.read_scene(saved.origin.clone(), saved.text.clone())?;
+        let mut model = Model::build(scene, self.settings.threads)?;
         saved.into(&mut model)?;
         self.model = Some(model);
         Ok(())

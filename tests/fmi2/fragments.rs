@@ -116,7 +116,7 @@ fn what_makes_a_bulge_is_refused_for_a_body_that_is_no_dome() {
     for (name, body) in [("bulge_height_rate", "projectile"), ("bulge_radius_rate", "fragment[1]")] {
         let name = format!("{body}.{name}");
         set_rate(&host, &name, 1.0);
-        refused(&mut host, 0.0, &[&name, "the shape of the body is no dome"]);
+        refused(&mut host, 0.0, &[&format!("derivative of {name} = "), "the shape of the body is no dome"]);
         set_rate(&host, &name, 0.0);
         assert_eq!(host.set(&name, 2.0), OK);
         refused(&mut host, 0.0, &[&format!("{name} = 2"), "the shape of the body is no dome"]);
