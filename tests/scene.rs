@@ -288,7 +288,7 @@ fn a_mass_comes_from_the_density_where_none_is_given() {
     let rods = [("0.0", PI * 1e-4 * 0.1), ("0.005", PI * 1e-4 * 0.1)].map(|(edge, sharp)| {
         let shape = format!("shape.cylinder = {{ radius = 0.01, length = 0.1, edge_radius = {edge} }}");
         let scene = read(&SPATIAL.replace("shape.sphere.radius = 0.01", &shape).replace("0.01]", "0.05]"));
-        1.0 - scene.projectile_volume().unwrap() / sharp
+        1.0 - scene.volume(0).unwrap() / sharp
     });
     // A rounding takes the corner (1 − π/4) e² off, at about R − 0.22 e from the axis, at both ends (Pappus).
     let corner = (1.0 - PI / 4.0) * 25e-6 * 2.0 * PI * (0.01 - 0.2234 * 0.005) * 2.0 / (PI * 1e-4 * 0.1);

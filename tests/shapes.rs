@@ -115,7 +115,7 @@ fn bullets_in_the_plane_and_on_the_axis_start_at_their_centre_of_mass_and_reboun
     for (changes, behind_tip) in [(&planar[..], 0.04), (&axisymmetric[..], 0.045)] {
         let still = ["projectile.angular_velocity=[0, 0, 0]", "mesh.size=5e-3", "projectile.position=[0, 0, 0.05]"];
         let scene = with(OGIVE, &[changes, &[cone], &still[..]].concat());
-        let down = scene.projectile_shape().reach(&-Vector3::z());
+        let down = scene.shape(0).reach(&-Vector3::z());
         assert!((down - behind_tip).abs() < 1e-15, "{down}");
         let last = run(&scene, 1, |_| {}).observe();
         assert!(

@@ -211,7 +211,7 @@ fn a_state_of_another_file_is_refused_and_of_the_same_file_taken() {
 fn both_formats_make_the_same_body() {
     let [one, other] =
         [binary(&bullet()), ascii(&bullet())].map(|file| with(&["projectile.position=[0, 0, 0.05]"], &file));
-    let [one, other] = [one, other].map(|scene| scene.projectile_shape());
+    let [one, other] = [one, other].map(|scene| scene.shape(0));
     let [one, other] = [one, other].map(|shape| shape.specific_inertia().unwrap());
     assert!((one - other).norm() < 1e-6 * one.norm(), "single and double precision: {one} {other}");
 }
@@ -304,7 +304,7 @@ fn fragments_have_files_of_their_own() {
     let names =
         [("projectile.shape.stl.file".to_owned(), "body.stl"), ("fragment[1].shape.stl.file".to_owned(), "body.stl")];
     assert_eq!(scene.files(), names);
-    assert_eq!(scene.alone(1).projectile_shape(), scene.projectile_shape());
+    assert_eq!(scene.shape(1), scene.shape(0));
     let found = read(&text("other.stl"), &binary(&sphere(10.0, 8))).unwrap_err();
     assert_eq!((found.key.as_str(), found.line), ("fragment[1].shape.stl.file", Some(22)), "{found}");
 }

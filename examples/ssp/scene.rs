@@ -94,7 +94,7 @@ fn back_face(scene: &Scene) -> Result<(f64, f64), String> {
 fn nose(scene: &Scene) -> f64 {
     let [w, x, y, z] = scene.projectile.orientation;
     let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
-    scene.projectile_shape().reach(&(turn.inverse() * -Vector3::z()))
+    scene.shape(0).reach(&(turn.inverse() * -Vector3::z()))
 }
 
 /// All values of a partner at the start with these parameters, if it takes them.

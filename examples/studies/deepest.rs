@@ -10,7 +10,7 @@ use nalgebra::{Quaternion, UnitQuaternion};
 /// included, m: every side of a facet is cut into `n`.
 pub fn deepest(frame: &Frame, scene: &Scene, n: u32) -> f64 {
     let [w, x, y, z] = frame.bodies[0].kinematics.orientation;
-    let (shape, turn) = (scene.projectile_shape(), UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)));
+    let (shape, turn) = (scene.shape(0), UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)));
     let gap =
         |p: &Vector3| shape.gap(&turn.inverse_transform_vector(&(p - frame.bodies[0].kinematics.position))).distance;
     let mut deepest: f64 = 0.0;

@@ -91,9 +91,7 @@ fn triangles(file: &str) -> Vec<u8> {
         _ => panic!("{file} is no file of the studies"),
     };
     let keys = [("projectile.shape", body(smooth).0), ("projectile.position", "[0.0, 0.0, 1.0]".to_owned())];
-    let Shape::Profile(profile) = scene("sphere-block", &keys).projectile_shape() else {
-        panic!("{smooth} has a profile")
-    };
+    let Shape::Profile(profile) = scene("sphere-block", &keys).shape(0) else { panic!("{smooth} has a profile") };
     bodies::binary(&bodies::turned(&profile.polyline(TURN), 96))
 }
 
@@ -111,7 +109,7 @@ pub fn shot((space, name): (Space, &str), at: [f64; 2], replaced: &[(&str, Strin
     keys.extend(replaced.iter().cloned());
     let mut scene = scene_with_files("sphere-block", &keys, &|file| Ok(triangles(file)));
     let down = turn(scene.projectile.orientation).inverse_transform_vector(&-Vector3::z());
-    scene.projectile.position[2] = scene.projectile_shape().reach(&down) + GAP;
+    scene.projectile.position[2] = scene.shape(0).reach(&down) + GAP;
     scene
 }
 

@@ -228,7 +228,7 @@ impl Instance {
         for (body, inputs) in all.iter_mut().enumerate() {
             let (scene, dimension) = (&model.table, model.scene.scene.dimension);
             let given = Given { inputs: &self.inputs, body, scene, dimension };
-            let held = model.scene.bodies().nth(body).is_some_and(|body| body.fixed);
+            let held = model.scene.body(body).fixed;
             let was_active = inputs.active;
             given.hand_over(Input::ProjectileActive, inputs)?;
             let mode = match (was_active, inputs.active) {

@@ -27,7 +27,7 @@ pub(super) struct Solid {
 /// the plate around its cap.
 pub(super) fn solids(scene: &Scene, frame: &Frame, scenery: &Bounds) -> Vec<Solid> {
     let bodies = frame.bodies.iter().enumerate().filter(|(_, place)| place.active);
-    bodies.map(|(i, place)| solid(&scene.alone(i).projectile_shape(), place, scenery)).collect()
+    bodies.map(|(i, place)| solid(&scene.shape(i), place, scenery)).collect()
 }
 
 fn solid(shape: &Shape, place: &Place, scenery: &Bounds) -> Solid {
@@ -170,7 +170,7 @@ mod tests {
         let inertia = "projectile.inertia=[1, 1, 1, 0, 0, 0]".parse().unwrap();
         let above = "projectile.position=[0, 0, 9]".parse().unwrap();
         let text = scene::resolve(scene::builtin("sphere-block").unwrap(), &[shape, inertia, above]).unwrap();
-        solid(&scene::read(&text).unwrap().projectile_shape(), &at(position), scenery)
+        solid(&scene::read(&text).unwrap().shape(0), &at(position), scenery)
     }
 
     #[test]

@@ -19,14 +19,16 @@ impl Scene {
     /// If there is no such body.
     #[must_use]
     pub fn alone(&self, body: usize) -> Self {
-        let projectile = if body == 0 { self.projectile.clone() } else { self.fragment[body - 1].clone() };
-        Self { projectile, fragment: Vec::new(), ..self.clone() }
+        Self { projectile: self.body(body).clone(), fragment: Vec::new(), ..self.clone() }
     }
 
-    /// Volume of the projectile, m³, in `planar` of the thickness of the gel; `None` if it is unbounded.
+    /// Volume of a body, m³, in `planar` of the thickness of the gel; `None` if it is unbounded.
+    ///
+    /// # Panics
+    /// As [`Scene::shape`].
     #[must_use]
-    pub fn projectile_volume(&self) -> Option<f64> {
-        let shape = self.projectile_shape();
+    pub fn volume(&self, body: usize) -> Option<f64> {
+        let shape = self.shape(body);
         match self.scene.dimension {
             Dimension::Planar => shape.area_of_section().map(|area| area * self.thickness()),
             Dimension::Axisymmetric | Dimension::Spatial => shape.volume(),
@@ -35,17 +37,31 @@ impl Scene {
 
     /// The scene with the masses of its bodies where only their densities were given.
     pub(super) fn with_masses(mut self) -> Self {
-        let mass = |scene: &Self| Some(scene.projectile.density? * scene.projectile_volume()?);
-        let masses: Vec<Option<f64>> = (0..self.n_bodies()).map(|body| mass(&self.alone(body))).collect();
-        for (body, mass) in std::iter::once(&mut self.projectile).chain(&mut self.fragment).zip(masses) {
+        let mass = |body| Some(self.body(body).density? * self.volume(body)?);
+        let masses: Vec<Option<f64>> = (0..self.n_bodies()).map(mass).collect();
+        for (body, mass) in self.bodies_mut().zip(masses) {
             body.mass = body.mass.or(mass);
         }
         self
     }
 
+    /// A body.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn body(&self, body: usize) -> &Projectile {
+        if body == 0 { &self.projectile } else { &self.fragment[body - 1] }
+    }
+
     /// The bodies in order.
     pub fn bodies(&self) -> impl Iterator<Item = &Projectile> {
         std::iter::once(&self.projectile).chain(&self.fragment)
+    }
+
+    /// The bodies in order.
+    pub(super) fn bodies_mut(&mut self) -> impl Iterator<Item = &mut Projectile> {
+        std::iter::once(&mut self.projectile).chain(&mut self.fragment)
     }
 }
 

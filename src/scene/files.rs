@@ -61,8 +61,7 @@ impl Stl {
 
 /// Reads the files that a scene names.
 pub(super) fn attach(scene: &mut Scene, files: &Files<'_>) -> Result<(), SceneError> {
-    let bodies = std::iter::once(&mut scene.projectile).chain(&mut scene.fragment);
-    for (i, body) in bodies.enumerate() {
+    for (i, body) in scene.bodies_mut().enumerate() {
         if let BodyShape::Stl(stl) = &mut body.shape {
             let named = |e: SceneError| SceneError { key: body_name(i) + &e.key, ..e };
             stl.content = Some(content(stl, files).map_err(named)?);

@@ -12,29 +12,29 @@ use crate::geometry::{Shape, SignedDistance, Solid};
 pub fn modelled(scene: &Scene) -> Vec<String> {
     let general =
         [space(scene.scene.dimension), material(scene), elements(scene), steps(scene), contact(scene.contact.law)];
-    let bodies = (0..scene.n_bodies()).flat_map(|body| body_lines(&scene.alone(body), &body_name(body)));
+    let bodies = (0..scene.n_bodies()).flat_map(|body| body_lines(scene, body));
     general.map(str::to_owned).into_iter().chain(bodies).collect()
 }
 
-fn body_lines(scene: &Scene, name: &str) -> Vec<String> {
-    let (moves, body) = (!scene.projectile.fixed, &scene.projectile);
+fn body_lines(scene: &Scene, i: usize) -> Vec<String> {
+    let (name, body) = (body_name(i), scene.body(i));
     let motion = match scene.scene.dimension {
-        _ if !moves => "rigid and held",
+        _ if body.fixed => "rigid and held",
         Dimension::Planar => "rigid, moves and turns in the plane",
         Dimension::Axisymmetric => "rigid, moves along the axis",
         Dimension::Spatial => "rigid, six degrees of freedom",
     };
     let grows = matches!(body.shape, BodyShape::Dome { .. }).then_some("a dome whose height and radius are inputs");
     let waits = (!body.active).then_some("takes no part until it is made active");
-    let lines = [Some(motion.to_owned()), grows.map(str::to_owned), waits.map(str::to_owned), balance(scene)];
+    let lines = [Some(motion.to_owned()), grows.map(str::to_owned), waits.map(str::to_owned), balance(scene, i)];
     lines.into_iter().flatten().map(|line| format!("{name}: {line}")).collect()
 }
 
 /// Volume, mass and density of a bounded body, and where the centre of mass of one with a tip is.
-fn balance(scene: &Scene) -> Option<String> {
-    let volume = scene.projectile_volume()?;
-    let mass = scene.projectile.mass.map(|mass| format!(", mass {mass:.4e} kg, {:.0} kg/m3", mass / volume));
-    let tip = match scene.projectile_shape() {
+fn balance(scene: &Scene, i: usize) -> Option<String> {
+    let volume = scene.volume(i)?;
+    let mass = scene.body(i).mass.map(|mass| format!(", mass {mass:.4e} kg, {:.0} kg/m3", mass / volume));
+    let tip = match scene.shape(i) {
         Shape::Profile(profile) => format!(", centre of mass {:.6} m behind the tip", -profile.poles()[0].end.z),
         Shape::Solid(solid) => surface(&solid),
         Shape::Sphere(_) | Shape::Plate(_) | Shape::HalfSpace(_) | Shape::Dome(_) => String::new(),

@@ -1,4 +1,4 @@
-//! The solid that a scene's projectile is.
+//! The solids that a scene's bodies are.
 
 use super::{BodyShape, Bullet, Dimension, Nose, Scene};
 use crate::algebra::Vector3;
@@ -6,18 +6,18 @@ use crate::geometry::{Dome, HalfSpace, Outline, Plate, Profile, Shape, Sphere, S
 use std::sync::Arc;
 
 impl Scene {
-    /// The projectile's body, its origin the centre of mass: of the homogeneous body, in `planar` of its section.
+    /// The solid of a body, its origin the centre of mass: of the homogeneous body, in `planar` of its section.
     ///
     /// # Panics
-    /// If the shape's lengths do not make a body; those of a scene that was read do.
+    /// If there is no such body, or the shape's lengths do not make a solid; those of a scene that was read do.
     #[must_use]
-    pub fn projectile_shape(&self) -> Shape {
+    pub fn shape(&self, body: usize) -> Shape {
         let sweep = match self.scene.dimension {
             Dimension::Planar => Sweep::Prism,
             Dimension::Axisymmetric | Dimension::Spatial => Sweep::Revolution,
         };
         let profile = |outline: &Outline| Shape::Profile(Arc::new(Profile::new(outline, sweep)));
-        match &self.projectile.shape {
+        match &self.body(body).shape {
             &BodyShape::Sphere { radius } => Shape::Sphere(Sphere { radius }),
             &BodyShape::Cylinder { radius, length, edge_radius } => {
                 profile(&cylinder(radius, length).rounded(edge_radius).expect("the rims have room"))

@@ -79,7 +79,7 @@ fn mesh(scene: &Scene) -> Check {
 /// Contact is found at nodes: a body that fits between them would pass through unseen.
 fn resolves(scene: &Scene) -> Check {
     const ROUND_OFF: f64 = 1e-9;
-    let radii = (0..scene.n_bodies()).map(|body| (scene.alone(body).projectile_shape().inner_radius(), body));
+    let radii = (0..scene.n_bodies()).map(|body| (scene.shape(body).inner_radius(), body));
     let (radius, body) = radii.min_by(|a, b| a.0.total_cmp(&b.0)).expect("there is a projectile");
     let (size, name) = (scene.mesh.size, if body == 0 { "the projectile".to_owned() } else { body_name(body) });
     let expected =

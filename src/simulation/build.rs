@@ -8,7 +8,9 @@ use crate::element::{Section, Simplices};
 use crate::geometry::{Shape, SignedDistance};
 use crate::material::NeoHookean;
 use crate::mesh::{self, Block, Face, Facet, Hold, Mesh, NodeId, Split};
-use crate::scene::{Contact, ContactLaw, Dimension, GelShape, Lattice, Scene, ScheduleKind, Support, body_name};
+use crate::scene::{
+    Contact, ContactLaw, Dimension, GelShape, Lattice, Projectile, Scene, ScheduleKind, Support, body_name,
+};
 use crate::state::State;
 use nalgebra::{Quaternion, UnitQuaternion};
 
@@ -98,7 +100,7 @@ where
     let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));
     let moving = |held: &[bool; D]| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { velocity[i] });
     let nodes = mesh.rest.iter().zip(&mesh.held).map(|(x, held)| (*x, moving(held))).collect();
-    let bodies: Vec<_> = (0..scene.n_bodies()).map(|i| body(&scene.alone(i), prescribed)).collect();
+    let bodies: Vec<_> = (0..scene.n_bodies()).map(|i| body(scene, i, prescribed)).collect();
     for (i, (body, state)) in bodies.iter().enumerate() {
         let position = |node: NodeId| crate::algebra::embed(&mesh.rest[node.index()]);
         if let Some(depth) = overlap(&gel, (body, state), (position, |_| 0.0)).filter(|_| state.active) {
@@ -147,10 +149,9 @@ fn rules(scene: &Scene) -> Rules {
     }
 }
 
-/// The projectile of a scene: what does not change, and its state at time 0.
-fn body(scene: &Scene, prescribed: bool) -> (Body, BodyState) {
-    let projectile = &scene.projectile;
-    let shape = scene.projectile_shape();
+/// A body of a scene: what does not change, and its state at time 0.
+fn body(scene: &Scene, i: usize, prescribed: bool) -> (Body, BodyState) {
+    let (projectile, shape) = (scene.body(i), scene.shape(i));
     let freedom = match scene.scene.dimension {
         Dimension::Planar => Freedom::PLANAR,
         Dimension::Axisymmetric => Freedom::AXISYMMETRIC,
@@ -160,7 +161,8 @@ fn body(scene: &Scene, prescribed: bool) -> (Body, BodyState) {
         Body::fixed(shape, freedom)
     } else {
         let motion = if prescribed { Motion::Prescribed } else { Motion::Free };
-        Body::new(shape, motion, freedom, (projectile.mass.unwrap_or(1.0), inertia(scene)))
+        let inertia = inertia(projectile, &shape, scene.scene.dimension);
+        Body::new(shape, motion, freedom, (projectile.mass.unwrap_or(1.0), inertia))
     };
     let mut state = BodyState {
         time: 0.0,
@@ -188,12 +190,11 @@ pub(super) fn orientation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
 }
 
 /// The inertia that a scene gives, or that of a homogeneous body, kg·m²; in the plane that of a prism about y.
-fn inertia(scene: &Scene) -> Tensor3 {
-    let (projectile, shape) = (&scene.projectile, scene.projectile_shape());
+fn inertia(projectile: &Projectile, shape: &Shape, dimension: Dimension) -> Tensor3 {
     if let Some([xx, yy, zz, xy, xz, yz]) = projectile.inertia {
         return Tensor3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     }
-    let specific = match scene.scene.dimension {
+    let specific = match dimension {
         Dimension::Planar => shape.specific_inertia_of_section().map(|i| Tensor3::identity() * i),
         Dimension::Axisymmetric | Dimension::Spatial => shape.specific_inertia(),
     };

@@ -78,7 +78,7 @@ fn subject(frame: &Frame, scene: &Scene) -> Bounds {
     let gel = Bounds::around(frame.points.iter().flat_map(|p| [*p, mirror(p)]));
     let mut subject = gel;
     for (i, place) in frame.bodies.iter().enumerate().filter(|(_, place)| place.active) {
-        let body = body::extent(&scene.alone(i).projectile_shape(), place, &gel);
+        let body = body::extent(&scene.shape(i), place, &gel);
         subject = subject.with(&body.near(&gel, 0.75 * gel.radius()));
     }
     if scene.gel.velocity != [0.0; 3] {

@@ -110,7 +110,7 @@ fn outside(scene: &Scene) -> Check {
     if down.x.hypot(down.y) > UPRIGHT {
         return Ok(());
     }
-    let depth = scene.projectile_shape().reach(&down) - body.position[2];
+    let depth = scene.shape(0).reach(&down) - body.position[2];
     let inside = depth > TOUCHING * scene.mesh.size && body.position[2] > bottom;
     let found = || format!("{:?}, the foremost point {depth:.3e} m deep in the gel", body.position);
     require(!inside, "projectile.position", found, "a start outside the gel or just touching it; its surface is z = 0")
