@@ -2,6 +2,7 @@
 
 mod axis;
 mod lattice;
+mod patches;
 mod shapes;
 mod topology;
 
@@ -9,8 +10,9 @@ use crate::algebra::Vector;
 
 pub use axis::{graded, uniform};
 pub use lattice::{Grid, Split};
+pub use patches::Patches;
 pub use shapes::{Block, Face, Hold, block, cylinder, l_beam};
-pub use topology::{Incidence, boundary};
+pub use topology::{Incidence, boundary, neighbours};
 
 /// Index of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -74,6 +76,22 @@ impl<const D: usize> Mesh<D> {
     #[must_use]
     pub fn measure(&self, element: &Simplex) -> f64 {
         signed_volume(&self.rest, element)
+    }
+
+    /// The same mesh with its elements in another order: element i is what `order[i]` was. All else is unchanged.
+    ///
+    /// # Panics
+    /// If `order` does not name every element once.
+    #[must_use]
+    pub fn reordered(mut self, order: &[ElementId]) -> Self {
+        let mut named = vec![false; self.elements.len()];
+        for element in order {
+            let twice = std::mem::replace(&mut named[element.index()], true);
+            assert!(!twice, "element {} stands twice in the new order", element.0);
+        }
+        assert!(named.iter().all(|&named| named), "the new order leaves out elements");
+        self.elements = order.iter().map(|element| self.elements[element.index()]).collect();
+        self
     }
 }
 

@@ -31,6 +31,24 @@ fn sorted<const D: usize>(facet: Facet) -> Facet {
     key
 }
 
+/// The neighbour of each element across the facet opposite each of its nodes; none at the boundary.
+#[must_use]
+pub fn neighbours<const D: usize>(elements: &[Simplex]) -> Vec<[Option<ElementId>; 4]> {
+    let mut sides: Vec<(Facet, u32)> = Vec::with_capacity((D + 1) * elements.len());
+    for (e, simplex) in elements.iter().enumerate() {
+        let opposite = facets::<D>(simplex).into_iter().enumerate();
+        sides.extend(opposite.map(|(k, facet)| (sorted::<D>(facet), (4 * e + k) as u32)));
+    }
+    sides.sort_unstable();
+    let mut across = vec![[None; 4]; elements.len()];
+    for pair in sides.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 2) {
+        let [(e, i), (f, j)] = [pair[0], pair[1]].map(|(_, side)| (side / 4, side as usize % 4));
+        across[e as usize][i] = Some(ElementId(f));
+        across[f as usize][j] = Some(ElementId(e));
+    }
+    across
+}
+
 /// Which groups (elements, facets) each node belongs to, in ascending order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Incidence {

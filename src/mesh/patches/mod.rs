@@ -1,0 +1,128 @@
+//! Disjoint patches of elements that share one volume change (numerics 5).
+//!
+//! A linear triangle or tetrahedron has its own volume to keep, which near incompressibility is more than the nodes can
+//! follow: it locks. Where a few neighbours keep their common volume instead, it does not: two triangles, or four tetrahedra.
+//! Which ones is a matching: groups that share facets are joined two by two, at most one join to a group, so that few are
+//! left over and the joined shapes are compact; once in the plane, twice in space. In space the rings of four tetrahedra
+//! around an edge go first ([`rings`]): those of the centred lattice are its octahedra.
+
+mod dual;
+mod pairing;
+mod rings;
+
+use super::{ElementId, Mesh, neighbours};
+use dual::Dual;
+
+/// Disjoint patches of elements: every element is in one of them.
+///
+/// Patches stand in the order of their first elements, elements in a patch in ascending order, so that what is near in the
+/// mesh's own order stays near.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Patches {
+    /// Patch p is `members[start[p]..start[p + 1]]`.
+    start: Vec<u32>,
+    members: Vec<ElementId>,
+}
+
+impl Patches {
+    /// Each element by itself.
+    #[must_use]
+    pub fn alone(n_elements: usize) -> Self {
+        let n = n_elements as u32;
+        Self { start: (0..=n).collect(), members: (0..n).map(ElementId).collect() }
+    }
+
+    /// What keeps a mesh from locking: pairs in the plane, groups of up to four elements in space.
+    #[must_use]
+    pub fn grouped<const D: usize>(mesh: &Mesh<D>) -> Self {
+        if D == 2 { Self::paired(mesh) } else { Self::quadrupled(mesh) }
+    }
+
+    /// Pairs of elements that share a facet; what finds no partner stays alone.
+    #[must_use]
+    pub fn paired<const D: usize>(mesh: &Mesh<D>) -> Self {
+        let alone = Self::alone(mesh.elements.len());
+        let dual = Dual::new(mesh, &neighbours::<D>(&mesh.elements));
+        alone.joined(&pairing::pair(&dual, vec![None; alone.len()]))
+    }
+
+    /// Rings of four, then pairs of pairs; what is left over stays in groups of one to three.
+    fn quadrupled<const D: usize>(mesh: &Mesh<D>) -> Self {
+        let alone = Self::alone(mesh.elements.len());
+        let across = neighbours::<D>(&mesh.elements);
+        let dual = Dual::new(mesh, &across);
+        let rings = rings::rings(&mesh.elements, &across, &dual);
+        let mut mates = vec![None; alone.len()];
+        for &[a, b, c, d] in &rings {
+            pairing::marry(&mut mates, a, b);
+            pairing::marry(&mut mates, c, d);
+        }
+        let pairs = alone.joined(&pairing::pair(&dual, mates));
+        let patch = pairs.patch_of_elements();
+        let mut mates = vec![None; pairs.len()];
+        for [a, b, c, d] in rings.iter().map(|ring| ring.map(|e| patch[e as usize])) {
+            if a == b && c == d {
+                pairing::marry(&mut mates, a, c);
+            }
+        }
+        pairs.joined(&pairing::pair(&dual.joined(&pairs, &patch), mates))
+    }
+
+    /// Number of patches.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    /// Whether there are no patches.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The elements of a patch.
+    #[must_use]
+    pub fn of(&self, patch: ElementId) -> &[ElementId] {
+        &self.members[self.start[patch.index()] as usize..self.start[patch.index() + 1] as usize]
+    }
+
+    /// The elements of each patch.
+    pub fn iter(&self) -> impl Iterator<Item = &[ElementId]> {
+        (0..self.len() as u32).map(|p| self.of(ElementId(p)))
+    }
+
+    /// The mesh with the elements of a patch one after another, patch by patch, and the patches of that mesh.
+    #[must_use]
+    pub fn gathered<const D: usize>(self, mesh: Mesh<D>) -> (Mesh<D>, Self) {
+        let mesh = mesh.reordered(&self.members);
+        let members = (0..self.members.len() as u32).map(ElementId).collect();
+        (mesh, Self { start: self.start, members })
+    }
+
+    /// The patch that each element is in.
+    fn patch_of_elements(&self) -> Vec<u32> {
+        let mut patch = vec![0; self.members.len()];
+        for (p, elements) in self.iter().enumerate() {
+            for element in elements {
+                patch[element.index()] = p as u32;
+            }
+        }
+        patch
+    }
+
+    /// Patches with their mates; they must stand in the order of their first elements.
+    fn joined(&self, mates: &[Option<u32>]) -> Self {
+        let mut joined = Self { start: vec![0], members: Vec::with_capacity(self.members.len()) };
+        for (p, mate) in (0..).zip(mates) {
+            if mate.is_some_and(|mate| mate < p) {
+                continue;
+            }
+            let first = joined.members.len();
+            joined.members.extend_from_slice(self.of(ElementId(p)));
+            joined.members.extend(mate.iter().flat_map(|&mate| self.of(ElementId(mate))));
+            joined.members[first..].sort_unstable();
+            joined.start.push(joined.members.len() as u32);
+        }
+        joined
+    }
+}
