@@ -120,3 +120,44 @@ fn facet_sizes<const D: usize>(edges: &crate::algebra::Tensor<D>) -> [f64; 4] {
         _ => 0.0,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{NodeId, Patches, neighbours};
+
+    fn dual<const D: usize>(points: &[[f64; D]], elements: &[[u32; 4]]) -> Dual<D> {
+        let rest = points.iter().map(|point| Vector::<D>::from(*point)).collect();
+        let mesh = Mesh::new(rest, elements.iter().map(|nodes| nodes.map(NodeId)).collect());
+        Dual::new(&mesh, &neighbours::<D>(&mesh.elements))
+    }
+
+    /// A regular octahedron of four tetrahedra around the z axis.
+    fn octahedron(size: f64) -> Dual<3> {
+        let points =
+            [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
+        let elements = [[0, 2, 3, 1], [0, 3, 4, 1], [0, 4, 5, 1], [0, 5, 2, 1]];
+        dual(&points.map(|x| x.map(|x| x * size)), &elements)
+    }
+
+    #[test]
+    fn compactness_is_that_of_square_and_octahedron_in_any_unit() {
+        for size in [1.0, 1e-3, 3.7e2] {
+            let square = dual(&[[0.0, 0.0], [size, 0.0], [size, size], [0.0, size]], &[[0, 1, 2, 0], [0, 2, 3, 0]]);
+            assert_eq!(square.compactness(&[0, 1]), (1e6 * PI / 4.0).round() as u32);
+            let expected = (1e6 * PI / (3.0 * 3.0_f64.sqrt())).round() as u32;
+            assert_eq!(octahedron(size).compactness(&[0, 1, 2, 3]), expected);
+        }
+    }
+
+    #[test]
+    fn joined_groups_keep_their_size_and_share_their_facets() {
+        let dual = octahedron(2.0);
+        let patches = Patches { start: vec![0, 2, 4], members: (0..4).map(ElementId).collect() };
+        let halves = dual.joined(&patches, &[0, 0, 1, 1]);
+        let size = |(measure, surface): (f64, f64)| [measure, surface].map(|x| (x * 1e9).round());
+        assert_eq!(size(halves.extent([0, 1].into_iter())), size(dual.extent(0..4)));
+        assert_eq!(halves.links(0).len(), 1);
+        assert!((halves.links(0)[0].shared - 8.0).abs() < 1e-12, "two triangles of 4 m² each");
+    }
+}

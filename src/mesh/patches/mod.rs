@@ -3,8 +3,13 @@
 //! A linear triangle or tetrahedron has its own volume to keep, which near incompressibility is more than the nodes can
 //! follow: it locks. Where a few neighbours keep their common volume instead, it does not: two triangles, or four tetrahedra.
 //! Which ones is a matching: groups that share facets are joined two by two, at most one join to a group, so that few are
-//! left over and the joined shapes are compact; once in the plane, twice in space. In space the rings of four tetrahedra
-//! around an edge go first ([`rings`]): those of the centred lattice are its octahedra.
+//! left over and the joined shapes are compact; once in the plane, twice in space. There the rings of four tetrahedra around
+//! an edge go first: those of the centred lattice are its octahedra, and elsewhere too pressure is smoother with them.
+//!
+//! A punch on a quarter of a clamped block (linear, N = 16 cells per edge) at ν = 0.4999, the force over that of nodal
+//! averaging: pairs 0.98–1.00 and plain triangles 1.00–2.28 on crossed, Kuhn, displaced and random triangles; fours
+//! 0.986–1.006 and plain tetrahedra 1.19–2.17 on the centred and Kuhn's lattice, displaced or not. Pairs of tetrahedra still
+//! lock, by 7 to 81 %.
 
 mod dual;
 mod pairing;
@@ -32,15 +37,25 @@ impl Patches {
         Self { start: (0..=n).collect(), members: (0..n).map(ElementId).collect() }
     }
 
-    /// What keeps a mesh from locking: pairs in the plane, groups of up to four elements in space.
+    /// What keeps a mesh from locking: pairs in the plane, groups of up to four elements in space; what finds no partner
+    /// stays in smaller ones. The elements of a patch are connected through facets, so it has at most 4 nodes in the plane
+    /// and 7 in space.
+    ///
+    /// ```
+    /// use ballistic_gel::mesh::{Block, ElementId, Patches, Split, block, uniform};
+    ///
+    /// let axis = || uniform(0.0, 1.0, 0.5);
+    /// let mesh = block(Block { planes: [axis(), axis(), axis()], split: Split::Centred, faces: vec![] });
+    /// let patches = Patches::grouped(&mesh);
+    /// assert!(patches.iter().all(|elements| elements.len() == 4));
+    /// ```
     #[must_use]
     pub fn grouped<const D: usize>(mesh: &Mesh<D>) -> Self {
         if D == 2 { Self::paired(mesh) } else { Self::quadrupled(mesh) }
     }
 
     /// Pairs of elements that share a facet; what finds no partner stays alone.
-    #[must_use]
-    pub fn paired<const D: usize>(mesh: &Mesh<D>) -> Self {
+    fn paired<const D: usize>(mesh: &Mesh<D>) -> Self {
         let alone = Self::alone(mesh.elements.len());
         let dual = Dual::new(mesh, &neighbours::<D>(&mesh.elements));
         alone.joined(&pairing::pair(&dual, vec![None; alone.len()]))

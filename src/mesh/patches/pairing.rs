@@ -3,7 +3,11 @@
 use super::dual::Dual;
 use std::cmp::Reverse;
 
-/// Links that an exchange of partners may make or break: 2 n + 1 to free n pairs and wed n + 1.
+/// Pairs that one exchange of partners may break.
+///
+/// Without exchanges a fifth of the tetrahedra of Kuhn's cells stay alone (20 % of 48 000), a twentieth of a centred mesh in
+/// the plane that lacks 5 % of its triangles; with 1 pair 3 % of Kuhn's are not in fours, with 2 0.8 %, with 5 0.5 %. Beyond
+/// that little is left to gain (7: 0.35 %), while the chains to be tried triple with every pair in space.
 const MOST_EXCHANGED: usize = 5;
 
 /// Joins two groups.
@@ -70,4 +74,41 @@ fn extend<const D: usize>(dual: &Dual<D>, mates: &[Option<u32>], chain: &mut Vec
         chain.pop();
     }
     false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::Vector;
+    use crate::mesh::{Mesh, NodeId, neighbours};
+
+    /// A strip of four triangles, the two in the middle a square.
+    fn strip() -> Dual<2> {
+        let points = [[-2.0, 0.5], [0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0], [3.0, 0.5]];
+        let elements = [[0, 1, 2, 0], [1, 3, 2, 0], [3, 4, 2, 0], [3, 5, 4, 0]];
+        let mesh = Mesh::new(points.map(Vector::<2>::from).to_vec(), elements.map(|nodes| nodes.map(NodeId)).to_vec());
+        Dual::new(&mesh, &neighbours::<2>(&mesh.elements))
+    }
+
+    #[test]
+    fn the_most_compact_pair_is_taken_first() {
+        let best = candidates(&strip(), &[None; 4])[0];
+        assert_eq!((best.1, best.2), (1, 2));
+    }
+
+    #[test]
+    fn a_pair_parts_if_both_then_find_a_partner() {
+        assert_eq!(pair(&strip(), vec![None; 4]), [Some(1), Some(0), Some(3), Some(2)]);
+    }
+
+    #[test]
+    fn an_odd_one_out_stays_alone() {
+        let mates = pair(&strip(), vec![Some(1), Some(0), None, None]);
+        assert_eq!(mates, [Some(1), Some(0), Some(3), Some(2)], "given pairs stay");
+        let mesh = Mesh::<2>::new(
+            [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Vector::<2>::from).to_vec(),
+            vec![[0, 1, 2, 0].map(NodeId)],
+        );
+        assert_eq!(pair(&Dual::new(&mesh, &neighbours::<2>(&mesh.elements)), vec![None]), [None]);
+    }
 }
