@@ -42,7 +42,9 @@ impl Recipe {
                 .enumerate()
                 .filter(|(i, _)| random(seed, *i as u64) < 0.5)
                 .for_each(|(_, c)| flip(c));
-            elements.iter_mut().for_each(|nodes| orient(&points, nodes));
+            for nodes in &mut elements {
+                orient(&points, nodes);
+            }
         }
         for (i, x) in points.iter_mut().enumerate() {
             *x += Vector::<D>::from_fn(|k, _| 0.2 * random(!seed, (D * i + k) as u64) - 0.1);
@@ -56,7 +58,8 @@ impl Recipe {
 /// Two triangles of a square, cut along the other diagonal.
 fn flip(pair: &mut [Simplex]) {
     let (shared, apart): (Vec<NodeId>, Vec<NodeId>) = pair[0][..3].iter().partition(|node| pair[1][..3].contains(node));
-    let beyond = pair[1][..3].iter().find(|node| !shared.contains(node)).copied().unwrap();
+    let beyond =
+        pair[1][..3].iter().find(|node| !shared.contains(node)).copied().expect("two triangles have four corners");
     for (triangle, corner) in pair.iter_mut().zip(shared) {
         *triangle = [apart[0], beyond, corner, NodeId::default()];
     }
@@ -123,7 +126,9 @@ fn check<const D: usize>(mesh: &Mesh<D>, patches: &Patches) {
     for elements in patches.iter() {
         assert!(elements.len() <= most && connected(elements, &across), "{elements:?}");
         assert!(nodes(mesh, elements).len() <= D + most, "{elements:?}");
-        elements.iter().for_each(|e| small[e.index()] = 2 * elements.len() <= most);
+        for e in elements {
+            small[e.index()] = 2 * elements.len() <= most;
+        }
     }
     for elements in patches.iter().filter(|elements| 2 * elements.len() <= most) {
         let outside = elements.iter().flat_map(|e| across[e.index()]).flatten().filter(|e| !elements.contains(e));
@@ -144,7 +149,8 @@ fn the_centred_lattice_falls_into_its_octahedra() {
     for cells in 1..7 {
         let mesh = cube::<3>(cells, Split::Centred);
         let patches = Patches::grouped(&mesh);
-        let made_together = |elements: &[ElementId]| elements[0].0 % 4 == 0 && elements[3].0 == elements[0].0 + 3;
+        let made_together =
+            |elements: &[ElementId]| elements[0].0.is_multiple_of(4) && elements[3].0 == elements[0].0 + 3;
         assert!(patches.iter().all(|elements| is_octahedron(&mesh, elements) && made_together(elements)));
     }
 }

@@ -20,7 +20,7 @@ pub(super) struct Dual<const D: usize> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Link {
     /// Which group it is.
-    pub to: u32,
+    pub to: ElementId,
     /// Length or area of the common boundary, m or m².
     shared: f64,
 }
@@ -32,7 +32,7 @@ impl<const D: usize> Dual<D> {
         let mut dual = Self::with_capacity(n, (D + 1) * n);
         for (nodes, across) in mesh.elements.iter().zip(across) {
             let sizes = facet_sizes(&edges(&mesh.rest, nodes));
-            let links = across.iter().zip(sizes).filter_map(|(to, shared)| to.map(|to| Link { to: to.0, shared }));
+            let links = across.iter().zip(sizes).filter_map(|(to, shared)| to.map(|to| Link { to, shared }));
             dual.push((mesh.measure(nodes), sizes.iter().sum()), links);
         }
         dual
@@ -67,40 +67,40 @@ impl<const D: usize> Dual<D> {
     }
 
     /// The groups of this graph put together in patches; `patch` tells in which one each group is.
-    pub fn joined(&self, patches: &Patches, patch: &[u32]) -> Self {
+    pub fn joined(&self, patches: &Patches, patch: &[ElementId]) -> Self {
         let mut dual = Self::with_capacity(patches.len(), self.links.len());
-        for (p, groups) in (0..).zip(patches.iter()) {
-            let groups = groups.iter().map(|group| group.0);
-            let links = groups.clone().flat_map(|g| self.links(g)).map(|link| (patch[link.to as usize], link.shared));
-            let outer = links.filter(|(to, _)| *to != p).map(|(to, shared)| Link { to, shared });
+        for (p, groups) in (0..).map(ElementId).zip(patches.iter()) {
+            let links = groups.iter().flat_map(|&g| self.links(g));
+            let links = links.map(|link| Link { to: patch[link.to.index()], shared: link.shared });
+            let outer = links.filter(|link| link.to != p);
             dual.push(self.extent(groups), outer);
         }
         dual
     }
 
-    /// Number of groups.
-    pub fn len(&self) -> usize {
-        self.measure.len()
+    /// Every group.
+    pub fn groups(&self) -> impl Iterator<Item = ElementId> + use<D> {
+        (0..self.measure.len() as u32).map(ElementId)
     }
 
     /// The neighbours of a group.
-    pub fn links(&self, group: u32) -> &[Link] {
-        &self.links[self.start[group as usize] as usize..self.start[group as usize + 1] as usize]
+    pub fn links(&self, group: ElementId) -> &[Link] {
+        &self.links[self.start[group.index()] as usize..self.start[group.index() + 1] as usize]
     }
 
     /// Measure and boundary of the union of some groups.
-    fn extent(&self, groups: impl Iterator<Item = u32> + Clone) -> (f64, f64) {
-        let inner = |g: u32| self.links(g).iter().filter(|link| groups.clone().any(|h| h == link.to));
-        let surface = |g: u32| self.surface[g as usize] - inner(g).map(|link| link.shared).sum::<f64>();
-        groups.clone().fold((0.0, 0.0), |(m, s), g| (m + self.measure[g as usize], s + surface(g)))
+    fn extent(&self, groups: &[ElementId]) -> (f64, f64) {
+        let inner = |g| self.links(g).iter().filter(|link| groups.contains(&link.to));
+        let surface = |g: ElementId| self.surface[g.index()] - inner(g).map(|link| link.shared).sum::<f64>();
+        groups.iter().fold((0.0, 0.0), |(m, s), &g| (m + self.measure[g.index()], s + surface(g)))
     }
 
     /// How compact the union of some groups is, in millionths: its isoperimetric quotient 4πA/l² in the plane, 36πV²/A³ in
     /// space; a million for a ball. The square is the best of quadrilaterals, the regular octahedron the best of its kind.
     ///
     /// Rounded, so that in a lattice equal shapes are equal and round-off does not choose between them.
-    pub fn compactness(&self, groups: &[u32]) -> u32 {
-        let (measure, surface) = self.extent(groups.iter().copied());
+    pub fn compactness(&self, groups: &[ElementId]) -> u32 {
+        let (measure, surface) = self.extent(groups);
         let quotient = match D {
             2 => 4.0 * PI * measure / (surface * surface),
             _ => 36.0 * PI * measure * measure / (surface * surface * surface),
@@ -144,9 +144,9 @@ mod tests {
     fn compactness_is_that_of_square_and_octahedron_in_any_unit() {
         for size in [1.0, 1e-3, 3.7e2] {
             let square = dual(&[[0.0, 0.0], [size, 0.0], [size, size], [0.0, size]], &[[0, 1, 2, 0], [0, 2, 3, 0]]);
-            assert_eq!(square.compactness(&[0, 1]), (1e6 * PI / 4.0).round() as u32);
+            assert_eq!(square.compactness(&[0, 1].map(ElementId)), (1e6 * PI / 4.0).round() as u32);
             let expected = (1e6 * PI / (3.0 * 3.0_f64.sqrt())).round() as u32;
-            assert_eq!(octahedron(size).compactness(&[0, 1, 2, 3]), expected);
+            assert_eq!(octahedron(size).compactness(&[0, 1, 2, 3].map(ElementId)), expected);
         }
     }
 
@@ -154,10 +154,10 @@ mod tests {
     fn joined_groups_keep_their_size_and_share_their_facets() {
         let dual = octahedron(2.0);
         let patches = Patches { start: vec![0, 2, 4], members: (0..4).map(ElementId).collect() };
-        let halves = dual.joined(&patches, &[0, 0, 1, 1]);
+        let halves = dual.joined(&patches, &[0, 0, 1, 1].map(ElementId));
         let size = |(measure, surface): (f64, f64)| [measure, surface].map(|x| (x * 1e9).round());
-        assert_eq!(size(halves.extent([0, 1].into_iter())), size(dual.extent(0..4)));
-        assert_eq!(halves.links(0).len(), 1);
-        assert!((halves.links(0)[0].shared - 8.0).abs() < 1e-12, "two triangles of 4 m² each");
+        assert_eq!(size(halves.extent(&[0, 1].map(ElementId))), size(dual.extent(&[0, 1, 2, 3].map(ElementId))));
+        assert_eq!(halves.links(ElementId(0)).len(), 1);
+        assert!((halves.links(ElementId(0))[0].shared - 8.0).abs() < 1e-12, "two triangles of 4 m² each");
     }
 }

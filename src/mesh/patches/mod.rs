@@ -75,7 +75,7 @@ impl Patches {
         let pairs = alone.joined(&pairing::pair(&dual, mates));
         let patch = pairs.patch_of_elements();
         let mut mates = vec![None; pairs.len()];
-        for [a, b, c, d] in rings.iter().map(|ring| ring.map(|e| patch[e as usize])) {
+        for [a, b, c, d] in rings.iter().map(|ring| ring.map(|e| patch[e.index()])) {
             if a == b && c == d {
                 pairing::marry(&mut mates, a, c);
             }
@@ -115,26 +115,26 @@ impl Patches {
     }
 
     /// The patch that each element is in.
-    fn patch_of_elements(&self) -> Vec<u32> {
-        let mut patch = vec![0; self.members.len()];
-        for (p, elements) in self.iter().enumerate() {
+    fn patch_of_elements(&self) -> Vec<ElementId> {
+        let mut patch = vec![ElementId(0); self.members.len()];
+        for (p, elements) in (0..).map(ElementId).zip(self.iter()) {
             for element in elements {
-                patch[element.index()] = p as u32;
+                patch[element.index()] = p;
             }
         }
         patch
     }
 
     /// Patches with their mates; they must stand in the order of their first elements.
-    fn joined(&self, mates: &[Option<u32>]) -> Self {
+    fn joined(&self, mates: &[Option<ElementId>]) -> Self {
         let mut joined = Self { start: vec![0], members: Vec::with_capacity(self.members.len()) };
-        for (p, mate) in (0..).zip(mates) {
+        for (p, mate) in (0..).map(ElementId).zip(mates) {
             if mate.is_some_and(|mate| mate < p) {
                 continue;
             }
             let first = joined.members.len();
-            joined.members.extend_from_slice(self.of(ElementId(p)));
-            joined.members.extend(mate.iter().flat_map(|&mate| self.of(ElementId(mate))));
+            joined.members.extend_from_slice(self.of(p));
+            joined.members.extend(mate.iter().flat_map(|&mate| self.of(mate)));
             joined.members[first..].sort_unstable();
             joined.start.push(joined.members.len() as u32);
         }

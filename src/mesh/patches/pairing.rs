@@ -1,6 +1,7 @@
 //! Groups joined two by two.
 
 use super::dual::Dual;
+use crate::mesh::ElementId;
 use std::cmp::Reverse;
 
 /// Pairs that one exchange of partners may break.
@@ -11,21 +12,21 @@ use std::cmp::Reverse;
 const MOST_EXCHANGED: usize = 5;
 
 /// Joins two groups.
-pub(super) fn marry(mates: &mut [Option<u32>], a: u32, b: u32) {
-    mates[a as usize] = Some(b);
-    mates[b as usize] = Some(a);
+pub(super) fn marry(mates: &mut [Option<ElementId>], a: ElementId, b: ElementId) {
+    mates[a.index()] = Some(b);
+    mates[b.index()] = Some(a);
 }
 
 /// The mate of each group, some of which are given: first the most compact unions of free neighbours, the lower groups first
 /// among equals; then partners are exchanged along chains free – pair – … – pair – free as long as one leaves fewer alone.
-pub(super) fn pair<const D: usize>(dual: &Dual<D>, mut mates: Vec<Option<u32>>) -> Vec<Option<u32>> {
+pub(super) fn pair<const D: usize>(dual: &Dual<D>, mut mates: Vec<Option<ElementId>>) -> Vec<Option<ElementId>> {
     for (_, a, b) in candidates(dual, &mates) {
-        if mates[a as usize].is_none() && mates[b as usize].is_none() {
+        if mates[a.index()].is_none() && mates[b.index()].is_none() {
             marry(&mut mates, a, b);
         }
     }
     for n_pairs in 1..=MOST_EXCHANGED {
-        for group in 0..dual.len() as u32 {
+        for group in dual.groups() {
             exchange(dual, &mut mates, group, n_pairs);
         }
     }
@@ -33,19 +34,22 @@ pub(super) fn pair<const D: usize>(dual: &Dual<D>, mut mates: Vec<Option<u32>>) 
 }
 
 /// Pairs of free neighbours, the most compact ones first.
-fn candidates<const D: usize>(dual: &Dual<D>, mates: &[Option<u32>]) -> Vec<(Reverse<u32>, u32, u32)> {
-    let free = |group: u32| mates[group as usize].is_none();
-    let partners = |a: u32| dual.links(a).iter().map(|link| link.to).filter(move |&b| a < b && free(b));
-    let pairs = (0..dual.len() as u32).filter(|&a| free(a)).flat_map(|a| partners(a).map(move |b| (a, b)));
+fn candidates<const D: usize>(
+    dual: &Dual<D>,
+    mates: &[Option<ElementId>],
+) -> Vec<(Reverse<u32>, ElementId, ElementId)> {
+    let free = |group: ElementId| mates[group.index()].is_none();
+    let partners = |a: ElementId| dual.links(a).iter().map(|link| link.to).filter(move |&b| a < b && free(b));
+    let pairs = dual.groups().filter(|&a| free(a)).flat_map(|a| partners(a).map(move |b| (a, b)));
     let mut candidates: Vec<_> = pairs.map(|(a, b)| (Reverse(dual.compactness(&[a, b])), a, b)).collect();
     candidates.sort_unstable();
     candidates
 }
 
 /// Gives a free group a partner, by new partners for at most so many pairs.
-fn exchange<const D: usize>(dual: &Dual<D>, mates: &mut [Option<u32>], group: u32, n_pairs: usize) {
+fn exchange<const D: usize>(dual: &Dual<D>, mates: &mut [Option<ElementId>], group: ElementId, n_pairs: usize) {
     let mut chain = vec![group];
-    if mates[group as usize].is_none() && extend(dual, mates, &mut chain, n_pairs) {
+    if mates[group.index()].is_none() && extend(dual, mates, &mut chain, n_pairs) {
         for couple in chain.chunks_exact(2) {
             marry(mates, couple[0], couple[1]);
         }
@@ -53,14 +57,19 @@ fn exchange<const D: usize>(dual: &Dual<D>, mates: &mut [Option<u32>], group: u3
 }
 
 /// Whether a chain can be continued to a free group through at most so many pairs; it then is.
-fn extend<const D: usize>(dual: &Dual<D>, mates: &[Option<u32>], chain: &mut Vec<u32>, n_pairs: usize) -> bool {
+fn extend<const D: usize>(
+    dual: &Dual<D>,
+    mates: &[Option<ElementId>],
+    chain: &mut Vec<ElementId>,
+    n_pairs: usize,
+) -> bool {
     let last = chain[chain.len() - 1];
     for next in dual.links(last).iter().map(|link| link.to) {
         if chain.contains(&next) {
             continue;
         }
         chain.push(next);
-        match mates[next as usize] {
+        match mates[next.index()] {
             None => return true,
             Some(mate) if n_pairs > 0 => {
                 chain.push(mate);
@@ -93,18 +102,18 @@ mod tests {
     #[test]
     fn the_most_compact_pair_is_taken_first() {
         let best = candidates(&strip(), &[None; 4])[0];
-        assert_eq!((best.1, best.2), (1, 2));
+        assert_eq!((best.1, best.2), (ElementId(1), ElementId(2)));
     }
 
     #[test]
     fn a_pair_parts_if_both_then_find_a_partner() {
-        assert_eq!(pair(&strip(), vec![None; 4]), [Some(1), Some(0), Some(3), Some(2)]);
+        assert_eq!(pair(&strip(), vec![None; 4]), [1, 0, 3, 2].map(|mate| Some(ElementId(mate))));
     }
 
     #[test]
-    fn an_odd_one_out_stays_alone() {
-        let mates = pair(&strip(), vec![Some(1), Some(0), None, None]);
-        assert_eq!(mates, [Some(1), Some(0), Some(3), Some(2)], "given pairs stay");
+    fn given_pairs_stay_and_an_odd_one_out_is_alone() {
+        let given = vec![None, Some(ElementId(2)), Some(ElementId(1)), None];
+        assert_eq!(candidates(&strip(), &given), []);
         let mesh = Mesh::<2>::new(
             [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Vector::<2>::from).to_vec(),
             vec![[0, 1, 2, 0].map(NodeId)],

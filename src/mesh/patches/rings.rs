@@ -11,7 +11,7 @@ use std::cmp::Reverse;
 use std::collections::VecDeque;
 
 /// Four elements around an edge, each a neighbour of the next.
-type Ring = [u32; 4];
+type Ring = [ElementId; 4];
 
 /// Disjoint rings: first those of elements that have no other, then the most compact one, and so on.
 pub(super) fn rings<const D: usize>(
@@ -35,8 +35,8 @@ pub(super) fn rings<const D: usize>(
 fn closed(elements: &[Simplex], across: &[[Option<ElementId>; 4]]) -> Vec<Ring> {
     const EDGES: [(usize, usize); 6] = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
     let walk = Walk { elements, across };
-    let of = |e: u32| EDGES.into_iter().filter_map(move |opposite| walk.around(e, opposite));
-    (0..elements.len() as u32).flat_map(of).filter(|ring| ring.iter().all(|&e| e >= ring[0])).collect()
+    let of = |e| EDGES.into_iter().filter_map(move |opposite| walk.around(e, opposite));
+    (0..elements.len() as u32).map(ElementId).flat_map(of).filter(|ring| ring.iter().all(|&e| e >= ring[0])).collect()
 }
 
 /// From element to element around an edge.
@@ -48,16 +48,16 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     /// The ring around the edge of an element that is opposite its corners `k` and `l`, if four elements close it.
-    fn around(self, first: u32, (k, l): (usize, usize)) -> Option<Ring> {
+    fn around(self, first: ElementId, (k, l): (usize, usize)) -> Option<Ring> {
         let mut ring = [first; 4];
-        let (mut leave, mut keep) = (k, self.elements[first as usize][l]);
+        let (mut leave, mut keep) = (k, self.elements[first.index()][l]);
         for i in 0..4 {
-            let next = self.across[ring[i] as usize][leave]?;
+            let next = self.across[ring[i].index()][leave]?;
             if i == 3 {
-                return (next.0 == first).then_some(ring);
+                return (next == first).then_some(ring);
             }
-            let old = self.elements[ring[i] as usize];
-            ring[i + 1] = next.0;
+            let old = self.elements[ring[i].index()];
+            ring[i + 1] = next;
             let corners = self.elements[next.index()];
             leave = corners.iter().position(|&node| node == keep)?;
             keep = *corners.iter().find(|node| !old.contains(node))?;
@@ -76,7 +76,7 @@ struct Choice<'a> {
     /// Number of open rings of each element.
     left: Vec<u8>,
     /// Elements that had one ring left, first come first served.
-    forced: VecDeque<u32>,
+    forced: VecDeque<ElementId>,
     taken: Vec<Ring>,
 }
 
@@ -87,18 +87,18 @@ impl<'a> Choice<'a> {
     fn new(rings: &'a [Ring], n_elements: usize) -> Self {
         let (mut of, mut left) = (vec![[NO_RING; 6]; n_elements], vec![0; n_elements]);
         for (ring, id) in rings.iter().zip(0..) {
-            for e in ring.map(|e| e as usize) {
+            for e in ring.map(ElementId::index) {
                 of[e][usize::from(left[e])] = id;
                 left[e] += 1;
             }
         }
-        let forced = (0..).zip(&left).filter(|(_, left)| **left == 1).map(|(e, _)| e).collect();
+        let forced = (0..).map(ElementId).zip(&left).filter(|(_, left)| **left == 1).map(|(e, _)| e).collect();
         Self { rings, of, open: vec![true; rings.len()], left, forced, taken: vec![] }
     }
 
     /// The open rings of an element.
-    fn open_rings(&self, element: u32) -> impl Iterator<Item = u32> + use<'_> {
-        let all = self.of[element as usize].into_iter().take_while(|&id| id != NO_RING);
+    fn open_rings(&self, element: ElementId) -> impl Iterator<Item = u32> + use<'_> {
+        let all = self.of[element.index()].into_iter().take_while(|&id| id != NO_RING);
         all.filter(|&id| self.open[id as usize])
     }
 
@@ -130,8 +130,8 @@ impl<'a> Choice<'a> {
     fn close(&mut self, id: u32) {
         self.open[id as usize] = false;
         for element in self.rings[id as usize] {
-            self.left[element as usize] -= 1;
-            if self.left[element as usize] == 1 {
+            self.left[element.index()] -= 1;
+            if self.left[element.index()] == 1 {
                 self.forced.push_back(element);
             }
         }
