@@ -153,7 +153,7 @@ fn an_override_at_fault_is_named_and_a_fault_of_the_file_keeps_its_line() {
     refused(
         &["run", "--set", "mesh.sizes=1"],
         "scene sphere-block with --set mesh.sizes=1: mesh.sizes: found the unknown key `sizes`, \
-         expected one of `size`, `lattice`, `grading`",
+         expected one of `size`, `lattice`, `element`, `grading`",
     );
     refused(
         &["run", "l-beam", "--set", "mesh.size=[1,"],
@@ -238,7 +238,7 @@ fn schema_is_json_and_knows_every_key() {
          material neo-hookean density shear_modulus bulk_modulus supports x_min x_max y_min y_max z_min z_max side \
          free roller fixed velocity sphere capsule bullet nose ogive cone round flat arc_radius meplat_radius tail edge_radius \
          half-space length normal mass inertia position orientation angular_velocity \
-         lattice centred kuhn grading core growth largest schedule bins queue cfl law moreau reversal restitution bias \
+         lattice centred kuhn element plain patch grading core growth largest schedule bins queue cfl law moreau reversal restitution bias \
          frames force_window";
     for key in keys.split_whitespace() {
         assert!(found.iter().any(|name| name == key), "the schema does not know {key}");

@@ -189,6 +189,13 @@ fn a_bare_word_is_text() {
 }
 
 #[test]
+fn elements_are_plain_unless_patches_are_asked_for() {
+    assert_eq!(read(SPATIAL).mesh.element, scene::ElementKind::Plain);
+    assert_eq!(read(&resolved("mesh.element=plain")).mesh.element, scene::ElementKind::Plain);
+    assert_eq!(read(&resolved("mesh.element=patch")).mesh.element, scene::ElementKind::Patch);
+}
+
+#[test]
 fn the_last_override_wins() {
     let changes = ["mesh.size=1e-3", "mesh.size=2e-3"].map(|change| change.parse().unwrap());
     assert_eq!(read(&scene::resolve(SPATIAL, &changes).unwrap()).mesh.size, 2e-3);
@@ -224,7 +231,7 @@ fn what_is_not_a_key_and_a_value_is_refused() {
 fn an_override_of_an_unknown_key_is_refused_when_the_scene_is_read() {
     not_a_scene(
         &resolved("mesh.sizes=1"),
-        "line 20: mesh.sizes: found the unknown key `sizes`, expected one of `size`, `lattice`, `grading`",
+        "line 20: mesh.sizes: found the unknown key `sizes`, expected one of `size`, `lattice`, `element`, `grading`",
     );
     not_a_scene(
         &resolved("mesch.size=1"),

@@ -1,8 +1,8 @@
 //! What a scene models and what it does not: a scene models only what it asks for.
 
 use super::{
-    BodyShape, ContactLaw, Dimension, GelShape, Lattice, MaterialModel, Scene, ScheduleKind, Support, Supports,
-    body_name,
+    BodyShape, ContactLaw, Dimension, ElementKind, GelShape, Lattice, MaterialModel, Scene, ScheduleKind, Support,
+    Supports, body_name,
 };
 use crate::algebra::Vector3;
 use crate::geometry::{Shape, SignedDistance, Solid};
@@ -10,8 +10,14 @@ use crate::geometry::{Shape, SignedDistance, Solid};
 /// Short sentences of the physics that a scene computes.
 #[must_use]
 pub fn modelled(scene: &Scene) -> Vec<String> {
-    let general =
-        [space(scene.scene.dimension), material(scene), elements(scene), steps(scene), contact(scene.contact.law)];
+    let general = [
+        space(scene.scene.dimension),
+        material(scene),
+        elements(scene),
+        volume(scene),
+        steps(scene),
+        contact(scene.contact.law),
+    ];
     let bodies = (0..scene.n_bodies()).flat_map(|body| body_lines(scene, body));
     general.map(str::to_owned).into_iter().chain(bodies).collect()
 }
@@ -80,6 +86,18 @@ fn elements(scene: &Scene) -> &'static str {
     }
 }
 
+fn volume(scene: &Scene) -> &'static str {
+    match (scene.mesh.element, scene.scene.dimension) {
+        (ElementKind::Plain, _) => "volume: every element resists a change of its own",
+        (ElementKind::Patch, Dimension::Spatial) => {
+            "volume: groups of up to four tetrahedra resist a change of their common one, free of locking"
+        }
+        (ElementKind::Patch, Dimension::Planar | Dimension::Axisymmetric) => {
+            "volume: pairs of triangles resist a change of their common one, free of locking"
+        }
+    }
+}
+
 fn steps(scene: &Scene) -> &'static str {
     match scene.integrator.schedule {
         ScheduleKind::Bins => "time: every element at its own step, a power of two of the tick",
@@ -102,7 +120,6 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
         "strength and failure: none, the gel does not tear",
         "gravity: none",
         "remeshing: none, the run stops where the mesh cannot follow",
-        "locking-free elements: none, plain elements are too stiff near incompressibility",
         "self-contact of the gel: none",
         "heat: none",
     ];
@@ -126,13 +143,15 @@ fn depends_on_dimension(dimension: Dimension) -> Option<&'static str> {
     }
 }
 
-fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 4] {
+fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 5] {
+    let plain = scene.mesh.element == ElementKind::Plain;
+    let locking = plain.then_some("locking-free elements: none, plain elements are too stiff near incompressibility");
     let apart = (scene.n_bodies() > 1).then_some("contact between bodies: none, they only meet the gel");
     let inelastic = scene.contact.law == ContactLaw::Moreau && scene.contact.restitution == 0.0;
     let restitution = inelastic.then_some("restitution of surface nodes: none, the gel rebounds by its own elasticity");
     let smooth = (scene.contact.friction == 0.0).then_some("friction: none, the projectile slides freely");
     let free = is_free(&scene.gel.supports) || matches!(scene.gel.shape, GelShape::LBeam { .. });
-    [smooth, apart, restitution, free.then_some("supports: none, the gel is free")]
+    [locking, smooth, apart, restitution, free.then_some("supports: none, the gel is free")]
 }
 
 fn is_free(supports: &Supports) -> bool {
@@ -176,6 +195,18 @@ mod tests {
         let mut scene = read(builtin("sphere-block").unwrap()).unwrap();
         scene.contact.restitution = 0.5;
         assert!(!switched_off(&scene).iter().any(|line| line.starts_with("restitution")));
+    }
+
+    #[test]
+    fn patches_that_are_asked_for_are_modelled_and_plain_elements_are_not_free_of_locking() {
+        for (name, patch) in [("sphere-block", "four tetrahedra"), ("ball-square", "pairs of triangles")] {
+            let free = |line: &String| line.contains(patch) && line.ends_with("free of locking");
+            let locks = |line: &String| line.starts_with("locking-free elements: none");
+            let mut scene = read(builtin(name).unwrap()).unwrap();
+            assert!(!modelled(&scene).iter().any(free) && switched_off(&scene).iter().any(locks));
+            scene.mesh.element = crate::scene::ElementKind::Patch;
+            assert!(modelled(&scene).iter().any(free) && !switched_off(&scene).iter().any(locks));
+        }
     }
 
     #[test]

@@ -177,6 +177,9 @@ pub struct MeshSpec {
     /// Which simplices fill a cell.
     #[serde(default)]
     pub lattice: Lattice,
+    /// What keeps its volume: each simplex, or a patch of neighbours.
+    #[serde(default)]
+    pub element: ElementKind,
     /// Coarser away from the point of entry; uniform if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grading: Option<Grading>,
@@ -192,6 +195,18 @@ pub enum Lattice {
     Centred,
     /// Cells cut along one diagonal: two triangles, or six Kuhn tetrahedra.
     Kuhn,
+}
+
+/// What keeps its volume in the gel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum ElementKind {
+    /// Each triangle or tetrahedron: too stiff near incompressibility.
+    #[default]
+    Plain,
+    /// Pairs of triangles, groups of four tetrahedra: free of locking.
+    Patch,
 }
 
 /// A mesh that coarsens away from the point of entry (x = y = 0, z = 0), axis by axis.
