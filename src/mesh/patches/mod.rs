@@ -97,13 +97,19 @@ impl Patches {
 
     /// The elements of a patch.
     #[must_use]
-    pub fn of(&self, patch: ElementId) -> &[ElementId] {
-        &self.members[self.start[patch.index()] as usize..self.start[patch.index() + 1] as usize]
+    pub fn of(&self, patch: usize) -> &[ElementId] {
+        &self.members[self.start[patch] as usize..self.start[patch + 1] as usize]
     }
 
     /// The elements of each patch.
     pub fn iter(&self) -> impl Iterator<Item = &[ElementId]> {
-        (0..self.len() as u32).map(|p| self.of(ElementId(p)))
+        (0..self.len()).map(|p| self.of(p))
+    }
+
+    /// Elements of the largest patch.
+    #[must_use]
+    pub fn largest(&self) -> usize {
+        self.iter().map(<[ElementId]>::len).max().unwrap_or(0)
     }
 
     /// The mesh with the elements of a patch one after another, patch by patch, and the patches of that mesh.
@@ -133,8 +139,8 @@ impl Patches {
                 continue;
             }
             let first = joined.members.len();
-            joined.members.extend_from_slice(self.of(p));
-            joined.members.extend(mate.iter().flat_map(|&mate| self.of(mate)));
+            joined.members.extend_from_slice(self.of(p.index()));
+            joined.members.extend(mate.iter().flat_map(|&mate| self.of(mate.index())));
             joined.members[first..].sort_unstable();
             joined.start.push(joined.members.len() as u32);
         }
