@@ -1,25 +1,33 @@
 //! Who is next to whom. Never reads positions.
 
 use super::{ElementId, Facet, NodeId, Simplex};
-use std::collections::BTreeMap;
 
 /// Facets that belong to one element only, in the order of the elements, outward oriented.
 #[must_use]
 pub fn boundary<const D: usize>(elements: &[Simplex]) -> Vec<Facet> {
-    let mut count: BTreeMap<Facet, u8> = BTreeMap::new();
-    for facet in elements.iter().flat_map(facets::<D>) {
-        *count.entry(sorted::<D>(facet)).or_default() += 1;
-    }
-    elements.iter().flat_map(facets::<D>).filter(|facet| count[&sorted::<D>(*facet)] == 1).collect()
+    let sides = sides::<D>(elements);
+    let mut outer: Vec<u32> =
+        sides.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1).map(|same| same[0].1).collect();
+    outer.sort_unstable();
+    outer.into_iter().map(|side| facet::<D>(&elements[side as usize / 4], side as usize % 4)).collect()
 }
 
-/// The facets of a positively oriented simplex, outward oriented.
-fn facets<const D: usize>(simplex: &Simplex) -> Vec<Facet> {
-    let opposite: &[[usize; 3]] = match D {
+/// The facets of all elements, equal ones beside each other, and whose side each is: 4 × element + opposite node.
+fn sides<const D: usize>(elements: &[Simplex]) -> Vec<(Facet, u32)> {
+    let of = |(e, simplex)| (0..=D).map(move |k| (sorted::<D>(facet::<D>(simplex, k)), (4 * e + k) as u32));
+    let mut sides = Vec::with_capacity((D + 1) * elements.len());
+    sides.extend(elements.iter().enumerate().flat_map(of));
+    sides.sort_unstable();
+    sides
+}
+
+/// The facet of a positively oriented simplex opposite one of its nodes, outward oriented.
+fn facet<const D: usize>(simplex: &Simplex, opposite: usize) -> Facet {
+    let facets: &[[usize; 3]] = match D {
         2 => &[[1, 2, 2], [2, 0, 0], [0, 1, 1]],
         _ => &[[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]],
     };
-    opposite.iter().map(|corners| corners.map(|c| simplex[c])).collect()
+    facets[opposite].map(|corner| simplex[corner])
 }
 
 fn sorted<const D: usize>(facet: Facet) -> Facet {
@@ -34,14 +42,8 @@ fn sorted<const D: usize>(facet: Facet) -> Facet {
 /// The neighbour of each element across the facet opposite each of its nodes; none at the boundary.
 #[must_use]
 pub fn neighbours<const D: usize>(elements: &[Simplex]) -> Vec<[Option<ElementId>; 4]> {
-    let mut sides: Vec<(Facet, u32)> = Vec::with_capacity((D + 1) * elements.len());
-    for (e, simplex) in elements.iter().enumerate() {
-        let opposite = facets::<D>(simplex).into_iter().enumerate();
-        sides.extend(opposite.map(|(k, facet)| (sorted::<D>(facet), (4 * e + k) as u32)));
-    }
-    sides.sort_unstable();
     let mut across = vec![[None; 4]; elements.len()];
-    for pair in sides.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 2) {
+    for pair in sides::<D>(elements).chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 2) {
         let [(e, i), (f, j)] = [pair[0], pair[1]].map(|(_, side)| (side / 4, side as usize % 4));
         across[e as usize][i] = Some(ElementId(f));
         across[f as usize][j] = Some(ElementId(e));
@@ -96,6 +98,10 @@ mod tests {
         let facets = boundary::<3>(&elements);
         assert_eq!(facets.len(), 6);
         assert!(!facets.iter().any(|f| sorted::<3>(*f) == [NodeId(1), NodeId(2), NodeId(3)]));
+        assert_eq!(
+            neighbours::<3>(&elements),
+            [[Some(ElementId(1)), None, None, None], [None, None, None, Some(ElementId(0))]]
+        );
         let star = Incidence::new(5, elements.iter().map(|e| &e[..]));
         assert_eq!(star.of(NodeId(0)), [ElementId(0)]);
         assert_eq!(star.of(NodeId(3)), [ElementId(0), ElementId(1)]);
