@@ -1,0 +1,63 @@
+"""The table that is printed, and the sentence under it."""
+
+import os
+import platform
+from pathlib import Path
+from statistics import median
+
+import cases
+
+HEADINGS = [
+    "who", "elements", "step, µs", "depth, mm", "error, mm", "at, ms", "v at 10 ms, m/s", "CPU s, least", "median",
+    "in steps", "wall s", "peak MB",
+]  # fmt: skip
+
+
+def machine():
+    """The processor, its cores, and the Python that started the runs."""
+    cpuinfo = Path("/proc/cpuinfo")
+    lines = cpuinfo.read_text().splitlines() if cpuinfo.exists() else []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return {"processor": (names or [platform.machine()])[0], "cores": os.cpu_count(), "python": platform.python_version()}
+
+
+def least(runs, key):
+    """The least of a quantity over the runs of a case."""
+    return min(run[key] for run in runs)
+
+
+def cells(case, runs):
+    """A row: the answer is that of every run, the costs are the least, and the median of the CPU seconds."""
+    answer = runs[0]
+    depth = 1e3 * answer["depth"]
+    yield f"{case.name} {answer['version']}"
+    yield from [str(answer["elements"]), f"{1e6 * case.step:g}", f"{depth:.3f}", f"{cases.error(depth):+.2f}"]
+    yield from [f"{1e3 * answer['deepest_at']:.2f}", f"{answer['rebound']:.3f}"]
+    yield from [f"{least(runs, 'cpu_s'):.2f}", f"{median(run['cpu_s'] for run in runs):.2f}"]
+    yield from [f"{least(runs, 'stepping_cpu_s'):.2f}", f"{least(runs, 'wall_s'):.2f}", f"{least(runs, 'peak_mb'):.0f}"]
+
+
+def line(values):
+    """A line of a Markdown table."""
+    return f"| {' | '.join(values)} |"
+
+
+def verdict(results):
+    """Ours at no greater depth error against the cheapest peer, by least CPU seconds; none without both."""
+    cost = lambda result: least(result[1], "cpu_s")
+    ours = [r for r in results if r[0].is_ours and cases.within_peers_error(1e3 * r[1][0]["depth"])]
+    for step in [cases.AGREED_STEP, cases.LONGEST_STEP]:
+        peers = [r for r in results if not r[0].is_ours and r[0].step == step]
+        if ours and peers:
+            best, peer = min(ours, key=cost), min(peers, key=cost)
+            yield (
+                f"At no greater depth error, ours takes {cost(best):.2f} CPU s, the cheapest peer in steps of "
+                f"{1e6 * step:g} µs, {peer[0].name}, {cost(peer):.2f}: {cost(peer) / cost(best):.2f} times as much."
+            )
+
+
+def markdown(results):
+    """Machine, table and verdict."""
+    rows = [line(cells(case, runs)) for case, runs in results]
+    about = ", ".join(f"{key}: {value}" for key, value in machine().items())
+    return "\n".join([about, "", line(HEADINGS), line(["---"] * len(HEADINGS)), *rows, "", *verdict(results)])
