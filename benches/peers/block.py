@@ -19,7 +19,7 @@ DENSITY, SHEAR = GEL["density"], GEL["shear_modulus"]
 LAMBDA = GEL["bulk_modulus"] - 2 / 3 * SHEAR
 RADIUS, MASS = BODY["shape"]["sphere"]["radius"], BODY["mass"]
 CELL, END = SCENE["mesh"]["size"], SCENE["scene"]["end_time"]
-# Half of it gives 14.05 mm a softer contact, four times as much gives 13.54 mm: the choice is the peers', not ours.
+# The codes that agree took this one. Four times as much gives 13.54 mm instead of 14.05 on this mesh (docs/studies.md).
 PENALTY = 5.0
 ORDERS = [(0, 1, 2), (1, 2, 0), (2, 0, 1), (1, 0, 2), (0, 2, 1), (2, 1, 0)]
 
@@ -109,7 +109,7 @@ def step_from_command_line(description):
 def report(package, elements, ball, started):
     """Print the answer and the CPU seconds since `started` as the last line; a run that blew up is an error."""
     numbers = [ball.depth, ball.deepest_at, float(ball.velocity[2])]
-    if not np.all(np.isfinite(numbers)) or not RADIUS > RADIUS - ball.depth > -GEL["shape"]["block"]["size"][2]:
-        raise SystemExit(f"the run is unstable: depth {ball.depth} m, velocity {ball.velocity} m/s; take a smaller --step")
+    if not (np.all(np.isfinite(numbers)) and numbers[2] > 0):
+        raise SystemExit(f"at the end the ball moves with {ball.velocity} m/s, not upwards: take a smaller --step")
     answer = {"version": version(package), "elements": elements, "stepping_cpu_s": time.process_time() - started}
     print(json.dumps(answer | {"depth": numbers[0], "deepest_at": numbers[1], "rebound": numbers[2]}), flush=True)

@@ -17,7 +17,7 @@ FAST = {"cffi_extra_compile_args": ["-O2", "-march=native"]}
 
 
 def internal_force(space):
-    """The displacement, and the form of the internal force on it: P = μ F + (λ ln J − μ) F⁻ᵀ against the test's gradient."""
+    """The displacement, and the form of the force inside: P = μ F + (λ ln J − μ) F⁻ᵀ against the gradient of the test."""
     displacement, test = fem.Function(space), ufl.TestFunction(space)
     f = ufl.Identity(3) + ufl.grad(displacement)
     stress = block.SHEAR * f + (block.LAMBDA * ufl.ln(ufl.det(f)) - block.SHEAR) * ufl.inv(f).T

@@ -36,8 +36,8 @@ def install(folder, lock):
     """Make a virtual environment and fill it from a lock."""
     print(f"installing {lock.relative_to(ROOT)} into {folder}", file=sys.stderr)
     expect([sys.executable, "-m", "venv", folder], "Debian has venv in the package python3-venv")
-    fill = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--require-hashes", "--only-binary", ":all:"]
-    expect([folder / "bin/python", *fill, "-r", lock], "the lock is for CPython 3.11 on Linux, x86-64")
+    pip = [folder / "bin/python", "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    expect([*pip, "--require-hashes", "--only-binary", ":all:", "-r", lock], "the lock is for CPython 3.11 on Linux, x86-64")
 
 
 def system_interpreter(name):

@@ -1,4 +1,4 @@
-"""`sphere-block` in Kratos: total Lagrangian tetrahedra, its central differences, with the penalty from numpy as point loads."""
+"""`sphere-block` in Kratos: its total Lagrangian tetrahedra and central differences, the penalty from numpy as loads."""
 
 import time
 
@@ -27,18 +27,14 @@ def part_of(model):
 
 
 def material_of(part):
-    """The neo-Hookean gel."""
-    young = SHEAR_TO_YOUNG * block.SHEAR
+    """The neo-Hookean gel: ν = λ/(2 (λ + μ)), E = 2 μ (1 + ν)."""
+    twice_poisson = block.LAMBDA / (block.LAMBDA + block.SHEAR)
     properties = part.CreateNewProperties(1)
     properties[Kratos.DENSITY] = block.DENSITY
-    properties[Kratos.YOUNG_MODULUS] = young
-    properties[Kratos.POISSON_RATIO] = young / (2 * block.SHEAR) - 1
+    properties[Kratos.YOUNG_MODULUS] = block.SHEAR * (2 + twice_poisson)
+    properties[Kratos.POISSON_RATIO] = twice_poisson / 2
     properties[Kratos.CONSTITUTIVE_LAW] = laws.HyperElastic3DLaw().Clone()
     return properties
-
-
-# E = μ (3 λ + 2 μ) / (λ + μ)
-SHEAR_TO_YOUNG = (3 * block.LAMBDA + 2 * block.SHEAR) / (block.LAMBDA + block.SHEAR)
 
 
 def fill(part, mesh):
@@ -68,7 +64,7 @@ def hold(part, fixed):
 
 def strategy_of(part, step):
     """The explicit strategy, ready to step."""
-    scheme = structural.ExplicitCentralDifferencesScheme(1.0, 0.333, 0.0)  # a factor and two keys that a fixed step ignores
+    scheme = structural.ExplicitCentralDifferencesScheme(1.0, 0.333, 0.0)  # what a fixed step does not use
     strategy = structural.MechanicalExplicitStrategy(part, scheme, False, False, True)
     strategy.SetRebuildLevel(0)
     part.SetBufferSize(2)

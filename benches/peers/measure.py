@@ -16,7 +16,7 @@ class Failed(Exception):
 
 @dataclass
 class Measured:
-    """What a child printed, its CPU seconds (user and system, its own children included), wall seconds and peak memory."""
+    """What a child printed, its CPU seconds (user and system, its own children too), wall seconds and peak memory, MB."""
 
     output: str
     cpu_s: float
@@ -25,7 +25,7 @@ class Measured:
 
 
 def run(command, folder=None):
-    """Run a command to its end with one thread for each library; the child alone is accounted, not what ran before it."""
+    """Run a command to its end, one thread for each library; only this child is accounted, not what ran before."""
     with tempfile.TemporaryFile("w+") as output, tempfile.TemporaryFile("w+") as errors:
         start = time.perf_counter()
         child = subprocess.Popen(

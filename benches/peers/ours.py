@@ -1,55 +1,38 @@
 """`sphere-block` through the FMU, driven by fmpy: everything that an importer does, from unpacking to freeing.
 
-    python benches/peers/ours.py sphere-block.fmu --step 1e-4
+    pip install fmpy
+    gelfmu pack
+    python benches/peers/ours.py BallisticGel.fmu --step 1e-4
 """
 
 import argparse
 import json
 import shutil
+import sys
 import time
+from pathlib import Path
 
-from fmpy import extract, read_model_description
-from fmpy.fmi2 import FMU2Slave
+from fmpy import extract
 
-READ = ["projectile.depth", "projectile.predicted_velocity[3]", "contact.force[3]"]
-
-
-class Gel:
-    """One instance of the FMU, initialised."""
-
-    def __init__(self, folder):
-        self.description = read_model_description(folder, validate=False)
-        self.reference = {v.name: v.valueReference for v in self.description.modelVariables}
-        self.fmu = FMU2Slave(
-            guid=self.description.guid,
-            unzipDirectory=folder,
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName="gel",
-        )
-        self.fmu.instantiate()
-        self.fmu.setupExperiment(startTime=0.0)
-        self.fmu.enterInitializationMode()
-        self.fmu.exitInitializationMode()
-
-    def integer(self, name):
-        """An integer output."""
-        return self.fmu.getInteger([self.reference[name]])[0]
-
-    def free(self):
-        """End the instance."""
-        self.fmu.terminate()
-        self.fmu.freeInstance()
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "examples"))
+from own_body import Gel
 
 
 def run(gel, step):
-    """Every communication step, and a few outputs after each: the greatest depth, its time, the velocity at the end."""
-    references = [gel.reference[name] for name in READ]
-    deepest = (0.0, 0.0)
+    """Every communication step, and three outputs after each: greatest depth and its time, velocity at the end."""
+    depth = deepest_at = 0.0
     for k in range(round(float(gel.description.defaultExperiment.stopTime) / step)):
         gel.fmu.doStep(k * step, step)
-        depth, velocity, _ = gel.fmu.getReal(references)
-        deepest = max(deepest, (depth, (k + 1) * step))
-    return deepest, velocity
+        deep, velocity = gel.get("projectile.depth", 1)[0], gel.get("projectile.predicted_velocity")
+        gel.get("contact.force")
+        if deep > depth:
+            depth, deepest_at = deep, (k + 1) * step
+    return {"depth": depth, "deepest_at": deepest_at, "rebound": velocity[2]}
+
+
+def elements(gel):
+    """The number of elements of the mesh."""
+    return gel.fmu.getInteger([gel.variables["cost.elements"].valueReference])[0]
 
 
 def arguments():
@@ -64,11 +47,10 @@ if __name__ == "__main__":
     given = arguments()
     unpacked = extract(given.fmu)
     instance = Gel(unpacked)
+    instance.start()
     since = time.process_time()
-    (depth, deepest_at), rebound = run(instance, given.step)
-    spent = time.process_time() - since
-    answer = {"version": instance.description.modelName, "elements": instance.integer("cost.elements")}
+    answer = run(instance, given.step)
+    answer |= {"stepping_cpu_s": time.process_time() - since, "elements": elements(instance)}
     instance.free()
     shutil.rmtree(unpacked)
-    answer |= {"stepping_cpu_s": spent, "depth": depth, "deepest_at": deepest_at, "rebound": rebound}
-    print(json.dumps(answer))
+    print(json.dumps(answer | {"version": instance.description.version}))

@@ -45,7 +45,7 @@ def prepare(chosen, given, packed):
 
 
 def attempt(case, words):
-    """One run: what the script answered on its last line, and what the process cost; none if it failed, which is said."""
+    """One run: the answer on the script's last line, and what the process cost; none if it failed, which is said."""
     try:
         measured = measure.run(words)
     except measure.Failed as reason:

@@ -17,7 +17,6 @@ import measure
 from cases import ROOT, SCENE, within_peers_error
 
 
-
 def settings(arguments):
     """Every combination of what was asked for, as keys and values of the scene; growth 1 is a uniform mesh, once."""
     for lattice, size in itertools.product(arguments.lattice, arguments.size):

@@ -18,7 +18,8 @@ def machine():
     cpuinfo = Path("/proc/cpuinfo")
     lines = cpuinfo.read_text().splitlines() if cpuinfo.exists() else []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return {"processor": (names or [platform.machine()])[0], "cores": os.cpu_count(), "python": platform.python_version()}
+    processor = (names or [platform.machine()])[0]
+    return {"processor": processor, "cores": os.cpu_count(), "python": platform.python_version()}
 
 
 def least(runs, key):

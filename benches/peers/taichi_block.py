@@ -1,6 +1,7 @@
 """`sphere-block` in Taichi: kernels as a user of that language writes them, forces scattered with atomic additions.
 
-The CPU seconds of the stepping do not hold the compilation of the kernels, those of the whole process do.
+The CPU seconds of the stepping do not hold the compilation of the kernels, those of the whole process do. Taichi keeps
+compiled kernels for later runs.
 """
 
 import time
@@ -10,7 +11,7 @@ import taichi as ti
 
 import block
 
-ti.init(arch=ti.cpu, cpu_max_num_threads=1, default_fp=ti.f64, fast_math=False, offline_cache=False, log_level=ti.ERROR)
+ti.init(arch=ti.cpu, cpu_max_num_threads=1, default_fp=ti.f64, fast_math=False, log_level=ti.ERROR)
 
 
 @ti.data_oriented
@@ -31,7 +32,7 @@ class Impact:
 
     @ti.kernel
     def forces(self):
-        """f = −V P Dm⁻ᵀ on three nodes of each tetrahedron, minus their sum on the first; P = μ F + (λ ln J − μ) F⁻ᵀ."""
+        """−V P Dm⁻ᵀ on three nodes of each tetrahedron, minus their sum on the first; P = μ F + (λ ln J − μ) F⁻ᵀ."""
         for e in self.volume:
             a, b, c, d = self.tets[e, 0], self.tets[e, 1], self.tets[e, 2], self.tets[e, 3]
             origin = self.x[a]
