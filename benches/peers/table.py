@@ -43,18 +43,33 @@ def line(values):
     return f"| {' | '.join(values)} |"
 
 
+def cheapest(results):
+    """The result with the least CPU seconds; none of none."""
+    return min(results, key=lambda result: least(result[1], "cpu_s"), default=None)
+
+
 def verdict(results):
-    """Ours at no greater depth error against the cheapest peer, by least CPU seconds; none without both."""
-    cost = lambda result: least(result[1], "cpu_s")
-    ours = [r for r in results if r[0].is_ours and cases.within_peers_error(1e3 * r[1][0]["depth"])]
-    for step in [cases.AGREED_STEP, cases.LONGEST_STEP]:
-        peers = [r for r in results if not r[0].is_ours and r[0].step == step]
-        if ours and peers:
-            best, peer = min(ours, key=cost), min(peers, key=cost)
-            yield (
-                f"At no greater depth error, ours takes {cost(best):.2f} CPU s, the cheapest peer in steps of "
-                f"{1e6 * step:g} µs, {peer[0].name}, {cost(peer):.2f}: {cost(peer) / cost(best):.2f} times as much."
-            )
+    """A sentence for each mesh of ours: its cost and depth error against the cheapest peer in either step."""
+    peers = [result for result in results if not result[0].is_ours]
+    rivals = [cheapest([r for r in peers if r[0].step == step]) for step in [cases.AGREED_STEP, cases.LONGEST_STEP]]
+    for name in dict.fromkeys(case.name for case, _ in results if case.is_ours):
+        _, runs = cheapest([r for r in results if r[0].name == name])
+        cost = least(runs, "cpu_s")
+        against = [comparison(rival, cost) for rival in rivals if rival]
+        yield "; ".join([f"- {name}: {cost:.2f} CPU s, {depth_errors(1e3 * runs[0]['depth'])}", *against]) + "."
+
+
+def comparison(rival, cost):
+    """What a peer costs, and how often `cost` goes into that."""
+    case, runs = rival
+    its = least(runs, "cpu_s")
+    return f"{case.name} in steps of {1e6 * case.step:g} µs takes {its:.2f}, {its / cost:.2f} times as much"
+
+
+def depth_errors(depth):
+    """A depth error, mm, beside that of the peers."""
+    word = "no greater" if cases.within_peers_error(depth) else "greater"
+    return f"depth error {cases.error(depth):+.2f} mm, {word} than the peers' {cases.error(cases.PEERS):+.2f} mm"
 
 
 def markdown(results):
