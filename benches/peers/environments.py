@@ -13,6 +13,8 @@ LOCKS = {name: HERE / f"requirements/{name}.txt" for name in ["taichi", "felupe"
 LOCKS["ours"] = ROOT / "tests/conformance/requirements.txt"
 # What is no Python package: the interpreter that Debian's own packages belong to.
 SYSTEM = {"dolfinx": Path("/usr/bin/python3")}
+# Of what a failed command said; the reasons of pip and of an import stand at the end.
+SAID_LINES = 8
 
 
 class Unavailable(Exception):
@@ -48,11 +50,11 @@ def system_interpreter(name):
 
 
 def expect(command, remedy):
-    """Run a command; `Unavailable` with the last line of what it said and what to do, if it fails."""
+    """Run a command; `Unavailable` with what to do and the last of what it said, if it fails."""
     try:
         ended = subprocess.run(list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     except OSError as error:
         raise Unavailable(f"{error}; {remedy}") from error
     if ended.returncode != 0:
-        last = ended.stdout.strip().splitlines()[-1:] or [f"ended with {ended.returncode}"]
-        raise Unavailable(f"{' '.join(map(str, command))}: {last[0]}; {remedy}")
+        said = "\n".join(ended.stdout.strip().splitlines()[-SAID_LINES:])
+        raise Unavailable(f"{' '.join(map(str, command))}: ended with {ended.returncode}; {remedy}\n{said}")

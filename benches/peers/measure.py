@@ -24,13 +24,12 @@ class Measured:
     peak_mb: float
 
 
-def run(command, folder=None):
+def run(command):
     """Run a command to its end, one thread for each library; only this child is accounted, not what ran before."""
     with tempfile.TemporaryFile("w+") as output, tempfile.TemporaryFile("w+") as errors:
         start = time.perf_counter()
-        child = subprocess.Popen(
-            [str(word) for word in command], cwd=folder, env=os.environ | ONE_THREAD, stdout=output, stderr=errors
-        )
+        words = [str(word) for word in command]
+        child = subprocess.Popen(words, env=os.environ | ONE_THREAD, stdout=output, stderr=errors)
         _, status, usage = os.wait4(child.pid, 0)
         wall = time.perf_counter() - start
         child.returncode = os.waitstatus_to_exitcode(status)  # or Popen would wait for it again

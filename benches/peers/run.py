@@ -21,26 +21,33 @@ from environments import Unavailable, interpreter
 
 
 def command(case, given, packed):
-    """What runs a case. For ours the FMU is packed first, which is not measured: it is done once for all its runs."""
-    python, script = interpreter(case.environment, given.cache), cases.HERE / case.script
-    if not case.is_ours:
-        return [python, script, "--step", case.step]
-    fmu = packed / f"{'-'.join(case.name.split())}.fmu"
-    if not given.gelfmu.exists():
-        raise Unavailable(f"{given.gelfmu} does not exist; cargo build --release, or name it with --gelfmu")
-    changes = [word for key, value in case.changes.items() for word in ("--set", f"{key}={value}")]
-    measure.run([given.gelfmu, "pack", "--quiet", "--scene", cases.SCENE, "--out", fmu, *changes])
-    return [python, script, fmu, "--step", case.step]
+    """What runs a case."""
+    script = [cases.HERE / case.script, *([pack(case, given.gelfmu, packed)] if case.is_ours else [])]
+    return [interpreter(case.environment, given.cache), *script, "--step", case.step]
+
+
+def pack(case, gelfmu, folder):
+    """The FMU of a case of ours, packed into a folder if it is not there yet; this is not measured."""
+    fmu = folder / f"{case.name.replace(', ', '-').replace(' ', '-')}.fmu"
+    if not gelfmu.exists():
+        raise Unavailable(f"{gelfmu} does not exist; cargo build --release, or name it with --gelfmu")
+    if not fmu.exists():
+        changes = [word for key, value in case.changes.items() for word in ("--set", f"{key}={value}")]
+        measure.run([gelfmu, "pack", "--quiet", "--scene", cases.SCENE, "--out", fmu, *changes])
+    return fmu
 
 
 def prepare(chosen, given, packed):
-    """The command of each case that can be run here; what cannot is said."""
-    commands = []
+    """The command of each case that can be run here; what cannot is said once."""
+    commands, missing = [], set()
     for case in chosen:
+        if case.environment in missing:
+            continue
         try:
             commands.append((case, command(case, given, packed)))
         except (Unavailable, measure.Failed) as reason:
-            print(f"skipped: {case.name}, step {case.step} s: {reason}", file=sys.stderr)
+            missing.add(case.environment)
+            print(f"skipped: {case.environment}: {reason}", file=sys.stderr)
     return commands
 
 
@@ -76,8 +83,10 @@ def arguments():
     given = parser.parse_args()
     known = sorted({case.environment for case in cases.every()})
     unknown = set(given.only or []) - set(known)
-    if unknown or given.repeat < 1:
-        parser.error(f"--only: found {sorted(unknown)}, expected some of {known}; --repeat: {given.repeat}, at least 1")
+    if unknown:
+        parser.error(f"--only: found {', '.join(sorted(unknown))}, expected some of {', '.join(known)}")
+    if given.repeat < 1:
+        parser.error(f"--repeat: found {given.repeat}, expected 1 or more")
     return given
 
 
@@ -87,12 +96,12 @@ def main():
     chosen = [case for case in cases.every() if not given.only or case.environment in given.only]
     with tempfile.TemporaryDirectory() as packed:
         results = run_all(prepare(chosen, given, Path(packed)), given.repeat)
+    if not results:
+        raise SystemExit("nothing could be run; what stands above says why")
     print(table.markdown(results))
     if given.json:
         rows = [asdict(case) | {"runs": runs} for case, runs in results]
         given.json.write_text(json.dumps({"machine": table.machine(), "cases": rows}, indent=2) + "\n")
-    if not results:
-        raise SystemExit("nothing could be run; what stands above says why")
 
 
 if __name__ == "__main__":
