@@ -2,6 +2,7 @@
 
 mod axis;
 mod lattice;
+mod patches;
 mod shapes;
 mod topology;
 
@@ -9,6 +10,7 @@ use crate::algebra::Vector;
 
 pub use axis::{graded, uniform};
 pub use lattice::{Grid, Split};
+pub use patches::Patches;
 pub use shapes::{Block, Face, Hold, block, cylinder, l_beam};
 pub use topology::{Incidence, boundary};
 
