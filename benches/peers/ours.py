@@ -17,17 +17,20 @@ from fmpy import extract
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "examples"))
 from own_body import Gel
 
+# What is read after each step, and its number of components; depth and velocity are reported.
+READ = {"projectile.depth": 1, "projectile.predicted_velocity": 3, "contact.force": 3}
+
 
 def run(gel, step):
-    """Every communication step, and three outputs after each: greatest depth and its time, velocity at the end."""
+    """Every communication step, and seven outputs after each: greatest depth and its time, velocity at the end."""
+    read = [reference for name, n in READ.items() for reference in gel.references(name, n)]
     depth = deepest_at = 0.0
     for k in range(round(float(gel.description.defaultExperiment.stopTime) / step)):
         gel.fmu.doStep(k * step, step)
-        deep, velocity = gel.get("projectile.depth", 1)[0], gel.get("projectile.predicted_velocity")
-        gel.get("contact.force")
+        deep, *vectors = gel.fmu.getReal(read)
         if deep > depth:
             depth, deepest_at = deep, (k + 1) * step
-    return {"depth": depth, "deepest_at": deepest_at, "rebound": velocity[2]}
+    return {"depth": depth, "deepest_at": deepest_at, "rebound": vectors[2]}
 
 
 def elements(gel):
