@@ -93,6 +93,8 @@ pub(super) struct Scratch<const D: usize> {
     pub before: Vec<Vector<D>>,
     /// CFL · 2/√λ_a, s, by node, of the active ones.
     pub limit: Vec<f64>,
+    /// The same by number within one block.
+    pub limits: Vec<f64>,
     /// The active nodes of the surface that may be near a body, ascending.
     pub reached: Vec<u32>,
     /// Their places among these, by node of the surface.

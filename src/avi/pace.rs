@@ -67,19 +67,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// The stable step of a group, ticks: of the nodes that are not active at this tick from what is known of their elements.
+    /// The stable step of a group, ticks.
     fn group_limit(&self, group: usize) -> f64 {
-        let known = (self.state.stiffness.as_slice(), &*self.order);
-        let limit = |node: &NodeId| {
-            if self.scratch.active.has(node.index()) {
-                self.scratch.limit[node.index()]
-            } else {
-                self.rules.cfl * nodal_limit(&self.gel, known, *node)
-            }
-        };
         let elements = self.order.elements(self.order.slots(group));
         let nodes = elements.flat_map(|element| self.gel.potential.nodes(element));
-        self.grid.ticks(nodes.map(limit).fold(f64::INFINITY, f64::min))
+        self.grid.ticks(nodes.map(|node| self.node_limit(*node)).fold(f64::INFINITY, f64::min))
     }
 
     /// The firing groups whose step may change: where a limit is below a step or far above it, or a calm is counted, and
@@ -98,37 +90,64 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     fn attentive_blocks(&mut self, tick: Tick, groups: &mut Vec<u32>) {
         let Some(mut blocks) = self.blocks.take() else { return };
+        let mut limits = std::mem::take(&mut self.scratch.limits);
         let n = blocks.groups;
         for (i, block) in blocks.blocks.iter_mut().enumerate() {
             let watched = block.is_awake() || *block.looked_at.get_mut() || block.restless;
-            if block.due == Due::Nothing || !watched || self.is_steady(block) {
+            if block.due == Due::Nothing || !watched {
+                continue;
+            }
+            self.limits_of(block, &mut limits);
+            if self.is_steady(block, &limits) {
                 continue;
             }
             let before = groups.len();
             for group in i * n..self.state.clocks.len().min((i + 1) * n) {
                 let clock = &self.state.clocks[group];
                 if tick == 0 || self.rules.schedule.fires(clock.step, tick) {
-                    let (limit, step) = (self.group_limit(group), clock.step as f64);
-                    if tick == 0 || limit < step || limit >= RAISE_MARGIN * step || clock.calm > 0 {
+                    let mut limit = f64::INFINITY;
+                    blocks.lanes.nodes(group, |number| limit = limit.min(limits[usize::from(number)]));
+                    let (limit, step) = (self.grid.ticks(limit), clock.step as f64);
+                    let raised = limit.is_finite() && limit >= RAISE_MARGIN * step;
+                    if tick == 0 || limit < step || raised || clock.calm > 0 {
                         groups.push(group as u32);
                     }
                 }
             }
             block.restless = groups.len() > before;
         }
+        self.scratch.limits = limits;
         self.blocks = Some(blocks);
     }
 
+    /// The limits of the nodes of a block, s: of those that are not active at this tick from what is known of their elements,
+    /// or infinite where that cannot have changed anything since.
+    fn limits_of(&self, block: &Block, limits: &mut Vec<f64>) {
+        let unchanged = !block.is_awake() && !block.restless;
+        let limit = |node: &NodeId| match self.scratch.active.has(node.index()) || !unchanged {
+            true => self.node_limit(*node),
+            false => f64::INFINITY,
+        };
+        limits.clear();
+        limits.extend(block.nodes.iter().map(limit));
+    }
+
     /// Whether all nodes of a block that fires as a whole have limits that leave its steps as they are.
-    fn is_steady(&self, block: &Block) -> bool {
+    fn is_steady(&self, block: &Block, limits: &[f64]) -> bool {
         if block.due != Due::All || !block.is_awake() || block.restless || block.steps.0 == 0 {
             return false;
         }
         let longest = self.grid.time(block.steps.1);
         let shortest = RAISE_MARGIN * self.grid.time(block.steps.0);
-        let limits = block.nodes.iter().map(|node| self.scratch.limit[node.index()]);
-        let (least, most) = limits.fold((f64::INFINITY, 0.0_f64), |(a, b), limit| (a.min(limit), b.max(limit)));
+        let (least, most) = limits.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), limit| (a.min(*limit), b.max(*limit)));
         least >= longest && most < shortest
+    }
+
+    fn node_limit(&self, node: NodeId) -> f64 {
+        if self.scratch.active.has(node.index()) {
+            return self.scratch.limit[node.index()];
+        }
+        self.rules.cfl * nodal_limit(&self.gel, (&self.state.stiffness, &self.order), node)
     }
 
     /// The firing groups around the nodes that were looked at for contact.

@@ -5,9 +5,9 @@
 //! per node, turned by eight-by-eight transpositions.
 
 use super::{MAX_NODES, Section};
-use crate::algebra::Vector;
+use crate::algebra::{Number, Vector};
 use crate::material::NeoHookean;
-use fearless_simd::{Level, Simd, SimdBase, dispatch, f64x8};
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, dispatch, f64x4, f64x8};
 use std::ops::Range;
 
 /// Patches side by side.
@@ -67,21 +67,22 @@ pub struct Lanes<const D: usize> {
     section: Section,
 }
 
-/// F, cof F, λ, det F and J of the elements of a batch.
-struct Strains<const D: usize> {
-    f: [[Wide; D]; D],
-    cofactor: [[Wide; D]; D],
-    out: Wide,
-    hoop: Wide,
-    inner: Wide,
-    jacobian: Wide,
+/// F, cof F, λ, 1/(3R̄), det F and J of eight elements.
+#[derive(Clone, Copy)]
+struct Strains<const D: usize, V> {
+    f: [[V; D]; D],
+    cofactor: [[V; D]; D],
+    out: V,
+    hoop: V,
+    inner: V,
+    jacobian: V,
 }
 
-/// U′ and max(U″, 0) of an element with its share of the patch's.
+/// U′ and max(U″, 0) of eight elements with their shares of their patches'.
 #[derive(Clone, Copy)]
-struct Slopes {
-    slope: Wide,
-    curvature: Wide,
+struct Slopes<V> {
+    slope: V,
+    curvature: V,
 }
 
 impl Local {
@@ -210,181 +211,190 @@ impl<const D: usize> Lanes<D> {
         local: &mut Local,
         stiffness: &mut [f64],
     ) -> GroupAnswer {
-        let rows: [[[Wide; 8]; MAX_NODES]; N] = std::array::from_fn(|k| gather(simd, &batches[k], &local.rows));
-        let strains: [Strains<D>; N] = std::array::from_fn(|k| self.strains(&batches[k], &rows[k]));
-        let (energy, slopes) = self.volumetric(batches, &strains);
-        let mut sums = Sums { energy, power: [0.0; LANES] };
+        // Loops, here and below: a closure is not compiled for the vector unit that its caller is compiled for.
+        let zero = f64x8::splat(simd, 0.0);
+        let mut rows = [[[zero; 8]; MAX_NODES]; N];
+        let mut strains = [Strains::at_rest(zero); N];
+        for k in 0..N {
+            gather(&batches[k], &local.rows, &mut rows[k]);
+            self.strain(&batches[k], &rows[k], &mut strains[k]);
+        }
+        let mut slopes = [Slopes { slope: zero, curvature: zero }; N];
+        let mut energy = self.volumetric(batches, &strains, &mut slopes);
+        let mut power = zero;
         let mut answer = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
         for k in 0..N {
-            let mut kicks = [[[0.0; LANES]; 4]; MAX_NODES];
-            self.forces((&batches[k], weight), (&strains[k], &slopes[k]), &rows[k], (&mut kicks, &mut sums));
-            scatter(simd, &batches[k], &kicks, &mut local.accumulated);
-            stiffness[k * LANES..(k + 1) * LANES].copy_from_slice(&kicks[0][3]);
-            note(&mut answer, k, &strains[k].jacobian);
+            let mut kicks = [[zero; 4]; MAX_NODES];
+            let element = (&strains[k], &slopes[k], &rows[k]);
+            let sums = self.forces((&batches[k], weight), element, &mut kicks);
+            (energy, power) = (energy + sums.0, power + sums.1);
+            scatter(&batches[k], &kicks, &mut local.accumulated);
+            kicks[0][3].store_slice(&mut stiffness[k * LANES..(k + 1) * LANES]);
+            note(&mut answer, k, strains[k].jacobian.into());
         }
-        answer.energy = sum(&sums.energy);
-        answer.power = sum(&sums.power);
+        answer.energy = sum(energy.into());
+        answer.power = sum(power.into());
         answer
     }
 
+    /// F = 1 + Σ (u_a − u_0) ⊗ ∇N_a and what follows from it.
     #[inline(always)]
-    fn strains(&self, batch: &Batch<D>, rows: &[[Wide; 8]; MAX_NODES]) -> Strains<D> {
-        let mut s = Strains {
-            f: [[[0.0; LANES]; D]; D],
-            cofactor: [[[0.0; LANES]; D]; D],
-            out: [1.0; LANES],
-            hoop: [0.0; LANES],
-            inner: [0.0; LANES],
-            jacobian: [0.0; LANES],
-        };
-        for l in 0..LANES {
-            let u = |a: usize, i: usize| rows[a][i][l];
-            let mut f = [[0.0; D]; D];
-            for (i, row) in f.iter_mut().enumerate() {
-                for (j, f) in row.iter_mut().enumerate() {
-                    for a in 0..D {
-                        *f += (u(a + 1, i) - u(0, i)) * batch.gradients[a][j][l];
-                    }
+    fn strain<S: Simd>(
+        &self,
+        batch: &Batch<D>,
+        rows: &[[f64x8<S>; 8]; MAX_NODES],
+        s: &mut Strains<D, f64x8<S>>,
+    ) {
+        let simd = rows[0][0].simd;
+        for i in 0..D {
+            for j in 0..D {
+                let mut f = (rows[1][i] - rows[0][i]) * wide(simd, &batch.gradients[0][j]);
+                for a in 1..D {
+                    f = f + (rows[a + 1][i] - rows[0][i]) * wide(simd, &batch.gradients[a][j]);
                 }
-                row[i] += 1.0;
-            }
-            let (cofactor, inner) = cofactor(&f);
-            if self.section == Section::Axisymmetric {
-                let (ring, moved) = (ring(batch, l), u(0, 0) + u(1, 0) + u(2, 0));
-                (s.hoop[l], s.out[l]) = (ring, 1.0 + moved * ring);
-            }
-            for (i, j) in (0..D).flat_map(|i| (0..D).map(move |j| (i, j))) {
-                (s.f[i][j][l], s.cofactor[i][j][l]) = (f[i][j], cofactor[i][j]);
-            }
-            s.inner[l] = inner;
-            s.jacobian[l] = inner * s.out[l];
-        }
-        s
-    }
-
-    /// Volumetric energy by lane, J, and slope and curvature of each element: U(J) of an element that is a patch by itself;
-    /// else U_s(J) of each and U_v(J̄) of the patch (numerics 5).
-    #[inline(always)]
-    fn volumetric<const N: usize>(&self, batches: &[Batch<D>; N], strains: &[Strains<D>; N]) -> (Wide, [Slopes; N]) {
-        let mut energy = [0.0; LANES];
-        let mut slopes = [Slopes { slope: [0.0; LANES], curvature: [0.0; LANES] }; N];
-        for l in 0..LANES {
-            if N == 1 {
-                let u = self.material.volumetric(strains[0].jacobian[l]);
-                energy[l] = batches[0].volume[l] * u.energy;
-                (slopes[0].slope[l], slopes[0].curvature[l]) = (u.slope, u.curvature.max(0.0));
-                continue;
-            }
-            let (mut volume, mut now) = (0.0, 0.0);
-            for k in 0..N {
-                volume += batches[k].volume[l];
-                now += batches[k].volume[l] * strains[k].jacobian[l];
-            }
-            // An empty lane has no volume and is at rest.
-            let mean = if volume > 0.0 { now / volume } else { 1.0 };
-            let shared = self.material.shared(mean);
-            energy[l] = volume * shared.energy;
-            for k in 0..N {
-                let own = self.material.own(strains[k].jacobian[l]);
-                energy[l] += batches[k].volume[l] * own.energy;
-                slopes[k].slope[l] = own.slope + shared.slope;
-                slopes[k].curvature[l] = own.curvature.max(0.0) + shared.curvature.max(0.0);
+                s.f[i][j] = if i == j { f + 1.0 } else { f };
             }
         }
-        (energy, slopes)
+        s.inner = cofactor(&s.f, &mut s.cofactor);
+        s.jacobian = s.inner;
+        if self.section == Section::Axisymmetric {
+            s.hoop = ring(simd, batch);
+            s.out = (rows[0][0] + rows[1][0] + rows[2][0]) * s.hoop + 1.0;
+            s.jacobian = s.inner * s.out;
+        }
     }
 
-    /// weight · f_a, κ, Σ V and Σ f·v of the elements of a batch, as [`super::Simplices`] has them.
+    /// Volumetric energy, J, and slope and curvature of each element: U(J) of an element that is a patch by itself; else
+    /// U_s(J) of each and U_v(J̄) of the patch (numerics 5).
     #[inline(always)]
-    fn forces(
+    fn volumetric<const N: usize, S: Simd>(
+        &self,
+        batches: &[Batch<D>; N],
+        strains: &[Strains<D, f64x8<S>>; N],
+        slopes: &mut [Slopes<f64x8<S>>; N],
+    ) -> f64x8<S> {
+        let simd = strains[0].jacobian.simd;
+        if N == 1 {
+            let u = self.material.volumetric(strains[0].jacobian);
+            slopes[0] = Slopes { slope: u.slope, curvature: u.curvature.at_least(0.0) };
+            return wide(simd, &batches[0].volume) * u.energy;
+        }
+        let mut volume = wide(simd, &batches[0].volume);
+        let mut now = volume * strains[0].jacobian;
+        for k in 1..N {
+            let own = wide(simd, &batches[k].volume);
+            (volume, now) = (volume + own, now + own * strains[k].jacobian);
+        }
+        // An empty lane has no volume; the smallest number keeps it from 0/0.
+        let shared = self.material.shared(now / volume.at_least(f64::MIN_POSITIVE));
+        let mut energy = volume * shared.energy;
+        for k in 0..N {
+            let own = self.material.own(strains[k].jacobian);
+            energy = energy + wide(simd, &batches[k].volume) * own.energy;
+            slopes[k].slope = own.slope + shared.slope;
+            slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
+        }
+        energy
+    }
+
+    /// weight · f_a and κ, as [`super::Simplices`] has them; w μ/2 (|F|² + λ² − 3), J, and Σ f·v, W.
+    #[inline(always)]
+    fn forces<S: Simd>(
         &self,
         (batch, weight): (&Batch<D>, f64),
-        (s, u): (&Strains<D>, &Slopes),
-        rows: &[[Wide; 8]; MAX_NODES],
-        (kicks, sums): (&mut [[Wide; 4]; MAX_NODES], &mut Sums),
-    ) {
-        let mu = self.material.shear_modulus();
-        for l in 0..LANES {
-            let (volume, ring) = (batch.volume[l], s.hoop[l]);
-            let mut square = if D == 2 { s.out[l] * s.out[l] } else { 0.0 };
-            let (mut spread, mut volumetric, mut power) = (0.0, 0.0, 0.0);
-            let around = -volume * ((mu * s.out[l] + u.slope[l] * s.inner[l]) * ring);
-            for i in 0..D {
-                let (mut rest, mut push, mut own) = (0.0, 0.0, 0.0);
-                let (extra, turned) = if i == 0 { (around, s.inner[l] * ring) } else { (0.0, 0.0) };
-                for a in 0..D {
-                    let (mut fg, mut cg) = (0.0, 0.0);
-                    for j in 0..D {
-                        fg += s.f[i][j][l] * batch.gradients[a][j][l];
-                        cg += s.cofactor[i][j][l] * batch.gradients[a][j][l];
-                    }
-                    let cg = cg * s.out[l];
-                    let f = -volume * (mu * fg + u.slope[l] * cg);
-                    let b = cg + turned;
-                    volumetric += b * b;
-                    own += cg;
-                    push -= f;
-                    power += (f + extra) * rows[a + 1][4 + i][l];
-                    kicks[a + 1][i][l] = weight * (f + extra);
-                    let gradient = batch.gradients[a][i][l];
-                    spread += gradient * gradient;
-                    rest += gradient;
+        (s, u, rows): (&Strains<D, f64x8<S>>, &Slopes<f64x8<S>>, &[[f64x8<S>; 8]; MAX_NODES]),
+        kicks: &mut [[f64x8<S>; 4]; MAX_NODES],
+    ) -> (f64x8<S>, f64x8<S>) {
+        let (simd, mu) = (s.inner.simd, self.material.shear_modulus());
+        let zero = f64x8::splat(simd, 0.0);
+        let volume = wide(simd, &batch.volume);
+        let (shape, pressure) = (volume * -mu, -(volume * u.slope));
+        let (mut square, mut spread, mut volumetric, mut power) = (zero, zero, zero, zero);
+        // What the ring adds to every node along r: to its force and to ∂J/∂x_a.
+        let around = (shape * s.out + pressure * s.inner) * s.hoop;
+        let beside = s.inner * s.hoop;
+        for i in 0..D {
+            let ring = D == 2 && i == 0;
+            let (mut rest, mut push, mut turned) = (zero, zero, zero);
+            for a in 0..D {
+                let mut fg = s.f[i][0] * wide(simd, &batch.gradients[a][0]);
+                let mut cg = s.cofactor[i][0] * wide(simd, &batch.gradients[a][0]);
+                for j in 1..D {
+                    fg = fg + s.f[i][j] * wide(simd, &batch.gradients[a][j]);
+                    cg = cg + s.cofactor[i][j] * wide(simd, &batch.gradients[a][j]);
                 }
-                let b = turned - own;
-                volumetric += b * b;
-                spread += rest * rest;
-                power += (push + extra) * rows[0][4 + i][l];
-                kicks[0][i][l] = weight * (push + extra);
-                for j in 0..D {
-                    square += s.f[i][j][l] * s.f[i][j][l];
-                }
+                let cg = if D == 2 { cg * s.out } else { cg };
+                let force = shape * fg + pressure * cg;
+                let gradient = wide(simd, &batch.gradients[a][i]);
+                (push, turned, rest) = (push - force, turned - cg, rest + gradient);
+                spread = spread + gradient * gradient;
+                let (force, b) = if ring { (force + around, cg + beside) } else { (force, cg) };
+                volumetric = volumetric + b * b;
+                power = power + force * rows[a + 1][4 + i];
+                kicks[a + 1][i] = force * weight;
             }
-            let spread = spread + (D + 1) as f64 * (ring * ring);
-            let turn = match self.section {
-                Section::Planar { .. } => 1.0,
-                Section::Spatial => (2.0 * square).sqrt(),
-                Section::Axisymmetric => two_largest(square - s.out[l] * s.out[l], s.inner[l], s.out[l]),
-            };
-            let stiffness = volume * ((mu + u.slope[l].abs() * turn) * spread + u.curvature[l] * volumetric);
-            for kick in kicks.iter_mut() {
-                kick[3][l] = stiffness;
+            let (force, b) = if ring { (push + around, turned + beside) } else { (push, turned) };
+            volumetric = volumetric + b * b;
+            spread = spread + rest * rest;
+            power = power + force * rows[0][4 + i];
+            kicks[0][i] = force * weight;
+            for j in 0..D {
+                square = square + s.f[i][j] * s.f[i][j];
             }
-            sums.energy[l] += volume * (0.5 * mu * (square - 3.0));
-            sums.power[l] += power;
         }
+        let turn = match self.section {
+            Section::Planar { .. } => zero + 1.0,
+            Section::Spatial => (square + square).root(),
+            Section::Axisymmetric => two_largest(square, s.inner, s.out),
+        };
+        let spread = if D == 2 { spread + s.hoop * s.hoop * 3.0 } else { spread };
+        let stiffness = volume * ((u.slope.absolute() * turn + mu) * spread + u.curvature * volumetric);
+        for a in 0..=D {
+            kicks[a][3] = stiffness;
+        }
+        let square = if D == 2 { square + s.out * s.out } else { square };
+        (volume * (square - 3.0) * (0.5 * mu), power)
     }
 }
 
-/// By lane.
-struct Sums {
-    energy: Wide,
-    power: Wide,
+impl<const D: usize, V: Number> Strains<D, V> {
+    #[inline(always)]
+    fn at_rest(zero: V) -> Self {
+        let (none, one) = ([[zero; D]; D], zero + 1.0);
+        Self { f: none, cofactor: none, out: one, hoop: zero, inner: one, jacobian: one }
+    }
 }
 
-/// 1/(3R̄) from w = 2πR̄A and det(∇N_1, ∇N_2) = 1/(2A), 1/m.
 #[inline(always)]
-fn ring<const D: usize>(batch: &Batch<D>, l: usize) -> f64 {
-    let g = &batch.gradients;
-    let across = g[0][0][l] * g[1][1][l] - g[0][1][l] * g[1][0][l];
-    let filled = batch.volume[l] > 0.0;
-    if filled { std::f64::consts::PI / (3.0 * batch.volume[l] * across) } else { 0.0 }
+fn wide<S: Simd>(simd: S, eight: &Wide) -> f64x8<S> {
+    f64x8::from_slice(simd, eight)
 }
 
-/// Sum of the two largest of s₁ ≥ s₂ of the plane part and |λ|, from Σ s², s₁s₂ and λ.
+/// 1/(3R̄) from w = 2πR̄A and det(∇N_1, ∇N_2) = 1/(2A), 1/m; 0 in an empty lane.
 #[inline(always)]
-fn two_largest(square: f64, inner: f64, out: f64) -> f64 {
-    let area = 2.0 * inner.abs();
-    let (sum, difference) = ((square + area).sqrt(), (square - area).max(0.0).sqrt());
-    sum.max(0.5 * (sum + difference) + out.abs())
+fn ring<const D: usize, S: Simd>(simd: S, batch: &Batch<D>) -> f64x8<S> {
+    let g = |a: usize, i: usize| wide(simd, &batch.gradients[a][i]);
+    let across = g(0, 0) * g(1 % D, 1) - g(0, 1) * g(1 % D, 0);
+    let volume = wide(simd, &batch.volume) * across * 3.0;
+    let filled = volume.simd_gt(f64x8::splat(simd, 0.0));
+    let ring = f64x8::splat(simd, std::f64::consts::PI) / volume;
+    filled.select(ring, f64x8::splat(simd, 0.0))
 }
 
-/// cof F and det F.
+/// Sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|, from Σ s², s₁s₂ and λ.
 #[inline(always)]
-fn cofactor<const D: usize>(f: &[[f64; D]; D]) -> ([[f64; D]; D], f64) {
-    let mut c = [[0.0; D]; D];
+fn two_largest<V: Number>(square: V, inner: V, out: V) -> V {
+    let area = inner.absolute() * 2.0;
+    let (sum, difference) = ((square + area).root(), (square - area).at_least(0.0).root());
+    sum.or_greater((sum + difference) * 0.5 + out.absolute())
+}
+
+/// cof F; returns det F.
+#[inline(always)]
+fn cofactor<const D: usize, V: Number>(f: &[[V; D]; D], c: &mut [[V; D]; D]) -> V {
     if D == 2 {
         (c[0][0], c[0][1], c[1][0], c[1][1]) = (f[1][1], -f[1][0], -f[0][1], f[0][0]);
-        return (c, f[0][0] * f[1][1] - f[0][1] * f[1][0]);
+        return f[0][0] * f[1][1] - f[0][1] * f[1][0];
     }
     for i in 0..D {
         for j in 0..D {
@@ -392,69 +402,71 @@ fn cofactor<const D: usize>(f: &[[f64; D]; D]) -> ([[f64; D]; D], f64) {
             c[i][j] = f[k][m] * f[l][n] - f[k][n] * f[l][m];
         }
     }
-    (c, f[0][0] * c[0][0] + f[0][1] * c[0][1] + f[0][2 % D] * c[0][2 % D])
+    f[0][0] * c[0][0] + f[0][1] * c[0][1] + f[0][2 % D] * c[0][2 % D]
 }
 
 /// Enters J of the k-th elements.
 #[inline(always)]
-fn note(answer: &mut GroupAnswer, k: usize, jacobian: &Wide) {
-    for (l, j) in jacobian.iter().enumerate() {
-        answer.least_jacobian = if *j < answer.least_jacobian { *j } else { answer.least_jacobian };
-        answer.inverted |= u32::from(*j <= 0.0) << (k * LANES + l);
-        answer.crushed += u32::from(*j < NeoHookean::FLOOR);
+fn note(answer: &mut GroupAnswer, k: usize, jacobian: Wide) {
+    for l in 0..LANES {
+        let j = jacobian[l];
+        answer.least_jacobian = if j < answer.least_jacobian { j } else { answer.least_jacobian };
+        answer.inverted |= u32::from(j <= 0.0) << (k * LANES + l);
+        answer.crushed += u32::from(j < NeoHookean::FLOOR);
     }
 }
 
 /// In the order of the lanes.
 #[inline(always)]
-fn sum(wide: &Wide) -> f64 {
-    wide.iter().sum()
+fn sum(wide: Wide) -> f64 {
+    let mut sum = 0.0;
+    for l in 0..LANES {
+        sum += wide[l];
+    }
+    sum
 }
 
 /// The rows of the nodes of eight elements, turned: component by component, eight lanes each.
 #[inline(always)]
 fn gather<const D: usize, S: Simd>(
-    simd: S,
     batch: &Batch<D>,
     rows: &[Row; MOST_LOCAL_NODES],
-) -> [[Wide; 8]; MAX_NODES] {
-    let mut gathered = [[[0.0; LANES]; 8]; MAX_NODES];
-    for (gathered, nodes) in gathered[..=D].iter_mut().zip(&batch.nodes) {
-        let eight = nodes.map(|node| f64x8::from_slice(simd, &rows[place(node)]));
-        *gathered = transposed(simd, eight).map(Into::into);
+    gathered: &mut [[f64x8<S>; 8]; MAX_NODES],
+) {
+    let simd = gathered[0][0].simd;
+    for a in 0..=D {
+        for l in 0..LANES {
+            gathered[a][l] = wide(simd, &rows[place(batch.nodes[a][l])]);
+        }
+        transpose(simd, &mut gathered[a]);
     }
-    gathered
 }
 
 /// Adds what eight elements give to their nodes, one lane after the other.
 #[inline(always)]
 fn scatter<const D: usize, S: Simd>(
-    simd: S,
     batch: &Batch<D>,
-    kicks: &[[Wide; 4]; MAX_NODES],
+    kicks: &[[f64x8<S>; 4]; MAX_NODES],
     accumulated: &mut [Accumulated; MOST_LOCAL_NODES],
 ) {
+    let simd = kicks[0][0].simd;
     for pair in 0..MAX_NODES / 2 {
         let (a, b) = (2 * pair, 2 * pair + 1);
-        if a > D {
-            return;
-        }
-        let eight = std::array::from_fn(|q| f64x8::from_slice(simd, &kicks[a + q / 4][q % 4]));
-        let turned: [Wide; 8] = transposed(simd, eight).map(Into::into);
-        for (l, both) in turned.iter().enumerate() {
-            add(&mut accumulated[place(batch.nodes[a][l])], &both[..4]);
+        let mut both = [kicks[a][0], kicks[a][1], kicks[a][2], kicks[a][3], kicks[b][0], kicks[b][1], kicks[b][2], kicks[b][3]];
+        transpose(simd, &mut both);
+        for l in 0..LANES {
+            let (first, second) = both[l].split();
+            add(simd, &mut accumulated[place(batch.nodes[a][l])], first);
             if b <= D {
-                add(&mut accumulated[place(batch.nodes[b][l])], &both[4..]);
+                add(simd, &mut accumulated[place(batch.nodes[b][l])], second);
             }
         }
     }
 }
 
 #[inline(always)]
-fn add(sum: &mut Accumulated, part: &[f64]) {
-    for (sum, part) in sum.iter_mut().zip(part) {
-        *sum += part;
-    }
+fn add<S: Simd>(simd: S, sum: &mut Accumulated, part: f64x4<S>) {
+    (f64x4::from_slice(simd, sum) + part).store_slice(sum);
 }
 
 /// A number within the block; the mask tells the compiler that it is in bounds.
@@ -465,14 +477,12 @@ fn place(node: u16) -> usize {
 
 /// Rows and columns of eight times eight numbers exchanged: three rounds of shuffling, as three bits of an index turn.
 #[inline(always)]
-fn transposed<S: Simd>(simd: S, mut r: [f64x8<S>; 8]) -> [f64x8<S>; 8] {
+fn transpose<S: Simd>(simd: S, r: &mut [f64x8<S>; 8]) {
     for _ in 0..3 {
-        let mut next = r;
+        let last = *r;
         for i in 0..4 {
-            next[2 * i] = simd.zip_low_f64x8(r[i], r[i + 4]);
-            next[2 * i + 1] = simd.zip_high_f64x8(r[i], r[i + 4]);
+            r[2 * i] = simd.zip_low_f64x8(last[i], last[i + 4]);
+            r[2 * i + 1] = simd.zip_high_f64x8(last[i], last[i + 4]);
         }
-        r = next;
     }
-    r
 }

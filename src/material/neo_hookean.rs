@@ -1,4 +1,4 @@
-use crate::algebra::ln;
+use crate::algebra::{Number, ln};
 
 /// Compressible neo-Hookean solid whose volumetric energy is continued below J₀.
 ///
@@ -16,13 +16,13 @@ pub struct NeoHookean {
 
 /// Volumetric energy density and its derivatives by J.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Volumetric {
+pub struct Volumetric<T = f64> {
     /// U, J/m³.
-    pub energy: f64,
+    pub energy: T,
     /// U′, Pa.
-    pub slope: f64,
+    pub slope: T,
     /// U″, Pa.
-    pub curvature: f64,
+    pub curvature: T,
 }
 
 impl NeoHookean {
@@ -62,42 +62,41 @@ impl NeoHookean {
     /// U and its derivatives at J.
     #[must_use]
     #[inline(always)]
-    pub fn volumetric(&self, j: f64) -> Volumetric {
+    pub fn volumetric<T: Number>(&self, j: T) -> Volumetric<T> {
         continued(self.shear, self.lambda, j)
     }
 
     /// −μ ln J, the part of U that stays with each element of a patch that shares its volume change.
     #[must_use]
     #[inline(always)]
-    pub fn own(&self, j: f64) -> Volumetric {
+    pub fn own<T: Number>(&self, j: T) -> Volumetric<T> {
         continued(self.shear, 0.0, j)
     }
 
     /// λ/2 (ln J̄)², the part of U that acts on the volume change J̄ of a patch.
     #[must_use]
     #[inline(always)]
-    pub fn shared(&self, mean: f64) -> Volumetric {
+    pub fn shared<T: Number>(&self, mean: T) -> Volumetric<T> {
         continued(0.0, self.lambda, mean)
     }
 }
 
 /// The logarithmic energy, continued below J₀; written without a branch, for vector units.
 #[inline(always)]
-fn continued(mu: f64, lambda: f64, j: f64) -> Volumetric {
-    let floor = NeoHookean::FLOOR;
-    let Volumetric { energy, slope, curvature } = logarithmic(mu, lambda, if j > floor { j } else { floor });
-    let d = if j > floor { 0.0 } else { j - floor };
-    Volumetric { energy: energy + d * (slope + 0.5 * d * curvature), slope: slope + d * curvature, curvature }
+fn continued<T: Number>(mu: f64, lambda: f64, j: T) -> Volumetric<T> {
+    let Volumetric { energy, slope, curvature } = logarithmic(mu, lambda, j.at_least(NeoHookean::FLOOR));
+    let d = (j - NeoHookean::FLOOR).at_most(0.0);
+    Volumetric { energy: energy + d * (slope + d * 0.5 * curvature), slope: slope + d * curvature, curvature }
 }
 
 /// −μ ln J + λ/2 (ln J)² and its derivatives.
 #[inline(always)]
-fn logarithmic(mu: f64, lambda: f64, j: f64) -> Volumetric {
-    let (log, inverse) = (ln(j), 1.0 / j);
+fn logarithmic<T: Number>(mu: f64, lambda: f64, j: T) -> Volumetric<T> {
+    let (log, inverse) = (ln(j), j.constant(1.0) / j);
     Volumetric {
-        energy: log * (0.5 * lambda * log - mu),
-        slope: (lambda * log - mu) * inverse,
-        curvature: (lambda * (1.0 - log) + mu) * (inverse * inverse),
+        energy: log * (log * (0.5 * lambda) - mu),
+        slope: (log * lambda - mu) * inverse,
+        curvature: (log * -lambda + (lambda + mu)) * (inverse * inverse),
     }
 }
 

@@ -7,9 +7,9 @@
 use ballistic_gel::algebra::{Tensor3, Vector, Vector3};
 use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface, SurfaceNode};
 use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion, Wrench};
-use ballistic_gel::element::{Evaluation, Potential};
+use ballistic_gel::element::{Answer, DEPTH, Potential};
 use ballistic_gel::geometry::{HalfSpace, Shape};
-use ballistic_gel::mesh::{ElementId, Incidence, NodeId};
+use ballistic_gel::mesh::{ElementId, Incidence, NodeId, Patches};
 use nalgebra::UnitQuaternion;
 
 /// Springs between consecutive nodes along z: V = k/2 (Δz − L₀)².
@@ -20,13 +20,15 @@ pub struct Springs {
     /// L₀, m, of each spring.
     pub rest: Vec<f64>,
     nodes: Vec<[NodeId; 2]>,
+    patches: Patches,
 }
 
 impl Springs {
     /// The spring i joins node i to node i + 1.
     pub fn new(stiffness: Vec<f64>, rest: Vec<f64>) -> Self {
         let nodes = (0..stiffness.len() as u32).map(|i| [NodeId(i), NodeId(i + 1)]).collect();
-        Self { stiffness, rest, nodes }
+        let patches = Patches::alone(stiffness.len());
+        Self { stiffness, rest, nodes, patches }
     }
 
     /// Tension of a spring, N.
@@ -40,22 +42,22 @@ impl Potential<2> for Springs {
         self.stiffness.len()
     }
 
-    fn stride(&self) -> usize {
-        2
+    fn nodes(&self, spring: ElementId) -> &[NodeId] {
+        &self.nodes[spring.index()]
     }
 
-    fn nodes(&self, patch: ElementId) -> &[NodeId] {
-        &self.nodes[patch.index()]
+    fn patches(&self) -> &Patches {
+        &self.patches
     }
 
     /// The stiffness matrix k [[1, −1], [−1, 1]] has the eigenvalue 2k.
-    fn evaluate(&self, patch: ElementId, x: &[Vector<2>], forces: &mut [Vector<2>]) -> Evaluation {
-        let (i, k) = (patch.index(), self.stiffness[patch.index()]);
-        let tension = self.tension(i, x);
-        forces[0] = Vector::<2>::new(0.0, tension);
-        forces[1] = Vector::<2>::new(0.0, -tension);
-        let jacobian = (x[i + 1][1] - x[i][1]) / self.rest[i];
-        Evaluation { energy: 0.5 * tension * tension / k, stiffness: 2.0 * k, jacobian }
+    fn evaluate(&self, i: usize, x: &[Vector<2>], answers: &mut [Answer<2>; DEPTH]) -> f64 {
+        let (k, tension) = (self.stiffness[i], self.tension(i, x));
+        answers[0].forces[0] = Vector::<2>::new(0.0, tension);
+        answers[0].forces[1] = Vector::<2>::new(0.0, -tension);
+        answers[0].stiffness = 2.0 * k;
+        answers[0].jacobian = (x[i + 1][1] - x[i][1]) / self.rest[i];
+        0.5 * tension * tension / k
     }
 
     fn is_crushed(&self, _jacobian: f64) -> bool {

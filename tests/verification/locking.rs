@@ -6,7 +6,7 @@
 
 use super::row::{Row, series};
 use ballistic_gel::algebra::{Vector, cofactor};
-use ballistic_gel::element::{Potential, Section, Simplices};
+use ballistic_gel::element::{Answer, DEPTH, Potential, Section, Simplices};
 use ballistic_gel::material::NeoHookean;
 use ballistic_gel::mesh::{self, Block, ElementId, Face, Hold, Mesh, Patches, Simplex, Split, edges, signed_volume};
 use std::sync::OnceLock;
@@ -73,11 +73,13 @@ impl Punch {
 
     /// Adds `weight` times the forces at the positions `x` to `result`.
     fn add_forces(&self, x: &Field, weight: f64, result: &mut Field) {
-        for e in (0..self.gel.len() as u32).map(ElementId) {
-            let mut forces = [Vector::<3>::zeros(); 4];
-            self.gel.evaluate(e, x, &mut forces);
-            for (node, force) in self.gel.nodes(e).iter().zip(&forces) {
-                result[node.index()] += force * weight;
+        for patch in 0..self.gel.patches().len() {
+            let mut answers = [Answer::default(); DEPTH];
+            self.gel.evaluate(patch, x, &mut answers);
+            for (element, answer) in self.gel.patches().of(patch).iter().zip(&answers) {
+                for (node, force) in self.gel.nodes(*element).iter().zip(&answer.forces) {
+                    result[node.index()] += force * weight;
+                }
             }
         }
         for group in &self.groups {

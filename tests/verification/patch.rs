@@ -6,10 +6,10 @@ use super::row::{Row, below, order, series};
 use ballistic_gel::algebra::{Tensor, Vector, det};
 use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
 use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law};
-use ballistic_gel::element::{Potential, Section, Simplices};
+use ballistic_gel::element::{Answer, DEPTH, Potential, Section, Simplices};
 use ballistic_gel::geometry::{Shape, Sphere};
 use ballistic_gel::material::NeoHookean;
-use ballistic_gel::mesh::{self, Block, ElementId, Incidence, Mesh, NodeId, Split, edges};
+use ballistic_gel::mesh::{self, Block, Incidence, Mesh, NodeId, Split, edges};
 use std::sync::OnceLock;
 
 /// The gel of this part: E = 1, ν = 0.45.
@@ -75,11 +75,11 @@ fn defects<const D: usize>(mesh: &Mesh<D>, section: Section, (a, b): (Tensor<D>,
     for (e, nodes) in mesh.elements.iter().enumerate() {
         let f = edges(&x, nodes) * edges(&mesh.rest, nodes).try_inverse().expect("an element has a volume");
         strain = strain.max((f - a).norm() / a.norm());
-        let mut forces = [Vector::<D>::zeros(); 4];
-        simplices.evaluate(ElementId(e as u32), &x, &mut forces[..=D]);
+        let mut answers = [Answer::default(); DEPTH];
+        simplices.evaluate(e, &x, &mut answers);
         let h = edges(&mesh.rest, nodes).column_iter().map(|edge| edge.norm()).fold(0.0, f64::max);
         let face = if D == 2 { h } else { h * h };
-        for (node, push) in nodes[..=D].iter().zip(&forces) {
+        for (node, push) in nodes[..=D].iter().zip(&answers[0].forces) {
             force[node.index()] += push;
             scale[node.index()] = scale[node.index()].max(stress(&a) * face);
         }
