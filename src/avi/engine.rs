@@ -287,7 +287,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Finds what is derived from the state: events, the last ticks of the nodes, what is awake, the greatest speed.
     fn derive(&mut self) {
         let state = &self.state;
-        self.queue = Queue::new(if self.rules.schedule == Kind::Queue { &state.alarms } else { &[] });
+        let queued = self.rules.schedule == Kind::Queue && state.now.is_some();
+        self.queue = Queue::new(if queued { &state.alarms } else { &[] });
         self.quiet = None;
         let now = state.now.unwrap_or(0);
         let last = |group: usize| match self.rules.schedule {
