@@ -3,14 +3,17 @@
 mod axis;
 mod lattice;
 mod shapes;
+mod stitch;
 mod topology;
+mod tree;
 
 use crate::algebra::Vector;
 
-pub use axis::{graded, uniform};
+pub use axis::{divisible, graded, uniform};
 pub use lattice::{Grid, Split};
 pub use shapes::{Block, Face, Hold, block, cylinder, l_beam};
 pub use topology::{Incidence, boundary};
+pub use tree::Tree;
 
 /// Index of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
