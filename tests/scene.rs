@@ -224,7 +224,7 @@ fn what_is_not_a_key_and_a_value_is_refused() {
 fn an_override_of_an_unknown_key_is_refused_when_the_scene_is_read() {
     not_a_scene(
         &resolved("mesh.sizes=1"),
-        "line 20: mesh.sizes: found the unknown key `sizes`, expected one of `size`, `lattice`, `grading`",
+        "line 20: mesh.sizes: found the unknown key `sizes`, expected one of `size`, `lattice`, `grading`, `tree`",
     );
     not_a_scene(
         &resolved("mesch.size=1"),

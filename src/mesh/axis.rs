@@ -54,7 +54,11 @@ mod tests {
         for n in 1..400 {
             let (length, by) = (1e-3 * f64::from(n), 1 << (n % 6));
             let planes = divisible(length, 0.7e-3, by);
-            assert!((planes.len() - 1).is_multiple_of(by) && planes[1] <= 0.7e-3 && planes[planes.len() - 1] == length);
+            assert!(
+                (planes.len() - 1).is_multiple_of(by)
+                    && planes[1] <= 0.700_001e-3
+                    && planes[planes.len() - 1] == length
+            );
         }
         assert_eq!(divisible(1.0, 0.25, 4), [0.0, 0.25, 0.5, 0.75, 1.0]);
     }

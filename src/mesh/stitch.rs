@@ -48,8 +48,8 @@ fn halved<const D: usize>([a, b]: [Half<D>; 2], corners: &HashSet<Half<D>>) -> V
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Facet, Grid, Mesh, Split, Tree, signed_volume, uniform};
-    use crate::algebra::{Vector, Vector3, embed};
+    use super::super::{Facet, Grid, Mesh, Split, Tree, least_angle, uniform};
+    use crate::algebra::embed;
 
     /// Half widths and depth, cells.
     const REACH: f64 = 16.0;
@@ -109,27 +109,10 @@ mod tests {
         assert!(meshes::<3>() == meshes::<3>());
     }
 
-    /// Least angle between two faces of a tetrahedron, or two sides of a triangle, degrees.
-    fn least_angle<const D: usize>(x: &[Vector<D>]) -> f64 {
-        let normal = |i: usize| -> Vector3 {
-            let [a, b, c] = [1, 2, 3].map(|k| embed(&x[(i + k) % (D + 1)]));
-            let across = if D == 2 { Vector3::y() } else { c - a };
-            let n = (b - a).cross(&across).normalize();
-            if n.dot(&(embed(&x[i]) - a)) > 0.0 { -n } else { n }
-        };
-        let pairs = (0..=D).flat_map(|i| (0..i).map(move |j| (i, j)));
-        pairs.map(|(i, j)| (-normal(i).dot(&normal(j))).acos().to_degrees()).fold(180.0, f64::min)
-    }
-
     fn least_of_all<const D: usize>() -> f64 {
-        let least = |mesh: &Mesh<D>| {
-            let angle = |e: &super::super::Simplex| {
-                assert!(signed_volume(&mesh.rest, e) > 0.0);
-                least_angle::<D>(&e[..=D].iter().map(|node| mesh.rest[node.index()]).collect::<Vec<_>>())
-            };
-            mesh.elements.iter().map(angle).fold(180.0, f64::min)
-        };
-        meshes::<D>().iter().map(least).fold(180.0, f64::min)
+        let meshes = meshes::<D>();
+        let angles = meshes.iter().flat_map(|mesh| mesh.elements.iter().map(|e| least_angle(&mesh.rest, e)));
+        angles.fold(180.0, f64::min)
     }
 
     #[test]

@@ -1,0 +1,66 @@
+use super::super::run::scene;
+use super::slivers::{is_flat, with_slivers};
+use ballistic_gel::algebra::Vector;
+use ballistic_gel::mesh::{Mesh, NodeId, edges};
+use ballistic_gel::scene::Scene;
+use ballistic_gel::simulation::{CouplingMode, Simulation};
+
+/// A mesh of the block, and the physics of its scene.
+pub struct Case {
+    /// What the mesh is called.
+    pub name: &'static str,
+    /// The scene.
+    pub scene: Scene,
+    /// The mesh, held at the bottom.
+    pub mesh: Mesh<3>,
+    /// Fraction of the elements that are as small as the smallest, or flat.
+    pub fine: f64,
+}
+
+/// Uniform, graded and with slivers.
+pub fn cases() -> impl Iterator<Item = Case> {
+    let graded = [("1:4", "sphere-graded-4"), ("1:8", "sphere-graded-8"), ("1:16", "sphere-graded-16")];
+    let graded = graded.into_iter().map(|(name, scene)| Case::of(name, scene));
+    std::iter::once_with(|| Case::of("uniform", "sphere-block")).chain(graded).chain(std::iter::once_with(slivers))
+}
+
+impl Case {
+    /// The mesh of a built-in scene.
+    fn of(name: &'static str, builtin: &str) -> Self {
+        let scene = scene(builtin, &[("scene.end_time", "5e-4".to_owned())]);
+        let mesh = mesh(&scene);
+        let fine = fine(&mesh);
+        Self { name, scene, mesh, fine }
+    }
+}
+
+/// A tenth of the elements of `sphere-block` made flat.
+fn slivers() -> Case {
+    let uniform = Case::of("slivers", "sphere-block");
+    let mesh = with_slivers(uniform.mesh, 0.1);
+    let flat = mesh.elements.iter().filter(|e| is_flat(&mesh.rest, e)).count();
+    Case { fine: flat as f64 / mesh.elements.len() as f64, mesh, ..uniform }
+}
+
+/// The mesh of a spatial block that is held at the bottom.
+fn mesh(scene: &Scene) -> Mesh<3> {
+    let frame = Simulation::new(scene, CouplingMode::Integrated, 1).expect("a scene that can be built").frame();
+    let elements = frame.cells.nodes.iter().map(|nodes| nodes.map(NodeId)).collect();
+    let mut mesh = Mesh::new(frame.points, elements);
+    let bottom = mesh.rest.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
+    mesh.held = mesh.rest.iter().map(|x| [x.z == bottom; 3]).collect();
+    mesh
+}
+
+/// Fraction of the elements of the finest cells: their longest edge is that of the cell, a half longer or more elsewhere.
+fn fine(mesh: &Mesh<3>) -> f64 {
+    let longest: Vec<f64> = mesh.elements.iter().map(|nodes| longest_edge(&mesh.rest, nodes)).collect();
+    let least = longest.iter().copied().fold(f64::INFINITY, f64::min);
+    longest.iter().filter(|edge| **edge < 1.4 * least).count() as f64 / longest.len() as f64
+}
+
+fn longest_edge(x: &[Vector<3>], nodes: &[NodeId; 4]) -> f64 {
+    let from_first = edges(x, nodes);
+    let [a, b, c] = [0, 1, 2].map(|i| Vector::<3>::from(from_first.column(i)));
+    [a, b, c, b - a, c - b, a - c].iter().map(|edge| edge.norm()).fold(0.0, f64::max)
+}
