@@ -17,15 +17,17 @@ pub fn with_slivers(mut mesh: Mesh<3>, share: f64) -> Mesh<3> {
     let star = Incidence::new(mesh.rest.len(), mesh.elements.iter().map(|e| &e[..]));
     let enough = (share * mesh.elements.len() as f64) as usize;
     let mut flat = 0;
-    for (turn, node) in scattered_inner_nodes(&mesh).into_iter().enumerate() {
+    let nodes = scattered_inner_nodes(&mesh);
+    // A second round finds room where the first element of a node would have crushed another.
+    for (turn, node) in nodes.iter().chain(&nodes).enumerate() {
         if flat >= enough {
             break;
         }
-        let around = star.of(node);
+        let around = star.of(*node);
         let before = count_flat(&mesh, around);
         let chosen = around[turn % around.len()];
         let was = mesh.rest[node.index()];
-        mesh.rest[node.index()] = above_base(&mesh, node, chosen);
+        mesh.rest[node.index()] = above_base(&mesh, *node, chosen);
         let sound = |e: &ElementId| is_sound(&mesh, *e);
         if around.iter().all(sound) && count_flat(&mesh, around) > before {
             flat += count_flat(&mesh, around) - before;
