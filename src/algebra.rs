@@ -94,14 +94,18 @@ where
 /// x = 2ᵏ m with m ∈ [1/√2, √2); ln m = 2 artanh s = 2 Σ s²ⁿ⁺¹/(2n+1) with s = (m − 1)/(m + 1), |s| < 0.172. The
 /// series is cut where its next term is below 2⁻⁵⁶. Written out so that element kernels call no libm (numerics A9).
 #[must_use]
-#[inline]
+#[inline(always)]
 pub fn ln(x: f64) -> f64 {
     const SQRT_HALF_BITS: u64 = 0x3FE6_A09E_667F_3BCD;
     const LN2_HIGH: f64 = f64::from_bits(0x3FE6_2E42_FEE0_0000);
     const LN2_LOW: f64 = f64::from_bits(0x3DEA_39EF_3579_3C76);
-    let shifted = x.to_bits().wrapping_sub(SQRT_HALF_BITS);
-    let k = shifted.cast_signed() >> 52;
-    let m = f64::from_bits(x.to_bits().wrapping_sub(k.cast_unsigned() << 52));
+    /// Added to k so that it is positive, and the bits of 2⁵², whose last bits are then k: no vector unit before AVX-512
+    /// turns 64-bit integers into floating point.
+    const OFFSET: u64 = 2048;
+    const TWO_52: u64 = 0x4330_0000_0000_0000;
+    let shifted = x.to_bits().wrapping_sub(SQRT_HALF_BITS).wrapping_add(OFFSET << 52) >> 52;
+    let m = f64::from_bits(x.to_bits().wrapping_sub(shifted.wrapping_sub(OFFSET) << 52));
+    let k = f64::from_bits(TWO_52 | shifted) - (f64::from_bits(TWO_52) + OFFSET as f64);
     let f = m - 1.0;
     let s = f / (m + 1.0);
     let z = s * s;
@@ -111,7 +115,6 @@ pub fn ln(x: f64) -> f64 {
     }
     let half = 0.5 * f * f;
     // 2s = f − s f and s f = f²/2 − s f²/2: the leading term f stays exact.
-    let k = k as f64;
     k * LN2_HIGH - ((half - (s * (half + z * tail) + k * LN2_LOW)) - f)
 }
 

@@ -8,17 +8,22 @@ use serde::{Deserialize, Serialize};
 /// Count of ticks since the start; the length of a tick is fixed when a simulation is built (numerics A3).
 pub type Tick = u64;
 
-/// Everything that changes while a simulation runs. What can be derived from it (queues, bins, batches) is not in it.
+/// Everything that changes while a simulation runs. What can be derived from it (queues, bins, batches, the last tick of each
+/// node) is not in it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State<const D: usize> {
     /// x, position of each node at its own last tick, m.
     pub position: Vec<Vector<D>>,
     /// v, velocity of each node since that tick, m/s.
     pub velocity: Vec<Vector<D>>,
-    /// Last tick of each node.
-    pub tick: Vec<Tick>,
-    /// The clocks of the patches.
+    /// κ of each element at its own last tick, N/m, in the order of the groups.
+    pub stiffness: Vec<f64>,
+    /// The clocks of the groups of patches that step together.
     pub clocks: Vec<Clock>,
+    /// Last and next tick of each group of the queue; the bins need none: their groups fire on the multiples of their steps.
+    pub alarms: Vec<Alarm>,
+    /// The last tick that was processed.
+    pub now: Option<Tick>,
     /// The projectile, and the fragments beside it, each at its own last event.
     pub bodies: Vec<BodyState>,
     /// The books.
@@ -27,33 +32,36 @@ pub struct State<const D: usize> {
     pub record: Record,
 }
 
-/// The clock of a patch and what it knew at its own last tick.
+/// The clock of a group of patches and what it knew at its own last tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Clock {
-    /// Its last tick.
-    pub last: Tick,
-    /// Its next tick.
-    pub next: Tick,
-    /// Its step, ticks: `next − last` but for the tick in which a queue aligns itself with its neighbours.
+    /// Its step, ticks; 0 before the first.
     pub step: Tick,
-    /// Own ticks in a row at which its limit was at least four times its step.
-    pub calm: u32,
-    /// Whether J ≤ 0 at the last tick.
-    pub inverted: bool,
-    /// κ, N/m.
-    pub stiffness: f64,
     /// V, J.
     pub energy: f64,
-    /// The part of the last kick's work that belongs to the step ahead: W · next/(last + next steps), J.
+    /// A = ½ Δt f·v, the work of the last kick in the first half of the step ahead, J, with the velocity before the kick.
     pub ahead: f64,
-    /// J = det F.
-    pub jacobian: f64,
+    /// Own ticks in a row at which its limit was at least four times its step.
+    pub calm: u32,
+    /// Which elements had J ≤ 0 at the last tick, by their place in the group.
+    pub inverted: u32,
+    /// How many elements are below the continuation.
+    pub crushed: u32,
+}
+
+/// When a group of the queue fires.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Alarm {
+    /// Its last tick.
+    pub last: Tick,
+    /// Its next tick: a step later, but for the tick in which it aligns itself with its neighbours.
+    pub next: Tick,
 }
 
 /// What has been seen since the start.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// Patch updates.
+    /// Element updates.
     pub updates: u64,
     /// Smallest J.
     pub min_jacobian: f64,
@@ -108,23 +116,40 @@ impl Default for ContactRecord {
     }
 }
 
+/// How much of everything a state has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sizes {
+    /// Nodes.
+    pub nodes: usize,
+    /// Places for elements, empty ones included.
+    pub slots: usize,
+    /// Groups of patches.
+    pub groups: usize,
+    /// Groups of the queue.
+    pub alarms: usize,
+    /// Bodies.
+    pub bodies: usize,
+}
+
 impl<const D: usize> State<D> {
     /// What contradicts itself, if anything: lengths, clocks that stand still, numbers that are none.
     ///
     /// # Errors
     /// What is wrong.
-    pub fn check_invariants(&self, (n_nodes, n_patches, n_bodies): (usize, usize, usize)) -> Result<(), &'static str> {
-        let lengths = [self.position.len(), self.velocity.len(), self.tick.len()];
+    pub fn check_invariants(&self, sizes: &Sizes) -> Result<(), &'static str> {
         let holds = |good: bool, what| if good { Ok(()) } else { Err(what) };
-        holds(lengths == [n_nodes; 3] && self.clocks.len() == n_patches, "nodes or elements are missing")?;
-        holds([self.bodies.len(), self.record.contacts.len()] == [n_bodies; 2], "a body is missing")?;
+        let lengths = [self.position.len(), self.velocity.len(), self.stiffness.len(), self.clocks.len()];
+        let expected = [sizes.nodes, sizes.nodes, sizes.slots, sizes.groups];
+        holds(lengths == expected && self.alarms.len() == sizes.alarms, "nodes or elements are missing")?;
+        holds([self.bodies.len(), self.record.contacts.len()] == [sizes.bodies; 2], "a body is missing")?;
         let finite = |vectors: &[Vector<D>]| vectors.iter().flatten().all(|component| component.is_finite());
         holds(finite(&self.position) && finite(&self.velocity), "a position or velocity is not a number")?;
-        let begun = self.clocks.iter().any(|clock| clock.step > 0);
-        let runs = |clock: &Clock| clock.step > 0 && clock.next > clock.last;
-        holds(!begun || self.clocks.iter().all(runs), "the clock of an element stands still")?;
-        let next = self.clocks.iter().map(|clock| clock.next).max().unwrap_or(0);
-        holds(self.tick.iter().all(|tick| *tick <= next), "a node is ahead of its elements")
+        let stiff = |stiffness: &f64| stiffness.is_finite() && *stiffness >= 0.0;
+        holds(self.stiffness.iter().all(stiff), "the stiffness of an element is not a number")?;
+        let begun = self.now.is_some();
+        holds(self.clocks.iter().all(|clock| begun == (clock.step > 0)), "the clock of an element stands still")?;
+        let runs = |alarm: &Alarm| alarm.next > alarm.last && Some(alarm.last) <= self.now;
+        holds(!begun || self.alarms.iter().all(runs), "the clock of an element stands still")
     }
 
     /// Hash of the bytes of the state: equal digests are equal bits.

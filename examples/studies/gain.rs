@@ -1,18 +1,17 @@
 mod case;
 mod engine;
 mod slivers;
-mod steps;
 
 use super::cpu;
 use ballistic_gel::avi::{Engine, Kind};
 use ballistic_gel::contact::Exchange;
 use ballistic_gel::element::Simplices;
 use case::{Case, cases};
-use engine::{CFL, engine};
+use engine::engine;
 use std::io::Write as _;
 
-/// The schedules, the one that the others are compared with last.
-const SCHEDULES: [(&str, Kind); 2] = [("bins", Kind::Bins), ("queue", Kind::Queue)];
+/// The schedules, first the one that the others are compared with: one stable step for all, that of the assembled system.
+const SCHEDULES: [(&str, Kind); 3] = [("global", Kind::Global), ("bins", Kind::Bins), ("queue", Kind::Queue)];
 /// Times at which the unrounded steps are looked at.
 const LOOKS: u32 = 40;
 /// What `sphere-block` tends to on ever finer meshes, by the study of that name, mm.
@@ -43,8 +42,7 @@ struct Outcome {
 /// Prints the row of a mesh; the rows of its schedules.
 fn compare(case: &Case) -> String {
     let runs = SCHEDULES.map(|(name, kind)| (name, run(case, kind)));
-    let still = engine(case, Kind::Bins);
-    let steps = steps::stable_steps(still.gel(), &case.mesh.rest, CFL);
+    let steps = engine(case, Kind::Bins).stable_steps();
     let least = steps.iter().copied().fold(f64::INFINITY, f64::min);
     let most = steps.iter().copied().fold(0.0, f64::max);
     println!(
@@ -85,7 +83,7 @@ fn row(case: &Case, schedule: &str, outcome: &Outcome) -> String {
 fn run(case: &Case, schedule: Kind) -> Outcome {
     let mut engine = engine(case, schedule);
     let slice = case.scene.scene.end_time / f64::from(LOOKS);
-    let (mut seconds, mut ideal, mut rate) = (0.0, 0.0, steps::rate(&engine, 0.0, CFL));
+    let (mut seconds, mut ideal, mut rate) = (0.0, 0.0, rate(&engine));
     for look in 1..=LOOKS {
         let (t, begun) = (slice * f64::from(look), cpu::seconds());
         let advanced = engine.advance_to(t, &mut [Exchange::default()]);
@@ -93,7 +91,7 @@ fn run(case: &Case, schedule: Kind) -> Outcome {
         if let Err(error) = advanced {
             return Outcome { engine, seconds, ideal, failure: Some(error.to_string()) };
         }
-        let next = steps::rate(&engine, t, CFL);
+        let next = rate(&engine);
         ideal += 0.5 * slice * (rate + next);
         rate = next;
     }

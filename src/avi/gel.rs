@@ -1,7 +1,6 @@
 use crate::algebra::Vector;
-use crate::element::{Evaluation, MAX_NODES, Potential};
+use crate::element::{Answer, DEPTH, Potential};
 use crate::mesh::{ElementId, Facet, Incidence, NodeId};
-use crate::state::Clock;
 
 /// What the engine steps and what does not change while it does: energy, masses, held directions, surface.
 #[derive(Debug)]
@@ -12,11 +11,11 @@ pub struct Gel<const D: usize, P> {
     pub mass: Vec<f64>,
     /// 1 in the free directions of a node, 0 in the held ones (P_a).
     pub free: Vec<Vector<D>>,
-    /// The patches of each node.
+    /// The elements of each node.
     pub star: Incidence,
     /// Where contact can be.
     pub surface: Surface,
-    /// The patch that each facet of the surface bounds.
+    /// The element that each facet of the surface bounds.
     pub behind: Vec<ElementId>,
 }
 
@@ -53,40 +52,43 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
     pub fn new(potential: P, mass: Vec<f64>, held: &[[bool; D]], surface: Surface) -> Self {
         assert_eq!(mass.len(), held.len(), "every node has a mass and its held directions");
         assert!(mass.iter().all(|m| *m > 0.0), "every node needs a positive mass");
-        assert!(potential.stride() <= MAX_NODES, "a patch has too many nodes");
-        let patches = (0..potential.len()).map(|p| potential.nodes(ElementId(p as u32)));
-        let star = Incidence::new(mass.len(), patches);
+        let elements = (0..potential.len() as u32).map(|element| potential.nodes(ElementId(element)));
+        let star = Incidence::new(mass.len(), elements);
         let free = held.iter().map(|held| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { 1.0 })).collect();
         let owner = |facet: &Facet| {
-            let has_all = |patch: &&ElementId| facet[..D].iter().all(|node| potential.nodes(**patch).contains(node));
-            star.of(facet[0]).iter().find(has_all).copied().expect("a facet bounds a patch")
+            let has_all = |element: &&ElementId| facet[..D].iter().all(|node| potential.nodes(**element).contains(node));
+            star.of(facet[0]).iter().find(has_all).copied().expect("a facet bounds an element")
         };
         let behind = surface.facets.iter().map(owner).collect();
         Self { potential, mass, free, star, surface, behind }
     }
 
-    /// Clocks that have not begun, with what the patches answer at these positions.
-    pub(super) fn clocks(&self, x: &[Vector<D>]) -> Vec<Clock> {
-        let answer = |p: usize| {
-            let mut forces = [Vector::<D>::zeros(); MAX_NODES];
-            self.potential.evaluate(ElementId(p as u32), x, &mut forces[..self.potential.stride()])
-        };
-        let clock = |at: Evaluation| Clock {
-            stiffness: at.stiffness,
-            energy: at.energy,
-            jacobian: at.jacobian,
-            ..Clock::default()
-        };
-        (0..self.potential.len()).map(|p| clock(answer(p))).collect()
+    /// What the elements answer at these positions.
+    pub(super) fn measure(&self, x: &[Vector<D>]) -> Measured {
+        let patches = self.potential.patches();
+        let n = self.potential.len();
+        let mut measured = Measured { stiffness: vec![0.0; n], jacobian: vec![1.0; n], energy: vec![] };
+        for patch in 0..patches.len() {
+            let mut answers = [Answer::default(); DEPTH];
+            measured.energy.push(self.potential.evaluate(patch, x, &mut answers));
+            for (element, answer) in patches.of(patch).iter().zip(&answers) {
+                measured.stiffness[element.index()] = answer.stiffness;
+                measured.jacobian[element.index()] = answer.jacobian;
+            }
+        }
+        measured
     }
+}
 
-    /// The smallest of the stable steps at these positions, s; not a normal number where there is none.
-    #[must_use]
-    pub fn smallest_step(&self, x: &[Vector<D>]) -> f64 {
-        let steps = super::pace::stable_steps(self, &self.clocks(x), 1.0);
-        // Any NaN must come out: `f64::min` would drop it.
-        steps.into_iter().fold(f64::INFINITY, |least, step| if least.is_nan() || step >= least { least } else { step })
-    }
+/// What the elements answer at some positions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// κ of each element, N/m.
+    pub stiffness: Vec<f64>,
+    /// J of each element.
+    pub jacobian: Vec<f64>,
+    /// V of each patch, J.
+    pub energy: Vec<f64>,
 }
 
 impl Surface {

@@ -104,7 +104,7 @@ const FACE_DEPTH: f64 = 0.3;
 const LEAK: f64 = 1.0;
 /// Facets are looked at around nodes so near to a body, in element sizes: a surface that is stretched further has long been
 /// stopped.
-const STRETCH: f64 = 8.0;
+pub(super) const STRETCH: f64 = 8.0;
 /// Most sweeps over the touching points of a tick, and the approach, relative to the fastest, that ends them (A7). A few
 /// settle what is heavier than the nodes that it meets at once; a body of a hundredth of their mass needs hundreds, and
 /// after ten it kept 2 % of its approach.
@@ -123,31 +123,6 @@ const BIAS_CAP: f64 = 0.1;
 pub(super) const SLOP: f64 = 0.03;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// φ and n of the active surface nodes to the active bodies.
-    pub(super) fn measure_gaps(&mut self) {
-        let (scratch, n) = (&mut self.scratch, self.bodies.len());
-        for surface in scratch.reached.drain(..) {
-            scratch.gaps[surface as usize * n..][..n].fill(None);
-        }
-        let surface_of = |node: &NodeId| self.gel.surface.of[node.index()];
-        scratch.reached.extend(scratch.active.iter().filter_map(surface_of));
-        scratch.reached.sort_unstable();
-        for surface in &scratch.reached {
-            let node = self.gel.surface.nodes[*surface as usize].node;
-            let point = embed(&self.state.position[node.index()]);
-            let gaps = &mut scratch.gaps[*surface as usize * n..][..n];
-            for ((gap, fixed), body) in gaps.iter_mut().zip(&self.bodies).zip(&scratch.was) {
-                *gap = body.active.then(|| fixed.gap(body, &point));
-            }
-        }
-    }
-
-    /// φ and n of an active surface node, by body.
-    pub(super) fn gaps_of(&self, surface: u32) -> &[Option<Gap>] {
-        let n = self.bodies.len();
-        &self.scratch.gaps[surface as usize * n..][..n]
-    }
-
     /// Body by body, the active nodes inside it, ascending, then the firing facets that a tip pierces or that are deep
     /// inside.
     pub(super) fn find_touches(&mut self, tick: Tick) {
@@ -177,7 +152,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let point = embed(&self.state.position[at.node.index()]);
             touches.extend(self.touch((&[at.node], [1.0, 0.0, 0.0]), (at.size, point), &gap, body));
         }
-        let fires = |facet: ElementId| self.state.clocks[self.gel.behind[facet.index()].index()].last == tick;
+        let fires = |facet: ElementId| self.has_fired(self.gel.behind[facet.index()], tick);
         let mut facets = self.facets_near(body, fires);
         facets.sort_unstable_by_key(|(facet, _)| *facet);
         facets.dedup_by_key(|(facet, _)| *facet);
@@ -367,11 +342,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         change.norm() * compliance
     }
 
-    /// The paper's law for the nodes of one patch that has just been kicked.
-    pub(super) fn reverse(&mut self, patch: ElementId) {
+    /// The paper's law for the nodes of one element that has just kicked them.
+    pub(super) fn reverse(&mut self, element: ElementId) {
+        let gel = self.gel.clone();
+        let nodes = gel.potential.nodes(element);
         for i in 0..self.scratch.touches.len() {
             let touch = &self.scratch.touches[i];
-            if touch.nodes().iter().all(|node| self.gel.potential.nodes(patch).contains(node)) {
+            if touch.nodes().iter().all(|node| nodes.contains(node)) {
                 let j = reversal(touch.normal.dot(&self.relative(touch)), touch.compliance);
                 let push = touch.normal * j;
                 self.scratch.touches[i].impulse += j;

@@ -1,74 +1,218 @@
 //! The kicks of one tick, and the books of what they did (numerics 1.2, A6).
 
+use super::blocks::{Block, Due};
 use super::engine::Engine;
 use super::impact::Touch;
 use crate::algebra::{Vector, Vector3, embed, restrict};
 use crate::contact::{Freedom, Law, Motion};
-use crate::element::Potential;
+use crate::element::{Answer, GroupAnswer, Potential};
 use crate::ledger::Ledger;
-use crate::mesh::ElementId;
+use crate::mesh::{ElementId, NodeId};
 use crate::state::{Clock, Tick};
+use rayon::prelude::*;
+
+/// What held directions take up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Taken {
+    momentum: Vector3,
+    angular_momentum: Vector3,
+}
+
+impl Default for Taken {
+    fn default() -> Self {
+        Self { momentum: Vector3::zeros(), angular_momentum: Vector3::zeros() }
+    }
+}
+
+impl std::ops::Add for Taken {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            momentum: self.momentum + other.momentum,
+            angular_momentum: self.angular_momentum + other.angular_momentum,
+        }
+    }
+}
+
+impl Taken {
+    /// What the held directions of a node at `at` take up of a push.
+    pub fn add<const D: usize>(&mut self, free: &Vector<D>, freedom: Freedom, (at, push): (Vector3, Vector3)) {
+        if free.min() == 0.0 {
+            let taken = embed(&restrict::<D>(&push).component_mul(free)) - push;
+            self.momentum += freedom.translation(&taken);
+            self.angular_momentum += freedom.rotation(&at.cross(&taken));
+        }
+    }
+
+    pub fn post(&self, ledger: &mut Ledger) {
+        ledger.momentum.restraint += self.momentum;
+        ledger.angular_momentum.restraint += self.angular_momentum;
+    }
+}
+
+/// A node that a contact may push, and its velocities before the kicks of the tick and before the contact.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Carrier<const D: usize> {
+    pub node: NodeId,
+    pub before: Vector<D>,
+    pub kicked: Vector<D>,
+}
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// All kicks, then the contact solve; or, by the paper's law, the reversal after each kick.
-    pub(super) fn kick_and_strike(&mut self, due: &[ElementId]) {
-        match self.rules.law {
-            Law::Moreau { restitution, friction, .. } => {
-                for (i, patch) in due.iter().enumerate() {
-                    self.kick(i, *patch);
-                }
-                self.solve(restitution, friction);
+    /// The kicks of the fast form, then the contact solve; Σ p·(v⁻ + v⁺)/2, J.
+    pub(super) fn kick_fast(&mut self, tick: Tick) -> f64 {
+        self.find_carriers();
+        let mut work = 0.0;
+        if tick > 0 {
+            let sums = self.kick_nodes();
+            sums.taken.post(&mut self.state.ledger);
+            let all = self.scratch.active.all;
+            self.watch.speed = sums.fastest.sqrt().max(if all { 0.0 } else { self.watch.speed });
+            work += sums.work;
+        }
+        work += self.kick_changed(tick);
+        for i in 0..self.scratch.carriers.len() {
+            self.scratch.carriers[i].kicked = self.state.velocity[self.scratch.carriers[i].node.index()];
+        }
+        if let Law::Moreau { restitution, friction, .. } = self.rules.law {
+            self.solve(restitution, friction);
+        }
+        work + self.settle_carriers(tick)
+    }
+
+    /// The rest of the kick of the groups whose step has changed: its length is half of the step behind and half of that ahead.
+    fn kick_changed(&mut self, tick: Tick) -> f64 {
+        let changed = std::mem::take(&mut self.scratch.changed);
+        let mut work = 0.0;
+        let mut answers = std::mem::take(&mut self.scratch.reference.elements);
+        for change in &changed {
+            let group = change.group as usize;
+            let step = self.state.clocks[group].step as f64 - if tick == 0 { 0.0 } else { change.was as f64 };
+            answers.clear();
+            self.evaluate_group(group, &mut answers);
+            for (element, answer) in &answers {
+                work += self.kick((*element, answer), 0.5 * step * self.grid.time(1));
             }
-            Law::Reversal => {
-                for (i, patch) in due.iter().enumerate() {
-                    self.kick(i, *patch);
-                    self.reverse(*patch);
-                }
-            }
+            self.note_speeds_of(&answers);
+        }
+        self.scratch.reference.elements = answers;
+        self.scratch.changed = changed;
+        work
+    }
+
+    fn note_speeds_of(&mut self, answers: &[(ElementId, Answer<D>)]) {
+        let gel = self.gel.clone();
+        let nodes = answers.iter().flat_map(|(element, _)| gel.potential.nodes(*element));
+        nodes.for_each(|node| self.note_speed(node.index()));
+    }
+
+    /// The speeds of the active nodes of the reference form.
+    pub(super) fn note_speeds(&mut self) {
+        for i in 0..self.scratch.active.list.len() {
+            self.note_speed(self.scratch.active.list[i] as usize);
         }
     }
 
-    /// v_a += w f_a/m_a in the free directions; the held ones take up the rest.
-    fn kick(&mut self, i: usize, patch: ElementId) {
-        let (weight, stride) = (self.scratch.weights[i], self.gel.potential.stride());
-        let forces = &self.scratch.forces[i * stride..(i + 1) * stride];
-        for (node, force) in self.gel.potential.nodes(patch).iter().zip(forces) {
-            let (a, push) = (node.index(), force * weight);
-            self.state.velocity[a] += push.component_mul(&self.gel.free[a]) / self.gel.mass[a];
-            let at = embed(&self.state.position[a]);
-            book_restraint(&self.gel.free[a], self.freedom(), (at, embed(&push)), &mut self.state.ledger);
+    fn note_speed(&mut self, node: usize) {
+        let velocity = self.state.velocity[node];
+        self.watch.speed = self.watch.speed.max(velocity.norm());
+        if let Some(blocks) = self.blocks.as_ref().filter(|_| velocity != Vector::<D>::zeros()) {
+            super::nodes::wake(blocks, node);
         }
     }
 
-    /// Posts the integration residual of each firing patch, r = ΔV + (W ahead of the last tick) + (W behind this one),
-    /// with W = Σ w f_a·(v_a⁻ + v_a⁺)/2: zero for the exact motion, second order in the step.
-    pub(super) fn book(&mut self, due: &[ElementId], was: &[Clock], tick: Tick) {
-        let stride = self.gel.potential.stride();
+    fn find_carriers(&mut self) {
+        let scratch = &mut self.scratch;
+        scratch.carriers.clear();
+        for node in scratch.touches.iter().flat_map(Touch::nodes) {
+            let before = self.state.velocity[node.index()];
+            scratch.carriers.push(Carrier { node: *node, before, kicked: before });
+        }
+        scratch.carriers.sort_by_key(|carrier| carrier.node);
+        scratch.carriers.dedup_by_key(|carrier| carrier.node);
+    }
+
+    /// What the kicks did more because contact changed the velocity after them, Σ p·(v⁺ − v)/2 with p = m (v − v⁻).
+    fn settle_carriers(&mut self, tick: Tick) -> f64 {
+        let mut work = 0.0;
+        for i in 0..self.scratch.carriers.len() {
+            let Carrier { node, before, kicked } = self.scratch.carriers[i];
+            let a = node.index();
+            let change = self.state.velocity[a] - kicked;
+            work += 0.5 * self.gel.mass[a] * (kicked - before).dot(&change);
+            self.last[a] = tick;
+            self.note_speed(a);
+        }
+        work
+    }
+
+    /// Posts the integration residual of the firing groups, Σ ΔV + Σ A of the last tick + W − Σ A of this one: zero for the
+    /// exact motion, second order in the step.
+    pub(super) fn book(&mut self, tick: Tick, work: f64) {
+        let residual = if self.blocks.is_some() { self.settle_blocks(tick) } else { self.settle_groups(tick) };
+        self.state.ledger.energy.integration += residual + work;
+    }
+
+    fn settle_groups(&mut self, tick: Tick) -> f64 {
         let mut residual = 0.0;
-        for (i, patch) in due.iter().enumerate() {
-            let mut work = 0.0;
-            for (node, force) in self.gel.potential.nodes(*patch).iter().zip(&self.scratch.forces[i * stride..]) {
-                let sum = self.scratch.before[node.index()] + self.state.velocity[node.index()];
-                work += 0.5 * self.scratch.weights[i] * force.dot(&sum);
-            }
-            let (answer, was) = (&self.scratch.answers[i], &was[i]);
-            let clock = &mut self.state.clocks[patch.index()];
-            let ahead = (clock.next - tick) as f64 / (clock.next - was.last) as f64;
-            residual += answer.energy - was.energy + was.ahead + (1.0 - ahead) * work;
-            clock.ahead = ahead * work;
-            clock.energy = answer.energy;
-            clock.jacobian = answer.jacobian;
-            clock.inverted = answer.jacobian <= 0.0;
-            self.state.record.min_jacobian = self.state.record.min_jacobian.min(answer.jacobian);
+        for group in self.scratch.due.iter().map(|group| *group as usize) {
+            let (clock, answer) = (&mut self.state.clocks[group], &self.scratch.answers[group]);
+            let next = self.state.alarms.get(group).map_or(tick + clock.step, |alarm| alarm.next);
+            residual += settle(clock, answer, self.grid.time(next - tick));
+            self.state.record.min_jacobian = self.state.record.min_jacobian.min(answer.least_jacobian);
+            self.state.record.updates += self.order.elements(self.order.slots(group)).count() as u64;
         }
-        self.state.ledger.energy.integration += residual;
-        self.state.record.updates += due.len() as u64;
+        residual
+    }
+
+    fn settle_blocks(&mut self, tick: Tick) -> f64 {
+        let Some(mut blocks) = self.blocks.take() else { return 0.0 };
+        let (grid, kind, n) = (self.grid, self.rules.schedule, blocks.groups);
+        let record = &mut self.state.record;
+        for block in &blocks.blocks {
+            record.updates += block.report.updates;
+            record.min_jacobian = record.min_jacobian.min(block.report.least_jacobian);
+        }
+        let (clocks, answers) = (&mut self.state.clocks, &self.scratch.answers);
+        self.scratch.residuals.resize(blocks.blocks.len(), 0.0);
+        let settle_block = |(((block, clocks), answers), residual): (
+            ((&Block, &mut [Clock]), &[GroupAnswer]),
+            &mut f64,
+        )| {
+            *residual = 0.0;
+            if block.due == Due::Nothing || !block.was_swept {
+                return;
+            }
+            for (clock, answer) in clocks.iter_mut().zip(answers) {
+                if tick == 0 || kind.fires(clock.step, tick) {
+                    *residual += settle(clock, answer, grid.time(clock.step));
+                }
+            }
+        };
+        let residuals = &mut self.scratch.residuals;
+        match &self.pool {
+            Some(pool) => pool.run(|| {
+                let all = blocks.blocks.par_iter().zip(clocks.par_chunks_mut(n)).zip(answers.par_chunks(n));
+                all.zip(residuals.par_iter_mut()).for_each(settle_block);
+            }),
+            None => {
+                let all = blocks.blocks.iter().zip(clocks.chunks_mut(n)).zip(answers.chunks(n));
+                all.zip(residuals.iter_mut()).for_each(settle_block);
+            }
+        }
+        let mut changed: Vec<usize> = self.scratch.changed.iter().map(|change| change.group as usize / n).collect();
+        changed.dedup();
+        changed.into_iter().for_each(|block| blocks.pace(block, &self.state.clocks));
+        self.blocks = Some(blocks);
+        self.scratch.residuals.iter().sum()
     }
 
     /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, the part Σ J b of it that removes penetration, that of
     /// friction, Σ Jₜ·(u⁻ + u⁺)/2, and what the holder of a body that is not free, or of a growing dome, gives.
     pub(super) fn book_contact(&mut self) {
         let touches = std::mem::take(&mut self.scratch.touches);
+        let mut taken = Taken::default();
         for touch in touches.iter().filter(|touch| touch.impulse > 0.0) {
             let j = touch.impulse;
             let mean = 0.5 * (touch.before + self.relative(touch));
@@ -79,13 +223,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.state.ledger.energy.external += touch.push().dot(&touch.swell);
             for (node, w) in touch.carriers() {
                 let (at, push) = (embed(&self.state.position[node.index()]), touch.push() * w);
-                let free = &self.gel.free[node.index()];
-                book_restraint(free, self.freedom(), (at, push), &mut self.state.ledger);
+                taken.add(&self.gel.free[node.index()], self.freedom(), (at, push));
             }
             if self.bodies[touch.body].motion != Motion::Free {
                 self.book_reaction(touch);
             }
         }
+        taken.post(&mut self.state.ledger);
         self.scratch.touches = touches;
     }
 
@@ -100,16 +244,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 }
 
-/// What the held directions of a node at `at` take up of a push.
-fn book_restraint<const D: usize>(
-    free: &Vector<D>,
-    freedom: Freedom,
-    (at, push): (Vector3, Vector3),
-    ledger: &mut Ledger,
-) {
-    if free.min() == 0.0 {
-        let taken = embed(&restrict::<D>(&push).component_mul(free)) - push;
-        ledger.momentum.restraint += freedom.translation(&taken);
-        ledger.angular_momentum.restraint += freedom.rotation(&at.cross(&taken));
-    }
+/// Takes an answer into a clock; what V and A changed by, J.
+fn settle(clock: &mut Clock, answer: &GroupAnswer, step: f64) -> f64 {
+    let ahead = 0.5 * step * answer.power;
+    let residual = answer.energy - clock.energy + clock.ahead - ahead;
+    (clock.energy, clock.ahead) = (answer.energy, ahead);
+    (clock.inverted, clock.crushed) = (answer.inverted, answer.crushed);
+    residual
 }

@@ -1,22 +1,28 @@
 //! The asynchronous variational integrator: every patch of elements at its own time step (numerics 1).
 
+mod blocks;
 mod engine;
 mod error;
 mod facet;
-mod forces;
 mod gel;
 mod grid;
 mod impact;
 mod kick;
+mod near;
+mod nodes;
+mod order;
 mod pace;
 mod pierce;
 mod pool;
+mod reference;
 mod report;
 mod schedule;
+mod sweep;
+mod watch;
 
-pub use engine::{Engine, Rules};
+pub use engine::{Engine, NoStep, Rules};
 pub use error::StepError;
-pub use gel::{Gel, Surface, SurfaceNode};
+pub use gel::{Gel, Measured, Surface, SurfaceNode};
 pub use grid::TickGrid;
 pub use pool::Pool;
 pub use report::{Energies, Totals};

@@ -1,12 +1,14 @@
 //! Which step a patch takes: the assembled nodal rule, the ratchet, and contact (numerics 1.3, 1.4, A7, A8).
 
+use super::blocks::{Block, Due};
 use super::engine::Engine;
-use super::{Gel, StepError};
+use super::order::Order;
+use super::{Gel, Kind, StepError};
 use crate::algebra::Vector3;
 use crate::element::Potential;
 use crate::geometry::Gap;
 use crate::mesh::{ElementId, NodeId};
-use crate::state::{Clock, Tick};
+use crate::state::{Alarm, Clock, Tick};
 
 /// A step may be raised when the limit is so many times longer …
 const RAISE_MARGIN: f64 = 4.0;
@@ -20,39 +22,44 @@ const FURTHER: f64 = 0.05;
 /// Probes along a path before what was proved so far is taken.
 const PROBES: usize = 16;
 
-/// CFL · min over the nodes a of each patch of 2/√λ_a, s, with λ_a = Σ_{K∋a} κ_K/m_a.
+/// The stable step of each element, CFL · min over its nodes a of 2/√λ_a, s, with λ_a = Σ_{K∋a} κ_K/m_a.
 ///
 /// λ_a bounds the spectrum of the *assembled* system (1.3c): K = Σ K_K ≤ Σ κ_K 1_K = diag(λ_a m_a).
-pub(super) fn stable_steps<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, clocks: &[Clock], cfl: f64) -> Vec<f64> {
-    let limits: Vec<f64> = (0..gel.mass.len()).map(|a| nodal_limit(gel, clocks, NodeId(a as u32))).collect();
-    (0..clocks.len()).map(|p| cfl * patch_limit(gel, &limits, ElementId(p as u32))).collect()
+pub(super) fn stable_steps<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, stiffness: &[f64], cfl: f64) -> Vec<f64> {
+    let sum = |node| gel.star.of(node).iter().map(|element| stiffness[element.index()]).sum();
+    let limit_of = |a: usize| cfl * limit(sum(NodeId(a as u32)), gel.mass[a]);
+    let limits: Vec<f64> = (0..gel.mass.len()).map(limit_of).collect();
+    let least = |nodes: &[NodeId]| nodes.iter().map(|node| limits[node.index()]).fold(f64::INFINITY, f64::min);
+    (0..gel.potential.len() as u32).map(|element| least(gel.potential.nodes(ElementId(element)))).collect()
 }
 
-/// 2/√λ_a, s, summed over the patches of the node in ascending order (A8).
-fn nodal_limit<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, clocks: &[Clock], node: NodeId) -> f64 {
-    let stiffness: f64 = gel.star.of(node).iter().map(|patch| clocks[patch.index()].stiffness).sum();
-    2.0 / (stiffness / gel.mass[node.index()]).sqrt()
+/// 2/√λ_a, s, from Σ κ_K and m_a.
+#[inline]
+pub(super) fn limit(stiffness: f64, mass: f64) -> f64 {
+    2.0 / (stiffness / mass).sqrt()
 }
 
-fn patch_limit<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, limits: &[f64], patch: ElementId) -> f64 {
-    gel.potential.nodes(patch).iter().map(|node| limits[node.index()]).fold(f64::INFINITY, f64::min)
+/// 2/√λ_a, s, summed over the elements of the node in ascending order (A8).
+pub(super) fn nodal_limit<const D: usize, P: Potential<D>>(
+    gel: &Gel<D, P>,
+    (stiffness, order): (&[f64], &Order),
+    node: NodeId,
+) -> f64 {
+    limit(gel.star.of(node).iter().map(|element| stiffness[order.slot(*element)]).sum(), gel.mass[node.index()])
+}
+
+/// A group whose step changed at this tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Change {
+    pub group: u32,
+    /// Its step so far, ticks; 0 at the start.
+    pub was: Tick,
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Stores κ of the firing patches and gathers 2/√λ_a of the active nodes afresh.
-    pub(super) fn measure_limits(&mut self, due: &[ElementId], tick: Tick) {
-        for (patch, answer) in due.iter().zip(&self.scratch.answers) {
-            self.state.clocks[patch.index()].stiffness = answer.stiffness;
-        }
-        for node in &self.scratch.active {
-            self.scratch.limit[node.index()] = nodal_limit(&self.gel, &self.state.clocks, *node);
-        }
-        let smallest = self.scratch.active.iter().map(|a| self.scratch.limit[a.index()]).fold(f64::INFINITY, f64::min);
-        self.count_synchronous(self.grid.ticks(self.rules.cfl * smallest), tick);
-    }
-
     /// One global stable step would be the smallest nodal limit seen so far; what it would have cost up to `tick`.
-    fn count_synchronous(&mut self, limit: f64, tick: Tick) {
+    pub(super) fn count_synchronous(&mut self, limit: f64, tick: Tick) {
+        let limit = self.grid.ticks(limit);
         let (length, counted, updates) = self.state.record.synchronous;
         if limit < length {
             let cost = (tick - counted) as f64 / length * self.gel.potential.len() as f64;
@@ -60,61 +67,149 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    fn limit_in_ticks(&self, patch: ElementId) -> f64 {
-        self.grid.ticks(self.rules.cfl * patch_limit(&self.gel, &self.scratch.limit, patch))
+    /// The stable step of a group, ticks: of the nodes that are not active at this tick from what is known of their elements.
+    fn group_limit(&self, group: usize) -> f64 {
+        let known = (self.state.stiffness.as_slice(), &*self.order);
+        let limit = |node: &NodeId| {
+            if self.scratch.active.has(node.index()) {
+                self.scratch.limit[node.index()]
+            } else {
+                self.rules.cfl * nodal_limit(&self.gel, known, *node)
+            }
+        };
+        let elements = self.order.elements(self.order.slots(group));
+        let nodes = elements.flat_map(|element| self.gel.potential.nodes(element));
+        self.grid.ticks(nodes.map(limit).fold(f64::INFINITY, f64::min))
     }
 
-    /// A stable step of less than a tick is a thousandth of the smallest one at the start: the mesh has failed (A11).
-    pub(super) fn check_steps(&self, due: &[ElementId], time: f64) -> Result<(), StepError> {
-        for (patch, answer) in due.iter().zip(&self.scratch.answers) {
-            let limit = self.limit_in_ticks(*patch);
-            if limit < 1.0 {
-                let step = limit * self.grid.time(1);
-                return Err(StepError::StepCollapsed { element: patch.index(), time, step, jacobian: answer.jacobian });
+    /// The firing groups whose step may change: where a limit is below a step or far above it, or a calm is counted, and
+    /// around what is near a body; ascending.
+    pub(super) fn attentive(&mut self, tick: Tick) -> Vec<u32> {
+        let mut groups = std::mem::take(&mut self.scratch.due);
+        if self.blocks.is_some() {
+            groups.clear();
+            self.attentive_blocks(tick, &mut groups);
+            self.around_contact(tick, &mut groups);
+            groups.sort_unstable();
+            groups.dedup();
+        }
+        groups
+    }
+
+    fn attentive_blocks(&mut self, tick: Tick, groups: &mut Vec<u32>) {
+        let Some(mut blocks) = self.blocks.take() else { return };
+        let n = blocks.groups;
+        for (i, block) in blocks.blocks.iter_mut().enumerate() {
+            let watched = block.is_awake() || *block.looked_at.get_mut() || block.restless;
+            if block.due == Due::Nothing || !watched || self.is_steady(block) {
+                continue;
+            }
+            let before = groups.len();
+            for group in i * n..self.state.clocks.len().min((i + 1) * n) {
+                let clock = &self.state.clocks[group];
+                if tick == 0 || self.rules.schedule.fires(clock.step, tick) {
+                    let (limit, step) = (self.group_limit(group), clock.step as f64);
+                    if tick == 0 || limit < step || limit >= RAISE_MARGIN * step || clock.calm > 0 {
+                        groups.push(group as u32);
+                    }
+                }
+            }
+            block.restless = groups.len() > before;
+        }
+        self.blocks = Some(blocks);
+    }
+
+    /// Whether all nodes of a block that fires as a whole have limits that leave its steps as they are.
+    fn is_steady(&self, block: &Block) -> bool {
+        if block.due != Due::All || !block.is_awake() || block.restless || block.steps.0 == 0 {
+            return false;
+        }
+        let longest = self.grid.time(block.steps.1);
+        let shortest = RAISE_MARGIN * self.grid.time(block.steps.0);
+        let limits = block.nodes.iter().map(|node| self.scratch.limit[node.index()]);
+        let (least, most) = limits.fold((f64::INFINITY, 0.0_f64), |(a, b), limit| (a.min(limit), b.max(limit)));
+        least >= longest && most < shortest
+    }
+
+    /// The firing groups around the nodes that were looked at for contact.
+    fn around_contact(&self, tick: Tick, groups: &mut Vec<u32>) {
+        for at in &self.scratch.reached {
+            let node = self.gel.surface.nodes[*at as usize].node;
+            let around = self.gel.star.of(node).iter().map(|element| self.order.group(*element));
+            let fires = |group: &usize| self.rules.schedule.fires(self.state.clocks[*group].step, tick);
+            groups.extend(around.filter(|group| tick == 0 || fires(group)).map(|group| group as u32));
+        }
+    }
+
+    /// Chooses the next tick of each of these firing groups, in ascending order; those whose step changed, and the first that
+    /// cannot go on. A stable step of less than a tick is a thousandth of the smallest one at the start: the mesh has failed
+    /// (A11).
+    pub(super) fn set_clocks(&mut self, groups: &[u32], tick: Tick) -> Option<StepError> {
+        let mut collapsed = None;
+        self.scratch.changed.clear();
+        for group in groups {
+            let (i, was) = (*group as usize, self.state.clocks[*group as usize]);
+            let limit = self.group_limit(i);
+            if limit < 1.0 && collapsed.is_none() {
+                collapsed = Some(self.collapse(i, limit, tick));
+            }
+            let (step, calm) = self.ratchet(limit.max(1.0), &was, tick);
+            let (step, near) = self.contact_step(i, step);
+            let clock = &mut self.state.clocks[i];
+            (clock.step, clock.calm) = (step, if near { 0 } else { calm });
+            if step != was.step {
+                self.scratch.changed.push(Change { group: *group, was: was.step });
+            }
+            if self.rules.schedule == Kind::Queue {
+                // Patches near contact wait for the common multiples of their steps, so that they fire together.
+                self.state.alarms[i] = Alarm { last: tick, next: if near { (tick / step + 1) * step } else { tick + step } };
             }
         }
-        Ok(())
+        if self.rules.schedule == Kind::Global {
+            self.level_out(tick);
+        }
+        collapsed
     }
 
-    /// Chooses the next tick of each firing patch, in ascending order, and the length of its kick: half of the step
-    /// behind and half of the step ahead.
-    pub(super) fn set_clocks(&mut self, due: &[ElementId], tick: Tick) {
-        self.scratch.weights.clear();
-        for patch in due {
-            let was = self.state.clocks[patch.index()];
-            let (step, calm) = self.ratchet(*patch, &was, tick);
-            let (step, near) = self.contact_step(*patch, step);
-            let clock = &mut self.state.clocks[patch.index()];
-            clock.step = step;
-            clock.calm = if near { 0 } else { calm };
-            clock.last = tick;
-            // In the queue, patches near contact wait for the common multiples of their steps, so that they fire together.
-            clock.next = if near { (tick / step + 1) * step } else { tick + step };
-            self.scratch.weights.push(0.5 * self.grid.time(clock.next - was.last));
+    /// One step for all: the least.
+    fn level_out(&mut self, tick: Tick) {
+        if let Some(Change { was, .. }) = self.scratch.changed.first().copied() {
+            let least = self.state.clocks.iter().map(|clock| clock.step).filter(|step| *step > 0).min().unwrap_or(1);
+            self.state.clocks.iter_mut().for_each(|clock| clock.step = least);
+            self.scratch.changed.clear();
+            self.scratch.changed.extend((0..self.state.clocks.len() as u32).map(|group| Change { group, was }));
         }
+        self.state.alarms[0] = Alarm { last: tick, next: tick + self.state.clocks[0].step };
+    }
+
+    fn collapse(&self, group: usize, limit: f64, tick: Tick) -> StepError {
+        let slot = self.order.slots(group).start;
+        let element = self.order.elements(slot..slot + self.order.width()).next().map_or(0, ElementId::index);
+        let (step, time) = (limit * self.grid.time(1), self.grid.time(tick));
+        StepError::StepCollapsed { element, time, step, jacobian: self.scratch.answers[group].least_jacobian }
     }
 
     /// Down at once; up, doubled, only when aligned and after a long calm.
-    fn ratchet(&self, patch: ElementId, clock: &Clock, tick: Tick) -> (Tick, u32) {
-        let limit = self.limit_in_ticks(patch);
+    fn ratchet(&self, limit: f64, clock: &Clock, tick: Tick) -> (Tick, u32) {
         let allowed = self.rules.schedule.step(limit);
         if clock.step == 0 || allowed < clock.step {
             return (allowed, 0);
         }
-        if limit < RAISE_MARGIN * clock.step as f64 {
+        if limit < RAISE_MARGIN * clock.step as f64 || self.rules.schedule == Kind::Global {
             return (clock.step, 0);
         }
         let calm = clock.calm.saturating_add(1);
-        let aligned = self.rules.schedule == super::Kind::Queue || tick.is_multiple_of(2 * clock.step);
+        let aligned = self.rules.schedule == Kind::Queue || tick.is_multiple_of(2 * clock.step);
         if calm >= RAISE_PATIENCE && aligned { (2 * clock.step, 0) } else { (clock.step, calm) }
     }
 
     /// The step with contact: no surface node may run deeper into a body than [`DEPTH`] allows, and patches within an
     /// element's size of a body take the shortest step around. Also whether the patch is that near.
-    fn contact_step(&self, patch: ElementId, step: Tick) -> (Tick, bool) {
+    fn contact_step(&self, group: usize, step: Tick) -> (Tick, bool) {
         let mut limit = step as f64;
         let mut near = false;
-        for node in self.gel.potential.nodes(patch) {
+        let elements = self.order.elements(self.order.slots(group));
+        for node in elements.flat_map(|element| self.gel.potential.nodes(element)) {
             let Some(surface) = self.gel.surface.of[node.index()] else { continue };
             let size = self.gel.surface.nodes[surface as usize].size;
             for (body, gap) in self.gaps_of(surface).iter().enumerate() {
@@ -127,13 +222,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
         }
         let limit = limit.max(1.0);
-        let kind = if near { super::Kind::Bins } else { self.rules.schedule };
+        let kind = if near && self.rules.schedule == Kind::Queue { Kind::Bins } else { self.rules.schedule };
         (if near || limit < step as f64 { kind.step(limit) } else { step }, near)
     }
 
-    /// The shortest step among the patches of a node that have one, ticks.
+    /// The shortest step among the elements of a node that have one, ticks.
     pub(super) fn shortest_around(&self, node: NodeId) -> f64 {
-        let steps = self.gel.star.of(node).iter().map(|patch| self.state.clocks[patch.index()].step);
+        let steps = self.gel.star.of(node).iter().map(|element| self.state.clocks[self.order.group(*element)].step);
         steps.filter(|step| *step > 0).map(|step| step as f64).fold(f64::INFINITY, f64::min)
     }
 

@@ -1,12 +1,15 @@
 //! Sums over the state: energies, momenta, and how well the books close (numerics A6).
 
 use super::Gel;
+use super::blocks::Blocks;
 use super::engine::{Engine, Start};
-use crate::algebra::{Vector3, embed, ordered_sum};
+use super::gel::Measured;
+use crate::algebra::{Vector, Vector3, embed, ordered_sum};
 use crate::contact::{Body, BodyState};
-use crate::element::Potential;
+use crate::element::{GroupAnswer, Potential};
 use crate::ledger::Ledger;
-use crate::state::State;
+use crate::mesh::{ElementId, NodeId, Simplex};
+use crate::state::{Clock, State, Tick};
 use std::iter::Sum;
 
 /// Energies at one instant, J.
@@ -133,13 +136,44 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Step of each patch now, s; before the first tick the stable one.
     #[must_use]
     pub fn steps(&self) -> Vec<f64> {
-        let clocks = &self.state.clocks;
-        if clocks.iter().all(|clock| clock.step == 0) {
-            let limits = super::pace::stable_steps(&self.gel, clocks, self.rules.cfl);
-            let rounded = |limit: &f64| self.grid.time(self.rules.schedule.step(self.grid.ticks(*limit)));
-            return limits.iter().map(rounded).collect();
+        if self.state.now.is_none() {
+            let rounded = |limit: f64| self.grid.time(self.rules.schedule.step(self.grid.ticks(limit)));
+            return self.stable_steps().into_iter().map(rounded).collect();
         }
-        clocks.iter().map(|clock| self.grid.time(clock.step)).collect()
+        let step = |element| self.grid.time(self.state.clocks[self.order.group(ElementId(element))].step);
+        (0..self.gel.potential.len() as u32).map(step).collect()
+    }
+
+    /// The stable step of each element by itself, not rounded to what the schedule allows, s (numerics 1.3).
+    #[must_use]
+    pub fn stable_steps(&self) -> Vec<f64> {
+        let stiffness = |element| self.state.stiffness[self.order.slot(ElementId(element))];
+        let stiffness: Vec<f64> = (0..self.gel.potential.len() as u32).map(stiffness).collect();
+        super::pace::stable_steps(&self.gel, &stiffness, self.rules.cfl)
+    }
+
+    /// The step of an element now, ticks.
+    #[must_use]
+    pub fn step_of(&self, element: ElementId) -> Tick {
+        self.state.clocks[self.order.group(element)].step
+    }
+
+    /// What the elements answer where the nodes are at time `t`, s.
+    #[must_use]
+    pub fn measure_at(&self, t: f64) -> Measured {
+        let x: Vec<Vector<D>> = (0..self.gel.mass.len() as u32).map(|a| self.position_at(NodeId(a), t)).collect();
+        self.gel.measure(&x)
+    }
+
+    /// Bytes that a gel of this size takes in the engine: elements, nodes, state and what is derived from it.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let (nodes, state) = (self.gel.mass.len(), &self.state);
+        let fields = size_of::<Vector<D>>() * 3 + size_of::<f64>() * 2 + size_of::<Tick>() * 2;
+        let groups = size_of::<Clock>() + size_of::<GroupAnswer>();
+        let blocks = self.blocks.as_ref().map_or(0, Blocks::bytes);
+        let elements = size_of::<Simplex>() + size_of::<ElementId>() * (D + 1) + size_of::<f64>();
+        nodes * fields + state.clocks.len() * groups + self.order.bytes() + blocks + self.gel.potential.len() * elements
     }
 
     /// Updates that one global stable step of the assembled system would have cost up to time `t`, s.

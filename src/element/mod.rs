@@ -1,40 +1,57 @@
-//! Potential energies made of patches, each local to its own nodes: what the integrator steps.
+//! Potential energies made of elements, in patches that share a volume change: what the integrator steps.
 
+mod lanes;
 mod simplices;
 
 use crate::algebra::Vector;
-use crate::mesh::{ElementId, NodeId};
+use crate::mesh::{ElementId, NodeId, Patches};
 
+pub use lanes::{Accumulated, Batch, DEPTH, GroupAnswer, LANES, Lanes, Local, MOST_LOCAL_NODES, Row};
 pub use simplices::{Section, Simplices};
 
-/// Most nodes a patch may have.
-pub const MAX_NODES: usize = 8;
+/// Most nodes that an element may have.
+pub const MAX_NODES: usize = 4;
 
-/// What a patch answers at one position of its nodes.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Evaluation {
-    /// V, stored energy, J.
-    pub energy: f64,
-    /// κ, upper bound of the greatest eigenvalue of the patch's stiffness matrix ∂²V/∂x∂x, N/m.
+/// What an element answers at one position of its nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Answer<const D: usize> {
+    /// −∂V/∂x of its nodes, N; V is the energy of its patch, of which this element's share is meant.
+    pub forces: [Vector<D>; MAX_NODES],
+    /// κ, upper bound of the greatest eigenvalue of the element's share of the stiffness matrix ∂²V/∂x∂x, N/m.
     pub stiffness: f64,
     /// J = det F.
     pub jacobian: f64,
 }
 
-/// An elastic energy V = Σ_K V_K(x) of patches K.
+impl<const D: usize> Default for Answer<D> {
+    fn default() -> Self {
+        Self { forces: [Vector::zeros(); MAX_NODES], stiffness: 0.0, jacobian: 1.0 }
+    }
+}
+
+/// An elastic energy V = Σ_P V_P(x) of patches P of elements.
 pub trait Potential<const D: usize>: Send + Sync {
-    /// Number of patches.
+    /// Number of elements.
     fn len(&self) -> usize;
-    /// Whether there are no patches.
+    /// Whether there are no elements.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
-    /// Nodes of each patch, at most [`MAX_NODES`].
-    fn stride(&self) -> usize;
-    /// The nodes of a patch.
-    fn nodes(&self, patch: ElementId) -> &[NodeId];
-    /// Energy, stiffness bound and J at the positions `x` of all nodes; `forces` receives −∂V_K/∂x of its nodes, N.
-    fn evaluate(&self, patch: ElementId, x: &[Vector<D>], forces: &mut [Vector<D>]) -> Evaluation;
-    /// Whether the patch is crushed beyond what its material law means (below the continuation).
+    /// The nodes of an element, at most [`MAX_NODES`].
+    fn nodes(&self, element: ElementId) -> &[NodeId];
+    /// Which elements share an energy, at most [`DEPTH`] each.
+    fn patches(&self) -> &Patches;
+    /// Energy of a patch at the positions `x` of all nodes, J; `answers` receives what its elements answer, in their order.
+    fn evaluate(&self, patch: usize, x: &[Vector<D>], answers: &mut [Answer<D>; DEPTH]) -> f64;
+    /// Whether an element is crushed beyond what its material law means (below the continuation).
     fn is_crushed(&self, jacobian: f64) -> bool;
+    /// The positions of all nodes at which nothing is stored; of a potential that has lanes.
+    fn rest(&self) -> &[Vector<D>] {
+        &[]
+    }
+    /// The same elements laid out for vector units, if there is such a form: lane by lane in the order of `slots`, `None`
+    /// where a lane is empty; `local` gives the number of each node of the element in a slot.
+    fn lanes(&self, _slots: &[Option<ElementId>], _depth: usize, _local: &[[u16; MAX_NODES]]) -> Option<Lanes<D>> {
+        None
+    }
 }

@@ -1,7 +1,7 @@
-use super::{Evaluation, Potential};
+use super::{Answer, DEPTH, Lanes, MAX_NODES, Potential};
 use crate::algebra::{Tensor, Vector, cofactor, det};
 use crate::material::{NeoHookean, Volumetric};
-use crate::mesh::{ElementId, Mesh, NodeId, Simplex, edges};
+use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex, edges, signed_volume};
 
 /// What the gel's plane or space stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,23 +21,31 @@ pub enum Section {
 ///
 /// F = Σ x_a ⊗ ∇N_a; the stretch out of the plane is λ = 1 in `planar` and r̄/R̄ (mean radii of the three nodes) in
 /// `axisymmetric`; J = λ det F. Forces f_a = −w P ∇N_a with the rest volume w (2πR̄A for a ring), in `axisymmetric` with
-/// −w P_θθ/(3R̄) added along r.
+/// −w P_θθ/(3R̄) added along r. Strains come from displacements, so that a gel at rest has no force at all, not one of
+/// rounding: F = 1 + Σ (x_a − X_a) ⊗ ∇N_a.
+///
+/// The elements of a patch share their volume change (numerics 5): V_P = Σ w [μ/2 (|F|² − 3) − μ ln J] + W λ/2 (ln J̄)²
+/// with W = Σ w and J̄ = Σ w J/W. An element that is a patch by itself is the plain one, J̄ = J.
 ///
 /// Stiffness bound (rigorous, 1.3e and A2):
 /// κ = w {[μ + |U′| s] Σ_a |∇N_a|² + max(U″, 0) Σ_a |b_a|²}, where |2 det δF| and its kin are bounded by s |δF|²:
 /// s = 1 in the plane, √2 |F| ≥ s₁ + s₂ in space, the sum of the two largest of s₁, s₂, |λ| for a ring; b_a = ∂J/∂x_a.
-/// For a ring |∇N_a|² is extended by 1/(9R̄²).
+/// For a ring |∇N_a|² is extended by 1/(9R̄²). In a patch U′ and U″ are the sums of the element's own and the patch's:
+/// the patch's volume change is a mean, and the square of a mean is at most the mean of the squares.
+///
+/// This is the reference: one element after the other, its gradients found anew. [`Lanes`] is the fast form.
 #[derive(Debug, Clone)]
 pub struct Simplices<const D: usize> {
     material: NeoHookean,
     section: Section,
-    elements: Vec<Element<D>>,
+    elements: Vec<Simplex>,
+    rest: Vec<Vector<D>>,
+    patches: Patches,
 }
 
-#[derive(Debug, Clone)]
+/// An element at rest.
 struct Element<const D: usize> {
-    nodes: Simplex,
-    gradients: [Vector<D>; 4],
+    gradients: [Vector<D>; MAX_NODES],
     /// w, rest volume, m³.
     volume: f64,
     /// 1/(3R̄) of a ring, 0 otherwise, 1/m.
@@ -47,6 +55,7 @@ struct Element<const D: usize> {
 }
 
 /// F, λ and J of an element.
+#[derive(Clone, Copy)]
 struct Strain<const D: usize> {
     f: Tensor<D>,
     cofactor: Tensor<D>,
@@ -56,20 +65,36 @@ struct Strain<const D: usize> {
     inner: f64,
 }
 
+impl<const D: usize> Strain<D> {
+    fn jacobian(&self) -> f64 {
+        self.inner * self.out
+    }
+}
+
 impl<const D: usize> Simplices<D> {
-    /// The elements of a mesh.
+    /// The elements of a mesh, each by itself.
     #[must_use]
     pub fn new(mesh: &Mesh<D>, material: NeoHookean, section: Section) -> Self {
-        let elements = mesh.elements.iter().map(|nodes| Element::new(mesh, nodes, section)).collect();
-        Self { material, section, elements }
+        Self::in_patches(mesh, Patches::alone(mesh.elements.len()), (material, section))
+    }
+
+    /// The elements of a mesh, those of a patch with one volume change.
+    ///
+    /// # Panics
+    /// If a patch has more than [`DEPTH`] elements.
+    #[must_use]
+    pub fn in_patches(mesh: &Mesh<D>, patches: Patches, (material, section): (NeoHookean, Section)) -> Self {
+        assert!(patches.largest() <= DEPTH, "a patch has at most {DEPTH} elements");
+        Self { material, section, elements: mesh.elements.clone(), rest: mesh.rest.clone(), patches }
     }
 
     /// Lumped nodal masses for the rest density, kg: ρ w/(D + 1), and 2πρA (R_a + 3R̄)/12 for a ring (A1).
     #[must_use]
     pub fn lumped_masses(&self, mesh: &Mesh<D>, density: f64) -> Vec<f64> {
         let mut mass = vec![0.0; mesh.rest.len()];
-        for element in &self.elements {
-            for node in &element.nodes[..=D] {
+        for id in (0..self.elements.len() as u32).map(ElementId) {
+            let element = self.element(id);
+            for node in self.nodes(id) {
                 let share = match self.section {
                     Section::Planar { .. } | Section::Spatial => 1.0 / (D + 1) as f64,
                     Section::Axisymmetric => (3.0 * mesh.rest[node.index()][0] * element.hoop + 3.0) / 12.0,
@@ -82,19 +107,26 @@ impl<const D: usize> Simplices<D> {
 
     /// Rest volume, m³.
     #[must_use]
-    pub fn volume(&self, patch: ElementId) -> f64 {
-        self.elements[patch.index()].volume
+    pub fn volume(&self, element: ElementId) -> f64 {
+        self.element(element).volume
     }
 
-    fn strain(&self, element: &Element<D>, x: &[Vector<D>]) -> Strain<D> {
-        let mut f = Tensor::<D>::zeros();
-        let mut radii = 0.0;
-        for (node, gradient) in element.nodes[..=D].iter().zip(&element.gradients) {
-            let x = &x[node.index()];
-            f += x * gradient.transpose();
-            radii += x[0];
+    fn element(&self, id: ElementId) -> Element<D> {
+        Element::new(&self.rest, &self.elements[id.index()], self.section)
+    }
+
+    fn strain(&self, (id, element): (ElementId, &Element<D>), x: &[Vector<D>]) -> Strain<D> {
+        let moved = |node: &NodeId| x[node.index()] - self.rest[node.index()];
+        let nodes = self.nodes(id);
+        let first = moved(&nodes[0]);
+        let (mut f, mut radii) = (Tensor::<D>::zeros(), first[0]);
+        for (node, gradient) in nodes[1..].iter().zip(&element.gradients[1..]) {
+            let u = moved(node);
+            f += (u - first) * gradient.transpose();
+            radii += u[0];
         }
-        let out = if self.section == Section::Axisymmetric { radii * element.hoop } else { 1.0 };
+        f += Tensor::<D>::identity();
+        let out = if self.section == Section::Axisymmetric { 1.0 + radii * element.hoop } else { 1.0 };
         Strain { f, cofactor: cofactor(&f), out, inner: det(&f) }
     }
 
@@ -113,7 +145,25 @@ impl<const D: usize> Simplices<D> {
             })
             .sum();
         let mu = self.material.shear_modulus();
-        element.volume * ((mu + u.slope.abs() * s) * element.spread + u.curvature.max(0.0) * volumetric)
+        element.volume * ((mu + u.slope.abs() * s) * element.spread + u.curvature * volumetric)
+    }
+
+    fn answer(&self, element: &Element<D>, strain: &Strain<D>, u: Volumetric) -> Answer<D> {
+        let mu = self.material.shear_modulus();
+        let p = strain.f * mu + strain.cofactor * (u.slope * strain.out);
+        let hoop = (mu * strain.out + u.slope * strain.inner) * element.hoop;
+        let mut forces = [Vector::zeros(); MAX_NODES];
+        for (force, gradient) in forces.iter_mut().zip(&element.gradients[..=D]) {
+            *force = p * gradient * -element.volume;
+            force[0] -= element.volume * hoop;
+        }
+        Answer { forces, stiffness: self.stiffness(element, strain, u), jacobian: strain.jacobian() }
+    }
+
+    /// μ/2 (|F|² − 3), J/m³.
+    fn shape_energy(&self, strain: &Strain<D>) -> f64 {
+        let out_of_plane = if D == 2 { strain.out * strain.out } else { 0.0 };
+        0.5 * self.material.shear_modulus() * (strain.f.norm_squared() + out_of_plane - 3.0)
     }
 }
 
@@ -125,25 +175,25 @@ fn two_largest<const D: usize>(strain: &Strain<D>) -> f64 {
 }
 
 impl<const D: usize> Element<D> {
-    fn new(mesh: &Mesh<D>, nodes: &Simplex, section: Section) -> Self {
-        let measure = mesh.measure(nodes);
-        let radius = nodes[..=D].iter().map(|n| mesh.rest[n.index()][0]).sum::<f64>() / (D + 1) as f64;
+    fn new(rest: &[Vector<D>], nodes: &Simplex, section: Section) -> Self {
+        let measure = signed_volume(rest, nodes);
+        let radius = nodes[..=D].iter().map(|n| rest[n.index()][0]).sum::<f64>() / (D + 1) as f64;
         let (volume, hoop) = match section {
             Section::Planar { thickness } => (measure * thickness, 0.0),
             Section::Axisymmetric => (std::f64::consts::TAU * radius * measure, 1.0 / (3.0 * radius)),
             Section::Spatial => (measure, 0.0),
         };
-        let gradients = shape_gradients(mesh, nodes);
+        let gradients = shape_gradients(rest, nodes);
         let spread = gradients[..=D].iter().map(|g| g.norm_squared() + hoop * hoop).sum();
-        Self { nodes: *nodes, gradients, volume, hoop, spread }
+        Self { gradients, volume, hoop, spread }
     }
 }
 
 /// ∇N_a at rest: the rows of the inverse of the edge matrix, and minus their sum for the first node.
-fn shape_gradients<const D: usize>(mesh: &Mesh<D>, nodes: &Simplex) -> [Vector<D>; 4] {
-    let edges = edges(&mesh.rest, nodes);
+fn shape_gradients<const D: usize>(rest: &[Vector<D>], nodes: &Simplex) -> [Vector<D>; MAX_NODES] {
+    let edges = edges(rest, nodes);
     let inverse_transpose = cofactor(&edges) / det(&edges);
-    let mut gradients = [Vector::<D>::zeros(); 4];
+    let mut gradients = [Vector::<D>::zeros(); MAX_NODES];
     for a in 0..D {
         gradients[a + 1] = inverse_transpose.column(a).into_owned();
         gradients[0] -= inverse_transpose.column(a);
@@ -156,33 +206,60 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         self.elements.len()
     }
 
-    fn stride(&self) -> usize {
-        D + 1
+    fn nodes(&self, element: ElementId) -> &[NodeId] {
+        &self.elements[element.index()][..=D]
     }
 
-    fn nodes(&self, patch: ElementId) -> &[NodeId] {
-        &self.elements[patch.index()].nodes[..=D]
+    fn patches(&self) -> &Patches {
+        &self.patches
     }
 
-    fn evaluate(&self, patch: ElementId, x: &[Vector<D>], forces: &mut [Vector<D>]) -> Evaluation {
-        let element = &self.elements[patch.index()];
-        let strain = self.strain(element, x);
-        let (jacobian, mu) = (strain.inner * strain.out, self.material.shear_modulus());
-        let u = self.material.volumetric(jacobian);
-        let p = strain.f * mu + strain.cofactor * (u.slope * strain.out);
-        let hoop = (mu * strain.out + u.slope * strain.inner) * element.hoop;
-        for (force, gradient) in forces.iter_mut().zip(&element.gradients[..=D]) {
-            *force = p * gradient * -element.volume;
-            force[0] -= element.volume * hoop;
+    fn evaluate(&self, patch: usize, x: &[Vector<D>], answers: &mut [Answer<D>; DEPTH]) -> f64 {
+        let ids = self.patches.of(patch);
+        let strained = |id: &ElementId| {
+            let element = self.element(*id);
+            let strain = self.strain((*id, &element), x);
+            (element, strain)
+        };
+        if let [id] = ids {
+            let (element, strain) = strained(id);
+            let u = self.material.volumetric(strain.jacobian());
+            answers[0] = self.answer(&element, &strain, Volumetric { curvature: u.curvature.max(0.0), ..u });
+            return element.volume * (self.shape_energy(&strain) + u.energy);
         }
-        let out_of_plane = if D == 2 { strain.out * strain.out } else { 0.0 };
-        let shape = 0.5 * mu * (strain.f.norm_squared() + out_of_plane - 3.0);
-        let energy = element.volume * (shape + u.energy);
-        Evaluation { energy, stiffness: self.stiffness(element, &strain, u), jacobian }
+        let sums = ids.iter().map(strained).fold((0.0, 0.0), |(volume, now), (element, strain)| {
+            (volume + element.volume, now + element.volume * strain.jacobian())
+        });
+        let shared = self.material.shared(sums.1 / sums.0);
+        let mut energy = sums.0 * shared.energy;
+        for (id, answer) in ids.iter().zip(answers) {
+            let (element, strain) = strained(id);
+            let own = self.material.own(strain.jacobian());
+            let curvature = own.curvature.max(0.0) + shared.curvature.max(0.0);
+            *answer =
+                self.answer(&element, &strain, Volumetric { energy: 0.0, slope: own.slope + shared.slope, curvature });
+            energy += element.volume * (self.shape_energy(&strain) + own.energy);
+        }
+        energy
     }
 
     fn is_crushed(&self, jacobian: f64) -> bool {
         jacobian < NeoHookean::FLOOR
+    }
+
+    fn rest(&self) -> &[Vector<D>] {
+        &self.rest
+    }
+
+    fn lanes(&self, slots: &[Option<ElementId>], depth: usize, local: &[[u16; MAX_NODES]]) -> Option<Lanes<D>> {
+        let mut lanes = Lanes::empty(slots.len(), depth, (self.material, self.section));
+        for (slot, (id, nodes)) in slots.iter().zip(local).enumerate() {
+            let Some(id) = id else { continue };
+            let element = self.element(*id);
+            let gradients: [[f64; D]; D] = std::array::from_fn(|a| element.gradients[a + 1].into());
+            lanes.put(slot, (&gradients, element.volume), nodes);
+        }
+        Some(lanes)
     }
 }
 
@@ -210,24 +287,24 @@ mod tests {
         mesh.rest.iter().enumerate().map(|(a, x)| x + Vector::<D>::from_fn(|i, _| wave(i, a))).collect()
     }
 
-    fn forces<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>]) -> (Evaluation, Vec<Vector<D>>) {
-        let mut forces = vec![Vector::<D>::zeros(); D + 1];
-        let evaluation = simplices.evaluate(ElementId(0), x, &mut forces);
-        (evaluation, forces)
+    fn forces<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>]) -> (f64, Answer<D>) {
+        let mut answers = [Answer::default(); DEPTH];
+        let energy = simplices.evaluate(0, x, &mut answers);
+        (energy, answers[0])
     }
 
     /// Energy with node `a` moved by `s` along axis `i`.
     fn moved_energy<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>], (a, i): (usize, usize), s: f64) -> f64 {
         let mut moved = x.to_vec();
         moved[a][i] += s;
-        forces(simplices, &moved).0.energy
+        forces(simplices, &moved).0
     }
 
     fn check_forces<const D: usize>(mesh: &Mesh<D>, simplices: &Simplices<D>) {
         let step = 1e-6;
         for size in [0.0, 0.1, 0.3] {
             let x = deformed(mesh, size);
-            let (_, f) = forces(simplices, &x);
+            let f = forces(simplices, &x).1.forces;
             for component in (0..=D).flat_map(|a| (0..D).map(move |i| (a, i))) {
                 let energy = |s: f64| moved_energy(simplices, &x, component, s);
                 let slope = (energy(step) - energy(-step)) / (2.0 * step);
@@ -246,12 +323,12 @@ mod tests {
                 let probe = |s: f64| {
                     let mut moved = x.clone();
                     moved[column / D][column % D] += s;
-                    forces(simplices, &moved).1[row / D][row % D]
+                    forces(simplices, &moved).1.forces[row / D][row % D]
                 };
                 (probe(-step) - probe(step)) / (2.0 * step)
             });
             let greatest = (&stiffness + stiffness.transpose()).symmetric_eigenvalues().max() / 2.0;
-            let bound = forces(simplices, &x).0.stiffness;
+            let bound = forces(simplices, &x).1.stiffness;
             assert!(greatest <= bound * (1.0 + 1e-6), "{greatest} above the bound {bound}");
             assert!(greatest > 0.2 * bound, "the bound {bound} is idle against {greatest}");
         }

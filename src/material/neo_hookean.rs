@@ -12,7 +12,6 @@ use crate::algebra::ln;
 pub struct NeoHookean {
     shear: f64,
     lambda: f64,
-    floor: Volumetric,
 }
 
 /// Volumetric energy density and its derivatives by J.
@@ -39,7 +38,7 @@ impl NeoHookean {
     pub fn new(shear_modulus: f64, bulk_modulus: f64) -> Self {
         let lambda = bulk_modulus - 2.0 / 3.0 * shear_modulus;
         assert!(shear_modulus > 0.0 && lambda >= 0.0, "a stable solid needs mu > 0 and K >= 2/3 mu");
-        Self { shear: shear_modulus, lambda, floor: logarithmic(shear_modulus, lambda, Self::FLOOR) }
+        Self { shear: shear_modulus, lambda }
     }
 
     /// μ, Pa.
@@ -62,25 +61,43 @@ impl NeoHookean {
 
     /// U and its derivatives at J.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn volumetric(&self, j: f64) -> Volumetric {
-        if j >= Self::FLOOR {
-            return logarithmic(self.shear, self.lambda, j);
-        }
-        let Volumetric { energy, slope, curvature } = self.floor;
-        let d = j - Self::FLOOR;
-        Volumetric { energy: energy + d * (slope + 0.5 * d * curvature), slope: slope + d * curvature, curvature }
+        continued(self.shear, self.lambda, j)
+    }
+
+    /// −μ ln J, the part of U that stays with each element of a patch that shares its volume change.
+    #[must_use]
+    #[inline(always)]
+    pub fn own(&self, j: f64) -> Volumetric {
+        continued(self.shear, 0.0, j)
+    }
+
+    /// λ/2 (ln J̄)², the part of U that acts on the volume change J̄ of a patch.
+    #[must_use]
+    #[inline(always)]
+    pub fn shared(&self, mean: f64) -> Volumetric {
+        continued(0.0, self.lambda, mean)
     }
 }
 
+/// The logarithmic energy, continued below J₀; written without a branch, for vector units.
+#[inline(always)]
+fn continued(mu: f64, lambda: f64, j: f64) -> Volumetric {
+    let floor = NeoHookean::FLOOR;
+    let Volumetric { energy, slope, curvature } = logarithmic(mu, lambda, if j > floor { j } else { floor });
+    let d = if j > floor { 0.0 } else { j - floor };
+    Volumetric { energy: energy + d * (slope + 0.5 * d * curvature), slope: slope + d * curvature, curvature }
+}
+
 /// −μ ln J + λ/2 (ln J)² and its derivatives.
-#[inline]
+#[inline(always)]
 fn logarithmic(mu: f64, lambda: f64, j: f64) -> Volumetric {
-    let log = ln(j);
+    let (log, inverse) = (ln(j), 1.0 / j);
     Volumetric {
         energy: log * (0.5 * lambda * log - mu),
-        slope: (lambda * log - mu) / j,
-        curvature: (lambda * (1.0 - log) + mu) / (j * j),
+        slope: (lambda * log - mu) * inverse,
+        curvature: (lambda * (1.0 - log) + mu) * (inverse * inverse),
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod axis;
 mod lattice;
+mod patches;
 mod quality;
 mod shapes;
 mod stitch;
@@ -12,6 +13,7 @@ use crate::algebra::Vector;
 
 pub use axis::{divisible, graded, uniform};
 pub use lattice::{Grid, Split};
+pub use patches::Patches;
 pub use quality::least_angle;
 pub use shapes::{Block, Face, Hold, block, cylinder, l_beam};
 pub use topology::{Incidence, boundary};

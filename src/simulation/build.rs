@@ -2,7 +2,7 @@
 
 use super::model::{Erase, Gelatin, Model, overlap};
 use crate::algebra::{Tensor3, Vector, Vector3, restrict};
-use crate::avi::{Engine, Gel, Kind, Pool, Rules, Surface};
+use crate::avi::{Engine, Gel, Kind, NoStep, Pool, Rules, Surface};
 use crate::contact::{Body, BodyState, Bulge, Freedom, Law, Motion, Wrench};
 use crate::element::{Section, Simplices};
 use crate::geometry::{Shape, SignedDistance};
@@ -107,11 +107,8 @@ where
             return Err(BuildError::Overlap { body: body_name(i), depth });
         }
     }
-    let step = gel.smallest_step(&mesh.rest);
-    if !step.is_normal() {
-        return Err(BuildError::NoStep { step });
-    }
-    let engine = Engine::new(gel, bodies, rules(scene), nodes).with_pool(Pool::new(threads));
+    let engine = Engine::try_new(gel, bodies, rules(scene), nodes);
+    let engine = engine.map_err(|NoStep { step }| BuildError::NoStep { step })?.with_pool(Pool::new(threads));
     let ticks = engine.grid().ticks(scene.scene.end_time);
     if ticks > MOST_TICKS {
         return Err(BuildError::TooLong { ticks, limit: MOST_TICKS });

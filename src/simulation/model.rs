@@ -7,7 +7,7 @@ use crate::avi::{Engine, Gel, StepError, SurfaceNode, Totals};
 use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Potential, Simplices};
 use crate::ledger::Ledger;
-use crate::mesh::{ElementId, Mesh, NodeId};
+use crate::mesh::{Mesh, NodeId};
 use crate::state::{Record, State};
 use serde::{Deserialize, Serialize};
 
@@ -89,21 +89,25 @@ pub(super) fn overlap<const D: usize, P>(
 const TOUCHING: f64 = 0.1;
 
 impl<const D: usize> Gelatin<D> {
-    fn cells(&self) -> FrameCells {
-        let (clocks, gel) = (&self.engine.state().clocks, self.engine.gel());
-        let volume = |i: usize| gel.potential.volume(ElementId(i as u32));
+    fn cells(&self, t: f64) -> FrameCells {
+        let (measured, potential) = (self.engine.measure_at(t), &self.engine.gel().potential);
+        let mut energy_density = vec![0.0; self.mesh.elements.len()];
+        for (patch, energy) in measured.energy.iter().enumerate() {
+            let elements = potential.patches().of(patch);
+            let volume: f64 = elements.iter().map(|element| potential.volume(*element)).sum();
+            elements.iter().for_each(|element| energy_density[element.index()] = energy / volume);
+        }
         FrameCells {
             nodes: self.mesh.elements.iter().map(|nodes| nodes.map(|n| n.0)).collect(),
             step: self.engine.steps(),
-            jacobian: clocks.iter().map(|clock| clock.jacobian).collect(),
-            energy_density: clocks.iter().enumerate().map(|(i, clock)| clock.energy / volume(i)).collect(),
+            jacobian: measured.jacobian,
+            energy_density,
             facets: self.mesh.facets.iter().map(|nodes| nodes.map(|n| n.0)).collect(),
         }
     }
 
     fn longest_step(&self, node: NodeId) -> f64 {
-        let clocks = &self.engine.state().clocks;
-        let steps = self.engine.gel().star.of(node).iter().map(|patch| clocks[patch.index()].step);
+        let steps = self.engine.gel().star.of(node).iter().map(|element| self.engine.step_of(*element));
         self.engine.grid().time(steps.max().unwrap_or(0))
     }
 }
@@ -173,8 +177,8 @@ where
     }
 
     fn counts(&self) -> (usize, usize, usize) {
-        let crushed = |clock: &&crate::state::Clock| self.engine.gel().potential.is_crushed(clock.jacobian);
-        (self.mesh.elements.len(), self.mesh.rest.len(), self.engine.state().clocks.iter().filter(crushed).count())
+        let crushed = self.engine.state().clocks.iter().map(|clock| clock.crushed as usize).sum();
+        (self.mesh.elements.len(), self.mesh.rest.len(), crushed)
     }
 
     fn steps(&self) -> (f64, f64) {
@@ -201,7 +205,7 @@ where
             points,
             velocities: self.engine.state().velocity.iter().map(embed).collect(),
             displacements,
-            cells: self.cells(),
+            cells: self.cells(t),
             bodies: (0..self.n_bodies()).map(place).collect(),
         }
     }
@@ -213,7 +217,7 @@ where
     fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
         let state = State::<D>::recall(saved).ok_or(RestoreError::Foreign)?;
         self.engine.check(state).map_err(|what| RestoreError::Inconsistent { what })?;
-        self.engine.restore(state.clone());
+        self.engine.restore(state);
         Ok(())
     }
 

@@ -1,0 +1,64 @@
+//! Which nodes of the surface are near a body at a tick, and how near.
+
+use super::blocks::Due;
+use super::engine::Engine;
+use super::impact::STRETCH;
+use crate::algebra::embed;
+use crate::element::Potential;
+use crate::geometry::Gap;
+use crate::state::Tick;
+
+impl<const D: usize, P: Potential<D>> Engine<D, P> {
+    /// φ and n of the active surface nodes to the active bodies, where a body may be within reach.
+    pub(super) fn look_around(&mut self, tick: Tick) {
+        for surface in self.scratch.reached.drain(..) {
+            self.scratch.place[surface as usize] = u32::MAX;
+        }
+        self.watch.go_on(self.grid.time(tick), &self.scratch.was);
+        let horizon = self.grid.time(self.longest_step());
+        let reach = self.watch.reach(&self.bodies, horizon);
+        self.find_reached(reach);
+        self.measure_gaps();
+    }
+
+    fn find_reached(&mut self, reach: f64) {
+        let (gel, watch, reached) = (&self.gel, &self.watch, &mut self.scratch.reached);
+        let mut see = |surface: u32| {
+            let size = gel.surface.nodes[surface as usize].size;
+            if watch.may_be_within(surface, STRETCH * size + reach) {
+                reached.push(surface);
+            }
+        };
+        let Some(blocks) = &self.blocks else {
+            self.scratch.active.list.iter().filter_map(|a| gel.surface.of[*a as usize]).for_each(&mut see);
+            reached.sort_unstable();
+            return;
+        };
+        for block in blocks.blocks.iter().filter(|block| block.due != Due::Nothing) {
+            let fires = |number: &u16| block.due == Due::All || block.touched.binary_search(number).is_ok();
+            block.surface.iter().filter(|(number, _)| fires(number)).for_each(|(_, surface)| see(*surface));
+        }
+        reached.sort_unstable();
+        reached.dedup();
+    }
+
+    fn measure_gaps(&mut self) {
+        let (scratch, n) = (&mut self.scratch, self.bodies.len());
+        scratch.gaps.clear();
+        for (i, surface) in scratch.reached.iter().enumerate() {
+            let node = self.gel.surface.nodes[*surface as usize].node;
+            let point = embed(&self.state.position[node.index()]);
+            let bodies = self.bodies.iter().zip(&scratch.was);
+            scratch.gaps.extend(bodies.map(|(fixed, body)| body.active.then(|| fixed.gap(body, &point))));
+            let nearest = scratch.gaps[i * n..].iter().flatten().map(|gap| gap.distance).fold(f64::INFINITY, f64::min);
+            self.watch.note(*surface, nearest);
+            scratch.place[*surface as usize] = i as u32;
+        }
+    }
+
+    /// φ and n of an active surface node, by body; nothing if no body is near.
+    pub(super) fn gaps_of(&self, surface: u32) -> &[Option<Gap>] {
+        let (place, n) = (self.scratch.place[surface as usize] as usize, self.bodies.len());
+        self.scratch.gaps.get(place * n..(place + 1) * n).unwrap_or_default()
+    }
+}

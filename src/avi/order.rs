@@ -1,0 +1,108 @@
+//! In which order elements stand, and which patches step together.
+//!
+//! Patches of equal steps stand beside each other, eight to a group for the vector units; a group has one clock. In the
+//! queue, as in the paper, every patch is a group of its own.
+
+use crate::element::Potential;
+use crate::mesh::ElementId;
+use std::ops::Range;
+
+/// Places of the elements: the k-th element of the patch in lane l of a group is at slot (group · depth + k) · lanes + l.
+#[derive(Debug)]
+pub(super) struct Order {
+    /// Patches side by side in a group.
+    lanes: usize,
+    /// Places of a patch.
+    depth: usize,
+    /// The patches as they stand.
+    patches: Vec<u32>,
+    /// The element at each slot; [`EMPTY`] where a patch is smaller or there is none.
+    slots: Vec<u32>,
+    /// The slot of each element.
+    of: Vec<u32>,
+}
+
+const EMPTY: u32 = u32::MAX;
+
+impl Order {
+    /// Patches by `rank`, then as they are numbered.
+    pub fn new<const D: usize, P: Potential<D>>(potential: &P, lanes: usize, rank: impl Fn(usize) -> u64) -> Self {
+        let all = potential.patches();
+        let depth = all.largest().next_power_of_two().max(1);
+        let mut patches: Vec<u32> = (0..all.len() as u32).collect();
+        patches.sort_by_cached_key(|patch| rank(*patch as usize));
+        let groups = patches.len().div_ceil(lanes);
+        let mut slots = vec![EMPTY; groups * lanes * depth];
+        let mut of = vec![0; potential.len()];
+        for (at, patch) in patches.iter().enumerate() {
+            for (k, element) in all.of(*patch as usize).iter().enumerate() {
+                let slot = (at / lanes * depth + k) * lanes + at % lanes;
+                slots[slot] = element.0;
+                of[element.index()] = slot as u32;
+            }
+        }
+        Self { lanes, depth, patches, slots, of }
+    }
+
+    /// Places of a patch.
+    pub fn depth(&self) -> usize {
+        self.depth
+    }
+
+    /// Slots of a group.
+    pub fn width(&self) -> usize {
+        self.lanes * self.depth
+    }
+
+    /// Slots in all.
+    pub fn n_slots(&self) -> usize {
+        self.slots.len()
+    }
+
+    /// Groups in all.
+    pub fn n_groups(&self) -> usize {
+        self.slots.len() / self.width()
+    }
+
+    /// The slot of an element.
+    #[inline]
+    pub fn slot(&self, element: ElementId) -> usize {
+        self.of[element.index()] as usize
+    }
+
+    /// The group of an element.
+    #[inline]
+    pub fn group(&self, element: ElementId) -> usize {
+        self.slot(element) / self.width()
+    }
+
+    /// The element at a slot.
+    pub fn element(&self, slot: usize) -> Option<ElementId> {
+        Some(self.slots[slot]).filter(|element| *element != EMPTY).map(ElementId)
+    }
+
+    /// The patches of a group.
+    pub fn patches(&self, group: usize) -> &[u32] {
+        &self.patches[group * self.lanes..self.patches.len().min((group + 1) * self.lanes)]
+    }
+
+    /// The slots of a group.
+    pub fn slots(&self, group: usize) -> Range<usize> {
+        group * self.width()..(group + 1) * self.width()
+    }
+
+    /// The elements of a run of slots.
+    pub fn elements(&self, slots: Range<usize>) -> impl Iterator<Item = ElementId> + '_ {
+        self.slots[slots].iter().filter(|element| **element != EMPTY).map(|element| ElementId(*element))
+    }
+
+    /// What belongs to elements, by slot; 0 at empty ones.
+    pub fn by_slot(&self, by_element: &[f64]) -> Vec<f64> {
+        (0..self.n_slots()).map(|slot| self.element(slot).map_or(0.0, |element| by_element[element.index()])).collect()
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        4 * (self.patches.len() + self.slots.len() + self.of.len())
+    }
+}

@@ -1,0 +1,142 @@
+//! The reference form of a tick: one element after the other, each kick by itself.
+//!
+//! It steps the queue, the paper's law of contact and potentials without lanes, and it is what the fast form is held
+//! against.
+
+use super::engine::Engine;
+use super::kick::Taken;
+use super::pace::nodal_limit;
+use crate::algebra::embed;
+use crate::contact::Law;
+use crate::element::{Answer, DEPTH, GroupAnswer, Potential};
+use crate::mesh::{ElementId, NodeId};
+use crate::state::Tick;
+use std::ops::Range;
+
+/// What the elements of the firing groups answered.
+#[derive(Debug)]
+pub(super) struct Answers<const D: usize> {
+    pub elements: Vec<(ElementId, Answer<D>)>,
+    /// Those of each firing group.
+    pub groups: Vec<Range<usize>>,
+}
+
+impl<const D: usize> Default for Answers<D> {
+    fn default() -> Self {
+        Self { elements: vec![], groups: vec![] }
+    }
+}
+
+impl<const D: usize, P: Potential<D>> Engine<D, P> {
+    /// Drifts the nodes of the firing groups.
+    pub(super) fn drift(&mut self, tick: Tick) {
+        self.scratch.active.clear();
+        for group in &self.scratch.due {
+            for element in self.order.elements(self.order.slots(*group as usize)) {
+                self.gel.potential.nodes(element).iter().for_each(|node| self.scratch.active.add(node.index()));
+            }
+        }
+        self.scratch.before.resize(self.state.velocity.len(), self.state.velocity[0]);
+        for a in self.scratch.active.list.iter().map(|a| *a as usize) {
+            let velocity = self.state.velocity[a];
+            self.state.position[a] += velocity * self.grid.time(tick - self.last[a]);
+            self.last[a] = tick;
+            self.scratch.before[a] = velocity;
+        }
+    }
+
+    /// Forces of the firing groups.
+    pub(super) fn evaluate(&mut self) {
+        let mut answers = std::mem::take(&mut self.scratch.reference);
+        answers.elements.clear();
+        answers.groups.clear();
+        for i in 0..self.scratch.due.len() {
+            let (group, first) = (self.scratch.due[i] as usize, answers.elements.len());
+            self.scratch.answers[group] = self.evaluate_group(group, &mut answers.elements);
+            answers.groups.push(first..answers.elements.len());
+            for (element, answer) in &answers.elements[first..] {
+                self.state.stiffness[self.order.slot(*element)] = answer.stiffness;
+            }
+        }
+        self.scratch.reference = answers;
+    }
+
+    /// What a group answers where its nodes are; what its elements answer goes to the end of `elements`.
+    pub(super) fn evaluate_group(&self, group: usize, elements: &mut Vec<(ElementId, Answer<D>)>) -> GroupAnswer {
+        let mut sum = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
+        for patch in self.order.patches(group) {
+            let mut answers = [Answer::default(); DEPTH];
+            sum.energy += self.gel.potential.evaluate(*patch as usize, &self.state.position, &mut answers);
+            for (element, answer) in self.gel.potential.patches().of(*patch as usize).iter().zip(&answers) {
+                let place = self.order.slot(*element) % self.order.width();
+                sum.least_jacobian = sum.least_jacobian.min(answer.jacobian);
+                sum.inverted |= u32::from(answer.jacobian <= 0.0) << place;
+                sum.crushed += u32::from(self.gel.potential.is_crushed(answer.jacobian));
+                let nodes = self.gel.potential.nodes(*element).iter();
+                let power = nodes.zip(&answer.forces).map(|(node, f)| f.dot(&self.state.velocity[node.index()]));
+                sum.power += power.sum::<f64>();
+                elements.push((*element, *answer));
+            }
+        }
+        sum
+    }
+
+    /// The limits of the active nodes; the least, s.
+    pub(super) fn measure_limits(&mut self) -> f64 {
+        let known = (self.state.stiffness.as_slice(), &*self.order);
+        let mut least = f64::INFINITY;
+        for a in &self.scratch.active.list {
+            let limit = self.rules.cfl * nodal_limit(&self.gel, known, NodeId(*a));
+            self.scratch.limit[*a as usize] = limit;
+            least = least.min(limit);
+        }
+        least
+    }
+
+    /// All kicks, then the contact solve; or, by the paper's law, the reversal after each kick.
+    pub(super) fn kick_and_strike(&mut self) {
+        let answers = std::mem::take(&mut self.scratch.reference);
+        for (i, elements) in answers.groups.iter().enumerate() {
+            for (element, answer) in &answers.elements[elements.clone()] {
+                self.kick((*element, answer), self.scratch.weights[i]);
+                if self.rules.law == Law::Reversal {
+                    self.reverse(*element);
+                }
+            }
+        }
+        self.scratch.reference = answers;
+        if let Law::Moreau { restitution, friction, .. } = self.rules.law {
+            self.solve(restitution, friction);
+        }
+    }
+
+    /// v_a += w f_a/m_a in the free directions; the held ones take up the rest. Returns w f·(v⁻ + v⁺)/2, J.
+    pub(super) fn kick(&mut self, (element, answer): (ElementId, &Answer<D>), weight: f64) -> f64 {
+        let (gel, freedom) = (&self.gel, self.freedom());
+        let (mut taken, mut work) = (Taken::default(), 0.0);
+        for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
+            let (a, push) = (node.index(), force * weight);
+            let before = self.state.velocity[a];
+            self.state.velocity[a] += push.component_mul(&gel.free[a]) / gel.mass[a];
+            work += 0.5 * push.dot(&(before + self.state.velocity[a]));
+            taken.add(&gel.free[a], freedom, (embed(&self.state.position[a]), embed(&push)));
+        }
+        taken.post(&mut self.state.ledger);
+        work
+    }
+
+    /// Σ w f·(v⁻ + v⁺)/2 with the velocities before and after all of the tick, J.
+    pub(super) fn work(&self) -> f64 {
+        let answers = &self.scratch.reference;
+        let mut work = 0.0;
+        for (elements, weight) in answers.groups.iter().zip(&self.scratch.weights) {
+            for (element, answer) in &answers.elements[elements.clone()] {
+                for (node, force) in self.gel.potential.nodes(*element).iter().zip(&answer.forces) {
+                    let sum = self.scratch.before[node.index()] + self.state.velocity[node.index()];
+                    work += 0.5 * weight * force.dot(&sum);
+                }
+            }
+        }
+        work
+    }
+}

@@ -1,0 +1,223 @@
+//! The element phase: what fires, and one pure pass over it from positions to forces, shared among threads.
+
+use super::blocks::{Block, Blocks, Due, Report, SLOTS};
+use super::order::Order;
+use super::{Kind, Pool, TickGrid};
+use crate::algebra::Vector;
+use crate::element::{GroupAnswer, Lanes, Local};
+use crate::state::{Clock, Tick};
+use fearless_simd::Level;
+use std::sync::atomic::Ordering;
+
+/// What a sweep reads.
+pub(super) struct Sweep<'a, const D: usize> {
+    pub tick: Tick,
+    pub grid: &'a TickGrid,
+    pub kind: Kind,
+    pub position: &'a [Vector<D>],
+    pub velocity: &'a [Vector<D>],
+    pub rest: &'a [Vector<D>],
+    /// Last tick of each node.
+    pub last: &'a [Tick],
+    pub clocks: &'a [Clock],
+    pub order: &'a Order,
+}
+
+/// What a sweep writes, from some block on.
+struct Found<'a> {
+    blocks: &'a mut [Block],
+    stiffness: &'a mut [f64],
+    answers: &'a mut [GroupAnswer],
+}
+
+/// Elements below which a tick is not shared: some 150 µs of work; a fork and join costs 12.
+const SHARED: u64 = 16_384;
+
+impl<const D: usize> Blocks<D> {
+    /// Finds out what fires; the number of elements.
+    pub fn find_due(&mut self, sweep: &Sweep<'_, D>) -> u64 {
+        let (n, lanes) = (self.groups, &self.lanes);
+        let mut elements = 0;
+        for (i, block) in self.blocks.iter_mut().enumerate() {
+            block.find_due(sweep, (lanes, i * n..sweep.clocks.len().min((i + 1) * n)));
+            elements += if block.gives() { block.n_elements } else { 0 };
+        }
+        elements
+    }
+
+    /// Sweeps all that is due and awake.
+    pub fn sweep(
+        &mut self,
+        sweep: &Sweep<'_, D>,
+        (stiffness, answers): (&mut [f64], &mut [GroupAnswer]),
+        (pool, elements): (Option<&Pool>, u64),
+    ) {
+        let found = Found { blocks: &mut self.blocks, stiffness, answers };
+        let with = (&self.lanes, self.level, self.groups);
+        match pool.filter(|_| elements > SHARED) {
+            Some(pool) => {
+                let locals = &mut self.locals;
+                locals.resize_with(pool.threads(), Local::new);
+                pool.run(|| share(sweep, with, (found, 0), locals));
+            }
+            None => share(sweep, with, (found, 0), &mut self.locals[..1]),
+        }
+    }
+}
+
+type With<'a, const D: usize> = (&'a Lanes<D>, Level, usize);
+
+/// Halves the work until every thread has its own run of blocks.
+fn share<const D: usize>(
+    sweep: &Sweep<'_, D>,
+    with: With<'_, D>,
+    (found, first): (Found<'_>, usize),
+    locals: &mut [Local],
+) {
+    let Found { blocks, stiffness, answers } = found;
+    let (_, _, groups) = with;
+    if let [local] = locals {
+        let parts = stiffness.chunks_mut(SLOTS).zip(answers.chunks_mut(groups));
+        for (i, (block, found)) in blocks.iter_mut().zip(parts).enumerate() {
+            block.sweep(sweep, with, (first + i, found), local);
+        }
+        return;
+    }
+    let half = locals.len() / 2;
+    let middle = split(blocks, half as f64 / locals.len() as f64);
+    let (blocks, later) = blocks.split_at_mut(middle);
+    let (stiffness, later_stiffness) = stiffness.split_at_mut(stiffness.len().min(middle * SLOTS));
+    let (answers, later_answers) = answers.split_at_mut(answers.len().min(middle * groups));
+    let (own, others) = locals.split_at_mut(half);
+    let found = Found { blocks, stiffness, answers };
+    let later = Found { blocks: later, stiffness: later_stiffness, answers: later_answers };
+    rayon::join(
+        || share(sweep, with, (found, first), own),
+        || share(sweep, with, (later, first + middle), others),
+    );
+}
+
+/// The number of blocks that have about this part of the work that is due.
+fn split(blocks: &[Block], part: f64) -> usize {
+    let work = |block: &Block| if block.gives() { block.n_elements } else { 0 };
+    let wanted = blocks.iter().map(work).sum::<u64>() as f64 * part;
+    let mut so_far = 0;
+    let reached = |block: &Block| {
+        so_far += work(block);
+        so_far as f64 >= wanted
+    };
+    blocks.iter().position(reached).map_or(blocks.len(), |at| at + 1)
+}
+
+impl Block {
+    fn find_due<const D: usize>(
+        &mut self,
+        sweep: &Sweep<'_, D>,
+        (lanes, groups): (&Lanes<D>, std::ops::Range<usize>),
+    ) {
+        *self.looked_at.get_mut() = false;
+        let fires = |step: Tick| sweep.tick == 0 || sweep.kind.fires(step, sweep.tick);
+        self.due = match (fires(self.steps.0), fires(self.steps.1)) {
+            (false, _) => Due::Nothing,
+            (true, true) => Due::All,
+            (true, false) => Due::Some,
+        };
+        if self.due == Due::Some {
+            let due = groups.filter(|group| fires(sweep.clocks[*group].step));
+            self.touched.clear();
+            due.for_each(|group| lanes.nodes(group, |node| self.touched.push(node)));
+            self.touched.sort_unstable();
+            self.touched.dedup();
+        }
+    }
+
+    /// Loads the nodes as they are at this tick, and sweeps unless all are at rest and were swept so before.
+    fn sweep<const D: usize>(
+        &mut self,
+        sweep: &Sweep<'_, D>,
+        (lanes, level, n): With<'_, D>,
+        (index, (stiffness, answers)): (usize, (&mut [f64], &mut [GroupAnswer])),
+        local: &mut Local,
+    ) {
+        (self.report, self.was_swept) = (Report::default(), false);
+        if !self.gives() {
+            return;
+        }
+        let moves = self.load(sweep, local);
+        if !moves && self.still {
+            self.awake.store(false, Ordering::Relaxed);
+            return;
+        }
+        self.was_swept = true;
+        let groups = index * n..sweep.clocks.len().min((index + 1) * n);
+        let weight = |group: usize| sweep.weight(sweep.clocks[group].step);
+        lanes.sweep(level, (groups.clone(), weight), local, (stiffness, answers));
+        let given = local.accumulated(self.nodes.len());
+        if self.due == Due::All {
+            self.part.copy_from_slice(given);
+        } else {
+            self.part.fill([0.0; 4]);
+            for number in &self.touched {
+                self.part[usize::from(*number)] = given[usize::from(*number)];
+            }
+        }
+        self.still = !moves && self.due == Due::All;
+        self.inspect(sweep, (groups, answers), moves);
+    }
+
+    /// Whether a node has moved or moves.
+    fn load<const D: usize>(&self, sweep: &Sweep<'_, D>, local: &mut Local) -> bool {
+        let mut moves = false;
+        for number in self.active() {
+            let a = self.nodes[number].index();
+            let displacement = sweep.drifted(a) - sweep.rest[a];
+            local.load(number, &displacement, &sweep.velocity[a]);
+            moves |= displacement != Vector::<D>::zeros() || sweep.velocity[a] != Vector::<D>::zeros();
+        }
+        moves
+    }
+
+    fn inspect<const D: usize>(
+        &mut self,
+        sweep: &Sweep<'_, D>,
+        (groups, answers): (std::ops::Range<usize>, &[GroupAnswer]),
+        moves: bool,
+    ) {
+        for (group, answer) in groups.zip(answers) {
+            let clock = &sweep.clocks[group];
+            if sweep.weight(clock.step).is_none() {
+                continue;
+            }
+            self.report.least_jacobian = self.report.least_jacobian.min(answer.least_jacobian);
+            let fails = !answer.energy.is_finite() || answer.inverted & clock.inverted != 0;
+            if fails && self.report.failed.is_none() {
+                self.report.failed = Some(group);
+            }
+            let elements = || sweep.order.elements(sweep.order.slots(group)).count() as u64;
+            self.report.updates += match (moves, self.due) {
+                (false, _) | (true, Due::All) => 0,
+                (true, _) => elements(),
+            };
+        }
+        if moves && self.due == Due::All {
+            self.report.updates = self.n_elements;
+        }
+    }
+}
+
+impl<const D: usize> Sweep<'_, D> {
+    /// Length of the kick of a group that fires, s; at the start, when no step is known yet, the force itself.
+    #[inline(always)]
+    fn weight(&self, step: Tick) -> Option<f64> {
+        if self.tick == 0 {
+            return Some(1.0);
+        }
+        self.kind.fires(step, self.tick).then(|| self.grid.time(step))
+    }
+
+    /// Where a node is at this tick, m.
+    #[inline(always)]
+    fn drifted(&self, node: usize) -> Vector<D> {
+        self.position[node] + self.velocity[node] * self.grid.time(self.tick - self.last[node])
+    }
+}

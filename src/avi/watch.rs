@@ -1,0 +1,128 @@
+//! Gap clocks: which nodes of the surface need not be looked at, because nothing can have come near them.
+//!
+//! The distance of a point to a body changes by no more than point and body move. When a node was looked at, its distance was
+//! known; all that anything has travelled since is added up once for all nodes, and a node is looked at again only when that
+//! could have brought a body near. What is not looked at is proved to be out of reach, so no result depends on the clocks.
+
+use super::gel::Surface;
+use crate::algebra::Vector3;
+use crate::contact::{Body, BodyState};
+
+/// The gap clocks of one surface.
+#[derive(Debug)]
+pub(super) struct Watch {
+    /// Distance to the nearest body when a node was looked at last, and what had been travelled then, m.
+    until: Vec<f64>,
+    /// What anything has travelled, m.
+    travelled: f64,
+    /// Greatest speed of a node, m/s.
+    pub speed: f64,
+    /// A ball around the surface: where, and its radius with all that nodes have travelled, m.
+    ball: (Vector3, f64),
+    /// When that was known, s, and where the bodies were.
+    time: f64,
+    bodies: Vec<BodyState>,
+}
+
+impl Watch {
+    /// Of a surface with its nodes at these places, nothing known yet.
+    pub fn new(surface: &Surface, place: impl Fn(usize) -> Vector3) -> Self {
+        let places = || surface.nodes.iter().map(|at| place(at.node.index()));
+        let middle = places().sum::<Vector3>() / surface.nodes.len().max(1) as f64;
+        let radius = places().map(|x| (x - middle).norm()).fold(0.0, f64::max);
+        let until = vec![f64::NEG_INFINITY; surface.nodes.len()];
+        Self { until, travelled: 0.0, speed: 0.0, ball: (middle, radius), time: 0.0, bodies: vec![] }
+    }
+
+    /// Everything moves on to a time at which the bodies are there.
+    pub fn go_on(&mut self, time: f64, bodies: &[BodyState]) {
+        let wandered = self.speed * (time - self.time).max(0.0);
+        let known = self.bodies.len() == bodies.len()
+            && self.bodies.iter().zip(bodies).all(|(was, now)| was.active || !now.active);
+        if !known {
+            self.until.fill(f64::NEG_INFINITY);
+        }
+        self.ball.1 += wandered;
+        let moved = self.bodies.iter().zip(bodies).map(|(was, now)| self.displacement(was, now)).fold(0.0, f64::max);
+        self.travelled += wandered + moved;
+        self.time = time;
+        self.bodies.clear();
+        self.bodies.extend_from_slice(bodies);
+    }
+
+    /// How far a point of the body near the surface can have come, m: |R − R′| ≤ 2 |q − q′| for rotations.
+    fn displacement(&self, was: &BodyState, now: &BodyState) -> f64 {
+        let turned = 2.0 * (now.orientation.quaternion() - was.orientation.quaternion()).norm();
+        let grown = match (&was.bulge, &now.bulge) {
+            (Some(was), Some(now)) => (now.size - was.size).abs().sum(),
+            _ => 0.0,
+        };
+        (now.position - was.position).norm() + turned * self.arm(was).max(self.arm(now)) + grown
+    }
+
+    /// Distance of the farthest node of the surface from the centre of a body, at most, m.
+    fn arm(&self, body: &BodyState) -> f64 {
+        (body.position - self.ball.0).norm() + self.ball.1
+    }
+
+    /// How far body and node can come towards each other in a time, as the limit on the path of a node has it, m.
+    pub fn reach(&self, bodies: &[Body], horizon: f64) -> f64 {
+        let approach = |(body, at): (&Body, &BodyState)| {
+            let (growth, swelling) = at.bulge.map_or((0.0, 0.0), |bulge| (bulge.speed(), bulge.pull()));
+            let pull = at.wrench.force.norm() / body.mass + swelling;
+            at.velocity.norm() + body.angular_velocity(at).norm() * self.arm(at) + growth + pull * horizon
+        };
+        let active = bodies.iter().zip(&self.bodies).filter(|(_, at)| at.active);
+        (active.map(approach).fold(0.0, f64::max) + self.speed) * horizon
+    }
+
+    /// Whether a body may be nearer to a node than this.
+    #[inline]
+    pub fn may_be_within(&self, node: u32, distance: f64) -> bool {
+        // NaN must not hide a node.
+        !(self.until[node as usize] - self.travelled > distance)
+    }
+
+    /// Takes down how far the nearest body was.
+    #[inline]
+    pub fn note(&mut self, node: u32, distance: f64) {
+        self.until[node as usize] = self.travelled + distance;
+    }
+
+    /// Forgets everything but that no node is faster than this.
+    pub fn reset(&mut self, speed: f64) {
+        self.until.fill(f64::NEG_INFINITY);
+        (self.travelled, self.speed) = (0.0, speed);
+        self.bodies.clear();
+    }
+
+    /// When the gaps were known, s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Until when nothing comes within a distance, by node, of a surface that stands still: s after the time known.
+    pub fn quiet(&self, bodies: &[Body], within: impl Fn(usize) -> f64) -> f64 {
+        let room = |(i, until): (usize, &f64)| until - self.travelled - within(i);
+        let margin = self.until.iter().enumerate().map(room).fold(f64::INFINITY, f64::min);
+        let travel = |h: f64| {
+            let way = |(body, at): (&Body, &BodyState)| self.way(body, at, h);
+            let active = bodies.iter().zip(&self.bodies).filter(|(_, at)| at.active);
+            active.map(way).fold(0.0, f64::max)
+        };
+        /// Halvings from a second; what is shorter than this is not worth skipping.
+        const HALVINGS: i32 = 40;
+        let lengths = (0..HALVINGS).map(|n| 0.5_f64.powi(n));
+        lengths.into_iter().find(|h| travel(*h) < margin).unwrap_or(0.0)
+    }
+
+    /// How far a point of a body can come in a time, m.
+    fn way(&self, body: &Body, at: &BodyState, h: f64) -> f64 {
+        let wrench = &at.wrench;
+        let pull = (wrench.force.norm() + wrench.force_rate.norm() * h) / body.mass;
+        let turning = at.angular_momentum.norm() + (wrench.torque.norm() + wrench.torque_rate.norm() * h) * h;
+        let grown = at.bulge.map_or(0.0, |bulge| bulge.speed() * h + 0.5 * bulge.pull() * h * h);
+        let straight = at.velocity.norm() * h + 0.5 * pull * h * h;
+        straight + body.inverse_inertia.norm() * turning * h * (self.arm(at) + straight) + grown
+    }
+}
