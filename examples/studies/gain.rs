@@ -21,9 +21,9 @@ pub fn study() {
     println!("|---|---|---|---|---|");
     cases().for_each(|case| describe(&case));
     println!(
-        "\n| mesh | schedule | updates | of Σ T/Δt | gain | CPU s | gain | updates/s | depth, mm | error, % | v at the end, m/s | defect | closure |"
+        "\n| mesh | schedule | updates | of Σ T/Δt | gain | counted | CPU s | gain | updates/s | depth, mm | error, % | v at the end, m/s | defect | closure |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     cases().for_each(|case| compare(&case));
 }
 
@@ -67,10 +67,11 @@ fn row(case: &Case, (schedule, outcome): (&str, &Outcome), global: (f64, f64)) {
     let books = totals.ledger.energy;
     let depth = 1e3 * engine.state().record.contacts[0].peak_depth.0;
     println!(
-        "| {} | {schedule} | {updates:.3e} | {:.2} | {:.2} | {seconds:.1} | {:.2} | {:.2e} | {depth:.3} | {} | {:+.4} | {:.1e} | {:.0e} |",
+        "| {} | {schedule} | {updates:.3e} | {:.2} | {:.2} | {:.2} | {seconds:.1} | {:.2} | {:.2e} | {depth:.3} | {} | {:+.4} | {:.1e} | {:.0e} |",
         case.name,
         updates / ideal,
         global.0 / updates,
+        engine.synchronous_updates(case.scene.scene.end_time) / updates,
         global.1 / seconds,
         updates / seconds,
         case.depth.map_or("–".to_owned(), |limit| format!("{:+.2}", 100.0 * (depth / limit - 1.0))),
