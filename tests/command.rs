@@ -65,7 +65,8 @@ fn scenes_prints_a_scene_that_can_be_kept_and_changed() {
         assert_eq!(gelfmu(&["scenes", name]).out, text, "{name}");
     }
     assert_eq!(json(&gelfmu(&["scenes", "l-beam", "--json"]).out)["name"], "l-beam");
-    let known = "sphere-block, ball-bounce, ball-square, l-beam";
+    let known: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
+    let known = known.join(", ");
     refused(&["scenes", "x"], &format!("scene x: found no built-in scene of this name, expected one of {known}"));
 }
 
@@ -145,7 +146,7 @@ fn a_scene_that_does_not_exist_is_refused_with_the_names_that_do() {
     let said = gelfmu(&["check", "nowhere.toml"]);
     assert_eq!(said.status, Some(2));
     assert!(said.err.starts_with("error: scene nowhere.toml: found neither a built-in scene nor a readable file"));
-    assert!(said.err.contains("expected one of sphere-block, ball-bounce, ball-square, l-beam or the path"));
+    assert!(said.err.contains("expected one of sphere-block, ball-bounce, ball-square, l-beam, sphere-graded-4"));
 }
 
 #[test]
@@ -153,7 +154,7 @@ fn an_override_at_fault_is_named_and_a_fault_of_the_file_keeps_its_line() {
     refused(
         &["run", "--set", "mesh.sizes=1"],
         "scene sphere-block with --set mesh.sizes=1: mesh.sizes: found the unknown key `sizes`, \
-         expected one of `size`, `lattice`, `element`, `grading`",
+         expected one of `size`, `lattice`, `element`, `grading`, `tree`",
     );
     refused(
         &["run", "l-beam", "--set", "mesh.size=[1,"],
@@ -238,7 +239,7 @@ fn schema_is_json_and_knows_every_key() {
          material neo-hookean density shear_modulus bulk_modulus supports x_min x_max y_min y_max z_min z_max side \
          free roller fixed velocity sphere capsule bullet nose ogive cone round flat arc_radius meplat_radius tail edge_radius \
          half-space length normal mass inertia position orientation angular_velocity \
-         lattice centred kuhn element plain patch grading core growth largest schedule bins queue cfl law moreau reversal restitution bias \
+         lattice centred kuhn element plain patch grading core growth largest tree coarsest slope schedule bins queue cfl law moreau reversal restitution bias \
          frames force_window";
     for key in keys.split_whitespace() {
         assert!(found.iter().any(|name| name == key), "the schema does not know {key}");

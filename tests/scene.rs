@@ -231,7 +231,7 @@ fn what_is_not_a_key_and_a_value_is_refused() {
 fn an_override_of_an_unknown_key_is_refused_when_the_scene_is_read() {
     not_a_scene(
         &resolved("mesh.sizes=1"),
-        "line 20: mesh.sizes: found the unknown key `sizes`, expected one of `size`, `lattice`, `element`, `grading`",
+        "line 20: mesh.sizes: found the unknown key `sizes`, expected one of `size`, `lattice`, `element`, `grading`, `tree`",
     );
     not_a_scene(
         &resolved("mesch.size=1"),
@@ -252,7 +252,8 @@ fn builtin(name: &str) -> Scene {
 #[test]
 fn the_builtin_scenes_are_the_promised_ones_and_the_first_is_the_default() {
     let names: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
-    assert_eq!(names, ["sphere-block", "ball-bounce", "ball-square", "l-beam"]);
+    let graded = ["sphere-graded-4", "sphere-graded-8", "sphere-graded-16"];
+    assert_eq!(names, [["sphere-block", "ball-bounce", "ball-square", "l-beam"].as_slice(), &graded].concat());
     assert_eq!(scene::builtin("sphere"), None);
 }
 

@@ -2,9 +2,11 @@
 
 mod ball_bounce;
 mod coupling;
+mod cpu;
 mod deepest;
 mod extremes;
 mod fast_ball;
+mod gain;
 mod impacts;
 mod l_beam;
 mod leaks;
@@ -17,7 +19,7 @@ mod whole;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 8] = [
+const STUDIES: [Study; 9] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -29,6 +31,7 @@ const STUDIES: [Study; 8] = [
     ("l-beam", "energy over the run, drop through impact, both schedules and both contact laws", l_beam::study),
     ("impacts", "conservation in offset, oblique and spinning impacts, and the first touch", impacts::study),
     ("leaks", "deepest penetration of nodes and faces, by shape and mesh size", leaks::study),
+    ("gain", "updates and CPU seconds of the schedules on uniform, graded and sliver meshes", gain::study),
     ("extremes", "masses, speeds, a second of rest, and a body inside the gel", extremes::study),
 ];
 

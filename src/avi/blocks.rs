@@ -4,8 +4,8 @@
 //! gathers from the blocks around it in their order. So no thread writes where another one reads, and no bit depends on
 //! who came first.
 
-use super::order::Order;
 use super::Gel;
+use super::order::Order;
 use crate::element::{Accumulated, Lanes, Local, MAX_NODES, Potential};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Clock, Tick};

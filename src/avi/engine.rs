@@ -609,13 +609,10 @@ impl<const D: usize> Scratch<D> {
 }
 
 /// Patches of equal steps beside each other; in the queue each by itself.
-fn order<const D: usize, P: Potential<D>>(
-    gel: &Gel<D, P>,
-    rules: &Rules,
-    ticks: impl Fn(ElementId) -> f64,
-) -> Order {
+fn order<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, rules: &Rules, ticks: impl Fn(ElementId) -> f64) -> Order {
     let step = |patch: usize| {
-        let limit = gel.potential.patches().of(patch).iter().map(|element| ticks(*element)).fold(f64::INFINITY, f64::min);
+        let limit =
+            gel.potential.patches().of(patch).iter().map(|element| ticks(*element)).fold(f64::INFINITY, f64::min);
         rules.schedule.step(limit.max(1.0))
     };
     match rules.schedule {

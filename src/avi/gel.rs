@@ -56,7 +56,8 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
         let star = Incidence::new(mass.len(), elements);
         let free = held.iter().map(|held| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { 1.0 })).collect();
         let owner = |facet: &Facet| {
-            let has_all = |element: &&ElementId| facet[..D].iter().all(|node| potential.nodes(**element).contains(node));
+            let has_all =
+                |element: &&ElementId| facet[..D].iter().all(|node| potential.nodes(**element).contains(node));
             star.of(facet[0]).iter().find(has_all).copied().expect("a facet bounds an element")
         };
         let behind = surface.facets.iter().map(owner).collect();

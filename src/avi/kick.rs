@@ -176,20 +176,18 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
         let (clocks, answers) = (&mut self.state.clocks, &self.scratch.answers);
         self.scratch.residuals.resize(blocks.blocks.len(), 0.0);
-        let settle_block = |(((block, clocks), answers), residual): (
-            ((&Block, &mut [Clock]), &[GroupAnswer]),
-            &mut f64,
-        )| {
-            *residual = 0.0;
-            if block.due == Due::Nothing || !block.was_swept {
-                return;
-            }
-            for (clock, answer) in clocks.iter_mut().zip(answers) {
-                if tick == 0 || kind.fires(clock.step, tick) {
-                    *residual += settle(clock, answer, grid.time(clock.step));
+        let settle_block =
+            |(((block, clocks), answers), residual): (((&Block, &mut [Clock]), &[GroupAnswer]), &mut f64)| {
+                *residual = 0.0;
+                if block.due == Due::Nothing || !block.was_swept {
+                    return;
                 }
-            }
-        };
+                for (clock, answer) in clocks.iter_mut().zip(answers) {
+                    if tick == 0 || kind.fires(clock.step, tick) {
+                        *residual += settle(clock, answer, grid.time(clock.step));
+                    }
+                }
+            };
         let residuals = &mut self.scratch.residuals;
         match &self.pool {
             Some(pool) => pool.run(|| {

@@ -121,7 +121,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let spots = blocks.spots(a);
             let summed = spots.iter().all(|spot| blocks.blocks[spot.block as usize].is_summed());
             *node.limit = if summed {
-                let part = |spot: &super::blocks::Spot| blocks.blocks[spot.block as usize].part[spot.number as usize][3];
+                let part =
+                    |spot: &super::blocks::Spot| blocks.blocks[spot.block as usize].part[spot.number as usize][3];
                 cfl * super::pace::limit(spots.iter().map(part).sum(), gel.mass[a])
             } else {
                 cfl * nodal_limit(&*gel, (&stiffness, &order), NodeId(a as u32))
@@ -159,10 +160,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Does something to every active node; the sums do not depend on the threads.
-    fn over_nodes(
-        &mut self,
-        work: impl Fn(usize, Node<'_, D>, &Blocks<D>, &mut NodeSums) + Sync,
-    ) -> NodeSums {
+    fn over_nodes(&mut self, work: impl Fn(usize, Node<'_, D>, &Blocks<D>, &mut NodeSums) + Sync) -> NodeSums {
         let blocks = self.blocks.take().expect("the fast form has blocks");
         let (state, scratch) = (&mut self.state, &mut self.scratch);
         let (position, velocity) = (&mut state.position, &mut state.velocity);
@@ -170,12 +168,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut total = NodeSums::default();
         if active.all || active.list.len() >= MANY {
             scratch.sums.resize(position.len().div_ceil(RUN), NodeSums::default());
-            let go = |(run, ((((x, v), last), limit), sums)): (usize, (((( &mut [Vector<D>], &mut [Vector<D>]), &mut [Tick]), &mut [f64]), &mut NodeSums))| {
+            let go = |(run, ((((x, v), last), limit), sums)): (
+                usize,
+                ((((&mut [Vector<D>], &mut [Vector<D>]), &mut [Tick]), &mut [f64]), &mut NodeSums),
+            )| {
                 *sums = NodeSums::default();
                 for i in 0..x.len() {
                     let a = run * RUN + i;
                     if active.has(a) {
-                        let node = Node { position: &mut x[i], velocity: &mut v[i], last: &mut last[i], limit: &mut limit[i] };
+                        let node =
+                            Node { position: &mut x[i], velocity: &mut v[i], last: &mut last[i], limit: &mut limit[i] };
                         work(a, node, &blocks, sums);
                     }
                 }

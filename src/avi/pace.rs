@@ -181,7 +181,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
             if self.rules.schedule == Kind::Queue {
                 // Patches near contact wait for the common multiples of their steps, so that they fire together.
-                self.state.alarms[i] = Alarm { last: tick, next: if near { (tick / step + 1) * step } else { tick + step } };
+                self.state.alarms[i] =
+                    Alarm { last: tick, next: if near { (tick / step + 1) * step } else { tick + step } };
             }
         }
         if self.rules.schedule == Kind::Global {

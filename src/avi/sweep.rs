@@ -91,10 +91,7 @@ fn share<const D: usize>(
     let (own, others) = locals.split_at_mut(half);
     let found = Found { blocks, stiffness, answers };
     let later = Found { blocks: later, stiffness: later_stiffness, answers: later_answers };
-    rayon::join(
-        || share(sweep, with, (found, first), own),
-        || share(sweep, with, (later, first + middle), others),
-    );
+    rayon::join(|| share(sweep, with, (found, first), own), || share(sweep, with, (later, first + middle), others));
 }
 
 /// The number of blocks that have about this part of the work that is due.
@@ -110,11 +107,7 @@ fn split(blocks: &[Block], part: f64) -> usize {
 }
 
 impl Block {
-    fn find_due<const D: usize>(
-        &mut self,
-        sweep: &Sweep<'_, D>,
-        (lanes, groups): (&Lanes<D>, std::ops::Range<usize>),
-    ) {
+    fn find_due<const D: usize>(&mut self, sweep: &Sweep<'_, D>, (lanes, groups): (&Lanes<D>, std::ops::Range<usize>)) {
         *self.looked_at.get_mut() = false;
         let fires = |step: Tick| sweep.tick == 0 || sweep.kind.fires(step, sweep.tick);
         self.due = match (fires(self.steps.0), fires(self.steps.1)) {

@@ -8,6 +8,13 @@ pub fn uniform(from: f64, to: f64, size: f64) -> Vec<f64> {
     (0..=n).map(plane).collect()
 }
 
+/// Equal cells from 0 to `length`, each at most `size` long, in a number that `by` divides.
+#[must_use]
+pub fn divisible(length: f64, size: f64, by: usize) -> Vec<f64> {
+    let n = by * cells(length, size * by as f64);
+    uniform(0.0, length, length / n as f64)
+}
+
 /// Cells that grow away from 0: `size` long within `core`, then each `growth` times longer up to `largest`. The last cell
 /// takes what is left up to `length`, or is joined to the one before it if that is less than half of what it would be.
 #[must_use]
@@ -40,6 +47,20 @@ mod tests {
     fn uniform_planes_span_the_axis_with_cells_no_longer_than_asked() {
         assert_eq!(uniform(-1.0, 1.0, 0.5), [-1.0, -0.5, 0.0, 0.5, 1.0]);
         assert_eq!(uniform(0.0, 1.0, 0.3).len(), 5);
+    }
+
+    #[test]
+    fn the_number_of_cells_can_be_asked_to_be_divisible() {
+        for n in 1..400 {
+            let (length, by) = (1e-3 * f64::from(n), 1 << (n % 6));
+            let planes = divisible(length, 0.7e-3, by);
+            assert!(
+                (planes.len() - 1).is_multiple_of(by)
+                    && planes[1] <= 0.700_001e-3
+                    && planes[planes.len() - 1] == length
+            );
+        }
+        assert_eq!(divisible(1.0, 0.25, 4), [0.0, 0.25, 0.5, 0.75, 1.0]);
     }
 
     #[test]

@@ -1,17 +1,19 @@
 //! Simplices that fill the cells of a rectilinear grid.
 
-use super::{NodeId, Simplex, signed_volume};
+use super::{NodeId, Simplex, Tree, signed_volume};
 use crate::algebra::Vector;
 use std::collections::HashMap;
 
 /// How a cell is filled.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Split {
     /// Around a node in its middle: crossed triangles; in space the body-centred cubic lattice, whose tetrahedra join
     /// the middles of two neighbouring cells to an edge of their common face.
     Centred,
     /// Along one diagonal: two triangles, or the six tetrahedra of Kuhn, one for each order of the axes.
     Kuhn,
+    /// Centred, in cells that become larger away from the origin; of a grid that is filled everywhere.
+    Tree(Tree),
 }
 
 /// A rectilinear grid, some of whose cells are filled.
@@ -23,26 +25,27 @@ pub struct Grid<const D: usize> {
 }
 
 /// A lattice point in half cells: even at planes, odd in the middle between two.
-type Half<const D: usize> = [usize; D];
+pub(super) type Half<const D: usize> = [usize; D];
 
 /// Nodes and simplices as they are found.
-struct Builder<'a, const D: usize> {
-    grid: &'a Grid<D>,
+pub(super) struct Builder<'a, const D: usize> {
+    planes: &'a [Vec<f64>; D],
     ids: HashMap<Half<D>, NodeId>,
-    points: Vec<Vector<D>>,
-    elements: Vec<Simplex>,
+    /// Positions of the nodes, m.
+    pub points: Vec<Vector<D>>,
+    /// The simplices.
+    pub elements: Vec<Simplex>,
 }
 
 impl<const D: usize> Grid<D> {
     /// Node positions and positively oriented simplices.
     #[must_use]
     pub fn split(&self, split: Split) -> (Vec<Vector<D>>, Vec<Simplex>) {
-        let mut builder = Builder { grid: self, ids: HashMap::new(), points: vec![], elements: vec![] };
-        for cell in self.cells() {
-            match split {
-                Split::Centred => builder.centred(cell),
-                Split::Kuhn => builder.kuhn(cell),
-            }
+        let mut builder = Builder::new(&self.planes);
+        match split {
+            Split::Centred => self.cells().into_iter().for_each(|cell| builder.centred(self, cell)),
+            Split::Kuhn => self.cells().into_iter().for_each(|cell| builder.kuhn(cell)),
+            Split::Tree(tree) => super::stitch::fill(&mut builder, &tree.leaves(&self.planes)),
         }
         (builder.points, builder.elements)
     }
@@ -73,7 +76,7 @@ impl<const D: usize> Grid<D> {
 }
 
 /// Interleaved bits of the indices.
-fn morton<const D: usize>(cell: &[usize; D]) -> u128 {
+pub(super) fn morton<const D: usize>(cell: &[usize; D]) -> u128 {
     (0..32).fold(0, |code, bit| {
         cell.iter()
             .enumerate()
@@ -81,9 +84,13 @@ fn morton<const D: usize>(cell: &[usize; D]) -> u128 {
     })
 }
 
-impl<const D: usize> Builder<'_, D> {
+impl<'a, const D: usize> Builder<'a, D> {
+    fn new(planes: &'a [Vec<f64>; D]) -> Self {
+        Self { planes, ids: HashMap::new(), points: vec![], elements: vec![] }
+    }
+
     fn node(&mut self, half: Half<D>) -> NodeId {
-        let planes = &self.grid.planes;
+        let planes = self.planes;
         *self.ids.entry(half).or_insert_with(|| {
             self.points.push(Vector::<D>::from_fn(|i, _| {
                 let at = half[i] / 2;
@@ -93,7 +100,8 @@ impl<const D: usize> Builder<'_, D> {
         })
     }
 
-    fn simplex(&mut self, corners: &[Half<D>]) {
+    /// Adds the simplex with these corners, positively oriented.
+    pub fn simplex(&mut self, corners: &[Half<D>]) {
         let mut nodes = [NodeId::default(); 4];
         for (node, corner) in nodes.iter_mut().zip(corners) {
             *node = self.node(*corner);
@@ -119,17 +127,17 @@ impl<const D: usize> Builder<'_, D> {
 
     /// Per face of the cell: its edges (in the plane: itself) joined to the cell's middle and, in space, to the middle
     /// of the neighbour, or of the face where there is no neighbour.
-    fn centred(&mut self, cell: [usize; D]) {
+    fn centred(&mut self, grid: &Grid<D>, cell: [usize; D]) {
         let middle = cell.map(|i| 2 * i + 1);
         for axis in 0..D {
             for up in [false, true] {
-                let neighbour = self.grid.is_filled(cell, axis, up);
+                let neighbour = grid.is_filled(cell, axis, up);
                 if D == 3 && neighbour.is_some() && !up {
                     continue;
                 }
                 let face = shifted(middle, axis, if up { 1 } else { -1 });
                 let beyond = neighbour.map_or(face, |other| other.map(|i| 2 * i + 1));
-                for edge in face_edges(face, axis) {
+                for edge in face_edges(face, axis, 1) {
                     let [a, b] = edge;
                     let corners = [middle, a, b, beyond];
                     self.simplex(&corners[..=D]);
@@ -139,15 +147,15 @@ impl<const D: usize> Builder<'_, D> {
     }
 }
 
-fn shifted<const D: usize>(mut half: Half<D>, axis: usize, by: isize) -> Half<D> {
+pub(super) fn shifted<const D: usize>(mut half: Half<D>, axis: usize, by: isize) -> Half<D> {
     half[axis] = half[axis].wrapping_add_signed(by);
     half
 }
 
-/// The four edges of a square face, or a face of the plane itself, given by its middle.
-fn face_edges<const D: usize>(face: Half<D>, axis: usize) -> Vec<[Half<D>; 2]> {
+/// The four edges of a square face, or a face of the plane itself, given by its middle and half its edge.
+pub(super) fn face_edges<const D: usize>(face: Half<D>, axis: usize, reach: isize) -> Vec<[Half<D>; 2]> {
     let others: Vec<usize> = (0..D).filter(|i| *i != axis).collect();
-    let ends = |half: Half<D>, along: usize| [shifted(half, along, -1), shifted(half, along, 1)];
+    let ends = |half: Half<D>, along: usize| [shifted(half, along, -reach), shifted(half, along, reach)];
     match others[..] {
         [a] => vec![ends(face, a)],
         [a, b] => {

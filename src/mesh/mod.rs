@@ -3,16 +3,21 @@
 mod axis;
 mod lattice;
 mod patches;
+mod quality;
 mod shapes;
+mod stitch;
 mod topology;
+mod tree;
 
 use crate::algebra::Vector;
 
-pub use axis::{graded, uniform};
+pub use axis::{divisible, graded, uniform};
 pub use lattice::{Grid, Split};
 pub use patches::Patches;
+pub use quality::least_angle;
 pub use shapes::{Block, Face, Hold, block, cylinder, l_beam};
 pub use topology::{Incidence, boundary, neighbours};
+pub use tree::Tree;
 
 /// Index of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]

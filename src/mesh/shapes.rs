@@ -84,8 +84,12 @@ pub fn cylinder(radius: f64, square: Block<3>) -> Mesh<3> {
 
 /// Two legs at a right angle with the outer corner at the origin: first in the axes of the legs, then turned by
 /// `angle` in the x–z plane and moved to `corner`. The first and the last planes run along the legs.
+///
+/// # Panics
+/// If the legs are filled by a tree.
 #[must_use]
 pub fn l_beam<const D: usize>(legs: Block<D>, thickness: f64, (angle, corner): (f64, Vector<D>)) -> Mesh<D> {
+    assert!(!matches!(legs.split, Split::Tree(_)), "a tree fills all of its box, a beam does not");
     let (along, up) = (legs.planes[0].clone(), legs.planes[D - 1].clone());
     let middle = |planes: &[f64], i: usize| 0.5 * (planes[i] + planes[i + 1]);
     let filled = move |cell: [usize; D]| middle(&along, cell[0]) < thickness || middle(&up, cell[D - 1]) < thickness;

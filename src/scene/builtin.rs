@@ -1,10 +1,13 @@
 //! The scenes that come with the program.
 
-const BUILTINS: [(&str, &str); 4] = [
+const BUILTINS: [(&str, &str); 7] = [
     ("sphere-block", include_str!("../../scenes/sphere-block.toml")),
     ("ball-bounce", include_str!("../../scenes/ball-bounce.toml")),
     ("ball-square", include_str!("../../scenes/ball-square.toml")),
     ("l-beam", include_str!("../../scenes/l-beam.toml")),
+    ("sphere-graded-4", include_str!("../../scenes/sphere-graded-4.toml")),
+    ("sphere-graded-8", include_str!("../../scenes/sphere-graded-8.toml")),
+    ("sphere-graded-16", include_str!("../../scenes/sphere-graded-16.toml")),
 ];
 
 /// The text of a built-in scene.

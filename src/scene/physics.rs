@@ -78,6 +78,14 @@ fn material(scene: &Scene) -> &'static str {
 }
 
 fn elements(scene: &Scene) -> &'static str {
+    if scene.mesh.tree.is_some() {
+        return match scene.scene.dimension {
+            Dimension::Spatial => "elements: linear tetrahedra between the middles of the cells of an octree",
+            Dimension::Planar | Dimension::Axisymmetric => {
+                "elements: linear triangles, around the middles of a quadtree"
+            }
+        };
+    }
     match (scene.scene.dimension, scene.mesh.lattice) {
         (Dimension::Spatial, Lattice::Centred) => "elements: linear tetrahedra of the body-centred cubic lattice",
         (Dimension::Spatial, Lattice::Kuhn) => "elements: linear tetrahedra, six to a cell",

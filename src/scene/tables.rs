@@ -172,7 +172,7 @@ pub struct Supports {
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct MeshSpec {
-    /// Edge of the finest cell, m.
+    /// Edge of the finest cell, m; cells are made a little shorter where a whole number of them would not fit.
     pub size: f64,
     /// Which simplices fill a cell.
     #[serde(default)]
@@ -183,6 +183,9 @@ pub struct MeshSpec {
     /// Coarser away from the point of entry; uniform if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grading: Option<Grading>,
+    /// Larger cells away from the point of entry, all of them cubes; instead of `grading`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tree: Option<Tree>,
 }
 
 /// Which simplices fill a cell of the mesh.
@@ -220,6 +223,21 @@ pub struct Grading {
     pub growth: f64,
     /// Longest cell edge, m.
     pub largest: f64,
+}
+
+/// A mesh of cells that double with the distance from the point of entry (x = y = 0, z = 0): a quadtree or octree in which
+/// the edges of cells that touch differ by a factor of two at most.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Tree {
+    /// Edge of the largest cells, in edges of the finest: 2, 4, 8 and so on.
+    pub coarsest: usize,
+    /// Distance from the point of entry within which cells keep `mesh.size`, m.
+    pub core: f64,
+    /// An edge may be longer than `mesh.size` by so much per length of distance from the core; from 1 on they double as fast as
+    /// they may.
+    pub slope: f64,
 }
 
 /// How time is stepped.

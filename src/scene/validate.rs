@@ -8,7 +8,7 @@ mod shape;
 
 use super::{
     Contact, ContactLaw, Dimension, GelShape, Grading, Header, Integrator, Lattice, MOST_FRAGMENTS, Output, Scene,
-    SceneError, body_name,
+    SceneError, Tree, body_name,
 };
 use crate::geometry::SignedDistance;
 use domain::{Check, finite, positive, require, within};
@@ -73,12 +73,15 @@ fn mesh(scene: &Scene) -> Check {
     let flat = round && scene.mesh.lattice == Lattice::Kuhn;
     let expected = "\"centred\": in a spatial cylinder Kuhn tetrahedra would lie flat on the mantle";
     require(!flat, "mesh.lattice", || "\"kuhn\"".to_owned(), expected)?;
-    scene.mesh.grading.map_or(Ok(()), |grading| graded(&grading, scene))
+    scene.mesh.grading.map_or(Ok(()), |grading| graded(&grading, scene))?;
+    scene.mesh.tree.map_or(Ok(()), |tree| grown(&tree, scene))
 }
+
+/// By so much, relatively, a length may miss its bound.
+const ROUND_OFF: f64 = 1e-9;
 
 /// Contact is found at nodes: a body that fits between them would pass through unseen.
 fn resolves(scene: &Scene) -> Check {
-    const ROUND_OFF: f64 = 1e-9;
     let radii = (0..scene.n_bodies()).map(|body| (scene.shape(body).inner_radius(), body));
     let (radius, body) = radii.min_by(|a, b| a.0.total_cmp(&b.0)).expect("there is a projectile");
     let (size, name) = (scene.mesh.size, if body == 0 { "the projectile".to_owned() } else { body_name(body) });
@@ -99,6 +102,31 @@ fn graded(grading: &Grading, scene: &Scene) -> Check {
     let size = scene.mesh.size;
     let expected = format!("at least mesh.size, {size:?} m");
     require(largest >= size, "mesh.grading.largest", || format!("{largest:?}"), &expected)
+}
+
+fn grown(tree: &Tree, scene: &Scene) -> Check {
+    let Tree { coarsest, core, slope } = *tree;
+    let nothing = |good: bool, expected: &str| require(good, "mesh.tree", || "a table".to_owned(), expected);
+    let beam = matches!(scene.gel.shape, GelShape::LBeam { .. });
+    nothing(!beam, "nothing: an l-beam has a uniform mesh")?;
+    nothing(scene.mesh.grading.is_none(), "nothing beside mesh.grading: cells grow in one way or the other")?;
+    let centred = scene.mesh.lattice == Lattice::Centred;
+    require(
+        centred,
+        "mesh.lattice",
+        || "\"kuhn\"".to_owned(),
+        "\"centred\": mesh.tree fills cells around their middles",
+    )?;
+    let good = coarsest >= 2 && coarsest.is_power_of_two();
+    require(good, "mesh.tree.coarsest", || coarsest.to_string(), "a power of two: 2, 4, 8 and so on")?;
+    let (size, room) = (scene.mesh.size, gel::shortest_way(&scene.gel.shape));
+    let expected =
+        format!("cells of at most {room:?} m: the shortest way from the z axis or the entry surface to a face");
+    let found = || format!("{coarsest}, cells of {:?} m", coarsest as f64 * size);
+    require(coarsest as f64 * size <= room * (1.0 + ROUND_OFF), "mesh.tree.coarsest", found, &expected)?;
+    finite("mesh.tree.core", core)?;
+    require(core >= 0.0, "mesh.tree.core", || format!("{core:?}"), "a length of 0 or more, m")?;
+    positive("mesh.tree.slope", slope, "a positive ratio of length to distance")
 }
 
 fn integrator(integrator: &Integrator) -> Check {

@@ -9,7 +9,7 @@ use crate::geometry::{Shape, SignedDistance};
 use crate::material::NeoHookean;
 use crate::mesh::{self, Block, Face, Facet, Hold, Mesh, NodeId, Split};
 use crate::scene::{
-    Contact, ContactLaw, Dimension, GelShape, Lattice, Projectile, Scene, ScheduleKind, Support, body_name,
+    self, Contact, ContactLaw, Dimension, GelShape, Lattice, Projectile, Scene, ScheduleKind, Support, body_name,
 };
 use crate::state::State;
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -272,15 +272,23 @@ fn space_mesh(scene: &Scene) -> Result<Mesh<3>, BuildError> {
 }
 
 fn checked<const D: usize>(planes: [Vec<f64>; D], scene: &Scene, faces: Vec<Face>) -> Result<Block<D>, BuildError> {
-    let cells: f64 = planes.iter().map(|p| p.len() as f64 - 1.0).product();
+    let split = split(scene);
+    let cells = match split {
+        Split::Centred | Split::Kuhn => planes.iter().map(|p| p.len() as f64 - 1.0).product(),
+        Split::Tree(tree) => tree.count(&planes, MOST_CELLS as usize + 1) as f64,
+    };
     if cells > MOST_CELLS {
         return Err(BuildError::TooLarge { cells, limit: MOST_CELLS });
     }
-    let split = match scene.mesh.lattice {
-        Lattice::Centred => Split::Centred,
-        Lattice::Kuhn => Split::Kuhn,
-    };
     Ok(Block { planes, split, faces })
+}
+
+fn split(scene: &Scene) -> Split {
+    match (scene.mesh.tree, scene.mesh.lattice) {
+        (Some(scene::Tree { coarsest, core, slope }), _) => Split::Tree(mesh::Tree { coarsest, core, slope }),
+        (None, Lattice::Centred) => Split::Centred,
+        (None, Lattice::Kuhn) => Split::Kuhn,
+    }
 }
 
 /// Low and high face of each axis.
@@ -296,15 +304,17 @@ fn faces<const N: usize>(sides: [(usize, Support, Support); N]) -> Vec<Face> {
 
 /// Planes from 0 to `length`.
 fn axis(scene: &Scene, length: f64) -> Vec<f64> {
-    match scene.mesh.grading {
-        None => mesh::uniform(0.0, length, scene.mesh.size),
-        Some(grading) => mesh::graded(length, scene.mesh.size, (grading.core, grading.growth, grading.largest)),
+    let size = scene.mesh.size;
+    match (scene.mesh.grading, scene.mesh.tree) {
+        (Some(grading), _) => mesh::graded(length, size, (grading.core, grading.growth, grading.largest)),
+        (None, Some(tree)) => mesh::divisible(length, size, tree.coarsest),
+        (None, None) => mesh::uniform(0.0, length, size),
     }
 }
 
 /// Planes from −`half` to `half`, a plane at 0 if graded.
 fn across(scene: &Scene, half: f64) -> Vec<f64> {
-    if scene.mesh.grading.is_none() {
+    if scene.mesh.grading.is_none() && scene.mesh.tree.is_none() {
         return mesh::uniform(-half, half, scene.mesh.size);
     }
     let right = axis(scene, half);

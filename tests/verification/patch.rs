@@ -9,7 +9,7 @@ use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law};
 use ballistic_gel::element::{Answer, DEPTH, Potential, Section, Simplices};
 use ballistic_gel::geometry::{Shape, Sphere};
 use ballistic_gel::material::NeoHookean;
-use ballistic_gel::mesh::{self, Block, Incidence, Mesh, NodeId, Split, edges};
+use ballistic_gel::mesh::{self, Block, Incidence, Mesh, NodeId, Split, Tree, edges};
 use std::sync::OnceLock;
 
 /// The gel of this part: E = 1, ν = 0.45.
@@ -37,12 +37,19 @@ fn beam<const D: usize>(split: Split) -> Mesh<D> {
 
 fn all<const D: usize>() -> Vec<Mesh<D>> {
     let each = |split| blocks::<D>(split).into_iter().chain([beam::<D>(split)]);
-    [Split::Centred, Split::Kuhn].into_iter().flat_map(each).collect()
+    [Split::Centred, Split::Kuhn].into_iter().flat_map(each).chain([grown()]).collect()
+}
+
+/// A block whose cells double twice away from its middle.
+fn grown<const D: usize>() -> Mesh<D> {
+    let split = Split::Tree(Tree { coarsest: 4, core: 0.0, slope: 1e9 });
+    mesh::block(Block { planes: std::array::from_fn(|_| mesh::uniform(-1.0, 1.0, 0.125)), split, faces: vec![] })
 }
 
 fn cylinders() -> impl Iterator<Item = Mesh<3>> {
     let square = |split| Block { planes: std::array::from_fn(|_| uniform_planes()), split, faces: vec![] };
-    [Split::Centred, Split::Kuhn].into_iter().map(move |split| mesh::cylinder(0.5, square(split)))
+    let tree = Split::Tree(Tree { coarsest: 2, core: 0.0, slope: 1.0 });
+    [Split::Centred, Split::Kuhn, tree].into_iter().map(move |split| mesh::cylinder(0.5, square(split)))
 }
 
 /// x = A X + b with a random A near a rotation-free stretch, det A > 0.3.
@@ -188,8 +195,10 @@ pub fn rows() -> &'static [Row] {
         let meshes: Vec<Mesh<3>> = all::<3>().into_iter().chain(cylinders()).collect();
         let spatial = static_defects(&meshes, Section::Spatial);
         let (strain, force) = (planar.0.max(spatial.0), planar.1.max(spatial.1));
-        let first =
-            ("V1", "x = A X + b, blocks, L-beams and cylinders, both lattices, uniform and graded: |F − A|/|A|");
+        let first = (
+            "V1",
+            "x = A X + b, blocks, L-beams and cylinders, both lattices and trees, uniform and graded: |F − A|/|A|",
+        );
         vec![
             Row::new(first, "0 within 1e-13", below(strain), strain < 1e-13),
             Row::new(("V1", "same: force on inner nodes/(|P| h²)"), "0 within 1e-12", below(force), force < 1e-12),

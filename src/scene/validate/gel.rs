@@ -23,6 +23,16 @@ pub(super) fn smallest_dimension(shape: &GelShape) -> f64 {
     }
 }
 
+/// The shortest way from the z axis or the entry surface of a block or cylinder to a face, m.
+pub(super) fn shortest_way(shape: &GelShape) -> f64 {
+    let (height, sides) = match shape {
+        GelShape::Block { size } => size.split_last().expect("a block was checked to have edges"),
+        GelShape::Cylinder { radius, height } => return radius.min(*height),
+        GelShape::LBeam { .. } => unreachable!("an l-beam has no entry surface"),
+    };
+    sides.iter().map(|side| 0.5 * side).fold(*height, f64::min)
+}
+
 fn shape(shape: &GelShape, dimension: Dimension) -> Check {
     match shape {
         GelShape::Block { size } => block(size, dimension),

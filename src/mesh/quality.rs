@@ -1,0 +1,45 @@
+//! How well shaped elements are.
+
+use super::Simplex;
+use crate::algebra::{Vector, Vector3, embed};
+
+/// The least angle of a simplex, degrees: between two sides of a triangle, between two faces of a tetrahedron.
+#[must_use]
+pub fn least_angle<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
+    let corners: [Vector3; 4] = std::array::from_fn(|i| embed(&x[simplex[i % (D + 1)].index()]));
+    let normals: [Vector3; 4] = std::array::from_fn(|i| outward::<D>(&corners, i));
+    let pairs = (0..=D).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let angle = |(i, j): (usize, usize)| {
+        let (n, m): (Vector3, Vector3) = (normals[i], normals[j]);
+        n.cross(&m).norm().atan2(-n.dot(&m)).to_degrees()
+    };
+    pairs.map(angle).fold(180.0, f64::min)
+}
+
+/// Outward normal of the side opposite corner `i`.
+fn outward<const D: usize>(corners: &[Vector3; 4], i: usize) -> Vector3 {
+    let [a, b, c] = [1, 2, 3].map(|k| corners[(i + k) % (D + 1)]);
+    let across = if D == 2 { Vector3::y() } else { c - a };
+    let normal = (b - a).cross(&across);
+    if normal.dot(&(corners[i] - a)) > 0.0 { -normal } else { normal }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::NodeId;
+
+    #[test]
+    fn least_angles_of_known_simplices() {
+        let ids = [0, 1, 2, 3].map(NodeId);
+        let half = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Vector::<2>::from);
+        assert!((least_angle(&half, &ids) - 45.0).abs() < 1e-12);
+        let regular = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]].map(Vector::<3>::from);
+        assert!((least_angle(&regular, &ids) - (1.0_f64 / 3.0).acos().to_degrees()).abs() < 1e-12);
+        let low = 1.0_f64.to_radians().tan() / 3.0_f64.sqrt();
+        // The inscribed circle of the base has radius 1/√6; the apex stands over its middle.
+        let apex = [1.0 / 3.0 + low / 6.0_f64.sqrt(); 3];
+        let cap = [apex, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vector::<3>::from);
+        assert!((least_angle(&cap, &ids) - 1.0).abs() < 1e-9);
+    }
+}
