@@ -2,6 +2,7 @@
 
 use super::blocks::Due;
 use super::engine::Engine;
+use super::gel::SurfaceNode;
 use super::impact::STRETCH;
 use crate::algebra::embed;
 use crate::element::Potential;
@@ -18,7 +19,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let horizon = self.grid.time(self.longest_step());
         let reach = self.watch.reach(&self.bodies, horizon);
         self.find_reached(reach);
-        self.measure_gaps();
+        self.measure_gaps(reach);
     }
 
     fn find_reached(&mut self, reach: f64) {
@@ -42,16 +43,20 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         reached.dedup();
     }
 
-    fn measure_gaps(&mut self) {
+    fn measure_gaps(&mut self, reach: f64) {
         let (scratch, n) = (&mut self.scratch, self.bodies.len());
         scratch.gaps.clear();
+        scratch.close.clear();
         for (i, surface) in scratch.reached.iter().enumerate() {
-            let node = self.gel.surface.nodes[*surface as usize].node;
+            let SurfaceNode { node, size, .. } = self.gel.surface.nodes[*surface as usize];
             let point = embed(&self.state.position[node.index()]);
             let bodies = self.bodies.iter().zip(&scratch.was);
             scratch.gaps.extend(bodies.map(|(fixed, body)| body.active.then(|| fixed.gap(body, &point))));
             let nearest = scratch.gaps[i * n..].iter().flatten().map(|gap| gap.distance).fold(f64::INFINITY, f64::min);
             self.watch.note(*surface, nearest);
+            if nearest < size.max(reach) {
+                scratch.close.push(node);
+            }
             scratch.place[*surface as usize] = i as u32;
         }
     }

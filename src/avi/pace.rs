@@ -139,7 +139,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
         let longest = self.grid.time(block.steps.1);
         let shortest = RAISE_MARGIN * self.grid.time(block.steps.0);
-        let (least, most) = limits.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), limit| (a.min(*limit), b.max(*limit)));
+        let (least, most) =
+            limits.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), limit| (a.min(*limit), b.max(*limit)));
         least >= longest && most < shortest
     }
 
@@ -150,11 +151,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.rules.cfl * nodal_limit(&self.gel, (&self.state.stiffness, &self.order), node)
     }
 
-    /// The firing groups around the nodes that were looked at for contact.
+    /// The firing groups around the nodes that are close to a body.
     fn around_contact(&self, tick: Tick, groups: &mut Vec<u32>) {
-        for at in &self.scratch.reached {
-            let node = self.gel.surface.nodes[*at as usize].node;
-            let around = self.gel.star.of(node).iter().map(|element| self.order.group(*element));
+        for node in &self.scratch.close {
+            let around = self.gel.star.of(*node).iter().map(|element| self.order.group(*element));
             let fires = |group: &usize| self.rules.schedule.fires(self.state.clocks[*group].step, tick);
             groups.extend(around.filter(|group| tick == 0 || fires(group)).map(|group| group as u32));
         }
@@ -237,13 +237,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 limit = limit.min(self.path_limit((*node, size), gap, (limit, body)));
                 if gap.distance < size {
                     near = true;
-                    limit = limit.min(self.shortest_around(*node));
+                    limit = limit.min(self.stable_around(*node));
                 }
             }
         }
         let limit = limit.max(1.0);
         let kind = if near && self.rules.schedule == Kind::Queue { Kind::Bins } else { self.rules.schedule };
         (if near || limit < step as f64 { kind.step(limit) } else { step }, near)
+    }
+
+    /// The shortest stable step of the elements of a node by themselves, ticks: with all of them at that step they fire together.
+    /// Not the shortest they have: a step that contact has shortened would spread over all of the contact, and the finest cell
+    /// would set the step of every one (a mesh of 1:8 took 15 % more updates, the depth is the same to 0.01 %).
+    fn stable_around(&self, node: NodeId) -> f64 {
+        let around = self.gel.star.of(node).iter().flat_map(|element| self.gel.potential.nodes(*element));
+        self.grid.ticks(around.map(|node| self.node_limit(*node)).fold(f64::INFINITY, f64::min))
     }
 
     /// The shortest step among the elements of a node that have one, ticks.

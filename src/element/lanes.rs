@@ -239,12 +239,7 @@ impl<const D: usize> Lanes<D> {
 
     /// F = 1 + Σ (u_a − u_0) ⊗ ∇N_a and what follows from it.
     #[inline(always)]
-    fn strain<S: Simd>(
-        &self,
-        batch: &Batch<D>,
-        rows: &[[f64x8<S>; 8]; MAX_NODES],
-        s: &mut Strains<D, f64x8<S>>,
-    ) {
+    fn strain<S: Simd>(&self, batch: &Batch<D>, rows: &[[f64x8<S>; 8]; MAX_NODES], s: &mut Strains<D, f64x8<S>>) {
         let simd = rows[0][0].simd;
         for i in 0..D {
             for j in 0..D {
@@ -452,7 +447,8 @@ fn scatter<const D: usize, S: Simd>(
     let simd = kicks[0][0].simd;
     for pair in 0..MAX_NODES / 2 {
         let (a, b) = (2 * pair, 2 * pair + 1);
-        let mut both = [kicks[a][0], kicks[a][1], kicks[a][2], kicks[a][3], kicks[b][0], kicks[b][1], kicks[b][2], kicks[b][3]];
+        let mut both =
+            [kicks[a][0], kicks[a][1], kicks[a][2], kicks[a][3], kicks[b][0], kicks[b][1], kicks[b][2], kicks[b][3]];
         transpose(simd, &mut both);
         for l in 0..LANES {
             let (first, second) = both[l].split();

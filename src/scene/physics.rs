@@ -110,6 +110,7 @@ fn steps(scene: &Scene) -> &'static str {
     match scene.integrator.schedule {
         ScheduleKind::Bins => "time: every element at its own step, a power of two of the tick",
         ScheduleKind::Queue => "time: every element at its own step, by priority queue",
+        ScheduleKind::Global => "time: one step for all elements, the stable one of the assembled system",
     }
 }
 

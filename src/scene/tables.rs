@@ -247,7 +247,7 @@ pub struct Tree {
 pub struct Integrator {
     /// Which elements step together.
     pub schedule: ScheduleKind,
-    /// Fraction of the stable step that an element takes, at most 1; by default 0.8 in `bins` and 0.4 in `queue`.
+    /// Fraction of the stable step that an element takes, at most 1; by default 0.8, in `queue` 0.4.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cfl: Option<f64>,
 }
@@ -266,7 +266,7 @@ impl Integrator {
     #[must_use]
     pub fn cfl(&self) -> f64 {
         self.cfl.unwrap_or(match self.schedule {
-            ScheduleKind::Bins => 0.8,
+            ScheduleKind::Bins | ScheduleKind::Global => 0.8,
             ScheduleKind::Queue => 0.4,
         })
     }
@@ -281,6 +281,8 @@ pub enum ScheduleKind {
     Bins,
     /// The paper's priority queue: every element has its own step.
     Queue,
+    /// One step for all: the stable one of the assembled system, what asynchrony is measured against.
+    Global,
 }
 
 /// What happens where gel and projectile touch.

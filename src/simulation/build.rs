@@ -7,9 +7,10 @@ use crate::contact::{Body, BodyState, Bulge, Freedom, Law, Motion, Wrench};
 use crate::element::{Section, Simplices};
 use crate::geometry::{Shape, SignedDistance};
 use crate::material::NeoHookean;
-use crate::mesh::{self, Block, Face, Facet, Hold, Mesh, NodeId, Split};
+use crate::mesh::{self, Block, Face, Facet, Hold, Mesh, NodeId, Patches, Split};
 use crate::scene::{
-    self, Contact, ContactLaw, Dimension, GelShape, Lattice, Projectile, Scene, ScheduleKind, Support, body_name,
+    self, Contact, ContactLaw, Dimension, ElementKind, GelShape, Lattice, Projectile, Scene, ScheduleKind, Support,
+    body_name,
 };
 use crate::state::State;
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -94,7 +95,11 @@ where
     State<D>: Erase,
 {
     let section = section(scene);
-    let simplices = Simplices::new(&mesh, material(scene), section);
+    let patches = match scene.mesh.element {
+        ElementKind::Plain => Patches::alone(mesh.elements.len()),
+        ElementKind::Patch => Patches::grouped(&mesh),
+    };
+    let simplices = Simplices::in_patches(&mesh, patches, (material(scene), section));
     let mass = simplices.lumped_masses(&mesh, scene.gel.density);
     let gel = Gel::new(simplices, mass, &mesh.held, surface(&mesh, section));
     let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));
@@ -133,6 +138,7 @@ fn rules(scene: &Scene) -> Rules {
         schedule: match scene.integrator.schedule {
             ScheduleKind::Bins => Kind::Bins,
             ScheduleKind::Queue => Kind::Queue,
+            ScheduleKind::Global => Kind::Global,
         },
         cfl: scene.integrator.cfl(),
         law: match scene.contact.law {
