@@ -1,16 +1,16 @@
 //! The kicks of one tick, and the books of what they did (numerics 1.2, A6).
 
-use super::blocks::{Block, Due};
+use super::blocks::Block;
 use super::engine::Engine;
 use super::impact::Touch;
 use super::nodes::share_ahead;
+use super::pool::{Cut, share};
 use crate::algebra::{Vector, Vector3, embed, restrict};
 use crate::contact::{Freedom, Law, Motion};
 use crate::element::{GroupAnswer, Potential};
 use crate::ledger::Ledger;
 use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
-use rayon::prelude::*;
 
 /// What held directions take up.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -169,39 +169,26 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn settle_blocks(&mut self, tick: Tick) -> f64 {
         let Some(mut blocks) = self.blocks.take() else { return 0.0 };
         let (grid, kind, n) = (self.grid, self.rules.schedule, blocks.groups);
-        let record = &mut self.state.record;
         for block in &blocks.blocks {
-            record.updates += block.report.updates;
-            record.min_jacobian = record.min_jacobian.min(block.report.least_jacobian);
+            self.state.record.updates += block.report.updates;
+            self.state.record.min_jacobian = self.state.record.min_jacobian.min(block.report.least_jacobian);
         }
-        let (clocks, answers) = (&mut self.state.clocks, &self.scratch.answers);
         self.scratch.residuals.resize(blocks.blocks.len(), 0.0);
-        let settle_block =
-            |(((block, clocks), answers), residual): (((&Block, &mut [Clock]), &[GroupAnswer]), &mut f64)| {
-                *residual = 0.0;
-                if block.due == Due::Nothing || !block.was_swept {
-                    return;
-                }
-                for (clock, answer) in clocks.iter_mut().zip(answers) {
-                    if tick == 0 || kind.fires(clock.step, tick) {
-                        *residual += settle(clock, answer, grid.time(clock.step));
-                    }
-                }
-            };
-        let residuals = &mut self.scratch.residuals;
-        match &self.pool {
-            Some(pool) => pool.run(|| {
-                let all = blocks.blocks.par_iter().zip(clocks.par_chunks_mut(n)).zip(answers.par_chunks(n));
-                all.zip(residuals.par_iter_mut()).for_each(settle_block);
-            }),
-            None => {
-                let all = blocks.blocks.iter().zip(clocks.chunks_mut(n)).zip(answers.chunks(n));
-                all.zip(residuals.iter_mut()).for_each(settle_block);
+        let (clocks, answers) = (self.state.clocks.as_mut_slice(), self.scratch.answers.as_slice());
+        let books = Books { blocks: &blocks.blocks, clocks, answers, residuals: &mut self.scratch.residuals, n };
+        share(self.pool.as_ref(), books, |books: Books<'_>| {
+            let groups = books.clocks.chunks_mut(n).zip(books.answers.chunks(n));
+            for ((block, (clocks, answers)), residual) in books.blocks.iter().zip(groups).zip(books.residuals) {
+                let fires = |clock: &Clock| block.was_swept && (tick == 0 || kind.fires(clock.step, tick));
+                let firing = clocks.iter_mut().zip(answers).filter(|(clock, _)| fires(clock));
+                *residual = firing.map(|(clock, answer)| settle(clock, answer, grid.time(clock.step))).sum();
             }
-        }
+        });
         let mut changed: Vec<usize> = self.scratch.changed.iter().map(|change| change.group as usize / n).collect();
         changed.dedup();
-        changed.into_iter().for_each(|block| blocks.pace(block, &self.state.clocks));
+        for block in changed {
+            blocks.pace(block, &self.state.clocks);
+        }
         self.blocks = Some(blocks);
         self.scratch.residuals.iter().sum()
     }
@@ -239,6 +226,29 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         ledger.energy.external += work;
         ledger.momentum.external += freedom.translation(&push);
         ledger.angular_momentum.external += freedom.rotation(&touch.point.cross(&push));
+    }
+}
+
+/// The books of some blocks.
+struct Books<'a> {
+    blocks: &'a [Block],
+    clocks: &'a mut [Clock],
+    answers: &'a [GroupAnswer],
+    residuals: &'a mut [f64],
+    /// Groups of a block.
+    n: usize,
+}
+
+impl Cut for Books<'_> {
+    fn cut(self, part: usize, of: usize) -> (Self, Self) {
+        let (n, middle) = (self.n, self.blocks.len() * part / of);
+        let (blocks, more_blocks) = self.blocks.split_at(middle);
+        let (clocks, more_clocks) = self.clocks.split_at_mut(self.clocks.len().min(middle * n));
+        let (answers, more_answers) = self.answers.split_at(self.answers.len().min(middle * n));
+        let (residuals, more_residuals) = self.residuals.split_at_mut(middle);
+        let more =
+            Self { blocks: more_blocks, clocks: more_clocks, answers: more_answers, residuals: more_residuals, n };
+        (Self { blocks, clocks, answers, residuals, n }, more)
     }
 }
 

@@ -4,11 +4,11 @@ use super::blocks::Blocks;
 use super::engine::Engine;
 use super::kick::Taken;
 use super::pace::nodal_limit;
+use super::pool::{Cut, share};
 use crate::algebra::{Vector, embed};
 use crate::element::Potential;
 use crate::mesh::NodeId;
 use crate::state::Tick;
-use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 
 /// Nodes whose sums are taken together (numerics A9).
@@ -93,9 +93,60 @@ impl NodeSums {
     }
 }
 
-/// A run of nodes, and what is summed over it.
-type Run<'a, const D: usize> =
-    (((((&'a mut [Vector<D>], &'a mut [Vector<D>]), &'a mut [Tick]), &'a mut [f64]), &'a mut [f64]), &'a mut NodeSums);
+/// Nodes from some run on, and what is summed over each run.
+struct Runs<'a, const D: usize> {
+    first: usize,
+    position: &'a mut [Vector<D>],
+    velocity: &'a mut [Vector<D>],
+    last: &'a mut [Tick],
+    limit: &'a mut [f64],
+    excess: &'a mut [f64],
+    sums: &'a mut [NodeSums],
+}
+
+impl<const D: usize> Runs<'_, D> {
+    fn node(&mut self, i: usize) -> Node<'_, D> {
+        let Self { position, velocity, last, limit, excess, .. } = self;
+        let (position, velocity) = (&mut position[i], &mut velocity[i]);
+        Node { position, velocity, last: &mut last[i], limit: &mut limit[i], excess: &mut excess[i] }
+    }
+
+    /// Goes through the active nodes, run by run.
+    fn go(mut self, active: &Active, work: impl Fn(usize, Node<'_, D>, &mut NodeSums)) {
+        for run in 0..self.sums.len() {
+            let mut sums = NodeSums::default();
+            let first = self.first;
+            let nodes = run * RUN..self.position.len().min((run + 1) * RUN);
+            for i in nodes.filter(|i| active.has(first + i)) {
+                work(first + i, self.node(i), &mut sums);
+            }
+            self.sums[run] = sums;
+        }
+    }
+}
+
+impl<const D: usize> Cut for Runs<'_, D> {
+    fn cut(self, part: usize, of: usize) -> (Self, Self) {
+        let runs = self.sums.len() * part / of;
+        let at = self.position.len().min(runs * RUN);
+        let (position, more_position) = self.position.split_at_mut(at);
+        let (velocity, more_velocity) = self.velocity.split_at_mut(at);
+        let (last, more_last) = self.last.split_at_mut(at);
+        let (limit, more_limit) = self.limit.split_at_mut(at);
+        let (excess, more_excess) = self.excess.split_at_mut(at);
+        let (sums, more_sums) = self.sums.split_at_mut(runs);
+        let more = Self {
+            first: self.first + at,
+            position: more_position,
+            velocity: more_velocity,
+            last: more_last,
+            limit: more_limit,
+            excess: more_excess,
+            sums: more_sums,
+        };
+        (Self { first: self.first, position, velocity, last, limit, excess, sums }, more)
+    }
+}
 
 /// The part of a kick that belongs to the step ahead: half, and all of it at the start.
 pub(super) fn share_ahead(tick: Tick) -> f64 {
@@ -176,49 +227,25 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn over_nodes(&mut self, work: impl Fn(usize, Node<'_, D>, &Blocks<D>, &mut NodeSums) + Sync) -> NodeSums {
         let blocks = self.blocks.take().expect("the fast form has blocks");
         let (state, scratch) = (&mut self.state, &mut self.scratch);
-        let (position, velocity) = (&mut state.position, &mut state.velocity);
-        let (last, limit, active) = (&mut self.last, &mut scratch.limit, &scratch.active);
-        let excess = &mut state.excess;
-        let mut total = NodeSums::default();
-        if active.all || active.list.len() >= MANY {
-            scratch.sums.resize(position.len().div_ceil(RUN), NodeSums::default());
-            let go = |(run, (((((x, v), last), limit), excess), sums)): (usize, Run<'_, D>)| {
-                *sums = NodeSums::default();
-                for i in 0..x.len() {
-                    let a = run * RUN + i;
-                    if active.has(a) {
-                        let (position, velocity, last) = (&mut x[i], &mut v[i], &mut last[i]);
-                        let node = Node { position, velocity, last, limit: &mut limit[i], excess: &mut excess[i] };
-                        work(a, node, &blocks, sums);
-                    }
-                }
-            };
-            match &self.pool {
-                Some(pool) => pool.run(|| {
-                    let runs = position.par_chunks_mut(RUN).zip(velocity.par_chunks_mut(RUN));
-                    let runs = runs.zip(last.par_chunks_mut(RUN)).zip(limit.par_chunks_mut(RUN));
-                    let runs = runs.zip(excess.par_chunks_mut(RUN));
-                    runs.zip(scratch.sums.par_iter_mut()).enumerate().for_each(go);
-                }),
-                None => {
-                    let runs = position.chunks_mut(RUN).zip(velocity.chunks_mut(RUN));
-                    let runs = runs.zip(last.chunks_mut(RUN)).zip(limit.chunks_mut(RUN));
-                    let runs = runs.zip(excess.chunks_mut(RUN));
-                    runs.zip(scratch.sums.iter_mut()).enumerate().for_each(go);
-                }
-            }
+        let many = scratch.active.all || scratch.active.list.len() >= MANY;
+        let runs = if many { state.position.len().div_ceil(RUN) } else { 0 };
+        scratch.sums.resize(runs, NodeSums::default());
+        let mut all = Runs {
+            first: 0,
+            position: &mut state.position,
+            velocity: &mut state.velocity,
+            last: &mut self.last,
+            limit: &mut scratch.limit,
+            excess: &mut state.excess,
+            sums: &mut scratch.sums,
+        };
+        let (active, mut total) = (&scratch.active, NodeSums::default());
+        let each = |a: usize, node: Node<'_, D>, sums: &mut NodeSums| work(a, node, &blocks, sums);
+        if many {
+            share(self.pool.as_ref(), all, |runs: Runs<'_, D>| runs.go(active, each));
             total = scratch.sums.iter().fold(total, NodeSums::and);
         } else {
-            for a in active.list.iter().map(|a| *a as usize) {
-                let node = Node {
-                    position: &mut position[a],
-                    velocity: &mut velocity[a],
-                    last: &mut last[a],
-                    limit: &mut limit[a],
-                    excess: &mut excess[a],
-                };
-                work(a, node, &blocks, &mut total);
-            }
+            active.list.iter().for_each(|a| each(*a as usize, all.node(*a as usize), &mut total));
         }
         self.blocks = Some(blocks);
         total

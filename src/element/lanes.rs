@@ -4,6 +4,9 @@
 //! gives the same bits: no fused multiply-add, no call. What is gathered and scattered goes through rows of eight numbers
 //! per node, turned by eight-by-eight transpositions.
 
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+#![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
+
 use super::{MAX_NODES, Section};
 use crate::algebra::{Number, Vector};
 use crate::material::NeoHookean;
@@ -87,6 +90,9 @@ struct Slopes<V> {
 
 impl Local {
     /// Room for the nodes of any block.
+    ///
+    /// # Panics
+    /// Never: there are as many rows as there may be nodes.
     #[must_use]
     pub fn new() -> Self {
         let boxed = |rows: Vec<Row>| rows.into_boxed_slice().try_into().expect("as many as there may be");
@@ -245,7 +251,7 @@ impl<const D: usize> Lanes<D> {
             for j in 0..D {
                 let mut f = (rows[1][i] - rows[0][i]) * wide(simd, &batch.gradients[0][j]);
                 for a in 1..D {
-                    f = f + (rows[a + 1][i] - rows[0][i]) * wide(simd, &batch.gradients[a][j]);
+                    f += (rows[a + 1][i] - rows[0][i]) * wide(simd, &batch.gradients[a][j]);
                 }
                 s.f[i][j] = if i == j { f + 1.0 } else { f };
             }
@@ -285,7 +291,7 @@ impl<const D: usize> Lanes<D> {
         let mut energy = volume * shared.energy;
         for k in 0..N {
             let own = self.material.own(strains[k].jacobian);
-            energy = energy + wide(simd, &batches[k].volume) * own.energy;
+            energy += wide(simd, &batches[k].volume) * own.energy;
             slopes[k].slope = own.slope + shared.slope;
             slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
         }
@@ -315,26 +321,26 @@ impl<const D: usize> Lanes<D> {
                 let mut fg = s.f[i][0] * wide(simd, &batch.gradients[a][0]);
                 let mut cg = s.cofactor[i][0] * wide(simd, &batch.gradients[a][0]);
                 for j in 1..D {
-                    fg = fg + s.f[i][j] * wide(simd, &batch.gradients[a][j]);
-                    cg = cg + s.cofactor[i][j] * wide(simd, &batch.gradients[a][j]);
+                    fg += s.f[i][j] * wide(simd, &batch.gradients[a][j]);
+                    cg += s.cofactor[i][j] * wide(simd, &batch.gradients[a][j]);
                 }
                 let cg = if D == 2 { cg * s.out } else { cg };
                 let force = shape * fg + pressure * cg;
                 let gradient = wide(simd, &batch.gradients[a][i]);
                 (push, turned, rest) = (push - force, turned - cg, rest + gradient);
-                spread = spread + gradient * gradient;
+                spread += gradient * gradient;
                 let (force, b) = if ring { (force + around, cg + beside) } else { (force, cg) };
-                volumetric = volumetric + b * b;
-                power = power + force * rows[a + 1][4 + i];
+                volumetric += b * b;
+                power += force * rows[a + 1][4 + i];
                 kicks[a + 1][i] = force * weight;
             }
             let (force, b) = if ring { (push + around, turned + beside) } else { (push, turned) };
-            volumetric = volumetric + b * b;
-            spread = spread + rest * rest;
-            power = power + force * rows[0][4 + i];
+            volumetric += b * b;
+            spread += rest * rest;
+            power += force * rows[0][4 + i];
             kicks[0][i] = force * weight;
             for j in 0..D {
-                square = square + s.f[i][j] * s.f[i][j];
+                square += s.f[i][j] * s.f[i][j];
             }
         }
         let turn = match self.section {
