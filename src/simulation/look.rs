@@ -35,6 +35,7 @@ impl Simulation {
         }
     }
 
+    /// A body and its contact.
     fn report(&self, i: usize) -> BodyReport {
         let now = self.now(i);
         BodyReport {

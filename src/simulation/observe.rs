@@ -57,6 +57,18 @@ pub struct BodyReport {
 }
 
 impl Observation {
+    /// The books.
+    #[must_use]
+    pub fn books(&self) -> Books {
+        Books {
+            energy: self.energy,
+            momentum_closure: self.momentum_closure,
+            angular_momentum_closure: self.angular_momentum_closure,
+            momentum_error: self.momentum_error,
+            angular_momentum_error: self.angular_momentum_error,
+        }
+    }
+
     /// The projectile.
     #[must_use]
     pub fn projectile(&self) -> &BodyReport {
