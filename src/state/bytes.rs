@@ -154,12 +154,14 @@ impl<const D: usize> State<D> {
 
     /// Hands its bytes to `sink`, run by run.
     pub fn write(&self, sink: &mut impl FnMut(&[u8])) {
+        // By name, so that no field is forgotten.
+        let Self { position, velocity, stiffness, clocks, alarms, now: _, bodies: _, ledger: _, record: _ } = self;
         sink(&self.small());
-        write_all(&self.position, sink);
-        write_all(&self.velocity, sink);
-        write_all(&self.stiffness, sink);
-        write_all(&self.clocks, sink);
-        write_all(&self.alarms, sink);
+        write_all(position, sink);
+        write_all(velocity, sink);
+        write_all(stiffness, sink);
+        write_all(clocks, sink);
+        write_all(alarms, sink);
     }
 
     /// Becomes the state of these bytes, in the memory that it has. Bytes that are none of a state change nothing; whether
@@ -171,12 +173,13 @@ impl<const D: usize> State<D> {
         if sizes.bytes::<D>() != Some(arrays.len()) {
             return false;
         }
-        (_, self.now, self.bodies, self.ledger, self.record) = small;
-        read_all(&mut self.position, sizes.nodes, &mut arrays);
-        read_all(&mut self.velocity, sizes.nodes, &mut arrays);
-        read_all(&mut self.stiffness, sizes.slots, &mut arrays);
-        read_all(&mut self.clocks, sizes.groups, &mut arrays);
-        read_all(&mut self.alarms, sizes.alarms, &mut arrays);
+        let Self { position, velocity, stiffness, clocks, alarms, now, bodies, ledger, record } = self;
+        (_, *now, *bodies, *ledger, *record) = small;
+        read_all(position, sizes.nodes, &mut arrays);
+        read_all(velocity, sizes.nodes, &mut arrays);
+        read_all(stiffness, sizes.slots, &mut arrays);
+        read_all(clocks, sizes.groups, &mut arrays);
+        read_all(alarms, sizes.alarms, &mut arrays);
         true
     }
 
