@@ -141,11 +141,11 @@ impl Given<'_> {
     fn hand_over_bulge(&self, input: Input, to: &mut Inputs) -> Result<(), CallError> {
         let (value, rate) = (self.vector(input)[0], self.rates(input)[0]);
         let Some(bulge) = &mut to.bulge else {
-            let (name, expected) = (self.scalar(input).name(), "0: the shape of the body is no dome");
+            let (name, expected) = (|| self.scalar(input).name(), "0: the shape of the body is no dome");
             return match (value, rate) {
                 (0.0, 0.0) => Ok(()),
-                (0.0, rate) => Err(CallError::value(format!("derivative of {name}"), rate, expected)),
-                (value, _) => Err(CallError::value(name, value, expected)),
+                (0.0, rate) => Err(CallError::value(format!("derivative of {}", name()), rate, expected)),
+                (value, _) => Err(CallError::value(name(), value, expected)),
             };
         };
         match input {
