@@ -18,6 +18,8 @@ pub struct State<const D: usize> {
     pub position: Vec<Vector<D>>,
     /// v, velocity of each node since that tick, m/s.
     pub velocity: Vec<Vector<D>>,
+    /// Q = ½ p·Δv of the last kick of each node, J: with A what is ahead of it has the velocity after the kick.
+    pub excess: Vec<f64>,
     /// κ of each element at its own last tick, N/m, in the order of the groups.
     pub stiffness: Vec<f64>,
     /// The clocks of the groups of patches that step together.
@@ -156,8 +158,9 @@ impl<const D: usize> State<D> {
     /// What is wrong.
     pub fn check_invariants(&self, sizes: &Sizes) -> Result<(), &'static str> {
         let holds = |good: bool, what| if good { Ok(()) } else { Err(what) };
-        let lengths = [self.position.len(), self.velocity.len(), self.stiffness.len(), self.clocks.len()];
-        let expected = [sizes.nodes, sizes.nodes, sizes.slots, sizes.groups];
+        let nodes = [self.position.len(), self.velocity.len(), self.excess.len()];
+        let lengths = [nodes[0], nodes[1], nodes[2], self.stiffness.len(), self.clocks.len()];
+        let expected = [sizes.nodes, sizes.nodes, sizes.nodes, sizes.slots, sizes.groups];
         holds(lengths == expected && self.alarms.len() == sizes.alarms, "nodes or elements are missing")?;
         holds([self.bodies.len(), self.record.contacts.len()] == [sizes.bodies; 2], "a body is missing")?;
         let finite = |vectors: &[Vector<D>]| each(vectors, |x| x.iter().fold(true, |good, c| good & c.is_finite()));

@@ -6,6 +6,7 @@
 
 use super::Gel;
 use super::order::Order;
+use crate::algebra::Vector;
 use crate::element::{Accumulated, Lanes, Local, MAX_NODES, Potential};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Clock, Tick};
@@ -47,7 +48,7 @@ pub(super) struct Block {
     pub touched: Vec<u16>,
     /// Whether `part` is that of a full sweep of the block at rest.
     pub still: bool,
-    /// Whether it must be swept when it is due: some node has moved or moves, or it was not found still yet.
+    /// Whether some node of it has moved or moves.
     pub awake: AtomicBool,
     /// Whether a node of it was active at this tick through another block.
     pub looked_at: AtomicBool,
@@ -95,6 +96,8 @@ pub(super) struct Blocks<const D: usize> {
     /// One for each thread.
     pub locals: Vec<Local>,
     pub level: Level,
+    /// Whether also what is at rest is swept.
+    pub never_rest: bool,
 }
 
 impl<const D: usize> Blocks<D> {
@@ -123,13 +126,21 @@ impl<const D: usize> Blocks<D> {
             }
         }
         let (groups, locals) = (SLOTS / order.width(), vec![Local::new()]);
-        Some(Self { blocks, lanes, groups, start, spots, locals, level: Level::new() })
+        Some(Self { blocks, lanes, groups, start, spots, locals, level: Level::new(), never_rest: false })
     }
 
     /// Where a node is, in the order of the blocks.
     #[inline]
     pub fn spots(&self, node: usize) -> &[Spot] {
         &self.spots[self.start[node] as usize..self.start[node + 1] as usize]
+    }
+
+    /// Adds to what a block gives to a node of it.
+    pub fn add(&mut self, block: usize, node: NodeId, impulse: &Vector<D>) {
+        let at = self.spots(node.index()).iter().find(|spot| spot.block as usize == block);
+        let number = at.expect("a node of the block").number as usize;
+        let part = &mut self.blocks[block].part[number];
+        (0..D).for_each(|i| part[i] += impulse[i]);
     }
 
     /// Takes the steps of its groups into a block.
@@ -139,20 +150,15 @@ impl<const D: usize> Blocks<D> {
         self.blocks[block].steps = steps.fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
     }
 
-    /// All steps, and nothing known to be still.
-    pub fn restart(&mut self, clocks: &[Clock]) {
+    /// All steps, who moves, and nothing known of what is still.
+    pub fn restart(&mut self, clocks: &[Clock], moves: impl Fn(usize) -> bool) {
         for i in 0..self.blocks.len() {
             self.pace(i, clocks);
             let block = &mut self.blocks[i];
             block.still = false;
             block.restless = true;
-            *block.awake.get_mut() = true;
+            *block.awake.get_mut() = block.nodes.iter().any(|node| moves(node.index()));
         }
-    }
-
-    /// The finest step, ticks.
-    pub fn finest(&self) -> Tick {
-        self.blocks.iter().map(|block| block.steps.0).min().unwrap_or(Tick::MAX)
     }
 
     /// Bytes held.
@@ -188,9 +194,14 @@ impl Block {
         Self { surface, part, n_elements, awake: AtomicBool::new(true), restless: true, nodes, ..Self::default() }
     }
 
-    /// Whether it is swept when it is due.
+    /// Whether some node of it has moved or moves.
     pub fn is_awake(&self) -> bool {
         self.awake.load(Ordering::Relaxed)
+    }
+
+    /// Whether it must be swept at this tick: at rest, what it would answer is known once it was swept so as a whole.
+    pub fn is_wanted(&self) -> bool {
+        self.due != Due::Nothing && (self.is_awake() || !self.still)
     }
 
     /// Whether what it gives to its nodes at this tick is in its part.

@@ -60,6 +60,7 @@ pub(super) struct Node<'a, const D: usize> {
     velocity: &'a mut Vector<D>,
     last: &'a mut Tick,
     limit: &'a mut f64,
+    excess: &'a mut f64,
 }
 
 /// What is summed over nodes.
@@ -67,7 +68,7 @@ pub(super) struct Node<'a, const D: usize> {
 pub(super) struct NodeSums {
     /// Least limit, s.
     pub limit: f64,
-    /// Σ p·(v⁻ + v⁺)/2, J.
+    /// Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
     pub work: f64,
     /// Greatest |v|², m²/s².
     pub fastest: f64,
@@ -90,6 +91,15 @@ impl NodeSums {
             taken: self.taken + other.taken,
         }
     }
+}
+
+/// A run of nodes, and what is summed over it.
+type Run<'a, const D: usize> =
+    (((((&'a mut [Vector<D>], &'a mut [Vector<D>]), &'a mut [Tick]), &'a mut [f64]), &'a mut [f64]), &'a mut NodeSums);
+
+/// The part of a kick that belongs to the step ahead: half, and all of it at the start.
+pub(super) fn share_ahead(tick: Tick) -> f64 {
+    if tick == 0 { 1.0 } else { 0.5 }
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
@@ -134,8 +144,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// v += p/m in the free directions, p gathered from the blocks that gave in their order; held directions take up the rest.
-    pub(super) fn kick_nodes(&mut self) -> NodeSums {
+    pub(super) fn kick_nodes(&mut self, tick: Tick) -> NodeSums {
         let (gel, freedom) = (self.gel.clone(), self.freedom());
+        let share = share_ahead(tick);
         self.over_nodes(|a, node, blocks, sums| {
             let mut p = Vector::<D>::zeros();
             let spots = blocks.spots(a);
@@ -148,7 +159,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
             let (before, free) = (*node.velocity, &gel.free[a]);
             *node.velocity += p.component_mul(free) / gel.mass[a];
-            sums.work += 0.5 * p.dot(&(before + *node.velocity));
+            let excess = share * p.dot(&(*node.velocity - before));
+            sums.work += 0.5 * p.dot(&(before + *node.velocity)) + *node.excess - excess;
+            *node.excess = excess;
             sums.fastest = sums.fastest.max(node.velocity.norm_squared());
             if free.min() == 0.0 {
                 sums.taken.add(free, freedom, (embed(node.position), embed(&p)));
@@ -165,19 +178,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let (state, scratch) = (&mut self.state, &mut self.scratch);
         let (position, velocity) = (&mut state.position, &mut state.velocity);
         let (last, limit, active) = (&mut self.last, &mut scratch.limit, &scratch.active);
+        let excess = &mut state.excess;
         let mut total = NodeSums::default();
         if active.all || active.list.len() >= MANY {
             scratch.sums.resize(position.len().div_ceil(RUN), NodeSums::default());
-            let go = |(run, ((((x, v), last), limit), sums)): (
-                usize,
-                ((((&mut [Vector<D>], &mut [Vector<D>]), &mut [Tick]), &mut [f64]), &mut NodeSums),
-            )| {
+            let go = |(run, (((((x, v), last), limit), excess), sums)): (usize, Run<'_, D>)| {
                 *sums = NodeSums::default();
                 for i in 0..x.len() {
                     let a = run * RUN + i;
                     if active.has(a) {
-                        let node =
-                            Node { position: &mut x[i], velocity: &mut v[i], last: &mut last[i], limit: &mut limit[i] };
+                        let (position, velocity, last) = (&mut x[i], &mut v[i], &mut last[i]);
+                        let node = Node { position, velocity, last, limit: &mut limit[i], excess: &mut excess[i] };
                         work(a, node, &blocks, sums);
                     }
                 }
@@ -186,11 +197,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 Some(pool) => pool.run(|| {
                     let runs = position.par_chunks_mut(RUN).zip(velocity.par_chunks_mut(RUN));
                     let runs = runs.zip(last.par_chunks_mut(RUN)).zip(limit.par_chunks_mut(RUN));
+                    let runs = runs.zip(excess.par_chunks_mut(RUN));
                     runs.zip(scratch.sums.par_iter_mut()).enumerate().for_each(go);
                 }),
                 None => {
                     let runs = position.chunks_mut(RUN).zip(velocity.chunks_mut(RUN));
                     let runs = runs.zip(last.chunks_mut(RUN)).zip(limit.chunks_mut(RUN));
+                    let runs = runs.zip(excess.chunks_mut(RUN));
                     runs.zip(scratch.sums.iter_mut()).enumerate().for_each(go);
                 }
             }
@@ -202,6 +215,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                     velocity: &mut velocity[a],
                     last: &mut last[a],
                     limit: &mut limit[a],
+                    excess: &mut excess[a],
                 };
                 work(a, node, &blocks, &mut total);
             }

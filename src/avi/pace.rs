@@ -281,11 +281,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// The longest step that any group can have after this tick, ticks.
     pub(super) fn horizon(&self) -> f64 {
-        if self.state.now.is_none() {
-            let longest = self.scratch.limit.iter().copied().fold(0.0, f64::max);
-            return self.grid.ticks(longest);
-        }
-        2.0 * self.longest_step() as f64
+        if self.state.now.is_none() { self.first } else { 2.0 * self.longest_step() as f64 }
     }
 
     /// The shortest stable step of the elements of a node by themselves, ticks: with all of them at that step they fire together.

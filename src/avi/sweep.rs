@@ -40,7 +40,7 @@ impl<const D: usize> Blocks<D> {
         let mut elements = 0;
         for (i, block) in self.blocks.iter_mut().enumerate() {
             block.find_due(sweep, (lanes, i * n..sweep.clocks.len().min((i + 1) * n)));
-            elements += if block.gives() { block.n_elements } else { 0 };
+            elements += if block.is_wanted() { block.n_elements } else { 0 };
         }
         elements
     }
@@ -54,6 +54,9 @@ impl<const D: usize> Blocks<D> {
     ) {
         let found = Found { blocks: &mut self.blocks, stiffness, answers };
         let with = (&self.lanes, self.level, self.groups);
+        if self.never_rest {
+            found.blocks.iter_mut().for_each(|block| block.still = false);
+        }
         match pool.filter(|_| elements > SHARED) {
             Some(pool) => {
                 let locals = &mut self.locals;
@@ -96,7 +99,7 @@ fn share<const D: usize>(
 
 /// The number of blocks that have about this part of the work that is due.
 fn split(blocks: &[Block], part: f64) -> usize {
-    let work = |block: &Block| if block.gives() { block.n_elements } else { 0 };
+    let work = |block: &Block| if block.is_wanted() { block.n_elements } else { 0 };
     let wanted = blocks.iter().map(work).sum::<u64>() as f64 * part;
     let mut so_far = 0;
     let reached = |block: &Block| {
@@ -134,12 +137,14 @@ impl Block {
         local: &mut Local,
     ) {
         (self.report, self.was_swept) = (Report::default(), false);
-        if !self.gives() {
+        if !self.is_wanted() {
             return;
         }
         let moves = self.load(sweep, local);
+        // Of a block that fires in part the other nodes may move.
+        let moves = moves || (self.due == Due::Some && self.is_awake());
+        self.awake.store(moves, Ordering::Relaxed);
         if !moves && self.still {
-            self.awake.store(false, Ordering::Relaxed);
             return;
         }
         self.was_swept = true;

@@ -89,10 +89,10 @@ impl Watch {
         self.until[node as usize] = self.travelled + distance;
     }
 
-    /// Forgets everything but that no node is faster than this.
-    pub fn reset(&mut self, speed: f64) {
+    /// Forgets everything but that no node is faster than this at a time.
+    pub fn reset(&mut self, speed: f64, time: f64) {
         self.until.fill(f64::NEG_INFINITY);
-        (self.travelled, self.speed) = (0.0, speed);
+        (self.travelled, self.speed, self.time) = (0.0, speed, time);
         self.bodies.clear();
     }
 
