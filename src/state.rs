@@ -142,6 +142,7 @@ impl<const D: usize> State<D> {
         Self {
             position: vec![],
             velocity: vec![],
+            excess: vec![],
             stiffness: vec![],
             clocks: vec![],
             alarms: vec![],
@@ -165,8 +166,10 @@ impl<const D: usize> State<D> {
         holds([self.bodies.len(), self.record.contacts.len()] == [sizes.bodies; 2], "a body is missing")?;
         let finite = |vectors: &[Vector<D>]| each(vectors, |x| x.iter().fold(true, |good, c| good & c.is_finite()));
         holds(finite(&self.position) && finite(&self.velocity), "a position or velocity is not a number")?;
-        let stiff = |stiffness: &f64| stiffness.is_finite() & (*stiffness >= 0.0);
-        holds(each(&self.stiffness, stiff), "the stiffness of an element is not a number")?;
+        holds(
+            each(&self.stiffness, |stiffness| (0.0..f64::INFINITY).contains(stiffness)),
+            "the stiffness of an element is not a number",
+        )?;
         let begun = self.now.is_some();
         holds(each(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element stands still")?;
         let runs = |alarm: &Alarm| alarm.next > alarm.last && Some(alarm.last) <= self.now;
@@ -183,9 +186,10 @@ impl<const D: usize> Clone for State<D> {
     }
 
     fn clone_from(&mut self, from: &Self) {
-        let Self { position, velocity, stiffness, clocks, alarms, now, bodies, ledger, record } = from;
+        let Self { position, velocity, excess, stiffness, clocks, alarms, now, bodies, ledger, record } = from;
         self.position.clone_from(position);
         self.velocity.clone_from(velocity);
+        self.excess.clone_from(excess);
         self.stiffness.clone_from(stiffness);
         self.clocks.clone_from(clocks);
         self.alarms.clone_from(alarms);
@@ -207,7 +211,7 @@ impl Clone for Record {
     }
 }
 
-/// Whether all of them are good; without a way out in between, which would keep the machine from taking several at once.
+/// Whether all of them are good; counted to the end, because a way out in between keeps the machine from taking several at once.
 fn each<T>(items: &[T], good: impl Fn(&T) -> bool) -> bool {
-    items.iter().fold(true, |all, item| all & good(item))
+    items.iter().filter(|item| !good(item)).count() == 0
 }

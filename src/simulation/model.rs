@@ -86,7 +86,9 @@ impl<const D: usize> Gelatin<D> {
         for (patch, energy) in measured.energy.iter().enumerate() {
             let elements = potential.patches().of(patch);
             let volume: f64 = elements.iter().map(|element| potential.volume(*element)).sum();
-            elements.iter().for_each(|element| energy_density[element.index()] = energy / volume);
+            for element in elements {
+                energy_density[element.index()] = energy / volume;
+            }
         }
         FrameCells {
             nodes: self.mesh.elements.iter().map(|nodes| nodes.map(|n| n.0)).collect(),

@@ -121,7 +121,7 @@ impl Sizes {
     /// Bytes of the arrays; none if there are more than can be counted.
     fn bytes<const D: usize>(&self) -> Option<usize> {
         let arrays = [
-            (self.nodes, 2 * Vector::<D>::SIZE),
+            (self.nodes, 2 * Vector::<D>::SIZE + f64::SIZE),
             (self.slots, f64::SIZE),
             (self.groups, Clock::SIZE),
             (self.alarms, Alarm::SIZE),
@@ -149,16 +149,18 @@ impl<const D: usize> State<D> {
     /// Number of bytes that [`State::write`] hands over.
     #[must_use]
     pub fn size(&self) -> usize {
-        self.small().len() + self.sizes().bytes::<D>().expect("the arrays are in memory")
+        self.small().len() + self.sizes().bytes::<D>().unwrap_or(usize::MAX)
     }
 
     /// Hands its bytes to `sink`, run by run.
     pub fn write(&self, sink: &mut impl FnMut(&[u8])) {
         // By name, so that no field is forgotten.
-        let Self { position, velocity, stiffness, clocks, alarms, now: _, bodies: _, ledger: _, record: _ } = self;
+        let Self { position, velocity, excess, stiffness, clocks, alarms, now: _, bodies: _, ledger: _, record: _ } =
+            self;
         sink(&self.small());
         write_all(position, sink);
         write_all(velocity, sink);
+        write_all(excess, sink);
         write_all(stiffness, sink);
         write_all(clocks, sink);
         write_all(alarms, sink);
@@ -173,10 +175,11 @@ impl<const D: usize> State<D> {
         if sizes.bytes::<D>() != Some(arrays.len()) {
             return false;
         }
-        let Self { position, velocity, stiffness, clocks, alarms, now, bodies, ledger, record } = self;
+        let Self { position, velocity, excess, stiffness, clocks, alarms, now, bodies, ledger, record } = self;
         (_, *now, *bodies, *ledger, *record) = small;
         read_all(position, sizes.nodes, &mut arrays);
         read_all(velocity, sizes.nodes, &mut arrays);
+        read_all(excess, sizes.nodes, &mut arrays);
         read_all(stiffness, sizes.slots, &mut arrays);
         read_all(clocks, sizes.groups, &mut arrays);
         read_all(alarms, sizes.alarms, &mut arrays);
@@ -211,6 +214,7 @@ mod tests {
         State {
             position: (0..n).map(vector).collect(),
             velocity: (n..2 * n).map(vector).collect(),
+            excess: vec![-1e-300; n],
             stiffness: (0..3 * n).map(|i| 1.0 / (1 + i) as f64).collect(),
             clocks: (0..700).map(clock).collect(),
             alarms: vec![Alarm { last: 3, next: u64::MAX }; 2],
