@@ -181,7 +181,7 @@ fn a_restart_in_the_middle_leaves_no_trace() {
         let mut other = fast::<3>(case, 0.05);
         for end in [0.1, 0.26, 0.5, 0.77] {
             let state = run(std::mem::replace(&mut other, fast::<3>(case, 0.05)), end);
-            other.restore(&state);
+            other.restore(&state).unwrap();
         }
         assert!(run(other, 1.0) == whole, "{case:?}");
     }

@@ -87,7 +87,7 @@ pub(super) struct Spot {
 /// All blocks.
 #[derive(Debug)]
 pub(super) struct Blocks<const D: usize> {
-    pub blocks: Vec<Block>,
+    pub all: Vec<Block>,
     pub lanes: Lanes<D>,
     /// Groups of a block.
     pub groups: usize,
@@ -126,7 +126,7 @@ impl<const D: usize> Blocks<D> {
             }
         }
         let (groups, locals) = (SLOTS / order.width(), vec![Local::new()]);
-        Some(Self { blocks, lanes, groups, start, spots, locals, level: Level::new(), never_rest: false })
+        Some(Self { all: blocks, lanes, groups, start, spots, locals, level: Level::new(), never_rest: false })
     }
 
     /// Where a node is, in the order of the blocks.
@@ -139,7 +139,7 @@ impl<const D: usize> Blocks<D> {
     pub fn add(&mut self, block: usize, node: NodeId, impulse: &Vector<D>) {
         let at = self.spots(node.index()).iter().find(|spot| spot.block as usize == block);
         let number = at.expect("a node of the block").number as usize;
-        let part = &mut self.blocks[block].part[number];
+        let part = &mut self.all[block].part[number];
         (0..D).for_each(|i| part[i] += impulse[i]);
     }
 
@@ -147,14 +147,14 @@ impl<const D: usize> Blocks<D> {
     pub fn pace(&mut self, block: usize, clocks: &[Clock]) {
         let groups = block * self.groups..clocks.len().min((block + 1) * self.groups);
         let steps = clocks[groups].iter().map(|clock| clock.step);
-        self.blocks[block].steps = steps.fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
+        self.all[block].steps = steps.fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
     }
 
     /// All steps, who moves, and nothing known of what is still.
     pub fn restart(&mut self, clocks: &[Clock], moves: impl Fn(usize) -> bool) {
-        for i in 0..self.blocks.len() {
+        for i in 0..self.all.len() {
             self.pace(i, clocks);
-            let block = &mut self.blocks[i];
+            let block = &mut self.all[i];
             block.still = false;
             block.restless = true;
             *block.awake.get_mut() = block.nodes.iter().any(|node| moves(node.index()));
@@ -166,7 +166,7 @@ impl<const D: usize> Blocks<D> {
         let of = |block: &Block| {
             size_of::<Block>() + 4 * block.nodes.capacity() + 8 * block.surface.capacity() + 32 * block.part.capacity()
         };
-        self.lanes.bytes() + self.blocks.iter().map(of).sum::<usize>() + 4 * self.start.len() + 8 * self.spots.len()
+        self.lanes.bytes() + self.all.iter().map(of).sum::<usize>() + 4 * self.start.len() + 8 * self.spots.len()
     }
 }
 

@@ -1,6 +1,6 @@
 //! The engine: a gel and rigid bodies in time, what is stored and what is derived from it.
 
-use super::blocks::Blocks;
+use super::blocks::{Block, Blocks};
 use super::gel::Measured;
 use super::order::Order;
 use super::schedule::{Kind, Queue};
@@ -237,12 +237,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Continues from another state of the same gel.
     ///
-    /// # Panics
-    /// If the state does not pass [`Engine::check`].
-    pub fn restore(&mut self, state: &State<D>) {
-        assert_eq!(self.check(state), Ok(()), "a state belongs to its engine");
+    /// # Errors
+    /// What is wrong, as [`Engine::check`] finds it; nothing is changed then.
+    pub fn restore(&mut self, state: &State<D>) -> Result<(), &'static str> {
+        self.check(state)?;
         self.state.clone_from(state);
         self.derive();
+        Ok(())
     }
 
     /// Finds what is derived from the state: events, the last ticks of the nodes, what is awake, the greatest speed.
@@ -251,29 +252,42 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let queued = self.rules.schedule == Kind::Queue && state.now.is_some();
         self.queue = Queue::new(if queued { &state.alarms } else { &[] });
         self.quiet = None;
-        let now = state.now.unwrap_or(0);
-        let last = |group: usize| match self.rules.schedule {
-            Kind::Bins => now & !state.clocks[group].step.saturating_sub(1),
-            Kind::Queue => state.alarms[group].last,
-            Kind::Global => state.alarms[0].last,
-        };
-        self.last.fill(0);
-        for group in 0..state.clocks.len() {
-            for element in self.order.elements(self.order.slots(group)) {
-                for node in self.gel.potential.nodes(element) {
-                    let node = &mut self.last[node.index()];
-                    *node = last(group).max(*node);
-                }
-            }
-        }
         if let Some(blocks) = &mut self.blocks {
             let (rest, zero) = (self.gel.potential.rest(), Vector::<D>::zeros());
             let moves = |node: usize| state.velocity[node] != zero || state.position[node] != rest[node];
             blocks.restart(&state.clocks, moves);
         }
         let fastest = state.velocity.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max);
-        self.watch.reset(fastest.sqrt(), self.grid.time(now));
+        self.watch.reset(fastest.sqrt(), self.grid.time(state.now.unwrap_or(0)));
+        self.find_last();
         self.find_steps();
+    }
+
+    /// The last tick of each node: the latest of the groups around it.
+    fn find_last(&mut self) {
+        let (state, order, gel, all) = (&self.state, &self.order, &self.gel, &mut self.last);
+        let now = state.now.unwrap_or(0);
+        let last = |group: usize| match self.rules.schedule {
+            Kind::Bins => now & !state.clocks[group].step.saturating_sub(1),
+            Kind::Queue => state.alarms[group].last,
+            Kind::Global => state.alarms[0].last,
+        };
+        all.fill(0);
+        let mut see = |tick: Tick, node: &NodeId| all[node.index()] = tick.max(all[node.index()]);
+        let mixed = |(i, block): (usize, &Block), n: usize| {
+            // Where all groups are of one step, each node is seen once, otherwise with every element.
+            (block.steps.0 != block.steps.1).then(|| i * n..state.clocks.len().min((i + 1) * n))
+        };
+        let mut groups = vec![0..state.clocks.len()];
+        if let Some(blocks) = &self.blocks {
+            groups = blocks.all.iter().enumerate().filter_map(|at| mixed(at, blocks.groups)).collect();
+            let even = blocks.all.iter().enumerate().filter(|(_, block)| block.steps.0 == block.steps.1);
+            even.for_each(|(i, block)| block.nodes.iter().for_each(|node| see(last(i * blocks.groups), node)));
+        }
+        for group in groups.into_iter().flatten() {
+            let nodes = order.elements(order.slots(group)).flat_map(|element| gel.potential.nodes(element));
+            nodes.for_each(|node| see(last(group), node));
+        }
     }
 
     pub(super) fn find_steps(&mut self) {

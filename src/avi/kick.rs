@@ -83,12 +83,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn mend_kicks(&mut self, tick: Tick) {
         let Some(mut blocks) = self.blocks.take() else { return };
         if tick == 0 {
-            blocks.blocks.iter_mut().flat_map(|block| &mut block.part).for_each(|part| part[..D].fill(0.0));
+            blocks.all.iter_mut().flat_map(|block| &mut block.part).for_each(|part| part[..D].fill(0.0));
         }
         let mut answers = std::mem::take(&mut self.scratch.reference.elements);
         for change in &self.scratch.changed {
             let (group, at) = (change.group as usize, change.group as usize / blocks.groups);
-            if !blocks.blocks[at].gives() {
+            if !blocks.all[at].gives() {
                 continue;
             }
             let step = self.state.clocks[group].step as f64 - if tick == 0 { 0.0 } else { change.was as f64 };
@@ -169,13 +169,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn settle_blocks(&mut self, tick: Tick) -> f64 {
         let Some(mut blocks) = self.blocks.take() else { return 0.0 };
         let (grid, kind, n) = (self.grid, self.rules.schedule, blocks.groups);
-        for block in &blocks.blocks {
+        for block in &blocks.all {
             self.state.record.updates += block.report.updates;
             self.state.record.min_jacobian = self.state.record.min_jacobian.min(block.report.least_jacobian);
         }
-        self.scratch.residuals.resize(blocks.blocks.len(), 0.0);
+        self.scratch.residuals.resize(blocks.all.len(), 0.0);
         let (clocks, answers) = (self.state.clocks.as_mut_slice(), self.scratch.answers.as_slice());
-        let books = Books { blocks: &blocks.blocks, clocks, answers, residuals: &mut self.scratch.residuals, n };
+        let books = Books { blocks: &blocks.all, clocks, answers, residuals: &mut self.scratch.residuals, n };
         share(self.pool.as_ref(), books, |books: Books<'_>| {
             let groups = books.clocks.chunks_mut(n).zip(books.answers.chunks(n));
             for ((block, (clocks, answers)), residual) in books.blocks.iter().zip(groups).zip(books.residuals) {

@@ -159,14 +159,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let Some(blocks) = &mut self.blocks else { return };
         let active = &mut self.scratch.active;
         active.clear();
-        active.all = blocks.blocks.iter().all(|block| block.is_summed() && block.is_awake());
+        active.all = blocks.all.iter().all(|block| block.is_summed() && block.is_awake());
         if active.all {
             return;
         }
-        for block in blocks.blocks.iter().filter(|block| block.gives()) {
+        for block in blocks.all.iter().filter(|block| block.gives()) {
             block.active().for_each(|number| active.add(block.nodes[number].index()));
         }
-        for block in blocks.blocks.iter_mut().filter(|block| !block.gives()) {
+        for block in blocks.all.iter_mut().filter(|block| !block.gives()) {
             let seen = block.nodes.iter().any(|node| active.has(node.index()));
             *block.looked_at.get_mut() = seen;
         }
@@ -180,10 +180,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             *node.position += *node.velocity * grid.time(tick - *node.last);
             *node.last = tick;
             let spots = blocks.spots(a);
-            let summed = spots.iter().all(|spot| blocks.blocks[spot.block as usize].is_summed());
+            let summed = spots.iter().all(|spot| blocks.all[spot.block as usize].is_summed());
             *node.limit = if summed {
-                let part =
-                    |spot: &super::blocks::Spot| blocks.blocks[spot.block as usize].part[spot.number as usize][3];
+                let part = |spot: &super::blocks::Spot| blocks.all[spot.block as usize].part[spot.number as usize][3];
                 cfl * super::pace::limit(spots.iter().map(part).sum(), gel.mass[a])
             } else {
                 cfl * nodal_limit(&*gel, (&stiffness, &order), NodeId(a as u32))
@@ -202,7 +201,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let mut p = Vector::<D>::zeros();
             let spots = blocks.spots(a);
             for spot in spots {
-                let block = &blocks.blocks[spot.block as usize];
+                let block = &blocks.all[spot.block as usize];
                 if block.gives() {
                     let part = &block.part[spot.number as usize];
                     (0..D).for_each(|i| p[i] += part[i]);
@@ -255,7 +254,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 /// The blocks around a node that moves must be swept from now on.
 pub(super) fn wake<const D: usize>(blocks: &Blocks<D>, node: usize) {
     for spot in blocks.spots(node) {
-        let awake = &blocks.blocks[spot.block as usize].awake;
+        let awake = &blocks.all[spot.block as usize].awake;
         if !awake.load(Ordering::Relaxed) {
             awake.store(true, Ordering::Relaxed);
         }

@@ -60,7 +60,7 @@ impl<const D: usize> Blocks<D> {
     pub fn find_due(&mut self, sweep: &Sweep<'_, D>) -> u64 {
         let (n, lanes) = (self.groups, &self.lanes);
         let mut elements = 0;
-        for (i, block) in self.blocks.iter_mut().enumerate() {
+        for (i, block) in self.all.iter_mut().enumerate() {
             block.find_due(sweep, (lanes, i * n..sweep.clocks.len().min((i + 1) * n)));
             elements += if block.is_wanted() { block.n_elements } else { 0 };
         }
@@ -75,12 +75,12 @@ impl<const D: usize> Blocks<D> {
         (pool, elements): (Option<&Pool>, u64),
     ) {
         if self.never_rest {
-            self.blocks.iter_mut().for_each(|block| block.still = false);
+            self.all.iter_mut().for_each(|block| block.still = false);
         }
         let pool = pool.filter(|_| elements > SHARED);
         self.locals.resize_with(pool.map_or(1, Pool::threads), Local::new);
         let with = (&self.lanes, self.level, self.groups);
-        let (blocks, locals, groups) = (self.blocks.as_mut_slice(), self.locals.as_mut_slice(), self.groups);
+        let (blocks, locals, groups) = (self.all.as_mut_slice(), self.locals.as_mut_slice(), self.groups);
         share(pool, Found { first: 0, blocks, stiffness, answers, locals, groups }, |found| {
             let parts = found.stiffness.chunks_mut(SLOTS).zip(found.answers.chunks_mut(groups));
             for (i, (block, part)) in found.blocks.iter_mut().zip(parts).enumerate() {

@@ -79,7 +79,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// From which tick on to look for the next one: later than now while the gel is still and no body can be near. All groups
     /// are then where they were, whatever fires.
     fn skip(&mut self, now: Tick, end: Tick) -> Tick {
-        let still = |blocks: &Blocks<D>| blocks.blocks.iter().all(|block| !block.is_awake());
+        let still = |blocks: &Blocks<D>| blocks.all.iter().all(|block| !block.is_awake());
         if self.rules.schedule != Kind::Bins || !self.blocks.as_ref().is_some_and(still) {
             self.quiet = None;
             return now;
@@ -219,7 +219,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             !answer.energy.is_finite() || answer.inverted & clock.inverted != 0
         };
         let failed = match &self.blocks {
-            Some(blocks) => blocks.blocks.iter().find_map(|block| block.report.failed),
+            Some(blocks) => blocks.all.iter().find_map(|block| block.report.failed),
             None => self.scratch.due.iter().map(|group| *group as usize).find(fails),
         };
         failed.map_or(Ok(()), |group| Err(self.failure(group, time)))

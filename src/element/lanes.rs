@@ -81,6 +81,9 @@ struct Strains<const D: usize, V> {
     jacobian: V,
 }
 
+/// Eight elements: their strains and slopes, and the rows of their nodes.
+type Element<'a, const D: usize, V> = (&'a Strains<D, V>, &'a Slopes<V>, &'a [[V; 8]; MAX_NODES]);
+
 /// U′ and max(U″, 0) of eight elements with their shares of their patches'.
 #[derive(Clone, Copy)]
 struct Slopes<V> {
@@ -143,7 +146,7 @@ impl<const D: usize> Lanes<D> {
     }
 
     /// Puts an element into a slot: ∇N_a for a = 1..=D, w, and the numbers of its nodes.
-    pub(super) fn put(&mut self, slot: usize, (gradients, volume): (&[[f64; D]; D], f64), nodes: &[u16; MAX_NODES]) {
+    pub(super) fn put(&mut self, slot: usize, (gradients, volume): (&[[f64; D]; D], f64), nodes: [u16; MAX_NODES]) {
         let (batch, lane) = (&mut self.batches[slot / LANES], slot % LANES);
         for (wide, gradient) in batch.gradients.iter_mut().zip(gradients) {
             for (wide, component) in wide.iter_mut().zip(gradient) {
@@ -152,7 +155,7 @@ impl<const D: usize> Lanes<D> {
         }
         batch.volume[lane] = volume;
         for (wide, node) in batch.nodes.iter_mut().zip(nodes) {
-            wide[lane] = *node;
+            wide[lane] = node;
         }
     }
 
@@ -303,7 +306,7 @@ impl<const D: usize> Lanes<D> {
     fn forces<S: Simd>(
         &self,
         (batch, weight): (&Batch<D>, f64),
-        (s, u, rows): (&Strains<D, f64x8<S>>, &Slopes<f64x8<S>>, &[[f64x8<S>; 8]; MAX_NODES]),
+        (s, u, rows): Element<'_, D, f64x8<S>>,
         kicks: &mut [[f64x8<S>; 4]; MAX_NODES],
     ) -> (f64x8<S>, f64x8<S>) {
         let (simd, mu) = (s.inner.simd, self.material.shear_modulus());

@@ -218,9 +218,7 @@ where
 
     fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
         let state = State::<D>::recall(saved).ok_or(RestoreError::Foreign)?;
-        self.engine.check(state).map_err(|what| RestoreError::Inconsistent { what })?;
-        self.engine.restore(state);
-        Ok(())
+        self.engine.restore(state).map_err(|what| RestoreError::Inconsistent { what })
     }
 
     fn digest(&self) -> u128 {
