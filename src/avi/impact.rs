@@ -153,14 +153,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let point = embed(&self.state.position[at.node.index()]);
             touches.extend(self.touch((&[at.node], [1.0, 0.0, 0.0]), (at.size, point), &gap, body));
         }
-        for (_, facet, size) in self.scratch.facets.iter().filter(|(of, ..)| *of == body as u32) {
+        for (_, facet, (_, size)) in self.scratch.facets.iter().filter(|(of, ..)| *of == body as u32) {
             if self.has_fired(self.gel.behind[facet.index()], tick) {
                 touches.extend(self.touching_facet(*facet, *size, body));
             }
         }
     }
 
-    /// Finds the facets that reach from an active node to a body, each once, with the least size of those nodes.
+    /// Finds the facets that reach from an active node to a body, each once, with the least and the greatest size of those
+    /// nodes.
     fn find_facets(&mut self) {
         let mut facets = std::mem::take(&mut self.scratch.facets);
         let mut found = std::mem::take(&mut self.scratch.found);
@@ -176,8 +177,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
             found.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
             for one in found.chunk_by(|a, b| a.0 == b.0).filter(|one| self.within(one[0].0, one[0].1)) {
-                let size = one.iter().map(|(_, _, size)| *size).fold(f64::INFINITY, f64::min);
-                facets.push((body as u32, one[0].0, size));
+                let sizes = one.iter().map(|(_, _, size)| *size);
+                let sizes = sizes.fold((f64::INFINITY, 0.0_f64), |(least, most), size| (least.min(size), most.max(size)));
+                facets.push((body as u32, one[0].0, sizes));
             }
         }
         (self.scratch.facets, self.scratch.found) = (facets, found);
@@ -418,7 +420,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// No facet that reaches from a node to a body may be deep inside it (A11), in the least size of those nodes.
     pub(super) fn check_leaks(&self, time: f64) -> Result<(), StepError> {
         let facets = self.scratch.facets.iter();
-        facets.copied().try_for_each(|(body, facet, size)| self.check_facet(facet, size, (body as usize, time)))
+        facets.copied().try_for_each(|(body, facet, (size, _))| self.check_facet(facet, size, (body as usize, time)))
     }
 
     fn check_facet(&self, facet: ElementId, size: f64, (body, time): (usize, f64)) -> Result<(), StepError> {

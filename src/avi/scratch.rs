@@ -32,8 +32,8 @@ pub(super) struct Scratch<const D: usize> {
     pub close: Vec<NodeId>,
     /// What contact allows around each that was looked at.
     pub nearness: Vec<Nearness>,
-    /// Facets that reach to a body, with the least size of their nodes near it, body by body.
-    pub facets: Vec<(u32, ElementId, f64)>,
+    /// Facets that reach to a body, with the least and the greatest size of their nodes near it, body by body.
+    pub facets: Vec<(u32, ElementId, (f64, f64))>,
     /// The facets around those nodes, with the distance of a body and the size there.
     pub found: Vec<(ElementId, f64, f64)>,
     /// φ and n of the nodes that were looked at to each active body.
