@@ -19,6 +19,7 @@ mod report;
 mod schedule;
 mod sweep;
 mod watch;
+mod work;
 
 pub use engine::{Engine, NoStep, Rules};
 pub use error::StepError;
@@ -27,3 +28,4 @@ pub use grid::TickGrid;
 pub use pool::Pool;
 pub use report::{Energies, Totals};
 pub use schedule::Kind;
+pub use work::Run;

@@ -5,7 +5,7 @@ use super::model::{Model, SavedState};
 use super::observe::{BodyReport, ContactReport, CostReport, EnergyReport, Frame, Observation};
 use super::{CouplingMode, Exchange, Inputs, Kinematics};
 use crate::algebra::Vector3;
-use crate::avi::{StepError, Totals};
+use crate::avi::{Run, StepError, Totals};
 use crate::contact::{Body, BodyState, Motion, Wrench};
 use crate::ledger::Ledger;
 use crate::material::NeoHookean;
@@ -440,6 +440,18 @@ impl Simulation {
     #[must_use]
     pub fn digest(&self) -> u128 {
         self.model.digest()
+    }
+
+    /// Bytes that the gel takes in the engine.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.model.bytes()
+    }
+
+    /// How the element work is laid out, for measurements.
+    #[must_use]
+    pub fn runs(&self) -> Vec<Run<'_>> {
+        self.model.runs()
     }
 }
 
