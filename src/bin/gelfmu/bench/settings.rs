@@ -40,6 +40,11 @@ impl Settings {
         self.only.is_empty() || self.only.contains(&section)
     }
 
+    /// Whether a section is one of a few that the user has named.
+    pub fn is_chosen(&self, section: SectionName) -> bool {
+        self.only.contains(&section)
+    }
+
     /// One thread, and those to compare with it.
     pub fn thread_counts(&self) -> Vec<usize> {
         if self.threads > 1 { vec![1, self.threads] } else { vec![1] }

@@ -45,7 +45,7 @@ pub struct Stepped {
     pub spent: Spent,
     /// Hash of the state at its end.
     pub digest: u128,
-    /// Elements, and those that were updated per step if all were.
+    /// Elements of the block.
     pub n_elements: usize,
     /// Area of the contact, m².
     pub area: f64,

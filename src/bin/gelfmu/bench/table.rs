@@ -1,6 +1,6 @@
 //! What was measured: rows of named values, as a table and as JSON.
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde_json::{Map, Value};
 
 /// One measurement: names with their units, and values.
@@ -36,6 +36,7 @@ impl Row {
 pub fn text(rows: &[Row]) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
+    table.set_content_arrangement(ContentArrangement::Dynamic);
     let Some(first) = rows.first() else { return String::new() };
     table.set_header(first.shown.iter().map(|(name, _)| name.replace('_', " ")));
     for row in rows {
