@@ -105,9 +105,36 @@ pub struct BenchOptions {
     /// About how many elements the meshes have, such as 26000,165000,1000000 (the default; 6000 if quick)
     #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = elements)]
     pub elements: Vec<usize>,
+    /// Measure elements of this kind alone, in the sections that tell them apart
+    #[arg(long, value_name = "KIND", value_enum)]
+    pub element: Option<ElementName>,
     /// Measure this section alone; may be repeated
     #[arg(long, value_name = "NAME", value_enum)]
     pub only: Vec<SectionName>,
+}
+
+/// Kinds of elements, named as `mesh.element` in a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ElementName {
+    /// Each triangle or tetrahedron by itself
+    Plain,
+    /// Pairs of triangles, groups of four tetrahedra
+    Patch,
+}
+
+impl ElementName {
+    /// As in a scene.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Plain => "plain",
+            Self::Patch => "patch",
+        }
+    }
+
+    /// Whether elements share their volume change.
+    pub fn is_patched(self) -> bool {
+        self == Self::Patch
+    }
 }
 
 /// What can be measured.
@@ -150,8 +177,8 @@ impl SectionName {
     pub fn about(self) -> &'static str {
         match self {
             Self::Memory => {
-                "bytes per element, as the engine counts them and as the resident set of the process grows while a gel is built \
-                 and first stepped"
+                "bytes per element, as the engine counts them and as the resident set of a process of its own grows while a gel \
+                 is built and first stepped"
             }
             Self::Bandwidth => {
                 "a = b + s c over arrays that no cache holds, 24 bytes an item (STREAM triad), wall time"
@@ -166,7 +193,8 @@ impl SectionName {
             }
             Self::Steps => {
                 "the whole step of sphere-block in mid-contact, all of the gel moving (it is given 0.01 m/s), the same steps from \
-                 the same state again and again, by each number of threads in turn"
+                 the same state again and again, by each number of threads in turn; cores \
+                 are free if no thread waits for one: then a step takes the CPU time of the caller and of the busiest thread"
             }
             Self::Schedules => {
                 "sphere-block and its graded meshes from the first touch on, one thread, each schedule at 0.8 of the stable step; \

@@ -1,7 +1,6 @@
 //! Element updates per second of each kernel on each instruction set, in cache and from memory.
 
 use super::Measurement;
-use super::scenes::name_of;
 use super::settings::Settings;
 use super::spent::{Effort, Spent};
 use super::stand::{KERNELS, Kernel, Stand, block, levels, section};
@@ -15,11 +14,12 @@ pub fn plan(settings: &Settings) -> Vec<Measurement> {
     let (n, effort) = (settings.largest(), settings.effort);
     let of = |(name, kernel): (&'static str, Kernel)| Measurement {
         section: SectionName::Kernels,
-        what: format!("{name}, {}", name_of(kernel.patched)),
+        what: format!("{name}, {}", if kernel.patched { "patches" } else { "plain" }),
         cost: if settings.quick { 0.5 } else { 16.0 },
         go: Box::new(move || Ok(of_kind(name, kernel, n, effort))),
     };
-    KERNELS.into_iter().map(of).collect()
+    let wanted = |(_, kernel): &(&str, Kernel)| settings.kinds.iter().any(|kind| kind.is_patched() == kernel.patched);
+    KERNELS.into_iter().filter(wanted).map(of).collect()
 }
 
 fn of_kind(name: &'static str, kernel: Kernel, n_elements: usize, effort: Effort) -> Vec<Row> {

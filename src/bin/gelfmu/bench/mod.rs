@@ -13,6 +13,7 @@ mod spent;
 mod stand;
 mod steps;
 mod table;
+mod threads;
 
 use crate::console::Console;
 use crate::failure::Failure;
@@ -121,7 +122,7 @@ fn to_text(settings: &Settings, sections: &[Section], console: &Console) -> Stri
 }
 
 /// Threads that are meant: 0 is all cores.
-fn threads(asked: usize) -> usize {
+fn n_threads(asked: usize) -> usize {
     if asked > 0 {
         asked
     } else {

@@ -1,14 +1,13 @@
 //! Where the time of a step goes, ns per element update of one thread: differences of what can be run by itself.
 
 use super::Measurement;
-use super::scenes::name_of;
 use super::settings::Settings;
 use super::spent::{Effort, Spent};
 use super::stand::{Kernel, Stand, block, levels};
 use super::steps::{self, Subject};
 use super::table::Row;
 use crate::failure::Failure;
-use crate::options::SectionName;
+use crate::options::{ElementName, SectionName};
 use ballistic_gel::element::{LANES, Section};
 use serde_json::Value;
 
@@ -25,31 +24,30 @@ struct Elements {
 }
 
 pub fn plan(settings: &Settings) -> Vec<Measurement> {
-    let subjects = settings.elements.iter().flat_map(|n| [(*n, false), (*n, true)]);
     let effort = settings.effort;
-    let of = |(n, patched): (usize, bool)| {
-        let subject = Subject::new(n, patched, settings);
+    let of = |(n, kind): (usize, ElementName)| {
+        let subject = Subject::new((n, kind), settings);
         Measurement {
             section: SectionName::Phases,
-            what: format!("{n} elements, {}", name_of(patched)),
+            what: format!("{n} elements, {}", kind.as_str()),
             cost: if settings.quick { 0.5 } else { 5.0 + n as f64 * 2e-5 },
             go: Box::new(move || Ok(vec![row(&subject, effort)?])),
         }
     };
-    subjects.map(of).collect()
+    settings.subjects().into_iter().map(of).collect()
 }
 
 fn row(subject: &Subject, effort: Effort) -> Result<Row, Failure> {
-    let mut stand =
-        Stand::new(&block(subject.n_elements), Kernel { section: Section::Spatial, patched: subject.patched });
-    let elements = measure(&mut stand, subject.patched, effort);
+    let patched = subject.kind.is_patched();
+    let mut stand = Stand::new(&block(subject.n_elements), Kernel { section: Section::Spatial, patched });
+    let elements = measure(&mut stand, patched, effort);
     let n_elements = stand.n_elements();
     drop(stand);
     let whole: f64 = steps::measure(subject, &[1], effort)?.iter().map(|it| it.spent.cpu / it.updates * 1e9).sum();
     let waiting = elements.apart.map_or(Value::Null, |apart| (elements.cached - apart).into());
     Ok(Row::default()
         .with("elements", n_elements)
-        .with("element", name_of(subject.patched))
+        .with("element", subject.kind.as_str())
         .with("whole_step_ns", whole)
         .with("load_nodes_ns", elements.load)
         .with("gather_compute_sum_in_cache_ns", elements.cached)

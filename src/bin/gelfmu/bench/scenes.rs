@@ -3,6 +3,7 @@
 use super::stand;
 use crate::failure::Failure;
 use crate::job::RunError;
+use crate::options::ElementName;
 use crate::source;
 use ballistic_gel::scene::{Override, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
@@ -25,13 +26,8 @@ pub fn size(n_elements: usize) -> (&'static str, String) {
 }
 
 /// Plain elements, or patches.
-pub fn elements(patched: bool) -> (&'static str, String) {
-    ("mesh.element", format!("{:?}", name_of(patched)))
-}
-
-/// What the scene calls them.
-pub fn name_of(patched: bool) -> &'static str {
-    if patched { "patch" } else { "plain" }
+pub fn elements(kind: ElementName) -> (&'static str, String) {
+    ("mesh.element", format!("{:?}", kind.as_str()))
 }
 
 /// The simulation of a scene, its ball integrated inside.

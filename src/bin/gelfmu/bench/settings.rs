@@ -1,8 +1,8 @@
 //! How much to measure, and on what.
 
 use super::spent::Effort;
-use super::{stand, threads};
-use crate::options::{BenchOptions, SectionName};
+use super::{n_threads, stand};
+use crate::options::{BenchOptions, ElementName, SectionName};
 use serde_json::{Value, json};
 
 /// What the user asked for.
@@ -16,6 +16,8 @@ pub struct Settings {
     pub elements: Vec<usize>,
     /// How long to measure.
     pub effort: Effort,
+    /// Kinds of elements.
+    pub kinds: Vec<ElementName>,
     only: Vec<SectionName>,
 }
 
@@ -28,9 +30,10 @@ impl Settings {
         let sizes = if options.quick { QUICK_SIZES.to_vec() } else { SIZES.to_vec() };
         Self {
             quick: options.quick,
-            threads: threads(options.threads),
+            threads: n_threads(options.threads),
             elements: if options.elements.is_empty() { sizes } else { options.elements.clone() },
             effort: if options.quick { Effort::QUICK } else { Effort::FULL },
+            kinds: options.element.map_or(vec![ElementName::Plain, ElementName::Patch], |kind| vec![kind]),
             only: options.only.clone(),
         }
     }
@@ -50,6 +53,11 @@ impl Settings {
         if self.threads > 1 { vec![1, self.threads] } else { vec![1] }
     }
 
+    /// Every size with every kind of element.
+    pub fn subjects(&self) -> Vec<(usize, ElementName)> {
+        self.elements.iter().flat_map(|n| self.kinds.iter().map(|kind| (*n, *kind))).collect()
+    }
+
     /// The largest mesh.
     pub fn largest(&self) -> usize {
         self.elements.iter().copied().max().unwrap_or(SIZES[0])
@@ -60,12 +68,13 @@ impl Settings {
             "version": env!("CARGO_PKG_VERSION"),
             "system": std::env::consts::OS,
             "architecture": std::env::consts::ARCH,
-            "cores": threads(0),
+            "cores": n_threads(0),
             "instructions": stand::levels().iter().map(|(name, _)| *name).collect::<Vec<_>>(),
             "load": load(),
             "quick": self.quick,
             "threads": self.threads,
             "elements": self.elements,
+            "kinds": self.kinds.iter().map(|kind| kind.as_str()).collect::<Vec<_>>(),
             "repetitions": self.effort.repeats,
             "least_cpu_s_of_a_repetition": self.effort.seconds,
         })
@@ -80,7 +89,7 @@ impl Settings {
              this process, so others on the machine disturb them little, wall seconds much.",
             std::env::consts::OS,
             std::env::consts::ARCH,
-            threads(0),
+            n_threads(0),
             instructions.join(", "),
             self.effort.repeats
         )

@@ -25,7 +25,7 @@ impl Effort {
     /// A repetition must be far longer than the clock is wrong by.
     pub const QUICK: Self = Self { repeats: 3, seconds: 0.004 };
     /// A neighbour on the machine takes a core for some tenths of a second at a time.
-    pub const FULL: Self = Self { repeats: 9, seconds: 0.1 };
+    pub const FULL: Self = Self { repeats: 9, seconds: 0.05 };
 }
 
 impl Spent {

@@ -1,12 +1,13 @@
 //! The whole step with contact: a block that moves everywhere while the ball presses into it.
 
 use super::Measurement;
-use super::scenes::{advance, awake, elements, name_of, scene, simulation, size};
+use super::scenes::{advance, awake, elements, scene, simulation, size};
 use super::settings::Settings;
 use super::spent::{Effort, Spent};
 use super::table::Row;
+use super::threads::Threads;
 use crate::failure::Failure;
-use crate::options::SectionName;
+use crate::options::{ElementName, SectionName};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::Simulation;
 
@@ -23,18 +24,18 @@ pub struct Subject {
     /// About so many elements.
     pub n_elements: usize,
     /// In patches, or plain.
-    pub patched: bool,
+    pub kind: ElementName,
     /// When to measure, s.
     pub from: f64,
 }
 
 impl Subject {
-    pub fn new(n_elements: usize, patched: bool, settings: &Settings) -> Self {
-        Self { n_elements, patched, from: if settings.quick { QUICK_IN_CONTACT } else { IN_CONTACT } }
+    pub fn new((n_elements, kind): (usize, ElementName), settings: &Settings) -> Self {
+        Self { n_elements, kind, from: if settings.quick { QUICK_IN_CONTACT } else { IN_CONTACT } }
     }
 
     pub fn scene(&self) -> Result<Scene, Failure> {
-        scene("sphere-block", &[awake(), size(self.n_elements), elements(self.patched)])
+        scene("sphere-block", &[awake(), size(self.n_elements), elements(self.kind)])
     }
 }
 
@@ -43,6 +44,8 @@ pub struct Stepped {
     pub threads: usize,
     pub updates: f64,
     pub spent: Spent,
+    /// CPU time of the caller and the busiest thread, s, where the system tells.
+    pub path: Option<f64>,
     /// Hash of the state at its end.
     pub digest: u128,
     /// Elements of the block.
@@ -52,18 +55,17 @@ pub struct Stepped {
 }
 
 pub fn plan(settings: &Settings) -> Vec<Measurement> {
-    let subjects = settings.elements.iter().flat_map(|n| [(*n, false), (*n, true)]);
     let (effort, counts) = (settings.effort, settings.thread_counts());
-    let of = |(n, patched): (usize, bool)| {
-        let (subject, counts) = (Subject::new(n, patched, settings), counts.clone());
+    let of = |(n, kind): (usize, ElementName)| {
+        let (subject, counts) = (Subject::new((n, kind), settings), counts.clone());
         Measurement {
             section: SectionName::Steps,
-            what: format!("{n} elements, {}", name_of(patched)),
+            what: format!("{n} elements, {}", kind.as_str()),
             cost: if settings.quick { 0.5 } else { 2.0 + n as f64 * 2e-5 },
-            go: Box::new(move || Ok(rows(patched, &measure(&subject, &counts, effort)?))),
+            go: Box::new(move || Ok(rows(kind, &measure(&subject, &counts, effort)?))),
         }
     };
-    subjects.map(of).collect()
+    settings.subjects().into_iter().map(of).collect()
 }
 
 /// Steps by each number of threads in turn, again and again from the same state.
@@ -82,23 +84,36 @@ pub fn measure(subject: &Subject, counts: &[usize], effort: Effort) -> Result<Ve
             simulation.restore(&saved).map_err(|error| refused(&error))?;
             advance(simulation, settled)?;
             let found = once(simulation, counts[i], end)?;
-            let least = stepped[i].as_ref().map_or(found.spent, |before| before.spent.or_less(found.spent));
-            stepped[i] = Some(Stepped { spent: least, ..found });
+            stepped[i] = Some(match stepped[i].take() {
+                Some(before) => found.or_less(&before),
+                None => found,
+            });
         }
     }
     Ok(stepped.into_iter().flatten().collect())
 }
 
+impl Stepped {
+    /// The lesser of each time.
+    fn or_less(self, other: &Self) -> Self {
+        let path = self.path.zip(other.path).map(|(a, b)| a.min(b));
+        Self { spent: self.spent.or_less(other.spent), path, ..self }
+    }
+}
+
 fn once(simulation: &mut Simulation, threads: usize, end: f64) -> Result<Stepped, Failure> {
     let before = simulation.observe().cost.element_updates;
     let mut ended = Ok(());
+    let threads_before = Threads::now();
     let spent = Spent::on(|| ended = advance(simulation, end));
+    let path = Threads::now().zip(threads_before).map(|(after, before)| after.path_since(&before));
     ended?;
     let observed = simulation.observe();
     Ok(Stepped {
         threads,
         updates: observed.cost.element_updates - before,
         spent,
+        path,
         digest: simulation.digest(),
         n_elements: observed.cost.elements,
         area: observed.bodies[0].contact.area,
@@ -109,20 +124,22 @@ fn refused(error: &ballistic_gel::simulation::RestoreError) -> Failure {
     Failure::Run(crate::job::RunError::Component { call: "Simulation::restore", reason: error.to_string() })
 }
 
-fn rows(patched: bool, all: &[Stepped]) -> Vec<Row> {
+fn rows(kind: ElementName, all: &[Stepped]) -> Vec<Row> {
     let first = &all[0];
     let row = |it: &Stepped| {
         Row::default()
             .with("elements", it.n_elements)
-            .with("element", name_of(patched))
+            .with("element", kind.as_str())
             .with("threads", it.threads)
             .with("million_per_wall_s", it.updates / it.spent.wall / 1e6)
             .with("million_per_cpu_s", it.updates / it.spent.cpu / 1e6)
             .with("times_as_fast_as_one_thread", first.spent.wall / it.spent.wall)
+            .with("if_cores_were_free", it.path.map(|path| first.spent.cpu / path))
             .with("same_bits", it.digest == first.digest)
             .and("updates", it.updates)
             .and("wall_s", it.spent.wall)
             .and("cpu_s", it.spent.cpu)
+            .and("path_cpu_s", it.path)
             .and("contact_area_m2", it.area)
     };
     all.iter().map(row).collect()
