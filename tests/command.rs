@@ -177,8 +177,8 @@ fn a_command_line_that_makes_no_sense_is_bad_input() {
         (&["run", "--set", "mesh.size"], "mesh.size: found no value, expected key=value, such as mesh.size=2e-3"),
         (&["run", "--threads", "-1"], "unexpected argument '-1'"),
         (&["run", "--threads", "5000"], "expected 0 for all cores, or a number of threads up to 1024"),
-        (&["bench", "--elements", "0"], "expected a number of elements from 1000 to 20000000"),
-        (&["bench", "--elements", "26000,many"], "expected a number of elements from 1000 to 20000000"),
+        (&["bench", "--elements", "0"], "expected a number of elements from 7000 to 20000000"),
+        (&["bench", "--elements", "26000,many"], "expected a number of elements from 7000 to 20000000"),
         (&["bench", "--only", "speed"], "[possible values: memory, bandwidth, kernels, phases, steps, schedules, "),
         (&["bench", "--element", "brick"], "[possible values: plain, patch]"),
         (&["bench", "--threads", "5000"], "expected 0 for all cores, or a number of threads up to 1024"),
@@ -460,11 +460,11 @@ fn kernels_agree(rows: &[Value]) {
 
 #[test]
 fn bench_measures_one_section_of_one_mesh_if_that_is_wanted() {
-    let said = gelfmu(&["bench", "--only", "partitions", "--elements", "2000", "--quick"]);
+    let said = gelfmu(&["bench", "--only", "partitions", "--elements", "7000", "--quick"]);
     assert_eq!((said.status, said.err.as_str()), (Some(0), ""));
     assert!(said.out.contains("partitions: ") && said.out.contains("greatest over mean"), "{}", said.out);
     assert!(!said.out.contains("kernels: "), "{}", said.out);
-    let said = gelfmu(&["bench", "--only", "memory", "--elements", "2000", "--element", "patch", "--json", "--quiet"]);
+    let said = gelfmu(&["bench", "--only", "memory", "--elements", "7000", "--element", "patch", "--json", "--quiet"]);
     assert_eq!((said.status, said.err.as_str()), (Some(0), ""));
     let value = json(&said.out);
     assert_eq!((rows(&value, "memory").len(), &value["memory"]["rows"][0]["element"]), (1, &Value::from("patch")));

@@ -102,7 +102,7 @@ pub struct BenchOptions {
     /// Threads to compare with one, 0 for all cores
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = threads)]
     pub threads: usize,
-    /// About how many elements the meshes have, such as 26000,165000,1000000 (the default; 6000 if quick)
+    /// About how many elements the meshes have, such as 26000,165000,1000000 (the default; 7000 if quick)
     #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = elements)]
     pub elements: Vec<usize>,
     /// Measure elements of this kind alone, in the sections that tell them apart
@@ -233,8 +233,8 @@ fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Elements of the smallest and the largest mesh to measure: one run of the engine; what a process can hold.
-const ELEMENTS: (usize, usize) = (1000, 20_000_000);
+/// Elements of the smallest and the largest mesh to measure: cells of a fifth of the height of the block; what a process can hold.
+const ELEMENTS: (usize, usize) = (7000, 20_000_000);
 
 fn elements(text: &str) -> Result<usize, String> {
     let (least, most) = ELEMENTS;

@@ -27,15 +27,23 @@ pub struct Subject {
     pub kind: ElementName,
     /// When to measure, s.
     pub from: f64,
+    /// Whether the ball is there.
+    pub with_ball: bool,
 }
 
 impl Subject {
     pub fn new((n_elements, kind): (usize, ElementName), settings: &Settings) -> Self {
-        Self { n_elements, kind, from: if settings.quick { QUICK_IN_CONTACT } else { IN_CONTACT } }
+        Self { n_elements, kind, from: if settings.quick { QUICK_IN_CONTACT } else { IN_CONTACT }, with_ball: true }
     }
 
-    pub fn scene(&self) -> Result<Scene, Failure> {
-        scene("sphere-block", &[awake(), size(self.n_elements), elements(self.kind)])
+    /// The same without the ball.
+    pub fn without_ball(self) -> Self {
+        Self { with_ball: false, ..self }
+    }
+
+    fn scene(&self) -> Result<Scene, Failure> {
+        let ball = ("projectile.active", self.with_ball.to_string());
+        scene("sphere-block", &[awake(), size(self.n_elements), elements(self.kind), ball])
     }
 }
 
@@ -134,7 +142,7 @@ fn rows(kind: ElementName, all: &[Stepped]) -> Vec<Row> {
             .with("million_per_wall_s", it.updates / it.spent.wall / 1e6)
             .with("million_per_cpu_s", it.updates / it.spent.cpu / 1e6)
             .with("times_as_fast_as_one_thread", first.spent.wall / it.spent.wall)
-            .with("if_cores_were_free", it.path.map(|path| first.spent.cpu / path))
+            .with("if_cores_were_free", first.path.zip(it.path).map(|(one, all)| one / all))
             .with("same_bits", it.digest == first.digest)
             .and("updates", it.updates)
             .and("wall_s", it.spent.wall)
