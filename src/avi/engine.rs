@@ -6,7 +6,7 @@ use super::impact::{STRETCH, Touch};
 use super::kick::Carrier;
 use super::nodes::{Active, NodeSums};
 use super::order::Order;
-use super::pace::Change;
+use super::pace::{Change, Nearness};
 use super::reference::Answers;
 use super::schedule::{Kind, Queue};
 use super::sweep::Sweep;
@@ -101,7 +101,13 @@ pub(super) struct Scratch<const D: usize> {
     pub place: Vec<u32>,
     /// The nodes of those that a body may meet before their next tick or that are an element's size from one.
     pub close: Vec<NodeId>,
-    /// φ and n of those to each active body.
+    /// What contact allows around each that was looked at.
+    pub nearness: Vec<Nearness>,
+    /// Facets that reach to a body, with the least size of their nodes near it, body by body.
+    pub facets: Vec<(u32, ElementId, f64)>,
+    /// The facets around those nodes, with the distance of a body and the size there.
+    pub found: Vec<(ElementId, f64, f64)>,
+    /// φ and n of the nodes that were looked at to each active body.
     pub gaps: Vec<Option<Gap>>,
     /// The bodies at this tick before its impulses …
     pub was: Vec<BodyState>,
@@ -410,11 +416,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.quiet = None;
             return now;
         }
-        let quiet = *self.quiet.get_or_insert_with(|| {
-            let reach = self.watch.reach(&self.bodies, self.grid.time(self.steps.1));
+        let quiet = self.quiet.unwrap_or_else(|| {
+            let reach = self.watch.reach(&self.bodies, self.horizon() * self.grid.time(1));
             let within = |i: usize| STRETCH * self.gel.surface.nodes[i].size + reach;
             self.grid.last_tick(self.watch.time() + self.watch.quiet(&self.bodies, within))
         });
+        self.quiet = Some(quiet);
         if quiet <= now {
             self.quiet = None;
         }

@@ -126,6 +126,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Body by body, the active nodes inside it, ascending, then the firing facets that a tip pierces or that are deep
     /// inside.
     pub(super) fn find_touches(&mut self, tick: Tick) {
+        self.find_facets();
         let mut touches = std::mem::take(&mut self.scratch.touches);
         touches.clear();
         for body in 0..self.bodies.len() {
@@ -144,35 +145,42 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     fn touches_of(&self, body: usize, tick: Tick, touches: &mut Vec<Touch<D>>) {
-        for reached in &self.scratch.reached {
+        for (place, reached) in self.scratch.reached.iter().enumerate() {
             let at = self.gel.surface.nodes[*reached as usize];
-            let Some(gap) = self.gaps_of(*reached)[body].filter(|gap| gap.distance <= TOUCH * at.size) else {
+            let Some(gap) = self.gap_at(place, body).filter(|gap| gap.distance <= TOUCH * at.size) else {
                 continue;
             };
             let point = embed(&self.state.position[at.node.index()]);
             touches.extend(self.touch((&[at.node], [1.0, 0.0, 0.0]), (at.size, point), &gap, body));
         }
-        let fires = |facet: ElementId| self.has_fired(self.gel.behind[facet.index()], tick);
-        let mut facets = self.facets_near(body, fires);
-        facets.sort_unstable_by_key(|(facet, _)| *facet);
-        facets.dedup_by_key(|(facet, _)| *facet);
-        touches.extend(facets.into_iter().filter_map(|(facet, size)| self.touching_facet(facet, size, body)));
+        for (_, facet, size) in self.scratch.facets.iter().filter(|(of, ..)| *of == body as u32) {
+            if self.has_fired(self.gel.behind[facet.index()], tick) {
+                touches.extend(self.touching_facet(*facet, *size, body));
+            }
+        }
     }
 
-    /// The wanted facets that reach from an active node to a body, with the size of that node.
-    fn facets_near(&self, body: usize, wanted: impl Fn(ElementId) -> bool) -> Vec<(ElementId, f64)> {
-        let surface = &self.gel.surface;
-        let mut facets = vec![];
-        for reached in &self.scratch.reached {
-            let at = surface.nodes[*reached as usize];
-            let Some(gap) = self.gaps_of(*reached)[body].filter(|gap| gap.distance < STRETCH * at.size) else {
-                continue;
-            };
-            let around = surface.around.of(at.node).iter().copied();
-            let near = around.filter(|facet| wanted(*facet) && self.within(*facet, &gap));
-            facets.extend(near.map(|facet| (facet, at.size)));
+    /// Finds the facets that reach from an active node to a body, each once, with the least size of those nodes.
+    fn find_facets(&mut self) {
+        let mut facets = std::mem::take(&mut self.scratch.facets);
+        let mut found = std::mem::take(&mut self.scratch.found);
+        facets.clear();
+        for body in 0..self.bodies.len() {
+            found.clear();
+            for (place, reached) in self.scratch.reached.iter().enumerate() {
+                let at = self.gel.surface.nodes[*reached as usize];
+                let Some(gap) = self.gap_at(place, body).filter(|gap| gap.distance < STRETCH * at.size) else {
+                    continue;
+                };
+                found.extend(self.gel.surface.around.of(at.node).iter().map(|facet| (*facet, gap.distance, at.size)));
+            }
+            found.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+            for one in found.chunk_by(|a, b| a.0 == b.0).filter(|one| self.within(one[0].0, one[0].1)) {
+                let size = one.iter().map(|(_, _, size)| *size).fold(f64::INFINITY, f64::min);
+                facets.push((body as u32, one[0].0, size));
+            }
         }
-        facets
+        (self.scratch.facets, self.scratch.found) = (facets, found);
     }
 
     /// A body where it is at this tick.
@@ -201,10 +209,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Whether the facet is as long as a corner of it is away from a body.
-    fn within(&self, facet: ElementId, gap: &Gap) -> bool {
+    fn within(&self, facet: ElementId, distance: f64) -> bool {
         let corners = self.corners(facet);
         let longest = (0..D).map(|i| (corners[(i + 1) % D] - corners[i]).norm()).fold(0.0, f64::max);
-        gap.distance < longest
+        distance < longest
     }
 
     /// A point inside a body that these nodes carry; `None` if neither they nor the body can move.
@@ -409,13 +417,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// No facet that reaches from a node to a body may be deep inside it (A11), in the least size of those nodes.
     pub(super) fn check_leaks(&self, time: f64) -> Result<(), StepError> {
-        for body in 0..self.bodies.len() {
-            let mut facets = self.facets_near(body, |_| true);
-            facets.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-            facets.dedup_by_key(|(facet, _)| *facet);
-            facets.into_iter().try_for_each(|(facet, size)| self.check_facet(facet, size, (body, time)))?;
-        }
-        Ok(())
+        let facets = self.scratch.facets.iter();
+        facets.copied().try_for_each(|(body, facet, size)| self.check_facet(facet, size, (body as usize, time)))
     }
 
     fn check_facet(&self, facet: ElementId, size: f64, (body, time): (usize, f64)) -> Result<(), StepError> {

@@ -16,10 +16,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.scratch.place[surface as usize] = u32::MAX;
         }
         self.watch.go_on(self.grid.time(tick), &self.scratch.was);
-        let horizon = self.grid.time(self.longest_step());
+        let horizon = self.horizon() * self.grid.time(1);
         let reach = self.watch.reach(&self.bodies, horizon);
         self.find_reached(reach);
         self.measure_gaps(reach);
+        self.find_nearness();
     }
 
     fn find_reached(&mut self, reach: f64) {
@@ -61,9 +62,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// φ and n of an active surface node, by body; nothing if no body is near.
-    pub(super) fn gaps_of(&self, surface: u32) -> &[Option<Gap>] {
-        let (place, n) = (self.scratch.place[surface as usize] as usize, self.bodies.len());
-        self.scratch.gaps.get(place * n..(place + 1) * n).unwrap_or_default()
+    /// φ and n of a node that was looked at, by its place among those.
+    pub(super) fn gap_at(&self, place: usize, body: usize) -> Option<Gap> {
+        self.scratch.gaps[place * self.bodies.len() + body]
     }
 }

@@ -48,6 +48,15 @@ pub(super) fn nodal_limit<const D: usize, P: Potential<D>>(
     limit(gel.star.of(node).iter().map(|element| stiffness[order.slot(*element)]).sum(), gel.mass[node.index()])
 }
 
+/// What contact allows the steps around a node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Nearness {
+    /// Until when no body can be met too deep, and the common step of the elements around, ticks.
+    limit: f64,
+    /// Whether a body is within an element's size.
+    near: bool,
+}
+
 /// A group whose step changed at this tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Change {
@@ -120,16 +129,22 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.blocks = Some(blocks);
     }
 
-    /// The limits of the nodes of a block, s: of those that are not active at this tick from what is known of their elements,
-    /// or infinite where that cannot have changed anything since.
+    /// The limits of the nodes of a block that can have changed, s; infinite for the others. All nodes of what fires are active
+    /// if the block is awake; of one that is still only those that are active through another block can have changed, but for
+    /// one that may raise a step.
     fn limits_of(&self, block: &Block, limits: &mut Vec<f64>) {
-        let unchanged = !block.is_awake() && !block.restless;
-        let limit = |node: &NodeId| match self.scratch.active.has(node.index()) || !unchanged {
-            true => self.node_limit(*node),
-            false => f64::INFINITY,
-        };
         limits.clear();
-        limits.extend(block.nodes.iter().map(limit));
+        if block.restless && !block.is_awake() {
+            limits.extend(block.nodes.iter().map(|node| self.node_limit(*node)));
+            return;
+        }
+        limits.resize(block.nodes.len(), f64::INFINITY);
+        for number in block.active() {
+            let a = block.nodes[number].index();
+            if self.scratch.active.has(a) {
+                limits[number] = self.scratch.limit[a];
+            }
+        }
     }
 
     /// Whether all nodes of a block that fires as a whole have limits that leave its steps as they are.
@@ -231,19 +246,46 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let elements = self.order.elements(self.order.slots(group));
         for node in elements.flat_map(|element| self.gel.potential.nodes(element)) {
             let Some(surface) = self.gel.surface.of[node.index()] else { continue };
-            let size = self.gel.surface.nodes[surface as usize].size;
-            for (body, gap) in self.gaps_of(surface).iter().enumerate() {
-                let Some(gap) = gap else { continue };
-                limit = limit.min(self.path_limit((*node, size), gap, (limit, body)));
-                if gap.distance < size {
-                    near = true;
-                    limit = limit.min(self.stable_around(*node));
-                }
-            }
+            let Some(nearness) = self.scratch.nearness.get(self.scratch.place[surface as usize] as usize) else {
+                continue;
+            };
+            limit = limit.min(nearness.limit);
+            near |= nearness.near;
         }
         let limit = limit.max(1.0);
         let kind = if near && self.rules.schedule == Kind::Queue { Kind::Bins } else { self.rules.schedule };
         (if near || limit < step as f64 { kind.step(limit) } else { step }, near)
+    }
+
+    /// What contact allows the steps around each node that is close to a body.
+    pub(super) fn find_nearness(&mut self) {
+        let horizon = self.horizon();
+        let mut all = std::mem::take(&mut self.scratch.nearness);
+        all.clear();
+        for (place, surface) in self.scratch.reached.iter().enumerate() {
+            let at = self.gel.surface.nodes[*surface as usize];
+            let mut nearness = Nearness { limit: f64::INFINITY, near: false };
+            let gaps = &self.scratch.gaps[place * self.bodies.len()..][..self.bodies.len()];
+            for (body, gap) in gaps.iter().enumerate().filter_map(|(body, gap)| Some((body, (*gap)?))) {
+                let proved = self.path_limit((at.node, at.size), &gap, (horizon, body));
+                nearness.limit = if proved < horizon { nearness.limit.min(proved) } else { nearness.limit };
+                nearness.near |= gap.distance < at.size;
+            }
+            if nearness.near {
+                nearness.limit = nearness.limit.min(self.stable_around(at.node));
+            }
+            all.push(nearness);
+        }
+        self.scratch.nearness = all;
+    }
+
+    /// The longest step that any group can have after this tick, ticks.
+    pub(super) fn horizon(&self) -> f64 {
+        if self.state.now.is_none() {
+            let longest = self.scratch.limit.iter().copied().fold(0.0, f64::max);
+            return self.grid.ticks(longest);
+        }
+        2.0 * self.longest_step() as f64
     }
 
     /// The shortest stable step of the elements of a node by themselves, ticks: with all of them at that step they fire together.

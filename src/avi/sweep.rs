@@ -4,7 +4,7 @@ use super::blocks::{Block, Blocks, Due, Report, SLOTS};
 use super::order::Order;
 use super::{Kind, Pool, TickGrid};
 use crate::algebra::Vector;
-use crate::element::{GroupAnswer, Lanes, Local};
+use crate::element::{GroupAnswer, Lanes, Local, MOST_LOCAL_NODES};
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
 use std::sync::atomic::Ordering;
@@ -117,10 +117,11 @@ impl Block {
         };
         if self.due == Due::Some {
             let due = groups.filter(|group| fires(sweep.clocks[*group].step));
+            let mut seen = [0_u64; MOST_LOCAL_NODES / 64];
+            due.for_each(|group| lanes.nodes(group, |node| seen[usize::from(node) / 64] |= 1 << (node % 64)));
             self.touched.clear();
-            due.for_each(|group| lanes.nodes(group, |node| self.touched.push(node)));
-            self.touched.sort_unstable();
-            self.touched.dedup();
+            let numbers = (0..self.nodes.len()).filter(|number| seen[number / 64] >> (number % 64) & 1 == 1);
+            self.touched.extend(numbers.map(|number| number as u16));
         }
     }
 
