@@ -189,7 +189,8 @@ impl SectionName {
             }
             Self::Phases => {
                 "where the time of a step of one thread goes, ns of CPU time per element update: each column but the first is \
-                 the time of a part run by itself, or the difference of two; waiting is what nodes of its own save each element"
+                 the time of a part run by itself, or the difference of two; waiting is what nodes of its own save each \
+                 element, contact what the step costs more than that of the same gel without the ball"
             }
             Self::Steps => {
                 "the whole step of sphere-block in mid-contact, all of the gel moving (it is given 0.01 m/s), the same steps from \

@@ -43,7 +43,8 @@ fn row(subject: &Subject, effort: Effort) -> Result<Row, Failure> {
     let elements = measure(&mut stand, patched, effort);
     let n_elements = stand.n_elements();
     drop(stand);
-    let whole: f64 = steps::measure(subject, &[1], effort)?.iter().map(|it| it.spent.cpu / it.updates * 1e9).sum();
+    let whole = whole_step(subject, effort)?;
+    let without_ball = whole_step(&subject.without_ball(), effort)?;
     let waiting = elements.apart.map_or(Value::Null, |apart| (elements.cached - apart).into());
     Ok(Row::default()
         .with("elements", n_elements)
@@ -53,8 +54,15 @@ fn row(subject: &Subject, effort: Effort) -> Result<Row, Failure> {
         .with("gather_compute_sum_in_cache_ns", elements.cached)
         .with("of_that_waiting_for_sums_ns", waiting)
         .with("memory_and_keeping_sums_ns", elements.all - elements.load - elements.cached)
-        .with("nodes_contact_clocks_books_ns", whole - elements.all)
+        .with("contact_ns", whole - without_ball)
+        .with("nodes_clocks_books_ns", without_ball - elements.all)
         .and("element_phase_ns", elements.all))
+}
+
+/// Of one thread, ns per update.
+fn whole_step(subject: &Subject, effort: Effort) -> Result<f64, Failure> {
+    let stepped = steps::measure(subject, &[1], effort)?;
+    Ok(stepped.iter().map(|it| it.spent.cpu / it.updates * 1e9).sum())
 }
 
 fn measure(stand: &mut Stand<3>, patched: bool, effort: Effort) -> Elements {
