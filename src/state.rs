@@ -5,17 +5,21 @@ use crate::contact::BodyState;
 use crate::ledger::Ledger;
 use serde::{Deserialize, Serialize};
 
+mod bytes;
+
 /// Count of ticks since the start; the length of a tick is fixed when a simulation is built (numerics A3).
 pub type Tick = u64;
 
 /// Everything that changes while a simulation runs. What can be derived from it (queues, bins, batches, the last tick of each
 /// node) is not in it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq)]
 pub struct State<const D: usize> {
     /// x, position of each node at its own last tick, m.
     pub position: Vec<Vector<D>>,
     /// v, velocity of each node since that tick, m/s.
     pub velocity: Vec<Vector<D>>,
+    /// Q = ½ p·Δv of the last kick of each node, J: with A what is ahead of it has the velocity after the kick.
+    pub excess: Vec<f64>,
     /// κ of each element at its own last tick, N/m, in the order of the groups.
     pub stiffness: Vec<f64>,
     /// The clocks of the groups of patches that step together.
@@ -33,7 +37,7 @@ pub struct State<const D: usize> {
 }
 
 /// The clock of a group of patches and what it knew at its own last tick.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Clock {
     /// Its step, ticks; 0 before the first.
     pub step: Tick,
@@ -50,7 +54,7 @@ pub struct Clock {
 }
 
 /// When a group of the queue fires.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Alarm {
     /// Its last tick.
     pub last: Tick,
@@ -59,7 +63,7 @@ pub struct Alarm {
 }
 
 /// What has been seen since the start.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Element updates.
     pub updates: u64,
@@ -117,7 +121,7 @@ impl Default for ContactRecord {
 }
 
 /// How much of everything a state has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sizes {
     /// Nodes.
     pub nodes: usize,
@@ -132,33 +136,82 @@ pub struct Sizes {
 }
 
 impl<const D: usize> State<D> {
+    /// A state of nothing.
+    #[must_use]
+    pub fn empty() -> Self {
+        Self {
+            position: vec![],
+            velocity: vec![],
+            excess: vec![],
+            stiffness: vec![],
+            clocks: vec![],
+            alarms: vec![],
+            now: None,
+            bodies: vec![],
+            ledger: Ledger::default(),
+            record: Record::new(0),
+        }
+    }
+
     /// What contradicts itself, if anything: lengths, clocks that stand still, numbers that are none.
     ///
     /// # Errors
     /// What is wrong.
     pub fn check_invariants(&self, sizes: &Sizes) -> Result<(), &'static str> {
         let holds = |good: bool, what| if good { Ok(()) } else { Err(what) };
-        let lengths = [self.position.len(), self.velocity.len(), self.stiffness.len(), self.clocks.len()];
-        let expected = [sizes.nodes, sizes.nodes, sizes.slots, sizes.groups];
+        let nodes = [self.position.len(), self.velocity.len(), self.excess.len()];
+        let lengths = [nodes[0], nodes[1], nodes[2], self.stiffness.len(), self.clocks.len()];
+        let expected = [sizes.nodes, sizes.nodes, sizes.nodes, sizes.slots, sizes.groups];
         holds(lengths == expected && self.alarms.len() == sizes.alarms, "nodes or elements are missing")?;
         holds([self.bodies.len(), self.record.contacts.len()] == [sizes.bodies; 2], "a body is missing")?;
-        let finite = |vectors: &[Vector<D>]| vectors.iter().flatten().all(|component| component.is_finite());
+        let finite = |vectors: &[Vector<D>]| each(vectors, |x| x.iter().fold(true, |good, c| good & c.is_finite()));
         holds(finite(&self.position) && finite(&self.velocity), "a position or velocity is not a number")?;
-        let stiff = |stiffness: &f64| stiffness.is_finite() && *stiffness >= 0.0;
-        holds(self.stiffness.iter().all(stiff), "the stiffness of an element is not a number")?;
+        holds(
+            each(&self.stiffness, |stiffness| (0.0..f64::INFINITY).contains(stiffness)),
+            "the stiffness of an element is not a number",
+        )?;
         let begun = self.now.is_some();
-        holds(self.clocks.iter().all(|clock| begun == (clock.step > 0)), "the clock of an element stands still")?;
+        holds(each(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element stands still")?;
         let runs = |alarm: &Alarm| alarm.next > alarm.last && Some(alarm.last) <= self.now;
         holds(!begun || self.alarms.iter().all(runs), "the clock of an element stands still")
     }
+}
 
-    /// Hash of the bytes of the state: equal digests are equal bits.
-    ///
-    /// # Panics
-    /// Never: a state is plain numbers.
-    #[must_use]
-    pub fn digest(&self) -> u128 {
-        let bytes = postcard::to_stdvec(self).expect("a state is plain numbers");
-        xxhash_rust::xxh3::xxh3_128(&bytes)
+/// By hand, because a derived one copies into new memory even where there is some.
+impl<const D: usize> Clone for State<D> {
+    fn clone(&self) -> Self {
+        let mut copy = Self::empty();
+        copy.clone_from(self);
+        copy
     }
+
+    fn clone_from(&mut self, from: &Self) {
+        let Self { position, velocity, excess, stiffness, clocks, alarms, now, bodies, ledger, record } = from;
+        self.position.clone_from(position);
+        self.velocity.clone_from(velocity);
+        self.excess.clone_from(excess);
+        self.stiffness.clone_from(stiffness);
+        self.clocks.clone_from(clocks);
+        self.alarms.clone_from(alarms);
+        self.bodies.clone_from(bodies);
+        self.record.clone_from(record);
+        (self.now, self.ledger) = (*now, *ledger);
+    }
+}
+
+impl Clone for Record {
+    fn clone(&self) -> Self {
+        Self { contacts: self.contacts.clone(), ..*self }
+    }
+
+    fn clone_from(&mut self, from: &Self) {
+        let Self { updates, min_jacobian, synchronous, contacts } = from;
+        self.contacts.clone_from(contacts);
+        (self.updates, self.min_jacobian, self.synchronous) = (*updates, *min_jacobian, *synchronous);
+    }
+}
+
+/// Whether all of them are good; counted to the end, because a way out in between keeps the machine from taking several at once.
+fn each<T>(items: &[T], good: impl Fn(&T) -> bool) -> bool {
+    items.iter().filter(|item| !good(item)).count() == 0
 }

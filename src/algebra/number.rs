@@ -1,5 +1,7 @@
 //! One source for one number and for eight of them side by side.
 
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+
 use fearless_simd::{Bytes, Simd, SimdBase, SimdFloat, f64x8, u64x8};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -6,6 +6,7 @@
 
 use super::Gel;
 use super::order::Order;
+use crate::algebra::Vector;
 use crate::element::{Accumulated, Lanes, Local, MAX_NODES, Potential};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Clock, Tick};
@@ -47,7 +48,7 @@ pub(super) struct Block {
     pub touched: Vec<u16>,
     /// Whether `part` is that of a full sweep of the block at rest.
     pub still: bool,
-    /// Whether it must be swept when it is due: some node has moved or moves, or it was not found still yet.
+    /// Whether some node of it has moved or moves.
     pub awake: AtomicBool,
     /// Whether a node of it was active at this tick through another block.
     pub looked_at: AtomicBool,
@@ -86,7 +87,7 @@ pub(super) struct Spot {
 /// All blocks.
 #[derive(Debug)]
 pub(super) struct Blocks<const D: usize> {
-    pub blocks: Vec<Block>,
+    pub all: Vec<Block>,
     pub lanes: Lanes<D>,
     /// Groups of a block.
     pub groups: usize,
@@ -95,6 +96,8 @@ pub(super) struct Blocks<const D: usize> {
     /// One for each thread.
     pub locals: Vec<Local>,
     pub level: Level,
+    /// Whether also what is at rest is swept.
+    pub never_rest: bool,
 }
 
 impl<const D: usize> Blocks<D> {
@@ -123,7 +126,7 @@ impl<const D: usize> Blocks<D> {
             }
         }
         let (groups, locals) = (SLOTS / order.width(), vec![Local::new()]);
-        Some(Self { blocks, lanes, groups, start, spots, locals, level: Level::new() })
+        Some(Self { all: blocks, lanes, groups, start, spots, locals, level: Level::new(), never_rest: false })
     }
 
     /// Where a node is, in the order of the blocks.
@@ -132,27 +135,30 @@ impl<const D: usize> Blocks<D> {
         &self.spots[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
+    /// Adds to what a block gives to a node of it.
+    pub fn add(&mut self, block: usize, node: NodeId, impulse: &Vector<D>) {
+        let at = self.spots(node.index()).iter().find(|spot| spot.block as usize == block);
+        let number = at.expect("a node of the block").number as usize;
+        let part = &mut self.all[block].part[number];
+        (0..D).for_each(|i| part[i] += impulse[i]);
+    }
+
     /// Takes the steps of its groups into a block.
     pub fn pace(&mut self, block: usize, clocks: &[Clock]) {
         let groups = block * self.groups..clocks.len().min((block + 1) * self.groups);
         let steps = clocks[groups].iter().map(|clock| clock.step);
-        self.blocks[block].steps = steps.fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
+        self.all[block].steps = steps.fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
     }
 
-    /// All steps, and nothing known to be still.
-    pub fn restart(&mut self, clocks: &[Clock]) {
-        for i in 0..self.blocks.len() {
+    /// All steps, who moves, and nothing known of what is still.
+    pub fn restart(&mut self, clocks: &[Clock], moves: impl Fn(usize) -> bool) {
+        for i in 0..self.all.len() {
             self.pace(i, clocks);
-            let block = &mut self.blocks[i];
+            let block = &mut self.all[i];
             block.still = false;
             block.restless = true;
-            *block.awake.get_mut() = true;
+            *block.awake.get_mut() = block.nodes.iter().any(|node| moves(node.index()));
         }
-    }
-
-    /// The finest step, ticks.
-    pub fn finest(&self) -> Tick {
-        self.blocks.iter().map(|block| block.steps.0).min().unwrap_or(Tick::MAX)
     }
 
     /// Bytes held.
@@ -160,7 +166,7 @@ impl<const D: usize> Blocks<D> {
         let of = |block: &Block| {
             size_of::<Block>() + 4 * block.nodes.capacity() + 8 * block.surface.capacity() + 32 * block.part.capacity()
         };
-        self.lanes.bytes() + self.blocks.iter().map(of).sum::<usize>() + 4 * self.start.len() + 8 * self.spots.len()
+        self.lanes.bytes() + self.all.iter().map(of).sum::<usize>() + 4 * self.start.len() + 8 * self.spots.len()
     }
 }
 
@@ -188,9 +194,14 @@ impl Block {
         Self { surface, part, n_elements, awake: AtomicBool::new(true), restless: true, nodes, ..Self::default() }
     }
 
-    /// Whether it is swept when it is due.
+    /// Whether some node of it has moved or moves.
     pub fn is_awake(&self) -> bool {
         self.awake.load(Ordering::Relaxed)
+    }
+
+    /// Whether it must be swept at this tick: at rest, what it would answer is known once it was swept so as a whole.
+    pub fn is_wanted(&self) -> bool {
+        self.due != Due::Nothing && (self.is_awake() || !self.still)
     }
 
     /// Whether what it gives to its nodes at this tick is in its part.

@@ -1,15 +1,16 @@
 //! The kicks of one tick, and the books of what they did (numerics 1.2, A6).
 
-use super::blocks::{Block, Due};
+use super::blocks::Block;
 use super::engine::Engine;
 use super::impact::Touch;
+use super::nodes::share_ahead;
+use super::pool::{Cut, share};
 use crate::algebra::{Vector, Vector3, embed, restrict};
 use crate::contact::{Freedom, Law, Motion};
-use crate::element::{Answer, GroupAnswer, Potential};
+use crate::element::{GroupAnswer, Potential};
 use crate::ledger::Ledger;
-use crate::mesh::{ElementId, NodeId};
+use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
-use rayon::prelude::*;
 
 /// What held directions take up.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,51 +61,48 @@ pub(super) struct Carrier<const D: usize> {
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// The kicks of the fast form, then the contact solve; Σ p·(v⁻ + v⁺)/2, J.
+    /// The kicks of the fast form, then the contact solve; Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
     pub(super) fn kick_fast(&mut self, tick: Tick) -> f64 {
         self.find_carriers();
-        let mut work = 0.0;
-        if tick > 0 {
-            let sums = self.kick_nodes();
-            sums.taken.post(&mut self.state.ledger);
-            let all = self.scratch.active.all;
-            self.watch.speed = sums.fastest.sqrt().max(if all { 0.0 } else { self.watch.speed });
-            work += sums.work;
-        }
-        work += self.kick_changed(tick);
+        self.mend_kicks(tick);
+        let sums = self.kick_nodes(tick);
+        sums.taken.post(&mut self.state.ledger);
+        let all = self.scratch.active.all;
+        self.watch.speed = sums.fastest.sqrt().max(if all { 0.0 } else { self.watch.speed });
         for i in 0..self.scratch.carriers.len() {
             self.scratch.carriers[i].kicked = self.state.velocity[self.scratch.carriers[i].node.index()];
         }
         if let Law::Moreau { restitution, friction, .. } = self.rules.law {
             self.solve(restitution, friction);
         }
-        work + self.settle_carriers(tick)
+        sums.work + self.settle_carriers(tick)
     }
 
-    /// The rest of the kick of the groups whose step has changed: its length is half of the step behind and half of that ahead.
-    fn kick_changed(&mut self, tick: Tick) -> f64 {
-        let changed = std::mem::take(&mut self.scratch.changed);
-        let mut work = 0.0;
+    /// The kicks of groups whose step has changed: half of the step behind and half of that ahead, where a sweep has taken all
+    /// of the step behind, or at the start the forces themselves.
+    fn mend_kicks(&mut self, tick: Tick) {
+        let Some(mut blocks) = self.blocks.take() else { return };
+        if tick == 0 {
+            blocks.all.iter_mut().flat_map(|block| &mut block.part).for_each(|part| part[..D].fill(0.0));
+        }
         let mut answers = std::mem::take(&mut self.scratch.reference.elements);
-        for change in &changed {
-            let group = change.group as usize;
+        for change in &self.scratch.changed {
+            let (group, at) = (change.group as usize, change.group as usize / blocks.groups);
+            if !blocks.all[at].gives() {
+                continue;
+            }
             let step = self.state.clocks[group].step as f64 - if tick == 0 { 0.0 } else { change.was as f64 };
+            let weight = 0.5 * step * self.grid.time(1);
             answers.clear();
             self.evaluate_group(group, &mut answers);
             for (element, answer) in &answers {
-                work += self.kick((*element, answer), 0.5 * step * self.grid.time(1));
+                for (node, force) in self.gel.potential.nodes(*element).iter().zip(&answer.forces) {
+                    blocks.add(at, *node, &(force * weight));
+                }
             }
-            self.note_speeds_of(&answers);
         }
         self.scratch.reference.elements = answers;
-        self.scratch.changed = changed;
-        work
-    }
-
-    fn note_speeds_of(&mut self, answers: &[(ElementId, Answer<D>)]) {
-        let gel = self.gel.clone();
-        let nodes = answers.iter().flat_map(|(element, _)| gel.potential.nodes(*element));
-        nodes.for_each(|node| self.note_speed(node.index()));
+        self.blocks = Some(blocks);
     }
 
     /// The speeds of the active nodes of the reference form.
@@ -133,14 +131,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         scratch.carriers.dedup_by_key(|carrier| carrier.node);
     }
 
-    /// What the kicks did more because contact changed the velocity after them, Σ p·(v⁺ − v)/2 with p = m (v − v⁻).
+    /// What the kicks did more because contact changed the velocity after them, Σ p·(v⁺ − v)/2 with p = m (v − v⁻), less what
+    /// it added to Q.
     fn settle_carriers(&mut self, tick: Tick) -> f64 {
         let mut work = 0.0;
         for i in 0..self.scratch.carriers.len() {
             let Carrier { node, before, kicked } = self.scratch.carriers[i];
             let a = node.index();
-            let change = self.state.velocity[a] - kicked;
-            work += 0.5 * self.gel.mass[a] * (kicked - before).dot(&change);
+            let more = self.gel.mass[a] * (kicked - before).dot(&(self.state.velocity[a] - kicked));
+            self.state.excess[a] += share_ahead(tick) * more;
+            work += (0.5 - share_ahead(tick)) * more;
             self.last[a] = tick;
             self.note_speed(a);
         }
@@ -169,39 +169,26 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn settle_blocks(&mut self, tick: Tick) -> f64 {
         let Some(mut blocks) = self.blocks.take() else { return 0.0 };
         let (grid, kind, n) = (self.grid, self.rules.schedule, blocks.groups);
-        let record = &mut self.state.record;
-        for block in &blocks.blocks {
-            record.updates += block.report.updates;
-            record.min_jacobian = record.min_jacobian.min(block.report.least_jacobian);
+        for block in &blocks.all {
+            self.state.record.updates += block.report.updates;
+            self.state.record.min_jacobian = self.state.record.min_jacobian.min(block.report.least_jacobian);
         }
-        let (clocks, answers) = (&mut self.state.clocks, &self.scratch.answers);
-        self.scratch.residuals.resize(blocks.blocks.len(), 0.0);
-        let settle_block =
-            |(((block, clocks), answers), residual): (((&Block, &mut [Clock]), &[GroupAnswer]), &mut f64)| {
-                *residual = 0.0;
-                if block.due == Due::Nothing || !block.was_swept {
-                    return;
-                }
-                for (clock, answer) in clocks.iter_mut().zip(answers) {
-                    if tick == 0 || kind.fires(clock.step, tick) {
-                        *residual += settle(clock, answer, grid.time(clock.step));
-                    }
-                }
-            };
-        let residuals = &mut self.scratch.residuals;
-        match &self.pool {
-            Some(pool) => pool.run(|| {
-                let all = blocks.blocks.par_iter().zip(clocks.par_chunks_mut(n)).zip(answers.par_chunks(n));
-                all.zip(residuals.par_iter_mut()).for_each(settle_block);
-            }),
-            None => {
-                let all = blocks.blocks.iter().zip(clocks.chunks_mut(n)).zip(answers.chunks(n));
-                all.zip(residuals.iter_mut()).for_each(settle_block);
+        self.scratch.residuals.resize(blocks.all.len(), 0.0);
+        let (clocks, answers) = (self.state.clocks.as_mut_slice(), self.scratch.answers.as_slice());
+        let books = Books { blocks: &blocks.all, clocks, answers, residuals: &mut self.scratch.residuals, n };
+        share(self.pool.as_ref(), books, |books: Books<'_>| {
+            let groups = books.clocks.chunks_mut(n).zip(books.answers.chunks(n));
+            for ((block, (clocks, answers)), residual) in books.blocks.iter().zip(groups).zip(books.residuals) {
+                let fires = |clock: &Clock| block.was_swept && (tick == 0 || kind.fires(clock.step, tick));
+                let firing = clocks.iter_mut().zip(answers).filter(|(clock, _)| fires(clock));
+                *residual = firing.map(|(clock, answer)| settle(clock, answer, grid.time(clock.step))).sum();
             }
-        }
+        });
         let mut changed: Vec<usize> = self.scratch.changed.iter().map(|change| change.group as usize / n).collect();
         changed.dedup();
-        changed.into_iter().for_each(|block| blocks.pace(block, &self.state.clocks));
+        for block in changed {
+            blocks.pace(block, &self.state.clocks);
+        }
         self.blocks = Some(blocks);
         self.scratch.residuals.iter().sum()
     }
@@ -239,6 +226,29 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         ledger.energy.external += work;
         ledger.momentum.external += freedom.translation(&push);
         ledger.angular_momentum.external += freedom.rotation(&touch.point.cross(&push));
+    }
+}
+
+/// The books of some blocks.
+struct Books<'a> {
+    blocks: &'a [Block],
+    clocks: &'a mut [Clock],
+    answers: &'a [GroupAnswer],
+    residuals: &'a mut [f64],
+    /// Groups of a block.
+    n: usize,
+}
+
+impl Cut for Books<'_> {
+    fn cut(self, part: usize, of: usize) -> (Self, Self) {
+        let (n, middle) = (self.n, self.blocks.len() * part / of);
+        let (blocks, more_blocks) = self.blocks.split_at(middle);
+        let (clocks, more_clocks) = self.clocks.split_at_mut(self.clocks.len().min(middle * n));
+        let (answers, more_answers) = self.answers.split_at(self.answers.len().min(middle * n));
+        let (residuals, more_residuals) = self.residuals.split_at_mut(middle);
+        let more =
+            Self { blocks: more_blocks, clocks: more_clocks, answers: more_answers, residuals: more_residuals, n };
+        (Self { blocks, clocks, answers, residuals, n }, more)
     }
 }
 

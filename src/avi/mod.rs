@@ -17,7 +17,9 @@ mod pool;
 mod reference;
 mod report;
 mod schedule;
+mod scratch;
 mod sweep;
+mod tick;
 mod watch;
 mod work;
 

@@ -36,7 +36,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             reached.sort_unstable();
             return;
         };
-        for block in blocks.blocks.iter().filter(|block| block.due != Due::Nothing) {
+        for block in blocks.all.iter().filter(|block| block.due != Due::Nothing) {
             let fires = |number: &u16| block.due == Due::All || block.touched.binary_search(number).is_ok();
             block.surface.iter().filter(|(number, _)| fires(number)).for_each(|(_, surface)| see(*surface));
         }

@@ -4,11 +4,11 @@ use super::blocks::Blocks;
 use super::engine::Engine;
 use super::kick::Taken;
 use super::pace::nodal_limit;
+use super::pool::{Cut, share};
 use crate::algebra::{Vector, embed};
 use crate::element::Potential;
 use crate::mesh::NodeId;
 use crate::state::Tick;
-use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 
 /// Nodes whose sums are taken together (numerics A9).
@@ -60,6 +60,7 @@ pub(super) struct Node<'a, const D: usize> {
     velocity: &'a mut Vector<D>,
     last: &'a mut Tick,
     limit: &'a mut f64,
+    excess: &'a mut f64,
 }
 
 /// What is summed over nodes.
@@ -67,7 +68,7 @@ pub(super) struct Node<'a, const D: usize> {
 pub(super) struct NodeSums {
     /// Least limit, s.
     pub limit: f64,
-    /// Σ p·(v⁻ + v⁺)/2, J.
+    /// Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
     pub work: f64,
     /// Greatest |v|², m²/s².
     pub fastest: f64,
@@ -92,20 +93,80 @@ impl NodeSums {
     }
 }
 
+/// Nodes from some run on, and what is summed over each run.
+struct Runs<'a, const D: usize> {
+    first: usize,
+    position: &'a mut [Vector<D>],
+    velocity: &'a mut [Vector<D>],
+    last: &'a mut [Tick],
+    limit: &'a mut [f64],
+    excess: &'a mut [f64],
+    sums: &'a mut [NodeSums],
+}
+
+impl<const D: usize> Runs<'_, D> {
+    fn node(&mut self, i: usize) -> Node<'_, D> {
+        let Self { position, velocity, last, limit, excess, .. } = self;
+        let (position, velocity) = (&mut position[i], &mut velocity[i]);
+        Node { position, velocity, last: &mut last[i], limit: &mut limit[i], excess: &mut excess[i] }
+    }
+
+    /// Goes through the active nodes, run by run.
+    fn go(mut self, active: &Active, work: impl Fn(usize, Node<'_, D>, &mut NodeSums)) {
+        for run in 0..self.sums.len() {
+            let mut sums = NodeSums::default();
+            let first = self.first;
+            let nodes = run * RUN..self.position.len().min((run + 1) * RUN);
+            for i in nodes.filter(|i| active.has(first + i)) {
+                work(first + i, self.node(i), &mut sums);
+            }
+            self.sums[run] = sums;
+        }
+    }
+}
+
+impl<const D: usize> Cut for Runs<'_, D> {
+    fn cut(self, part: usize, of: usize) -> (Self, Self) {
+        let runs = self.sums.len() * part / of;
+        let at = self.position.len().min(runs * RUN);
+        let (position, more_position) = self.position.split_at_mut(at);
+        let (velocity, more_velocity) = self.velocity.split_at_mut(at);
+        let (last, more_last) = self.last.split_at_mut(at);
+        let (limit, more_limit) = self.limit.split_at_mut(at);
+        let (excess, more_excess) = self.excess.split_at_mut(at);
+        let (sums, more_sums) = self.sums.split_at_mut(runs);
+        let more = Self {
+            first: self.first + at,
+            position: more_position,
+            velocity: more_velocity,
+            last: more_last,
+            limit: more_limit,
+            excess: more_excess,
+            sums: more_sums,
+        };
+        (Self { first: self.first, position, velocity, last, limit, excess, sums }, more)
+    }
+}
+
+/// The part of a kick that belongs to the step ahead: half, and all of it at the start.
+pub(super) fn share_ahead(tick: Tick) -> f64 {
+    if tick == 0 { 1.0 } else { 0.5 }
+}
+
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Collects the nodes of what fires and is not known to be still.
     pub(super) fn find_active(&mut self) {
         let Some(blocks) = &mut self.blocks else { return };
         let active = &mut self.scratch.active;
         active.clear();
-        active.all = blocks.blocks.iter().all(|block| block.is_summed() && block.is_awake());
+        active.all = blocks.all.iter().all(|block| block.is_summed() && block.is_awake());
         if active.all {
             return;
         }
-        for block in blocks.blocks.iter().filter(|block| block.gives()) {
+        for block in blocks.all.iter().filter(|block| block.gives()) {
             block.active().for_each(|number| active.add(block.nodes[number].index()));
         }
-        for block in blocks.blocks.iter_mut().filter(|block| !block.gives()) {
+        for block in blocks.all.iter_mut().filter(|block| !block.gives()) {
             let seen = block.nodes.iter().any(|node| active.has(node.index()));
             *block.looked_at.get_mut() = seen;
         }
@@ -119,10 +180,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             *node.position += *node.velocity * grid.time(tick - *node.last);
             *node.last = tick;
             let spots = blocks.spots(a);
-            let summed = spots.iter().all(|spot| blocks.blocks[spot.block as usize].is_summed());
+            let summed = spots.iter().all(|spot| blocks.all[spot.block as usize].is_summed());
             *node.limit = if summed {
-                let part =
-                    |spot: &super::blocks::Spot| blocks.blocks[spot.block as usize].part[spot.number as usize][3];
+                let part = |spot: &super::blocks::Spot| blocks.all[spot.block as usize].part[spot.number as usize][3];
                 cfl * super::pace::limit(spots.iter().map(part).sum(), gel.mass[a])
             } else {
                 cfl * nodal_limit(&*gel, (&stiffness, &order), NodeId(a as u32))
@@ -134,13 +194,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// v += p/m in the free directions, p gathered from the blocks that gave in their order; held directions take up the rest.
-    pub(super) fn kick_nodes(&mut self) -> NodeSums {
+    pub(super) fn kick_nodes(&mut self, tick: Tick) -> NodeSums {
         let (gel, freedom) = (self.gel.clone(), self.freedom());
+        let share = share_ahead(tick);
         self.over_nodes(|a, node, blocks, sums| {
             let mut p = Vector::<D>::zeros();
             let spots = blocks.spots(a);
             for spot in spots {
-                let block = &blocks.blocks[spot.block as usize];
+                let block = &blocks.all[spot.block as usize];
                 if block.gives() {
                     let part = &block.part[spot.number as usize];
                     (0..D).for_each(|i| p[i] += part[i]);
@@ -148,7 +209,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
             let (before, free) = (*node.velocity, &gel.free[a]);
             *node.velocity += p.component_mul(free) / gel.mass[a];
-            sums.work += 0.5 * p.dot(&(before + *node.velocity));
+            let excess = share * p.dot(&(*node.velocity - before));
+            sums.work += 0.5 * p.dot(&(before + *node.velocity)) + *node.excess - excess;
+            *node.excess = excess;
             sums.fastest = sums.fastest.max(node.velocity.norm_squared());
             if free.min() == 0.0 {
                 sums.taken.add(free, freedom, (embed(node.position), embed(&p)));
@@ -163,48 +226,25 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn over_nodes(&mut self, work: impl Fn(usize, Node<'_, D>, &Blocks<D>, &mut NodeSums) + Sync) -> NodeSums {
         let blocks = self.blocks.take().expect("the fast form has blocks");
         let (state, scratch) = (&mut self.state, &mut self.scratch);
-        let (position, velocity) = (&mut state.position, &mut state.velocity);
-        let (last, limit, active) = (&mut self.last, &mut scratch.limit, &scratch.active);
-        let mut total = NodeSums::default();
-        if active.all || active.list.len() >= MANY {
-            scratch.sums.resize(position.len().div_ceil(RUN), NodeSums::default());
-            let go = |(run, ((((x, v), last), limit), sums)): (
-                usize,
-                ((((&mut [Vector<D>], &mut [Vector<D>]), &mut [Tick]), &mut [f64]), &mut NodeSums),
-            )| {
-                *sums = NodeSums::default();
-                for i in 0..x.len() {
-                    let a = run * RUN + i;
-                    if active.has(a) {
-                        let node =
-                            Node { position: &mut x[i], velocity: &mut v[i], last: &mut last[i], limit: &mut limit[i] };
-                        work(a, node, &blocks, sums);
-                    }
-                }
-            };
-            match &self.pool {
-                Some(pool) => pool.run(|| {
-                    let runs = position.par_chunks_mut(RUN).zip(velocity.par_chunks_mut(RUN));
-                    let runs = runs.zip(last.par_chunks_mut(RUN)).zip(limit.par_chunks_mut(RUN));
-                    runs.zip(scratch.sums.par_iter_mut()).enumerate().for_each(go);
-                }),
-                None => {
-                    let runs = position.chunks_mut(RUN).zip(velocity.chunks_mut(RUN));
-                    let runs = runs.zip(last.chunks_mut(RUN)).zip(limit.chunks_mut(RUN));
-                    runs.zip(scratch.sums.iter_mut()).enumerate().for_each(go);
-                }
-            }
+        let many = scratch.active.all || scratch.active.list.len() >= MANY;
+        let runs = if many { state.position.len().div_ceil(RUN) } else { 0 };
+        scratch.sums.resize(runs, NodeSums::default());
+        let mut all = Runs {
+            first: 0,
+            position: &mut state.position,
+            velocity: &mut state.velocity,
+            last: &mut self.last,
+            limit: &mut scratch.limit,
+            excess: &mut state.excess,
+            sums: &mut scratch.sums,
+        };
+        let (active, mut total) = (&scratch.active, NodeSums::default());
+        let each = |a: usize, node: Node<'_, D>, sums: &mut NodeSums| work(a, node, &blocks, sums);
+        if many {
+            share(self.pool.as_ref(), all, |runs: Runs<'_, D>| runs.go(active, each));
             total = scratch.sums.iter().fold(total, NodeSums::and);
         } else {
-            for a in active.list.iter().map(|a| *a as usize) {
-                let node = Node {
-                    position: &mut position[a],
-                    velocity: &mut velocity[a],
-                    last: &mut last[a],
-                    limit: &mut limit[a],
-                };
-                work(a, node, &blocks, &mut total);
-            }
+            active.list.iter().for_each(|a| each(*a as usize, all.node(*a as usize), &mut total));
         }
         self.blocks = Some(blocks);
         total
@@ -214,7 +254,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 /// The blocks around a node that moves must be swept from now on.
 pub(super) fn wake<const D: usize>(blocks: &Blocks<D>, node: usize) {
     for spot in blocks.spots(node) {
-        let awake = &blocks.blocks[spot.block as usize].awake;
+        let awake = &blocks.all[spot.block as usize].awake;
         if !awake.load(Ordering::Relaxed) {
             awake.store(true, Ordering::Relaxed);
         }

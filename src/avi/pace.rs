@@ -5,7 +5,7 @@ use super::engine::Engine;
 use super::order::Order;
 use super::{Gel, Kind, StepError};
 use crate::algebra::Vector3;
-use crate::element::Potential;
+use crate::element::{Lanes, Potential};
 use crate::geometry::Gap;
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Alarm, Clock, Tick};
@@ -101,32 +101,34 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let Some(mut blocks) = self.blocks.take() else { return };
         let mut limits = std::mem::take(&mut self.scratch.limits);
         let n = blocks.groups;
-        for (i, block) in blocks.blocks.iter_mut().enumerate() {
+        for (i, block) in blocks.all.iter_mut().enumerate() {
             let watched = block.is_awake() || *block.looked_at.get_mut() || block.restless;
             if block.due == Due::Nothing || !watched {
                 continue;
             }
             self.limits_of(block, &mut limits);
-            if self.is_steady(block, &limits) {
-                continue;
-            }
+            let groups_of = i * n..self.state.clocks.len().min((i + 1) * n);
             let before = groups.len();
-            for group in i * n..self.state.clocks.len().min((i + 1) * n) {
-                let clock = &self.state.clocks[group];
-                if tick == 0 || self.rules.schedule.fires(clock.step, tick) {
-                    let mut limit = f64::INFINITY;
-                    blocks.lanes.nodes(group, |number| limit = limit.min(limits[usize::from(number)]));
-                    let (limit, step) = (self.grid.ticks(limit), clock.step as f64);
-                    let raised = limit.is_finite() && limit >= RAISE_MARGIN * step;
-                    if tick == 0 || limit < step || raised || clock.calm > 0 {
-                        groups.push(group as u32);
-                    }
-                }
+            if !self.is_steady(block, &limits) {
+                let restless = |group: &usize| self.is_restless(tick, *group, &blocks.lanes, &limits);
+                groups.extend(groups_of.filter(restless).map(|group| group as u32));
+                block.restless = groups.len() > before;
             }
-            block.restless = groups.len() > before;
         }
         self.scratch.limits = limits;
         self.blocks = Some(blocks);
+    }
+
+    /// Whether a group fires and its step may change.
+    fn is_restless(&self, tick: Tick, group: usize, lanes: &Lanes<D>, limits: &[f64]) -> bool {
+        let clock = &self.state.clocks[group];
+        if tick == 0 || !self.rules.schedule.fires(clock.step, tick) {
+            return tick == 0;
+        }
+        let mut limit = f64::INFINITY;
+        lanes.nodes(group, |number| limit = limit.min(limits[usize::from(number)]));
+        let (limit, step) = (self.grid.ticks(limit), clock.step as f64);
+        limit < step || clock.calm > 0 || (limit.is_finite() && limit >= RAISE_MARGIN * step)
     }
 
     /// The limits of the nodes of a block that can have changed, s; infinite for the others. All nodes of what fires are active
@@ -281,11 +283,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// The longest step that any group can have after this tick, ticks.
     pub(super) fn horizon(&self) -> f64 {
-        if self.state.now.is_none() {
-            let longest = self.scratch.limit.iter().copied().fold(0.0, f64::max);
-            return self.grid.ticks(longest);
-        }
-        2.0 * self.longest_step() as f64
+        if self.state.now.is_none() { self.first } else { 2.0 * self.longest_step() as f64 }
     }
 
     /// The shortest stable step of the elements of a node by themselves, ticks: with all of them at that step they fire together.

@@ -40,6 +40,29 @@ impl Pool {
     }
 }
 
+/// Work that can be cut into a first and a second run.
+pub(super) trait Cut: Sized + Send {
+    /// The first `part` of `of` equal parts, and the rest.
+    fn cut(self, part: usize, of: usize) -> (Self, Self);
+}
+
+/// Does a work, cut into a run for each thread of the pool; without a pool as a whole.
+pub(super) fn share<W: Cut>(pool: Option<&Pool>, work: W, go: impl Fn(W) + Sync) {
+    match pool {
+        Some(pool) => pool.run(|| halve(work, pool.threads(), &go)),
+        None => go(work),
+    }
+}
+
+fn halve<W: Cut>(work: W, threads: usize, go: &(impl Fn(W) + Sync)) {
+    if threads == 1 {
+        return go(work);
+    }
+    let half = threads / 2;
+    let (first, second) = work.cut(half, threads);
+    rayon::join(|| halve(first, half, go), || halve(second, threads - half, go));
+}
+
 impl Drop for Pool {
     fn drop(&mut self) {
         drop(self.pool.take());

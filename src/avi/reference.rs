@@ -5,6 +5,7 @@
 
 use super::engine::Engine;
 use super::kick::Taken;
+use super::nodes::share_ahead;
 use super::pace::nodal_limit;
 use crate::algebra::embed;
 use crate::contact::Law;
@@ -110,30 +111,30 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// v_a += w f_a/m_a in the free directions; the held ones take up the rest. Returns w f·(v⁻ + v⁺)/2, J.
-    pub(super) fn kick(&mut self, (element, answer): (ElementId, &Answer<D>), weight: f64) -> f64 {
+    /// v_a += w f_a/m_a in the free directions; the held ones take up the rest.
+    fn kick(&mut self, (element, answer): (ElementId, &Answer<D>), weight: f64) {
         let (gel, freedom) = (&self.gel, self.freedom());
-        let (mut taken, mut work) = (Taken::default(), 0.0);
+        let mut taken = Taken::default();
         for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
             let (a, push) = (node.index(), force * weight);
-            let before = self.state.velocity[a];
             self.state.velocity[a] += push.component_mul(&gel.free[a]) / gel.mass[a];
-            work += 0.5 * push.dot(&(before + self.state.velocity[a]));
             taken.add(&gel.free[a], freedom, (embed(&self.state.position[a]), embed(&push)));
         }
         taken.post(&mut self.state.ledger);
-        work
     }
 
-    /// Σ w f·(v⁻ + v⁺)/2 with the velocities before and after all of the tick, J.
-    pub(super) fn work(&self) -> f64 {
-        let answers = &self.scratch.reference;
-        let mut work = 0.0;
+    /// Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after all of the tick, J.
+    pub(super) fn work(&mut self, tick: Tick) -> f64 {
+        let (answers, share) = (&self.scratch.reference, share_ahead(tick));
+        let mut work: f64 = self.scratch.active.list.iter().map(|a| self.state.excess[*a as usize]).sum();
+        self.scratch.active.list.iter().for_each(|a| self.state.excess[*a as usize] = 0.0);
         for (elements, weight) in answers.groups.iter().zip(&self.scratch.weights) {
             for (element, answer) in &answers.elements[elements.clone()] {
                 for (node, force) in self.gel.potential.nodes(*element).iter().zip(&answer.forces) {
-                    let sum = self.scratch.before[node.index()] + self.state.velocity[node.index()];
-                    work += 0.5 * weight * force.dot(&sum);
+                    let (before, after) = (self.scratch.before[node.index()], self.state.velocity[node.index()]);
+                    let excess = share * weight * force.dot(&(after - before));
+                    self.state.excess[node.index()] += excess;
+                    work += 0.5 * weight * force.dot(&(before + after)) - excess;
                 }
             }
         }

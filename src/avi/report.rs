@@ -21,12 +21,12 @@ pub struct Energies {
     pub body_kinetic: f64,
     /// Σ V_K at each patch's own last tick.
     pub elastic: f64,
-    /// Σ W ahead of the last ticks: discrete energy = kinetic − ahead + elastic.
+    /// Σ A + Σ Q, work of the last kicks that belongs to the steps ahead: discrete energy = kinetic − ahead + elastic.
     pub ahead: f64,
 }
 
 impl Energies {
-    /// E* = T − Σ W_ahead + V + T_body.
+    /// E* = T − Σ A − Σ Q + V + T_body; with equal steps ½ v⁻·M v⁺ + V, which is constant for a linear gel.
     #[must_use]
     pub fn discrete(&self) -> f64 {
         self.gel_kinetic - self.ahead + self.elastic + self.body_kinetic
@@ -59,7 +59,8 @@ fn energies<const D: usize, P>(gel: &Gel<D, P>, state: &State<D>, bodies: Placed
         gel_kinetic: ordered_sum(state.velocity.len(), 0.0, kinetic),
         body_kinetic: over(bodies, Body::kinetic_energy),
         elastic: ordered_sum(state.clocks.len(), 0.0, |i| state.clocks[i].energy),
-        ahead: ordered_sum(state.clocks.len(), 0.0, |i| state.clocks[i].ahead),
+        ahead: ordered_sum(state.clocks.len(), 0.0, |i| state.clocks[i].ahead)
+            + ordered_sum(state.excess.len(), 0.0, |i| state.excess[i]),
     }
 }
 

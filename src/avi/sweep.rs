@@ -1,7 +1,10 @@
 //! The element phase: what fires, and one pure pass over it from positions to forces, shared among threads.
 
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+
 use super::blocks::{Block, Blocks, Due, Report, SLOTS};
 use super::order::Order;
+use super::pool::{Cut, share};
 use super::{Kind, Pool, TickGrid};
 use crate::algebra::Vector;
 use crate::element::{GroupAnswer, Lanes, Local, MOST_LOCAL_NODES};
@@ -23,11 +26,30 @@ pub(super) struct Sweep<'a, const D: usize> {
     pub order: &'a Order,
 }
 
-/// What a sweep writes, from some block on.
+/// What a sweep writes, from some block on, and what each thread works with.
 struct Found<'a> {
+    first: usize,
     blocks: &'a mut [Block],
     stiffness: &'a mut [f64],
     answers: &'a mut [GroupAnswer],
+    locals: &'a mut [Local],
+    /// Groups of a block.
+    groups: usize,
+}
+
+impl Cut for Found<'_> {
+    /// By the elements that fire.
+    fn cut(self, part: usize, of: usize) -> (Self, Self) {
+        let Self { first, blocks, stiffness, answers, locals, groups } = self;
+        let middle = split(blocks, part as f64 / of as f64);
+        let (blocks, more_blocks) = blocks.split_at_mut(middle);
+        let (stiffness, more_stiffness) = stiffness.split_at_mut(stiffness.len().min(middle * SLOTS));
+        let (answers, more_answers) = answers.split_at_mut(answers.len().min(middle * groups));
+        let (locals, more_locals) = locals.split_at_mut(part);
+        let own = Self { first, blocks, stiffness, answers, locals, groups };
+        let (first, blocks, stiffness) = (first + middle, more_blocks, more_stiffness);
+        (own, Self { first, blocks, stiffness, answers: more_answers, locals: more_locals, groups })
+    }
 }
 
 /// Elements below which a tick is not shared: some 150 µs of work; a fork and join costs 12.
@@ -38,9 +60,9 @@ impl<const D: usize> Blocks<D> {
     pub fn find_due(&mut self, sweep: &Sweep<'_, D>) -> u64 {
         let (n, lanes) = (self.groups, &self.lanes);
         let mut elements = 0;
-        for (i, block) in self.blocks.iter_mut().enumerate() {
+        for (i, block) in self.all.iter_mut().enumerate() {
             block.find_due(sweep, (lanes, i * n..sweep.clocks.len().min((i + 1) * n)));
-            elements += if block.gives() { block.n_elements } else { 0 };
+            elements += if block.is_wanted() { block.n_elements } else { 0 };
         }
         elements
     }
@@ -52,51 +74,27 @@ impl<const D: usize> Blocks<D> {
         (stiffness, answers): (&mut [f64], &mut [GroupAnswer]),
         (pool, elements): (Option<&Pool>, u64),
     ) {
-        let found = Found { blocks: &mut self.blocks, stiffness, answers };
-        let with = (&self.lanes, self.level, self.groups);
-        match pool.filter(|_| elements > SHARED) {
-            Some(pool) => {
-                let locals = &mut self.locals;
-                locals.resize_with(pool.threads(), Local::new);
-                pool.run(|| share(sweep, with, (found, 0), locals));
-            }
-            None => share(sweep, with, (found, 0), &mut self.locals[..1]),
+        if self.never_rest {
+            self.all.iter_mut().for_each(|block| block.still = false);
         }
+        let pool = pool.filter(|_| elements > SHARED);
+        self.locals.resize_with(pool.map_or(1, Pool::threads), Local::new);
+        let with = (&self.lanes, self.level, self.groups);
+        let (blocks, locals, groups) = (self.all.as_mut_slice(), self.locals.as_mut_slice(), self.groups);
+        share(pool, Found { first: 0, blocks, stiffness, answers, locals, groups }, |found| {
+            let parts = found.stiffness.chunks_mut(SLOTS).zip(found.answers.chunks_mut(groups));
+            for (i, (block, part)) in found.blocks.iter_mut().zip(parts).enumerate() {
+                block.sweep(sweep, with, (found.first + i, part), &mut found.locals[0]);
+            }
+        });
     }
 }
 
 type With<'a, const D: usize> = (&'a Lanes<D>, Level, usize);
 
-/// Halves the work until every thread has its own run of blocks.
-fn share<const D: usize>(
-    sweep: &Sweep<'_, D>,
-    with: With<'_, D>,
-    (found, first): (Found<'_>, usize),
-    locals: &mut [Local],
-) {
-    let Found { blocks, stiffness, answers } = found;
-    let (_, _, groups) = with;
-    if let [local] = locals {
-        let parts = stiffness.chunks_mut(SLOTS).zip(answers.chunks_mut(groups));
-        for (i, (block, found)) in blocks.iter_mut().zip(parts).enumerate() {
-            block.sweep(sweep, with, (first + i, found), local);
-        }
-        return;
-    }
-    let half = locals.len() / 2;
-    let middle = split(blocks, half as f64 / locals.len() as f64);
-    let (blocks, later) = blocks.split_at_mut(middle);
-    let (stiffness, later_stiffness) = stiffness.split_at_mut(stiffness.len().min(middle * SLOTS));
-    let (answers, later_answers) = answers.split_at_mut(answers.len().min(middle * groups));
-    let (own, others) = locals.split_at_mut(half);
-    let found = Found { blocks, stiffness, answers };
-    let later = Found { blocks: later, stiffness: later_stiffness, answers: later_answers };
-    rayon::join(|| share(sweep, with, (found, first), own), || share(sweep, with, (later, first + middle), others));
-}
-
 /// The number of blocks that have about this part of the work that is due.
 fn split(blocks: &[Block], part: f64) -> usize {
-    let work = |block: &Block| if block.gives() { block.n_elements } else { 0 };
+    let work = |block: &Block| if block.is_wanted() { block.n_elements } else { 0 };
     let wanted = blocks.iter().map(work).sum::<u64>() as f64 * part;
     let mut so_far = 0;
     let reached = |block: &Block| {
@@ -134,12 +132,14 @@ impl Block {
         local: &mut Local,
     ) {
         (self.report, self.was_swept) = (Report::default(), false);
-        if !self.gives() {
+        if !self.is_wanted() {
             return;
         }
         let moves = self.load(sweep, local);
+        // Of a block that fires in part the other nodes may move.
+        let moves = moves || (self.due == Due::Some && self.is_awake());
+        self.awake.store(moves, Ordering::Relaxed);
         if !moves && self.still {
-            self.awake.store(false, Ordering::Relaxed);
             return;
         }
         self.was_swept = true;

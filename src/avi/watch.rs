@@ -79,8 +79,9 @@ impl Watch {
     /// Whether a body may be nearer to a node than this.
     #[inline]
     pub fn may_be_within(&self, node: u32, distance: f64) -> bool {
-        // NaN must not hide a node.
-        !(self.until[node as usize] - self.travelled > distance)
+        // What is no number must not hide a node.
+        let far = self.until[node as usize] - self.travelled > distance;
+        !far
     }
 
     /// Takes down how far the nearest body was.
@@ -89,10 +90,10 @@ impl Watch {
         self.until[node as usize] = self.travelled + distance;
     }
 
-    /// Forgets everything but that no node is faster than this.
-    pub fn reset(&mut self, speed: f64) {
+    /// Forgets everything but that no node is faster than this at a time.
+    pub fn reset(&mut self, speed: f64, time: f64) {
         self.until.fill(f64::NEG_INFINITY);
-        (self.travelled, self.speed) = (0.0, speed);
+        (self.travelled, self.speed, self.time) = (0.0, speed, time);
         self.bodies.clear();
     }
 
@@ -103,6 +104,8 @@ impl Watch {
 
     /// Until when nothing comes within a distance, by node, of a surface that stands still: s after the time known.
     pub fn quiet(&self, bodies: &[Body], within: impl Fn(usize) -> f64) -> f64 {
+        /// Halvings from a second; what is shorter than this is not worth skipping.
+        const HALVINGS: i32 = 40;
         let room = |(i, until): (usize, &f64)| until - self.travelled - within(i);
         let margin = self.until.iter().enumerate().map(room).fold(f64::INFINITY, f64::min);
         let travel = |h: f64| {
@@ -110,8 +113,6 @@ impl Watch {
             let active = bodies.iter().zip(&self.bodies).filter(|(_, at)| at.active);
             active.map(way).fold(0.0, f64::max)
         };
-        /// Halvings from a second; what is shorter than this is not worth skipping.
-        const HALVINGS: i32 = 40;
         let lengths = (0..HALVINGS).map(|n| 0.5_f64.powi(n));
         lengths.into_iter().find(|h| travel(*h) < margin).unwrap_or(0.0)
     }

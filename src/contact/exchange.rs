@@ -20,6 +20,12 @@ pub struct Exchange {
 }
 
 impl Exchange {
+    /// Whether an impulse acted.
+    #[must_use]
+    pub fn is_contact(&self) -> bool {
+        self.impulse != Vector3::zeros()
+    }
+
     /// Mean force on the body, N; zero before the first step.
     #[must_use]
     pub fn mean_force(&self) -> Vector3 {

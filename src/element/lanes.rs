@@ -4,6 +4,9 @@
 //! gives the same bits: no fused multiply-add, no call. What is gathered and scattered goes through rows of eight numbers
 //! per node, turned by eight-by-eight transpositions.
 
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+#![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
+
 use super::{MAX_NODES, Section};
 use crate::algebra::{Number, Vector};
 use crate::material::NeoHookean;
@@ -78,6 +81,9 @@ struct Strains<const D: usize, V> {
     jacobian: V,
 }
 
+/// Eight elements: their strains and slopes, and the rows of their nodes.
+type Element<'a, const D: usize, V> = (&'a Strains<D, V>, &'a Slopes<V>, &'a [[V; 8]; MAX_NODES]);
+
 /// U′ and max(U″, 0) of eight elements with their shares of their patches'.
 #[derive(Clone, Copy)]
 struct Slopes<V> {
@@ -87,6 +93,9 @@ struct Slopes<V> {
 
 impl Local {
     /// Room for the nodes of any block.
+    ///
+    /// # Panics
+    /// Never: there are as many rows as there may be nodes.
     #[must_use]
     pub fn new() -> Self {
         let boxed = |rows: Vec<Row>| rows.into_boxed_slice().try_into().expect("as many as there may be");
@@ -137,7 +146,7 @@ impl<const D: usize> Lanes<D> {
     }
 
     /// Puts an element into a slot: ∇N_a for a = 1..=D, w, and the numbers of its nodes.
-    pub(super) fn put(&mut self, slot: usize, (gradients, volume): (&[[f64; D]; D], f64), nodes: &[u16; MAX_NODES]) {
+    pub(super) fn put(&mut self, slot: usize, (gradients, volume): (&[[f64; D]; D], f64), nodes: [u16; MAX_NODES]) {
         let (batch, lane) = (&mut self.batches[slot / LANES], slot % LANES);
         for (wide, gradient) in batch.gradients.iter_mut().zip(gradients) {
             for (wide, component) in wide.iter_mut().zip(gradient) {
@@ -146,7 +155,7 @@ impl<const D: usize> Lanes<D> {
         }
         batch.volume[lane] = volume;
         for (wide, node) in batch.nodes.iter_mut().zip(nodes) {
-            wide[lane] = *node;
+            wide[lane] = node;
         }
     }
 
@@ -245,7 +254,7 @@ impl<const D: usize> Lanes<D> {
             for j in 0..D {
                 let mut f = (rows[1][i] - rows[0][i]) * wide(simd, &batch.gradients[0][j]);
                 for a in 1..D {
-                    f = f + (rows[a + 1][i] - rows[0][i]) * wide(simd, &batch.gradients[a][j]);
+                    f += (rows[a + 1][i] - rows[0][i]) * wide(simd, &batch.gradients[a][j]);
                 }
                 s.f[i][j] = if i == j { f + 1.0 } else { f };
             }
@@ -285,7 +294,7 @@ impl<const D: usize> Lanes<D> {
         let mut energy = volume * shared.energy;
         for k in 0..N {
             let own = self.material.own(strains[k].jacobian);
-            energy = energy + wide(simd, &batches[k].volume) * own.energy;
+            energy += wide(simd, &batches[k].volume) * own.energy;
             slopes[k].slope = own.slope + shared.slope;
             slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
         }
@@ -297,7 +306,7 @@ impl<const D: usize> Lanes<D> {
     fn forces<S: Simd>(
         &self,
         (batch, weight): (&Batch<D>, f64),
-        (s, u, rows): (&Strains<D, f64x8<S>>, &Slopes<f64x8<S>>, &[[f64x8<S>; 8]; MAX_NODES]),
+        (s, u, rows): Element<'_, D, f64x8<S>>,
         kicks: &mut [[f64x8<S>; 4]; MAX_NODES],
     ) -> (f64x8<S>, f64x8<S>) {
         let (simd, mu) = (s.inner.simd, self.material.shear_modulus());
@@ -315,26 +324,26 @@ impl<const D: usize> Lanes<D> {
                 let mut fg = s.f[i][0] * wide(simd, &batch.gradients[a][0]);
                 let mut cg = s.cofactor[i][0] * wide(simd, &batch.gradients[a][0]);
                 for j in 1..D {
-                    fg = fg + s.f[i][j] * wide(simd, &batch.gradients[a][j]);
-                    cg = cg + s.cofactor[i][j] * wide(simd, &batch.gradients[a][j]);
+                    fg += s.f[i][j] * wide(simd, &batch.gradients[a][j]);
+                    cg += s.cofactor[i][j] * wide(simd, &batch.gradients[a][j]);
                 }
                 let cg = if D == 2 { cg * s.out } else { cg };
                 let force = shape * fg + pressure * cg;
                 let gradient = wide(simd, &batch.gradients[a][i]);
                 (push, turned, rest) = (push - force, turned - cg, rest + gradient);
-                spread = spread + gradient * gradient;
+                spread += gradient * gradient;
                 let (force, b) = if ring { (force + around, cg + beside) } else { (force, cg) };
-                volumetric = volumetric + b * b;
-                power = power + force * rows[a + 1][4 + i];
+                volumetric += b * b;
+                power += force * rows[a + 1][4 + i];
                 kicks[a + 1][i] = force * weight;
             }
             let (force, b) = if ring { (push + around, turned + beside) } else { (push, turned) };
-            volumetric = volumetric + b * b;
-            spread = spread + rest * rest;
-            power = power + force * rows[0][4 + i];
+            volumetric += b * b;
+            spread += rest * rest;
+            power += force * rows[0][4 + i];
             kicks[0][i] = force * weight;
             for j in 0..D {
-                square = square + s.f[i][j] * s.f[i][j];
+                square += s.f[i][j] * s.f[i][j];
             }
         }
         let turn = match self.section {

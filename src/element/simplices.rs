@@ -257,7 +257,7 @@ impl<const D: usize> Potential<D> for Simplices<D> {
             let Some(id) = id else { continue };
             let element = self.element(*id);
             let gradients: [[f64; D]; D] = std::array::from_fn(|a| element.gradients[a + 1].into());
-            lanes.put(slot, (&gradients, element.volume), nodes);
+            lanes.put(slot, (&gradients, element.volume), *nodes);
         }
         Some(lanes)
     }

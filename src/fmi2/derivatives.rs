@@ -6,7 +6,7 @@ use super::instance::Instance;
 use super::scalar::Scalar;
 use super::table::{Input, Kind, Observed, Source};
 use super::variables::known;
-use super::{body, table::Causality};
+use super::{body::mass, table::Causality};
 use crate::algebra::Vector3;
 use crate::simulation::ContactReport;
 
@@ -52,12 +52,14 @@ impl Instance {
             return Err(CallError::value(format!("order of the derivative of {name}"), order, "1"));
         }
         let acted = self.inputs.acted.get(scalar.body).copied().unwrap_or_default();
-        let (it, simulation) = self.model()?.look_at(&scalar)?;
-        let force = it.exchange.mean_force();
+        let model = self.model()?;
+        model.expect_body(&scalar)?;
+        let (body, simulation) = (scalar.body, &model.simulation);
+        let force = simulation.exchanges()[body].mean_force();
         Ok(match variable.source {
-            Source::Observed(Observed::ProjectilePredictedPosition) => it.kinematics.velocity[component],
+            Source::Observed(Observed::ProjectilePredictedPosition) => simulation.kinematics(body).velocity[component],
             Source::Observed(Observed::ProjectilePredictedVelocity) => {
-                acceleration(&force, acted, body::mass(simulation, scalar.body))[component]
+                acceleration(&force, acted, mass(simulation, body))[component]
             }
             Source::Observed(Observed::ContactTotalImpulse) => force[component],
             Source::Observed(_) | Source::Setting(_) | Source::Scene | Source::Input(_) => 0.0,
@@ -67,7 +69,9 @@ impl Instance {
     /// Σ ∂unknown/∂known · seed.
     pub(super) fn directional(&mut self, unknown: u32, seeds: &[(u32, f64)]) -> Result<f64, CallError> {
         let of = known(unknown, Kind::Real)?;
-        let contact = &self.model()?.look_at(&of)?.0.contact;
+        let model = self.model()?;
+        model.expect_body(&of)?;
+        let contact = model.contact(of.body);
         let mut sum = 0.0;
         for &(reference, seed) in seeds {
             sum += sensitivity(contact, &of, &known(reference, Kind::Real)?) * seed;

@@ -1,8 +1,8 @@
 //! Inputs: what was set, what it means to the simulation, and what a two-dimensional scene cannot take.
 
 use super::call::CallError;
-use super::instance::{Instance, Values};
-use super::scalar::Scalar;
+use super::instance::{Instance, Model, Values};
+use super::scalar::{Scalar, scalars};
 use super::table::{Input, Source, VARIABLES, row};
 use crate::algebra::Vector3;
 use crate::scene::{Dimension, body_name};
@@ -51,29 +51,34 @@ impl Acted {
 }
 
 impl InputValues {
-    /// One scalar: as it was set, else as the scene starts.
-    pub(super) fn value(&self, scalar: &Scalar, scene: &toml::Table) -> f64 {
-        let set = self.values.get(&scalar.reference()).copied();
-        set.or_else(|| scalar.start(scene)).unwrap_or(0.0)
-    }
-
-    /// Its first derivative.
+    /// First derivative of a scalar.
     fn rate(&self, scalar: &Scalar) -> f64 {
         self.rates.get(&scalar.reference()).copied().unwrap_or(0.0)
     }
 }
 
-/// What was given for one body, and the scene that it is given to.
+/// What the inputs start with in a scene with so many fragments.
+pub(super) fn starts(n_fragments: usize, scene: &toml::Table) -> Values {
+    let inputs = scalars(n_fragments).filter(|scalar| matches!(scalar.variable.source, Source::Input(_)));
+    inputs.filter_map(|scalar| Some((scalar.reference(), scalar.start(scene)?))).collect()
+}
+
+/// What was given for one body, and what the scene that it is given to starts with.
 struct Given<'a> {
     inputs: &'a InputValues,
     body: usize,
-    scene: &'a toml::Table,
+    starts: &'a Values,
     dimension: Dimension,
 }
 
 impl Given<'_> {
+    /// One scalar: as it was set, else as the scene starts.
     fn value(&self, scalar: &Scalar) -> f64 {
-        self.inputs.value(scalar, self.scene)
+        self.inputs.values.get(&scalar.reference()).copied().unwrap_or_else(|| self.start(scalar))
+    }
+
+    fn start(&self, scalar: &Scalar) -> f64 {
+        self.starts.get(&scalar.reference()).copied().unwrap_or(0.0)
     }
 
     /// The first component of an input.
@@ -136,11 +141,11 @@ impl Given<'_> {
     fn hand_over_bulge(&self, input: Input, to: &mut Inputs) -> Result<(), CallError> {
         let (value, rate) = (self.vector(input)[0], self.rates(input)[0]);
         let Some(bulge) = &mut to.bulge else {
-            let (name, expected) = (self.scalar(input).name(), "0: the shape of the body is no dome");
+            let (name, expected) = (|| self.scalar(input).name(), "0: the shape of the body is no dome");
             return match (value, rate) {
                 (0.0, 0.0) => Ok(()),
-                (0.0, rate) => Err(CallError::value(format!("derivative of {name}"), rate, expected)),
-                (value, _) => Err(CallError::value(name, value, expected)),
+                (0.0, rate) => Err(CallError::value(format!("derivative of {}", name()), rate, expected)),
+                (value, _) => Err(CallError::value(name(), value, expected)),
             };
         };
         match input {
@@ -200,14 +205,13 @@ impl Given<'_> {
     /// Refuses an input that would move a body that the scene holds in place.
     fn check_held(&self, input: Input) -> Result<(), CallError> {
         let held = format!("the scene holds the body in place ({}.fixed = true)", body_name(self.body));
-        let start = |s: &Scalar| s.start(self.scene).unwrap_or(0.0);
-        let longest = self.scalars(input).map(|s| start(&s).abs()).fold(0.0, f64::max);
+        let longest = self.scalars(input).map(|s| self.start(&s).abs()).fold(0.0, f64::max);
         // A quaternion may be given as in the scene, or normalised.
         let slack = if input == Input::ProjectileOrientation { 2e-3 } else { ROUND_OFF };
         for scalar in self.scalars(input) {
-            let (value, rate) = (self.value(&scalar), self.inputs.rate(&scalar));
-            if (value - start(&scalar)).abs() > slack * longest {
-                return Err(CallError::value(scalar.name(), value, format!("{}: {held}", start(&scalar))));
+            let (value, start, rate) = (self.value(&scalar), self.start(&scalar), self.inputs.rate(&scalar));
+            if (value - start).abs() > slack * longest {
+                return Err(CallError::value(scalar.name(), value, format!("{start}: {held}")));
             }
             if rate != 0.0 {
                 return Err(CallError::value(format!("derivative of {}", scalar.name()), rate, format!("0: {held}")));
@@ -218,46 +222,59 @@ impl Given<'_> {
 }
 
 impl Instance {
-    /// What the importer hands over at the start of a step of this length, s, checked, by body. What is not read in this mode
-    /// changes nothing.
-    pub(super) fn step_inputs(&mut self, duration: f64) -> Result<Vec<Inputs>, CallError> {
+    /// Checks what the importer hands over at the start of a step of this length, s, and lays it out by body in `handed`. What is
+    /// not read in this mode changes nothing.
+    pub(super) fn step_inputs(&mut self, duration: f64) -> Result<(), CallError> {
         self.model()?;
-        let model = self.model.as_ref().expect("the model was built above");
-        self.inputs.values.keys().filter_map(|r| Scalar::find(*r)).try_for_each(|scalar| model.expect_body(&scalar))?;
-        let mut all = model.simulation.inputs();
-        for (body, inputs) in all.iter_mut().enumerate() {
-            let (scene, dimension) = (&model.table, model.scene.scene.dimension);
-            let given = Given { inputs: &self.inputs, body, scene, dimension };
-            let held = model.scene.body(body).fixed;
-            let was_active = inputs.active;
-            given.hand_over(Input::ProjectileActive, inputs)?;
-            let mode = match (was_active, inputs.active) {
-                // Its motion is not read.
-                (_, false) => CouplingMode::Integrated,
-                // It starts from its kinematic inputs.
-                (false, true) => CouplingMode::Corrected,
-                (true, true) => model.scene.coupling.mode,
-            };
-            // A body that nobody moves goes on as it does.
-            let unmoved = was_active && !given.moves();
-            for input in inputs_read_in(mode).filter(|input| !(unmoved && about(*input) == About::Motion)) {
-                given.check_dimension(input)?;
-                if held && about(input) != About::Form {
-                    given.check_held(input)?;
-                }
-                given.hand_over(input, inputs)?;
-            }
-            given.check_bulge(inputs, duration)?;
-            if let Some(depth) = model.simulation.overlap(body, inputs) {
-                let name = format!("{}.active", body_name(body));
-                let expected = format!(
-                    "a place outside the gel, and for a fast body further off than it goes in an element's step: the gel's surface would \
-                     be {depth:.3e} m inside the body; move it out"
-                );
-                return Err(CallError::value(name, true, expected));
-            }
+        let Self { model, inputs, handed, .. } = self;
+        let model = model.as_ref().expect("the model was built above");
+        inputs.values.keys().filter_map(|r| Scalar::find(*r)).try_for_each(|scalar| model.expect_body(&scalar))?;
+        handed.clear();
+        for body in 0..model.simulation.n_bodies() {
+            let dimension = model.scene.scene.dimension;
+            handed.push(Given { inputs, body, starts: &model.starts, dimension }.to(model, duration)?);
         }
-        Ok(all)
+        Ok(())
+    }
+}
+
+impl Given<'_> {
+    /// The inputs of the body in a step of this length, s.
+    fn to(&self, model: &Model, duration: f64) -> Result<Inputs, CallError> {
+        let mut inputs = model.simulation.unchanged(self.body);
+        let held = model.scene.body(self.body).fixed;
+        let was_active = inputs.active;
+        self.hand_over(Input::ProjectileActive, &mut inputs)?;
+        let mode = match (was_active, inputs.active) {
+            // Its motion is not read.
+            (_, false) => CouplingMode::Integrated,
+            // It starts from its kinematic inputs.
+            (false, true) => CouplingMode::Corrected,
+            (true, true) => model.scene.coupling.mode,
+        };
+        // A body that nobody moves goes on as it does.
+        let unmoved = was_active && !self.moves();
+        for input in inputs_read_in(mode).filter(|input| !(unmoved && about(*input) == About::Motion)) {
+            self.check_dimension(input)?;
+            if held && about(input) != About::Form {
+                self.check_held(input)?;
+            }
+            self.hand_over(input, &mut inputs)?;
+        }
+        self.check_bulge(&inputs, duration)?;
+        match model.simulation.overlap(self.body, &inputs) {
+            Some(depth) => Err(self.inside(depth)),
+            None => Ok(inputs),
+        }
+    }
+
+    /// A body cannot come to be inside the gel.
+    fn inside(&self, depth: f64) -> CallError {
+        let expected = format!(
+            "a place outside the gel, and for a fast body further off than it goes in an element's step: the gel's surface would \
+             be {depth:.3e} m inside the body; move it out"
+        );
+        CallError::value(format!("{}.active", body_name(self.body)), true, expected)
     }
 }
 
@@ -324,8 +341,8 @@ fn foreign(input: Input, dimension: Dimension) -> &'static [usize] {
 mod tests {
     use super::*;
 
-    fn given<'a>(inputs: &'a InputValues, scene: &'a toml::Table, dimension: Dimension) -> Given<'a> {
-        Given { inputs, body: 0, scene, dimension }
+    fn given<'a>(inputs: &'a InputValues, starts: &'a Values, dimension: Dimension) -> Given<'a> {
+        Given { inputs, body: 0, starts, dimension }
     }
 
     fn values(values: &[(u32, f64)]) -> InputValues {
@@ -339,7 +356,7 @@ mod tests {
     }
 
     fn check(reference: u32, value: f64, dimension: Dimension) -> Result<(), CallError> {
-        given(&values(&[(reference, value)]), &toml::Table::new(), dimension).check_dimension(input(reference))
+        given(&values(&[(reference, value)]), &Values::new(), dimension).check_dimension(input(reference))
     }
 
     #[test]
@@ -363,7 +380,7 @@ mod tests {
     fn a_quaternion_far_from_norm_one_is_refused_and_a_near_one_is_normalised() {
         let turned = |w: f64| {
             let inputs = values(&[(106, w)]);
-            given(&inputs, &toml::Table::new(), Dimension::Spatial).orientation().map_err(|e| e.to_string())
+            given(&inputs, &Values::new(), Dimension::Spatial).orientation().map_err(|e| e.to_string())
         };
         assert!(turned(1.1).unwrap_err().starts_with("projectile.orientation = [1.1, 0.0, 0.0, 0.0] of norm 1.1"));
         assert_eq!(turned(1.0005).unwrap(), [1.0, 0.0, 0.0, 0.0]);
@@ -371,7 +388,7 @@ mod tests {
 
     #[test]
     fn an_input_that_was_not_set_is_as_the_scene_starts() {
-        let scene: toml::Table = toml::from_str("[projectile]\nvelocity = [0, 0, -5.0]").unwrap();
+        let scene = starts(0, &toml::from_str("[projectile]\nvelocity = [0, 0, -5.0]").unwrap());
         let velocity =
             |inputs: &InputValues| given(inputs, &scene, Dimension::Planar).vector(Input::ProjectileVelocity);
         assert_eq!(velocity(&InputValues::default()).z, -5.0);
@@ -380,7 +397,7 @@ mod tests {
 
     #[test]
     fn round_off_out_of_the_plane_is_taken_away() {
-        let (scene, inputs) = (toml::Table::new(), values(&[(103, 2.0), (104, 1e-15)]));
+        let (scene, inputs) = (Values::new(), values(&[(103, 2.0), (104, 1e-15)]));
         let given = given(&inputs, &scene, Dimension::Planar);
         assert!(given.check_dimension(Input::ProjectileVelocity).is_ok());
         assert_eq!(given.vector(Input::ProjectileVelocity), Vector3::new(2.0, 0.0, 0.0));
@@ -388,7 +405,7 @@ mod tests {
 
     #[test]
     fn what_would_move_a_held_projectile_is_named_and_refused() {
-        let scene: toml::Table = toml::from_str("[projectile]\nposition = [0, 0, 0.5]\nfixed = true").unwrap();
+        let scene = starts(0, &toml::from_str("[projectile]\nposition = [0, 0, 0.5]\nfixed = true").unwrap());
         let check = |reference: u32, value: f64, rate: f64| {
             let rates = Values::from([(reference, rate)]);
             let inputs = InputValues { rates, ..values(&[(reference, value)]) };

@@ -1,15 +1,16 @@
 //! One instance: what it was told, the model that it built from it, and its way through the life cycle.
 
 use super::call::CallError;
-use super::inputs::InputValues;
+use super::inputs::{self, InputValues};
 use super::lifecycle::{Call, Phase};
 use super::logger::Log;
 use super::parameters::{Packed, Resolved, Settings};
 use super::recording::Recording;
 use super::scalar::{Scalar, table_of};
+use super::seen::Seen;
 use super::status::Status;
 use crate::scene::Scene;
-use crate::simulation::{BodyReport, Inputs, Observation, RestoreError, Saved, Simulation};
+use crate::simulation::{Inputs, RestoreError, Saved, Simulation};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -32,6 +33,8 @@ pub(super) struct Instance {
     pub overrides: Values,
     /// Inputs, as far as they were set.
     pub inputs: InputValues,
+    /// What the simulation was given for the step under way, by body; kept for its memory.
+    pub handed: Vec<Inputs>,
     /// Experiment and time.
     pub clock: Clock,
     /// Built from all this, once it is needed.
@@ -61,10 +64,12 @@ pub(super) struct Model {
     pub scene: Scene,
     /// The same as a table.
     pub table: toml::Table,
+    /// What the inputs start with.
+    pub starts: Values,
     /// The simulation.
     pub simulation: Simulation,
-    /// What is seen of it now, once somebody has looked.
-    seen: Option<Observation>,
+    /// What was looked at since its last step.
+    pub seen: Seen,
 }
 
 impl Instance {
@@ -78,6 +83,7 @@ impl Instance {
             settings: Settings::default(),
             overrides: Values::new(),
             inputs: InputValues::default(),
+            handed: Vec::new(),
             clock: Clock::default(),
             model: None,
             recording: Recording::default(),
@@ -144,8 +150,8 @@ impl Instance {
     /// The model, built now if there is none.
     pub(super) fn model(&mut self) -> Result<&mut Model, CallError> {
         if self.model.is_none() {
-            let mut model = Model::build(self.resolved_scene()?, self.settings.threads)?;
-            let cost = model.look().0.cost;
+            let model = Model::build(self.resolved_scene()?, self.settings.threads)?;
+            let cost = model.simulation.cost();
             self.log.event(format!("built scene {}: {} elements, {} nodes", model.origin, cost.elements, cost.nodes));
             self.model = Some(model);
         }
@@ -162,19 +168,8 @@ impl Model {
             Err(error) => return Err(CallError::Build { origin, error }),
         };
         let table = table_of(&scene);
-        Ok(Self { origin, text, scene, table, simulation, seen: None })
-    }
-
-    /// What is seen now, and the simulation.
-    pub(super) fn look(&mut self) -> (&Observation, &Simulation) {
-        (self.seen.get_or_insert_with(|| self.simulation.observe()), &self.simulation)
-    }
-
-    /// What is seen now of the body that a scalar belongs to, and the simulation.
-    pub(super) fn look_at(&mut self, scalar: &Scalar) -> Result<(&BodyReport, &Simulation), CallError> {
-        self.expect_body(scalar)?;
-        let (observation, simulation) = self.look();
-        Ok((&observation.bodies[scalar.body], simulation))
+        let starts = inputs::starts(scene.fragment.len(), &table);
+        Ok(Self { origin, text, scene, table, starts, simulation, seen: Seen::default() })
     }
 
     /// The scene must have the body that a scalar belongs to.
@@ -185,7 +180,7 @@ impl Model {
 
     /// One communication step to `end`, s since the start; whether it succeeded.
     pub(super) fn advance(&mut self, inputs: &[Inputs], end: f64) -> bool {
-        self.seen = None;
+        self.seen.forget();
         self.simulation.step(inputs, end).is_ok()
     }
 
@@ -197,7 +192,7 @@ impl Model {
     /// Continues from a saved state.
     pub(super) fn restore(&mut self, saved: &Saved) -> Result<(), RestoreError> {
         self.simulation.restore(saved)?;
-        self.seen = None;
+        self.seen.forget();
         Ok(())
     }
 }

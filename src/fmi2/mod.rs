@@ -15,6 +15,7 @@ mod logger;
 mod parameters;
 mod recording;
 mod scalar;
+mod seen;
 mod snapshot;
 mod status;
 mod stepping;

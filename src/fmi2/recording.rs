@@ -34,8 +34,8 @@ impl Instance {
         let threads = self.settings.threads;
         let model = self.model()?;
         let mut recorder = Recorder::create(folder, &model.scene, Interface::Fmi2, threads)?;
-        let (observation, simulation) = model.look();
-        recorder.record_observation(observation, || simulation.frame())?;
+        let observation = model.observe();
+        recorder.record_observation(&observation, || model.simulation.frame())?;
         Ok(recorder)
     }
 
@@ -43,8 +43,8 @@ impl Instance {
     pub(super) fn record(&mut self) -> Status {
         let (Some(recorder), Some(model)) = (&mut self.recording.recorder, &mut self.model) else { return Status::Ok };
         self.recording.open = true;
-        let (observation, simulation) = model.look();
-        let outcome = recorder.record_observation(observation, || simulation.frame());
+        let observation = model.observe();
+        let outcome = recorder.record_observation(&observation, || model.simulation.frame());
         self.give_up_on(outcome.map_err(CallError::from))
     }
 

@@ -1,7 +1,8 @@
 //! The FMU state: everything but `threads` and the output, as a value and as bytes.
 //!
-//! Bytes: magic (8), version (4), digest of the simulation (16), length of the body (8), body (postcard), CRC-32 of all
-//! before it (4); numbers little-endian. Header and checksum are read before anything is decoded.
+//! Bytes: magic (8), version (4), digest of the simulation (16), length of the body (8), body, CRC-32 of all before it (4);
+//! numbers little-endian. Header and checksum are read before anything is decoded. The body is what the importer said
+//! (postcard), then the state of the simulation, if there is one.
 
 use super::call::CallError;
 use super::inputs::InputValues;
@@ -9,10 +10,10 @@ use super::instance::{Clock, Instance, Model, Values};
 use super::lifecycle::Phase;
 use super::status::Status;
 use crate::simulation::Saved;
-use serde::{Deserialize, Serialize};
+use crc32fast::Hasher;
 
 const MAGIC: [u8; 8] = *b"GELSTATE";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const HEADER: usize = 8 + 4 + 16 + 8;
 const TRAILER: usize = 4;
 
@@ -64,8 +65,11 @@ pub enum SnapshotError {
     },
 }
 
+/// All but the state of the simulation: phase, clock, scene, overrides, inputs, and origin and text of the model's scene.
+type Head = (Phase, Clock, String, Values, InputValues, Option<(String, String)>);
+
 /// The state of an instance.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq)]
 pub(super) struct Snapshot {
     phase: Phase,
     clock: Clock,
@@ -75,7 +79,7 @@ pub(super) struct Snapshot {
     model: Option<SavedModel>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, PartialEq)]
 struct SavedModel {
     origin: String,
     text: String,
@@ -83,8 +87,14 @@ struct SavedModel {
 }
 
 impl SavedModel {
-    fn of(model: &Model) -> Self {
-        Self { origin: model.origin.clone(), text: model.text.clone(), saved: model.simulation.save() }
+    fn empty() -> Self {
+        Self { origin: String::new(), text: String::new(), saved: Saved::empty() }
+    }
+
+    fn take(&mut self, model: &Model) {
+        self.origin.clone_from(&model.origin);
+        self.text.clone_from(&model.text);
+        model.simulation.save_into(&mut self.saved);
     }
 
     fn into(self: &SavedModel, model: &mut Model) -> Result<(), SnapshotError> {
@@ -93,15 +103,15 @@ impl SavedModel {
 }
 
 impl Instance {
-    /// The state now.
-    pub(super) fn snapshot(&self) -> Snapshot {
-        Snapshot {
-            phase: self.phase,
-            clock: self.clock,
-            scene: self.settings.scene.clone(),
-            overrides: self.overrides.clone(),
-            inputs: self.inputs.clone(),
-            model: self.model.as_ref().map(SavedModel::of),
+    /// Writes the state now over another one, in its memory.
+    pub(super) fn snapshot(&self, to: &mut Snapshot) {
+        (to.phase, to.clock) = (self.phase, self.clock);
+        to.scene.clone_from(&self.settings.scene);
+        renew(&mut to.overrides, &self.overrides);
+        renew(&mut to.inputs, &self.inputs);
+        match &self.model {
+            Some(model) => to.model.get_or_insert_with(SavedModel::empty).take(model),
+            None => to.model = None,
         }
     }
 
@@ -149,54 +159,121 @@ impl Instance {
     }
 }
 
+/// Copies what has changed: maps have no memory to be used again.
+fn renew<T: Clone + PartialEq>(to: &mut T, from: &T) {
+    if to != from {
+        to.clone_from(from);
+    }
+}
+
 impl Snapshot {
-    /// Bytes that [`Snapshot::to_bytes`] gives.
+    /// A state of nothing, to be written over.
+    pub(super) fn empty() -> Self {
+        Self {
+            phase: Phase::Instantiated,
+            clock: Clock::default(),
+            scene: String::new(),
+            overrides: Values::new(),
+            inputs: InputValues::default(),
+            model: None,
+        }
+    }
+
+    fn head(&self) -> Vec<u8> {
+        let model = self.model.as_ref().map(|model| (&model.origin, &model.text));
+        let head = (self.phase, self.clock, &self.scene, &self.overrides, &self.inputs, model);
+        postcard::to_stdvec(&head).expect("a state consists of plain values")
+    }
+
+    /// Bytes that [`Snapshot::write`] takes.
     pub(super) fn size(&self) -> usize {
-        let flavor = postcard::ser_flavors::Size::default();
-        let body = postcard::serialize_with_flavor(self, flavor).expect("a state consists of plain values");
-        HEADER + body + TRAILER
+        HEADER + self.head().len() + self.model.as_ref().map_or(0, |model| model.saved.size()) + TRAILER
     }
 
-    /// The state as bytes.
-    pub(super) fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(self.size());
-        bytes.extend(MAGIC);
-        bytes.extend(VERSION.to_le_bytes());
-        bytes.extend(self.model.as_ref().map_or(0, |m| m.saved.digest()).to_le_bytes());
-        bytes.extend([0; 8]);
-        let mut bytes = postcard::to_extend(self, bytes).expect("a state consists of plain values");
-        let body = (bytes.len() - HEADER) as u64;
-        bytes[HEADER - 8..HEADER].copy_from_slice(&body.to_le_bytes());
-        let crc = crc32fast::hash(&bytes);
-        bytes.extend(crc.to_le_bytes());
-        bytes
-    }
-
-    /// The state that the bytes describe.
-    pub(super) fn from_bytes(bytes: &[u8]) -> Result<Self, SnapshotError> {
-        let found = bytes.len();
-        let header = bytes.get(..HEADER).ok_or(SnapshotError::Size { found, expected: HEADER + TRAILER })?;
-        if header[..8] != MAGIC {
-            return Err(SnapshotError::Magic);
-        }
-        let version = u32::from_le_bytes(take(&header[8..]));
-        if version != VERSION {
-            return Err(SnapshotError::Version { found: version, expected: VERSION });
-        }
-        let body = usize::try_from(u64::from_le_bytes(take(&header[28..]))).unwrap_or(usize::MAX);
-        let expected = body.saturating_add(HEADER + TRAILER);
+    /// Writes the state as bytes over all of `to`.
+    pub(super) fn write(&self, to: &mut [u8]) -> Result<(), SnapshotError> {
+        let (found, expected) = (to.len(), self.size());
         if found != expected {
-            return Err(SnapshotError::Size { found, expected });
+            return Err(SnapshotError::Buffer { found, expected });
         }
-        let (sound, crc) = bytes.split_at(found - TRAILER);
-        if crc32fast::hash(sound) != u32::from_le_bytes(take(crc)) {
-            return Err(SnapshotError::Damaged);
-        }
-        match postcard::take_from_bytes(&sound[HEADER..]) {
-            Ok((snapshot, [])) => Ok(snapshot),
-            Ok(_) | Err(_) => Err(SnapshotError::Undecodable),
-        }
+        let (header, rest) = to.split_at_mut(HEADER);
+        let (body, trailer) = rest.split_at_mut(expected - HEADER - TRAILER);
+        let (digest, crc_of_body) = self.write_body(body);
+        header[..8].copy_from_slice(&MAGIC);
+        header[8..12].copy_from_slice(&VERSION.to_le_bytes());
+        header[12..28].copy_from_slice(&digest.to_le_bytes());
+        header[28..].copy_from_slice(&(body.len() as u64).to_le_bytes());
+        let mut crc = Hasher::new();
+        crc.update(header);
+        crc.combine(&crc_of_body);
+        trailer.copy_from_slice(&crc.finalize().to_le_bytes());
+        Ok(())
     }
+
+    /// Digest of the simulation, 0 without one, and checksum of the body.
+    fn write_body(&self, body: &mut [u8]) -> (u128, Hasher) {
+        let (mut crc, mut rest) = (Hasher::new(), body);
+        let mut sink = |run: &[u8]| {
+            let (own, left) = std::mem::take(&mut rest).split_at_mut(run.len());
+            own.copy_from_slice(run);
+            crc.update(run);
+            rest = left;
+        };
+        sink(&self.head());
+        let digest = self.model.as_ref().map_or(0, |model| model.saved.write(&mut sink));
+        (digest, crc)
+    }
+
+    /// Becomes the state that the bytes describe, in the memory that it has; if they describe none, nothing changes.
+    pub(super) fn read(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
+        let body = sound_body(bytes)?;
+        let (head, rest) = postcard::take_from_bytes::<Head>(body).map_err(|_| SnapshotError::Undecodable)?;
+        let (phase, clock, scene, overrides, inputs, model) = head;
+        self.read_model(model, rest)?;
+        (self.phase, self.clock, self.scene, self.overrides, self.inputs) = (phase, clock, scene, overrides, inputs);
+        Ok(())
+    }
+
+    fn read_model(&mut self, of: Option<(String, String)>, bytes: &[u8]) -> Result<(), SnapshotError> {
+        let Some((origin, text)) = of else {
+            if !bytes.is_empty() {
+                return Err(SnapshotError::Undecodable);
+            }
+            self.model = None;
+            return Ok(());
+        };
+        let mut fresh = None;
+        let model = self.model.as_mut().unwrap_or_else(|| fresh.insert(SavedModel::empty()));
+        if !model.saved.read(bytes) {
+            return Err(SnapshotError::Undecodable);
+        }
+        (model.origin, model.text) = (origin, text);
+        self.model = fresh.or(self.model.take());
+        Ok(())
+    }
+}
+
+/// What stands between header and checksum, if both are right.
+fn sound_body(bytes: &[u8]) -> Result<&[u8], SnapshotError> {
+    let found = bytes.len();
+    let header = bytes.get(..HEADER).ok_or(SnapshotError::Size { found, expected: HEADER + TRAILER })?;
+    if header[..8] != MAGIC {
+        return Err(SnapshotError::Magic);
+    }
+    let version = u32::from_le_bytes(take(&header[8..]));
+    if version != VERSION {
+        return Err(SnapshotError::Version { found: version, expected: VERSION });
+    }
+    let body = usize::try_from(u64::from_le_bytes(take(&header[28..]))).unwrap_or(usize::MAX);
+    let expected = body.saturating_add(HEADER + TRAILER);
+    if found != expected {
+        return Err(SnapshotError::Size { found, expected });
+    }
+    let (sound, crc) = bytes.split_at(found - TRAILER);
+    if crc32fast::hash(sound) != u32::from_le_bytes(take(crc)) {
+        return Err(SnapshotError::Damaged);
+    }
+    Ok(&sound[HEADER..])
 }
 
 fn take<const N: usize>(bytes: &[u8]) -> [u8; N] {
@@ -214,35 +291,64 @@ mod tests {
         it.set_up(-1.0, Some(2.0)).unwrap();
         it.set_reals(&[20, 105], &[1060.0, -7.5]).unwrap();
         it.set_input_rates(&[(105, 1)], &[3.0]).unwrap();
-        it.snapshot()
+        state_of(&it)
+    }
+
+    fn state_of(it: &Instance) -> Snapshot {
+        let mut snapshot = Snapshot::empty();
+        it.snapshot(&mut snapshot);
+        snapshot
+    }
+
+    fn to_bytes(snapshot: &Snapshot) -> Vec<u8> {
+        let mut bytes = vec![0; snapshot.size()];
+        snapshot.write(&mut bytes).unwrap();
+        bytes
+    }
+
+    fn refused(bytes: &[u8]) -> SnapshotError {
+        let mut other = Snapshot::empty();
+        let error = other.read(bytes).unwrap_err();
+        assert_eq!(other, Snapshot::empty());
+        error
     }
 
     #[test]
     fn bytes_give_the_same_state_back() {
         let it = snapshot();
-        let bytes = it.to_bytes();
-        assert_eq!(bytes.len(), it.size());
-        assert_eq!(Snapshot::from_bytes(&bytes), Ok(it));
+        let bytes = to_bytes(&it);
+        let mut other = Snapshot::empty();
+        assert_eq!(other.read(&bytes), Ok(()));
+        assert_eq!(other, it);
+        let (found, expected) = (bytes.len() + 1, bytes.len());
+        assert_eq!(it.write(&mut vec![0; found]), Err(SnapshotError::Buffer { found, expected }));
     }
 
     #[test]
     fn every_flipped_bit_is_refused() {
-        let bytes = snapshot().to_bytes();
+        let bytes = to_bytes(&snapshot());
         for bit in 0..8 * bytes.len() {
             let mut damaged = bytes.clone();
             damaged[bit / 8] ^= 1 << (bit % 8);
-            assert!(Snapshot::from_bytes(&damaged).is_err(), "bit {bit}");
+            refused(&damaged);
         }
     }
 
     #[test]
     fn every_other_length_is_refused() {
-        let mut bytes = snapshot().to_bytes();
+        let mut bytes = to_bytes(&snapshot());
         for length in 0..bytes.len() {
-            assert!(Snapshot::from_bytes(&bytes[..length]).is_err(), "{length} bytes");
+            refused(&bytes[..length]);
         }
         bytes.push(0);
-        assert!(matches!(Snapshot::from_bytes(&bytes), Err(SnapshotError::Size { .. })));
+        assert!(matches!(refused(&bytes), SnapshotError::Size { .. }));
+    }
+
+    #[test]
+    fn bytes_of_another_release_are_named() {
+        let mut bytes = to_bytes(&snapshot());
+        bytes[8..12].copy_from_slice(&2_u32.to_le_bytes());
+        assert_eq!(refused(&bytes), SnapshotError::Version { found: 2, expected: VERSION });
     }
 
     #[test]
@@ -250,7 +356,7 @@ mod tests {
         let it = snapshot();
         let mut other = Instance::new("b".into(), Packed::of(Err("none".into())), Log::new(false));
         other.restore(&it).unwrap();
-        assert_eq!(other.snapshot(), it);
+        assert_eq!(state_of(&other), it);
         assert_eq!(other.real(105).unwrap(), -7.5);
     }
 }

@@ -50,15 +50,15 @@ impl Instance {
         self.refuse_after_failure()?;
         let end = self.clock.end_of(current, step)?;
         let since_start = (end - self.clock.start).max(0.0);
-        let inputs = self.step_inputs(step)?;
-        let model = self.model()?;
+        self.step_inputs(step)?;
+        let model = self.model.as_mut().expect("the inputs were checked against it");
         let begun = model.simulation.time();
-        let succeeded = model.advance(&inputs, since_start);
+        let succeeded = model.advance(&self.handed, since_start);
         let reached = model.simulation.time();
-        let acted =
-            inputs.iter().map(|inputs| Acted::at_the_end(inputs, model.scene.coupling.mode, reached - begun)).collect();
+        let acted = |inputs| Acted::at_the_end(inputs, model.scene.coupling.mode, reached - begun);
         self.inputs.rates.clear();
-        self.inputs.acted = acted;
+        self.inputs.acted.clear();
+        self.inputs.acted.extend(self.handed.iter().map(acted));
         if !succeeded {
             self.phase = Phase::StepFailed;
             self.clock.now = self.clock.now.max(self.clock.start + reached);

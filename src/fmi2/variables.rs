@@ -74,11 +74,11 @@ impl Instance {
             self.model()?;
         }
         let scene = self.model.as_ref().map_or(&self.packed.starts, |m| &m.table);
-        if let Source::Input(_) = scalar.variable.source {
-            return Ok(self.inputs.value(scalar, scene));
-        }
-        // What is in use once there is a model; before, what was set.
-        let set = self.overrides.get(&scalar.reference()).filter(|_| self.model.is_none());
+        let set = match scalar.variable.source {
+            Source::Input(_) => self.inputs.values.get(&scalar.reference()),
+            // What is in use once there is a model; before, what was set.
+            _ => self.overrides.get(&scalar.reference()).filter(|_| self.model.is_none()),
+        };
         Ok(set.copied().or_else(|| scalar.start(scene)).unwrap_or(0.0))
     }
 
@@ -216,50 +216,49 @@ fn check_range(scalar: &Scalar, value: f64) -> Result<(), CallError> {
     }
 }
 
+/// What goes over the mesh is asked of `model`, which keeps it until the next step; all else is at hand in the simulation.
 fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> Sample {
-    let (o, simulation) = model.look();
-    let (it, energy, cost) = (&o.bodies[body], &o.energy, &o.cost);
-    let (exchange, contact) = (&it.exchange, &it.contact);
+    let exchange = model.simulation.exchanges()[body];
     match observed {
         Observed::Time => scalar(now),
-        Observed::ProjectileEffectiveMass => scalar(body::mass(simulation, body)),
-        Observed::ProjectileEffectiveInertia => Sample::Real(body::inertia(simulation, body)),
+        Observed::ProjectileEffectiveMass => scalar(body::mass(&model.simulation, body)),
+        Observed::ProjectileEffectiveInertia => Sample::Real(body::inertia(&model.simulation, body)),
         Observed::ContactImpulse => vector(exchange.impulse),
         Observed::ContactAngularImpulse => vector(exchange.angular_impulse),
         Observed::ContactImpulseMoment => vector(exchange.impulse_moment),
         Observed::ContactForce | Observed::ContactLinearForce => vector(exchange.mean_force()),
         Observed::ContactTorque => vector(exchange.mean_torque()),
-        Observed::ContactTotalImpulse => vector(contact.total_impulse),
-        Observed::ContactActive => Sample::Boolean(contact.active),
-        Observed::ContactArea => scalar(contact.area),
-        Observed::ContactPenetration => scalar(contact.penetration),
-        Observed::ContactStiffness => scalar(contact.stiffness),
-        Observed::ContactImpedance => scalar(contact.impedance),
+        Observed::ContactTotalImpulse => vector(model.simulation.total_impulse(body)),
+        Observed::ContactActive => Sample::Boolean(exchange.is_contact()),
+        Observed::ContactArea => scalar(model.contact(body).area),
+        Observed::ContactPenetration => scalar(model.contact(body).penetration),
+        Observed::ContactStiffness => scalar(model.contact(body).stiffness),
+        Observed::ContactImpedance => scalar(model.contact(body).impedance),
         Observed::ContactBulgeHeightImpulse => scalar(exchange.bulge_impulse[0]),
         Observed::ContactBulgeRadiusImpulse => scalar(exchange.bulge_impulse[1]),
-        Observed::ProjectilePredictedPosition => vector(it.kinematics.position),
-        Observed::ProjectilePredictedVelocity => vector(it.kinematics.velocity),
-        Observed::ProjectilePredictedOrientation => real(&it.kinematics.orientation),
-        Observed::ProjectilePredictedAngularVelocity => vector(it.kinematics.angular_velocity),
-        Observed::ProjectileDepth => scalar(it.depth),
+        Observed::ProjectilePredictedPosition => vector(model.simulation.kinematics(body).position),
+        Observed::ProjectilePredictedVelocity => vector(model.simulation.kinematics(body).velocity),
+        Observed::ProjectilePredictedOrientation => real(&model.simulation.kinematics(body).orientation),
+        Observed::ProjectilePredictedAngularVelocity => vector(model.simulation.kinematics(body).angular_velocity),
+        Observed::ProjectileDepth => scalar(model.simulation.depth(body)),
         Observed::CouplingEnergyResidual => scalar(exchange.energy_residual),
-        Observed::CouplingStepAdvice => scalar(contact.step_advice),
-        Observed::CouplingStepMin => scalar(contact.step_min),
-        Observed::EnergyKinetic => scalar(energy.kinetic),
-        Observed::EnergyElastic => scalar(energy.elastic),
-        Observed::EnergyContact => scalar(energy.contact),
-        Observed::EnergyFriction => scalar(energy.friction),
-        Observed::EnergyContactBias => scalar(energy.contact_bias),
-        Observed::EnergyIntegration => scalar(energy.integration),
-        Observed::EnergyExternal => scalar(energy.external),
-        Observed::EnergyImporter => scalar(energy.importer),
-        Observed::EnergyClosure => scalar(energy.closure),
-        Observed::MomentumClosure => vector(o.momentum_closure),
-        Observed::AngularMomentumClosure => vector(o.angular_momentum_closure),
-        Observed::CostElementUpdates => scalar(cost.element_updates),
-        Observed::CostSmallestStep => scalar(cost.smallest_step),
-        Observed::CostLargestStep => scalar(cost.largest_step),
-        Observed::CostElements => Sample::Integer(i32::try_from(cost.elements).unwrap_or(i32::MAX)),
+        Observed::CouplingStepAdvice => scalar(model.contact(body).step_advice),
+        Observed::CouplingStepMin => scalar(model.contact(body).step_min),
+        Observed::EnergyKinetic => scalar(model.books().energy.kinetic),
+        Observed::EnergyElastic => scalar(model.books().energy.elastic),
+        Observed::EnergyContact => scalar(model.books().energy.contact),
+        Observed::EnergyFriction => scalar(model.books().energy.friction),
+        Observed::EnergyContactBias => scalar(model.books().energy.contact_bias),
+        Observed::EnergyIntegration => scalar(model.books().energy.integration),
+        Observed::EnergyExternal => scalar(model.books().energy.external),
+        Observed::EnergyImporter => scalar(model.books().energy.importer),
+        Observed::EnergyClosure => scalar(model.books().energy.closure),
+        Observed::MomentumClosure => vector(model.books().momentum_closure),
+        Observed::AngularMomentumClosure => vector(model.books().angular_momentum_closure),
+        Observed::CostElementUpdates => scalar(model.simulation.updates()),
+        Observed::CostSmallestStep => scalar(model.cost().smallest_step),
+        Observed::CostLargestStep => scalar(model.cost().largest_step),
+        Observed::CostElements => Sample::Integer(i32::try_from(model.cost().elements).unwrap_or(i32::MAX)),
     }
 }
 

@@ -1,3 +1,5 @@
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+
 use crate::algebra::{Number, ln};
 
 /// Compressible neo-Hookean solid whose volumetric energy is continued below J₀.

@@ -224,7 +224,7 @@ mod tests {
                 let [low, high] = [cell.at[i], cell.at[i] + 1].map(|n| planes[i][n << cell.level]);
                 low.max(-high).max(0.0)
             };
-            let edge = (1 << cell.level) as f64;
+            let edge = f64::from(1 << cell.level);
             assert!(edge - 1.0 <= slope * (nearest(0).hypot(nearest(1)) - core).max(0.0), "{cell:?}");
         }
         assert!(levels(&leaves).iter().all(|n| *n > 0), "{:?}", levels(&leaves));

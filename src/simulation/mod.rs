@@ -3,9 +3,11 @@
 //! This is the only place that erases the dimension. Nothing here reads a clock, a file or the environment.
 
 mod build;
+mod look;
 mod model;
 mod observe;
 mod run;
+mod saved;
 
 use crate::algebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -13,9 +15,9 @@ use serde::{Deserialize, Serialize};
 pub use crate::contact::{Bulge, Exchange, Wrench};
 pub use crate::scene::CouplingMode;
 pub use build::BuildError;
-pub use model::SavedState;
-pub use observe::{BodyReport, ContactReport, CostReport, EnergyReport, Frame, FrameCells, Observation, Place};
-pub use run::{RestoreError, Saved, Simulation};
+pub use observe::{BodyReport, Books, ContactReport, CostReport, EnergyReport, Frame, FrameCells, Observation, Place};
+pub use run::{RestoreError, Simulation};
+pub use saved::{Saved, SavedState};
 
 /// Position, velocity, orientation and angular velocity of a rigid body in the world frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -1,24 +1,14 @@
 //! A gel of either dimension behind one interface.
 
-use super::RestoreError;
 use super::observe::{Frame, FrameCells, Place};
+use super::{RestoreError, SavedState};
 use crate::algebra::{Vector3, embed};
 use crate::avi::{Engine, Gel, Run, StepError, SurfaceNode, Totals};
 use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Potential, Simplices};
 use crate::ledger::Ledger;
 use crate::mesh::{Mesh, NodeId};
-use crate::state::{Record, State};
-use serde::{Deserialize, Serialize};
-
-/// The stored state of a gel of either dimension.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum SavedState {
-    /// Planar or axisymmetric.
-    Flat(State<2>),
-    /// Spatial.
-    Solid(State<3>),
-}
+use crate::state::{Clock, Record, State, Tick};
 
 /// Reach of the contact now.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -55,7 +45,8 @@ pub(super) trait Model: Send {
     fn steps(&self) -> (f64, f64);
     fn synchronous_updates(&self, t: f64) -> f64;
     fn frame(&self, t: f64) -> Frame;
-    fn save(&self) -> SavedState;
+    /// Writes the state over another one, in its memory if it is of the same dimension.
+    fn save(&self, to: &mut SavedState);
     fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError>;
     fn digest(&self) -> u128;
     fn bytes(&self) -> usize;
@@ -97,7 +88,9 @@ impl<const D: usize> Gelatin<D> {
         for (patch, energy) in measured.energy.iter().enumerate() {
             let elements = potential.patches().of(patch);
             let volume: f64 = elements.iter().map(|element| potential.volume(*element)).sum();
-            elements.iter().for_each(|element| energy_density[element.index()] = energy / volume);
+            for element in elements {
+                energy_density[element.index()] = energy / volume;
+            }
         }
         FrameCells {
             nodes: self.mesh.elements.iter().map(|nodes| nodes.map(|n| n.0)).collect(),
@@ -184,8 +177,14 @@ where
     }
 
     fn steps(&self) -> (f64, f64) {
-        let steps = self.engine.steps();
-        steps.iter().fold((f64::INFINITY, 0.0), |(least, most): (f64, f64), step| (least.min(*step), most.max(*step)))
+        let state = self.engine.state();
+        if state.now.is_none() {
+            let wider = |(least, most): (f64, f64), step: &f64| (least.min(*step), most.max(*step));
+            return self.engine.steps().iter().fold((f64::INFINITY, 0.0), wider);
+        }
+        let wider = |(least, most): (Tick, Tick), clock: &Clock| (least.min(clock.step), most.max(clock.step));
+        let (least, most) = state.clocks.iter().fold((Tick::MAX, 0), wider);
+        (self.engine.grid().time(least), self.engine.grid().time(most))
     }
 
     fn synchronous_updates(&self, t: f64) -> f64 {
@@ -212,15 +211,16 @@ where
         }
     }
 
-    fn save(&self) -> SavedState {
-        self.engine.state().clone().erase()
+    fn save(&self, to: &mut SavedState) {
+        match State::<D>::recall_mut(to) {
+            Some(state) => state.clone_from(self.engine.state()),
+            None => *to = self.engine.state().clone().erase(),
+        }
     }
 
     fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
         let state = State::<D>::recall(saved).ok_or(RestoreError::Foreign)?;
-        self.engine.check(state).map_err(|what| RestoreError::Inconsistent { what })?;
-        self.engine.restore(state);
-        Ok(())
+        self.engine.restore(state).map_err(|what| RestoreError::Inconsistent { what })
     }
 
     fn digest(&self) -> u128 {
@@ -241,6 +241,8 @@ pub(super) trait Erase: Sized {
     fn erase(self) -> SavedState;
     /// The state, unless it is of the other dimension.
     fn recall(saved: &SavedState) -> Option<&Self>;
+    /// The same, to be written over.
+    fn recall_mut(saved: &mut SavedState) -> Option<&mut Self>;
 }
 
 impl Erase for State<2> {
@@ -254,6 +256,13 @@ impl Erase for State<2> {
             SavedState::Solid(_) => None,
         }
     }
+
+    fn recall_mut(saved: &mut SavedState) -> Option<&mut Self> {
+        match saved {
+            SavedState::Flat(state) => Some(state),
+            SavedState::Solid(_) => None,
+        }
+    }
 }
 
 impl Erase for State<3> {
@@ -262,6 +271,13 @@ impl Erase for State<3> {
     }
 
     fn recall(saved: &SavedState) -> Option<&Self> {
+        match saved {
+            SavedState::Solid(state) => Some(state),
+            SavedState::Flat(_) => None,
+        }
+    }
+
+    fn recall_mut(saved: &mut SavedState) -> Option<&mut Self> {
         match saved {
             SavedState::Solid(state) => Some(state),
             SavedState::Flat(_) => None,

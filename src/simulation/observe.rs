@@ -24,6 +24,21 @@ pub struct Observation {
     pub cost: CostReport,
 }
 
+/// The books of one instant and how well they close; the fields are those of [`Observation`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Books {
+    /// Energy by account.
+    pub energy: EnergyReport,
+    /// Linear momentum that no account explains, N·s.
+    pub momentum_closure: Vector3,
+    /// Angular momentum about the origin that no account explains, N·m·s.
+    pub angular_momentum_closure: Vector3,
+    /// |momentum closure| / momentum throughput.
+    pub momentum_error: f64,
+    /// |angular momentum closure| / angular momentum throughput.
+    pub angular_momentum_error: f64,
+}
+
 /// A body and what it has to do with the gel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyReport {
@@ -42,6 +57,18 @@ pub struct BodyReport {
 }
 
 impl Observation {
+    /// The books.
+    #[must_use]
+    pub fn books(&self) -> Books {
+        Books {
+            energy: self.energy,
+            momentum_closure: self.momentum_closure,
+            angular_momentum_closure: self.angular_momentum_closure,
+            momentum_error: self.momentum_error,
+            angular_momentum_error: self.angular_momentum_error,
+        }
+    }
+
     /// The projectile.
     #[must_use]
     pub fn projectile(&self) -> &BodyReport {

@@ -1,16 +1,16 @@
 //! A simulation in time: what an importer steps.
 
 use super::build::{BuildError, build, orientation};
-use super::model::{Model, SavedState};
-use super::observe::{BodyReport, ContactReport, CostReport, EnergyReport, Frame, Observation};
+use super::model::Model;
+use super::observe::Frame;
+use super::saved::Saved;
 use super::{CouplingMode, Exchange, Inputs, Kinematics};
 use crate::algebra::Vector3;
-use crate::avi::{Run, StepError, Totals};
+use crate::avi::{Run, StepError};
 use crate::contact::{Body, BodyState, Motion, Wrench};
 use crate::ledger::Ledger;
 use crate::material::NeoHookean;
 use crate::scene::Scene;
-use serde::{Deserialize, Serialize};
 
 /// A saved state that cannot be used here.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -27,32 +27,6 @@ pub enum RestoreError {
     },
 }
 
-/// The whole dynamic state as a value.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Saved {
-    /// Hash of the scene and the coupling mode.
-    pub origin: u64,
-    /// Time reached, s.
-    pub time: f64,
-    /// What the last communication step exchanged, by body.
-    pub exchanges: Vec<Exchange>,
-    /// Why it cannot go on.
-    pub failure: Option<StepError>,
-    /// Gel, bodies, books and record.
-    pub state: SavedState,
-}
-
-impl Saved {
-    /// Hash of the stored state, as [`Simulation::digest`].
-    #[must_use]
-    pub fn digest(&self) -> u128 {
-        match &self.state {
-            SavedState::Flat(state) => state.digest(),
-            SavedState::Solid(state) => state.digest(),
-        }
-    }
-}
-
 /// A gel and rigid bodies in time.
 ///
 /// ```
@@ -66,26 +40,28 @@ impl Saved {
 /// assert!(simulation.observe().energy.energy_error < 1e-10);
 /// ```
 pub struct Simulation {
-    model: Box<dyn Model>,
-    mode: CouplingMode,
-    facts: Facts,
-    time: f64,
-    exchanges: Vec<Exchange>,
+    pub(super) model: Box<dyn Model>,
+    pub(super) mode: CouplingMode,
+    pub(super) facts: Facts,
+    pub(super) time: f64,
+    pub(super) exchanges: Vec<Exchange>,
     failure: Option<StepError>,
+    /// The bodies at the start of the step under way; kept for its memory.
+    before: Vec<Kinematics>,
 }
 
 /// Constants of the scene that reports need.
-struct Facts {
+pub(super) struct Facts {
     /// Hash of the scene and the coupling mode.
     origin: u64,
-    end_time: f64,
-    force_window: f64,
+    pub(super) end_time: f64,
+    pub(super) force_window: f64,
     /// E* = E/(1 − ν²), Pa.
-    contact_modulus: f64,
+    pub(super) contact_modulus: f64,
     /// ρ c, Pa·s/m.
-    specific_impedance: f64,
+    pub(super) specific_impedance: f64,
     /// What rounding leaves of the energy of a gel at rest, J.
-    noise: f64,
+    pub(super) noise: f64,
 }
 
 impl Facts {
@@ -125,7 +101,7 @@ impl Simulation {
         let model = build(scene, mode == CouplingMode::Prescribed, threads)?;
         let (facts, exchanges) =
             (Facts::of(scene, mode, model.gel_mass()), vec![Exchange::default(); model.n_bodies()]);
-        Ok(Self { model, mode, facts, time: 0.0, exchanges, failure: None })
+        Ok(Self { model, mode, facts, time: 0.0, exchanges, failure: None, before: vec![] })
     }
 
     /// Time since the start, s.
@@ -147,7 +123,7 @@ impl Simulation {
         Kinematics::of(fixed, &self.now(body))
     }
 
-    fn now(&self, body: usize) -> BodyState {
+    pub(super) fn now(&self, body: usize) -> BodyState {
         let (fixed, last) = self.model.body(body);
         last.at(fixed, self.time)
     }
@@ -170,12 +146,15 @@ impl Simulation {
     /// Inputs that change nothing, by body: each as it is, under no wrench.
     #[must_use]
     pub fn inputs(&self) -> Vec<Inputs> {
-        let unchanged = |body| {
-            let now = self.now(body);
-            let (kinematics, acceleration, wrench) = (self.kinematics(body), Vector3::zeros(), Wrench::default());
-            Inputs { kinematics, acceleration, wrench, bulge: now.bulge, active: now.active }
-        };
-        (0..self.n_bodies()).map(unchanged).collect()
+        (0..self.n_bodies()).map(|body| self.unchanged(body)).collect()
+    }
+
+    /// Inputs that change nothing of one body.
+    #[must_use]
+    pub fn unchanged(&self, body: usize) -> Inputs {
+        let now = self.now(body);
+        let (kinematics, acceleration, wrench) = (self.kinematics(body), Vector3::zeros(), Wrench::default());
+        Inputs { kinematics, acceleration, wrench, bulge: now.bulge, active: now.active }
     }
 
     /// One communication step from now to `end`, s since the start, under the inputs of each body; an `end` that is not after
@@ -197,21 +176,30 @@ impl Simulation {
             self.check(body, inputs, end - self.time);
             self.take(body, inputs);
         }
-        let before: Vec<Kinematics> = (0..self.n_bodies()).map(|body| self.kinematics(body)).collect();
-        let mut exchanges = vec![Exchange { duration: end - self.time, ..Exchange::default() }; self.n_bodies()];
-        let result = self.model.advance_to(end, &mut exchanges);
+        self.before.clear();
+        for body in 0..self.n_bodies() {
+            let now = self.kinematics(body);
+            self.before.push(now);
+        }
+        self.exchanges.fill(Exchange { duration: end - self.time, ..Exchange::default() });
+        let result = self.model.advance_to(end, &mut self.exchanges);
         self.time = match &result {
             Ok(()) => end,
             Err(failure) => failure.time().clamp(self.time, end),
         };
-        for (body, exchange) in exchanges.iter_mut().enumerate() {
-            let (velocity, spin) = self.moved(body, &before[body], exchange);
-            exchange.energy_residual += exchange.impulse.dot(&(before[body].velocity + velocity)) / 2.0
-                + exchange.angular_impulse.dot(&(before[body].angular_velocity + spin)) / 2.0;
+        for body in 0..self.n_bodies() {
+            self.exchanges[body].energy_residual += self.bond(body);
         }
-        self.exchanges = exchanges;
         self.failure = result.clone().err();
         result
+    }
+
+    /// J·(V₀ + V₁)/2 + A·(Ω₀ + Ω₁)/2 of the last step, J.
+    fn bond(&self, body: usize) -> f64 {
+        let (before, exchange) = (&self.before[body], &self.exchanges[body]);
+        let (velocity, spin) = self.moved(body, before, exchange);
+        exchange.impulse.dot(&(before.velocity + velocity)) / 2.0
+            + exchange.angular_impulse.dot(&(before.angular_velocity + spin)) / 2.0
     }
 
     /// Velocity and angular velocity of a body after a step. A prescribed motion knows nothing of the impulse: there
@@ -334,79 +322,6 @@ impl Simulation {
         self.failure.as_ref()
     }
 
-    /// Everything there is to see.
-    #[must_use]
-    pub fn observe(&self) -> Observation {
-        let totals = self.model.totals(self.time);
-        Observation {
-            time: self.time,
-            bodies: (0..self.n_bodies()).map(|body| self.report(body)).collect(),
-            energy: energy(&totals, self.facts.noise),
-            momentum_closure: totals.momentum_closure.0,
-            angular_momentum_closure: totals.angular_momentum_closure.0,
-            momentum_error: totals.momentum_closure.1,
-            angular_momentum_error: totals.angular_momentum_closure.1,
-            cost: self.cost(),
-        }
-    }
-
-    fn report(&self, i: usize) -> BodyReport {
-        let (body, now) = (self.model.body(i).0, self.now(i));
-        let depth = body.depth(&now);
-        BodyReport {
-            kinematics: self.kinematics(i),
-            active: now.active,
-            bulge: now.bulge,
-            depth,
-            exchange: self.exchanges[i],
-            contact: self.contact(i, depth),
-        }
-    }
-
-    fn contact(&self, i: usize, depth: f64) -> ContactReport {
-        let (record, reach) = (&self.model.record().contacts[i], self.model.reach(i, self.time));
-        let mass = self.model.body(i).0.mass;
-        let stiffness = 2.0 * self.facts.contact_modulus * (reach.area / std::f64::consts::PI).sqrt();
-        let impedance = self.facts.specific_impedance * reach.area;
-        let stable = (0.3 * mass / impedance).min(0.2 * (mass / stiffness).sqrt());
-        let limited = self.mode == CouplingMode::Prescribed && reach.area > 0.0;
-        let mean = |(sum, n): (f64, u64)| if n > 0 { sum / n as f64 } else { 0.0 };
-        let longest = if reach.area > 0.0 { reach.longest_step } else { self.model.steps().0 };
-        ContactReport {
-            total_impulse: record.impulse,
-            active: self.exchanges[i].impulse != Vector3::zeros(),
-            area: reach.area,
-            penetration: reach.penetration,
-            stiffness,
-            impedance,
-            direction: record.direction,
-            first: record.touched.map(|touched| touched.0),
-            last: record.touched.map(|touched| touched.1),
-            peak_force: record.window.2 / self.facts.force_window,
-            peak_depth: if depth > record.peak_depth.0 { (depth, self.time) } else { record.peak_depth },
-            mean_standing_penetration: mean(record.standing),
-            deepest_penetration: record.deepest,
-            step_advice: if limited { stable.min(self.facts.end_time) } else { self.facts.end_time },
-            step_min: 4.0 * longest,
-        }
-    }
-
-    fn cost(&self) -> CostReport {
-        let ((smallest_step, largest_step), (elements, nodes, crushed_elements)) =
-            (self.model.steps(), self.model.counts());
-        let record = self.model.record();
-        CostReport {
-            element_updates: record.updates as f64,
-            synchronous_updates: self.model.synchronous_updates(self.time),
-            smallest_step,
-            largest_step,
-            elements,
-            nodes,
-            min_jacobian: record.min_jacobian,
-            crushed_elements,
-        }
-    }
-
     /// The mesh now.
     #[must_use]
     pub fn frame(&self) -> Frame {
@@ -416,9 +331,17 @@ impl Simulation {
     /// The state, to be restored later, also by another process that built the same scene.
     #[must_use]
     pub fn save(&self) -> Saved {
-        let failure = self.failure.clone();
-        let (origin, exchanges) = (self.facts.origin, self.exchanges.clone());
-        Saved { origin, time: self.time, exchanges, failure, state: self.model.save() }
+        let mut saved = Saved::empty();
+        self.save_into(&mut saved);
+        saved
+    }
+
+    /// The same in the memory of an older state.
+    pub fn save_into(&self, saved: &mut Saved) {
+        (saved.origin, saved.time) = (self.facts.origin, self.time);
+        saved.exchanges.clone_from(&self.exchanges);
+        saved.failure.clone_from(&self.failure);
+        self.model.save(&mut saved.state);
     }
 
     /// Continues from a saved state with identical bits.
@@ -428,6 +351,9 @@ impl Simulation {
     pub fn restore(&mut self, saved: &Saved) -> Result<(), RestoreError> {
         if saved.origin != self.facts.origin {
             return Err(RestoreError::Foreign);
+        }
+        if saved.exchanges.len() != self.n_bodies() {
+            return Err(RestoreError::Inconsistent { what: "a body is missing" });
         }
         self.model.restore(&saved.state)?;
         self.time = saved.time;
@@ -452,28 +378,5 @@ impl Simulation {
     #[must_use]
     pub fn runs(&self) -> Vec<Run<'_>> {
         self.model.runs()
-    }
-}
-
-fn energy(totals: &Totals, noise: f64) -> EnergyReport {
-    let (books, energies) = (&totals.ledger.energy, &totals.energies);
-    let defect = books.integration.abs() + books.contact_bias.abs() + books.importer.abs();
-    // What was there at the start, and what came in since.
-    let scale = totals.initial_energy.abs() + books.external.abs();
-    let scale = if scale > noise { scale } else { 1.0 };
-    EnergyReport {
-        kinetic: energies.gel_kinetic + energies.body_kinetic,
-        projectile: energies.body_kinetic,
-        elastic: energies.elastic,
-        contact: books.contact,
-        friction: books.friction,
-        contact_bias: books.contact_bias,
-        integration: books.integration,
-        external: books.external,
-        importer: books.importer,
-        closure: totals.energy_closure.0,
-        initial: totals.initial_energy,
-        energy_error: totals.energy_closure.1,
-        energy_defect: defect / scale,
     }
 }

@@ -2,6 +2,7 @@
 
 use super::host::{DISCARD, ERROR, Host, OK, coarse};
 use ballistic_gel::fmi2::abi::*;
+use ballistic_gel::scene;
 use std::ffi::c_void;
 use std::ptr;
 
@@ -128,6 +129,72 @@ fn damaged_bytes_are_refused_and_harm_nothing() {
     assert_eq!(host.restore(&[7; 4096]), ERROR);
     assert_eq!(host.bits(), bits);
     host.steps(1e-4, 1e-4, 1);
+}
+
+#[test]
+fn bytes_that_are_refused_leave_the_state_behind_the_pointer() {
+    let mut host = Host::started();
+    host.steps(0.0, 1e-4, 1);
+    let (bits, mut early) = (host.bits(), host.state());
+    host.steps(1e-4, 1e-4, 1);
+    let (later, mut bytes) = (host.bits(), host.bytes());
+    let middle = bytes.len() / 2;
+    let kept = early;
+    let into = |host: &Host, bytes: &[u8], state: &mut *mut c_void| unsafe {
+        fmi2DeSerializeFMUstate(host.c, bytes.as_ptr(), bytes.len(), state)
+    };
+    bytes[middle] ^= 1;
+    assert_eq!(into(&host, &bytes, &mut early), ERROR);
+    assert_eq!(unsafe { fmi2SetFMUstate(host.c, early) }, OK);
+    assert_eq!(host.bits(), bits);
+    bytes[middle] ^= 1;
+    assert_eq!(into(&host, &bytes, &mut early), OK);
+    assert_eq!(early, kept);
+    assert_eq!(unsafe { fmi2SetFMUstate(host.c, early) }, OK);
+    assert_eq!(host.bits(), later);
+    assert_eq!(unsafe { fmi2FreeFMUstate(host.c, &raw mut early) }, OK);
+}
+
+#[test]
+fn a_state_pointer_follows_the_instance_to_another_scene_and_back() {
+    let mut host = Host::started();
+    let mut state = host.state();
+    let solid = host.bytes();
+    assert_eq!(unsafe { fmi2Reset(host.c) }, OK);
+    assert_eq!(unsafe { fmi2GetFMUstate(host.c, &raw mut state) }, OK);
+    assert_eq!(unsafe { fmi2SetFMUstate(host.c, state) }, OK, "a state without a simulation");
+    let planar = host.path("planar.toml");
+    std::fs::write(&planar, scene::builtin("ball-square").unwrap()).unwrap();
+    assert_eq!(host.set_text("scene", &planar), OK);
+    host.start();
+    host.steps(0.0, 1e-4, 1);
+    let bits = host.bits();
+    assert_eq!(unsafe { fmi2GetFMUstate(host.c, &raw mut state) }, OK);
+    assert_eq!(host.restore(&solid), OK, "{:?}", host.lines());
+    assert_ne!(host.bits(), bits);
+    assert_eq!(unsafe { fmi2SetFMUstate(host.c, state) }, OK);
+    assert_eq!(host.bits(), bits);
+    assert_eq!(unsafe { fmi2FreeFMUstate(host.c, &raw mut state) }, OK);
+}
+
+#[test]
+fn what_was_read_before_shows_in_no_output() {
+    let mut all = Host::started();
+    let mut last = Host::started();
+    for k in 0..5 {
+        all.bits();
+        all.steps(f64::from(k) * 1e-3, 1e-3, 1);
+        last.steps(f64::from(k) * 1e-3, 1e-3, 1);
+    }
+    assert!(last.get("contact.total_impulse[3]") > 0.0);
+    assert_eq!(all.bits(), last.bits());
+    let mut state = all.state();
+    all.steps(5e-3, 1e-3, 1);
+    let on = all.bits();
+    assert_eq!(unsafe { fmi2SetFMUstate(all.c, state) }, OK);
+    assert_eq!(all.bits(), last.bits());
+    assert_ne!(all.bits(), on);
+    assert_eq!(unsafe { fmi2FreeFMUstate(all.c, &raw mut state) }, OK);
 }
 
 #[test]

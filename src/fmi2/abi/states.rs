@@ -23,8 +23,14 @@ const STATE_MAGIC: u64 = 0x4745_4c53_5441_5445;
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetFMUstate(c: Handle, target: *mut Handle) -> c_int {
     let name = "fmi2GetFMUstate";
-    // SAFETY: a pointer to a pointer.
-    guard(c, name, Call::State, |it| unsafe { keep(target, it.instance.snapshot(), name) })
+    guard(c, name, Call::State, |it| {
+        let take = |snapshot: &mut Snapshot| {
+            it.instance.snapshot(snapshot);
+            Ok(())
+        };
+        // SAFETY: a pointer to a pointer.
+        unsafe { keep(target, name, take) }
+    })
 }
 
 /// Goes to a state.
@@ -77,11 +83,7 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(c: Handle, from: Handle, to: *mut
     guard(c, name, Call::State, |_| {
         // SAFETY: `size` bytes; the state is checked by `state`.
         let (state, to) = unsafe { (state(from, name)?, slice_mut(to, size, (name, "serializedState"))?) };
-        let bytes = state.snapshot.to_bytes();
-        if bytes.len() != to.len() {
-            return Err(SnapshotError::Buffer { found: to.len(), expected: bytes.len() }.into());
-        }
-        to.copy_from_slice(&bytes);
+        state.snapshot.write(to)?;
         Ok(Status::Ok)
     })
 }
@@ -98,7 +100,7 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     // SAFETY: `size` bytes, and a pointer to a pointer.
     guard(c, name, Call::State, |_| unsafe {
         let bytes = slice(from, size, (name, "serializedState"))?;
-        keep(target, Snapshot::from_bytes(bytes)?, name)
+        keep(target, name, |snapshot| snapshot.read(bytes))
     })
 }
 
@@ -119,15 +121,21 @@ unsafe fn state<'a>(at: Handle, function: &'static str) -> Result<&'a mut State,
     Ok(unsafe { &mut *at.cast::<State>() })
 }
 
-/// Puts a snapshot behind `*target`: into the state that is there, or into a new one.
-unsafe fn keep(target: *mut Handle, snapshot: Snapshot, function: &'static str) -> Result<Status, CallError> {
+/// Fills the state behind `*target`: the one that is there, in its memory, or a new one.
+unsafe fn keep(
+    target: *mut Handle,
+    function: &'static str,
+    fill: impl FnOnce(&mut Snapshot) -> Result<(), SnapshotError>,
+) -> Result<Status, CallError> {
     // SAFETY: a pointer to a pointer, as the standard wants it.
     let target = &mut unsafe { slice_mut(target, 1, (function, "FMUstate")) }?[0];
     if target.is_null() {
+        let mut snapshot = Snapshot::empty();
+        fill(&mut snapshot)?;
         *target = Box::into_raw(Box::new(State { zero: 0, magic: STATE_MAGIC, snapshot })).cast();
     } else {
         // SAFETY: checked by `state`.
-        unsafe { state(*target, function) }?.snapshot = snapshot;
+        fill(&mut unsafe { state(*target, function) }?.snapshot)?;
     }
     Ok(Status::Ok)
 }

@@ -1,0 +1,72 @@
+//! What one tick works with.
+
+use super::impact::Touch;
+use super::kick::Carrier;
+use super::nodes::{Active, NodeSums};
+use super::pace::{Change, Nearness};
+use super::reference::Answers;
+use crate::algebra::Vector;
+use crate::contact::BodyState;
+use crate::element::GroupAnswer;
+use crate::geometry::Gap;
+use crate::mesh::{ElementId, NodeId};
+
+/// What one tick works with; no result depends on what an earlier one left.
+#[derive(Debug, Default)]
+pub(super) struct Scratch<const D: usize> {
+    /// Nodes of what fires.
+    pub active: Active,
+    /// The groups that fire, ascending; of the fast form those whose step may change.
+    pub due: Vec<u32>,
+    /// v at the start of the tick, by node, of the reference form.
+    pub before: Vec<Vector<D>>,
+    /// CFL · 2/√λ_a, s, by node, of the active ones.
+    pub limit: Vec<f64>,
+    /// The same by number within one block.
+    pub limits: Vec<f64>,
+    /// The active nodes of the surface that may be near a body, ascending.
+    pub reached: Vec<u32>,
+    /// Their places among these, by node of the surface.
+    pub place: Vec<u32>,
+    /// The nodes of those that a body may meet before their next tick or that are an element's size from one.
+    pub close: Vec<NodeId>,
+    /// What contact allows around each that was looked at.
+    pub nearness: Vec<Nearness>,
+    /// Facets that reach to a body, with the least size of their nodes near it, body by body.
+    pub facets: Vec<(u32, ElementId, f64)>,
+    /// The facets around those nodes, with the distance of a body and the size there.
+    pub found: Vec<(ElementId, f64, f64)>,
+    /// φ and n of the nodes that were looked at to each active body.
+    pub gaps: Vec<Option<Gap>>,
+    /// The bodies at this tick before its impulses …
+    pub was: Vec<BodyState>,
+    /// … and with those so far.
+    pub now: Vec<BodyState>,
+    /// What the groups answered, of those that fire.
+    pub answers: Vec<GroupAnswer>,
+    /// What their elements answered, in the reference form.
+    pub reference: Answers<D>,
+    /// Length of the kick of the firing groups, s, in the reference form.
+    pub weights: Vec<f64>,
+    /// Groups whose step changed.
+    pub changed: Vec<Change>,
+    /// Points of the surface inside a body.
+    pub touches: Vec<Touch<D>>,
+    /// The nodes that carry them.
+    pub carriers: Vec<Carrier<D>>,
+    /// Sums over runs of nodes, and residuals of blocks.
+    pub sums: Vec<NodeSums>,
+    pub residuals: Vec<f64>,
+}
+
+impl<const D: usize> Scratch<D> {
+    pub fn new(n_nodes: usize, n_surface: usize, n_groups: usize) -> Self {
+        Self {
+            active: Active::new(n_nodes),
+            limit: vec![0.0; n_nodes],
+            place: vec![u32::MAX; n_surface],
+            answers: vec![GroupAnswer::default(); n_groups],
+            ..Self::default()
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! The state of a simulation as a value and as bytes.
+
+use super::Exchange;
+use crate::avi::StepError;
+use crate::state::State;
+use xxhash_rust::xxh3::Xxh3;
+
+/// The stored state of a gel of either dimension.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SavedState {
+    /// Planar or axisymmetric.
+    Flat(State<2>),
+    /// Spatial.
+    Solid(State<3>),
+}
+
+/// The whole dynamic state as a value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Saved {
+    /// Hash of the scene and the coupling mode.
+    pub origin: u64,
+    /// Time reached, s.
+    pub time: f64,
+    /// What the last communication step exchanged, by body.
+    pub exchanges: Vec<Exchange>,
+    /// Why it cannot go on.
+    pub failure: Option<StepError>,
+    /// Gel, bodies, books and record.
+    pub state: SavedState,
+}
+
+/// All but the state of the gel: origin, time, exchanges, failure, dimension.
+type Head = (u64, f64, Vec<Exchange>, Option<StepError>, u8);
+
+impl SavedState {
+    /// A state of nothing in a gel of this dimension, if there is one.
+    fn empty(dimension: u8) -> Option<Self> {
+        match dimension {
+            2 => Some(Self::Flat(State::empty())),
+            3 => Some(Self::Solid(State::empty())),
+            _ => None,
+        }
+    }
+
+    fn dimension(&self) -> u8 {
+        match self {
+            Self::Flat(_) => 2,
+            Self::Solid(_) => 3,
+        }
+    }
+
+    fn read(&mut self, bytes: &[u8]) -> bool {
+        match self {
+            Self::Flat(state) => state.read(bytes),
+            Self::Solid(state) => state.read(bytes),
+        }
+    }
+
+    fn write(&self, sink: &mut impl FnMut(&[u8])) {
+        match self {
+            Self::Flat(state) => state.write(sink),
+            Self::Solid(state) => state.write(sink),
+        }
+    }
+}
+
+impl Saved {
+    /// A state of nothing, to be written over.
+    #[must_use]
+    pub fn empty() -> Self {
+        Self { origin: 0, time: 0.0, exchanges: vec![], failure: None, state: SavedState::Solid(State::empty()) }
+    }
+
+    /// Hash of the stored state, as [`Simulation::digest`](super::Simulation::digest).
+    #[must_use]
+    pub fn digest(&self) -> u128 {
+        match &self.state {
+            SavedState::Flat(state) => state.digest(),
+            SavedState::Solid(state) => state.digest(),
+        }
+    }
+
+    fn head(&self) -> Vec<u8> {
+        let head = (self.origin, self.time, &self.exchanges, &self.failure, self.state.dimension());
+        postcard::to_stdvec(&head).expect("a state is plain values")
+    }
+
+    /// Number of bytes that [`Saved::write`] hands over.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        let state = match &self.state {
+            SavedState::Flat(state) => state.size(),
+            SavedState::Solid(state) => state.size(),
+        };
+        self.head().len() + state
+    }
+
+    /// Hands its bytes to `sink`, run by run, and gives the digest, found on the way.
+    pub fn write(&self, sink: &mut impl FnMut(&[u8])) -> u128 {
+        sink(&self.head());
+        let mut hash = Xxh3::new();
+        self.state.write(&mut |run| {
+            hash.update(run);
+            sink(run);
+        });
+        hash.digest128()
+    }
+
+    /// Becomes the state of these bytes, in the memory that it has. Bytes that are none of a state change nothing.
+    #[must_use]
+    pub fn read(&mut self, bytes: &[u8]) -> bool {
+        let Ok((head, rest)) = postcard::take_from_bytes::<Head>(bytes) else { return false };
+        let (origin, time, exchanges, failure, dimension) = head;
+        if dimension == self.state.dimension() {
+            if !self.state.read(rest) {
+                return false;
+            }
+        } else {
+            let Some(mut state) = SavedState::empty(dimension) else { return false };
+            if !state.read(rest) {
+                return false;
+            }
+            self.state = state;
+        }
+        (self.origin, self.time, self.exchanges, self.failure) = (origin, time, exchanges, failure);
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn saved() -> Saved {
+        let state = State { stiffness: vec![1.0, 2.0], ..State::empty() };
+        let failure = Some(StepError::NotFinite { element: 3, time: 0.25 });
+        Saved { origin: 7, time: 0.5, exchanges: vec![Exchange::default()], failure, state: SavedState::Flat(state) }
+    }
+
+    #[test]
+    fn bytes_give_the_same_value_back_also_over_one_of_the_other_dimension() {
+        let mut bytes = Vec::new();
+        let digest = saved().write(&mut |run| bytes.extend_from_slice(run));
+        assert_eq!((digest, bytes.len()), (saved().digest(), saved().size()));
+        for mut other in [Saved::empty(), Saved { time: 1.0, ..saved() }] {
+            assert!(other.read(&bytes));
+            assert_eq!(other, saved());
+        }
+    }
+
+    #[test]
+    fn bytes_that_are_none_of_a_state_change_nothing() {
+        let mut bytes = Vec::new();
+        saved().write(&mut |run| bytes.extend_from_slice(run));
+        let mut another = bytes.clone();
+        // The dimension is the last byte of the head.
+        another[saved().head().len() - 1] = 4;
+        for bytes in [&bytes[..bytes.len() - 1], &another, b""] {
+            for mut other in [Saved::empty(), Saved { time: 1.0, ..saved() }] {
+                let before = other.clone();
+                assert!(!other.read(bytes));
+                assert_eq!(other, before);
+            }
+        }
+    }
+}

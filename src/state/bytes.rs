@@ -1,0 +1,269 @@
+//! A state as bytes: what is small by postcard, then the arrays as they are, numbers little-endian.
+//!
+//! The bytes come in runs, so that who takes them can hash or copy each while it is in the nearest cache.
+
+use super::{Alarm, Clock, Record, Sizes, State, Tick};
+use crate::algebra::Vector;
+use crate::contact::BodyState;
+use crate::ledger::Ledger;
+use xxhash_rust::xxh3::Xxh3;
+
+/// Bytes of a run, at most: with what it is made from it stays in a first-level cache of 32 kB.
+const RUN: usize = 8192;
+
+/// All but the arrays.
+type Small = (Sizes, Option<Tick>, Vec<BodyState>, Ledger, Record);
+
+/// Plain numbers, of the same number of bytes each.
+trait Plain: Sized {
+    const SIZE: usize;
+    fn put(&self, to: &mut [u8]);
+    fn take(from: &[u8]) -> Self;
+}
+
+impl Plain for u64 {
+    const SIZE: usize = 8;
+
+    fn put(&self, to: &mut [u8]) {
+        to.copy_from_slice(&self.to_le_bytes());
+    }
+
+    fn take(from: &[u8]) -> Self {
+        Self::from_le_bytes(first(from))
+    }
+}
+
+impl Plain for f64 {
+    const SIZE: usize = 8;
+
+    fn put(&self, to: &mut [u8]) {
+        self.to_bits().put(to);
+    }
+
+    fn take(from: &[u8]) -> Self {
+        Self::from_bits(u64::take(from))
+    }
+}
+
+impl<const D: usize> Plain for Vector<D> {
+    const SIZE: usize = 8 * D;
+
+    fn put(&self, to: &mut [u8]) {
+        to.chunks_exact_mut(8).zip(self.as_slice()).for_each(|(to, component)| component.put(to));
+    }
+
+    fn take(from: &[u8]) -> Self {
+        Self::from_fn(|i, _| f64::take(&from[8 * i..]))
+    }
+}
+
+impl Plain for Clock {
+    const SIZE: usize = 36;
+
+    fn put(&self, to: &mut [u8]) {
+        self.step.put(&mut to[..8]);
+        self.energy.put(&mut to[8..16]);
+        self.ahead.put(&mut to[16..24]);
+        to[24..28].copy_from_slice(&self.calm.to_le_bytes());
+        to[28..32].copy_from_slice(&self.inverted.to_le_bytes());
+        to[32..36].copy_from_slice(&self.crushed.to_le_bytes());
+    }
+
+    fn take(from: &[u8]) -> Self {
+        let count = |at: usize| u32::from_le_bytes(first(&from[at..]));
+        Self {
+            step: Tick::take(from),
+            energy: f64::take(&from[8..]),
+            ahead: f64::take(&from[16..]),
+            calm: count(24),
+            inverted: count(28),
+            crushed: count(32),
+        }
+    }
+}
+
+impl Plain for Alarm {
+    const SIZE: usize = 16;
+
+    fn put(&self, to: &mut [u8]) {
+        self.last.put(&mut to[..8]);
+        self.next.put(&mut to[8..]);
+    }
+
+    fn take(from: &[u8]) -> Self {
+        Self { last: Tick::take(from), next: Tick::take(&from[8..]) }
+    }
+}
+
+fn first<const N: usize>(from: &[u8]) -> [u8; N] {
+    *from.first_chunk().expect("the bytes of a number")
+}
+
+/// Hands an array over in runs.
+fn write_all<T: Plain>(items: &[T], sink: &mut impl FnMut(&[u8])) {
+    let mut run = [0; RUN];
+    for items in items.chunks(RUN / T::SIZE) {
+        let run = &mut run[..items.len() * T::SIZE];
+        run.chunks_exact_mut(T::SIZE).zip(items).for_each(|(to, item)| item.put(to));
+        sink(run);
+    }
+}
+
+/// Takes an array off the front of the bytes, which are long enough, into the memory that is there.
+fn read_all<T: Plain>(items: &mut Vec<T>, n: usize, bytes: &mut &[u8]) {
+    let (own, rest) = bytes.split_at(n * T::SIZE);
+    items.clear();
+    items.extend(own.chunks_exact(T::SIZE).map(T::take));
+    *bytes = rest;
+}
+
+impl Sizes {
+    /// Bytes of the arrays; none if there are more than can be counted.
+    fn bytes<const D: usize>(&self) -> Option<usize> {
+        let arrays = [
+            (self.nodes, 2 * Vector::<D>::SIZE + f64::SIZE),
+            (self.slots, f64::SIZE),
+            (self.groups, Clock::SIZE),
+            (self.alarms, Alarm::SIZE),
+        ];
+        arrays.into_iter().try_fold(0_usize, |sum, (n, size)| sum.checked_add(n.checked_mul(size)?))
+    }
+}
+
+impl<const D: usize> State<D> {
+    fn sizes(&self) -> Sizes {
+        Sizes {
+            nodes: self.position.len(),
+            slots: self.stiffness.len(),
+            groups: self.clocks.len(),
+            alarms: self.alarms.len(),
+            bodies: self.bodies.len(),
+        }
+    }
+
+    fn small(&self) -> Vec<u8> {
+        let small = (self.sizes(), self.now, &self.bodies, &self.ledger, &self.record);
+        postcard::to_stdvec(&small).expect("a state is plain numbers")
+    }
+
+    /// Number of bytes that [`State::write`] hands over.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.small().len() + self.sizes().bytes::<D>().unwrap_or(usize::MAX)
+    }
+
+    /// Hands its bytes to `sink`, run by run.
+    pub fn write(&self, sink: &mut impl FnMut(&[u8])) {
+        // By name, so that no field is forgotten.
+        let Self { position, velocity, excess, stiffness, clocks, alarms, now: _, bodies: _, ledger: _, record: _ } =
+            self;
+        sink(&self.small());
+        write_all(position, sink);
+        write_all(velocity, sink);
+        write_all(excess, sink);
+        write_all(stiffness, sink);
+        write_all(clocks, sink);
+        write_all(alarms, sink);
+    }
+
+    /// Becomes the state of these bytes, in the memory that it has. Bytes that are none of a state change nothing; whether
+    /// what they say makes sense is for [`State::check_invariants`] to find.
+    #[must_use]
+    pub fn read(&mut self, bytes: &[u8]) -> bool {
+        let Ok((small, mut arrays)) = postcard::take_from_bytes::<Small>(bytes) else { return false };
+        let sizes = small.0;
+        if sizes.bytes::<D>() != Some(arrays.len()) {
+            return false;
+        }
+        let Self { position, velocity, excess, stiffness, clocks, alarms, now, bodies, ledger, record } = self;
+        (_, *now, *bodies, *ledger, *record) = small;
+        read_all(position, sizes.nodes, &mut arrays);
+        read_all(velocity, sizes.nodes, &mut arrays);
+        read_all(excess, sizes.nodes, &mut arrays);
+        read_all(stiffness, sizes.slots, &mut arrays);
+        read_all(clocks, sizes.groups, &mut arrays);
+        read_all(alarms, sizes.alarms, &mut arrays);
+        true
+    }
+
+    /// Hash of the bytes of the state: equal digests are equal bits.
+    #[must_use]
+    pub fn digest(&self) -> u128 {
+        let mut hash = Xxh3::new();
+        self.write(&mut |run| hash.update(run));
+        hash.digest128()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::Vector3;
+
+    fn state() -> State<3> {
+        let n = 1000;
+        let vector = |i: usize| Vector3::new(i as f64, -0.5, f64::MIN_POSITIVE / 2.0);
+        let clock = |i: u32| Clock {
+            step: 1 << (i % 40),
+            energy: f64::from(i),
+            ahead: -0.0,
+            calm: i,
+            inverted: u32::MAX,
+            crushed: 2,
+        };
+        State {
+            position: (0..n).map(vector).collect(),
+            velocity: (n..2 * n).map(vector).collect(),
+            excess: vec![-1e-300; n],
+            stiffness: (0..3 * n).map(|i| 1.0 / (1 + i) as f64).collect(),
+            clocks: (0..700).map(clock).collect(),
+            alarms: vec![Alarm { last: 3, next: u64::MAX }; 2],
+            now: Some(7),
+            ..State::empty()
+        }
+    }
+
+    fn written(state: &State<3>) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        state.write(&mut |run| bytes.extend_from_slice(run));
+        bytes
+    }
+
+    #[test]
+    fn bytes_give_the_same_bits_back_whatever_was_there() {
+        let bytes = written(&state());
+        assert_eq!(bytes.len(), state().size());
+        let longer = State { stiffness: vec![2.0; 10_000], clocks: vec![], ..state() };
+        for mut other in [State::empty(), longer] {
+            assert!(other.read(&bytes));
+            assert_eq!(other, state());
+            assert_eq!(written(&other), bytes);
+        }
+    }
+
+    #[test]
+    fn the_digest_is_that_of_the_bytes() {
+        assert_eq!(state().digest(), xxhash_rust::xxh3::xxh3_128(&written(&state())));
+        let mut other = state();
+        other.velocity[999].z = 0.0;
+        assert_ne!(other.digest(), state().digest());
+    }
+
+    #[test]
+    fn bytes_of_another_length_change_nothing() {
+        let bytes = written(&state());
+        let mut other = State::<3> { now: Some(1), ..State::empty() };
+        for length in [0, 1, 40, bytes.len() - 1] {
+            assert!(!other.read(&bytes[..length]), "{length}");
+        }
+        assert!(!other.read(&[bytes.as_slice(), &[0]].concat()));
+        assert_eq!(other, State { now: Some(1), ..State::empty() });
+    }
+
+    #[test]
+    fn sizes_that_overflow_are_refused() {
+        let sizes = Sizes { nodes: usize::MAX / 2, slots: 0, groups: 0, alarms: 0, bodies: 0 };
+        let small: Small = (sizes, None, vec![], Ledger::default(), Record::new(0));
+        assert!(!State::<3>::empty().read(&postcard::to_stdvec(&small).unwrap()));
+    }
+}

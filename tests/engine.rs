@@ -1,0 +1,199 @@
+//! The fast form of the engine against its reference form, and against itself: on every instruction set, with any number of
+//! threads, and with what is at rest computed or not.
+
+use ballistic_gel::algebra::{Vector, Vector3};
+use ballistic_gel::avi::{Engine, Gel, Kind, Pool, Rules, Surface};
+use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion, Wrench};
+use ballistic_gel::element::{Section, Simplices};
+use ballistic_gel::geometry::{Shape, Sphere};
+use ballistic_gel::material::NeoHookean;
+use ballistic_gel::mesh::{self, Block, Face, Hold, Mesh, Patches, Split};
+use ballistic_gel::state::State;
+use fearless_simd::Level;
+use nalgebra::UnitQuaternion;
+
+/// A case: what the gel is made of and how time is stepped.
+#[derive(Debug, Clone, Copy)]
+struct Case {
+    section: Section,
+    patches: bool,
+    schedule: Kind,
+}
+
+const SPACE: Case = Case { section: Section::Spatial, patches: false, schedule: Kind::Bins };
+
+/// Every section, plain and in patches, in bins and with one step for all.
+fn cases() -> impl Iterator<Item = Case> {
+    let sections = [Section::Spatial, Section::Planar { thickness: 0.7 }, Section::Axisymmetric];
+    let all = sections.into_iter().flat_map(|section| [false, true].map(|patches| (section, patches)));
+    all.flat_map(|(section, patches)| [Kind::Bins, Kind::Global].map(|schedule| Case { section, patches, schedule }))
+}
+
+/// A graded block below z = 0, its bottom held, and a ball of radius 0.3 above its middle that falls with 0.2.
+fn engine<const D: usize>(case: Case, height: f64, (schedule, law): (Kind, Law)) -> Engine<D, Simplices<D>> {
+    let right = mesh::graded(0.6, 0.06, (0.15, 1.3, 0.15));
+    let both: Vec<f64> = right.iter().rev().map(|x| -x).chain(right[1..].iter().copied()).collect();
+    let down: Vec<f64> = right.iter().rev().map(|x| -x).collect();
+    let across = if case.section == Section::Axisymmetric { right } else { both };
+    let planes = std::array::from_fn(|i| if i == D - 1 { down.clone() } else { across.clone() });
+    let bottom = Face { axis: D - 1, high: false, hold: Hold::All };
+    let axis = Face { axis: 0, high: false, hold: Hold::Normal };
+    let faces = if case.section == Section::Axisymmetric { vec![bottom, axis] } else { vec![bottom] };
+    let mesh: Mesh<D> = mesh::block(Block { planes, split: Split::Centred, faces });
+    let patches = if case.patches { Patches::grouped(&mesh) } else { Patches::alone(mesh.elements.len()) };
+    let simplices = Simplices::in_patches(&mesh, patches, (NeoHookean::new(1.0, 10.0), case.section));
+    let mass = simplices.lumped_masses(&mesh, 1.0);
+    let surface = Surface::new::<D>(mesh.rest.len(), mesh.facets.clone(), |facet| {
+        let edge = (mesh.rest[facet[1].index()] - mesh.rest[facet[0].index()]).norm();
+        (edge, if D == 2 { edge } else { 0.5 * edge * edge })
+    });
+    let nodes = mesh.rest.iter().map(|x| (*x, Vector::<D>::zeros())).collect();
+    let gel = Gel::new(simplices, mass, &mesh.held, surface);
+    let freedom = match case.section {
+        Section::Spatial => Freedom::SPATIAL,
+        Section::Planar { .. } => Freedom::PLANAR,
+        Section::Axisymmetric => Freedom::AXISYMMETRIC,
+    };
+    let rules = Rules { schedule, cfl: 0.8, law, force_window: 1.0 };
+    Engine::new(gel, vec![ball(freedom, height)], rules, nodes)
+}
+
+fn ball(freedom: Freedom, height: f64) -> (Body, BodyState) {
+    let inertia = nalgebra::Matrix3::identity() * 0.01;
+    let body = Body::new(Shape::Sphere(Sphere { radius: 0.3 }), Motion::Free, freedom, (0.3, inertia));
+    let state = BodyState {
+        time: 0.0,
+        position: Vector3::new(0.0, 0.0, 0.3 + height),
+        velocity: Vector3::new(0.0, 0.0, -0.2),
+        orientation: UnitQuaternion::identity(),
+        angular_momentum: Vector3::zeros(),
+        wrench: Wrench::default(),
+        bulge: None,
+        active: true,
+    };
+    (body, state)
+}
+
+const MOREAU: Law = Law::Moreau { restitution: 0.0, bias: 0.1, friction: 0.2 };
+
+fn fast<const D: usize>(case: Case, height: f64) -> Engine<D, Simplices<D>> {
+    engine(case, height, (case.schedule, MOREAU))
+}
+
+fn run<const D: usize>(mut engine: Engine<D, Simplices<D>>, end: f64) -> State<D> {
+    engine.advance_to(end, &mut [Exchange::default()]).expect("a slow ball does not fail");
+    engine.state().clone()
+}
+
+/// Greatest difference of positions over the depth of the ball, and of its velocity.
+fn difference<const D: usize>(a: &State<D>, b: &State<D>) -> f64 {
+    let moved = a.position.iter().zip(&b.position).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    moved.max((a.bodies[0].velocity - b.bodies[0].velocity).norm())
+}
+
+fn check_reference<const D: usize>(case: Case) {
+    let [fast, reference] = [run(fast::<D>(case, 0.0), 1.0), run(fast::<D>(case, 0.0).by_reference(), 1.0)];
+    let steps = |state: &State<D>| state.clocks.iter().map(|clock| clock.step).collect::<Vec<_>>();
+    assert_eq!(steps(&fast), steps(&reference), "{case:?}");
+    assert!(fast.bodies[0].velocity.z > -0.19, "{case:?}: the ball has met the gel");
+    assert!(difference(&fast, &reference) < 1e-11, "{case:?}: {:e}", difference(&fast, &reference));
+    let integration = [&fast, &reference].map(|state| state.ledger.energy.integration);
+    assert!((integration[0] - integration[1]).abs() < 1e-12, "{case:?}: {integration:?}");
+}
+
+#[test]
+fn the_fast_form_does_what_the_reference_form_does() {
+    for case in cases() {
+        match case.section {
+            Section::Spatial => check_reference::<3>(case),
+            Section::Planar { .. } | Section::Axisymmetric => check_reference::<2>(case),
+        }
+    }
+}
+
+/// The levels of this machine, from the widest to none at all.
+fn levels() -> Vec<Level> {
+    let widest = Level::new();
+    let narrower = [
+        widest.as_avx512().map(Level::Avx512),
+        widest.as_avx2().map(Level::Avx2),
+        widest.as_sse4_2().map(Level::Sse4_2),
+        widest.as_sse2().map(Level::Sse2),
+    ];
+    narrower.into_iter().flatten().collect()
+}
+
+fn check_levels<const D: usize>(case: Case) {
+    let mut digests: Vec<u128> =
+        levels().into_iter().map(|level| run(fast::<D>(case, 0.0).on_level(level), 0.5).digest()).collect();
+    assert!(digests.len() >= 2, "there are instruction sets to compare");
+    digests.dedup();
+    assert_eq!(digests.len(), 1, "{case:?}");
+}
+
+#[test]
+#[cfg(target_arch = "x86_64")]
+fn every_instruction_set_gives_the_same_bits() {
+    for case in cases() {
+        match case.section {
+            Section::Spatial => check_levels::<3>(case),
+            Section::Planar { .. } | Section::Axisymmetric => check_levels::<2>(case),
+        }
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    for patches in [false, true] {
+        let case = Case { patches, ..SPACE };
+        let digest = |threads| run(fast::<3>(case, 0.0).with_pool(Pool::new(threads)), 0.5).digest();
+        let one = digest(1);
+        assert_eq!([2, 3, 8].map(digest), [one; 3], "{case:?}");
+    }
+}
+
+#[test]
+fn what_is_at_rest_gives_the_same_bits_computed_or_not() {
+    // The ball needs half a second to the gel, and then the wave does to the bottom.
+    for end in [0.3, 0.6, 1.0] {
+        let [resting, computed] = [fast::<3>(SPACE, 0.1), fast::<3>(SPACE, 0.1).without_rest()];
+        let [resting, computed] = [run(resting, end), run(computed, end)];
+        assert_eq!(resting.record.updates == 0, end < 0.5, "nothing moves before the ball is there");
+        assert!(resting == computed, "the same bits up to {end}");
+    }
+}
+
+#[test]
+fn a_gel_at_rest_stays_at_rest_to_the_bit() {
+    for patches in [false, true] {
+        let start = fast::<3>(Case { patches, ..SPACE }, 10.0);
+        let rest = start.state().position.clone();
+        let state = run(start.without_rest(), 2.0);
+        assert!(state.position == rest && state.velocity.iter().all(|v| *v == Vector::<3>::zeros()));
+        assert_eq!(state.record.min_jacobian, 1.0);
+    }
+}
+
+#[test]
+fn a_restart_in_the_middle_leaves_no_trace() {
+    for case in cases().filter(|case| case.section == Section::Spatial) {
+        let whole = run(fast::<3>(case, 0.05), 1.0);
+        let mut other = fast::<3>(case, 0.05);
+        for end in [0.1, 0.26, 0.5, 0.77] {
+            let state = run(std::mem::replace(&mut other, fast::<3>(case, 0.05)), end);
+            other.restore(&state).unwrap();
+        }
+        assert!(run(other, 1.0) == whole, "{case:?}");
+    }
+}
+
+#[test]
+fn the_paper_s_law_and_queue_are_stepped_by_the_reference_form() {
+    for (schedule, law) in [(Kind::Bins, Law::Reversal), (Kind::Queue, MOREAU), (Kind::Queue, Law::Reversal)] {
+        let digest = |reference: bool| {
+            let engine = engine::<3>(SPACE, 0.0, (schedule, law));
+            run(if reference { engine.by_reference() } else { engine }, 0.5).digest()
+        };
+        assert_eq!(digest(false), digest(true));
+    }
+}
