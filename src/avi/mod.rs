@@ -21,6 +21,7 @@ mod scratch;
 mod sweep;
 mod tick;
 mod watch;
+mod work;
 
 pub use engine::{Engine, NoStep, Rules};
 pub use error::StepError;
@@ -29,3 +30,4 @@ pub use grid::TickGrid;
 pub use pool::Pool;
 pub use report::{Energies, Totals};
 pub use schedule::Kind;
+pub use work::Run;

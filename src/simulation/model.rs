@@ -3,7 +3,7 @@
 use super::observe::{Frame, FrameCells, Place};
 use super::{RestoreError, SavedState};
 use crate::algebra::{Vector3, embed};
-use crate::avi::{Engine, Gel, StepError, SurfaceNode, Totals};
+use crate::avi::{Engine, Gel, Run, StepError, SurfaceNode, Totals};
 use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Potential, Simplices};
 use crate::ledger::Ledger;
@@ -49,6 +49,8 @@ pub(super) trait Model: Send {
     fn save(&self, to: &mut SavedState);
     fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError>;
     fn digest(&self) -> u128;
+    fn bytes(&self) -> usize;
+    fn runs(&self) -> Vec<Run<'_>>;
 }
 
 /// A gel of simplices and the mesh it was made from.
@@ -223,6 +225,14 @@ where
 
     fn digest(&self) -> u128 {
         self.engine.state().digest()
+    }
+
+    fn bytes(&self) -> usize {
+        self.engine.bytes()
+    }
+
+    fn runs(&self) -> Vec<Run<'_>> {
+        self.engine.runs()
     }
 }
 

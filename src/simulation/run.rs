@@ -6,7 +6,7 @@ use super::observe::Frame;
 use super::saved::Saved;
 use super::{CouplingMode, Exchange, Inputs, Kinematics};
 use crate::algebra::Vector3;
-use crate::avi::StepError;
+use crate::avi::{Run, StepError};
 use crate::contact::{Body, BodyState, Motion, Wrench};
 use crate::ledger::Ledger;
 use crate::material::NeoHookean;
@@ -366,5 +366,17 @@ impl Simulation {
     #[must_use]
     pub fn digest(&self) -> u128 {
         self.model.digest()
+    }
+
+    /// Bytes that the gel takes in the engine.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.model.bytes()
+    }
+
+    /// How the element work is laid out, for measurements.
+    #[must_use]
+    pub fn runs(&self) -> Vec<Run<'_>> {
+        self.model.runs()
     }
 }

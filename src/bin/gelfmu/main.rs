@@ -1,5 +1,6 @@
 //! `gelfmu`: runs, checks and packs scenes of a gel block hit by a rigid projectile.
 
+mod bench;
 mod check;
 mod console;
 mod direct;
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
 fn dispatch(command: Command, console: &Console) -> Result<u8, Failure> {
     match command {
         Command::Run(options) => return run::run(&options, console),
+        Command::Bench(options) => return bench::bench(&options, console),
         Command::Check { scene } => check::check(&scene, console)?,
         Command::Pack(options) => listing::pack(&options, console)?,
         Command::Scenes { name } => listing::scenes(name.as_deref(), console)?,

@@ -47,6 +47,8 @@ pub enum Command {
         /// Name of a built-in scene, or path of a scene file
         scene: String,
     },
+    /// Measure how fast this machine steps a gel, and print tables
+    Bench(BenchOptions),
     /// Write the FMU for this host
     Pack(PackOptions),
     /// List the built-in scenes, or print one
@@ -91,6 +93,123 @@ pub struct RunOptions {
     pub threads: usize,
 }
 
+/// What to measure.
+#[derive(Debug, Args)]
+pub struct BenchOptions {
+    /// Small meshes and short measurements: seconds instead of minutes
+    #[arg(long)]
+    pub quick: bool,
+    /// Threads to compare with one, 0 for all cores
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = threads)]
+    pub threads: usize,
+    /// About how many elements the meshes have, such as 26000,165000,1000000 (the default; 7000 if quick)
+    #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = elements)]
+    pub elements: Vec<usize>,
+    /// Measure elements of this kind alone, in the sections that tell them apart
+    #[arg(long, value_name = "KIND", value_enum)]
+    pub element: Option<ElementName>,
+    /// Measure this section alone; may be repeated
+    #[arg(long, value_name = "NAME", value_enum)]
+    pub only: Vec<SectionName>,
+}
+
+/// Kinds of elements, named as `mesh.element` in a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ElementName {
+    /// Each triangle or tetrahedron by itself
+    Plain,
+    /// Pairs of triangles, groups of four tetrahedra
+    Patch,
+}
+
+impl ElementName {
+    /// As in a scene.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Plain => "plain",
+            Self::Patch => "patch",
+        }
+    }
+
+    /// Whether elements share their volume change.
+    pub fn is_patched(self) -> bool {
+        self == Self::Patch
+    }
+}
+
+/// What can be measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SectionName {
+    /// Bytes per element
+    Memory,
+    /// What memory gives
+    Bandwidth,
+    /// Element updates per second of each kernel
+    Kernels,
+    /// Where the time of a step goes
+    Phases,
+    /// The whole step with contact, on one and more threads
+    Steps,
+    /// Bins, queue and one global stable step
+    Schedules,
+    /// How evenly the work divides into 2 to 64 parts
+    Partitions,
+    /// Calls of the packed FMU
+    Calls,
+}
+
+impl SectionName {
+    /// Its name on the command line and in JSON.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Memory => "memory",
+            Self::Bandwidth => "bandwidth",
+            Self::Kernels => "kernels",
+            Self::Phases => "phases",
+            Self::Steps => "steps",
+            Self::Schedules => "schedules",
+            Self::Partitions => "partitions",
+            Self::Calls => "calls",
+        }
+    }
+
+    /// What its numbers are.
+    pub fn about(self) -> &'static str {
+        match self {
+            Self::Memory => {
+                "bytes per element, as the engine counts them and as the resident set of a process of its own grows while a gel \
+                 is built and first stepped"
+            }
+            Self::Bandwidth => {
+                "a = b + s c over arrays that no cache holds, 24 bytes an item (STREAM triad), wall time"
+            }
+            Self::Kernels => {
+                "element updates of one thread: a run of elements again and again, its nodes in cache; and all runs with their \
+                 nodes loaded and what they give kept, as the engine does. Bytes are those of the layout, to and from memory"
+            }
+            Self::Phases => {
+                "where the time of a step of one thread goes, ns of CPU time per element update: each column but the first is \
+                 the time of a part run by itself, or the difference of two; waiting is what nodes of its own save each \
+                 element, contact what the step costs more than that of the same gel without the ball"
+            }
+            Self::Steps => {
+                "the whole step of sphere-block in mid-contact, all of the gel moving (it is given 0.01 m/s), the same steps from \
+                 the same state again and again, by each number of threads in turn; cores \
+                 are free if no thread waits for one: then a step takes the CPU time of the caller and of the busiest thread"
+            }
+            Self::Schedules => {
+                "sphere-block and its graded meshes from the first touch on, one thread, each schedule at 0.8 of the stable step; \
+                 the last column is relative to what one step of the assembled system would cost if nothing were at rest"
+            }
+            Self::Partitions => {
+                "strong scaling on paper: updates per second of each run of elements in contact, all of the gel moving, divided \
+                 into contiguous parts; a node is shared if it belongs to more than one part"
+            }
+            Self::Calls => "calls through the packed FMU, as an importer makes them, one thread",
+        }
+    }
+}
+
 /// What to pack.
 #[derive(Debug, Args)]
 pub struct PackOptions {
@@ -112,6 +231,17 @@ fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err("expected a positive time, s".to_owned()),
+    }
+}
+
+/// Elements of the smallest and the largest mesh to measure: cells of a fifth of the height of the block; what a process can hold.
+const ELEMENTS: (usize, usize) = (7000, 20_000_000);
+
+fn elements(text: &str) -> Result<usize, String> {
+    let (least, most) = ELEMENTS;
+    match text.parse::<usize>() {
+        Ok(n) if (least..=most).contains(&n) => Ok(n),
+        _ => Err(format!("expected a number of elements from {least} to {most}")),
     }
 }
 

@@ -49,6 +49,11 @@ pub fn pack(scene: (&str, &Path), fragments: usize, file: &Path) -> Result<Packe
     Ok(Packed { bytes: archive.len() as u64, platform })
 }
 
+/// Whether this program has the library of the FMU inside.
+pub fn has_library() -> bool {
+    embedded::LIBRARY.is_some()
+}
+
 fn entries((text, folder): (&str, &Path), fragments: usize) -> Result<Entries, RunError> {
     let files = fmi2::files_in(folder);
     let scene = scene::read_with_files(text, &files)?;

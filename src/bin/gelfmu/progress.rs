@@ -27,6 +27,13 @@ impl Bar {
         self.0.set_position((time / end * PARTS) as u64);
     }
 
+    /// Shows what is done now, and which part of all that is to be done is behind.
+    pub fn show_part(&self, what: &str, part: f64) {
+        self.0.set_message(what.to_owned());
+        self.0.set_position((part * PARTS) as u64);
+        self.0.tick();
+    }
+
     /// Takes the bar away.
     pub fn clear(&self) {
         self.0.finish_and_clear();

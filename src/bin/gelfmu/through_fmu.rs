@@ -8,18 +8,22 @@ use ballistic_gel::scene::Scene;
 use fmi_rs::fmi2::log::Logger;
 use fmi_rs::fmi2::types::fmi2Status;
 use fmi_rs::fmi2::{CS, FMU2};
-use fmi_rs::model_description::fmi2::ModelDescription;
+use fmi_rs::model_description::fmi2::{Causality, ModelDescription, ScalarVariable, VariableType};
 use fmi_rs::sim::SimulationError;
 use fmi_rs::zip::extract_zip_archive;
 use std::ffi::OsStr;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
+use tempfile::TempDir;
 
 /// An instance of the FMU and what it logged.
-struct Importer {
-    fmu: Arc<FMU2<CS>>,
+pub struct Importer {
+    /// The instance.
+    pub fmu: Arc<FMU2<CS>>,
     description: ModelDescription,
     log: Arc<Messages>,
+    /// Where it was unpacked; goes after the instance.
+    _folder: TempDir,
 }
 
 /// The coupling mode in which the FMU needs no inputs.
@@ -40,12 +44,9 @@ impl Logger for Messages {
 /// Packs the scene, unpacks it as an importer would, and runs it with the projectile integrated inside.
 pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
     let scene = job.read_scene()?;
-    let folder = tempfile::tempdir().map_err(|e| file("create", &std::env::temp_dir(), e))?;
-    interrupt::remove_on_exit(folder.path());
-    let archive = folder.path().join("BallisticGel.fmu");
+    let (_, name) = placed(job)?;
     let (text, place) = &job.scene;
-    pack((text, place), scene.fragment.len(), &archive)?;
-    let importer = Importer::new(&archive, &folder.path().join("unpacked"), job)?;
+    let importer = Importer::new((text, place), &scene, &name)?;
     importer.start(job, &scene)?;
     let ending = importer.advance((job, &scene), progress)?;
     importer.check("fmi2Terminate", importer.fmu.terminate())?;
@@ -53,32 +54,41 @@ pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
 }
 
 impl Importer {
-    fn new(archive: &Path, unpacked: &Path, job: &Job) -> Result<Self, RunError> {
-        let (_, name) = placed(job)?;
+    /// Packs a scene, a text and the folder of its files, and unpacks and instantiates it under a name.
+    pub fn new(text: (&str, &Path), scene: &Scene, name: &str) -> Result<Self, RunError> {
+        let folder = tempfile::tempdir().map_err(|e| file("create", &std::env::temp_dir(), e))?;
+        interrupt::remove_on_exit(folder.path());
+        let (archive, unpacked) = (folder.path().join("BallisticGel.fmu"), folder.path().join("unpacked"));
+        pack(text, scene.fragment.len(), &archive)?;
         let log = Arc::new(Messages::default());
-        let made = extract_zip_archive(archive, unpacked)
+        let made = extract_zip_archive(&archive, &unpacked)
             .map_err(SimulationError::from)
             .and_then(|()| Ok(ModelDescription::from_path(&unpacked.join("modelDescription.xml"))?))
             .and_then(|description| {
                 let (guid, logger): (_, Arc<dyn Logger>) = (&description.guid, log.clone());
-                let fmu = FMU2::<CS>::new(unpacked, fmi2::MODEL, &name, guid, false, false, false, logger, false)?;
+                let fmu = FMU2::<CS>::new(&unpacked, fmi2::MODEL, name, guid, false, false, false, logger, false)?;
                 Ok((fmu, description))
             });
         match made {
-            Ok((fmu, description)) => Ok(Self { fmu, description, log }),
+            Ok((fmu, description)) => Ok(Self { fmu, description, log, _folder: folder }),
             Err(error) => Err(component("fmi2Instantiate", format!("{error}. {}", log.take()))),
         }
     }
 
-    /// Sets the parameters and initializes.
+    /// Sets the parameters of a run and initializes.
     fn start(&self, job: &Job, scene: &Scene) -> Result<(), RunError> {
         let (directory, _) = placed(job)?;
-        let threads = i32::try_from(job.threads).unwrap_or(i32::MAX);
         let texts = [self.reference("output_directory")?];
         self.check("fmi2SetString", self.fmu.setString(&texts, &[&directory]))?;
+        self.initialize(job.threads, scene.scene.end_time)
+    }
+
+    /// Initializes for so many threads and up to a time, s, with the projectile integrated inside.
+    pub fn initialize(&self, threads: usize, end: f64) -> Result<(), RunError> {
+        let threads = i32::try_from(threads).unwrap_or(i32::MAX);
         let integers = [self.reference("threads")?, self.reference("coupling.mode")?];
         self.check("fmi2SetInteger", self.fmu.setInteger(&integers, &[threads, INTEGRATED]))?;
-        self.check("fmi2SetupExperiment", self.fmu.setupExperiment(None, 0.0, Some(scene.scene.end_time)))?;
+        self.check("fmi2SetupExperiment", self.fmu.setupExperiment(None, 0.0, Some(end)))?;
         self.check("fmi2EnterInitializationMode", self.fmu.enterInitializationMode())?;
         self.check("fmi2ExitInitializationMode", self.fmu.exitInitializationMode())
     }
@@ -100,6 +110,13 @@ impl Importer {
         Ok(Ending::Completed)
     }
 
+    /// Value references of all outputs that are real numbers.
+    pub fn outputs(&self) -> Vec<u32> {
+        let is_real = |v: &&ScalarVariable| matches!(v.variableType, VariableType::Real { .. });
+        let all = self.description.modelVariables.iter().filter(|v| v.causality == Causality::Output);
+        all.filter(is_real).map(|v| v.valueReference).collect()
+    }
+
     fn reference(&self, name: &str) -> Result<u32, RunError> {
         let variable = self.description.modelVariables.iter().find(|v| v.name == name);
         let missing = || component("modelDescription.xml", format!("there is no variable {name}"));
@@ -107,7 +124,7 @@ impl Importer {
     }
 
     /// Anything but success is an error: a warning of this FMU says that files can no longer be written.
-    fn check(&self, call: &'static str, status: fmi2Status) -> Result<(), RunError> {
+    pub fn check(&self, call: &'static str, status: fmi2Status) -> Result<(), RunError> {
         if status == fmi2Status::Ok { Ok(()) } else { Err(component(call, self.log.take())) }
     }
 }

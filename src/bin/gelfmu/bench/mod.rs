@@ -1,0 +1,131 @@
+//! `gelfmu bench`: how fast this machine steps a gel, and where the time goes.
+
+mod bandwidth;
+mod calls;
+mod kernels;
+mod memory;
+mod partitions;
+mod phases;
+mod scenes;
+mod schedules;
+mod settings;
+mod spent;
+mod stand;
+mod steps;
+mod table;
+mod threads;
+
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::options::{BenchOptions, SectionName};
+use crate::pack;
+use crate::progress::Bar;
+use ballistic_gel::fmi2;
+use serde_json::{Map, Value, json};
+use settings::Settings;
+use table::Row;
+
+/// One thing to measure.
+struct Measurement {
+    section: SectionName,
+    /// What it is, for the progress.
+    what: String,
+    /// What it is thought to take, s: how far the progress goes with it.
+    cost: f64,
+    go: Box<dyn FnOnce() -> Result<Vec<Row>, Failure>>,
+}
+
+/// What was measured of one section.
+struct Section {
+    name: SectionName,
+    rows: Vec<Row>,
+}
+
+const WAITING: &str =
+    "interrupted: what was measured so far is printed after this measurement; Ctrl-C again ends at once";
+
+const WITHOUT_CALLS: &str =
+    "calls are left out: this gelfmu was built without the library of the FMU; build it with cargo build --release";
+
+/// Measures, prints, and says with which status to end.
+pub fn bench(options: &BenchOptions, console: &Console) -> Result<u8, Failure> {
+    let settings = Settings::of(options);
+    let note = console.listener();
+    if let Err(error) = interrupt::listen(move || note(WAITING)) {
+        console.note(&format!("Ctrl-C will print nothing: {error}"));
+    }
+    let mut plan = plan(&settings);
+    let wanted = settings.wants(SectionName::Calls) && !settings.is_chosen(SectionName::Calls);
+    if wanted && !pack::has_library() {
+        plan.retain(|measurement| measurement.section != SectionName::Calls);
+        console.note(WITHOUT_CALLS);
+    }
+    let sections = measure(plan, console)?;
+    console.result(&to_json(&settings, &sections), &to_text(&settings, &sections, console));
+    if interrupt::asked() { Ok(interrupt::INTERRUPTED) } else { Ok(0) }
+}
+
+/// Everything that is wanted, in order. Memory comes first: what other sections leave behind would hide its growth.
+fn plan(settings: &Settings) -> Vec<Measurement> {
+    let all = [
+        memory::plan,
+        bandwidth::plan,
+        kernels::plan,
+        phases::plan,
+        steps::plan,
+        schedules::plan,
+        partitions::plan,
+        calls::plan,
+    ];
+    let wanted = |measurement: &Measurement| settings.wants(measurement.section);
+    all.into_iter().flat_map(|plan| plan(settings)).filter(wanted).collect()
+}
+
+fn measure(plan: Vec<Measurement>, console: &Console) -> Result<Vec<Section>, Failure> {
+    let bar = Bar::new(console.is_quiet());
+    let (all, mut done) = (plan.iter().map(|measurement| measurement.cost).sum::<f64>(), 0.0);
+    let mut sections: Vec<Section> = vec![];
+    for Measurement { section, what, cost, go } in plan {
+        if interrupt::asked() {
+            break;
+        }
+        bar.show_part(&format!("{}: {what}", section.as_str()), done / all);
+        let rows = go()?;
+        match sections.last_mut() {
+            Some(last) if last.name == section => last.rows.extend(rows),
+            Some(_) | None => sections.push(Section { name: section, rows }),
+        }
+        done += cost;
+    }
+    bar.clear();
+    Ok(sections)
+}
+
+fn to_json(settings: &Settings, sections: &[Section]) -> Value {
+    let of = |section: &Section| {
+        let rows: Vec<Value> = section.rows.iter().map(Row::to_json).collect();
+        (section.name.as_str().to_owned(), json!({ "about": section.name.about(), "rows": rows }))
+    };
+    let mut all: Map<String, Value> = sections.iter().map(of).collect();
+    all.insert("settings".to_owned(), settings.to_json());
+    Value::Object(all)
+}
+
+fn to_text(settings: &Settings, sections: &[Section], console: &Console) -> String {
+    let of = |section: &Section| {
+        let (name, about) = (console.heading(section.name.as_str()), section.name.about());
+        format!("{name}: {about}\n\n{}\n", table::text(&section.rows))
+    };
+    let sections: Vec<String> = sections.iter().map(of).collect();
+    format!("{}\n\n{}", settings.describe(), sections.join("\n"))
+}
+
+/// Threads that are meant: 0 is all cores.
+fn n_threads(asked: usize) -> usize {
+    if asked > 0 {
+        asked
+    } else {
+        std::thread::available_parallelism().map_or(1, usize::from).min(fmi2::most_threads())
+    }
+}

@@ -1,0 +1,65 @@
+//! Bins, the queue and one global stable step on uniform and graded meshes: updates, seconds, updates per second.
+
+use super::Measurement;
+use super::scenes::{advance, scene, simulation};
+use super::settings::Settings;
+use super::spent::{Effort, Spent};
+use super::table::Row;
+use crate::failure::Failure;
+use crate::options::SectionName;
+
+/// Fraction of the stable step, the same for all.
+const CFL: f64 = 0.8;
+/// How far to run, s.
+const END: f64 = 1e-3;
+const QUICK_END: f64 = 0.1e-3;
+/// A run is long; once more shows what a neighbour on the machine did to it.
+const REPEATS: usize = 2;
+
+/// Meshes, and about how many seconds their runs take.
+const MESHES: [(&str, f64); 4] =
+    [("sphere-block", 2.0), ("sphere-graded-4", 2.0), ("sphere-graded-8", 6.0), ("sphere-graded-16", 25.0)];
+const SCHEDULES: [&str; 3] = ["bins", "queue", "global"];
+
+pub fn plan(settings: &Settings) -> Vec<Measurement> {
+    let meshes = if settings.quick { &MESHES[..2] } else { &MESHES[..] };
+    let end = if settings.quick { QUICK_END } else { END };
+    let pairs = meshes.iter().flat_map(|mesh| SCHEDULES.map(|schedule| (*mesh, schedule)));
+    let quick = settings.quick;
+    let of = |((mesh, cost), schedule): ((&'static str, f64), &'static str)| Measurement {
+        section: SectionName::Schedules,
+        what: format!("{mesh}, {schedule}"),
+        cost: if quick { 0.1 } else { cost },
+        go: Box::new(move || Ok(vec![row(mesh, schedule, end)?])),
+    };
+    pairs.map(of).collect()
+}
+
+fn row(mesh: &'static str, schedule: &'static str, end: f64) -> Result<Row, Failure> {
+    let keys = [("integrator.schedule", format!("{schedule:?}")), ("integrator.cfl", CFL.to_string())];
+    let scene = scene(mesh, &keys)?;
+    let (mut ended, mut last) = (Ok(()), None);
+    let effort = Effort { repeats: REPEATS, seconds: 0.0 };
+    let begin = || simulation(&scene, 1);
+    let spent = Spent::least(effort, begin, |simulation| {
+        ended = simulation.and_then(|mut simulation| {
+            advance(&mut simulation, end)?;
+            last = Some(simulation.observe());
+            Ok(())
+        });
+    });
+    ended?;
+    let cost = last.expect("a run that has ended was looked at").cost;
+    Ok(Row::default()
+        .with("mesh", mesh)
+        .with("elements", cost.elements)
+        .with("schedule", schedule)
+        .with("million_updates", cost.element_updates / 1e6)
+        .with("cpu_s", spent.cpu)
+        .with("million_per_cpu_s", cost.element_updates / spent.cpu / 1e6)
+        .with("of_one_assembled_step", cost.element_updates / cost.synchronous_updates)
+        .and("updates", cost.element_updates)
+        .and("synchronous_updates", cost.synchronous_updates)
+        .and("wall_s", spent.wall)
+        .and("end_s", end))
+}

@@ -1,0 +1,239 @@
+//! Elements on a stand: the engine's own layout and kernels, without its steps.
+
+use ballistic_gel::algebra::{Vector, Vector3};
+use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
+use ballistic_gel::contact::{Body, BodyState, Freedom, Law, Wrench};
+use ballistic_gel::element::{
+    Accumulated, Answer, DEPTH, GroupAnswer, LANES, Lanes, Local, MAX_NODES, Potential, Row, Section, Simplices,
+};
+use ballistic_gel::geometry::{Shape, Sphere};
+use ballistic_gel::material::NeoHookean;
+use ballistic_gel::mesh::{self, Block, ElementId, Mesh, NodeId, Patches, Split};
+use ballistic_gel::state::{Clock, Tick};
+use fearless_simd::Level;
+use nalgebra::UnitQuaternion;
+use std::ops::Range;
+
+/// Length of a kick, s: any will do.
+const KICK: f64 = 1e-6;
+/// Elements of a patch that is none.
+const PLAIN: usize = 1;
+
+/// What an element stands for, and whether it shares its volume change with others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Kernel {
+    /// Plane, revolution or space.
+    pub section: Section,
+    /// Pairs of triangles or groups of four tetrahedra, or each by itself.
+    pub patched: bool,
+}
+
+/// Every kernel by name: what its elements are.
+pub const KERNELS: [(&str, Kernel); 6] = [
+    ("tetrahedra", Kernel { section: Section::Spatial, patched: false }),
+    ("tetrahedra", Kernel { section: Section::Spatial, patched: true }),
+    ("triangles, planar", Kernel { section: Section::Planar { thickness: 1.0 }, patched: false }),
+    ("triangles, planar", Kernel { section: Section::Planar { thickness: 1.0 }, patched: true }),
+    ("triangles, axisymmetric", Kernel { section: Section::Axisymmetric, patched: false }),
+    ("triangles, axisymmetric", Kernel { section: Section::Axisymmetric, patched: true }),
+];
+
+/// Elements, where their nodes are, and room for what they answer.
+pub struct Stand<const D: usize> {
+    engine: Engine<D, Simplices<D>>,
+    runs: Vec<Run>,
+    local: Local,
+    stiffness: Vec<f64>,
+    answers: Vec<GroupAnswer>,
+}
+
+/// A run of the engine with what it gives to its nodes.
+struct Run {
+    nodes: Vec<NodeId>,
+    groups: Range<usize>,
+    n_elements: usize,
+    part: Vec<Accumulated>,
+}
+
+/// The instruction sets of this machine, the widest first.
+pub fn levels() -> Vec<(&'static str, Level)> {
+    let widest = Level::new();
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    let wide = [
+        widest.as_avx512().map(|simd| ("AVX-512", Level::Avx512(simd))),
+        widest.as_avx2().map(|simd| ("AVX2", Level::Avx2(simd))),
+    ];
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+    let wide = [("widest", widest)].map(Some);
+    wide.into_iter().flatten().chain([("baseline", Level::baseline())]).collect()
+}
+
+/// The block of `sphere-block` with about so many tetrahedra.
+pub fn block(n_elements: usize) -> Mesh<3> {
+    let size = cell_of_block(n_elements);
+    let planes = [mesh::uniform(-0.05, 0.05, size), mesh::uniform(-0.05, 0.05, size), mesh::uniform(-0.05, 0.0, size)];
+    mesh::block(Block { planes, split: Split::Centred, faces: vec![] })
+}
+
+/// Cells of that block, m: at 5 mm it has 51 200 tetrahedra.
+pub fn cell_of_block(n_elements: usize) -> f64 {
+    5e-3 * (51_200.0 / n_elements as f64).cbrt()
+}
+
+/// A section of it with about so many triangles, four to a cell.
+pub fn section(n_elements: usize) -> Mesh<2> {
+    let (width, height) = (0.05, 0.05);
+    let size = (4.0 * width * height / n_elements as f64).sqrt();
+    let planes = [mesh::uniform(0.0, width, size), mesh::uniform(-height, 0.0, size)];
+    mesh::block(Block { planes, split: Split::Centred, faces: vec![] })
+}
+
+impl<const D: usize> Stand<D> {
+    /// The elements of a mesh, strained by some per cent.
+    pub fn new(mesh: &Mesh<D>, kernel: Kernel) -> Self {
+        let engine = engine(mesh, kernel);
+        let own = |run: ballistic_gel::avi::Run<'_>| Run {
+            nodes: run.nodes.to_vec(),
+            groups: run.groups,
+            n_elements: run.n_elements,
+            part: vec![[0.0; 4]; run.nodes.len()],
+        };
+        let runs: Vec<Run> = engine.runs().into_iter().map(own).collect();
+        let n_groups = runs.last().map_or(0, |run| run.groups.end);
+        let (stiffness, answers) = (vec![0.0; engine.state().stiffness.len()], vec![GroupAnswer::default(); n_groups]);
+        Self { engine, runs, local: Local::new(), stiffness, answers }
+    }
+
+    /// Elements in all.
+    pub fn n_elements(&self) -> usize {
+        self.engine.gel().potential.len()
+    }
+
+    /// Most elements of a patch.
+    pub fn depth(&self) -> usize {
+        self.engine.gel().potential.patches().largest()
+    }
+
+    /// Some run away from the surface; its elements.
+    pub fn some_run(&self) -> (usize, usize) {
+        let run = self.runs.len() / 2;
+        (run, self.runs[run].n_elements)
+    }
+
+    /// Puts the nodes of a run where the kernel finds them.
+    pub fn load(&mut self, run: usize) {
+        let (state, rest) = (self.engine.state(), self.engine.gel().potential.rest());
+        for (number, node) in self.runs[run].nodes.iter().enumerate() {
+            let a = node.index();
+            self.local.load(number, &(state.position[a] - rest[a]), &state.velocity[a]);
+        }
+    }
+
+    /// The kernel over one run.
+    pub fn sweep(&mut self, level: Level, run: usize) {
+        let (lanes, groups) = (lanes(&self.engine), self.runs[run].groups.clone());
+        let width = LANES * lanes.depth();
+        let slots = groups.start * width..groups.end * width;
+        let found = (&mut self.stiffness[slots], &mut self.answers[groups.clone()]);
+        lanes.sweep(level, (groups, |_| Some(KICK)), &mut self.local, found);
+    }
+
+    /// Loads the nodes of every run.
+    pub fn load_all(&mut self) {
+        (0..self.runs.len()).for_each(|run| self.load(run));
+    }
+
+    /// The element phase: every run loaded, swept, and what it gives kept.
+    pub fn sweep_all(&mut self, level: Level) {
+        for run in 0..self.runs.len() {
+            self.load(run);
+            self.sweep(level, run);
+            let Run { nodes, part, .. } = &mut self.runs[run];
+            part.copy_from_slice(self.local.accumulated(nodes.len()));
+        }
+    }
+
+    /// The reference form over some patches: one element after the other.
+    pub fn evaluate(&self, patches: Range<usize>) -> f64 {
+        let (potential, x) = (&self.engine.gel().potential, &self.engine.state().position);
+        let mut answers = [Answer::default(); DEPTH];
+        patches.map(|patch| potential.evaluate(patch, x, &mut answers)).sum()
+    }
+
+    /// Patches in all.
+    pub fn n_patches(&self) -> usize {
+        self.engine.gel().potential.patches().len()
+    }
+
+    /// Σ energies that the last sweep found, J.
+    pub fn energy(&self) -> f64 {
+        self.answers.iter().map(|answer| answer.energy).sum()
+    }
+
+    /// Bytes that the element phase moves to or from memory for one element, counted as STREAM counts: the lanes, κ, answers and
+    /// clocks, and for each node of a run x, v, X, its last tick, its number, and what it is given.
+    pub fn bytes_per_update(&self) -> f64 {
+        let lanes = lanes(&self.engine).bytes() + size_of_val(self.stiffness.as_slice());
+        let groups = self.answers.len() * (size_of::<GroupAnswer>() + size_of::<Clock>());
+        let of_node = 3 * size_of::<Vector<D>>() + size_of::<Tick>() + size_of::<NodeId>() + size_of::<Accumulated>();
+        let nodes: usize = self.runs.iter().map(|run| run.nodes.len()).sum();
+        (lanes + groups + nodes * of_node) as f64 / self.n_elements() as f64
+    }
+
+    /// Bytes of the nodes of some run while it is swept.
+    pub fn bytes_in_cache(&self) -> usize {
+        self.runs[self.some_run().0].nodes.len() * (size_of::<Row>() + size_of::<Accumulated>())
+    }
+
+    /// As many plain elements as in a run with nodes of their own, so that no sum waits for that of a neighbour; about as
+    /// many nodes in all as a run has.
+    pub fn apart(&self) -> Lanes<D> {
+        /// Elements after which the numbers of the nodes begin again.
+        const PERIOD: usize = 64;
+        let n_elements = self.n_elements().min(self.some_run().1) / LANES * LANES;
+        let slots: Vec<Option<ElementId>> = (0..n_elements as u32).map(|element| Some(ElementId(element))).collect();
+        let number = |slot: usize, a: usize| (slot % PERIOD * MAX_NODES + a) as u16;
+        let nodes: Vec<[u16; MAX_NODES]> =
+            (0..slots.len()).map(|slot| std::array::from_fn(|a| number(slot, a))).collect();
+        self.engine.gel().potential.lanes(&slots, PLAIN, &nodes).expect("simplices have lanes")
+    }
+
+    /// The kernel over lanes by themselves; how many elements that were.
+    pub fn sweep_alone(&mut self, level: Level, lanes: &Lanes<D>, n_elements: usize) {
+        let groups = n_elements / LANES;
+        let found = (&mut self.stiffness[..n_elements], &mut self.answers[..groups]);
+        lanes.sweep(level, (0..groups, |_| Some(KICK)), &mut self.local, found);
+    }
+}
+
+fn lanes<const D: usize>(engine: &Engine<D, Simplices<D>>) -> &Lanes<D> {
+    engine.lanes().expect("simplices in bins have lanes")
+}
+
+fn engine<const D: usize>(mesh: &Mesh<D>, kernel: Kernel) -> Engine<D, Simplices<D>> {
+    let n = mesh.elements.len();
+    let patches = if kernel.patched { Patches::grouped(mesh) } else { Patches::alone(n) };
+    let simplices = Simplices::in_patches(mesh, patches, (NeoHookean::new(68_966.0, 666_667.0), kernel.section));
+    let mass = simplices.lumped_masses(mesh, 1030.0);
+    let surface = Surface::new::<D>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));
+    let law = Law::Moreau { restitution: 0.0, bias: 0.0, friction: 0.0 };
+    let rules = Rules { schedule: Kind::Bins, cfl: 0.8, law, force_window: 1.0 };
+    let shear = |x: &Vector<D>| Vector::<D>::from_fn(|i, _| 0.02 * x[(i + 1) % D]);
+    let nodes = mesh.rest.iter().map(|x| (x + shear(x), shear(x))).collect();
+    Engine::new(Gel::new(simplices, mass, &mesh.held, surface), vec![nobody()], rules, nodes)
+}
+
+/// A body that is not there.
+fn nobody() -> (Body, BodyState) {
+    let state = BodyState {
+        time: 0.0,
+        position: Vector3::zeros(),
+        velocity: Vector3::zeros(),
+        orientation: UnitQuaternion::identity(),
+        angular_momentum: Vector3::zeros(),
+        wrench: Wrench::default(),
+        bulge: None,
+        active: false,
+    };
+    (Body::fixed(Shape::Sphere(Sphere { radius: 1.0 }), Freedom::SPATIAL), state)
+}
