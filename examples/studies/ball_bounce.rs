@@ -14,35 +14,37 @@ const BULK_TO_SHEAR: [f64; 3] = [25.0, 100.0, 400.0];
 /// K/G at which an element that locks would no longer converge; the reference is for 100, and 0.2 % softer.
 const NEARLY_INCOMPRESSIBLE: f64 = 1600.0;
 
-/// Depth and restitution of `ball-bounce` by speed, mesh size and K/G.
+/// Depth and restitution of `ball-bounce` by speed, kind of element, mesh size and K/G.
 pub fn study() {
     println!(
-        "| v, m/s | K/G | h, mm | depth, mm | ref | error, % | at, ms | ref | e | ref | error | defect | seconds |"
+        "| element | v, m/s | K/G | h, mm | depth, mm | ref | error, % | at, ms | ref | e | ref | error | defect | seconds |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for shot in SHOTS {
+        row("patch", shot, (1e-3, 100.0));
         for size in SIZES {
-            row(shot, size, 100.0);
+            row("plain", shot, (size, 100.0));
         }
         for ratio in BULK_TO_SHEAR.into_iter().filter(|ratio| *ratio != 100.0) {
-            row(shot, 1e-3, ratio);
+            row("plain", shot, (1e-3, ratio));
         }
     }
     for size in SIZES {
-        row(SHOTS[2], size, NEARLY_INCOMPRESSIBLE);
+        row("plain", SHOTS[2], (size, NEARLY_INCOMPRESSIBLE));
     }
 }
 
-fn row((speed, end, [depth, at, restitution]): (f64, f64, [f64; 3]), size: f64, ratio: f64) {
+fn row(element: &str, (speed, end, [depth, at, restitution]): (f64, f64, [f64; 3]), (size, ratio): (f64, f64)) {
     let keys = [
         ("projectile.velocity", format!("[0.0, 0.0, {}]", -speed)),
         ("scene.end_time", format!("{end}")),
         ("gel.bulk_modulus", format!("{}", ratio * 35e3)),
         ("mesh.size", format!("{size}")),
         ("mesh.grading.core", "0.02".to_owned()),
+        ("mesh.element", element.to_owned()),
     ];
     let Run { last, failure, seconds } = run(&scene("ball-bounce", &keys), 1, |_| {});
-    print!("| {speed} | {ratio} | {} |", 1e3 * size);
+    print!("| {element} | {speed} | {ratio} | {} |", 1e3 * size);
     if let Some(failure) = failure {
         println!(" stopped: {failure} | | | | | | | | | |");
         return;

@@ -178,7 +178,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             found.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
             for one in found.chunk_by(|a, b| a.0 == b.0).filter(|one| self.within(one[0].0, one[0].1)) {
                 let sizes = one.iter().map(|(_, _, size)| *size);
-                let sizes = sizes.fold((f64::INFINITY, 0.0_f64), |(least, most), size| (least.min(size), most.max(size)));
+                let sizes =
+                    sizes.fold((f64::INFINITY, 0.0_f64), |(least, most), size| (least.min(size), most.max(size)));
                 facets.push((body as u32, one[0].0, sizes));
             }
         }
