@@ -278,13 +278,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             // Where all groups are of one step, each node is seen once, otherwise with every element.
             (block.steps.0 != block.steps.1).then(|| i * n..state.clocks.len().min((i + 1) * n))
         };
-        let mut groups = vec![0..state.clocks.len()];
+        let mut groups: Vec<usize> = (0..state.clocks.len()).collect();
         if let Some(blocks) = &self.blocks {
-            groups = blocks.all.iter().enumerate().filter_map(|at| mixed(at, blocks.groups)).collect();
+            groups = blocks.all.iter().enumerate().filter_map(|at| mixed(at, blocks.groups)).flatten().collect();
             let even = blocks.all.iter().enumerate().filter(|(_, block)| block.steps.0 == block.steps.1);
             even.for_each(|(i, block)| block.nodes.iter().for_each(|node| see(last(i * blocks.groups), node)));
         }
-        for group in groups.into_iter().flatten() {
+        for group in groups {
             let nodes = order.elements(order.slots(group)).flat_map(|element| gel.potential.nodes(element));
             nodes.for_each(|node| see(last(group), node));
         }

@@ -74,5 +74,5 @@ fn fine(mesh: &Mesh<3>) -> f64 {
 fn longest_edge(x: &[Vector<3>], nodes: &[NodeId; 4]) -> f64 {
     let from_first = edges(x, nodes);
     let [a, b, c] = [0, 1, 2].map(|i| Vector::<3>::from(from_first.column(i)));
-    [a, b, c, b - a, c - b, a - c].iter().map(|edge| edge.norm()).fold(0.0, f64::max)
+    [a, b, c, b - a, c - b, a - c].iter().map(Vector::<3>::norm).fold(0.0, f64::max)
 }
