@@ -105,6 +105,12 @@ impl<const D: usize> Simplices<D> {
         mass
     }
 
+    /// The nodes of the elements.
+    #[must_use]
+    pub fn elements(&self) -> &[Simplex] {
+        &self.elements
+    }
+
     /// Rest volume, m³.
     #[must_use]
     pub fn volume(&self, element: ElementId) -> f64 {

@@ -118,7 +118,7 @@ where
     if ticks > MOST_TICKS {
         return Err(BuildError::TooLong { ticks, limit: MOST_TICKS });
     }
-    Ok(Box::new(Gelatin { engine, mesh }))
+    Ok(Box::new(Gelatin { engine, facets: mesh.facets }))
 }
 
 fn material(scene: &Scene) -> NeoHookean {

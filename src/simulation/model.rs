@@ -7,7 +7,7 @@ use crate::avi::{Engine, Gel, Run, StepError, SurfaceNode, Totals};
 use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Potential, Simplices};
 use crate::ledger::Ledger;
-use crate::mesh::{Mesh, NodeId};
+use crate::mesh::{Facet, NodeId};
 use crate::state::{Clock, Record, State, Tick};
 
 /// Reach of the contact now.
@@ -53,10 +53,11 @@ pub(super) trait Model: Send {
     fn runs(&self) -> Vec<Run<'_>>;
 }
 
-/// A gel of simplices and the mesh it was made from.
+/// A gel of simplices.
 pub(super) struct Gelatin<const D: usize> {
     pub engine: Engine<D, Simplices<D>>,
-    pub mesh: Mesh<D>,
+    /// The boundary of its mesh.
+    pub facets: Vec<Facet>,
 }
 
 /// Overlap at the start that contact can take, in element sizes.
@@ -84,7 +85,7 @@ const TOUCHING: f64 = 0.1;
 impl<const D: usize> Gelatin<D> {
     fn cells(&self, t: f64) -> FrameCells {
         let (measured, potential) = (self.engine.measure_at(t), &self.engine.gel().potential);
-        let mut energy_density = vec![0.0; self.mesh.elements.len()];
+        let mut energy_density = vec![0.0; self.engine.gel().potential.len()];
         for (patch, energy) in measured.energy.iter().enumerate() {
             let elements = potential.patches().of(patch);
             let volume: f64 = elements.iter().map(|element| potential.volume(*element)).sum();
@@ -93,11 +94,11 @@ impl<const D: usize> Gelatin<D> {
             }
         }
         FrameCells {
-            nodes: self.mesh.elements.iter().map(|nodes| nodes.map(|n| n.0)).collect(),
+            nodes: self.engine.gel().potential.elements().iter().map(|nodes| nodes.map(|n| n.0)).collect(),
             step: self.engine.steps(),
             jacobian: measured.jacobian,
             energy_density,
-            facets: self.mesh.facets.iter().map(|nodes| nodes.map(|n| n.0)).collect(),
+            facets: self.facets.iter().map(|nodes| nodes.map(|n| n.0)).collect(),
         }
     }
 
@@ -173,7 +174,7 @@ where
 
     fn counts(&self) -> (usize, usize, usize) {
         let crushed = self.engine.state().clocks.iter().map(|clock| clock.crushed as usize).sum();
-        (self.mesh.elements.len(), self.mesh.rest.len(), crushed)
+        (self.engine.gel().potential.len(), self.engine.gel().mass.len(), crushed)
     }
 
     fn steps(&self) -> (f64, f64) {
@@ -192,9 +193,9 @@ where
     }
 
     fn frame(&self, t: f64) -> Frame {
-        let n = self.mesh.rest.len() as u32;
+        let n = self.engine.gel().mass.len() as u32;
         let points: Vec<Vector3> = (0..n).map(|i| embed(&self.engine.position_at(NodeId(i), t))).collect();
-        let displacements = points.iter().zip(&self.mesh.rest).map(|(x, rest)| x - embed(rest)).collect();
+        let displacements = points.iter().zip(self.engine.gel().potential.rest()).map(|(x, rest)| x - embed(rest)).collect();
         let place = |i: usize| {
             let (body, last) = self.body(i);
             let at = last.at(body, t);
