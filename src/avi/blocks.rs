@@ -36,7 +36,7 @@ pub(super) struct Block {
     pub nodes: Vec<NodeId>,
     /// The nodes of the surface among them: number here and there.
     pub surface: Vec<(u16, u32)>,
-    /// What its last sweep gave to its nodes.
+    /// What its last sweep gave to its nodes, and Σ κ of all its elements there.
     pub part: Vec<Accumulated>,
     /// Elements in it.
     pub n_elements: u64,
@@ -150,11 +150,13 @@ impl<const D: usize> Blocks<D> {
         self.all[block].steps = steps.fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
     }
 
-    /// All steps, who moves, and nothing known of what is still.
-    pub fn restart(&mut self, clocks: &[Clock], moves: impl Fn(usize) -> bool) {
+    /// All steps and stiffnesses, who moves, and nothing known of what is still.
+    pub fn restart(&mut self, (clocks, stiffness): (&[Clock], &[f64]), moves: impl Fn(usize) -> bool) {
         for i in 0..self.all.len() {
             self.pace(i, clocks);
             let block = &mut self.all[i];
+            let groups = i * self.groups..clocks.len().min((i + 1) * self.groups);
+            self.lanes.sum_stiffness(groups, &stiffness[i * SLOTS..], &mut block.part);
             block.still = false;
             block.restless = true;
             *block.awake.get_mut() = block.nodes.iter().any(|node| moves(node.index()));
@@ -207,11 +209,6 @@ impl Block {
     /// Whether what it gives to its nodes at this tick is in its part.
     pub fn gives(&self) -> bool {
         self.due != Due::Nothing && self.is_awake()
-    }
-
-    /// Whether its part has Σ κ of all its elements.
-    pub fn is_summed(&self) -> bool {
-        self.due == Due::All
     }
 
     /// The numbers of its nodes that fire.

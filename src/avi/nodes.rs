@@ -1,13 +1,12 @@
 //! The node phase of the fast form: every active node drifts, learns its limit and takes its kick, by itself.
 
-use super::blocks::Blocks;
+use super::blocks::{Blocks, Due, Spot};
 use super::engine::Engine;
 use super::kick::Taken;
-use super::pace::nodal_limit;
+use super::pace::limit;
 use super::pool::{Cut, share};
 use crate::algebra::{Vector, embed};
 use crate::element::Potential;
-use crate::mesh::NodeId;
 use crate::state::Tick;
 use std::sync::atomic::Ordering;
 
@@ -159,7 +158,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let Some(blocks) = &mut self.blocks else { return };
         let active = &mut self.scratch.active;
         active.clear();
-        active.all = blocks.all.iter().all(|block| block.is_summed() && block.is_awake());
+        active.all = blocks.all.iter().all(|block| block.due == Due::All && block.is_awake());
         if active.all {
             return;
         }
@@ -175,21 +174,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Drifts the active nodes and gathers their limits afresh; the least of those, s.
     pub(super) fn drift_and_limit(&mut self, tick: Tick) -> f64 {
         let (gel, grid, cfl) = (self.gel.clone(), self.grid, self.rules.cfl);
-        let (stiffness, order) = (std::mem::take(&mut self.state.stiffness), self.order.clone());
         let sums = self.over_nodes(|a, node, blocks, sums| {
             *node.position += *node.velocity * grid.time(tick - *node.last);
             *node.last = tick;
-            let spots = blocks.spots(a);
-            let summed = spots.iter().all(|spot| blocks.all[spot.block as usize].is_summed());
-            *node.limit = if summed {
-                let part = |spot: &super::blocks::Spot| blocks.all[spot.block as usize].part[spot.number as usize][3];
-                cfl * super::pace::limit(spots.iter().map(part).sum(), gel.mass[a])
-            } else {
-                cfl * nodal_limit(&*gel, (&stiffness, &order), NodeId(a as u32))
-            };
+            let part = |spot: &Spot| blocks.all[spot.block as usize].part[spot.number as usize][3];
+            *node.limit = cfl * limit(blocks.spots(a).iter().map(part).sum(), gel.mass[a]);
             sums.limit = sums.limit.min(*node.limit);
         });
-        self.state.stiffness = stiffness;
         sums.limit
     }
 

@@ -145,7 +145,7 @@ impl Block {
         self.was_swept = true;
         let groups = index * n..sweep.clocks.len().min((index + 1) * n);
         let weight = |group: usize| sweep.weight(sweep.clocks[group].step);
-        lanes.sweep(level, (groups.clone(), weight), local, (stiffness, answers));
+        lanes.sweep(level, (groups.clone(), weight), local, (&mut *stiffness, &mut *answers));
         let given = local.accumulated(self.nodes.len());
         if self.due == Due::All {
             self.part.copy_from_slice(given);
@@ -154,6 +154,7 @@ impl Block {
             for number in &self.touched {
                 self.part[usize::from(*number)] = given[usize::from(*number)];
             }
+            lanes.sum_stiffness(groups.clone(), stiffness, &mut self.part);
         }
         self.still = !moves && self.due == Due::All;
         self.inspect(sweep, (groups, answers), moves);

@@ -195,7 +195,8 @@ where
     fn frame(&self, t: f64) -> Frame {
         let n = self.engine.gel().mass.len() as u32;
         let points: Vec<Vector3> = (0..n).map(|i| embed(&self.engine.position_at(NodeId(i), t))).collect();
-        let displacements = points.iter().zip(self.engine.gel().potential.rest()).map(|(x, rest)| x - embed(rest)).collect();
+        let displacements =
+            points.iter().zip(self.engine.gel().potential.rest()).map(|(x, rest)| x - embed(rest)).collect();
         let place = |i: usize| {
             let (body, last) = self.body(i);
             let at = last.at(body, t);
