@@ -16,7 +16,10 @@ impl Threads {
         let mut others = BTreeMap::new();
         for task in std::fs::read_dir("/proc/self/task").ok()? {
             let task = task.ok()?;
-            others.insert(task.file_name(), on_core(&task.path().join("schedstat"))?);
+            // A thread may end between its name and its numbers.
+            if let Some(seconds) = on_core(&task.path().join("schedstat")) {
+                others.insert(task.file_name(), seconds);
+            }
         }
         let this = std::fs::read_link("/proc/thread-self").ok()?;
         let own = others.remove(this.file_name()?)?;
