@@ -7,10 +7,11 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
+use super::shuffle::{gather, scatter};
 use super::{MAX_NODES, Section};
 use crate::algebra::{Number, Vector};
 use crate::material::NeoHookean;
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, dispatch, f64x4, f64x8};
+use fearless_simd::{Level, Select, Simd, SimdBase, dispatch, f64x8};
 use std::ops::Range;
 
 /// Patches side by side.
@@ -240,7 +241,7 @@ impl<const D: usize> Lanes<D> {
         let mut rows = [[[zero; 8]; MAX_NODES]; N];
         let mut strains = [Strains::at_rest(zero); N];
         for k in 0..N {
-            gather(&batches[k], &local.rows, &mut rows[k]);
+            gather::<D, S>(&batches[k].nodes, &local.rows, &mut rows[k]);
             self.strain(&batches[k], &rows[k], &mut strains[k]);
         }
         let mut slopes = [Slopes { slope: zero, curvature: zero }; N];
@@ -252,7 +253,7 @@ impl<const D: usize> Lanes<D> {
             let element = (&strains[k], &slopes[k], &rows[k]);
             let sums = self.forces((&batches[k], weight), element, &mut kicks);
             (energy, power) = (energy + sums.0, power + sums.1);
-            scatter(&batches[k], &kicks, &mut local.accumulated);
+            scatter::<D, S>(&batches[k].nodes, &kicks, &mut local.accumulated);
             kicks[0][3].store_slice(&mut stiffness[k * LANES..(k + 1) * LANES]);
             note(&mut answer, k, strains[k].jacobian.into());
         }
@@ -443,66 +444,4 @@ fn sum(wide: Wide) -> f64 {
         sum += wide[l];
     }
     sum
-}
-
-/// The rows of the nodes of eight elements, turned: component by component, eight lanes each.
-#[inline(always)]
-fn gather<const D: usize, S: Simd>(
-    batch: &Batch<D>,
-    rows: &[Row; MOST_LOCAL_NODES],
-    gathered: &mut [[f64x8<S>; 8]; MAX_NODES],
-) {
-    let simd = gathered[0][0].simd;
-    for a in 0..=D {
-        for l in 0..LANES {
-            gathered[a][l] = wide(simd, &rows[place(batch.nodes[a][l])]);
-        }
-        transpose(simd, &mut gathered[a]);
-    }
-}
-
-/// Adds what eight elements give to their nodes, one lane after the other.
-#[inline(always)]
-fn scatter<const D: usize, S: Simd>(
-    batch: &Batch<D>,
-    kicks: &[[f64x8<S>; 4]; MAX_NODES],
-    accumulated: &mut [Accumulated; MOST_LOCAL_NODES],
-) {
-    let simd = kicks[0][0].simd;
-    for pair in 0..MAX_NODES / 2 {
-        let (a, b) = (2 * pair, 2 * pair + 1);
-        let mut both =
-            [kicks[a][0], kicks[a][1], kicks[a][2], kicks[a][3], kicks[b][0], kicks[b][1], kicks[b][2], kicks[b][3]];
-        transpose(simd, &mut both);
-        for l in 0..LANES {
-            let (first, second) = both[l].split();
-            add(simd, &mut accumulated[place(batch.nodes[a][l])], first);
-            if b <= D {
-                add(simd, &mut accumulated[place(batch.nodes[b][l])], second);
-            }
-        }
-    }
-}
-
-#[inline(always)]
-fn add<S: Simd>(simd: S, sum: &mut Accumulated, part: f64x4<S>) {
-    (f64x4::from_slice(simd, sum) + part).store_slice(sum);
-}
-
-/// A number within the block; the mask tells the compiler that it is in bounds.
-#[inline(always)]
-fn place(node: u16) -> usize {
-    usize::from(node) & (MOST_LOCAL_NODES - 1)
-}
-
-/// Rows and columns of eight times eight numbers exchanged: three rounds of shuffling, as three bits of an index turn.
-#[inline(always)]
-fn transpose<S: Simd>(simd: S, r: &mut [f64x8<S>; 8]) {
-    for _ in 0..3 {
-        let last = *r;
-        for i in 0..4 {
-            r[2 * i] = simd.zip_low_f64x8(last[i], last[i + 4]);
-            r[2 * i + 1] = simd.zip_high_f64x8(last[i], last[i + 4]);
-        }
-    }
 }

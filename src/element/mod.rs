@@ -1,6 +1,7 @@
 //! Potential energies made of elements, in patches that share a volume change: what the integrator steps.
 
 mod lanes;
+mod shuffle;
 mod simplices;
 
 use crate::algebra::Vector;
