@@ -64,7 +64,7 @@ fn a_point_that_is_sharper_than_the_mesh_neither_leaks_nor_makes_energy() {
 fn an_end_nearly_as_sharp_as_the_mesh_does_not_leak_wherever_it_lands() {
     for at in [[0.5, 1.0 / 6.0], [0.5, 0.0], [0.2, 0.6]] {
         let (surface, defect) = shoot(&slow("ogive, meplat", 5e-3, at));
-        assert!(surface < 0.3 * 5e-3 && defect < 2e-3, "{at:?}: {surface} m deep, {defect:e}");
+        assert!(surface < 0.3 * 5e-3 && defect < 2.5e-3, "{at:?}: {surface} m deep, {defect:e}");
     }
 }
 
