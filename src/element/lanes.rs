@@ -177,15 +177,14 @@ impl<const D: usize> Lanes<D> {
 
     /// Σ κ at the nodes of a block, in the order of a sweep over all its groups: the same bits.
     pub fn sum_stiffness(&self, groups: Range<usize>, stiffness: &[f64], part: &mut [Accumulated]) {
-        part.iter_mut().for_each(|sum| sum[3] = 0.0);
+        for sum in part.iter_mut() {
+            sum[3] = 0.0;
+        }
         let batches = &self.batches[groups.start * self.depth..groups.end * self.depth];
         for (batch, stiffness) in batches.iter().zip(stiffness.chunks_exact(LANES)) {
-            for pair in [[0, 1], [2, 3]] {
-                for (lane, stiffness) in stiffness.iter().enumerate() {
-                    for a in pair.into_iter().filter(|a| *a <= D) {
-                        part[usize::from(batch.nodes[a][lane])][3] += stiffness;
-                    }
-                }
+            let lanes = |pair: [usize; 2]| (0..LANES).flat_map(move |lane| pair.map(|a| (a, lane)));
+            for (a, lane) in lanes([0, 1]).chain(lanes([2, 3])).filter(|(a, _)| *a <= D) {
+                part[usize::from(batch.nodes[a][lane])][3] += stiffness[lane];
             }
         }
     }
