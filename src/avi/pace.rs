@@ -288,7 +288,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// The shortest stable step of the elements of a node by themselves, ticks: with all of them at that step they fire together.
     /// Not the shortest they have: a step that contact has shortened would spread over all of the contact, and the finest cell
-    /// would set the step of every one (a mesh of 1:8 took 15 % more updates, the depth is the same to 0.01 %).
+    /// would set the step of every one: a mesh of 1:8 took 16 % more updates then, when the surface did not yet stand apart either.
+    /// The depth differed by 0.01 %.
     fn stable_around(&self, node: NodeId) -> f64 {
         let around = self.gel.star.of(node).iter().flat_map(|element| self.gel.potential.nodes(*element));
         self.grid.ticks(around.map(|node| self.node_limit(*node)).fold(f64::INFINITY, f64::min))

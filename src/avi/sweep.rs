@@ -172,32 +172,32 @@ impl Block {
         moves
     }
 
+    /// Notes what the groups that fire answered.
     fn inspect<const D: usize>(
         &mut self,
         sweep: &Sweep<'_, D>,
         (groups, answers): (std::ops::Range<usize>, &[GroupAnswer]),
         moves: bool,
     ) {
-        for (group, answer) in groups.zip(answers) {
-            let clock = &sweep.clocks[group];
-            if sweep.weight(clock.step).is_none() {
-                continue;
-            }
+        let firing = |group: &usize| sweep.weight(sweep.clocks[*group].step).is_some();
+        let elements = |group: usize| sweep.order.elements(sweep.order.slots(group)).count() as u64;
+        self.report.updates = match (moves, self.due) {
+            (false, _) | (true, Due::Nothing) => 0,
+            (true, Due::All) => self.n_elements,
+            (true, Due::Some) => groups.clone().filter(firing).map(elements).sum(),
+        };
+        for (group, answer) in groups.zip(answers).filter(|(group, _)| firing(group)) {
             self.report.least_jacobian = self.report.least_jacobian.min(answer.least_jacobian);
-            let fails = !answer.energy.is_finite() || answer.inverted & clock.inverted != 0;
-            if fails && self.report.failed.is_none() {
+            if self.report.failed.is_none() && fails(&sweep.clocks[group], answer) {
                 self.report.failed = Some(group);
             }
-            let elements = || sweep.order.elements(sweep.order.slots(group)).count() as u64;
-            self.report.updates += match (moves, self.due) {
-                (false, _) | (true, Due::All) => 0,
-                (true, _) => elements(),
-            };
-        }
-        if moves && self.due == Due::All {
-            self.report.updates = self.n_elements;
         }
     }
+}
+
+/// Whether an answer ends the run: an element inverted for the second tick in a row, or an energy that is no number.
+pub(super) fn fails(clock: &Clock, answer: &GroupAnswer) -> bool {
+    !answer.energy.is_finite() || answer.inverted & clock.inverted != 0
 }
 
 impl<const D: usize> Sweep<'_, D> {

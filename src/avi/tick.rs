@@ -5,7 +5,7 @@ use super::blocks::Blocks;
 use super::engine::Engine;
 use super::impact::STRETCH;
 use super::schedule::Kind;
-use super::sweep::Sweep;
+use super::sweep::{Sweep, fails};
 use crate::contact::Exchange;
 use crate::element::Potential;
 use crate::mesh::ElementId;
@@ -214,10 +214,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// An element that is inverted for the second tick in a row, or whose energy is not a number, ends the run; nothing but
     /// the drift has happened then.
     fn check_elements(&self, time: f64) -> Result<(), StepError> {
-        let fails = |group: &usize| {
-            let (answer, clock) = (&self.scratch.answers[*group], &self.state.clocks[*group]);
-            !answer.energy.is_finite() || answer.inverted & clock.inverted != 0
-        };
+        let fails = |group: &usize| fails(&self.state.clocks[*group], &self.scratch.answers[*group]);
         let failed = match &self.blocks {
             Some(blocks) => blocks.all.iter().find_map(|block| block.report.failed),
             None => self.scratch.due.iter().map(|group| *group as usize).find(fails),
