@@ -144,10 +144,16 @@ pub fn ln<T: Number>(x: T) -> T {
     let f = m - 1.0;
     let s = f / (m + 1.0);
     let z = s * s;
-    let mut tail = x.constant(2.0 / 23.0);
-    for odd in [21.0, 19.0, 17.0, 15.0, 13.0, 11.0, 9.0, 7.0, 5.0, 3.0] {
-        tail = tail * z + 2.0 / odd;
+    // Every other term by itself: two short chains, not a long one that all would wait for.
+    let w = z * z;
+    let (mut even, mut odd) = (x.constant(2.0 / 23.0), x.constant(2.0 / 21.0));
+    for at in [19.0, 15.0, 11.0, 7.0, 3.0] {
+        even = even * w + 2.0 / at;
     }
+    for at in [17.0, 13.0, 9.0, 5.0] {
+        odd = odd * w + 2.0 / at;
+    }
+    let tail = even + odd * z;
     let half = f * 0.5 * f;
     // 2s = f − s f and s f = f²/2 − s f²/2: the leading term f stays exact.
     k * LN2_HIGH - ((half - (s * (half + z * tail) + k * LN2_LOW)) - f)

@@ -4,13 +4,14 @@
 //! gathers from the blocks around it in their order. So no thread writes where another one reads, and no bit depends on
 //! who came first.
 
-use super::Gel;
 use super::order::Order;
-use crate::algebra::Vector;
+use super::pace::RAISE_MARGIN;
+use super::{Gel, TickGrid};
 use crate::element::{Accumulated, Lanes, Local, MAX_NODES, Potential};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Slots of a block: with 1024 tetrahedra, 330 nodes and what is accumulated at them take 32 kB of cache, and a node is in 1.7
@@ -36,8 +37,8 @@ pub(super) struct Block {
     pub nodes: Vec<NodeId>,
     /// The nodes of the surface among them: number here and there.
     pub surface: Vec<(u16, u32)>,
-    /// What its last sweep gave to its nodes, and Σ κ of all its elements there.
-    pub part: Vec<Accumulated>,
+    /// Where its part begins.
+    pub first: usize,
     /// Elements in it.
     pub n_elements: u64,
     /// Least and greatest step of its groups, ticks.
@@ -51,7 +52,7 @@ pub(super) struct Block {
     /// Whether some node of it has moved or moves.
     pub awake: AtomicBool,
     /// Whether a node of it was active at this tick through another block.
-    pub looked_at: AtomicBool,
+    pub looked_at: bool,
     /// Whether a group of it may raise its step.
     pub restless: bool,
     /// Whether it was swept at this tick.
@@ -77,20 +78,36 @@ impl Default for Report {
     }
 }
 
-/// Where a node is: which block, and its number there.
+/// Where a node is: which block, and where what that gives it stands among all parts.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spot {
     pub block: u32,
-    pub number: u32,
+    pub at: u32,
+}
+
+/// What the nodes of a block look up and leave at a tick.
+#[derive(Debug, Default)]
+pub(super) struct Front {
+    /// Whether what the block gives to them is in its part.
+    pub gives: bool,
+    /// From which limit on and below which one the steps of the block stay as they are, s.
+    calm: (f64, f64),
+    /// Whether a node has found another one.
+    stirred: AtomicBool,
 }
 
 /// All blocks.
 #[derive(Debug)]
 pub(super) struct Blocks<const D: usize> {
     pub all: Vec<Block>,
+    /// What the last sweep of each block gave to its nodes, and Σ κ of all its elements there.
+    pub parts: Vec<Accumulated>,
+    /// One of each block.
+    pub fronts: Vec<Front>,
     pub lanes: Lanes<D>,
-    /// Groups of a block.
+    /// Groups of a block, and in all.
     pub groups: usize,
+    n_groups: usize,
     start: Vec<u32>,
     spots: Vec<Spot>,
     /// One for each thread.
@@ -106,7 +123,12 @@ impl<const D: usize> Blocks<D> {
         let slots: Vec<Option<ElementId>> = (0..order.n_slots()).map(|slot| order.element(slot)).collect();
         let mut local = vec![[0; MAX_NODES]; slots.len()];
         let runs = slots.chunks(SLOTS).zip(local.chunks_mut(SLOTS));
-        let blocks: Vec<Block> = runs.map(|(slots, local)| Block::new(gel, slots, local)).collect();
+        let mut blocks: Vec<Block> = runs.map(|(slots, local)| Block::new(gel, slots, local)).collect();
+        let mut n_parts = 0;
+        for block in &mut blocks {
+            block.first = n_parts;
+            n_parts += block.nodes.len();
+        }
         let lanes = gel.potential.lanes(&slots, order.depth(), &local)?;
         let n_nodes = gel.mass.len();
         let mut start = vec![0; n_nodes + 1];
@@ -117,16 +139,18 @@ impl<const D: usize> Blocks<D> {
             start[i + 1] += start[i];
         }
         let mut fill = start.clone();
-        let mut spots = vec![Spot { block: 0, number: 0 }; start[n_nodes] as usize];
+        let mut spots = vec![Spot { block: 0, at: 0 }; n_parts];
         for (i, block) in blocks.iter().enumerate() {
             for (number, node) in block.nodes.iter().enumerate() {
                 let at = &mut fill[node.index()];
-                spots[*at as usize] = Spot { block: i as u32, number: number as u32 };
+                spots[*at as usize] = Spot { block: i as u32, at: (block.first + number) as u32 };
                 *at += 1;
             }
         }
-        let (groups, locals) = (SLOTS / order.width(), vec![Local::new()]);
-        Some(Self { all: blocks, lanes, groups, start, spots, locals, level: Level::new(), never_rest: false })
+        let (groups, n_groups, locals) = (SLOTS / order.width(), order.n_groups(), vec![Local::new()]);
+        let (parts, fronts) = (vec![[0.0; 4]; n_parts], blocks.iter().map(|_| Front::default()).collect());
+        let (level, never_rest) = (Level::new(), false);
+        Some(Self { all: blocks, parts, fronts, lanes, groups, n_groups, start, spots, locals, level, never_rest })
     }
 
     /// Where a node is, in the order of the blocks.
@@ -135,28 +159,45 @@ impl<const D: usize> Blocks<D> {
         &self.spots[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
-    /// Adds to what a block gives to a node of it.
-    pub fn add(&mut self, block: usize, node: NodeId, impulse: &Vector<D>) {
-        let at = self.spots(node.index()).iter().find(|spot| spot.block as usize == block);
-        let number = at.expect("a node of the block").number as usize;
-        let part = &mut self.all[block].part[number];
-        (0..D).for_each(|i| part[i] += impulse[i]);
+    /// The groups of a block.
+    pub fn groups_of(&self, block: usize) -> Range<usize> {
+        groups_of(block, self.groups, self.n_groups)
     }
 
     /// Takes the steps of its groups into a block.
     pub fn pace(&mut self, block: usize, clocks: &[Clock]) {
-        let groups = block * self.groups..clocks.len().min((block + 1) * self.groups);
-        let steps = clocks[groups].iter().map(|clock| clock.step);
+        let steps = clocks[self.groups_of(block)].iter().map(|clock| clock.step);
         self.all[block].steps = steps.fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
+    }
+
+    /// A node of a block has this limit, s, and moves or not; a block around a node that moves must be swept from now on.
+    #[inline]
+    pub fn tell(&self, block: usize, limit: f64, moves: bool) {
+        let front = &self.fronts[block];
+        let calm = front.calm.0 <= limit && limit < front.calm.1;
+        if !calm {
+            front.stirred.store(true, Ordering::Relaxed);
+        }
+        if moves && !front.gives {
+            self.all[block].awake.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// The blocks around a node that moves must be swept from now on.
+    pub fn wake(&self, node: usize) {
+        for spot in self.spots(node) {
+            self.all[spot.block as usize].awake.store(true, Ordering::Relaxed);
+        }
     }
 
     /// All steps and stiffnesses, who moves, and nothing known of what is still.
     pub fn restart(&mut self, (clocks, stiffness): (&[Clock], &[f64]), moves: impl Fn(usize) -> bool) {
         for i in 0..self.all.len() {
             self.pace(i, clocks);
+            let groups = self.groups_of(i);
             let block = &mut self.all[i];
-            let groups = i * self.groups..clocks.len().min((i + 1) * self.groups);
-            self.lanes.sum_stiffness(groups, &stiffness[i * SLOTS..], &mut block.part);
+            let part = &mut self.parts[block.first..block.first + block.nodes.len()];
+            self.lanes.sum_stiffness(groups, &stiffness[i * SLOTS..], part);
             block.still = false;
             block.restless = true;
             *block.awake.get_mut() = block.nodes.iter().any(|node| moves(node.index()));
@@ -165,10 +206,31 @@ impl<const D: usize> Blocks<D> {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let of = |block: &Block| {
-            size_of::<Block>() + 4 * block.nodes.capacity() + 8 * block.surface.capacity() + 32 * block.part.capacity()
-        };
-        self.lanes.bytes() + self.all.iter().map(of).sum::<usize>() + 4 * self.start.len() + 8 * self.spots.len()
+        let of = |block: &Block| size_of::<Block>() + 4 * block.nodes.capacity() + 8 * block.surface.capacity();
+        let parts = size_of::<Accumulated>() * self.parts.len() + size_of::<Front>() * self.fronts.len();
+        self.lanes.bytes()
+            + parts
+            + self.all.iter().map(of).sum::<usize>()
+            + 4 * self.start.len()
+            + 8 * self.spots.len()
+    }
+}
+
+/// The groups of a block, of so many to a block and in all.
+pub(super) fn groups_of(block: usize, groups: usize, all: usize) -> Range<usize> {
+    block * groups..all.min((block + 1) * groups)
+}
+
+impl Front {
+    /// At the start of the node phase of a tick.
+    pub fn open(&mut self, block: &Block, calm: Option<(f64, f64)>) {
+        (self.gives, self.calm) = (block.gives(), calm.unwrap_or((0.0, f64::INFINITY)));
+        *self.stirred.get_mut() = false;
+    }
+
+    /// Whether no limit may change a step.
+    pub fn is_calm(&mut self) -> bool {
+        self.calm.0 > 0.0 && !*self.stirred.get_mut()
     }
 }
 
@@ -192,8 +254,8 @@ impl Block {
         }
         let on_surface = |(i, node): (usize, &NodeId)| Some((i as u16, gel.surface.of[node.index()]?));
         let surface = nodes.iter().enumerate().filter_map(on_surface).collect();
-        let (part, n_elements) = (vec![[0.0; 4]; nodes.len()], elements().count() as u64);
-        Self { surface, part, n_elements, awake: AtomicBool::new(true), restless: true, nodes, ..Self::default() }
+        let n_elements = elements().count() as u64;
+        Self { surface, n_elements, awake: AtomicBool::new(true), restless: true, nodes, ..Self::default() }
     }
 
     /// Whether some node of it has moved or moves.
@@ -209,6 +271,12 @@ impl Block {
     /// Whether what it gives to its nodes at this tick is in its part.
     pub fn gives(&self) -> bool {
         self.due != Due::Nothing && self.is_awake()
+    }
+
+    /// Within which limits the steps of a block that fires as a whole stay as they are, s.
+    pub fn calm(&self, grid: &TickGrid) -> Option<(f64, f64)> {
+        let known = self.due == Due::All && self.is_awake() && !self.restless && self.steps.0 > 0;
+        known.then(|| (grid.time(self.steps.1), RAISE_MARGIN * grid.time(self.steps.0)))
     }
 
     /// The numbers of its nodes that fire.

@@ -1,6 +1,6 @@
 //! The engine: a gel and rigid bodies in time, what is stored and what is derived from it.
 
-use super::blocks::{Block, Blocks};
+use super::blocks::Blocks;
 use super::gel::Measured;
 use super::order::Order;
 use super::schedule::{Kind, Queue};
@@ -274,20 +274,23 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         all.fill(0);
         let mut see = |tick: Tick, node: &NodeId| all[node.index()] = tick.max(all[node.index()]);
-        let mixed = |(i, block): (usize, &Block), n: usize| {
-            // Where all groups are of one step, each node is seen once, otherwise with every element.
-            (block.steps.0 != block.steps.1).then(|| i * n..state.clocks.len().min((i + 1) * n))
+        let of_group = |group: usize| {
+            order
+                .elements(order.slots(group))
+                .flat_map(|element| gel.potential.nodes(element))
+                .map(move |node| (group, node))
         };
-        let mut groups: Vec<usize> = (0..state.clocks.len()).collect();
-        if let Some(blocks) = &self.blocks {
-            groups = blocks.all.iter().enumerate().filter_map(|at| mixed(at, blocks.groups)).flatten().collect();
-            let even = blocks.all.iter().enumerate().filter(|(_, block)| block.steps.0 == block.steps.1);
-            even.for_each(|(i, block)| block.nodes.iter().for_each(|node| see(last(i * blocks.groups), node)));
+        let Some(blocks) = &self.blocks else {
+            return (0..state.clocks.len()).flat_map(of_group).for_each(|(group, node)| see(last(group), node));
+        };
+        // Where all groups are of one step, each node is seen once and not with every element.
+        let (even, mixed): (Vec<_>, Vec<_>) =
+            blocks.all.iter().enumerate().partition(|(_, block)| block.steps.0 == block.steps.1);
+        for (i, block) in even {
+            block.nodes.iter().for_each(|node| see(last(i * blocks.groups), node));
         }
-        for group in groups {
-            let nodes = order.elements(order.slots(group)).flat_map(|element| gel.potential.nodes(element));
-            nodes.for_each(|node| see(last(group), node));
-        }
+        let mixed = mixed.iter().flat_map(|(i, _)| blocks.groups_of(*i));
+        mixed.flat_map(of_group).for_each(|(group, node)| see(last(group), node));
     }
 
     pub(super) fn find_steps(&mut self) {
@@ -326,9 +329,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.state.position[a] + self.state.velocity[a] * (t - self.grid.time(self.last[a]))
     }
 
-    /// World position and velocity of a node that is active at this tick.
-    pub(super) fn world(&self, node: NodeId) -> (crate::algebra::Vector3, crate::algebra::Vector3) {
-        (embed(&self.state.position[node.index()]), embed(&self.state.velocity[node.index()]))
+    /// Velocity of a node before the kicks of this tick, m/s.
+    pub(super) fn velocity_before(&self, node: NodeId) -> Vector<D> {
+        let a = node.index();
+        if self.scratch.active.has(a) { self.scratch.before[a] } else { self.state.velocity[a] }
     }
 }
 

@@ -245,7 +245,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             ..Touch::empty()
         };
         touch.compliance = self.compliance(&touch, &gap.normal);
-        touch.before = self.relative(&touch);
+        touch.before = self.relative_of(&touch, |node| self.velocity_before(node));
         (touch.compliance > 0.0).then_some(touch)
     }
 
@@ -265,7 +265,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Σ w v_a − V(x), m/s, with the impulses so far.
     pub(super) fn relative(&self, touch: &Touch<D>) -> Vector3 {
-        let gel: Vector3 = touch.carriers().map(|(node, w)| embed(&self.state.velocity[node.index()]) * w).sum();
+        self.relative_of(touch, |node| self.state.velocity[node.index()])
+    }
+
+    fn relative_of(&self, touch: &Touch<D>, velocity: impl Fn(NodeId) -> Vector<D>) -> Vector3 {
+        let gel: Vector3 = touch.carriers().map(|(node, w)| embed(&velocity(node)) * w).sum();
         let (fixed, now) = (&self.bodies[touch.body], &self.scratch.now[touch.body]);
         gel - fixed.velocity_at(now, &touch.point) - touch.swell
     }

@@ -1,15 +1,16 @@
 //! The kicks of one tick, and the books of what they did (numerics 1.2, A6).
 
-use super::blocks::Block;
+use super::blocks::{Block, Blocks};
 use super::engine::Engine;
 use super::impact::Touch;
-use super::nodes::share_ahead;
+use super::nodes::{NodeSums, share_ahead};
+use super::pace::Change;
 use super::pool::{Cut, share};
 use crate::algebra::{Vector, Vector3, embed, restrict};
 use crate::contact::{Freedom, Law, Motion};
-use crate::element::{GroupAnswer, Potential};
+use crate::element::{Answer, GroupAnswer, Potential};
 use crate::ledger::Ledger;
-use crate::mesh::NodeId;
+use crate::mesh::{ElementId, NodeId};
 use crate::state::{Clock, Tick};
 
 /// What held directions take up.
@@ -61,48 +62,58 @@ pub(super) struct Carrier<const D: usize> {
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// The kicks of the fast form, then the contact solve; Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
-    pub(super) fn kick_fast(&mut self, tick: Tick) -> f64 {
-        self.find_carriers();
-        self.mend_kicks(tick);
-        let sums = self.kick_nodes(tick);
+    /// What is left of the kicks of the fast form after its nodes were kicked, then the contact solve; Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
+    pub(super) fn kick_fast(&mut self, tick: Tick, sums: &NodeSums) -> f64 {
         sums.taken.post(&mut self.state.ledger);
         let all = self.scratch.active.all;
         self.watch.speed = sums.fastest.sqrt().max(if all { 0.0 } else { self.watch.speed });
-        for i in 0..self.scratch.carriers.len() {
-            self.scratch.carriers[i].kicked = self.state.velocity[self.scratch.carriers[i].node.index()];
-        }
+        let mended = self.mend_kicks(tick);
+        self.find_carriers();
         if let Law::Moreau { restitution, friction, .. } = self.rules.law {
             self.solve(restitution, friction);
         }
-        sums.work + self.settle_carriers(tick)
+        sums.work + mended + self.settle_carriers(tick)
     }
 
     /// The kicks of groups whose step has changed: half of the step behind and half of that ahead, where a sweep has taken all
-    /// of the step behind, or at the start the forces themselves.
-    fn mend_kicks(&mut self, tick: Tick) {
-        let Some(mut blocks) = self.blocks.take() else { return };
-        if tick == 0 {
-            blocks.all.iter_mut().flat_map(|block| &mut block.part).for_each(|part| part[..D].fill(0.0));
-        }
+    /// of the step behind, or nothing at the start.
+    fn mend_kicks(&mut self, tick: Tick) -> f64 {
         let mut answers = std::mem::take(&mut self.scratch.reference.elements);
-        for change in &self.scratch.changed {
-            let (group, at) = (change.group as usize, change.group as usize / blocks.groups);
-            if !blocks.all[at].gives() {
+        let mut work = 0.0;
+        for i in 0..self.scratch.changed.len() {
+            let Change { group, was } = self.scratch.changed[i];
+            let gives = |blocks: &Blocks<D>| blocks.fronts[group as usize / blocks.groups].gives;
+            if !self.blocks.as_ref().is_some_and(gives) {
                 continue;
             }
-            let step = self.state.clocks[group].step as f64 - if tick == 0 { 0.0 } else { change.was as f64 };
-            let weight = 0.5 * step * self.grid.time(1);
+            let more = self.state.clocks[group as usize].step as f64 - was as f64;
             answers.clear();
-            self.evaluate_group(group, &mut answers);
+            self.evaluate_group(group as usize, &mut answers);
             for (element, answer) in &answers {
-                for (node, force) in self.gel.potential.nodes(*element).iter().zip(&answer.forces) {
-                    blocks.add(at, *node, &(force * weight));
-                }
+                work += self.kick_more((*element, answer), 0.5 * more * self.grid.time(1), tick);
             }
         }
         self.scratch.reference.elements = answers;
-        self.blocks = Some(blocks);
+        work
+    }
+
+    /// A kick of an element after those of the tick; what it did more, J.
+    fn kick_more(&mut self, (element, answer): (ElementId, &Answer<D>), weight: f64, tick: Tick) -> f64 {
+        let (gel, mut taken, mut work) = (self.gel.clone(), Taken::default(), 0.0);
+        for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
+            let (a, push) = (node.index(), force * weight);
+            let kicked = self.state.velocity[a];
+            self.state.velocity[a] += push.component_mul(&gel.free[a]) / gel.mass[a];
+            let (first, both) = (kicked - self.scratch.before[a], self.state.velocity[a] - self.scratch.before[a]);
+            // Of p = m Δ the work is p·v⁻ + p·Δ/2, and Q the share of p·Δ.
+            let more = gel.mass[a] * (both.norm_squared() - first.norm_squared());
+            self.state.excess[a] += share_ahead(tick) * more;
+            work += gel.mass[a] * (both - first).dot(&self.scratch.before[a]) + (0.5 - share_ahead(tick)) * more;
+            taken.add(&gel.free[a], self.freedom(), (embed(&self.state.position[a]), embed(&push)));
+            self.note_speed(a);
+        }
+        taken.post(&mut self.state.ledger);
+        work
     }
 
     /// The speeds of the active nodes of the reference form.
@@ -116,19 +127,20 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let velocity = self.state.velocity[node];
         self.watch.speed = self.watch.speed.max(velocity.norm());
         if let Some(blocks) = self.blocks.as_ref().filter(|_| velocity != Vector::<D>::zeros()) {
-            super::nodes::wake(blocks, node);
+            blocks.wake(node);
         }
     }
 
     fn find_carriers(&mut self) {
-        let scratch = &mut self.scratch;
-        scratch.carriers.clear();
-        for node in scratch.touches.iter().flat_map(Touch::nodes) {
-            let before = self.state.velocity[node.index()];
-            scratch.carriers.push(Carrier { node: *node, before, kicked: before });
+        let mut carriers = std::mem::take(&mut self.scratch.carriers);
+        carriers.clear();
+        for node in self.scratch.touches.iter().flat_map(Touch::nodes) {
+            let (before, kicked) = (self.velocity_before(*node), self.state.velocity[node.index()]);
+            carriers.push(Carrier { node: *node, before, kicked });
         }
-        scratch.carriers.sort_by_key(|carrier| carrier.node);
-        scratch.carriers.dedup_by_key(|carrier| carrier.node);
+        carriers.sort_by_key(|carrier| carrier.node);
+        carriers.dedup_by_key(|carrier| carrier.node);
+        self.scratch.carriers = carriers;
     }
 
     /// What the kicks did more because contact changed the velocity after them, Σ p·(v⁺ − v)/2 with p = m (v − v⁻), less what
@@ -157,9 +169,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn settle_groups(&mut self, tick: Tick) -> f64 {
         let mut residual = 0.0;
         for group in self.scratch.due.iter().map(|group| *group as usize) {
+            let ahead = self.ahead(group, tick);
             let (clock, answer) = (&mut self.state.clocks[group], &self.scratch.answers[group]);
-            let next = self.state.alarms.get(group).map_or(tick + clock.step, |alarm| alarm.next);
-            residual += settle(clock, answer, self.grid.time(next - tick));
+            residual += settle(clock, answer, self.grid.time(ahead));
             self.state.record.min_jacobian = self.state.record.min_jacobian.min(answer.least_jacobian);
             self.state.record.updates += self.order.elements(self.order.slots(group)).count() as u64;
         }
@@ -179,15 +191,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         share(self.pool.as_ref(), books, |books: Books<'_>| {
             let groups = books.clocks.chunks_mut(n).zip(books.answers.chunks(n));
             for ((block, (clocks, answers)), residual) in books.blocks.iter().zip(groups).zip(books.residuals) {
-                let fires = |clock: &Clock| block.was_swept && (tick == 0 || kind.fires(clock.step, tick));
+                let fires = |clock: &Clock| block.was_swept && kind.fires(clock.step, tick);
                 let firing = clocks.iter_mut().zip(answers).filter(|(clock, _)| fires(clock));
                 *residual = firing.map(|(clock, answer)| settle(clock, answer, grid.time(clock.step))).sum();
             }
         });
-        let mut changed: Vec<usize> = self.scratch.changed.iter().map(|change| change.group as usize / n).collect();
-        changed.dedup();
-        for block in changed {
-            blocks.pace(block, &self.state.clocks);
+        let block_of = |change: &Change| change.group as usize / n;
+        for changed in self.scratch.changed.chunk_by(|a, b| block_of(a) == block_of(b)) {
+            blocks.pace(block_of(&changed[0]), &self.state.clocks);
         }
         self.blocks = Some(blocks);
         self.scratch.residuals.iter().sum()

@@ -1,6 +1,6 @@
-//! The node phase of the fast form: every active node drifts, learns its limit and takes its kick, by itself.
+//! The node phase of the fast form: every active node drifts, learns its limit and takes its kick, in one pass.
 
-use super::blocks::{Blocks, Due, Spot};
+use super::blocks::{Blocks, Due};
 use super::engine::Engine;
 use super::kick::Taken;
 use super::pace::limit;
@@ -8,7 +8,6 @@ use super::pool::{Cut, share};
 use crate::algebra::{Vector, embed};
 use crate::element::Potential;
 use crate::state::Tick;
-use std::sync::atomic::Ordering;
 
 /// Nodes whose sums are taken together (numerics A9).
 const RUN: usize = 1024;
@@ -22,34 +21,32 @@ pub(super) struct Active {
     pub list: Vec<u32>,
     /// All of them.
     pub all: bool,
-    /// The last event each node was active in.
-    stamp: Vec<u64>,
-    event: u64,
+    /// Which nodes are on it.
+    listed: Vec<bool>,
 }
 
 impl Active {
     pub fn new(n_nodes: usize) -> Self {
-        Self { list: vec![], all: false, stamp: vec![0; n_nodes], event: 0 }
+        Self { list: vec![], all: false, listed: vec![false; n_nodes] }
     }
 
     /// Nobody yet.
     pub fn clear(&mut self) {
-        self.list.clear();
+        self.list.drain(..).for_each(|node| self.listed[node as usize] = false);
         self.all = false;
-        self.event += 1;
     }
 
     /// One more, if it is not there yet.
     pub fn add(&mut self, node: usize) {
-        if self.stamp[node] != self.event {
-            self.stamp[node] = self.event;
+        if !self.listed[node] {
+            self.listed[node] = true;
             self.list.push(node as u32);
         }
     }
 
     #[inline]
     pub fn has(&self, node: usize) -> bool {
-        self.all || self.stamp[node] == self.event
+        self.all || self.listed[node]
     }
 }
 
@@ -57,6 +54,7 @@ impl Active {
 pub(super) struct Node<'a, const D: usize> {
     position: &'a mut Vector<D>,
     velocity: &'a mut Vector<D>,
+    before: &'a mut Vector<D>,
     last: &'a mut Tick,
     limit: &'a mut f64,
     excess: &'a mut f64,
@@ -97,6 +95,7 @@ struct Runs<'a, const D: usize> {
     first: usize,
     position: &'a mut [Vector<D>],
     velocity: &'a mut [Vector<D>],
+    before: &'a mut [Vector<D>],
     last: &'a mut [Tick],
     limit: &'a mut [f64],
     excess: &'a mut [f64],
@@ -105,9 +104,9 @@ struct Runs<'a, const D: usize> {
 
 impl<const D: usize> Runs<'_, D> {
     fn node(&mut self, i: usize) -> Node<'_, D> {
-        let Self { position, velocity, last, limit, excess, .. } = self;
-        let (position, velocity) = (&mut position[i], &mut velocity[i]);
-        Node { position, velocity, last: &mut last[i], limit: &mut limit[i], excess: &mut excess[i] }
+        let Self { position, velocity, before, last, limit, excess, .. } = self;
+        let (position, velocity, before) = (&mut position[i], &mut velocity[i], &mut before[i]);
+        Node { position, velocity, before, last: &mut last[i], limit: &mut limit[i], excess: &mut excess[i] }
     }
 
     /// Goes through the active nodes, run by run.
@@ -130,6 +129,7 @@ impl<const D: usize> Cut for Runs<'_, D> {
         let at = self.position.len().min(runs * RUN);
         let (position, more_position) = self.position.split_at_mut(at);
         let (velocity, more_velocity) = self.velocity.split_at_mut(at);
+        let (before, more_before) = self.before.split_at_mut(at);
         let (last, more_last) = self.last.split_at_mut(at);
         let (limit, more_limit) = self.limit.split_at_mut(at);
         let (excess, more_excess) = self.excess.split_at_mut(at);
@@ -138,12 +138,13 @@ impl<const D: usize> Cut for Runs<'_, D> {
             first: self.first + at,
             position: more_position,
             velocity: more_velocity,
+            before: more_before,
             last: more_last,
             limit: more_limit,
             excess: more_excess,
             sums: more_sums,
         };
-        (Self { first: self.first, position, velocity, last, limit, excess, sums }, more)
+        (Self { first: self.first, position, velocity, before, last, limit, excess, sums }, more)
     }
 }
 
@@ -158,7 +159,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let Some(blocks) = &mut self.blocks else { return };
         let active = &mut self.scratch.active;
         active.clear();
-        active.all = blocks.all.iter().all(|block| block.due == Due::All && block.is_awake());
+        for (block, front) in blocks.all.iter().zip(&mut blocks.fronts) {
+            front.open(block, block.calm(&self.grid));
+        }
+        active.all = blocks.all.iter().all(|block| block.due == Due::All && block.gives());
         if active.all {
             return;
         }
@@ -166,39 +170,31 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             block.active().for_each(|number| active.add(block.nodes[number].index()));
         }
         for block in blocks.all.iter_mut().filter(|block| !block.gives()) {
-            let seen = block.nodes.iter().any(|node| active.has(node.index()));
-            *block.looked_at.get_mut() = seen;
+            block.looked_at = block.nodes.iter().any(|node| active.has(node.index()));
         }
     }
 
-    /// Drifts the active nodes and gathers their limits afresh; the least of those, s.
-    pub(super) fn drift_and_limit(&mut self, tick: Tick) -> f64 {
-        let (gel, grid, cfl) = (self.gel.clone(), self.grid, self.rules.cfl);
-        let sums = self.over_nodes(|a, node, blocks, sums| {
-            *node.position += *node.velocity * grid.time(tick - *node.last);
-            *node.last = tick;
-            let part = |spot: &Spot| blocks.all[spot.block as usize].part[spot.number as usize][3];
-            *node.limit = cfl * limit(blocks.spots(a).iter().map(part).sum(), gel.mass[a]);
-            sums.limit = sums.limit.min(*node.limit);
-        });
-        sums.limit
-    }
-
-    /// v += p/m in the free directions, p gathered from the blocks that gave in their order; held directions take up the rest.
-    pub(super) fn kick_nodes(&mut self, tick: Tick) -> NodeSums {
-        let (gel, freedom) = (self.gel.clone(), self.freedom());
+    /// Drifts the active nodes, learns their limits and kicks them: v += p/m in the free directions, with p and Σ κ gathered from
+    /// the blocks in their order; held directions take up the rest.
+    pub(super) fn advance_nodes(&mut self, tick: Tick) -> NodeSums {
+        let (gel, grid, cfl, freedom) = (self.gel.clone(), self.grid, self.rules.cfl, self.freedom());
         let share = share_ahead(tick);
         self.over_nodes(|a, node, blocks, sums| {
-            let mut p = Vector::<D>::zeros();
             let spots = blocks.spots(a);
+            let (mut p, mut stiffness) = (Vector::<D>::zeros(), 0.0);
             for spot in spots {
-                let block = &blocks.all[spot.block as usize];
-                if block.gives() {
-                    let part = &block.part[spot.number as usize];
+                let part = &blocks.parts[spot.at as usize];
+                stiffness += part[3];
+                if blocks.fronts[spot.block as usize].gives {
                     (0..D).for_each(|i| p[i] += part[i]);
                 }
             }
+            *node.position += *node.velocity * grid.time(tick - *node.last);
+            *node.last = tick;
+            *node.limit = cfl * limit(stiffness, gel.mass[a]);
+            sums.limit = sums.limit.min(*node.limit);
             let (before, free) = (*node.velocity, &gel.free[a]);
+            *node.before = before;
             *node.velocity += p.component_mul(free) / gel.mass[a];
             let excess = share * p.dot(&(*node.velocity - before));
             sums.work += 0.5 * p.dot(&(before + *node.velocity)) + *node.excess - excess;
@@ -207,9 +203,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             if free.min() == 0.0 {
                 sums.taken.add(free, freedom, (embed(node.position), embed(&p)));
             }
-            if *node.velocity != Vector::<D>::zeros() {
-                wake(blocks, a);
-            }
+            let moves = *node.velocity != Vector::<D>::zeros();
+            spots.iter().for_each(|spot| blocks.tell(spot.block as usize, *node.limit, moves));
         })
     }
 
@@ -224,6 +219,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             first: 0,
             position: &mut state.position,
             velocity: &mut state.velocity,
+            before: &mut scratch.before,
             last: &mut self.last,
             limit: &mut scratch.limit,
             excess: &mut state.excess,
@@ -239,15 +235,5 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
         self.blocks = Some(blocks);
         total
-    }
-}
-
-/// The blocks around a node that moves must be swept from now on.
-pub(super) fn wake<const D: usize>(blocks: &Blocks<D>, node: usize) {
-    for spot in blocks.spots(node) {
-        let awake = &blocks.all[spot.block as usize].awake;
-        if !awake.load(Ordering::Relaxed) {
-            awake.store(true, Ordering::Relaxed);
-        }
     }
 }

@@ -1,17 +1,17 @@
 //! Which step a patch takes: the assembled nodal rule, the ratchet, and contact (numerics 1.3, 1.4, A7, A8).
 
-use super::blocks::{Block, Due};
+use super::blocks::{Block, Due, groups_of};
 use super::engine::Engine;
 use super::order::Order;
 use super::{Gel, Kind, StepError};
-use crate::algebra::Vector3;
+use crate::algebra::{Vector3, embed};
 use crate::element::{Lanes, Potential};
 use crate::geometry::Gap;
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Alarm, Clock, Tick};
 
 /// A step may be raised when the limit is so many times longer …
-const RAISE_MARGIN: f64 = 4.0;
+pub(super) const RAISE_MARGIN: f64 = 4.0;
 /// … at so many own ticks in a row. Raising sooner pumps energy: per-update adaptation drifted by up to +18000 % in 400
 /// wave transits, this rule by at most 1.2 % (numerics 1.4).
 const RAISE_PATIENCE: u32 = 64;
@@ -100,20 +100,18 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn attentive_blocks(&mut self, tick: Tick, groups: &mut Vec<u32>) {
         let Some(mut blocks) = self.blocks.take() else { return };
         let mut limits = std::mem::take(&mut self.scratch.limits);
-        let n = blocks.groups;
-        for (i, block) in blocks.all.iter_mut().enumerate() {
-            let watched = block.is_awake() || *block.looked_at.get_mut() || block.restless;
-            if block.due == Due::Nothing || !watched {
+        let (n, lanes) = (blocks.groups, &blocks.lanes);
+        for (i, (block, front)) in blocks.all.iter_mut().zip(&mut blocks.fronts).enumerate() {
+            let watched = front.gives || block.looked_at || block.restless;
+            if block.due == Due::Nothing || !watched || front.is_calm() {
                 continue;
             }
-            self.limits_of(block, &mut limits);
-            let groups_of = i * n..self.state.clocks.len().min((i + 1) * n);
+            self.limits_of(block, front.gives, &mut limits);
             let before = groups.len();
-            if !self.is_steady(block, &limits) {
-                let restless = |group: &usize| self.is_restless(tick, *group, &blocks.lanes, &limits);
-                groups.extend(groups_of.filter(restless).map(|group| group as u32));
-                block.restless = groups.len() > before;
-            }
+            let restless = |group: &usize| self.is_restless(tick, *group, lanes, &limits);
+            let restless = groups_of(i, n, self.state.clocks.len()).filter(restless);
+            groups.extend(restless.map(|group| group as u32));
+            block.restless = groups.len() > before;
         }
         self.scratch.limits = limits;
         self.blocks = Some(blocks);
@@ -122,21 +120,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Whether a group fires and its step may change.
     fn is_restless(&self, tick: Tick, group: usize, lanes: &Lanes<D>, limits: &[f64]) -> bool {
         let clock = &self.state.clocks[group];
-        if tick == 0 || !self.rules.schedule.fires(clock.step, tick) {
-            return tick == 0;
+        if !self.rules.schedule.fires(clock.step, tick) {
+            return false;
         }
         let mut limit = f64::INFINITY;
         lanes.nodes(group, |number| limit = limit.min(limits[usize::from(number)]));
         let (limit, step) = (self.grid.ticks(limit), clock.step as f64);
-        limit < step || clock.calm > 0 || (limit.is_finite() && limit >= RAISE_MARGIN * step)
+        tick == 0 || limit < step || clock.calm > 0 || (limit.is_finite() && limit >= RAISE_MARGIN * step)
     }
 
     /// The limits of the nodes of a block that can have changed, s; infinite for the others. All nodes of what fires are active
     /// if the block is awake; of one that is still only those that are active through another block can have changed, but for
     /// one that may raise a step.
-    fn limits_of(&self, block: &Block, limits: &mut Vec<f64>) {
+    fn limits_of(&self, block: &Block, gives: bool, limits: &mut Vec<f64>) {
         limits.clear();
-        if block.restless && !block.is_awake() {
+        if block.restless && !gives {
             limits.extend(block.nodes.iter().map(|node| self.node_limit(*node)));
             return;
         }
@@ -147,18 +145,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 limits[number] = self.scratch.limit[a];
             }
         }
-    }
-
-    /// Whether all nodes of a block that fires as a whole have limits that leave its steps as they are.
-    fn is_steady(&self, block: &Block, limits: &[f64]) -> bool {
-        if block.due != Due::All || !block.is_awake() || block.restless || block.steps.0 == 0 {
-            return false;
-        }
-        let longest = self.grid.time(block.steps.1);
-        let shortest = RAISE_MARGIN * self.grid.time(block.steps.0);
-        let (least, most) =
-            limits.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), limit| (a.min(*limit), b.max(*limit)));
-        least >= longest && most < shortest
     }
 
     fn node_limit(&self, node: NodeId) -> f64 {
@@ -173,7 +159,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for node in &self.scratch.close {
             let around = self.gel.star.of(*node).iter().map(|element| self.order.group(*element));
             let fires = |group: &usize| self.rules.schedule.fires(self.state.clocks[*group].step, tick);
-            groups.extend(around.filter(|group| tick == 0 || fires(group)).map(|group| group as u32));
+            groups.extend(around.filter(fires).map(|group| group as u32));
         }
     }
 
@@ -307,7 +293,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// most with w. φ is 1-Lipschitz: from the point of the straight path at s the way is free for
     /// (φ + allowed − ½as² − ws)/(|v| + as_end + w), as ½a(s + δ)² − ½as² ≤ as_end δ.
     fn path_limit(&self, (node, size): (NodeId, f64), gap: &Gap, (horizon, body): (f64, usize)) -> f64 {
-        let (x, v) = self.world(node);
+        let (x, v) = (embed(&self.state.position[node.index()]), embed(&self.velocity_before(node)));
         let (fixed, body) = (&self.bodies[body], &self.scratch.was[body]);
         let relative: Vector3 = v - fixed.velocity_at(body, &x);
         let end = horizon * self.grid.time(1);

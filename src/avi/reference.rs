@@ -5,7 +5,7 @@
 
 use super::engine::Engine;
 use super::kick::Taken;
-use super::nodes::share_ahead;
+use super::nodes::{NodeSums, share_ahead};
 use super::pace::nodal_limit;
 use crate::algebra::embed;
 use crate::contact::Law;
@@ -37,7 +37,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 self.gel.potential.nodes(element).iter().for_each(|node| self.scratch.active.add(node.index()));
             }
         }
-        self.scratch.before.resize(self.state.velocity.len(), self.state.velocity[0]);
         for a in self.scratch.active.list.iter().map(|a| *a as usize) {
             let velocity = self.state.velocity[a];
             self.state.position[a] += velocity * self.grid.time(tick - self.last[a]);
@@ -82,16 +81,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         sum
     }
 
-    /// The limits of the active nodes; the least, s.
-    pub(super) fn measure_limits(&mut self) -> f64 {
+    /// The limits of the active nodes, and the least of them.
+    pub(super) fn measure_limits(&mut self) -> NodeSums {
         let known = (self.state.stiffness.as_slice(), &*self.order);
-        let mut least = f64::INFINITY;
+        let mut sums = NodeSums::default();
         for a in &self.scratch.active.list {
             let limit = self.rules.cfl * nodal_limit(&self.gel, known, NodeId(*a));
             self.scratch.limit[*a as usize] = limit;
-            least = least.min(limit);
+            sums.limit = sums.limit.min(limit);
         }
-        least
+        sums
     }
 
     /// All kicks, then the contact solve; or, by the paper's law, the reversal after each kick.

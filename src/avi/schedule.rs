@@ -35,12 +35,13 @@ impl Kind {
         }
     }
 
-    /// Whether a group of this step fires at this tick, which is one of the schedule's; a queue looks at its alarms.
+    /// Whether a group of this step fires at this tick, which is one of the schedule's; a queue looks at its alarms. All fire
+    /// at tick 0, when no step is known yet.
     #[must_use]
     #[inline]
     pub fn fires(self, step: Tick, tick: Tick) -> bool {
         match self {
-            Self::Bins => tick & (step - 1) == 0,
+            Self::Bins => tick & step.wrapping_sub(1) == 0,
             Self::Queue | Self::Global => true,
         }
     }

@@ -18,7 +18,7 @@ pub(super) struct Scratch<const D: usize> {
     pub active: Active,
     /// The groups that fire, ascending; of the fast form those whose step may change.
     pub due: Vec<u32>,
-    /// v at the start of the tick, by node, of the reference form.
+    /// v at the start of the tick, by node, of the active ones.
     pub before: Vec<Vector<D>>,
     /// CFL · 2/√λ_a, s, by node, of the active ones.
     pub limit: Vec<f64>,
@@ -63,6 +63,7 @@ impl<const D: usize> Scratch<D> {
     pub fn new(n_nodes: usize, n_surface: usize, n_groups: usize) -> Self {
         Self {
             active: Active::new(n_nodes),
+            before: vec![Vector::<D>::zeros(); n_nodes],
             limit: vec![0.0; n_nodes],
             place: vec![u32::MAX; n_surface],
             answers: vec![GroupAnswer::default(); n_groups],

@@ -2,12 +2,13 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::blocks::{Block, Blocks, Due, Report, SLOTS};
+use super::blocks::{Block, Blocks, Due, Report, SLOTS, groups_of};
 use super::order::Order;
 use super::pool::{Cut, share};
 use super::{Kind, Pool, TickGrid};
 use crate::algebra::Vector;
-use crate::element::{GroupAnswer, Lanes, Local, MOST_LOCAL_NODES};
+use crate::element::{Accumulated, GroupAnswer, Lanes, Local, MOST_LOCAL_NODES};
+use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
 use std::sync::atomic::Ordering;
@@ -30,6 +31,7 @@ pub(super) struct Sweep<'a, const D: usize> {
 struct Found<'a> {
     first: usize,
     blocks: &'a mut [Block],
+    parts: &'a mut [Accumulated],
     stiffness: &'a mut [f64],
     answers: &'a mut [GroupAnswer],
     locals: &'a mut [Local],
@@ -40,15 +42,16 @@ struct Found<'a> {
 impl Cut for Found<'_> {
     /// By the elements that fire.
     fn cut(self, part: usize, of: usize) -> (Self, Self) {
-        let Self { first, blocks, stiffness, answers, locals, groups } = self;
+        let Self { first, blocks, parts, stiffness, answers, locals, groups } = self;
         let middle = split(blocks, part as f64 / of as f64);
         let (blocks, more_blocks) = blocks.split_at_mut(middle);
+        let (parts, more_parts) = parts.split_at_mut(blocks.iter().map(|block| block.nodes.len()).sum());
         let (stiffness, more_stiffness) = stiffness.split_at_mut(stiffness.len().min(middle * SLOTS));
         let (answers, more_answers) = answers.split_at_mut(answers.len().min(middle * groups));
         let (locals, more_locals) = locals.split_at_mut(part);
-        let own = Self { first, blocks, stiffness, answers, locals, groups };
-        let (first, blocks, stiffness) = (first + middle, more_blocks, more_stiffness);
-        (own, Self { first, blocks, stiffness, answers: more_answers, locals: more_locals, groups })
+        let own = Self { first, blocks, parts, stiffness, answers, locals, groups };
+        let (first, blocks, parts, stiffness) = (first + middle, more_blocks, more_parts, more_stiffness);
+        (own, Self { first, blocks, parts, stiffness, answers: more_answers, locals: more_locals, groups })
     }
 }
 
@@ -61,7 +64,7 @@ impl<const D: usize> Blocks<D> {
         let (n, lanes) = (self.groups, &self.lanes);
         let mut elements = 0;
         for (i, block) in self.all.iter_mut().enumerate() {
-            block.find_due(sweep, (lanes, i * n..sweep.clocks.len().min((i + 1) * n)));
+            block.find_due(sweep, (lanes, groups_of(i, n, sweep.clocks.len())));
             elements += if block.is_wanted() { block.n_elements } else { 0 };
         }
         elements
@@ -80,11 +83,14 @@ impl<const D: usize> Blocks<D> {
         let pool = pool.filter(|_| elements > SHARED);
         self.locals.resize_with(pool.map_or(1, Pool::threads), Local::new);
         let with = (&self.lanes, self.level, self.groups);
-        let (blocks, locals, groups) = (self.all.as_mut_slice(), self.locals.as_mut_slice(), self.groups);
-        share(pool, Found { first: 0, blocks, stiffness, answers, locals, groups }, |found| {
-            let parts = found.stiffness.chunks_mut(SLOTS).zip(found.answers.chunks_mut(groups));
-            for (i, (block, part)) in found.blocks.iter_mut().zip(parts).enumerate() {
-                block.sweep(sweep, with, (found.first + i, part), &mut found.locals[0]);
+        let (blocks, parts, locals) = (self.all.as_mut_slice(), self.parts.as_mut_slice(), self.locals.as_mut_slice());
+        share(pool, Found { first: 0, blocks, parts, stiffness, answers, locals, groups: self.groups }, |found| {
+            let mut parts = found.parts;
+            let found_of = found.stiffness.chunks_mut(SLOTS).zip(found.answers.chunks_mut(found.groups));
+            for (i, (block, (stiffness, answers))) in found.blocks.iter_mut().zip(found_of).enumerate() {
+                let (part, more) = parts.split_at_mut(block.nodes.len());
+                parts = more;
+                block.sweep(sweep, with, (found.first + i, (part, stiffness, answers)), &mut found.locals[0]);
             }
         });
     }
@@ -106,8 +112,8 @@ fn split(blocks: &[Block], part: f64) -> usize {
 
 impl Block {
     fn find_due<const D: usize>(&mut self, sweep: &Sweep<'_, D>, (lanes, groups): (&Lanes<D>, std::ops::Range<usize>)) {
-        *self.looked_at.get_mut() = false;
-        let fires = |step: Tick| sweep.tick == 0 || sweep.kind.fires(step, sweep.tick);
+        self.looked_at = false;
+        let fires = |step: Tick| sweep.kind.fires(step, sweep.tick);
         self.due = match (fires(self.steps.0), fires(self.steps.1)) {
             (false, _) => Due::Nothing,
             (true, true) => Due::All,
@@ -128,7 +134,7 @@ impl Block {
         &mut self,
         sweep: &Sweep<'_, D>,
         (lanes, level, n): With<'_, D>,
-        (index, (stiffness, answers)): (usize, (&mut [f64], &mut [GroupAnswer])),
+        (index, (part, stiffness, answers)): (usize, (&mut [Accumulated], &mut [f64], &mut [GroupAnswer])),
         local: &mut Local,
     ) {
         (self.report, self.was_swept) = (Report::default(), false);
@@ -143,18 +149,18 @@ impl Block {
             return;
         }
         self.was_swept = true;
-        let groups = index * n..sweep.clocks.len().min((index + 1) * n);
+        let groups = groups_of(index, n, sweep.clocks.len());
         let weight = |group: usize| sweep.weight(sweep.clocks[group].step);
         lanes.sweep(level, (groups.clone(), weight), local, (&mut *stiffness, &mut *answers));
         let given = local.accumulated(self.nodes.len());
         if self.due == Due::All {
-            self.part.copy_from_slice(given);
+            part.copy_from_slice(given);
         } else {
-            self.part.fill([0.0; 4]);
+            part.fill([0.0; 4]);
             for number in &self.touched {
-                self.part[usize::from(*number)] = given[usize::from(*number)];
+                part[usize::from(*number)] = given[usize::from(*number)];
             }
-            lanes.sum_stiffness(groups.clone(), stiffness, &mut self.part);
+            lanes.sum_stiffness(groups.clone(), stiffness, part);
         }
         self.still = !moves && self.due == Due::All;
         self.inspect(sweep, (groups, answers), moves);
@@ -163,11 +169,16 @@ impl Block {
     /// Whether a node has moved or moves.
     fn load<const D: usize>(&self, sweep: &Sweep<'_, D>, local: &mut Local) -> bool {
         let mut moves = false;
-        for number in self.active() {
-            let a = self.nodes[number].index();
+        let mut load = |number: usize, node: &NodeId| {
+            let a = node.index();
             let displacement = sweep.drifted(a) - sweep.rest[a];
             local.load(number, &displacement, &sweep.velocity[a]);
-            moves |= displacement != Vector::<D>::zeros() || sweep.velocity[a] != Vector::<D>::zeros();
+            moves = moves || displacement != Vector::<D>::zeros() || sweep.velocity[a] != Vector::<D>::zeros();
+        };
+        if self.due == Due::All {
+            self.nodes.iter().enumerate().for_each(|(number, node)| load(number, node));
+        } else {
+            self.active().for_each(|number| load(number, &self.nodes[number]));
         }
         moves
     }
@@ -201,11 +212,11 @@ pub(super) fn fails(clock: &Clock, answer: &GroupAnswer) -> bool {
 }
 
 impl<const D: usize> Sweep<'_, D> {
-    /// Length of the kick of a group that fires, s; at the start, when no step is known yet, the force itself.
+    /// Length of the kick of a group that fires, s; none at the start, when no step is known yet.
     #[inline(always)]
     fn weight(&self, step: Tick) -> Option<f64> {
         if self.tick == 0 {
-            return Some(1.0);
+            return Some(0.0);
         }
         self.kind.fires(step, self.tick).then(|| self.grid.time(step))
     }

@@ -4,12 +4,13 @@ use super::StepError;
 use super::blocks::Blocks;
 use super::engine::Engine;
 use super::impact::STRETCH;
+use super::nodes::NodeSums;
 use super::schedule::Kind;
 use super::sweep::{Sweep, fails};
 use crate::contact::Exchange;
 use crate::element::Potential;
 use crate::mesh::ElementId;
-use crate::state::{Clock, Tick};
+use crate::state::Tick;
 
 /// Angle that a tumbling body may turn by in one step of its orientation, rad: at 0.05 the axis of a rod that spins at
 /// 20 000 rad/s and nods by 25° is off by 0.005° after a millisecond; at the steps of a coarse gel (1.2) it was 2.5°.
@@ -117,14 +118,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.answer(tick);
         self.check_elements(time)?;
         self.place_bodies(time);
-        let limit = if self.blocks.is_some() { self.drift_and_limit(tick) } else { self.measure_limits() };
-        self.count_synchronous(limit, tick);
+        let sums = if self.blocks.is_some() { self.advance_nodes(tick) } else { self.measure_limits() };
+        self.count_synchronous(sums.limit, tick);
         self.look_around(tick);
         let groups = self.attentive(tick);
         let collapsed = self.set_clocks(&groups, tick);
         self.scratch.due = groups;
         self.find_touches(tick);
-        let work = self.kick_all(tick);
+        let work = self.kick_all(tick, &sums);
         self.book(tick, work);
         self.book_contact();
         self.receive(time, (t, exchanges));
@@ -168,13 +169,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.queue.take(tick, due);
             return;
         }
-        let fires = |clock: &Clock| tick == 0 || self.rules.schedule.fires(clock.step, tick);
-        due.extend((0..).zip(&self.state.clocks).filter(|(_, clock)| fires(clock)).map(|(group, _)| group));
+        let firing = self.state.clocks.iter().zip(0..).filter(|(clock, _)| self.rules.schedule.fires(clock.step, tick));
+        due.extend(firing.map(|(_, group)| group));
     }
 
-    fn kick_all(&mut self, tick: Tick) -> f64 {
+    fn kick_all(&mut self, tick: Tick, sums: &NodeSums) -> f64 {
         if self.blocks.is_some() {
-            return self.kick_fast(tick);
+            return self.kick_fast(tick, sums);
         }
         self.find_weights(tick);
         self.kick_and_strike();
@@ -184,12 +185,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// The length of the kick of each firing group: half of the step behind and half of the step ahead.
     fn find_weights(&mut self, tick: Tick) {
-        let ahead = |group: usize| match self.rules.schedule {
+        for i in 0..self.scratch.due.len() {
+            let ahead = self.grid.time(self.ahead(self.scratch.due[i] as usize, tick));
+            self.scratch.weights[i] = 0.5 * (self.scratch.weights[i] + ahead);
+        }
+    }
+
+    /// How long a group that fires at this tick will wait, ticks.
+    pub(super) fn ahead(&self, group: usize, tick: Tick) -> Tick {
+        match self.rules.schedule {
             Kind::Queue => self.state.alarms[group].next - tick,
             Kind::Bins | Kind::Global => self.state.clocks[group].step,
-        };
-        for (weight, group) in self.scratch.weights.iter_mut().zip(&self.scratch.due) {
-            *weight = 0.5 * (*weight + self.grid.time(ahead(*group as usize)));
         }
     }
 

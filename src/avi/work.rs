@@ -25,9 +25,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     #[must_use]
     pub fn runs(&self) -> Vec<Run<'_>> {
         let Some(blocks) = &self.blocks else { return vec![] };
-        let n = blocks.groups;
-        let groups = |i: usize| i * n..self.state.clocks.len().min((i + 1) * n);
-        blocks.all.iter().enumerate().map(|(i, block)| self.run(block, groups(i))).collect()
+        blocks.all.iter().enumerate().map(|(i, block)| self.run(block, blocks.groups_of(i))).collect()
     }
 
     /// The elements of those runs, laid out for vector units.

@@ -15,10 +15,13 @@ pub(super) fn gather<const D: usize, S: Simd>(
 ) {
     let simd = gathered[0][0].simd;
     for a in 0..=D {
+        // By itself, not in place: these eight stay in registers.
+        let mut eight = gathered[0];
         for l in 0..LANES {
-            gathered[a][l] = f64x8::from_slice(simd, &rows[place(numbers[a][l])]);
+            eight[l] = f64x8::from_slice(simd, &rows[place(numbers[a][l])]);
         }
-        transpose(simd, &mut gathered[a]);
+        transpose(simd, &mut eight);
+        gathered[a] = eight;
     }
 }
 
