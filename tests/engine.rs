@@ -164,6 +164,18 @@ fn what_is_at_rest_gives_the_same_bits_computed_or_not() {
 }
 
 #[test]
+fn what_no_wave_has_reached_is_not_swept() {
+    let advanced = |mut engine: Engine<3, Simplices<3>>| {
+        engine.advance_to(0.6, &mut [Exchange::default()]).unwrap();
+        let swept: Vec<bool> = engine.runs().iter().map(|run| run.was_swept).collect();
+        (swept.iter().filter(|swept| **swept).count(), swept.len())
+    };
+    let (swept, all) = advanced(fast(SPACE, 0.1));
+    assert!(swept > 0 && 2 * swept <= all, "{swept} of {all} runs are swept when the ball is 0.02 deep");
+    assert_eq!(advanced(fast(SPACE, 0.1).without_rest()), (all, all));
+}
+
+#[test]
 fn a_gel_at_rest_stays_at_rest_to_the_bit() {
     for patches in [false, true] {
         let start = fast::<3>(Case { patches, ..SPACE }, 10.0);

@@ -11,7 +11,7 @@ use engine::engine;
 use std::io::Write as _;
 
 /// The schedules, first the one that the others are compared with: one stable step for all, that of the assembled system.
-const SCHEDULES: [(&str, Kind); 2] = [("global", Kind::Global), ("bins", Kind::Bins)];
+const SCHEDULES: [(&str, Kind); 3] = [("global", Kind::Global), ("bins", Kind::Bins), ("queue", Kind::Queue)];
 /// Times at which the unrounded steps are looked at.
 const LOOKS: u32 = 40;
 

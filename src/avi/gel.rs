@@ -9,8 +9,8 @@ pub struct Gel<const D: usize, P> {
     pub potential: P,
     /// Lumped masses, kg.
     pub mass: Vec<f64>,
-    /// 1 in the free directions of a node, 0 in the held ones (P_a).
-    pub free: Vec<Vector<D>>,
+    /// The held directions of each node: bit i for the i-th.
+    held: Vec<u8>,
     /// The elements of each node.
     pub star: Incidence,
     /// Where contact can be.
@@ -54,14 +54,28 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
         assert!(mass.iter().all(|m| *m > 0.0), "every node needs a positive mass");
         let elements = (0..potential.len() as u32).map(|element| potential.nodes(ElementId(element)));
         let star = Incidence::new(mass.len(), elements);
-        let free = held.iter().map(|held| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { 1.0 })).collect();
+        let held = held.iter().map(|held| (0..D).map(|i| u8::from(held[i]) << i).sum()).collect();
         let owner = |facet: &Facet| {
             let has_all =
                 |element: &&ElementId| facet[..D].iter().all(|node| potential.nodes(**element).contains(node));
             star.of(facet[0]).iter().find(has_all).copied().expect("a facet bounds an element")
         };
         let behind = surface.facets.iter().map(owner).collect();
-        Self { potential, mass, free, star, surface, behind }
+        Self { potential, mass, held, star, surface, behind }
+    }
+
+    /// P_a: 1 in the free directions of a node, 0 in the held ones.
+    #[inline]
+    #[must_use]
+    pub fn free(&self, node: usize) -> Vector<D> {
+        Vector::<D>::from_fn(|i, _| if self.held[node] >> i & 1 == 1 { 0.0 } else { 1.0 })
+    }
+
+    /// Whether a node is held in no direction.
+    #[inline]
+    #[must_use]
+    pub fn is_free(&self, node: usize) -> bool {
+        self.held[node] == 0
     }
 
     /// What the elements answer at these positions.

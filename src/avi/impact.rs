@@ -260,7 +260,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// P v, the part of a world vector in the free directions of a node.
     fn free_part(&self, node: NodeId, v: &Vector3) -> Vector<D> {
-        restrict::<D>(v).component_mul(&self.gel.free[node.index()])
+        restrict::<D>(v).component_mul(&self.gel.free(node.index()))
     }
 
     /// Σ w v_a − V(x), m/s, with the impulses so far.

@@ -1,11 +1,10 @@
 //! The kicks of one tick, and the books of what they did (numerics 1.2, A6).
 
-use super::blocks::{Block, Blocks};
+use super::blocks::Blocks;
 use super::engine::Engine;
 use super::impact::Touch;
 use super::nodes::{NodeSums, share_ahead};
 use super::pace::Change;
-use super::pool::{Cut, share};
 use crate::algebra::{Vector, Vector3, embed, restrict};
 use crate::contact::{Freedom, Law, Motion};
 use crate::element::{Answer, GroupAnswer, Potential};
@@ -103,13 +102,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
             let (a, push) = (node.index(), force * weight);
             let kicked = self.state.velocity[a];
-            self.state.velocity[a] += push.component_mul(&gel.free[a]) / gel.mass[a];
+            self.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
             let (first, both) = (kicked - self.scratch.before[a], self.state.velocity[a] - self.scratch.before[a]);
             // Of p = m Δ the work is p·v⁻ + p·Δ/2, and Q the share of p·Δ.
             let more = gel.mass[a] * (both.norm_squared() - first.norm_squared());
             self.state.excess[a] += share_ahead(tick) * more;
             work += gel.mass[a] * (both - first).dot(&self.scratch.before[a]) + (0.5 - share_ahead(tick)) * more;
-            taken.add(&gel.free[a], self.freedom(), (embed(&self.state.position[a]), embed(&push)));
+            taken.add(&gel.free(a), self.freedom(), (embed(&self.state.position[a]), embed(&push)));
             self.note_speed(a);
         }
         taken.post(&mut self.state.ledger);
@@ -181,27 +180,22 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn settle_blocks(&mut self, tick: Tick) -> f64 {
         let Some(mut blocks) = self.blocks.take() else { return 0.0 };
         let (grid, kind, n) = (self.grid, self.rules.schedule, blocks.groups);
-        for block in &blocks.all {
-            self.state.record.updates += block.report.updates;
-            self.state.record.min_jacobian = self.state.record.min_jacobian.min(block.report.least_jacobian);
+        let (record, mut residual) = (&mut self.state.record, 0.0);
+        for (i, block) in blocks.all.iter().enumerate().filter(|(_, block)| block.was_swept) {
+            record.updates += block.report.updates;
+            record.min_jacobian = record.min_jacobian.min(block.report.least_jacobian);
+            let groups = blocks.groups_of(i);
+            let answers = &self.scratch.answers[groups.clone()];
+            let firing = self.state.clocks[groups].iter_mut().zip(answers);
+            let firing = firing.filter(|(clock, _)| kind.fires(clock.step, tick));
+            residual += firing.map(|(clock, answer)| settle(clock, answer, grid.time(clock.step))).sum::<f64>();
         }
-        self.scratch.residuals.resize(blocks.all.len(), 0.0);
-        let (clocks, answers) = (self.state.clocks.as_mut_slice(), self.scratch.answers.as_slice());
-        let books = Books { blocks: &blocks.all, clocks, answers, residuals: &mut self.scratch.residuals, n };
-        share(self.pool.as_ref(), books, |books: Books<'_>| {
-            let groups = books.clocks.chunks_mut(n).zip(books.answers.chunks(n));
-            for ((block, (clocks, answers)), residual) in books.blocks.iter().zip(groups).zip(books.residuals) {
-                let fires = |clock: &Clock| block.was_swept && kind.fires(clock.step, tick);
-                let firing = clocks.iter_mut().zip(answers).filter(|(clock, _)| fires(clock));
-                *residual = firing.map(|(clock, answer)| settle(clock, answer, grid.time(clock.step))).sum();
-            }
-        });
         let block_of = |change: &Change| change.group as usize / n;
         for changed in self.scratch.changed.chunk_by(|a, b| block_of(a) == block_of(b)) {
             blocks.pace(block_of(&changed[0]), &self.state.clocks);
         }
         self.blocks = Some(blocks);
-        self.scratch.residuals.iter().sum()
+        residual
     }
 
     /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, the part Σ J b of it that removes penetration, that of
@@ -219,7 +213,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.state.ledger.energy.external += touch.push().dot(&touch.swell);
             for (node, w) in touch.carriers() {
                 let (at, push) = (embed(&self.state.position[node.index()]), touch.push() * w);
-                taken.add(&self.gel.free[node.index()], self.freedom(), (at, push));
+                taken.add(&self.gel.free(node.index()), self.freedom(), (at, push));
             }
             if self.bodies[touch.body].motion != Motion::Free {
                 self.book_reaction(touch);
@@ -237,29 +231,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         ledger.energy.external += work;
         ledger.momentum.external += freedom.translation(&push);
         ledger.angular_momentum.external += freedom.rotation(&touch.point.cross(&push));
-    }
-}
-
-/// The books of some blocks.
-struct Books<'a> {
-    blocks: &'a [Block],
-    clocks: &'a mut [Clock],
-    answers: &'a [GroupAnswer],
-    residuals: &'a mut [f64],
-    /// Groups of a block.
-    n: usize,
-}
-
-impl Cut for Books<'_> {
-    fn cut(self, part: usize, of: usize) -> (Self, Self) {
-        let (n, middle) = (self.n, self.blocks.len() * part / of);
-        let (blocks, more_blocks) = self.blocks.split_at(middle);
-        let (clocks, more_clocks) = self.clocks.split_at_mut(self.clocks.len().min(middle * n));
-        let (answers, more_answers) = self.answers.split_at(self.answers.len().min(middle * n));
-        let (residuals, more_residuals) = self.residuals.split_at_mut(middle);
-        let more =
-            Self { blocks: more_blocks, clocks: more_clocks, answers: more_answers, residuals: more_residuals, n };
-        (Self { blocks, clocks, answers, residuals, n }, more)
     }
 }
 

@@ -169,7 +169,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for block in blocks.all.iter().filter(|block| block.gives()) {
             block.active().for_each(|number| active.add(block.nodes[number].index()));
         }
-        for block in blocks.all.iter_mut().filter(|block| !block.gives()) {
+        for block in blocks.all.iter_mut().filter(|block| block.due != Due::Nothing && !block.gives()) {
             block.looked_at = block.nodes.iter().any(|node| active.has(node.index()));
         }
     }
@@ -193,15 +193,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             *node.last = tick;
             *node.limit = cfl * limit(stiffness, gel.mass[a]);
             sums.limit = sums.limit.min(*node.limit);
-            let (before, free) = (*node.velocity, &gel.free[a]);
+            let before = *node.velocity;
             *node.before = before;
-            *node.velocity += p.component_mul(free) / gel.mass[a];
+            *node.velocity += if gel.is_free(a) { p } else { p.component_mul(&gel.free(a)) } / gel.mass[a];
             let excess = share * p.dot(&(*node.velocity - before));
             sums.work += 0.5 * p.dot(&(before + *node.velocity)) + *node.excess - excess;
             *node.excess = excess;
             sums.fastest = sums.fastest.max(node.velocity.norm_squared());
-            if free.min() == 0.0 {
-                sums.taken.add(free, freedom, (embed(node.position), embed(&p)));
+            if !gel.is_free(a) {
+                sums.taken.add(&gel.free(a), freedom, (embed(node.position), embed(&p)));
             }
             let moves = *node.velocity != Vector::<D>::zeros();
             spots.iter().for_each(|spot| blocks.tell(spot.block as usize, *node.limit, moves));

@@ -116,8 +116,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut taken = Taken::default();
         for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
             let (a, push) = (node.index(), force * weight);
-            self.state.velocity[a] += push.component_mul(&gel.free[a]) / gel.mass[a];
-            taken.add(&gel.free[a], freedom, (embed(&self.state.position[a]), embed(&push)));
+            self.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
+            taken.add(&gel.free(a), freedom, (embed(&self.state.position[a]), embed(&push)));
         }
         taken.post(&mut self.state.ledger);
     }

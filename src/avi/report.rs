@@ -170,7 +170,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     #[must_use]
     pub fn bytes(&self) -> usize {
         let (nodes, state) = (self.gel.mass.len(), &self.state);
-        let fields = size_of::<Vector<D>>() * 3 + size_of::<f64>() * 2 + size_of::<Tick>() * 2;
+        let fields = size_of::<Vector<D>>() * 4 + size_of::<f64>() * 3 + size_of::<Tick>() + 2;
         let groups = size_of::<Clock>() + size_of::<GroupAnswer>();
         let blocks = self.blocks.as_ref().map_or(0, Blocks::bytes);
         let elements = size_of::<Simplex>() + size_of::<ElementId>() * (D + 1) + size_of::<f64>();

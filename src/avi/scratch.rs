@@ -54,9 +54,8 @@ pub(super) struct Scratch<const D: usize> {
     pub touches: Vec<Touch<D>>,
     /// The nodes that carry them.
     pub carriers: Vec<Carrier<D>>,
-    /// Sums over runs of nodes, and residuals of blocks.
+    /// Sums over runs of nodes.
     pub sums: Vec<NodeSums>,
-    pub residuals: Vec<f64>,
 }
 
 impl<const D: usize> Scratch<D> {

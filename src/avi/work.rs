@@ -18,6 +18,8 @@ pub struct Run<'a> {
     /// Element updates per second of simulated time at the steps of its groups now, 1/s; 0 of what is known to be at rest, and
     /// before the first tick.
     pub rate: f64,
+    /// Whether it was swept at the last tick; what is known to be at rest is not.
+    pub was_swept: bool,
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
@@ -41,6 +43,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let moves = block.is_awake() && self.state.now.is_some();
         let rate = if moves { groups.clone().map(of_group).sum() } else { 0.0 };
-        Run { nodes: &block.nodes, groups, n_elements: block.n_elements as usize, rate }
+        Run { nodes: &block.nodes, groups, n_elements: block.n_elements as usize, rate, was_swept: block.was_swept }
     }
 }

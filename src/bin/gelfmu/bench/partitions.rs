@@ -86,7 +86,13 @@ mod tests {
     fn parts_are_even_where_runs_are_and_share_the_nodes_between_them() {
         let nodes: Vec<NodeId> = (0..9).map(NodeId).collect();
         // Four runs along a line, each with three nodes, the last of which is the first of the next.
-        let run = |i: usize, rate| Run { nodes: &nodes[2 * i..2 * i + 3], groups: i..i + 1, n_elements: 2, rate };
+        let run = |i: usize, rate| Run {
+            nodes: &nodes[2 * i..2 * i + 3],
+            groups: i..i + 1,
+            n_elements: 2,
+            rate,
+            was_swept: true,
+        };
         let even: Vec<Run<'_>> = (0..4).map(|i| run(i, 5.0)).collect();
         assert_eq!(divide(&even, 2, 9), Division { imbalance: 1.0, shared: 1 });
         assert_eq!(divide(&even, 4, 9), Division { imbalance: 1.0, shared: 3 });
