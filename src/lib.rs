@@ -13,6 +13,7 @@ pub mod ledger;
 pub mod material;
 pub mod mesh;
 pub mod output;
+pub mod remesh;
 pub mod scene;
 pub mod simulation;
 pub mod state;

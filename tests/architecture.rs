@@ -9,11 +9,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules from bottom to top: each uses only those before it.
-const ORDER: [&str; 14] = [
+const ORDER: [&str; 15] = [
     "algebra",
     "geometry",
     "material",
     "mesh",
+    "remesh",
     "element",
     "ledger",
     "contact",
