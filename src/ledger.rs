@@ -32,6 +32,8 @@ pub struct EnergyAccounts {
     pub external: f64,
     /// Jumps of the projectile's kinetic energy made by the importer.
     pub importer: f64,
+    /// What kinetic and stored energy change by when a mesh is exchanged.
+    pub remesh: f64,
 }
 
 /// Momentum accounts.
@@ -43,20 +45,26 @@ pub struct MomentumAccounts {
     pub external: Vector3,
     /// Jumps made by the importer.
     pub importer: Vector3,
+    /// What changes when a mesh is exchanged.
+    pub remesh: Vector3,
 }
 
 impl EnergyAccounts {
     /// Sum of all accounts.
     #[must_use]
     pub fn total(&self) -> f64 {
-        self.contact + self.friction + self.contact_bias + self.integration + self.external + self.importer
+        self.accounts().iter().sum()
     }
 
     /// Sum of the sizes of all accounts.
     #[must_use]
     pub fn turnover(&self) -> f64 {
-        let accounts = [self.contact, self.friction, self.contact_bias, self.integration, self.external, self.importer];
-        accounts.iter().map(|account| account.abs()).sum()
+        self.accounts().iter().map(|account| account.abs()).sum()
+    }
+
+    fn accounts(&self) -> [f64; 7] {
+        let Self { contact, friction, contact_bias, integration, external, importer, remesh } = *self;
+        [contact, friction, contact_bias, integration, external, importer, remesh]
     }
 }
 
@@ -64,12 +72,12 @@ impl MomentumAccounts {
     /// Sum of all accounts.
     #[must_use]
     pub fn total(&self) -> Vector3 {
-        self.restraint + self.external + self.importer
+        self.restraint + self.external + self.importer + self.remesh
     }
 
     /// Sum of the sizes of all accounts.
     #[must_use]
     pub fn turnover(&self) -> f64 {
-        self.restraint.norm() + self.external.norm() + self.importer.norm()
+        self.restraint.norm() + self.external.norm() + self.importer.norm() + self.remesh.norm()
     }
 }

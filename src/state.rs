@@ -10,6 +10,9 @@ mod bytes;
 /// Count of ticks since the start; the length of a tick is fixed when a simulation is built (numerics A3).
 pub type Tick = u64;
 
+/// Ticks are exact in floating point below this.
+const MOST_TICKS: Tick = 1 << 53;
+
 /// Everything that changes while a simulation runs. What can be derived from it (queues, bins, batches, the last tick of each
 /// node) is not in it.
 #[derive(Debug, PartialEq)]
@@ -67,6 +70,8 @@ pub struct Alarm {
 pub struct Record {
     /// Element updates.
     pub updates: u64,
+    /// Exchanges of the mesh.
+    pub remeshes: u64,
     /// Smallest J.
     pub min_jacobian: f64,
     /// One global stable step: its length now, ticks; up to which tick it is counted; the updates so far.
@@ -101,7 +106,7 @@ impl Record {
     #[must_use]
     pub fn new(n_bodies: usize) -> Self {
         let contacts = vec![ContactRecord::default(); n_bodies];
-        Self { updates: 0, min_jacobian: 1.0, synchronous: (f64::INFINITY, 0, 0.0), contacts }
+        Self { updates: 0, remeshes: 0, min_jacobian: 1.0, synchronous: (f64::INFINITY, 0, 0.0), contacts }
     }
 }
 
@@ -172,6 +177,14 @@ impl<const D: usize> State<D> {
         )?;
         let begun = self.now.is_some();
         holds(each(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element stands still")?;
+        holds(self.bodies.iter().all(BodyState::is_valid), "a number of a body is none")?;
+        let ticks = self
+            .clocks
+            .iter()
+            .map(|clock| clock.step)
+            .chain(self.alarms.iter().map(|alarm| alarm.next))
+            .chain(self.now);
+        holds(ticks.fold(0, Tick::max) < MOST_TICKS, "a tick is too far away")?;
         let runs = |alarm: &Alarm| alarm.next > alarm.last && Some(alarm.last) <= self.now;
         holds(!begun || self.alarms.iter().all(runs), "the clock of an element stands still")
     }
@@ -205,9 +218,10 @@ impl Clone for Record {
     }
 
     fn clone_from(&mut self, from: &Self) {
-        let Self { updates, min_jacobian, synchronous, contacts } = from;
+        let Self { updates, remeshes, min_jacobian, synchronous, contacts } = from;
         self.contacts.clone_from(contacts);
-        (self.updates, self.min_jacobian, self.synchronous) = (*updates, *min_jacobian, *synchronous);
+        (self.updates, self.remeshes) = (*updates, *remeshes);
+        (self.min_jacobian, self.synchronous) = (*min_jacobian, *synchronous);
     }
 }
 

@@ -47,7 +47,7 @@ pub(super) struct Block {
     pub due: Due,
     /// The nodes of the groups that fire, if not all do.
     pub touched: Vec<u16>,
-    /// Whether `part` is that of a full sweep of the block at rest.
+    /// Whether its part is that of a full sweep at rest.
     pub still: bool,
     /// Whether some node of it has moved or moves.
     pub awake: AtomicBool,
@@ -179,14 +179,22 @@ impl<const D: usize> Blocks<D> {
             front.stirred.store(true, Ordering::Relaxed);
         }
         if moves && !front.gives {
-            self.all[block].awake.store(true, Ordering::Relaxed);
+            self.rouse(block);
         }
     }
 
     /// The blocks around a node that moves must be swept from now on.
     pub fn wake(&self, node: usize) {
         for spot in self.spots(node) {
-            self.all[spot.block as usize].awake.store(true, Ordering::Relaxed);
+            self.rouse(spot.block as usize);
+        }
+    }
+
+    fn rouse(&self, block: usize) {
+        let awake = &self.all[block].awake;
+        // Threads share what is written: not again and again.
+        if !awake.load(Ordering::Relaxed) {
+            awake.store(true, Ordering::Relaxed);
         }
     }
 
@@ -225,12 +233,12 @@ impl Front {
     /// At the start of the node phase of a tick.
     pub fn open(&mut self, block: &Block, calm: Option<(f64, f64)>) {
         (self.gives, self.calm) = (block.gives(), calm.unwrap_or((0.0, f64::INFINITY)));
-        *self.stirred.get_mut() = false;
+        *self.stirred.get_mut() = calm.is_none();
     }
 
     /// Whether no limit may change a step.
     pub fn is_calm(&mut self) -> bool {
-        self.calm.0 > 0.0 && !*self.stirred.get_mut()
+        !*self.stirred.get_mut()
     }
 }
 

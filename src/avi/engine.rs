@@ -3,6 +3,8 @@
 use super::blocks::Blocks;
 use super::gel::Measured;
 use super::order::Order;
+use super::phase::Phase;
+use super::renew::{Passage, Wear};
 use super::schedule::{Kind, Queue};
 use super::scratch::Scratch;
 use super::watch::Watch;
@@ -57,6 +59,14 @@ pub struct Engine<const D: usize, P> {
     pub(super) steps: (Tick, Tick),
     /// Longest stable step at the start, ticks.
     pub(super) first: f64,
+    /// When the mesh is worn; `None` if it never is.
+    pub(super) wear: Option<Wear>,
+    /// The first tick of this mesh.
+    pub(super) origin: Tick,
+    /// Where the tick is that is processed.
+    pub(super) phase: Phase,
+    /// Whether the gap clocks know of the last event of every body.
+    pub(super) placed: bool,
     /// Up to which tick nothing happens, when the gel is still.
     pub(super) quiet: Option<Tick>,
     start: Start,
@@ -100,6 +110,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         rules: Rules,
         nodes: Vec<(Vector<D>, Vector<D>)>,
     ) -> Result<Self, NoStep> {
+        Self::assemble((gel, rules), bodies, nodes, None)
+    }
+
+    /// At the start, or where another mesh has ended.
+    pub(super) fn assemble(
+        (gel, rules): (Gel<D, P>, Rules),
+        bodies: Vec<(Body, BodyState)>,
+        nodes: Vec<(Vector<D>, Vector<D>)>,
+        passage: Option<Passage>,
+    ) -> Result<Self, NoStep> {
         assert!(!bodies.is_empty(), "there is a body, if only one that touches nothing");
         let (position, velocity): (Vec<_>, Vec<_>) = nodes.into_iter().unzip();
         let (bodies, at): (Vec<_>, Vec<_>) = bodies.into_iter().unzip();
@@ -111,8 +131,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if !step.is_normal() {
             return Err(NoStep { step });
         }
-        let grid = TickGrid::new(&steps);
+        let grid = passage.as_ref().map_or_else(|| TickGrid::new(&steps), |passage| passage.grid);
+        if grid.ticks(step) < 1.0 {
+            return Err(NoStep { step });
+        }
+        let origin = passage.as_ref().map_or(0, |passage| passage.tick);
+        let ledger = passage.as_ref().map_or_else(Ledger::default, |passage| passage.ledger);
+        let begun = passage.as_ref().map_or(0.0, |passage| passage.record.synchronous.2);
+        let synchronous = (grid.ticks(step), origin, begun);
         let order = order(&gel, &rules, |element| grid.ticks(steps[element.index()]));
+        let record = passage.as_ref().map_or_else(|| Record::new(bodies.len()), |passage| passage.record.clone());
         let state = State {
             excess: vec![0.0; position.len()],
             stiffness: order.by_slot(&measured.stiffness),
@@ -120,8 +148,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             alarms: vec![Alarm::default(); rules.schedule.alarms(order.n_groups())],
             now: None,
             bodies: at,
-            ledger: Ledger::default(),
-            record: Record { synchronous: (grid.ticks(step), 0, 0.0), ..Record::new(bodies.len()) },
+            ledger,
+            record: Record { synchronous, ..record },
             position,
             velocity,
         };
@@ -130,15 +158,19 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let gel = Arc::new(gel);
         let fast = rules.law != Law::Reversal && rules.schedule != Kind::Queue;
         let blocks = fast.then(|| Blocks::new(&gel, &order)).flatten();
-        let watch = Watch::new(&gel.surface, |node| embed(&state.position[node]));
-        let start = Start::of(&gel, &bodies, &state);
+        let watch = Watch::new(&gel.surface, (0.0, 0.0), |node| embed(&state.position[node]));
+        let start = passage.map_or_else(|| Start::of(&gel, &bodies, &state), |passage| passage.start);
         let mut engine = Self {
-            last: vec![0; n_nodes],
+            last: vec![origin; n_nodes],
             order: Arc::new(order),
             pool: None,
             queue: Queue::default(),
             steps: (0, 0),
+            wear: None,
+            origin,
+            phase: Phase::First,
             quiet: None,
+            placed: false,
             first: grid.ticks(steps.iter().copied().fold(0.0, f64::max)),
             gel,
             bodies,
@@ -158,6 +190,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     #[must_use]
     pub fn by_reference(mut self) -> Self {
         self.blocks = None;
+        self
+    }
+
+    /// The same, but it ends where its mesh is worn. A queue never is.
+    #[must_use]
+    pub fn until_worn(mut self, wear: Wear) -> Self {
+        self.wear = Some(wear);
         self
     }
 
@@ -258,21 +297,24 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             blocks.restart((&state.clocks, &state.stiffness), moves);
         }
         let fastest = state.velocity.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max);
-        self.watch.reset(fastest.sqrt(), self.grid.time(state.now.unwrap_or(0)));
+        let (speed, now) = (fastest.sqrt(), self.grid.time(state.now.unwrap_or(self.origin)));
         self.find_last();
+        let place = |node: usize| embed(&self.position_at(NodeId(node as u32), now));
+        self.watch = Watch::new(&self.gel.surface, (speed, now), place);
+        self.placed = false;
         self.find_steps();
     }
 
     /// The last tick of each node: the latest of the groups around it.
     fn find_last(&mut self) {
         let (state, order, gel, all) = (&self.state, &self.order, &self.gel, &mut self.last);
-        let now = state.now.unwrap_or(0);
+        let now = state.now.unwrap_or(self.origin);
         let last = |group: usize| match self.rules.schedule {
             Kind::Bins => now & !state.clocks[group].step.saturating_sub(1),
             Kind::Queue => state.alarms[group].last,
             Kind::Global => state.alarms[0].last,
         };
-        all.fill(0);
+        all.fill(self.origin);
         let mut see = |tick: Tick, node: &NodeId| all[node.index()] = tick.max(all[node.index()]);
         let of_group = |group: usize| {
             order
@@ -306,7 +348,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Replaces a body's state or wrench at its own time, an event; what changed is booked by the caller.
     pub fn set_body(&mut self, body: usize, state: &BodyState) {
         self.state.bodies[body] = *state;
-        self.quiet = None;
+        (self.quiet, self.placed) = (None, false);
     }
 
     /// The books, for what is done to a body from outside.

@@ -3,8 +3,9 @@
 use super::blocks::Blocks;
 use super::engine::Engine;
 use super::impact::Touch;
-use super::nodes::{NodeSums, share_ahead};
+use super::nodes::NodeSums;
 use super::pace::Change;
+use super::phase::Phase;
 use crate::algebra::{Vector, Vector3, embed, restrict};
 use crate::contact::{Freedom, Law, Motion};
 use crate::element::{Answer, GroupAnswer, Potential};
@@ -66,7 +67,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         sums.taken.post(&mut self.state.ledger);
         let all = self.scratch.active.all;
         self.watch.speed = sums.fastest.sqrt().max(if all { 0.0 } else { self.watch.speed });
-        let mended = self.mend_kicks(tick);
+        let mended = self.mend_kicks();
         self.find_carriers();
         if let Law::Moreau { restitution, friction, .. } = self.rules.law {
             self.solve(restitution, friction);
@@ -76,7 +77,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// The kicks of groups whose step has changed: half of the step behind and half of that ahead, where a sweep has taken all
     /// of the step behind, or nothing at the start.
-    fn mend_kicks(&mut self, tick: Tick) -> f64 {
+    fn mend_kicks(&mut self) -> f64 {
         let mut answers = std::mem::take(&mut self.scratch.reference.elements);
         let mut work = 0.0;
         for i in 0..self.scratch.changed.len() {
@@ -89,7 +90,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             answers.clear();
             self.evaluate_group(group as usize, &mut answers);
             for (element, answer) in &answers {
-                work += self.kick_more((*element, answer), 0.5 * more * self.grid.time(1), tick);
+                work += self.kick_more((*element, answer), 0.5 * more * self.grid.time(1));
             }
         }
         self.scratch.reference.elements = answers;
@@ -97,7 +98,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// A kick of an element after those of the tick; what it did more, J.
-    fn kick_more(&mut self, (element, answer): (ElementId, &Answer<D>), weight: f64, tick: Tick) -> f64 {
+    fn kick_more(&mut self, (element, answer): (ElementId, &Answer<D>), weight: f64) -> f64 {
         let (gel, mut taken, mut work) = (self.gel.clone(), Taken::default(), 0.0);
         for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
             let (a, push) = (node.index(), force * weight);
@@ -106,8 +107,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let (first, both) = (kicked - self.scratch.before[a], self.state.velocity[a] - self.scratch.before[a]);
             // Of p = m Δ the work is p·v⁻ + p·Δ/2, and Q the share of p·Δ.
             let more = gel.mass[a] * (both.norm_squared() - first.norm_squared());
-            self.state.excess[a] += share_ahead(tick) * more;
-            work += gel.mass[a] * (both - first).dot(&self.scratch.before[a]) + (0.5 - share_ahead(tick)) * more;
+            self.state.excess[a] += self.phase.share_ahead() * more;
+            work += gel.mass[a] * (both - first).dot(&self.scratch.before[a]) + (0.5 - self.phase.share_ahead()) * more;
             taken.add(&gel.free(a), self.freedom(), (embed(&self.state.position[a]), embed(&push)));
             self.note_speed(a);
         }
@@ -137,7 +138,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let (before, kicked) = (self.velocity_before(*node), self.state.velocity[node.index()]);
             carriers.push(Carrier { node: *node, before, kicked });
         }
-        carriers.sort_by_key(|carrier| carrier.node);
+        carriers.sort_unstable_by_key(|carrier| carrier.node);
         carriers.dedup_by_key(|carrier| carrier.node);
         self.scratch.carriers = carriers;
     }
@@ -150,8 +151,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let Carrier { node, before, kicked } = self.scratch.carriers[i];
             let a = node.index();
             let more = self.gel.mass[a] * (kicked - before).dot(&(self.state.velocity[a] - kicked));
-            self.state.excess[a] += share_ahead(tick) * more;
-            work += (0.5 - share_ahead(tick)) * more;
+            self.state.excess[a] += self.phase.share_ahead() * more;
+            work += (0.5 - self.phase.share_ahead()) * more;
             self.last[a] = tick;
             self.note_speed(a);
         }
@@ -180,6 +181,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn settle_blocks(&mut self, tick: Tick) -> f64 {
         let Some(mut blocks) = self.blocks.take() else { return 0.0 };
         let (grid, kind, n) = (self.grid, self.rules.schedule, blocks.groups);
+        let ahead = |clock: &Clock| if self.phase == Phase::Last { 0.0 } else { grid.time(clock.step) };
         let (record, mut residual) = (&mut self.state.record, 0.0);
         for (i, block) in blocks.all.iter().enumerate().filter(|(_, block)| block.was_swept) {
             record.updates += block.report.updates;
@@ -188,11 +190,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let answers = &self.scratch.answers[groups.clone()];
             let firing = self.state.clocks[groups].iter_mut().zip(answers);
             let firing = firing.filter(|(clock, _)| kind.fires(clock.step, tick));
-            residual += firing.map(|(clock, answer)| settle(clock, answer, grid.time(clock.step))).sum::<f64>();
+            residual += firing
+                .map(|(clock, answer)| {
+                    let ahead = ahead(clock);
+                    settle(clock, answer, ahead)
+                })
+                .sum::<f64>();
         }
         let block_of = |change: &Change| change.group as usize / n;
         for changed in self.scratch.changed.chunk_by(|a, b| block_of(a) == block_of(b)) {
             blocks.pace(block_of(&changed[0]), &self.state.clocks);
+            blocks.all[block_of(&changed[0])].restless = true;
         }
         self.blocks = Some(blocks);
         residual

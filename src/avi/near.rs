@@ -16,6 +16,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.scratch.place[surface as usize] = u32::MAX;
         }
         self.watch.go_on(self.grid.time(tick), &self.scratch.was);
+        self.placed = true;
         let horizon = self.horizon() * self.grid.time(1);
         let reach = self.watch.reach(&self.bodies, horizon);
         self.find_reached(reach);

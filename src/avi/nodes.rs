@@ -148,11 +148,6 @@ impl<const D: usize> Cut for Runs<'_, D> {
     }
 }
 
-/// The part of a kick that belongs to the step ahead: half, and all of it at the start.
-pub(super) fn share_ahead(tick: Tick) -> f64 {
-    if tick == 0 { 1.0 } else { 0.5 }
-}
-
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Collects the nodes of what fires and is not known to be still.
     pub(super) fn find_active(&mut self) {
@@ -162,7 +157,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for (block, front) in blocks.all.iter().zip(&mut blocks.fronts) {
             front.open(block, block.calm(&self.grid));
         }
-        active.all = blocks.all.iter().all(|block| block.due == Due::All && block.gives());
+        active.all = blocks.all.iter().zip(&blocks.fronts).all(|(block, front)| block.due == Due::All && front.gives);
         if active.all {
             return;
         }
@@ -174,11 +169,22 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
+    /// Drifts the active nodes and nothing else.
+    pub(super) fn drift_active(&mut self, tick: Tick) {
+        let grid = self.grid;
+        if self.blocks.is_some() {
+            self.over_nodes(|_, node, _, _| {
+                *node.position += *node.velocity * grid.time(tick - *node.last);
+                *node.last = tick;
+            });
+        }
+    }
+
     /// Drifts the active nodes, learns their limits and kicks them: v += p/m in the free directions, with p and Σ κ gathered from
     /// the blocks in their order; held directions take up the rest.
     pub(super) fn advance_nodes(&mut self, tick: Tick) -> NodeSums {
         let (gel, grid, cfl, freedom) = (self.gel.clone(), self.grid, self.rules.cfl, self.freedom());
-        let share = share_ahead(tick);
+        let share = self.phase.share_ahead();
         self.over_nodes(|a, node, blocks, sums| {
             let spots = blocks.spots(a);
             let (mut p, mut stiffness) = (Vector::<D>::zeros(), 0.0);

@@ -126,7 +126,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut limit = f64::INFINITY;
         lanes.nodes(group, |number| limit = limit.min(limits[usize::from(number)]));
         let (limit, step) = (self.grid.ticks(limit), clock.step as f64);
-        tick == 0 || limit < step || clock.calm > 0 || (limit.is_finite() && limit >= RAISE_MARGIN * step)
+        clock.step == 0 || limit < step || clock.calm > 0 || (limit.is_finite() && limit >= RAISE_MARGIN * step)
     }
 
     /// The limits of the nodes of a block that can have changed, s; infinite for the others. All nodes of what fires are active
@@ -215,7 +215,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Down at once; up, doubled, only when aligned and after a long calm.
     fn ratchet(&self, limit: f64, clock: &Clock, tick: Tick) -> (Tick, u32) {
         let allowed = self.rules.schedule.step(limit);
-        if clock.step == 0 || allowed < clock.step {
+        if clock.step == 0 {
+            return (self.rules.schedule.aligned(allowed, tick), 0);
+        }
+        if allowed < clock.step {
             return (allowed, 0);
         }
         if limit < RAISE_MARGIN * clock.step as f64 || self.rules.schedule == Kind::Global {

@@ -5,7 +5,7 @@
 
 use super::engine::Engine;
 use super::kick::Taken;
-use super::nodes::{NodeSums, share_ahead};
+use super::nodes::NodeSums;
 use super::pace::nodal_limit;
 use crate::algebra::embed;
 use crate::contact::Law;
@@ -123,8 +123,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after all of the tick, J.
-    pub(super) fn work(&mut self, tick: Tick) -> f64 {
-        let (answers, share) = (&self.scratch.reference, share_ahead(tick));
+    pub(super) fn work(&mut self) -> f64 {
+        let (answers, share) = (&self.scratch.reference, self.phase.share_ahead());
         let mut work: f64 = self.scratch.active.list.iter().map(|a| self.state.excess[*a as usize]).sum();
         self.scratch.active.list.iter().for_each(|a| self.state.excess[*a as usize] = 0.0);
         for (elements, weight) in answers.groups.iter().zip(&self.scratch.weights) {

@@ -25,6 +25,15 @@ impl Kind {
         }
     }
 
+    /// The longest allowed step up to this one with which a group that begins at this tick fires on multiples of it.
+    #[must_use]
+    pub(super) fn aligned(self, step: Tick, tick: Tick) -> Tick {
+        match self {
+            Self::Bins if tick > 0 => step.min(tick & tick.wrapping_neg()),
+            _ => step,
+        }
+    }
+
     /// How many alarms so many groups have: each its own in a queue, one for all of one step.
     #[must_use]
     pub(super) fn alarms(self, n_groups: usize) -> usize {
@@ -35,13 +44,13 @@ impl Kind {
         }
     }
 
-    /// Whether a group of this step fires at this tick, which is one of the schedule's; a queue looks at its alarms. All fire
-    /// at tick 0, when no step is known yet.
+    /// Whether a group of this step fires at this tick, which is one of the schedule's; a queue looks at its alarms. One that has
+    /// no step yet fires.
     #[must_use]
     #[inline]
     pub fn fires(self, step: Tick, tick: Tick) -> bool {
         match self {
-            Self::Bins => tick & step.wrapping_sub(1) == 0,
+            Self::Bins => step == 0 || tick & (step - 1) == 0,
             Self::Queue | Self::Global => true,
         }
     }

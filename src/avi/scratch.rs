@@ -14,7 +14,7 @@ use crate::mesh::{ElementId, NodeId};
 /// What one tick works with; no result depends on what an earlier one left.
 #[derive(Debug, Default)]
 pub(super) struct Scratch<const D: usize> {
-    /// Nodes of what fires.
+    /// Nodes of what fires, but for blocks at rest.
     pub active: Active,
     /// The groups that fire, ascending; of the fast form those whose step may change.
     pub due: Vec<u32>,

@@ -18,6 +18,8 @@ pub(super) struct Sweep<'a, const D: usize> {
     pub tick: Tick,
     pub grid: &'a TickGrid,
     pub kind: Kind,
+    /// The part of its step behind that a group takes.
+    pub taken: f64,
     pub position: &'a [Vector<D>],
     pub velocity: &'a [Vector<D>],
     pub rest: &'a [Vector<D>],
@@ -40,7 +42,7 @@ struct Found<'a> {
 }
 
 impl Cut for Found<'_> {
-    /// By the elements that fire.
+    /// By the elements of the blocks that fire.
     fn cut(self, part: usize, of: usize) -> (Self, Self) {
         let Self { first, blocks, parts, stiffness, answers, locals, groups } = self;
         let middle = split(blocks, part as f64 / of as f64);
@@ -59,7 +61,7 @@ impl Cut for Found<'_> {
 const SHARED: u64 = 16_384;
 
 impl<const D: usize> Blocks<D> {
-    /// Finds out what fires; the number of elements.
+    /// Finds out what fires; the number of elements of the blocks that must be swept.
     pub fn find_due(&mut self, sweep: &Sweep<'_, D>) -> u64 {
         let (n, lanes) = (self.groups, &self.lanes);
         let mut elements = 0;
@@ -80,8 +82,8 @@ impl<const D: usize> Blocks<D> {
         if self.never_rest {
             self.all.iter_mut().for_each(|block| block.still = false);
         }
-        let pool = pool.filter(|_| elements > SHARED);
         self.locals.resize_with(pool.map_or(1, Pool::threads), Local::new);
+        let pool = pool.filter(|_| elements > SHARED);
         let with = (&self.lanes, self.level, self.groups);
         let (blocks, parts, locals) = (self.all.as_mut_slice(), self.parts.as_mut_slice(), self.locals.as_mut_slice());
         share(pool, Found { first: 0, blocks, parts, stiffness, answers, locals, groups: self.groups }, |found| {
@@ -169,6 +171,10 @@ impl Block {
     /// Whether a node has moved or moves.
     fn load<const D: usize>(&self, sweep: &Sweep<'_, D>, local: &mut Local) -> bool {
         let mut moves = false;
+        if self.due == Due::Some {
+            // Empty lanes name node 0; what another block left there must not come in.
+            local.load(0, &Vector::<D>::zeros(), &Vector::<D>::zeros());
+        }
         let mut load = |number: usize, node: &NodeId| {
             let a = node.index();
             let displacement = sweep.drifted(a) - sweep.rest[a];
@@ -215,10 +221,7 @@ impl<const D: usize> Sweep<'_, D> {
     /// Length of the kick of a group that fires, s; none at the start, when no step is known yet.
     #[inline(always)]
     fn weight(&self, step: Tick) -> Option<f64> {
-        if self.tick == 0 {
-            return Some(0.0);
-        }
-        self.kind.fires(step, self.tick).then(|| self.grid.time(step))
+        self.kind.fires(step, self.tick).then(|| self.grid.time(step) * self.taken)
     }
 
     /// Where a node is at this tick, m.

@@ -5,6 +5,8 @@ use super::blocks::Blocks;
 use super::engine::Engine;
 use super::impact::STRETCH;
 use super::nodes::NodeSums;
+use super::phase::Phase;
+use super::renew::Reached;
 use super::schedule::Kind;
 use super::sweep::{Sweep, fails};
 use crate::contact::Exchange;
@@ -19,14 +21,14 @@ const TURN: f64 = 0.05;
 const LONGEST_TURN: f64 = 4096.0;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Processes all ticks up to time `t`, s, and adds what each body received to its `exchange`.
+    /// Processes all ticks up to time `t`, s, or until the mesh is worn, and adds what each body received to its `exchange`.
     ///
     /// # Panics
     /// Unless every body has its exchange.
     ///
     /// # Errors
     /// [`StepError`] when the mesh or the numbers fail.
-    pub fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<(), StepError> {
+    pub fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<Reached, StepError> {
         assert_eq!(exchanges.len(), self.bodies.len(), "every body has its exchange");
         let end = self.grid.last_tick(t);
         while let Some(tick) = self.next_event(end).filter(|tick| *tick <= end) {
@@ -36,6 +38,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 }
             }
             let due = self.is_due(tick);
+            if due && self.is_worn(tick) {
+                self.close(tick)?;
+                return Ok(Reached::Worn);
+            }
+            self.phase = if self.state.now.is_none() { Phase::First } else { Phase::Between };
             let done = if due { self.tick(tick, (t, exchanges)) } else { Ok(()) };
             self.state.now = Some(tick);
             done?;
@@ -44,12 +51,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if let (Some(now), Kind::Bins) = (self.state.now, self.rules.schedule) {
             self.state.now = Some(now.max(end / self.steps.0 * self.steps.0));
         }
-        Ok(())
+        Ok(Reached::End)
     }
 
     fn next_event(&mut self, end: Tick) -> Option<Tick> {
         let elements = match self.state.now {
-            None => Some(0),
+            None => Some(self.origin),
             Some(now) => {
                 let from = self.skip(now, end);
                 self.next_tick(from)
@@ -80,10 +87,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// From which tick on to look for the next one: later than now while the gel is still and no body can be near. All groups
     /// are then where they were, whatever fires.
     fn skip(&mut self, now: Tick, end: Tick) -> Tick {
-        let still = |blocks: &Blocks<D>| blocks.all.iter().all(|block| !block.is_awake());
+        let still = |blocks: &Blocks<D>| blocks.all.iter().all(|block| !block.is_awake() && !block.restless);
         if self.rules.schedule != Kind::Bins || !self.blocks.as_ref().is_some_and(still) {
             self.quiet = None;
             return now;
+        }
+        if !self.placed {
+            self.place_watch();
         }
         let quiet = self.quiet.unwrap_or_else(|| {
             let reach = self.watch.reach(&self.bodies, self.horizon() * self.grid.time(1));
@@ -95,6 +105,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.quiet = None;
         }
         now.max(quiet.min(end))
+    }
+
+    /// Tells the gap clocks where the bodies are at their last event.
+    fn place_watch(&mut self) {
+        let events = self.state.bodies.iter().map(|body| body.time);
+        let time = events.fold(self.watch.time(), f64::max);
+        self.place_bodies(time);
+        self.watch.go_on(time, &self.scratch.was);
+        self.placed = true;
     }
 
     /// The next tick at which the orientation of a body that tumbles is stepped: the first multiple of its period after
@@ -116,7 +135,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn tick(&mut self, tick: Tick, (t, exchanges): (f64, &mut [Exchange])) -> Result<(), StepError> {
         let time = self.grid.time(tick);
         self.answer(tick);
-        self.check_elements(time)?;
+        if let Err(error) = self.check_elements(time) {
+            self.drift_active(tick);
+            return Err(error);
+        }
         self.place_bodies(time);
         let sums = if self.blocks.is_some() { self.advance_nodes(tick) } else { self.measure_limits() };
         self.count_synchronous(sums.limit, tick);
@@ -137,7 +159,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// What the elements that fire answer, in either form.
-    fn answer(&mut self, tick: Tick) {
+    pub(super) fn answer(&mut self, tick: Tick) {
         let Some(blocks) = &mut self.blocks else {
             self.find_due(tick);
             self.find_steps_behind(tick);
@@ -148,6 +170,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             tick,
             grid: &self.grid,
             kind: self.rules.schedule,
+            taken: self.phase.taken(),
             position: &self.state.position,
             velocity: &self.state.velocity,
             rest: self.gel.potential.rest(),
@@ -173,14 +196,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         due.extend(firing.map(|(_, group)| group));
     }
 
-    fn kick_all(&mut self, tick: Tick, sums: &NodeSums) -> f64 {
+    pub(super) fn kick_all(&mut self, tick: Tick, sums: &NodeSums) -> f64 {
         if self.blocks.is_some() {
             return self.kick_fast(tick, sums);
         }
         self.find_weights(tick);
         self.kick_and_strike();
         self.note_speeds();
-        self.work(tick)
+        self.work()
     }
 
     /// The length of the kick of each firing group: half of the step behind and half of the step ahead.
@@ -193,6 +216,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// How long a group that fires at this tick will wait, ticks.
     pub(super) fn ahead(&self, group: usize, tick: Tick) -> Tick {
+        if self.phase == Phase::Last {
+            return 0;
+        }
         match self.rules.schedule {
             Kind::Queue => self.state.alarms[group].next - tick,
             Kind::Bins | Kind::Global => self.state.clocks[group].step,
@@ -219,7 +245,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// An element that is inverted for the second tick in a row, or whose energy is not a number, ends the run; nothing but
     /// the drift has happened then.
-    fn check_elements(&self, time: f64) -> Result<(), StepError> {
+    pub(super) fn check_elements(&self, time: f64) -> Result<(), StepError> {
         let fails = |group: &usize| fails(&self.state.clocks[*group], &self.scratch.answers[*group]);
         let failed = match &self.blocks {
             Some(blocks) => blocks.all.iter().find_map(|block| block.report.failed),

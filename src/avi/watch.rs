@@ -25,13 +25,13 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// Of a surface with its nodes at these places, nothing known yet.
-    pub fn new(surface: &Surface, place: impl Fn(usize) -> Vector3) -> Self {
+    /// Of a surface with its nodes at these places at a time, no node faster than `speed`, nothing else known yet.
+    pub fn new(surface: &Surface, (speed, time): (f64, f64), place: impl Fn(usize) -> Vector3) -> Self {
         let places = || surface.nodes.iter().map(|at| place(at.node.index()));
         let middle = places().sum::<Vector3>() / surface.nodes.len().max(1) as f64;
         let radius = places().map(|x| (x - middle).norm()).fold(0.0, f64::max);
         let until = vec![f64::NEG_INFINITY; surface.nodes.len()];
-        Self { until, travelled: 0.0, speed: 0.0, ball: (middle, radius), time: 0.0, bodies: vec![] }
+        Self { until, travelled: 0.0, speed, ball: (middle, radius), time, bodies: vec![] }
     }
 
     /// Everything moves on to a time at which the bodies are there.
@@ -88,13 +88,6 @@ impl Watch {
     #[inline]
     pub fn note(&mut self, node: u32, distance: f64) {
         self.until[node as usize] = self.travelled + distance;
-    }
-
-    /// Forgets everything but that no node is faster than this at a time.
-    pub fn reset(&mut self, speed: f64, time: f64) {
-        self.until.fill(f64::NEG_INFINITY);
-        (self.travelled, self.speed, self.time) = (0.0, speed, time);
-        self.bodies.clear();
     }
 
     /// When the gaps were known, s.

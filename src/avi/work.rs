@@ -18,7 +18,7 @@ pub struct Run<'a> {
     /// Element updates per second of simulated time at the steps of its groups now, 1/s; 0 of what is known to be at rest, and
     /// before the first tick.
     pub rate: f64,
-    /// Whether it was swept at the last tick; what is known to be at rest is not.
+    /// Whether it was swept at the last tick: it fired, and was not known to be at rest.
     pub was_swept: bool,
 }
 

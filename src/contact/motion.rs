@@ -48,6 +48,18 @@ pub struct BodyState {
     pub active: bool,
 }
 
+impl BodyState {
+    /// Whether all of it are numbers, and its dome, if it is one, is a dome.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        let Wrench { force, torque, force_rate, torque_rate } = &self.wrench;
+        let vectors = [&self.position, &self.velocity, &self.angular_momentum, force, torque, force_rate, torque_rate];
+        let turned = self.orientation.coords.iter().chain([&self.time]);
+        vectors.into_iter().flat_map(|vector| vector.iter()).chain(turned).all(|x| x.is_finite())
+            && self.bulge.is_none_or(|bulge| bulge.check().is_ok())
+    }
+}
+
 /// What passed between two events of a body without an impulse.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Passage {

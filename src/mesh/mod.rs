@@ -14,7 +14,7 @@ use crate::algebra::Vector;
 pub use axis::{divisible, graded, uniform};
 pub use lattice::{Grid, Split};
 pub use patches::Patches;
-pub use quality::least_angle;
+pub use quality::{least_angle, shape_quality};
 pub use shapes::{Block, Face, Hold, block, cylinder, l_beam};
 pub use topology::{Incidence, boundary, neighbours};
 pub use tree::Tree;

@@ -16,6 +16,19 @@ pub fn least_angle<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
     pairs.map(angle).fold(180.0, f64::min)
 }
 
+/// How well shaped a simplex is: 4√3 A/Σ l² of a triangle, 12 (3V)^⅔/Σ l² of a tetrahedron; 1 of an equilateral one, and no more
+/// than 0 of one that is inverted (numerics 4.1).
+#[must_use]
+pub fn shape_quality<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
+    let pairs = (0..=D).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let squares: f64 = pairs.map(|(i, j)| (x[simplex[i].index()] - x[simplex[j].index()]).norm_squared()).sum();
+    let measure = super::signed_volume(x, simplex);
+    if D == 2 {
+        return 4.0 * 3.0_f64.sqrt() * measure / squares;
+    }
+    12.0 * (3.0 * measure.abs()).cbrt().powi(2).copysign(measure) / squares
+}
+
 /// Outward normal of the side opposite corner `i`.
 fn outward<const D: usize>(corners: &[Vector3; 4], i: usize) -> Vector3 {
     let [a, b, c] = [1, 2, 3].map(|k| corners[(i + k) % (D + 1)]);

@@ -113,7 +113,7 @@ where
     State<D>: Erase,
 {
     fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<(), StepError> {
-        self.engine.advance_to(t, exchanges)
+        self.engine.advance_to(t, exchanges).map(|_| ())
     }
 
     fn n_bodies(&self) -> usize {

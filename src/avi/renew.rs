@@ -1,0 +1,113 @@
+//! The end of one mesh and the beginning of the next, at one tick (numerics A12).
+
+use super::engine::{Engine, NoStep, Start};
+use super::phase::Phase;
+use super::{Gel, Kind, StepError, TickGrid};
+use crate::algebra::Vector;
+use crate::contact::{Body, BodyState};
+use crate::element::Potential;
+use crate::ledger::Ledger;
+use crate::mesh::{ElementId, NodeId, shape_quality, signed_volume};
+use crate::state::{Record, Tick};
+
+/// When a mesh is worn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wear {
+    /// An element is worse shaped than this where it is, 1 being the best.
+    pub quality: f64,
+    /// An element is compressed to less than this part of its volume.
+    pub jacobian: f64,
+}
+
+/// How far an engine has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reached {
+    /// To the end that was asked for.
+    End,
+    /// To a tick at which its mesh is worn, and it has ended there: positions and velocities are those of this instant.
+    Worn,
+}
+
+/// A mesh is looked at on multiples of so many of its longest steps, and of so many of its finest: rarely enough to cost little,
+/// and so that steps up to four times as long can begin there.
+const LONGEST: Tick = 4;
+const FINEST: Tick = 64;
+
+/// What goes on from one mesh to the next.
+pub(super) struct Passage {
+    pub tick: Tick,
+    pub grid: TickGrid,
+    pub ledger: Ledger,
+    pub record: Record,
+    pub start: Start,
+}
+
+impl<const D: usize, P: Potential<D>> Engine<D, P> {
+    /// Whether the mesh is worn at this tick; asked only where all groups fire.
+    pub(super) fn is_worn(&self, tick: Tick) -> bool {
+        let Some(wear) = self.wear.filter(|_| self.state.now.is_some() && self.rules.schedule != Kind::Queue) else {
+            return false;
+        };
+        let period = (LONGEST * self.steps.1).max(FINEST * self.steps.0).next_power_of_two();
+        if self.rules.schedule == Kind::Bins && !tick.is_multiple_of(period) {
+            return false;
+        }
+        let time = self.grid.time(tick);
+        let x: Vec<Vector<D>> = (0..self.gel.mass.len() as u32).map(|a| self.position_at(NodeId(a), time)).collect();
+        let mut elements = (0..self.gel.potential.len() as u32).map(ElementId);
+        elements.any(|element| self.is_element_worn(element, &x, &wear))
+    }
+
+    fn is_element_worn(&self, element: ElementId, x: &[Vector<D>], wear: &Wear) -> bool {
+        let nodes = self.gel.potential.nodes(element);
+        let mut simplex = [nodes[0]; 4];
+        simplex[..=D].copy_from_slice(nodes);
+        let volume = |x: &[Vector<D>]| signed_volume(x, &simplex);
+        shape_quality(x, &simplex) < wear.quality || volume(x) < wear.jacobian * volume(self.gel.potential.rest())
+    }
+
+    /// The last tick of this mesh: every group fires, its kick that of half of the step behind.
+    pub(super) fn close(&mut self, tick: Tick) -> Result<(), StepError> {
+        self.phase = Phase::Last;
+        self.answer(tick);
+        self.check_elements(self.grid.time(tick))?;
+        self.scratch.touches.clear();
+        self.scratch.changed.clear();
+        let sums = if self.blocks.is_some() { self.advance_nodes(tick) } else { self.measure_limits() };
+        self.count_synchronous(sums.limit, tick);
+        let work = self.kick_all(tick, &sums);
+        self.book(tick, work);
+        let (length, counted, updates) = self.state.record.synchronous;
+        let cost = (tick - counted) as f64 / length * self.gel.potential.len() as f64;
+        self.state.record.synchronous = (length, tick, updates + cost);
+        self.state.now = Some(tick);
+        Ok(())
+    }
+
+    /// An engine that goes on with another gel, its nodes at these positions and velocities, from where this one has ended; what
+    /// energy, momentum and angular momentum change by is booked.
+    ///
+    /// # Errors
+    /// [`NoStep`] if a step of the new mesh is no number or shorter than a tick; this engine keeps all it has then.
+    pub fn renewed(&mut self, gel: Gel<D, P>, nodes: Vec<(Vector<D>, Vector<D>)>) -> Result<Self, NoStep> {
+        let bodies: Vec<(Body, BodyState)> =
+            self.bodies.iter().cloned().zip(self.state.bodies.iter().copied()).collect();
+        let passage = Passage {
+            tick: self.state.now.unwrap_or(self.origin),
+            grid: self.grid,
+            ledger: self.state.ledger,
+            record: self.state.record.clone(),
+            start: *self.start(),
+        };
+        let mut new = Self::assemble((gel, self.rules), bodies, nodes, Some(passage))?;
+        let (was, now) =
+            (Start::of(&self.gel, &self.bodies, &self.state), Start::of(&new.gel, &new.bodies, &new.state));
+        let ledger = &mut new.state.ledger;
+        ledger.energy.remesh += now.energy - was.energy;
+        ledger.momentum.remesh += now.momentum - was.momentum;
+        ledger.angular_momentum.remesh += now.angular_momentum - was.angular_momentum;
+        new.state.record.remeshes += 1;
+        (new.pool, new.wear) = (self.pool.take(), self.wear);
+        Ok(new)
+    }
+}
