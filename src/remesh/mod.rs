@@ -1,7 +1,37 @@
 //! A new mesh for a gel that has moved, and what it carries over: pure functions from a mesh where its nodes are to another one.
+//!
+//! In the plane the old surface and the old nodes stay where they are good, and so do the elements between them. What is left
+//! is filled anew: long edges of the boundary are split, needless nodes left out ([`propose`]), middles of a quadtree's cells
+//! put where no point is near, joined by a constrained Delaunay triangulation, and trimmed to the boundary.
+
+mod cloud;
+mod delaunay;
+mod error;
+mod judge;
+mod near;
+mod parts;
+mod points;
+#[cfg(test)]
+mod samples;
+mod shape;
+mod sizing;
+mod surface;
+#[cfg(test)]
+mod tests;
+mod tree;
+mod trim;
 
 use crate::algebra::Vector;
-use crate::mesh::{Mesh, NodeId, Simplex};
+use crate::mesh::{Mesh, NodeId, Simplex, signed_volume};
+use cloud::Cloud;
+use near::Bounds;
+use points::{Limits, Part};
+use surface::Surface;
+use tree::Square;
+
+pub use error::RemeshError;
+pub use judge::{Acceptance, Quality, Rejected, judge};
+pub use sizing::{Range, curved, graded};
 
 /// A mesh where its nodes are.
 #[derive(Debug, Clone, Copy)]
@@ -32,4 +62,90 @@ pub struct Proposal<const D: usize> {
     pub origin: Vec<Origin>,
     /// The elements, positively oriented there.
     pub elements: Vec<Simplex>,
+}
+
+/// What a new mesh is made by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rules {
+    /// Elements of at least this quality, q = 4√3 A/Σl², stay as they are if those around them do. Right-angled halves of a
+    /// square have 0.87, triangles with the angles 30°, 30° and 120° have 0.6.
+    pub good: f64,
+    /// Nodes inside whose worst element is no better than this are given up. A needle of 10° has 0.3.
+    pub poor: f64,
+    /// Nodes of the boundary are left out where it is within so many chords of the chord without them, now and at rest; 0
+    /// leaves all of them in.
+    pub sag: f64,
+    /// Points of a mesh at most.
+    pub most: usize,
+}
+
+impl Default for Rules {
+    fn default() -> Self {
+        Self { good: 0.5, poor: 0.3, sag: 0.06, most: 4_000_000 }
+    }
+}
+
+/// A new mesh of a plane body with these target sizes, m, by node. Where the old mesh is good and has these sizes it stays.
+///
+/// The sizes should grow no faster than [`graded`] allows. Kept nodes come first and in their old order, then points of old
+/// boundary edges, then those inside; elements that stay come before new ones.
+///
+/// # Errors
+/// If sizes or positions are no numbers to mesh with, or the boundary meets itself.
+pub fn propose(old: &Moved<'_, 2>, size: &[f64], rules: &Rules) -> Result<Proposal<2>, RemeshError> {
+    check(old, size, rules)?;
+    let limits = Limits { poor: rules.poor, good: rules.good };
+    let worst = parts::worst(old);
+    let mut cloud = Cloud::new(old, size);
+    let surface = surface::resample(old, &mut cloud, rules)?;
+    points::keep(old, &worst, &limits, &mut cloud, &surface);
+    let parts = parts::divide(old, &worst, &limits, &cloud, &surface);
+    let mut elements = parts.kept;
+    if !parts.edges.is_empty() {
+        let part = Part::new(old, size, parts.open);
+        let around = Surface::around(parts.edges, &cloud);
+        points::fill(&part, &square(old), &mut cloud, &around);
+        let sites = sites(&part, &around, &cloud, old.position.len());
+        elements.extend(delaunay::triangulate(&sites, &around, &part, &mut cloud)?);
+    }
+    Ok(cloud.proposal(&elements))
+}
+
+fn check(old: &Moved<'_, 2>, size: &[f64], rules: &Rules) -> Result<(), RemeshError> {
+    let nodes = old.mesh.rest.len();
+    if size.len() != nodes || old.position.len() != nodes {
+        return Err(RemeshError::Counts { nodes, sizes: size.len(), positions: old.position.len() });
+    }
+    let id = |n: usize| NodeId(n as u32);
+    if let Some(n) = size.iter().position(|h| !(h.is_finite() && *h > 0.0)) {
+        return Err(RemeshError::Size { node: id(n), size: size[n] });
+    }
+    if let Some(n) = old.position.iter().position(|x| !x.iter().all(|x| x.is_finite())) {
+        return Err(RemeshError::NotFinite { node: id(n), place: old.position[n].into() });
+    }
+    let points = estimate(old, size);
+    if points <= rules.most as f64 { Ok(()) } else { Err(RemeshError::TooMany { points, most: rules.most }) }
+}
+
+/// About how many points a mesh of these sizes has: areas and lengths of the boundary over those of a point.
+fn estimate(old: &Moved<'_, 2>, size: &[f64]) -> f64 {
+    let least = |nodes: &[NodeId]| nodes.iter().map(|n| size[n.index()]).fold(f64::MAX, f64::min);
+    let inside = |e: &Simplex| signed_volume(old.position, e).abs() / least(&e[..3]).powi(2);
+    let along =
+        |f: &[NodeId; 3]| shape::distance(&old.position[f[0].index()], &old.position[f[1].index()]) / least(&f[..2]);
+    old.mesh.elements.iter().map(inside).sum::<f64>() + old.mesh.facets.iter().map(along).sum::<f64>()
+}
+
+/// The square around the body.
+fn square(old: &Moved<'_, 2>) -> Square {
+    let Bounds { low, high } = Bounds::around(old.position);
+    Square { corner: low, edge: (high - low).max() }
+}
+
+/// The points that the new part is made of: ends of its edges, and chosen ones inside.
+fn sites(part: &Part<'_>, around: &Surface, cloud: &Cloud, n_old: usize) -> Vec<usize> {
+    let mut is_site = vec![false; cloud.position.len()];
+    part.nodes().chain(n_old..cloud.position.len()).for_each(|p| is_site[p] = cloud.chosen[p]);
+    around.edges.iter().flatten().for_each(|&p| is_site[p] = true);
+    (0..is_site.len()).filter(|&p| is_site[p]).collect()
 }

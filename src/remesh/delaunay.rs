@@ -1,0 +1,127 @@
+//! The constrained Delaunay triangulation of the part that is filled anew.
+
+use super::RemeshError;
+use super::cloud::Cloud;
+use super::near::{Near, along_curve};
+use super::points::{Part, scatter};
+use super::shape::{Point, circumcircle};
+use super::surface::Surface;
+use super::trim::inside;
+use spade::handles::{FaceHandle, FixedVertexHandle, InnerTag};
+use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
+
+/// Triangles with a circumscribed circle of more than this many target sizes get a point in its middle. With points no nearer
+/// than 0.6 sizes, angles are then at least asin(0.6 / 1.8) = 19° away from the boundary.
+pub(super) const WIDE: f64 = 0.9;
+/// Rounds in which points are put into wide triangles: a body of the size of one cell needs two or three.
+const ROUNDS: usize = 10;
+
+/// A point and its number in the cloud.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Site {
+    place: Point2<f64>,
+    number: usize,
+}
+
+impl HasPosition for Site {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        self.place
+    }
+}
+
+/// The triangulation of sites.
+pub(super) type Triangles = ConstrainedDelaunayTriangulation<Site>;
+/// A triangle of it.
+pub(super) type Triangle<'a> = FaceHandle<'a, InnerTag, Site, (), CdtEdge<()>, ()>;
+
+/// The triangles between these edges, over the sites and the points that wide triangles get.
+///
+/// # Errors
+/// If two points are in one place, or an edge meets another or a point.
+pub(super) fn triangulate(
+    sites: &[usize],
+    limits: &Surface,
+    part: &Part<'_>,
+    cloud: &mut Cloud,
+) -> Result<Vec<[usize; 3]>, RemeshError> {
+    let mut triangles = insert(sites, limits, cloud)?;
+    for _ in 0..ROUNDS {
+        if !divide_wide(&mut triangles, limits, part, cloud)? {
+            break;
+        }
+    }
+    Ok(inside(&triangles).map(|t| numbers(&t)).collect())
+}
+
+fn insert(sites: &[usize], limits: &Surface, cloud: &Cloud) -> Result<Triangles, RemeshError> {
+    let places: Vec<Point> = sites.iter().map(|&p| cloud.position[p]).collect();
+    let mut triangles = Triangles::new();
+    let mut handles = vec![None; cloud.position.len()];
+    for i in along_curve(&places) {
+        let number = sites[i as usize];
+        handles[number] = Some(add(&mut triangles, number, cloud)?);
+    }
+    for edge in &limits.edges {
+        let error = RemeshError::Blocked { edge: edge.map(|n| cloud.position[n].into()) };
+        let [Some(from), Some(to)] = edge.map(|n| handles[n]) else { return Err(error) };
+        triangles.try_add_constraint(from, to);
+        if !triangles.exists_constraint(from, to) {
+            return Err(error);
+        }
+    }
+    Ok(triangles)
+}
+
+fn add(triangles: &mut Triangles, number: usize, cloud: &Cloud) -> Result<FixedVertexHandle, RemeshError> {
+    let before = triangles.num_vertices();
+    let place = place(&cloud.position[number]);
+    let failed = |_| RemeshError::Place { place: cloud.position[number].into() };
+    let handle = triangles.insert(Site { place, number }).map_err(failed)?;
+    if triangles.num_vertices() == before {
+        return Err(RemeshError::Coincident { place: cloud.position[number].into() });
+    }
+    Ok(handle)
+}
+
+/// Coordinates too small for exact predicates are zero.
+fn place(p: &Point) -> Point2<f64> {
+    let [x, y] = [p[0], p[1]].map(|x| if x.abs() < spade::MIN_ALLOWED_VALUE { 0.0 } else { x });
+    Point2::new(x, y)
+}
+
+/// Puts points into the middles of wide circles, the widest first; whether there were any.
+fn divide_wide(
+    triangles: &mut Triangles,
+    limits: &Surface,
+    part: &Part<'_>,
+    cloud: &mut Cloud,
+) -> Result<bool, RemeshError> {
+    let middle = |t: Triangle<'_>| {
+        let corners = numbers(&t);
+        let (middle, radius) = circumcircle(corners.map(|n| &cloud.position[n]));
+        let least = corners.iter().map(|&n| cloud.size[n]).fold(f64::MAX, f64::min);
+        // Sizes are looked up only where the circle could be wide.
+        let size = (radius > 0.5 * WIDE * least).then(|| part.size(&middle)).flatten()?;
+        (radius > WIDE * size).then_some((radius / size, middle, size))
+    };
+    let mut wide: Vec<(f64, Point, f64)> = inside(triangles).filter_map(middle).collect();
+    wide.sort_by(|a, b| b.0.total_cmp(&a.0));
+    // The vertices there are stand on the circles or beyond: only the new points can be near each other.
+    let candidates: Vec<(Point, f64)> = wide.into_iter().map(|(_, middle, size)| (middle, size)).collect();
+    let numbers = scatter(&candidates, &[], cloud, limits);
+    numbers.iter().try_for_each(|&number| add(triangles, number, cloud).map(drop))?;
+    Ok(!numbers.is_empty())
+}
+
+fn numbers(triangle: &Triangle<'_>) -> [usize; 3] {
+    triangle.vertices().map(|v| v.data().number)
+}
+
+impl Surface {
+    /// The edges around what is filled anew.
+    pub fn around(edges: Vec<[usize; 2]>, cloud: &Cloud) -> Self {
+        Self { near: Near::segments(&edges, &cloud.position), edges, lost: vec![] }
+    }
+}

@@ -1,0 +1,166 @@
+//! Whether a new mesh may take the place of the old one.
+
+use super::shape::quality;
+use super::surface::crossing;
+use super::{Moved, Proposal};
+use crate::algebra::{Vector, ordered_sum};
+use crate::mesh::{NodeId, Simplex, boundary, least_angle, signed_volume};
+
+/// What a new mesh must satisfy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Acceptance {
+    /// Greatest |change of area|, as a share of the old area.
+    pub area: f64,
+    /// Least quality, q = 4√3 A/Σl².
+    pub quality: f64,
+}
+
+/// How good a new mesh is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quality {
+    /// Least quality of an element, q = 4√3 A/Σl².
+    pub least: f64,
+    /// Least angle of an element, degrees.
+    pub angle: f64,
+    /// Change of area, as a share of the old area.
+    pub area_change: f64,
+    /// Connected parts of the body.
+    pub parts: usize,
+    /// Connected parts of its boundary.
+    pub loops: usize,
+}
+
+/// Why a new mesh may not take the place of the old one.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Rejected {
+    /// No elements.
+    #[error("the new mesh has no elements")]
+    Empty,
+    /// An element that is flat or inverted.
+    #[error("element {element} of the new mesh has the area {area:.3e} m²")]
+    Inverted {
+        /// Which.
+        element: usize,
+        /// Its area, m².
+        area: f64,
+    },
+    /// An element below the quality asked for.
+    #[error("an element of the new mesh has the quality {found:.3}, less than {least:.3}")]
+    Poor {
+        /// The least quality found.
+        found: f64,
+        /// The least allowed.
+        least: f64,
+    },
+    /// The area has changed.
+    #[error("the area of the body changes by {change:.3e} of itself, more than {most:.3e}")]
+    Area {
+        /// Change, as a share.
+        change: f64,
+        /// The greatest allowed.
+        most: f64,
+    },
+    /// Parts of the body were joined, divided or lost.
+    #[error("the body had {before} parts and has {after}")]
+    Parts {
+        /// In the old mesh.
+        before: usize,
+        /// In the new one.
+        after: usize,
+    },
+    /// Parts of the boundary were joined, divided or lost.
+    #[error("the boundary had {before} parts and has {after}: a wall was welded or a hole closed")]
+    Loops {
+        /// In the old mesh.
+        before: usize,
+        /// In the new one.
+        after: usize,
+    },
+    /// The boundary crosses itself.
+    #[error("the new boundary crosses itself: edge {:?} crosses edge {:?}", edges[0].map(|n| n.0), edges[1].map(|n| n.0))]
+    Crossing {
+        /// The edges, by nodes of the new mesh.
+        edges: [[NodeId; 2]; 2],
+    },
+}
+
+/// Measures a new mesh against the old one where that is.
+///
+/// # Errors
+/// The first thing it does not satisfy.
+pub fn judge(old: &Moved<'_, 2>, new: &Proposal<2>, limits: &Acceptance) -> Result<Quality, Rejected> {
+    if new.elements.is_empty() {
+        return Err(Rejected::Empty);
+    }
+    let x = &new.position;
+    let areas =
+        |x: &[Vector<2>], elements: &[Simplex]| ordered_sum(elements.len(), 0.0, |e| signed_volume(x, &elements[e]));
+    if let Some(element) = new.elements.iter().position(|e| signed_volume(x, e).is_nan() || signed_volume(x, e) <= 0.0)
+    {
+        return Err(Rejected::Inverted { element, area: signed_volume(x, &new.elements[element]) });
+    }
+    let shape = |e: &Simplex| quality([0, 1, 2].map(|k| &x[e[k].index()]));
+    let least = new.elements.iter().map(shape).fold(f64::MAX, f64::min);
+    if least < limits.quality {
+        return Err(Rejected::Poor { found: least, least: limits.quality });
+    }
+    let before = areas(old.position, &old.mesh.elements);
+    let area_change = areas(x, &new.elements) / before - 1.0;
+    if area_change.is_nan() || area_change.abs() > limits.area {
+        return Err(Rejected::Area { change: area_change, most: limits.area });
+    }
+    let [parts, loops] = compare(old, new)?;
+    let angle = new.elements.iter().map(|e| least_angle(x, e)).fold(180.0, f64::min);
+    Ok(Quality { least, angle, area_change, parts, loops })
+}
+
+/// The numbers of parts of the body and of its boundary, if they are those of the old mesh and the boundary is free of
+/// crossings.
+fn compare(old: &Moved<'_, 2>, new: &Proposal<2>) -> Result<[usize; 2], Rejected> {
+    let facets = boundary::<2>(&new.elements);
+    let count = |elements: &[Simplex], n_nodes: usize| components(elements.iter().map(|e| &e[..3]), n_nodes);
+    let parts = [count(&old.mesh.elements, old.position.len()), count(&new.elements, new.position.len())];
+    if parts[0] != parts[1] {
+        return Err(Rejected::Parts { before: parts[0], after: parts[1] });
+    }
+    let loops = [(&old.mesh.facets, old.position.len()), (&facets, new.position.len())]
+        .map(|(facets, n_nodes)| components(facets.iter().map(|f| &f[..2]), n_nodes));
+    if loops[0] != loops[1] {
+        return Err(Rejected::Loops { before: loops[0], after: loops[1] });
+    }
+    let edges: Vec<[usize; 2]> = facets.iter().map(|f| [f[0].index(), f[1].index()]).collect();
+    match crossing(&edges, &new.position) {
+        Some(edges) => Err(Rejected::Crossing { edges: edges.map(|e| e.map(|n| NodeId(n as u32))) }),
+        None => Ok([parts[1], loops[1]]),
+    }
+}
+
+/// Number of groups of nodes that these groups connect; nodes in none do not count.
+fn components<'a>(groups: impl Iterator<Item = &'a [NodeId]>, n_nodes: usize) -> usize {
+    let mut above: Vec<usize> = vec![usize::MAX; n_nodes];
+    let mut count = 0;
+    for group in groups {
+        for node in group {
+            let node = node.index();
+            if above[node] == usize::MAX {
+                above[node] = node;
+                count += 1;
+            }
+            let [first, other] = [group[0].index(), node].map(|n| root(&mut above, n));
+            if first != other {
+                above[other] = first;
+                count -= 1;
+            }
+        }
+    }
+    count
+}
+
+/// The node that stands for all that are connected to this one.
+fn root(above: &mut [usize], mut node: usize) -> usize {
+    while above[node] != node {
+        above[node] = above[above[node]];
+        node = above[node];
+    }
+    node
+}

@@ -1,0 +1,179 @@
+//! How fine a mesh should be: from the bends of the fields on it, limited in growth and in range.
+
+use super::Moved;
+use super::shape::{Point, cross, distance};
+use crate::algebra::Vector;
+use crate::mesh::{ElementId, Simplex, neighbours};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// What target sizes are limited to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// Least size, m.
+    pub least: f64,
+    /// Greatest size, m.
+    pub greatest: f64,
+    /// Greatest |∇h|.
+    pub growth: f64,
+}
+
+/// Target sizes of the nodes of which none is more than `growth` × distance above another, over the edges of the mesh.
+///
+/// # Panics
+/// Unless there is one size per node, all positive.
+#[must_use]
+pub fn graded(old: &Moved<'_, 2>, mut size: Vec<f64>, growth: f64) -> Vec<f64> {
+    assert_eq!(size.len(), old.position.len(), "one size per node is needed");
+    assert!(size.iter().all(|h| *h > 0.0), "sizes are positive");
+    let (start, across) = edges_of_nodes(size.len(), &old.mesh.elements);
+    // Positive numbers have the order of their bits.
+    let mut waiting: BinaryHeap<_> = size.iter().enumerate().map(|(n, h)| Reverse((h.to_bits(), n))).collect();
+    while let Some(Reverse((bits, node))) = waiting.pop() {
+        let h = f64::from_bits(bits);
+        if h > size[node] {
+            continue;
+        }
+        for &other in &across[start[node]..start[node + 1]] {
+            let limit = h + growth * distance(&old.position[node], &old.position[other]);
+            if limit < size[other] {
+                size[other] = limit;
+                waiting.push(Reverse((limit.to_bits(), other)));
+            }
+        }
+    }
+    size
+}
+
+/// The nodes across the edges of each node: those of node n stand from `start[n]` to `start[n + 1]`.
+fn edges_of_nodes(n_nodes: usize, elements: &[Simplex]) -> (Vec<usize>, Vec<usize>) {
+    let sides = elements.iter().flat_map(|e| [[e[0], e[1]], [e[1], e[2]], [e[2], e[0]]]);
+    let mut pairs: Vec<[usize; 2]> =
+        sides.map(|pair| pair.map(|n| n.index())).flat_map(|[a, b]| [[a, b], [b, a]]).collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    let start = (0..=n_nodes).map(|n| pairs.partition_point(|pair| pair[0] < n)).collect();
+    (start, pairs.into_iter().map(|pair| pair[1]).collect())
+}
+
+/// Target sizes of the nodes from how nodal fields bend (numerics 4.2).
+///
+/// Over an element a component f of a field is a plane with normal (−s ∇f, 1), s = L/range(f), where L is the extent of the
+/// body: without units. Where the normals of neighbours make the angle θ the size is h·clamp(θ*/θ, ½, 2), h being the mean
+/// edge and θ* = `angle`, rad; a node takes the least of its elements. A component whose range is below 1e-9 of its
+/// magnitude is constant.
+///
+/// # Panics
+/// Unless every field has one value per node.
+#[must_use]
+pub fn curved(old: &Moved<'_, 2>, fields: &[&[Vector<2>]], angle: f64, range: &Range) -> Vec<f64> {
+    let elements = &old.mesh.elements;
+    let mut bend = vec![0.0_f64; elements.len()];
+    let across = neighbours::<2>(elements);
+    for field in fields {
+        assert_eq!(field.len(), old.position.len(), "one value per node is needed");
+        for component in 0..2 {
+            let values: Vec<f64> = field.iter().map(|v| v[component]).collect();
+            raise(&mut bend, &normals(old, &values), &across);
+        }
+    }
+    let mut size = vec![range.greatest; old.position.len()];
+    for (simplex, bend) in elements.iter().zip(&bend) {
+        let [a, b, c] = corners(old.position, simplex);
+        let edge = (distance(a, b) + distance(b, c) + distance(c, a)) / 3.0;
+        let factor = if *bend > 0.0 { (angle / bend).clamp(0.5, 2.0) } else { 2.0 };
+        for node in &simplex[..3] {
+            size[node.index()] = size[node.index()].min(edge * factor);
+        }
+    }
+    graded(old, size.into_iter().map(|h| h.clamp(range.least, range.greatest)).collect(), range.growth)
+}
+
+/// Raises the bend of each element to the greatest angle between its normal and that of a neighbour.
+fn raise(bend: &mut [f64], normals: &[crate::algebra::Vector3], across: &[[Option<ElementId>; 4]]) {
+    for (e, around) in across.iter().enumerate() {
+        for other in around.iter().flatten() {
+            let (n, m) = (normals[e], normals[other.index()]);
+            bend[e] = bend[e].max(libm::atan2(n.cross(&m).norm(), n.dot(&m)));
+        }
+    }
+}
+
+/// Normal (−s ∇f, 1) of the graph of a field over each element; upright over flat elements and for constant fields.
+fn normals(old: &Moved<'_, 2>, values: &[f64]) -> Vec<crate::algebra::Vector3> {
+    let ends = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold([f64::MAX, -f64::MAX], |[low, high], v| [low.min(v), high.max(v)])
+    };
+    let extent =
+        (0..2).map(|i| ends(&mut old.position.iter().map(|x| x[i]))).map(|[low, high]| high - low).fold(0.0, f64::max);
+    let [low, high] = ends(&mut values.iter().copied());
+    let is_constant = high - low <= 1e-9 * low.abs().max(high.abs());
+    let scale = if is_constant { 0.0 } else { extent / (high - low) };
+    let normal = |simplex: &Simplex| {
+        let [a, b, c] = corners(old.position, simplex);
+        let [f, g, h] = [0, 1, 2].map(|k| values[simplex[k].index()]);
+        let area = cross(a, b, c);
+        let slope = ((g - f) * (c - a) - (h - f) * (b - a)) / area;
+        // (g − f)(c − a) − (h − f)(b − a), turned by a right angle, is ∇f × twice the area.
+        let upright = crate::algebra::Vector3::new(0.0, 0.0, 1.0);
+        let all = crate::algebra::Vector3::new(-scale * slope[1], scale * slope[0], 1.0);
+        if all.norm_squared().is_finite() { all } else { upright }
+    };
+    old.mesh.elements.iter().map(normal).collect()
+}
+
+fn corners<'a>(x: &'a [Point], simplex: &Simplex) -> [&'a Point; 3] {
+    [0, 1, 2].map(|k| &x[simplex[k].index()])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples;
+    use super::*;
+
+    #[test]
+    fn sizes_grow_no_faster_than_asked_and_never_rise() {
+        let mesh = samples::square(16);
+        let old = Moved { mesh: &mesh, position: &mesh.rest };
+        let corner = |x: &Point| if x.norm() < 1e-9 { 0.01 } else { 1.0 };
+        let asked: Vec<f64> = mesh.rest.iter().map(corner).collect();
+        let size = graded(&old, asked.clone(), 0.2);
+        assert!(size.iter().zip(&asked).all(|(h, asked)| h <= asked));
+        for e in &mesh.elements {
+            for [a, b] in [[e[0], e[1]], [e[1], e[2]], [e[2], e[0]]].map(|side| side.map(|n| n.index())) {
+                let most = 0.2 * distance(&mesh.rest[a], &mesh.rest[b]);
+                assert!((size[a] - size[b]).abs() <= most * (1.0 + 1e-12));
+            }
+        }
+        // Along the lower side the way over the edges is straight.
+        let far = mesh.rest.iter().position(|x| *x == Point::new(1.0, 0.0)).unwrap();
+        assert!((size[far] - 0.21).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_bent_field_asks_for_small_elements_where_it_bends_in_any_unit() {
+        let mesh = samples::square(16);
+        let old = Moved { mesh: &mesh, position: &mesh.rest };
+        let range = Range { least: 1e-3, greatest: 1.0, growth: 10.0 };
+        let kink = |unit: f64| -> Vec<Point> {
+            mesh.rest.iter().map(|x| Point::new(unit * (x[0] - 0.5).abs(), 0.0)).collect()
+        };
+        let size = curved(&old, &[&kink(1.0)], 0.2, &range);
+        let edge = (1.0 + 2.0_f64.sqrt()) / 48.0;
+        for (x, h) in mesh.rest.iter().zip(&size) {
+            let away = (x[0] - 0.5).abs();
+            let expected = if away < 0.04 { Some(0.5 * edge) } else { (away > 0.2).then_some(2.0 * edge) };
+            assert!(expected.is_none_or(|expected| (h - expected).abs() < 1e-12), "{h} at {x}");
+        }
+        assert_eq!(size, curved(&old, &[&kink(1024.0)], 0.2, &range));
+    }
+
+    #[test]
+    fn plane_fields_ask_for_nothing() {
+        let mesh = samples::square(8);
+        let old = Moved { mesh: &mesh, position: &mesh.rest };
+        let field: Vec<Point> = mesh.rest.iter().map(|x| Point::new(3.0 * x[0] + x[1], 7.0)).collect();
+        let range = Range { least: 1e-3, greatest: 0.05, growth: 0.3 };
+        assert!(curved(&old, &[&field], 0.2, &range).iter().all(|h| *h == 0.05));
+    }
+}
