@@ -4,8 +4,12 @@ use crate::algebra::{Vector, Vector3};
 use crate::contact::BodyState;
 use crate::ledger::Ledger;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
+mod birth;
 mod bytes;
+
+pub use birth::Birth;
 
 /// Count of ticks since the start; the length of a tick is fixed when a simulation is built (numerics A3).
 pub type Tick = u64;
@@ -29,6 +33,8 @@ pub struct State<const D: usize> {
     pub clocks: Vec<Clock>,
     /// Last and next tick of each group of the queue; the bins need none: their groups fire on the multiples of their steps.
     pub alarms: Vec<Alarm>,
+    /// The mesh, unless it is that of the start.
+    pub birth: Option<Arc<Birth<D>>>,
     /// The last tick that was processed.
     pub now: Option<Tick>,
     /// The projectile, and the fragments beside it, each at its own last event.
@@ -138,6 +144,8 @@ pub struct Sizes {
     pub alarms: usize,
     /// Bodies.
     pub bodies: usize,
+    /// Elements of a mesh that is not that of the start.
+    pub born: usize,
 }
 
 impl<const D: usize> State<D> {
@@ -151,6 +159,7 @@ impl<const D: usize> State<D> {
             stiffness: vec![],
             clocks: vec![],
             alarms: vec![],
+            birth: None,
             now: None,
             bodies: vec![],
             ledger: Ledger::default(),
@@ -199,13 +208,14 @@ impl<const D: usize> Clone for State<D> {
     }
 
     fn clone_from(&mut self, from: &Self) {
-        let Self { position, velocity, excess, stiffness, clocks, alarms, now, bodies, ledger, record } = from;
+        let Self { position, velocity, excess, stiffness, clocks, alarms, birth, now, bodies, ledger, record } = from;
         self.position.clone_from(position);
         self.velocity.clone_from(velocity);
         self.excess.clone_from(excess);
         self.stiffness.clone_from(stiffness);
         self.clocks.clone_from(clocks);
         self.alarms.clone_from(alarms);
+        self.birth.clone_from(birth);
         self.bodies.clone_from(bodies);
         self.record.clone_from(record);
         (self.now, self.ledger) = (*now, *ledger);

@@ -246,7 +246,7 @@ fn an_engine_that_ends_and_goes_on_with_the_same_mesh_gives_the_same_motion() {
         let mut ends = 0;
         while engine.advance_to(1.0, &mut exchange).unwrap() == Reached::Worn {
             let nodes = engine.state().position.iter().copied().zip(engine.state().velocity.iter().copied()).collect();
-            engine = engine.renewed(gel::<3>(case), nodes).unwrap();
+            engine = engine.renewed(gel::<3>(case), nodes, None).unwrap();
             ends += 1;
         }
         let state = engine.state();

@@ -146,6 +146,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             stiffness: order.by_slot(&measured.stiffness),
             clocks: clocks(&gel, &order, &measured),
             alarms: vec![Alarm::default(); rules.schedule.alarms(order.n_groups())],
+            birth: None,
             now: None,
             bodies: at,
             ledger,
@@ -269,7 +270,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             groups: self.order.n_groups(),
             alarms: self.rules.schedule.alarms(self.order.n_groups()),
             bodies: self.bodies.len(),
+            born: state.birth.as_ref().map_or(0, |birth| birth.mesh.elements.len()),
         })?;
+        if state.birth != self.state.birth {
+            return Err("it is of another mesh");
+        }
         let fits = |clock: &Clock| self.rules.schedule != Kind::Bins || clock.step == 0 || clock.step.is_power_of_two();
         if state.clocks.iter().all(fits) { Ok(()) } else { Err("a step is none of the bins") }
     }

@@ -64,6 +64,17 @@ pub enum StepError {
         /// Where, m.
         at: [f64; 3],
     },
+    /// No new mesh can go on, nor can the old one.
+    #[error(
+        "at {time:.6e} s the mesh is worn, and neither a new one nor this one can go on: the stable step would be {step:.3e} s. \
+         Use a smaller mesh.size near the impact or a lower speed"
+    )]
+    Worn {
+        /// When, s.
+        time: f64,
+        /// The stable step, s.
+        step: f64,
+    },
 }
 
 /// A body in words.
@@ -79,7 +90,8 @@ impl StepError {
             Self::Inverted { time, .. }
             | Self::NotFinite { time, .. }
             | Self::StepCollapsed { time, .. }
-            | Self::Leak { time, .. } => *time,
+            | Self::Leak { time, .. }
+            | Self::Worn { time, .. } => *time,
         }
     }
 }

@@ -71,6 +71,12 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
         Vector::<D>::from_fn(|i, _| if self.held[node] >> i & 1 == 1 { 0.0 } else { 1.0 })
     }
 
+    /// The held directions of a node.
+    #[must_use]
+    pub fn held(&self, node: usize) -> [bool; D] {
+        std::array::from_fn(|i| self.held[node] >> i & 1 == 1)
+    }
+
     /// Whether a node is held in no direction.
     #[inline]
     #[must_use]

@@ -8,7 +8,8 @@ use crate::contact::{Body, BodyState};
 use crate::element::Potential;
 use crate::ledger::Ledger;
 use crate::mesh::{ElementId, NodeId, shape_quality, signed_volume};
-use crate::state::{Record, Tick};
+use crate::state::{Birth, Record, Tick};
+use std::sync::Arc;
 
 /// When a mesh is worn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +44,23 @@ pub(super) struct Passage {
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
+    /// The last tick that was processed.
+    #[must_use]
+    pub fn last_tick(&self) -> Tick {
+        self.state.now.unwrap_or(self.origin)
+    }
+
+    /// Its time, s.
+    #[must_use]
+    pub fn now(&self) -> f64 {
+        self.grid.time(self.last_tick())
+    }
+
+    /// From when on the mesh is worn.
+    pub fn set_wear(&mut self, wear: Wear) {
+        self.wear = Some(wear);
+    }
+
     /// Whether the mesh is worn at this tick; asked only where all groups fire.
     pub(super) fn is_worn(&self, tick: Tick) -> bool {
         let Some(wear) = self.wear.filter(|_| self.state.now.is_some() && self.rules.schedule != Kind::Queue) else {
@@ -85,21 +103,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// An engine that goes on with another gel, its nodes at these positions and velocities, from where this one has ended; what
-    /// energy, momentum and angular momentum change by is booked.
+    /// energy, momentum and angular momentum change by is booked. `birth` is its mesh.
     ///
     /// # Errors
     /// [`NoStep`] if a step of the new mesh is no number or shorter than a tick; this engine keeps all it has then.
-    pub fn renewed(&mut self, gel: Gel<D, P>, nodes: Vec<(Vector<D>, Vector<D>)>) -> Result<Self, NoStep> {
-        let bodies: Vec<(Body, BodyState)> =
-            self.bodies.iter().cloned().zip(self.state.bodies.iter().copied()).collect();
-        let passage = Passage {
-            tick: self.state.now.unwrap_or(self.origin),
-            grid: self.grid,
-            ledger: self.state.ledger,
-            record: self.state.record.clone(),
-            start: *self.start(),
-        };
-        let mut new = Self::assemble((gel, self.rules), bodies, nodes, Some(passage))?;
+    pub fn renewed(
+        &mut self,
+        gel: Gel<D, P>,
+        nodes: Vec<(Vector<D>, Vector<D>)>,
+        birth: Option<Arc<Birth<D>>>,
+    ) -> Result<Self, NoStep> {
+        let mut new = self.followed(gel, nodes, self.state.now.unwrap_or(self.origin))?;
         let (was, now) =
             (Start::of(&self.gel, &self.bodies, &self.state), Start::of(&new.gel, &new.bodies, &new.state));
         let ledger = &mut new.state.ledger;
@@ -107,7 +121,41 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         ledger.momentum.remesh += now.momentum - was.momentum;
         ledger.angular_momentum.remesh += now.angular_momentum - was.angular_momentum;
         new.state.record.remeshes += 1;
-        (new.pool, new.wear) = (self.pool.take(), self.wear);
+        new.state.birth = birth;
+        new.pool = self.pool.take();
+        Ok(new)
+    }
+
+    /// An engine of a mesh that this run has, had or will have, made so for a state of it to be restored. `birth` is the mesh,
+    /// unless it is that of the start.
+    ///
+    /// # Errors
+    /// [`NoStep`] if a step of the mesh is no number or shorter than a tick; this engine keeps all it has then.
+    pub fn moved_to(
+        &mut self,
+        gel: Gel<D, P>,
+        position: &[Vector<D>],
+        birth: Option<Arc<Birth<D>>>,
+    ) -> Result<Self, NoStep> {
+        let nodes = position.iter().map(|x| (*x, Vector::<D>::zeros())).collect();
+        let mut other = self.followed(gel, nodes, birth.as_ref().map_or(0, |birth| birth.tick))?;
+        other.state.birth = birth;
+        other.pool = self.pool.take();
+        Ok(other)
+    }
+
+    fn followed(&self, gel: Gel<D, P>, nodes: Vec<(Vector<D>, Vector<D>)>, tick: Tick) -> Result<Self, NoStep> {
+        let bodies: Vec<(Body, BodyState)> =
+            self.bodies.iter().cloned().zip(self.state.bodies.iter().copied()).collect();
+        let passage = Passage {
+            tick,
+            grid: self.grid,
+            ledger: self.state.ledger,
+            record: self.state.record.clone(),
+            start: *self.start(),
+        };
+        let mut new = Self::assemble((gel, self.rules), bodies, nodes, Some(passage))?;
+        new.wear = self.wear;
         Ok(new)
     }
 }

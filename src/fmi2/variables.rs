@@ -252,6 +252,7 @@ fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> S
         Observed::EnergyIntegration => scalar(model.books().energy.integration),
         Observed::EnergyExternal => scalar(model.books().energy.external),
         Observed::EnergyImporter => scalar(model.books().energy.importer),
+        Observed::EnergyRemesh => scalar(model.books().energy.remesh),
         Observed::EnergyClosure => scalar(model.books().energy.closure),
         Observed::MomentumClosure => vector(model.books().momentum_closure),
         Observed::AngularMomentumClosure => vector(model.books().angular_momentum_closure),
@@ -259,6 +260,7 @@ fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> S
         Observed::CostSmallestStep => scalar(model.cost().smallest_step),
         Observed::CostLargestStep => scalar(model.cost().largest_step),
         Observed::CostElements => Sample::Integer(i32::try_from(model.cost().elements).unwrap_or(i32::MAX)),
+        Observed::CostRemeshes => Sample::Integer(i32::try_from(model.simulation.remeshes()).unwrap_or(i32::MAX)),
     }
 }
 

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// A column: its name with the unit, and its value.
 type Column = (&'static str, fn(&Observation) -> f64);
 
-const COLUMNS: [Column; 50] = [
+const COLUMNS: [Column; 52] = [
     ("time_s", |o| o.time),
     ("position_x_m", |o| o.projectile().kinematics.position.x),
     ("position_y_m", |o| o.projectile().kinematics.position.y),
@@ -48,6 +48,7 @@ const COLUMNS: [Column; 50] = [
     ("energy_integration_J", |o| o.energy.integration),
     ("energy_external_J", |o| o.energy.external),
     ("energy_importer_J", |o| o.energy.importer),
+    ("energy_remesh_J", |o| o.energy.remesh),
     ("energy_closure_J", |o| o.energy.closure),
     ("energy_error", |o| o.energy.energy_error),
     ("momentum_closure_x_N_s", |o| o.momentum_closure.x),
@@ -60,6 +61,7 @@ const COLUMNS: [Column; 50] = [
     ("angular_momentum_error", |o| o.angular_momentum_error),
     ("element_updates", |o| o.cost.element_updates),
     ("min_jacobian", |o| o.cost.min_jacobian),
+    ("remeshes", |o| o.cost.remeshes as f64),
 ];
 
 /// A column of each fragment, behind those; its name follows `fragment1_`, `fragment2_`, …

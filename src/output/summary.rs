@@ -168,7 +168,7 @@ impl Summary {
             synchronous_updates: cost.synchronous_updates,
             smallest_step: cost.smallest_step,
             largest_step: cost.largest_step,
-            remeshes: 0,
+            remeshes: cost.remeshes,
             min_jacobian: cost.min_jacobian,
             peak_depth: contact.peak_depth.0,
             time_of_peak_depth: contact.peak_depth.1,
@@ -219,7 +219,7 @@ fn as_object<S: serde::Serializer>(accounts: &[Account], serializer: S) -> Resul
 }
 
 /// Every energy account, in the order of the report.
-fn accounts(energy: &EnergyReport) -> [Account; 11] {
+fn accounts(energy: &EnergyReport) -> [Account; 12] {
     let account = |name, value, meaning| Account { name, value, meaning };
     [
         account("initial", energy.initial, "all energy at the start"),
@@ -232,6 +232,7 @@ fn accounts(energy: &EnergyReport) -> [Account; 11] {
         account("integration", energy.integration, "residual of the time integration"),
         account("external", energy.external, "work of external forces and of a prescribed motion"),
         account("importer", energy.importer, "jumps of the bodies made by the importer"),
+        account("remesh", energy.remesh, "what kinetic and stored energy change by when the mesh is exchanged"),
         account("closure", energy.closure, "what no account explains"),
     ]
 }

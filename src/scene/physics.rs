@@ -18,6 +18,9 @@ pub fn modelled(scene: &Scene) -> Vec<String> {
         steps(scene),
         contact(scene.contact.law),
     ];
+    let renewed =
+        scene.remesh.map(|_| "mesh: exchanged for a new one where it is worn, old nodes kept where they are good");
+    let general = general.into_iter().chain(renewed);
     let bodies = (0..scene.n_bodies()).flat_map(|body| body_lines(scene, body));
     general.map(str::to_owned).into_iter().chain(bodies).collect()
 }
@@ -128,7 +131,6 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
         "viscosity: none, the gel is elastic at every rate",
         "strength and failure: none, the gel does not tear",
         "gravity: none",
-        "remeshing: none, the run stops where the mesh cannot follow",
         "self-contact of the gel: none",
         "heat: none",
     ];
@@ -152,7 +154,8 @@ fn depends_on_dimension(dimension: Dimension) -> Option<&'static str> {
     }
 }
 
-fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 5] {
+fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 6] {
+    let fixed = scene.remesh.is_none().then_some("remeshing: none, the run stops where the mesh cannot follow");
     let plain = scene.mesh.element == ElementKind::Plain;
     let locking = plain.then_some("locking-free elements: none, plain elements are too stiff near incompressibility");
     let apart = (scene.n_bodies() > 1).then_some("contact between bodies: none, they only meet the gel");
@@ -160,7 +163,7 @@ fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 5] {
     let restitution = inelastic.then_some("restitution of surface nodes: none, the gel rebounds by its own elasticity");
     let smooth = (scene.contact.friction == 0.0).then_some("friction: none, the projectile slides freely");
     let free = is_free(&scene.gel.supports) || matches!(scene.gel.shape, GelShape::LBeam { .. });
-    [locking, smooth, apart, restitution, free.then_some("supports: none, the gel is free")]
+    [fixed, locking, smooth, apart, restitution, free.then_some("supports: none, the gel is free")]
 }
 
 fn is_free(supports: &Supports) -> bool {

@@ -19,6 +19,9 @@ pub struct Scene {
     pub fragment: Vec<Projectile>,
     /// How fine the gel is divided.
     pub mesh: MeshSpec,
+    /// When and how the mesh is exchanged; never without this table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub remesh: Option<Remesh>,
     /// How time is stepped.
     #[serde(default)]
     pub integrator: Integrator,
@@ -238,6 +241,30 @@ pub struct Tree {
     /// An edge may be longer than `mesh.size` by so much per length of distance from the core; from 1 on they double as fast as
     /// they may.
     pub slope: f64,
+}
+
+/// When the mesh is exchanged for a new one, and how fine that is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Remesh {
+    /// An element shaped worse than this wears the mesh out: 1 is equilateral, 0 flat.
+    pub quality: f64,
+    /// So does one that is compressed to less than this part of its volume.
+    pub compression: f64,
+    /// Shortest edge that is asked for, m; half of `mesh.size` if not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smallest: Option<f64>,
+    /// Angle by which displacement or velocity, drawn over the gel, may bend between two elements beside each other, degrees.
+    pub bend: f64,
+    /// Edges may grow by so much per length of distance.
+    pub growth: f64,
+}
+
+impl Default for Remesh {
+    fn default() -> Self {
+        Self { quality: 0.3, compression: 0.2, smallest: None, bend: 15.0, growth: 0.3 }
+    }
 }
 
 /// How time is stepped.

@@ -7,8 +7,8 @@ mod motion;
 mod shape;
 
 use super::{
-    Contact, ContactLaw, Dimension, GelShape, Grading, Header, Integrator, Lattice, MOST_FRAGMENTS, Output, Scene,
-    SceneError, Tree, body_name,
+    Contact, ContactLaw, Dimension, GelShape, Grading, Header, Integrator, Lattice, MOST_FRAGMENTS, Output, Remesh,
+    Scene, SceneError, ScheduleKind, Tree, body_name,
 };
 use crate::geometry::SignedDistance;
 use domain::{Check, finite, positive, require, within};
@@ -30,6 +30,7 @@ pub(super) fn validate(scene: &Scene) -> Check {
         check_body(&scene.alone(i)).map_err(|e| SceneError { key: renamed(&e.key).unwrap_or(e.key), ..e })?;
     }
     mesh(scene)?;
+    remesh(scene)?;
     integrator(&scene.integrator)?;
     contact(&scene.contact)?;
     output(&scene.output, scene.scene.end_time)
@@ -127,6 +128,31 @@ fn grown(tree: &Tree, scene: &Scene) -> Check {
     finite("mesh.tree.core", core)?;
     require(core >= 0.0, "mesh.tree.core", || format!("{core:?}"), "a length of 0 or more, m")?;
     positive("mesh.tree.slope", slope, "a positive ratio of length to distance")
+}
+
+fn remesh(scene: &Scene) -> Check {
+    let Some(Remesh { quality, compression, smallest, bend, growth }) = scene.remesh else { return Ok(()) };
+    let plane = scene.scene.dimension != Dimension::Spatial;
+    require(
+        plane,
+        "remesh",
+        || "a spatial gel".to_owned(),
+        "a planar or axisymmetric one: the mesh of a spatial gel is never exchanged",
+    )?;
+    let bins = scene.integrator.schedule != ScheduleKind::Queue;
+    require(
+        bins,
+        "remesh",
+        || "a queue".to_owned(),
+        "integrator.schedule = \"bins\" or \"global\": in a queue there is no instant at which all elements fire",
+    )?;
+    within("remesh.quality", quality, 0.05..=0.6)?;
+    within("remesh.compression", compression, 0.0..=0.5)?;
+    within("remesh.bend", bend, 1.0..=90.0)?;
+    within("remesh.growth", growth, 0.01..=1.0)?;
+    let Some(smallest) = smallest else { return Ok(()) };
+    let (least, most) = (1e-3 * scene.mesh.size, scene.mesh.size);
+    within("remesh.smallest", smallest, least..=most)
 }
 
 fn integrator(integrator: &Integrator) -> Check {

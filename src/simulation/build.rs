@@ -1,16 +1,15 @@
 //! From a checked scene to an engine at time 0.
 
 use super::model::{Erase, Gelatin, Model, overlap};
+use super::recipe::Recipe;
+use super::renew::Renew;
 use crate::algebra::{Tensor3, Vector, Vector3, restrict};
-use crate::avi::{Engine, Gel, Kind, NoStep, Pool, Rules, Surface};
+use crate::avi::{Engine, Kind, NoStep, Pool, Rules};
 use crate::contact::{Body, BodyState, Bulge, Freedom, Law, Motion, Wrench};
-use crate::element::{Section, Simplices};
 use crate::geometry::{Shape, SignedDistance};
-use crate::material::NeoHookean;
-use crate::mesh::{self, Block, Face, Facet, Hold, Mesh, NodeId, Patches, Split};
+use crate::mesh::{self, Block, Face, Hold, Mesh, NodeId, Split};
 use crate::scene::{
-    self, Contact, ContactLaw, Dimension, ElementKind, GelShape, Lattice, Projectile, Scene, ScheduleKind, Support,
-    body_name,
+    self, Contact, ContactLaw, Dimension, GelShape, Lattice, Projectile, Scene, ScheduleKind, Support, body_name,
 };
 use crate::state::State;
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -93,15 +92,12 @@ fn assemble<const D: usize>(
 ) -> Result<Box<dyn Model>, BuildError>
 where
     State<D>: Erase,
+    Gelatin<D>: Renew,
 {
-    let section = section(scene);
-    let patches = match scene.mesh.element {
-        ElementKind::Plain => Patches::alone(mesh.elements.len()),
-        ElementKind::Patch => Patches::grouped(&mesh),
-    };
-    let simplices = Simplices::in_patches(&mesh, patches, (material(scene), section));
+    let recipe = Recipe::of(scene);
+    let simplices = recipe.simplices(&mesh);
     let mass = simplices.lumped_masses(&mesh, scene.gel.density);
-    let gel = Gel::new(simplices, mass, &mesh.held, surface(&mesh, section));
+    let gel = recipe.gel((&mesh, &mesh.rest), mass);
     let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));
     let moving = |held: &[bool; D]| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { velocity[i] });
     let nodes = mesh.rest.iter().zip(&mesh.held).map(|(x, held)| (*x, moving(held))).collect();
@@ -118,19 +114,11 @@ where
     if ticks > MOST_TICKS {
         return Err(BuildError::TooLong { ticks, limit: MOST_TICKS });
     }
-    Ok(Box::new(Gelatin { engine, facets: mesh.facets }))
-}
-
-fn material(scene: &Scene) -> NeoHookean {
-    NeoHookean::new(scene.gel.shear_modulus, scene.gel.bulk_modulus)
-}
-
-fn section(scene: &Scene) -> Section {
-    match scene.scene.dimension {
-        Dimension::Planar => Section::Planar { thickness: scene.thickness() },
-        Dimension::Axisymmetric => Section::Axisymmetric,
-        Dimension::Spatial => Section::Spatial,
-    }
+    let engine = match recipe.wear(&mesh, &mesh.rest) {
+        Some(wear) => engine.until_worn(wear),
+        None => engine,
+    };
+    Ok(Box::new(Gelatin { engine, facets: mesh.facets, recipe, first: None }))
 }
 
 fn rules(scene: &Scene) -> Rules {
@@ -202,28 +190,6 @@ fn inertia(projectile: &Projectile, shape: &Shape, dimension: Dimension) -> Tens
         Dimension::Axisymmetric | Dimension::Spatial => shape.specific_inertia(),
     };
     specific.expect("a half-space that moves has its inertia in the scene") * projectile.mass.unwrap_or(1.0)
-}
-
-/// All of the boundary but the axis of revolution.
-fn surface<const D: usize>(mesh: &Mesh<D>, section: Section) -> Surface {
-    let rest = |facet: &Facet, i: usize| mesh.rest[facet[i].index()];
-    let on_axis =
-        |facet: &Facet| section == Section::Axisymmetric && rest(facet, 0)[0] == 0.0 && rest(facet, 1)[0] == 0.0;
-    let facets = mesh.facets.iter().copied().filter(|facet| !on_axis(facet)).collect();
-    Surface::new::<D>(mesh.rest.len(), facets, |facet| {
-        let edge = rest(facet, 1) - rest(facet, 0);
-        match section {
-            Section::Planar { thickness } => (edge.norm() * thickness, edge.norm()),
-            Section::Axisymmetric => {
-                (std::f64::consts::PI * (rest(facet, 0)[0] + rest(facet, 1)[0]) * edge.norm(), edge.norm())
-            }
-            Section::Spatial => {
-                let across = crate::algebra::embed(&(rest(facet, 2) - rest(facet, 0)));
-                let area = 0.5 * crate::algebra::embed(&edge).cross(&across).norm();
-                (area, area)
-            }
-        }
-    })
 }
 
 fn plane_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {

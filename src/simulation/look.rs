@@ -96,6 +96,12 @@ impl Simulation {
         }
     }
 
+    /// Exchanges of the mesh since the start.
+    #[must_use]
+    pub fn remeshes(&self) -> u64 {
+        self.model.record().remeshes
+    }
+
     /// What it cost so far; goes over the groups of elements.
     #[must_use]
     pub fn cost(&self) -> CostReport {
@@ -110,13 +116,14 @@ impl Simulation {
             nodes,
             min_jacobian: self.model.record().min_jacobian,
             crushed_elements,
+            remeshes: self.remeshes(),
         }
     }
 }
 
 fn energy(totals: &Totals, noise: f64) -> EnergyReport {
     let (books, energies) = (&totals.ledger.energy, &totals.energies);
-    let defect = books.integration.abs() + books.contact_bias.abs() + books.importer.abs();
+    let defect = books.integration.abs() + books.contact_bias.abs() + books.importer.abs() + books.remesh.abs();
     // What was there at the start, and what came in since.
     let scale = totals.initial_energy.abs() + books.external.abs();
     let scale = if scale > noise { scale } else { 1.0 };
@@ -130,6 +137,7 @@ fn energy(totals: &Totals, noise: f64) -> EnergyReport {
         integration: books.integration,
         external: books.external,
         importer: books.importer,
+        remesh: books.remesh,
         closure: totals.energy_closure.0,
         initial: totals.initial_energy,
         energy_error: totals.energy_closure.1,

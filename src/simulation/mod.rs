@@ -6,6 +6,8 @@ mod build;
 mod look;
 mod model;
 mod observe;
+mod recipe;
+mod renew;
 mod run;
 mod saved;
 

@@ -1,14 +1,17 @@
 //! A gel of either dimension behind one interface.
 
 use super::observe::{Frame, FrameCells, Place};
+use super::recipe::Recipe;
+use super::renew::Renew;
 use super::{RestoreError, SavedState};
 use crate::algebra::{Vector3, embed};
-use crate::avi::{Engine, Gel, Run, StepError, SurfaceNode, Totals};
+use crate::avi::{Engine, Gel, NoStep, Reached, Run, StepError, SurfaceNode, Totals};
 use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Potential, Simplices};
 use crate::ledger::Ledger;
 use crate::mesh::{Facet, NodeId};
-use crate::state::{Clock, Record, State, Tick};
+use crate::state::{Birth, Clock, Record, State, Tick};
+use std::sync::Arc;
 
 /// Reach of the contact now.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -58,6 +61,10 @@ pub(super) struct Gelatin<const D: usize> {
     pub engine: Engine<D, Simplices<D>>,
     /// The boundary of its mesh.
     pub facets: Vec<Facet>,
+    /// What it is made of.
+    pub recipe: Recipe,
+    /// The mesh of the start, if it is not that of the engine.
+    pub first: Option<Arc<Birth<D>>>,
 }
 
 /// Overlap at the start that contact can take, in element sizes.
@@ -111,9 +118,14 @@ impl<const D: usize> Gelatin<D> {
 impl<const D: usize> Model for Gelatin<D>
 where
     State<D>: Erase,
+    Self: Renew,
 {
     fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<(), StepError> {
-        self.engine.advance_to(t, exchanges).map(|_| ())
+        while self.engine.advance_to(t, exchanges)? == Reached::Worn {
+            let time = self.engine.now();
+            self.renew().map_err(|NoStep { step }| StepError::Worn { time, step })?;
+        }
+        Ok(())
     }
 
     fn n_bodies(&self) -> usize {
@@ -222,6 +234,7 @@ where
 
     fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
         let state = State::<D>::recall(saved).ok_or(RestoreError::Foreign)?;
+        self.move_to(state)?;
         self.engine.restore(state).map_err(|what| RestoreError::Inconsistent { what })
     }
 

@@ -132,6 +132,8 @@ pub struct EnergyReport {
     pub external: f64,
     /// Jumps of the bodies' states made by the importer.
     pub importer: f64,
+    /// What kinetic and stored energy change by when the mesh is exchanged.
+    pub remesh: f64,
     /// Change of the discrete energy that no account explains.
     pub closure: f64,
     /// Energy at the start.
@@ -161,6 +163,8 @@ pub struct CostReport {
     pub min_jacobian: f64,
     /// Elements whose J is below the start of the continuation now.
     pub crushed_elements: usize,
+    /// Exchanges of the mesh.
+    pub remeshes: u64,
 }
 
 /// The mesh at one instant, in world coordinates, for files and pictures.

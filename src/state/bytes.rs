@@ -2,17 +2,20 @@
 //!
 //! The bytes come in runs, so that who takes them can hash or copy each while it is in the nearest cache.
 
+use super::birth::{Birth, numbers, simplex};
 use super::{Alarm, Clock, Record, Sizes, State, Tick};
 use crate::algebra::Vector;
 use crate::contact::BodyState;
 use crate::ledger::Ledger;
+use crate::mesh::Simplex;
+use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
 
 /// Bytes of a run, at most: with what it is made from it stays in a first-level cache of 32 kB.
 const RUN: usize = 8192;
 
 /// All but the arrays.
-type Small = (Sizes, Option<Tick>, Vec<BodyState>, Ledger, Record);
+type Small = (Sizes, (Option<Tick>, Tick), Vec<BodyState>, Ledger, Record);
 
 /// Plain numbers, of the same number of bytes each.
 trait Plain: Sized {
@@ -82,6 +85,42 @@ impl Plain for Clock {
     }
 }
 
+impl Plain for u8 {
+    const SIZE: usize = 1;
+
+    fn put(&self, to: &mut [u8]) {
+        to[0] = *self;
+    }
+
+    fn take(from: &[u8]) -> Self {
+        from[0]
+    }
+}
+
+impl Plain for [f64; 3] {
+    const SIZE: usize = 24;
+
+    fn put(&self, to: &mut [u8]) {
+        to.chunks_exact_mut(8).zip(self).for_each(|(to, number)| number.put(to));
+    }
+
+    fn take(from: &[u8]) -> Self {
+        [0, 8, 16].map(|at| f64::take(&from[at..]))
+    }
+}
+
+impl Plain for Simplex {
+    const SIZE: usize = 16;
+
+    fn put(&self, to: &mut [u8]) {
+        to.chunks_exact_mut(4).zip(numbers(self)).for_each(|(to, node)| to.copy_from_slice(&node.to_le_bytes()));
+    }
+
+    fn take(from: &[u8]) -> Self {
+        simplex([0, 4, 8, 12].map(|at| u32::from_le_bytes(first(&from[at..]))))
+    }
+}
+
 impl Plain for Alarm {
     const SIZE: usize = 16;
 
@@ -117,6 +156,28 @@ fn read_all<T: Plain>(items: &mut Vec<T>, n: usize, bytes: &mut &[u8]) {
     *bytes = rest;
 }
 
+/// Mass and held directions of a node of a mesh that is not that of the start.
+const NODE_BORN: usize = f64::SIZE + u8::SIZE;
+/// Nodes and corner masses of an element of such a mesh.
+const ELEMENT_BORN: usize = Simplex::SIZE + <[f64; 3]>::SIZE;
+
+/// The mesh in these bytes, if there is to be one; the outer `None` if they are no mesh.
+fn read_birth<const D: usize>(sizes: &Sizes, tick: Tick, mut bytes: &[u8]) -> Option<Option<Arc<Birth<D>>>> {
+    if sizes.born == 0 {
+        return Some(None);
+    }
+    let (mut rest, mut position, mut mass) = (vec![], vec![], vec![]);
+    let (mut held, mut elements) = (Vec::<u8>::new(), vec![]);
+    read_all(&mut rest, sizes.nodes, &mut bytes);
+    read_all(&mut position, sizes.nodes, &mut bytes);
+    read_all(&mut mass, sizes.nodes, &mut bytes);
+    read_all(&mut held, sizes.nodes, &mut bytes);
+    let mut corner_mass = vec![];
+    read_all(&mut elements, sizes.born, &mut bytes);
+    read_all(&mut corner_mass, sizes.born, &mut bytes);
+    Some(Some(Arc::new(Birth::of(tick, (rest, position), (mass, &held), (elements, corner_mass))?)))
+}
+
 impl Sizes {
     /// Bytes of the arrays; none if there are more than can be counted.
     fn bytes<const D: usize>(&self) -> Option<usize> {
@@ -125,8 +186,19 @@ impl Sizes {
             (self.slots, f64::SIZE),
             (self.groups, Clock::SIZE),
             (self.alarms, Alarm::SIZE),
+            (self.nodes_born(), NODE_BORN + 2 * Vector::<D>::SIZE),
+            (self.born, ELEMENT_BORN),
         ];
         arrays.into_iter().try_fold(0_usize, |sum, (n, size)| sum.checked_add(n.checked_mul(size)?))
+    }
+
+    /// Of these, at their end, those of a mesh that is not that of the start; once it is known that all can be counted.
+    fn bytes_of_birth<const D: usize>(&self) -> usize {
+        self.nodes_born() * (NODE_BORN + 2 * Vector::<D>::SIZE) + self.born * ELEMENT_BORN
+    }
+
+    fn nodes_born(&self) -> usize {
+        if self.born > 0 { self.nodes } else { 0 }
     }
 }
 
@@ -138,11 +210,13 @@ impl<const D: usize> State<D> {
             groups: self.clocks.len(),
             alarms: self.alarms.len(),
             bodies: self.bodies.len(),
+            born: self.birth.as_ref().map_or(0, |birth| birth.mesh.elements.len()),
         }
     }
 
     fn small(&self) -> Vec<u8> {
-        let small = (self.sizes(), self.now, &self.bodies, &self.ledger, &self.record);
+        let born = self.birth.as_ref().map_or(0, |birth| birth.tick);
+        let small = (self.sizes(), (self.now, born), &self.bodies, &self.ledger, &self.record);
         postcard::to_stdvec(&small).expect("a state is plain numbers")
     }
 
@@ -155,8 +229,8 @@ impl<const D: usize> State<D> {
     /// Hands its bytes to `sink`, run by run.
     pub fn write(&self, sink: &mut impl FnMut(&[u8])) {
         // By name, so that no field is forgotten.
-        let Self { position, velocity, excess, stiffness, clocks, alarms, now: _, bodies: _, ledger: _, record: _ } =
-            self;
+        let Self { position, velocity, excess, stiffness, clocks, alarms, birth, .. } = self;
+        let Self { now: _, bodies: _, ledger: _, record: _, .. } = self;
         sink(&self.small());
         write_all(position, sink);
         write_all(velocity, sink);
@@ -164,6 +238,14 @@ impl<const D: usize> State<D> {
         write_all(stiffness, sink);
         write_all(clocks, sink);
         write_all(alarms, sink);
+        if let Some(birth) = birth {
+            write_all(&birth.mesh.rest, sink);
+            write_all(&birth.position, sink);
+            write_all(&birth.mass, sink);
+            write_all(&birth.held(), sink);
+            write_all(&birth.mesh.elements, sink);
+            write_all(&birth.corner_mass, sink);
+        }
     }
 
     /// Becomes the state of these bytes, in the memory that it has. Bytes that are none of a state change nothing; whether
@@ -175,8 +257,12 @@ impl<const D: usize> State<D> {
         if sizes.bytes::<D>() != Some(arrays.len()) {
             return false;
         }
-        let Self { position, velocity, excess, stiffness, clocks, alarms, now, bodies, ledger, record } = self;
-        (_, *now, *bodies, *ledger, *record) = small;
+        let Some(born) = read_birth(&sizes, small.1.1, &arrays[arrays.len() - sizes.bytes_of_birth::<D>()..]) else {
+            return false;
+        };
+        let Self { position, velocity, excess, stiffness, clocks, alarms, birth, now, bodies, ledger, record } = self;
+        (_, (*now, _), *bodies, *ledger, *record) = small;
+        *birth = born;
         read_all(position, sizes.nodes, &mut arrays);
         read_all(velocity, sizes.nodes, &mut arrays);
         read_all(excess, sizes.nodes, &mut arrays);

@@ -1,0 +1,104 @@
+//! What a gel is made of, whatever its mesh: what is needed to make it again on another one.
+
+use crate::algebra::{Vector, embed};
+use crate::avi::{Gel, Surface, Wear};
+use crate::element::{Section, Simplices};
+use crate::material::NeoHookean;
+use crate::mesh::{Facet, Mesh, Patches, shape_quality, signed_volume};
+use crate::scene::{Dimension, ElementKind, Remesh, Scene};
+
+/// What a gel is made of.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Recipe {
+    pub section: Section,
+    material: NeoHookean,
+    kind: ElementKind,
+    /// kg/m³.
+    pub density: f64,
+    /// When and how its mesh is exchanged.
+    pub remesh: Option<Sizes>,
+}
+
+/// How fine meshes are, and when they are worn.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sizes {
+    pub rules: Remesh,
+    /// Edges: the least asked for, that of the scene, and the longest, m.
+    pub least: f64,
+    pub usual: f64,
+    pub longest: f64,
+}
+
+/// A mesh is worn when its worst element is so many times worse than when it was new: what the shape of the body imposes would
+/// otherwise wear it out at once.
+const AGED: f64 = 0.6;
+
+impl Recipe {
+    pub fn of(scene: &Scene) -> Self {
+        let usual = scene.mesh.size;
+        let graded = scene.mesh.grading.map(|grading| grading.largest);
+        let doubled = scene.mesh.tree.map(|tree| usual * tree.coarsest as f64);
+        let longest = graded.or(doubled).unwrap_or(usual).max(usual);
+        let sizes = |rules: Remesh| Sizes { rules, least: rules.smallest.unwrap_or(0.5 * usual), usual, longest };
+        Self {
+            section: match scene.scene.dimension {
+                Dimension::Planar => Section::Planar { thickness: scene.thickness() },
+                Dimension::Axisymmetric => Section::Axisymmetric,
+                Dimension::Spatial => Section::Spatial,
+            },
+            material: NeoHookean::new(scene.gel.shear_modulus, scene.gel.bulk_modulus),
+            kind: scene.mesh.element,
+            density: scene.gel.density,
+            remesh: scene.remesh.map(sizes),
+        }
+    }
+
+    /// The elements of a mesh.
+    pub fn simplices<const D: usize>(&self, mesh: &Mesh<D>) -> Simplices<D> {
+        let patches = match self.kind {
+            ElementKind::Plain => Patches::alone(mesh.elements.len()),
+            ElementKind::Patch => Patches::grouped(mesh),
+        };
+        Simplices::in_patches(mesh, patches, (self.material, self.section))
+    }
+
+    /// The gel of a mesh whose nodes are there when it is new, with these masses.
+    pub fn gel<const D: usize>(
+        &self,
+        (mesh, position): (&Mesh<D>, &[Vector<D>]),
+        mass: Vec<f64>,
+    ) -> Gel<D, Simplices<D>> {
+        Gel::new(self.simplices(mesh), mass, &mesh.held, self.surface(mesh, position))
+    }
+
+    /// All of the boundary but the axis of revolution: areas at rest, sizes where the nodes are.
+    fn surface<const D: usize>(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Surface {
+        let rest = |facet: &Facet, i: usize| mesh.rest[facet[i].index()];
+        let axisymmetric = self.section == Section::Axisymmetric;
+        let on_axis = |facet: &Facet| axisymmetric && rest(facet, 0)[0] == 0.0 && rest(facet, 1)[0] == 0.0;
+        let facets = mesh.facets.iter().copied().filter(|facet| !on_axis(facet)).collect();
+        Surface::new::<D>(mesh.rest.len(), facets, |facet| {
+            let extent = |x: &[Vector<D>]| {
+                let edge = embed(&(x[facet[1].index()] - x[facet[0].index()]));
+                let across = embed(&(x[facet[2].index()] - x[facet[0].index()]));
+                if D == 2 { edge.norm() } else { 0.5 * edge.cross(&across).norm() }
+            };
+            let area = extent(&mesh.rest)
+                * match self.section {
+                    Section::Planar { thickness } => thickness,
+                    Section::Axisymmetric => std::f64::consts::PI * (rest(facet, 0)[0] + rest(facet, 1)[0]),
+                    Section::Spatial => 1.0,
+                };
+            (area, extent(position))
+        })
+    }
+
+    /// When a mesh is worn whose nodes are there when it is new; never, if it is not exchanged.
+    pub fn wear<const D: usize>(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Option<Wear> {
+        let Remesh { quality, compression, .. } = self.remesh?.rules;
+        let least = |of: &dyn Fn(usize) -> f64| (0..mesh.elements.len()).map(of).fold(f64::INFINITY, f64::min);
+        let shape = |e: usize| shape_quality(position, &mesh.elements[e]);
+        let volume = |e: usize| signed_volume(position, &mesh.elements[e]) / mesh.measure(&mesh.elements[e]);
+        Some(Wear { quality: quality.min(AGED * least(&shape)), jacobian: compression.min(AGED * least(&volume)) })
+    }
+}

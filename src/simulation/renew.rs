@@ -1,0 +1,194 @@
+//! A worn mesh and the one that replaces it: sized, proposed, judged, and taken or refused.
+
+use super::RestoreError;
+use super::model::Gelatin;
+use super::recipe::{Recipe, Sizes};
+use crate::algebra::{Vector, embed};
+use crate::avi::NoStep;
+use crate::element::{Section, Simplices};
+use crate::mesh::{Mesh, boundary, shape_quality};
+use crate::remesh::{self, Acceptance, Carried, Moved, Proposal, Range, Rules, Symmetry, Transferred};
+use crate::state::{Birth, State};
+use std::sync::Arc;
+
+/// What can be given another mesh.
+pub(super) trait Renew {
+    /// Goes on with a better mesh, or with the old one where there is none.
+    ///
+    /// # Errors
+    /// [`NoStep`] if not even the old mesh can go on.
+    fn renew(&mut self) -> Result<(), NoStep>;
+}
+
+/// How much of the boundary's nodes may be left out, one attempt after the other: chords of the chord without them.
+const SAGS: [f64; 3] = [0.06, 0.02, 0.0];
+/// What the area of the body may change by when nodes of its boundary are left out.
+const AREA: f64 = 1e-5;
+
+impl Renew for Gelatin<2> {
+    fn renew(&mut self) -> Result<(), NoStep> {
+        let Some(sizes) = self.recipe.remesh else { return Ok(()) };
+        let old = self.present();
+        if self.engine.state().birth.is_none() {
+            self.first = Some(Arc::clone(&old));
+        }
+        let position = self.engine.state().position.clone();
+        let moved = Moved { mesh: &old.mesh, position: &position };
+        let size = self.sizes(&moved, &sizes);
+        let shape = |element| shape_quality(moved.position, element);
+        let worst = old.mesh.elements.iter().map(shape).fold(f64::INFINITY, f64::min);
+        let acceptance = Acceptance { area: AREA, quality: worst };
+        for sag in SAGS {
+            let rules = Rules { sag, ..Rules::default() };
+            let Ok(proposal) = remesh::propose(&moved, &size, &rules) else { continue };
+            if remesh::judge(&moved, &proposal, &acceptance).is_err() {
+                continue;
+            }
+            let carried = self.carried(&old);
+            let new = remesh::transfer(&moved, &carried, &proposal);
+            if self.take(proposal, new).is_ok() {
+                return Ok(());
+            }
+        }
+        self.keep(&old)
+    }
+}
+
+impl Renew for Gelatin<3> {
+    /// A scene that asks for it is refused.
+    fn renew(&mut self) -> Result<(), NoStep> {
+        Ok(())
+    }
+}
+
+impl Gelatin<2> {
+    fn carried<'a>(&'a self, old: &'a Birth<2>) -> Carried<'a> {
+        Carried {
+            symmetry: symmetry(&self.recipe),
+            mass: &old.mass,
+            corner_mass: &old.corner_mass,
+            velocity: &self.engine.state().velocity,
+        }
+    }
+
+    /// Target sizes of the nodes: fine where displacement and velocity bend and where a body is near.
+    fn sizes(&self, moved: &Moved<'_, 2>, sizes: &Sizes) -> Vec<f64> {
+        let state = self.engine.state();
+        let displacement: Vec<Vector<2>> =
+            moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect();
+        let range = Range { least: sizes.least, greatest: sizes.longest, growth: sizes.rules.growth };
+        let mut size = remesh::curved(moved, &[&displacement, &state.velocity], sizes.rules.bend.to_radians(), &range);
+        let time = self.engine.now();
+        let bodies: Vec<_> =
+            self.engine.bodies().iter().zip(&state.bodies).map(|(body, last)| (body, last.at(body, time))).collect();
+        for (size, x) in size.iter_mut().zip(moved.position) {
+            let gaps = bodies.iter().filter(|(_, at)| at.active).map(|(body, at)| body.gap(at, &embed(x)).distance);
+            let gap = gaps.fold(f64::INFINITY, f64::min).max(0.0);
+            *size = size.min(sizes.usual + sizes.rules.growth * gap);
+        }
+        remesh::graded(moved, size, sizes.rules.growth)
+    }
+
+    /// Goes on with a new mesh and what it carries.
+    fn take(&mut self, proposal: Proposal<2>, new: Transferred) -> Result<(), NoStep> {
+        let Transferred { rest, mass, corner_mass, velocity, held, .. } = new;
+        let facets = boundary::<2>(&proposal.elements);
+        let mesh = Mesh { rest, elements: proposal.elements, facets, held };
+        let least = mesh.elements.iter().map(|element| mesh.measure(element)).fold(f64::INFINITY, f64::min);
+        if !(least > 0.0) {
+            return Err(NoStep { step: least });
+        }
+        let birth = Birth { tick: self.engine.last_tick(), mesh, position: proposal.position, mass, corner_mass };
+        self.go_on(Arc::new(birth), velocity)
+    }
+
+    /// Goes on with the old mesh.
+    fn keep(&mut self, old: &Birth<2>) -> Result<(), NoStep> {
+        let state = self.engine.state();
+        let birth = Birth { tick: self.engine.last_tick(), position: state.position.clone(), ..old.clone() };
+        let velocity = state.velocity.clone();
+        self.go_on(Arc::new(birth), velocity)
+    }
+
+    fn go_on(&mut self, birth: Arc<Birth<2>>, velocity: Vec<Vector<2>>) -> Result<(), NoStep> {
+        let gel = self.gel_of(&birth);
+        let nodes = birth.position.iter().copied().zip(velocity).collect();
+        self.engine = self.engine.renewed(gel, nodes, Some(Arc::clone(&birth)))?;
+        self.dress(&birth);
+        Ok(())
+    }
+}
+
+impl<const D: usize> Gelatin<D> {
+    pub fn gel_of(&self, birth: &Birth<D>) -> crate::avi::Gel<D, Simplices<D>> {
+        self.recipe.gel((&birth.mesh, &birth.position), birth.mass.clone())
+    }
+
+    /// Has the mesh of a state of this run, so that it can be restored.
+    ///
+    /// # Errors
+    /// If it is no mesh of this run; nothing is changed then.
+    pub fn move_to(&mut self, state: &State<D>) -> Result<(), RestoreError> {
+        if state.birth == self.engine.state().birth {
+            return Ok(());
+        }
+        let here = self.present();
+        let first = if self.engine.state().birth.is_none() { Some(here) } else { self.first.clone() };
+        let Some(birth) = state.birth.as_ref().or(first.as_ref()).map(Arc::clone) else {
+            return Err(RestoreError::Foreign);
+        };
+        if self.recipe.remesh.is_none() {
+            return Err(RestoreError::Inconsistent { what: "its mesh was exchanged, and that of this scene never is" });
+        }
+        let moved = self.engine.moved_to(self.gel_of(&birth), &birth.position, state.birth.clone());
+        let what = "its mesh cannot be stepped";
+        self.engine = moved.map_err(|NoStep { .. }| RestoreError::Inconsistent { what })?;
+        self.first = first;
+        self.dress(&birth);
+        Ok(())
+    }
+
+    /// Takes over what is kept of a mesh beside the engine.
+    pub fn dress(&mut self, birth: &Birth<D>) {
+        self.facets.clone_from(&birth.mesh.facets);
+        if let Some(wear) = self.recipe.wear(&birth.mesh, &birth.position) {
+            self.engine.set_wear(wear);
+        }
+    }
+
+    /// The mesh of the engine as it was when it was new.
+    pub fn present(&self) -> Arc<Birth<D>> {
+        if let Some(birth) = &self.engine.state().birth {
+            return Arc::clone(birth);
+        }
+        let gel = self.engine.gel();
+        let rest = crate::element::Potential::rest(&gel.potential).to_vec();
+        let elements = gel.potential.elements().to_vec();
+        let held = (0..rest.len()).map(|node| gel.held(node)).collect();
+        let mesh = Mesh { rest, elements, facets: self.facets.clone(), held };
+        let corner_mass = corner_masses(&mesh, &self.recipe);
+        Arc::new(Birth { tick: 0, position: mesh.rest.clone(), mass: gel.mass.clone(), corner_mass, mesh })
+    }
+}
+
+fn symmetry(recipe: &Recipe) -> Symmetry {
+    if recipe.section == Section::Axisymmetric { Symmetry::Axisymmetric } else { Symmetry::Planar }
+}
+
+/// Those of the elements of a plane mesh at rest; none in space.
+fn corner_masses<const D: usize>(mesh: &Mesh<D>, recipe: &Recipe) -> Vec<[f64; 3]> {
+    let flat: Vec<Vector<2>> = mesh.rest.iter().map(|x| Vector::<2>::new(x[0], x[1])).collect();
+    let mass = |element: &crate::mesh::Simplex| {
+        let area = mesh.measure(element) * recipe.density;
+        match recipe.section {
+            Section::Planar { thickness } => area * thickness,
+            Section::Axisymmetric => {
+                let radius: f64 = element[..3].iter().map(|node| flat[node.index()][0]).sum::<f64>() / 3.0;
+                area * 2.0 * std::f64::consts::PI * radius
+            }
+            Section::Spatial => area,
+        }
+    };
+    let masses: Vec<f64> = mesh.elements.iter().map(mass).collect();
+    if D == 2 { remesh::corner_masses(&flat, &mesh.elements, &masses, symmetry(recipe)) } else { vec![] }
+}

@@ -1,0 +1,57 @@
+//! A mesh that a run has made for itself.
+
+use super::Tick;
+use crate::algebra::Vector;
+use crate::mesh::{Mesh, NodeId, Simplex, boundary, signed_volume};
+
+/// A mesh that has replaced another one, as it was when it did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Birth<const D: usize> {
+    /// When.
+    pub tick: Tick,
+    /// Where the matter of its nodes was at the start, and who is next to whom.
+    pub mesh: Mesh<D>,
+    /// Where its nodes were then, m.
+    pub position: Vec<Vector<D>>,
+    /// Their masses, kg.
+    pub mass: Vec<f64>,
+    /// The masses of the corners of its elements, kg.
+    pub corner_mass: Vec<[f64; 3]>,
+}
+
+impl<const D: usize> Birth<D> {
+    /// From arrays that nobody has looked at yet; `None` if they are no mesh.
+    pub(super) fn of(
+        tick: Tick,
+        (rest, position): (Vec<Vector<D>>, Vec<Vector<D>>),
+        (mass, held): (Vec<f64>, &[u8]),
+        (elements, corner_mass): (Vec<Simplex>, Vec<[f64; 3]>),
+    ) -> Option<Self> {
+        let n = rest.len();
+        let known = |simplex: &Simplex| simplex.iter().all(|node| node.index() < n);
+        let upright = |simplex: &Simplex| [&rest, &position].iter().all(|x| signed_volume(x, simplex) > 0.0);
+        let heavy = mass.iter().all(|mass| *mass > 0.0 && mass.is_finite());
+        let sound = elements.iter().all(|simplex| known(simplex) && upright(simplex));
+        if !(heavy && sound && [position.len(), mass.len(), held.len()] == [n; 3] && !elements.is_empty()) {
+            return None;
+        }
+        let held = held.iter().map(|held| std::array::from_fn(|i| held >> i & 1 == 1)).collect();
+        let facets = boundary::<D>(&elements);
+        Some(Self { tick, mesh: Mesh { rest, elements, facets, held }, position, mass, corner_mass })
+    }
+
+    /// The held directions of each node: bit i for the i-th.
+    pub(super) fn held(&self) -> Vec<u8> {
+        self.mesh.held.iter().map(|held| (0..D).map(|i| u8::from(held[i]) << i).sum()).collect()
+    }
+}
+
+/// The nodes of an element as numbers.
+pub(super) fn numbers(simplex: &Simplex) -> [u32; 4] {
+    simplex.map(|node| node.0)
+}
+
+/// The element of these nodes.
+pub(super) fn simplex(numbers: [u32; 4]) -> Simplex {
+    numbers.map(NodeId)
+}
