@@ -6,6 +6,7 @@
 
 use super::order::Order;
 use super::pace::RAISE_MARGIN;
+use super::phase::Moment;
 use super::{Gel, TickGrid};
 use crate::element::{Accumulated, Lanes, Local, MAX_NODES, Potential};
 use crate::mesh::{ElementId, NodeId};
@@ -282,8 +283,9 @@ impl Block {
     }
 
     /// Within which limits the steps of a block that fires as a whole stay as they are, s.
-    pub fn calm(&self, grid: &TickGrid) -> Option<(f64, f64)> {
-        let known = self.due == Due::All && self.is_awake() && !self.restless && self.steps.0 > 0;
+    pub fn calm(&self, grid: &TickGrid, moment: &Moment) -> Option<(f64, f64)> {
+        let begun = self.steps.0 > 0 && moment.behind(self.steps.1) == self.steps.1;
+        let known = self.due == Due::All && self.is_awake() && !self.restless && begun;
         known.then(|| (grid.time(self.steps.1), RAISE_MARGIN * grid.time(self.steps.0)))
     }
 

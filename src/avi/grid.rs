@@ -38,6 +38,13 @@ impl TickGrid {
         tick as f64 * self.tau
     }
 
+    /// A length of so many ticks, whole or not, s.
+    #[must_use]
+    #[inline]
+    pub fn length(&self, ticks: f64) -> f64 {
+        ticks * self.tau
+    }
+
     /// A length in ticks.
     #[must_use]
     pub fn ticks(&self, duration: f64) -> f64 {

@@ -5,7 +5,6 @@ use super::engine::Engine;
 use super::impact::Touch;
 use super::nodes::NodeSums;
 use super::pace::Change;
-use super::phase::Phase;
 use crate::algebra::{Vector, Vector3, embed, restrict};
 use crate::contact::{Freedom, Law, Motion};
 use crate::element::{Answer, GroupAnswer, Potential};
@@ -81,12 +80,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut answers = std::mem::take(&mut self.scratch.reference.elements);
         let mut work = 0.0;
         for i in 0..self.scratch.changed.len() {
-            let Change { group, was } = self.scratch.changed[i];
+            let Change { group, behind, ahead } = self.scratch.changed[i];
             let gives = |blocks: &Blocks<D>| blocks.fronts[group as usize / blocks.groups].gives;
             if !self.blocks.as_ref().is_some_and(gives) {
                 continue;
             }
-            let more = self.state.clocks[group as usize].step as f64 - was as f64;
+            let more = ahead as f64 - behind as f64;
             answers.clear();
             self.evaluate_group(group as usize, &mut answers);
             for (element, answer) in &answers {
@@ -107,8 +106,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let (first, both) = (kicked - self.scratch.before[a], self.state.velocity[a] - self.scratch.before[a]);
             // Of p = m Δ the work is p·v⁻ + p·Δ/2, and Q the share of p·Δ.
             let more = gel.mass[a] * (both.norm_squared() - first.norm_squared());
-            self.state.excess[a] += self.phase.share_ahead() * more;
-            work += gel.mass[a] * (both - first).dot(&self.scratch.before[a]) + (0.5 - self.phase.share_ahead()) * more;
+            self.state.excess[a] += self.share_ahead() * more;
+            work += gel.mass[a] * (both - first).dot(&self.scratch.before[a]) + (0.5 - self.share_ahead()) * more;
             taken.add(&gel.free(a), self.freedom(), (embed(&self.state.position[a]), embed(&push)));
             self.note_speed(a);
         }
@@ -151,8 +150,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let Carrier { node, before, kicked } = self.scratch.carriers[i];
             let a = node.index();
             let more = self.gel.mass[a] * (kicked - before).dot(&(self.state.velocity[a] - kicked));
-            self.state.excess[a] += self.phase.share_ahead() * more;
-            work += (0.5 - self.phase.share_ahead()) * more;
+            self.state.excess[a] += self.share_ahead() * more;
+            work += (0.5 - self.share_ahead()) * more;
             self.last[a] = tick;
             self.note_speed(a);
         }
@@ -180,8 +179,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     fn settle_blocks(&mut self, tick: Tick) -> f64 {
         let Some(mut blocks) = self.blocks.take() else { return 0.0 };
-        let (grid, kind, n) = (self.grid, self.rules.schedule, blocks.groups);
-        let ahead = |clock: &Clock| if self.phase == Phase::Last { 0.0 } else { grid.time(clock.step) };
+        let (grid, moment, n) = (self.grid, self.moment(tick), blocks.groups);
         let (record, mut residual) = (&mut self.state.record, 0.0);
         for (i, block) in blocks.all.iter().enumerate().filter(|(_, block)| block.was_swept) {
             record.updates += block.report.updates;
@@ -189,10 +187,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let groups = blocks.groups_of(i);
             let answers = &self.scratch.answers[groups.clone()];
             let firing = self.state.clocks[groups].iter_mut().zip(answers);
-            let firing = firing.filter(|(clock, _)| kind.fires(clock.step, tick));
+            let firing = firing.filter(|(clock, _)| moment.fires(clock.step));
             residual += firing
                 .map(|(clock, answer)| {
-                    let ahead = ahead(clock);
+                    let ahead = grid.time(moment.ahead(clock.step));
                     settle(clock, answer, ahead)
                 })
                 .sum::<f64>();

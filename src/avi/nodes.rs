@@ -150,12 +150,13 @@ impl<const D: usize> Cut for Runs<'_, D> {
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Collects the nodes of what fires and is not known to be still.
-    pub(super) fn find_active(&mut self) {
+    pub(super) fn find_active(&mut self, tick: Tick) {
+        let moment = self.moment(tick);
         let Some(blocks) = &mut self.blocks else { return };
         let active = &mut self.scratch.active;
         active.clear();
         for (block, front) in blocks.all.iter().zip(&mut blocks.fronts) {
-            front.open(block, block.calm(&self.grid));
+            front.open(block, block.calm(&self.grid, &moment));
         }
         active.all = blocks.all.iter().zip(&blocks.fronts).all(|(block, front)| block.due == Due::All && front.gives);
         if active.all {
@@ -184,7 +185,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// the blocks in their order; held directions take up the rest.
     pub(super) fn advance_nodes(&mut self, tick: Tick) -> NodeSums {
         let (gel, grid, cfl, freedom) = (self.gel.clone(), self.grid, self.rules.cfl, self.freedom());
-        let share = self.phase.share_ahead();
+        let share = self.share_ahead();
         self.over_nodes(|a, node, blocks, sums| {
             let spots = blocks.spots(a);
             let (mut p, mut stiffness) = (Vector::<D>::zeros(), 0.0);

@@ -61,8 +61,10 @@ pub(super) struct Nearness {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Change {
     pub group: u32,
-    /// Its step so far, ticks; 0 at the start.
-    pub was: Tick,
+    /// From its own last tick until now, ticks; 0 at the start.
+    pub behind: Tick,
+    /// From now until its next one, ticks.
+    pub ahead: Tick,
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
@@ -126,7 +128,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut limit = f64::INFINITY;
         lanes.nodes(group, |number| limit = limit.min(limits[usize::from(number)]));
         let (limit, step) = (self.grid.ticks(limit), clock.step as f64);
-        clock.step == 0 || limit < step || clock.calm > 0 || (limit.is_finite() && limit >= RAISE_MARGIN * step)
+        let begins = self.moment(tick).behind(clock.step) != clock.step;
+        clock.step == 0
+            || begins
+            || limit < step
+            || clock.calm > 0
+            || (limit.is_finite() && limit >= RAISE_MARGIN * step)
     }
 
     /// The limits of the nodes of a block that can have changed, s; infinite for the others. All nodes of what fires are active
@@ -179,8 +186,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let (step, near) = self.contact_step(i, step);
             let clock = &mut self.state.clocks[i];
             (clock.step, clock.calm) = (step, if near { 0 } else { calm });
-            if step != was.step {
-                self.scratch.changed.push(Change { group: *group, was: was.step });
+            let moment = self.moment(tick);
+            let (behind, ahead) = (moment.behind(was.step), moment.ahead(step));
+            if behind != ahead {
+                self.scratch.changed.push(Change { group: *group, behind, ahead });
             }
             if self.rules.schedule == Kind::Queue {
                 // Patches near contact wait for the common multiples of their steps, so that they fire together.
@@ -196,11 +205,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// One step for all: the least.
     fn level_out(&mut self, tick: Tick) {
-        if let Some(Change { was, .. }) = self.scratch.changed.first().copied() {
-            let least = self.state.clocks.iter().map(|clock| clock.step).filter(|step| *step > 0).min().unwrap_or(1);
-            self.state.clocks.iter_mut().for_each(|clock| clock.step = least);
+        if let Some(Change { behind, .. }) = self.scratch.changed.first().copied() {
+            let ahead = self.state.clocks.iter().map(|clock| clock.step).filter(|step| *step > 0).min().unwrap_or(1);
+            self.state.clocks.iter_mut().for_each(|clock| clock.step = ahead);
             self.scratch.changed.clear();
-            self.scratch.changed.extend((0..self.state.clocks.len() as u32).map(|group| Change { group, was }));
+            let all = 0..self.state.clocks.len() as u32;
+            self.scratch.changed.extend(all.map(|group| Change { group, behind, ahead }));
         }
         self.state.alarms[0] = Alarm { last: tick, next: tick + self.state.clocks[0].step };
     }
@@ -215,10 +225,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Down at once; up, doubled, only when aligned and after a long calm.
     fn ratchet(&self, limit: f64, clock: &Clock, tick: Tick) -> (Tick, u32) {
         let allowed = self.rules.schedule.step(limit);
-        if clock.step == 0 {
-            return (self.rules.schedule.aligned(allowed, tick), 0);
-        }
-        if allowed < clock.step {
+        if clock.step == 0 || allowed < clock.step {
             return (allowed, 0);
         }
         if limit < RAISE_MARGIN * clock.step as f64 || self.rules.schedule == Kind::Global {

@@ -1,28 +1,115 @@
-//! Where a tick is in the life of a mesh: each begins with half a kick and ends with one (numerics A12).
+//! Where a tick is in the life of a mesh and of the steps on it: each mesh begins with half a kick and ends with one
+//! (numerics A12).
+
+use super::Kind;
+use crate::state::Tick;
 
 /// First tick of a mesh, last, or between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Phase {
-    /// The kick is that of half of the step ahead.
+    /// Every group begins: its kick is that of half of the step ahead.
     First,
     /// Half of the step behind and half of that ahead.
     Between,
-    /// Half of the step behind: positions and velocities are those of one instant then.
+    /// Every group ends: positions and velocities are those of one instant then.
     Last,
 }
 
-impl Phase {
-    /// The part of the step behind that a sweep takes for the kick: all of it, mended where the step ahead is another one.
-    pub fn taken(self) -> f64 {
-        if self == Self::Last { 0.5 } else { 1.0 }
+/// A tick of a mesh; what lies behind and ahead of the groups that fire there. Of the bins: in a queue alarms say it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Moment {
+    pub tick: Tick,
+    /// The first tick of the mesh.
+    pub origin: Tick,
+    pub kind: Kind,
+    pub phase: Phase,
+}
+
+impl Moment {
+    /// Whether a group of this step fires.
+    #[inline]
+    pub fn fires(&self, step: Tick) -> bool {
+        self.phase == Phase::Last || self.kind.fires(step, self.tick)
+    }
+
+    /// From its own last tick until now, ticks: its step, or less where the mesh has begun in between.
+    #[inline]
+    pub fn behind(&self, step: Tick) -> Tick {
+        match self.kind {
+            Kind::Bins if step > 0 => self.tick - self.last(step),
+            _ => step,
+        }
+    }
+
+    /// From now until its next own tick, ticks: its step, or less where it begins in between; nothing where it ends.
+    #[inline]
+    pub fn ahead(&self, step: Tick) -> Tick {
+        match (self.phase, self.kind) {
+            (Phase::Last, _) => 0,
+            (_, Kind::Bins) => step - (self.tick & (step - 1)),
+            _ => step,
+        }
+    }
+
+    /// The length of the kick that a sweep takes, ticks: all of the step behind, mended where that ahead is another one. A group
+    /// that ends had half of its planned step already.
+    #[inline]
+    pub fn taken(&self, step: Tick) -> f64 {
+        let behind = self.behind(step) as f64;
+        if self.phase == Phase::Last { behind - 0.5 * self.planned(step) as f64 } else { behind }
     }
 
     /// The part of a kick that belongs to the step ahead.
-    pub fn share_ahead(self) -> f64 {
-        match self {
-            Self::First => 1.0,
-            Self::Between => 0.5,
-            Self::Last => 0.0,
+    pub fn share_ahead(&self) -> f64 {
+        match self.phase {
+            Phase::First => 1.0,
+            Phase::Between => 0.5,
+            Phase::Last => 0.0,
         }
+    }
+
+    /// The last own tick before this one.
+    fn last(&self, step: Tick) -> Tick {
+        ((self.tick - 1) & !(step - 1)).max(self.origin)
+    }
+
+    /// The step that was ahead then.
+    fn planned(&self, step: Tick) -> Tick {
+        match self.kind {
+            Kind::Bins => step - (self.last(step) & (step - 1)),
+            _ => step,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(tick: Tick, phase: Phase) -> Moment {
+        Moment { tick, origin: 12, kind: Kind::Bins, phase }
+    }
+
+    #[test]
+    fn steps_that_begin_and_end_in_between_are_short_and_kicks_add_up_to_the_time_that_passes() {
+        // A mesh from 12 to 27; a group of 8 fires at 12, 16, 24 and 27.
+        let first = at(12, Phase::First);
+        assert_eq!((first.behind(0), first.ahead(8)), (0, 4));
+        let second = at(16, Phase::Between);
+        assert_eq!((second.fires(8), second.behind(8), second.ahead(8)), (true, 4, 8));
+        let third = at(24, Phase::Between);
+        assert_eq!((third.behind(8), third.ahead(8)), (8, 8));
+        let end = at(27, Phase::Last);
+        assert!(end.fires(8) && !at(27, Phase::Between).fires(8));
+        assert_eq!((end.behind(8), end.ahead(8), end.taken(8)), (3, 0, -1.0));
+        let halves = |moment: &Moment| 0.5 * (moment.taken(8) + moment.ahead(8) as f64);
+        let kicks = 0.5 * first.ahead(8) as f64 + halves(&second) + halves(&third) + end.taken(8);
+        assert_eq!(kicks, 15.0);
+    }
+
+    #[test]
+    fn a_mesh_that_ends_in_its_first_steps_has_what_has_passed() {
+        let (first, end) = (at(12, Phase::First), at(14, Phase::Last));
+        assert_eq!(0.5 * first.ahead(8) as f64 + end.taken(8), 2.0);
     }
 }

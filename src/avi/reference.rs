@@ -124,7 +124,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after all of the tick, J.
     pub(super) fn work(&mut self) -> f64 {
-        let (answers, share) = (&self.scratch.reference, self.phase.share_ahead());
+        let (answers, share) = (&self.scratch.reference, self.share_ahead());
         let mut work: f64 = self.scratch.active.list.iter().map(|a| self.state.excess[*a as usize]).sum();
         self.scratch.active.list.iter().for_each(|a| self.state.excess[*a as usize] = 0.0);
         for (elements, weight) in answers.groups.iter().zip(&self.scratch.weights) {

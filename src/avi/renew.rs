@@ -7,8 +7,8 @@ use crate::algebra::Vector;
 use crate::contact::{Body, BodyState};
 use crate::element::Potential;
 use crate::ledger::Ledger;
-use crate::mesh::{ElementId, NodeId, shape_quality, signed_volume};
-use crate::state::{Birth, Record, Tick};
+use crate::mesh::{ElementId, NodeId, Simplex, shape_quality, signed_volume};
+use crate::state::{Birth, Clock, Record, Tick};
 use std::sync::Arc;
 
 /// When a mesh is worn.
@@ -29,10 +29,10 @@ pub enum Reached {
     Worn,
 }
 
-/// A mesh is looked at on multiples of so many of its longest steps, and of so many of its finest: rarely enough to cost little,
-/// and so that steps up to four times as long can begin there.
-const LONGEST: Tick = 4;
-const FINEST: Tick = 64;
+/// An element is looked at on multiples of so many of its own steps: a look costs half of an update.
+const LOOK: Tick = 8;
+/// A mesh lasts at least so many of its finest steps (A12).
+const SHORTEST_LIFE: Tick = 50;
 
 /// What goes on from one mesh to the next.
 pub(super) struct Passage {
@@ -61,27 +61,29 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.wear = Some(wear);
     }
 
-    /// Whether the mesh is worn at this tick; asked only where all groups fire.
+    /// Whether the mesh is worn at this tick.
     pub(super) fn is_worn(&self, tick: Tick) -> bool {
         let Some(wear) = self.wear.filter(|_| self.state.now.is_some() && self.rules.schedule != Kind::Queue) else {
             return false;
         };
-        let period = (LONGEST * self.steps.1).max(FINEST * self.steps.0).next_power_of_two();
-        if self.rules.schedule == Kind::Bins && !tick.is_multiple_of(period) {
+        if tick - self.origin < SHORTEST_LIFE * self.steps.0 {
             return false;
         }
         let time = self.grid.time(tick);
-        let x: Vec<Vector<D>> = (0..self.gel.mass.len() as u32).map(|a| self.position_at(NodeId(a), time)).collect();
-        let mut elements = (0..self.gel.potential.len() as u32).map(ElementId);
-        elements.any(|element| self.is_element_worn(element, &x, &wear))
+        let looks = |clock: &Clock| self.rules.schedule.fires(LOOK * clock.step, tick);
+        let groups = self.state.clocks.iter().enumerate().filter(|(_, clock)| looks(clock));
+        let mut elements = groups.flat_map(|(group, _)| self.order.elements(self.order.slots(group)));
+        elements.any(|element| self.is_element_worn(element, time, &wear))
     }
 
-    fn is_element_worn(&self, element: ElementId, x: &[Vector<D>], wear: &Wear) -> bool {
-        let nodes = self.gel.potential.nodes(element);
-        let mut simplex = [nodes[0]; 4];
-        simplex[..=D].copy_from_slice(nodes);
+    fn is_element_worn(&self, element: ElementId, time: f64, wear: &Wear) -> bool {
+        let simplex: Simplex = [0, 1, 2, 3].map(NodeId);
+        let (mut now, mut rest) = ([Vector::<D>::zeros(); 4], [Vector::<D>::zeros(); 4]);
+        for (i, node) in self.gel.potential.nodes(element).iter().enumerate() {
+            (now[i], rest[i]) = (self.position_at(*node, time), self.gel.potential.rest()[node.index()]);
+        }
         let volume = |x: &[Vector<D>]| signed_volume(x, &simplex);
-        shape_quality(x, &simplex) < wear.quality || volume(x) < wear.jacobian * volume(self.gel.potential.rest())
+        shape_quality(&now, &simplex) < wear.quality || volume(&now) < wear.jacobian * volume(&rest)
     }
 
     /// The last tick of this mesh: every group fires, its kick that of half of the step behind.

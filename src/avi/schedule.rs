@@ -25,15 +25,6 @@ impl Kind {
         }
     }
 
-    /// The longest allowed step up to this one with which a group that begins at this tick fires on multiples of it.
-    #[must_use]
-    pub(super) fn aligned(self, step: Tick, tick: Tick) -> Tick {
-        match self {
-            Self::Bins if tick > 0 => step.min(tick & tick.wrapping_neg()),
-            _ => step,
-        }
-    }
-
     /// How many alarms so many groups have: each its own in a queue, one for all of one step.
     #[must_use]
     pub(super) fn alarms(self, n_groups: usize) -> usize {

@@ -4,8 +4,9 @@
 
 use super::blocks::{Block, Blocks, Due, Report, SLOTS, groups_of};
 use super::order::Order;
+use super::phase::Moment;
 use super::pool::{Cut, share};
-use super::{Kind, Pool, TickGrid};
+use super::{Pool, TickGrid};
 use crate::algebra::Vector;
 use crate::element::{Accumulated, GroupAnswer, Lanes, Local, MOST_LOCAL_NODES};
 use crate::mesh::NodeId;
@@ -15,11 +16,8 @@ use std::sync::atomic::Ordering;
 
 /// What a sweep reads.
 pub(super) struct Sweep<'a, const D: usize> {
-    pub tick: Tick,
+    pub moment: Moment,
     pub grid: &'a TickGrid,
-    pub kind: Kind,
-    /// The part of its step behind that a group takes.
-    pub taken: f64,
     pub position: &'a [Vector<D>],
     pub velocity: &'a [Vector<D>],
     pub rest: &'a [Vector<D>],
@@ -115,7 +113,7 @@ fn split(blocks: &[Block], part: f64) -> usize {
 impl Block {
     fn find_due<const D: usize>(&mut self, sweep: &Sweep<'_, D>, (lanes, groups): (&Lanes<D>, std::ops::Range<usize>)) {
         self.looked_at = false;
-        let fires = |step: Tick| sweep.kind.fires(step, sweep.tick);
+        let fires = |step: Tick| sweep.moment.fires(step);
         self.due = match (fires(self.steps.0), fires(self.steps.1)) {
             (false, _) => Due::Nothing,
             (true, true) => Due::All,
@@ -221,12 +219,12 @@ impl<const D: usize> Sweep<'_, D> {
     /// Length of the kick of a group that fires, s; none at the start, when no step is known yet.
     #[inline(always)]
     fn weight(&self, step: Tick) -> Option<f64> {
-        self.kind.fires(step, self.tick).then(|| self.grid.time(step) * self.taken)
+        self.moment.fires(step).then(|| self.grid.length(self.moment.taken(step)))
     }
 
     /// Where a node is at this tick, m.
     #[inline(always)]
     fn drifted(&self, node: usize) -> Vector<D> {
-        self.position[node] + self.velocity[node] * self.grid.time(self.tick - self.last[node])
+        self.position[node] + self.velocity[node] * self.grid.time(self.moment.tick - self.last[node])
     }
 }

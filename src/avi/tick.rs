@@ -5,7 +5,7 @@ use super::blocks::Blocks;
 use super::engine::Engine;
 use super::impact::STRETCH;
 use super::nodes::NodeSums;
-use super::phase::Phase;
+use super::phase::{Moment, Phase};
 use super::renew::Reached;
 use super::schedule::Kind;
 use super::sweep::{Sweep, fails};
@@ -160,6 +160,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// What the elements that fire answer, in either form.
     pub(super) fn answer(&mut self, tick: Tick) {
+        let moment = self.moment(tick);
         let Some(blocks) = &mut self.blocks else {
             self.find_due(tick);
             self.find_steps_behind(tick);
@@ -167,10 +168,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             return self.evaluate();
         };
         let sweep = Sweep {
-            tick,
+            moment,
             grid: &self.grid,
-            kind: self.rules.schedule,
-            taken: self.phase.taken(),
             position: &self.state.position,
             velocity: &self.state.velocity,
             rest: self.gel.potential.rest(),
@@ -181,7 +180,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let elements = blocks.find_due(&sweep);
         let found = (self.state.stiffness.as_mut_slice(), self.scratch.answers.as_mut_slice());
         blocks.sweep(&sweep, found, (self.pool.as_ref(), elements));
-        self.find_active();
+        self.find_active(tick);
     }
 
     /// The groups that fire, ascending.
@@ -192,7 +191,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.queue.take(tick, due);
             return;
         }
-        let firing = self.state.clocks.iter().zip(0..).filter(|(clock, _)| self.rules.schedule.fires(clock.step, tick));
+        let moment = Moment { tick, origin: self.origin, kind: self.rules.schedule, phase: self.phase };
+        let firing = self.state.clocks.iter().zip(0..).filter(|(clock, _)| moment.fires(clock.step));
         due.extend(firing.map(|(_, group)| group));
     }
 
@@ -210,28 +210,37 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn find_weights(&mut self, tick: Tick) {
         for i in 0..self.scratch.due.len() {
             let ahead = self.grid.time(self.ahead(self.scratch.due[i] as usize, tick));
-            self.scratch.weights[i] = 0.5 * (self.scratch.weights[i] + ahead);
+            let taken = self.scratch.weights[i];
+            self.scratch.weights[i] = if self.phase == Phase::Last { taken } else { 0.5 * (taken + ahead) };
         }
+    }
+
+    /// The part of a kick that belongs to the step ahead.
+    pub(super) fn share_ahead(&self) -> f64 {
+        self.moment(0).share_ahead()
+    }
+
+    /// A tick in the life of the mesh.
+    pub(super) fn moment(&self, tick: Tick) -> Moment {
+        Moment { tick, origin: self.origin, kind: self.rules.schedule, phase: self.phase }
     }
 
     /// How long a group that fires at this tick will wait, ticks.
     pub(super) fn ahead(&self, group: usize, tick: Tick) -> Tick {
-        if self.phase == Phase::Last {
-            return 0;
-        }
         match self.rules.schedule {
             Kind::Queue => self.state.alarms[group].next - tick,
-            Kind::Bins | Kind::Global => self.state.clocks[group].step,
+            Kind::Bins | Kind::Global => self.moment(tick).ahead(self.state.clocks[group].step),
         }
     }
 
     /// The length of the step behind each firing group, s.
     fn find_steps_behind(&mut self, tick: Tick) {
-        let behind = |group: &u32| match self.rules.schedule {
-            Kind::Queue => tick - self.state.alarms[*group as usize].last,
-            Kind::Bins | Kind::Global => self.state.clocks[*group as usize].step,
+        let taken = |group: &u32| match self.rules.schedule {
+            Kind::Queue => (tick - self.state.alarms[*group as usize].last) as f64,
+            Kind::Bins | Kind::Global => self.moment(tick).taken(self.state.clocks[*group as usize].step),
         };
-        let steps = self.scratch.due.iter().map(|group| self.grid.time(behind(group)));
+        let steps = self.scratch.due.iter().map(|group| self.grid.length(taken(group)));
+        let steps: Vec<f64> = steps.collect();
         self.scratch.weights.clear();
         self.scratch.weights.extend(steps);
     }

@@ -348,8 +348,8 @@ mod tests {
 
     #[test]
     fn sizes_that_overflow_are_refused() {
-        let sizes = Sizes { nodes: usize::MAX / 2, slots: 0, groups: 0, alarms: 0, bodies: 0 };
-        let small: Small = (sizes, None, vec![], Ledger::default(), Record::new(0));
+        let sizes = Sizes { nodes: usize::MAX / 2, slots: 0, groups: 0, alarms: 0, bodies: 0, born: 0 };
+        let small: Small = (sizes, (None, 0), vec![], Ledger::default(), Record::new(0));
         assert!(!State::<3>::empty().read(&postcard::to_stdvec(&small).unwrap()));
     }
 }
