@@ -1,6 +1,27 @@
 //! A new mesh for a gel that has moved, and what it carries over: pure functions from a mesh where its nodes are to another one.
 
+mod carried;
+mod defects;
+mod locate;
+mod overlay;
+mod pairing;
+mod parts;
+mod trace;
+mod transfer;
+mod triangle;
+mod velocity;
+
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod waves;
+
 use crate::algebra::Vector;
+pub use carried::{Carried, Symmetry, Transferred, corner_masses, nodal_masses};
+pub use defects::{Books, Defects};
+pub use transfer::transfer;
+use triangle::Triangle;
+
 use crate::mesh::{Mesh, NodeId, Simplex};
 
 /// A mesh where its nodes are.
