@@ -85,8 +85,22 @@ impl<'a> Locator<'a> {
 
     /// Visits the triangles whose leaf meets a box, in the order of the curve.
     pub fn near(&self, wanted: &Bounds, mut visit: impl FnMut(usize)) {
-        let mut stack = [0_usize; usize::BITS as usize + 1];
-        stack[0] = 1;
+        let all = self.walk(wanted, |t| {
+            visit(t);
+            None::<()>
+        });
+        debug_assert!(all.is_none(), "nothing ends the walk");
+    }
+
+    /// The place nearest to a point, of equal ones the first along the curve; none if there is no triangle.
+    pub fn nearest(&self, p: &Vector<2>) -> Option<Place> {
+        let here = Bounds { low: *p, high: *p };
+        self.walk(&here, |t| self.triangles[t].place(p, t)).or_else(|| self.nearest_outside(p))
+    }
+
+    /// Visits the triangles whose leaf meets a box, in the order of the curve, until one gives an answer.
+    fn walk<T>(&self, wanted: &Bounds, mut visit: impl FnMut(usize) -> Option<T>) -> Option<T> {
+        let mut stack = [1_usize; usize::BITS as usize];
         let mut open = 1;
         while open > 0 {
             open -= 1;
@@ -95,22 +109,24 @@ impl<'a> Locator<'a> {
                 continue;
             }
             if let Some(members) = self.members(node) {
-                members.iter().for_each(|t| visit(*t as usize));
+                let answer = members.iter().find_map(|t| visit(*t as usize));
+                if answer.is_some() {
+                    return answer;
+                }
             } else {
                 stack[open] = 2 * node + 1;
                 stack[open + 1] = 2 * node;
                 open += 2;
             }
         }
+        None
     }
 
-    /// The place nearest to a point, of equal ones the first along the curve; none if there is no triangle.
-    pub fn nearest(&self, p: &Vector<2>) -> Option<Place> {
+    fn nearest_outside(&self, p: &Vector<2>) -> Option<Place> {
         let mut best: Option<Place> = None;
         let mut stack = vec![1_usize];
         while let Some(node) = stack.pop() {
-            let beaten = |distance: f64| best.is_some_and(|best| distance >= best.distance);
-            if beaten(self.boxes[node].distance(p)) {
+            if best.is_some_and(|best| self.boxes[node].distance(p) >= best.distance) {
                 continue;
             }
             if let Some(members) = self.members(node) {

@@ -2,7 +2,7 @@
 
 use super::carried::heights;
 use super::locate::{Bounds, Locator};
-use super::overlay::{Moments, Overlap};
+use super::overlay::{Cutter, Moments};
 use super::pairing::Pairing;
 use super::{Carried, Moved, Proposal, Triangle};
 use crate::algebra::Vector;
@@ -62,9 +62,10 @@ impl Parts {
     ) -> Self {
         let mut gone: Vec<Gone> = pairing.gone.iter().map(|element| Gone::of(old, carried, *element)).collect();
         let changed = triangles(&new.position, pairing.changed().map(|e| &new.elements[e]));
+        let mut cutter = Cutter::default();
         let parts = pairing.changed().zip(&changed).map(|(element, triangle)| {
             let mut part = Part { element, inertia: [[0.0; 3]; 3], momentum: [Vector::zeros(); 3] };
-            locator.near(&Bounds::around(&triangle.corners), |t| gone[t].give(triangle, &mut part));
+            locator.near(&Bounds::around(&triangle.corners), |t| gone[t].give(triangle, (&mut cutter, &mut part)));
             part
         });
         let mut parts = Self { parts: parts.collect(), stray_mass: 0.0 };
@@ -120,15 +121,15 @@ impl Gone {
     }
 
     /// Gives a new element what that lies over; an element that is turned inside out has nothing to give.
-    fn give(&mut self, new: &Triangle, part: &mut Part) {
+    fn give(&mut self, new: &Triangle, (cutter, part): (&mut Cutter, &mut Part)) {
         if !self.triangle.is_upright {
             return;
         }
-        let Some(overlap) = Overlap::of(&self.triangle, new) else { return };
-        let moments = overlap.moments(&self.heights);
-        part.add(&moments, &self.velocity);
-        for (a, left) in self.left.iter_mut().enumerate() {
-            *left -= moments.mixed.iter().map(|row| row[a]).sum::<f64>();
+        if let Some(moments) = cutter.moments(&self.triangle, &self.heights, new) {
+            part.add(&moments, &self.velocity);
+            for (left, given) in self.left.iter_mut().zip(moments.corner_mass) {
+                *left -= given;
+            }
         }
     }
 

@@ -39,11 +39,17 @@ impl Triangle {
         (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared())
     }
 
+    /// The place of a point in this triangle, called `triangle`; none if it lies outside.
+    pub fn place(&self, p: &Vector<2>, triangle: usize) -> Option<Place> {
+        let weights = self.weights(p);
+        let is_inside = self.is_upright && weights.iter().all(|w| *w >= 0.0);
+        is_inside.then_some(Place { triangle, weights, distance: 0.0 })
+    }
+
     /// The place of this triangle, called `triangle`, that is nearest to a point.
     pub fn nearest(&self, p: &Vector<2>, triangle: usize) -> Place {
-        let weights = self.weights(p);
-        if self.is_upright && weights.iter().all(|w| *w >= 0.0) {
-            return Place { triangle, weights, distance: 0.0 };
+        if let Some(inside) = self.place(p, triangle) {
+            return inside;
         }
         let sides = [[0, 1], [1, 2], [2, 0]].map(|side| self.nearest_of_side(side, p));
         let (weights, distance) =
