@@ -4,12 +4,20 @@
 //! is filled anew: long edges of the boundary are split, needless nodes left out ([`propose`]), middles of a quadtree's cells
 //! put where no point is near, joined by a constrained Delaunay triangulation, and trimmed to the boundary.
 
+#[cfg(test)]
+mod bodies;
+mod carried;
 mod cloud;
+mod defects;
 mod delaunay;
 mod error;
 mod judge;
+mod locate;
 mod near;
+mod overlay;
+mod pairing;
 mod parts;
+mod pieces;
 mod points;
 #[cfg(test)]
 mod samples;
@@ -18,8 +26,14 @@ mod sizing;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod trace;
+mod transfer;
 mod tree;
+mod triangle;
 mod trim;
+mod velocity;
+#[cfg(test)]
+mod waves;
 
 use crate::algebra::Vector;
 use crate::mesh::{Mesh, NodeId, Simplex, signed_volume};
@@ -28,10 +42,14 @@ use near::Bounds;
 use points::{Limits, Part};
 use surface::Surface;
 use tree::Square;
+use triangle::Triangle;
 
+pub use carried::{Carried, Symmetry, Transferred, corner_masses, nodal_masses};
+pub use defects::{Books, Defects};
 pub use error::RemeshError;
 pub use judge::{Acceptance, Quality, Rejected, judge};
 pub use sizing::{Range, curved, graded};
+pub use transfer::transfer;
 
 /// A mesh where its nodes are.
 #[derive(Debug, Clone, Copy)]

@@ -1,0 +1,73 @@
+//! Where the nodes of a new mesh are in the old one, and what the old one has there.
+
+use super::locate::Locator;
+use super::{Moved, Origin, Proposal, Triangle};
+use crate::algebra::Vector;
+use crate::mesh::{ElementId, NodeId};
+
+/// A point that lies further outside the old mesh than this part of the nearest element's longest side is a miss:
+/// rounding moves a point by 1e-13 of it at most, and a point of a curved boundary that is cut lies 1e-3 of it outside.
+const OUTSIDE: f64 = 1e-9;
+
+/// Where a new node was in the old mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Trace {
+    Node(NodeId),
+    Between([NodeId; 3], [f64; 3]),
+    /// There was no old element at all.
+    Nowhere,
+}
+
+/// Where all nodes were.
+#[derive(Debug)]
+pub(super) struct Traces {
+    traces: Vec<Trace>,
+    /// How many points inside were found outside the old mesh: they were taken to the nearest place in it.
+    pub misses: usize,
+}
+
+impl Traces {
+    /// Of a new mesh, given the old elements that are gone, whose place new points inside take.
+    pub fn of(old: &Moved<'_, 2>, new: &Proposal<2>, (gone, locator): (&[ElementId], &Locator<'_>)) -> Self {
+        let mut misses = 0;
+        let mut inside = |p: &Vector<2>| {
+            let Some(place) = locator.nearest(p) else {
+                misses += 1;
+                return Trace::Nowhere;
+            };
+            let nodes = old.mesh.elements[gone[place.triangle].index()];
+            if place.distance > OUTSIDE * OUTSIDE * Triangle::of(old.position, &nodes).longest_side_squared() {
+                misses += 1;
+            }
+            Trace::Between([nodes[0], nodes[1], nodes[2]], place.weights)
+        };
+        let trace = |(p, origin): (&Vector<2>, &Origin)| match *origin {
+            Origin::Kept(node) => Trace::Node(node),
+            Origin::Edge(a, b, s) => Trace::Between([a, b, b], [1.0 - s, s, 0.0]),
+            Origin::Inside => inside(p),
+        };
+        let traces = new.position.iter().zip(&new.origin).map(trace).collect();
+        Self { traces, misses }
+    }
+
+    /// The values of an old field at the new nodes: those of nodes that were kept bit for bit, linear in between.
+    pub fn values(&self, field: &[Vector<2>]) -> Vec<Option<Vector<2>>> {
+        let at = |node: NodeId| field[node.index()];
+        let value = |trace: &Trace| match trace {
+            Trace::Node(node) => Some(at(*node)),
+            Trace::Between([a, b, c], [u, v, w]) => Some(at(*a) * *u + at(*b) * *v + at(*c) * *w),
+            Trace::Nowhere => None,
+        };
+        self.traces.iter().map(value).collect()
+    }
+}
+
+/// Which directions of the new nodes are held: of old nodes as they were, of points of an edge what both its ends share.
+pub(super) fn held(old: &[[bool; 2]], origin: &[Origin]) -> Vec<[bool; 2]> {
+    let of = |origin: &Origin| match *origin {
+        Origin::Kept(node) => old[node.index()],
+        Origin::Edge(a, b, _) => std::array::from_fn(|i| old[a.index()][i] && old[b.index()][i]),
+        Origin::Inside => [false; 2],
+    };
+    origin.iter().map(of).collect()
+}

@@ -1,0 +1,358 @@
+//! From a mesh to a new one of the same body: rest positions, masses and velocities (numerics 4.5, A12).
+
+use super::carried::{Carried, Symmetry, Transferred, nodal_masses};
+use super::defects::{Books, Defects, Group};
+use super::locate::Locator;
+use super::pairing::Pairing;
+use super::pieces::{Part, Parts, triangles};
+use super::trace::{self, Traces};
+use super::velocity::Balance;
+use super::{Moved, Proposal};
+use crate::algebra::Vector;
+
+/// Carries masses, velocities and rest positions over to a new mesh.
+///
+/// Rest positions are those of old nodes, bit for bit, and linear in between. The density is that of the old elements,
+/// linear in each, and every integral over it is exact: the new elements are cut along the old ones. Masses are
+/// m_i = ∫ρ N_i, so that mass and centre of mass are kept. Velocities start from the interpolated ones and are swept
+/// four times, v ← v + m⁻¹ (b − M v) with b_i = ∫ρ N_i v_old and M_ij = ∫ρ N_i N_j: because Σ_j M_ij = m_i each sweep
+/// leaves the momentum Σ b_i. Elements with the same old nodes are not cut, and a node whose neighbours within the
+/// reach of the sweeps are all unchanged keeps its bits. What is missing of the angular momentum after that is given
+/// back to the free nodes of changed elements, as a rotation about their centre of mass.
+#[must_use]
+pub fn transfer(old: &Moved<'_, 2>, carried: &Carried<'_>, new: &Proposal<2>) -> Transferred {
+    let pairing = Pairing::of(old.mesh, new);
+    let gone = triangles(old.position, pairing.gone.iter().map(|e| &old.mesh.elements[e.index()]));
+    let locator = Locator::new(&gone);
+    let traces = Traces::of(old, new, (&pairing.gone, &locator));
+    let parts = Parts::of((old, carried), (new, &pairing), &locator);
+    let corner_mass = corner_masses(carried, &pairing, &parts.parts);
+    let mass = masses(new, (carried, &pairing), &corner_mass);
+    let held = trace::held(&old.mesh.held, &new.origin);
+    let rest = traces.values(&old.mesh.rest).into_iter().zip(&new.position).map(|(rest, x)| rest.unwrap_or(*x));
+    let rest = rest.collect();
+    let mut velocity = guess(&traces, carried, &held);
+    let balance = Balance {
+        old: (&old.mesh.elements, carried),
+        new: (&new.elements, &pairing),
+        parts: &parts.parts,
+        mass: &mass,
+        held: &held,
+    };
+    let taken = balance.sweep(&mut velocity);
+    let before = Books::of(old.position, carried.mass, carried.velocity);
+    let mut defects = Defects::new(before, Books::of(&new.position, &mass, &velocity), (&new.position, &taken));
+    (defects.stray_mass, defects.misses) = (parts.stray_mass, traces.misses);
+    defects.unchanged = pairing.same.iter().flatten().count() as f64 / pairing.same.len().max(1) as f64;
+    defects.massless = mass.iter().filter(|m| !(**m > 0.0)).count();
+    if carried.symmetry == Symmetry::Planar {
+        let members = free(new, &pairing, &held);
+        let missing = defects.before.angular - defects.held_angular - defects.raw.angular;
+        Group { x: &new.position, mass: &mass, members: &members }.turn(&mut velocity, missing);
+        defects.after = Books::of(&new.position, &mass, &velocity);
+    }
+    Transferred { rest, mass, corner_mass, velocity, held, defects }
+}
+
+/// Corner masses of the new elements, kg.
+fn corner_masses(carried: &Carried<'_>, pairing: &Pairing, parts: &[Part]) -> Vec<[f64; 3]> {
+    let mut corner_mass: Vec<[f64; 3]> = pairing
+        .same
+        .iter()
+        .map(|same| same.map_or([0.0; 3], |same| same.turned(&carried.corner_mass[same.element.index()])))
+        .collect();
+    for part in parts {
+        corner_mass[part.element] = part.corner_mass();
+    }
+    corner_mass
+}
+
+/// Masses of the new nodes, kg: those of unchanged ones bit for bit.
+fn masses(new: &Proposal<2>, (carried, pairing): (&Carried<'_>, &Pairing), corner_mass: &[[f64; 3]]) -> Vec<f64> {
+    let mut mass = nodal_masses(new.position.len(), &new.elements, corner_mass);
+    for (mass, unchanged) in mass.iter_mut().zip(&pairing.unchanged) {
+        if let Some(old) = unchanged {
+            *mass = carried.mass[old.index()];
+        }
+    }
+    mass
+}
+
+/// Velocities to begin with: those of old nodes, linear in between, and none in held directions.
+fn guess(traces: &Traces, carried: &Carried<'_>, held: &[[bool; 2]]) -> Vec<Vector<2>> {
+    let mut velocity: Vec<Vector<2>> =
+        traces.values(carried.velocity).into_iter().map(Option::unwrap_or_default).collect();
+    for (v, held) in velocity.iter_mut().zip(held) {
+        (0..2).filter(|axis| held[*axis]).for_each(|axis| v[axis] = 0.0);
+    }
+    velocity
+}
+
+/// The nodes of changed elements that are free in every direction.
+fn free(new: &Proposal<2>, pairing: &Pairing, held: &[[bool; 2]]) -> Vec<usize> {
+    let mut is_free = vec![false; new.position.len()];
+    for node in pairing.changed().flat_map(|e| &new.elements[e][..3]) {
+        is_free[node.index()] = held[node.index()] == [false; 2];
+    }
+    (0..is_free.len()).filter(|i| is_free[*i]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bodies::{Body, Random, even, scatter};
+    use super::super::carried::heights;
+    use super::super::{Origin, corner_masses};
+    use super::*;
+    use crate::mesh::NodeId;
+
+    /// A rotation with stretch and shear.
+    fn affine(xi: &Vector<2>) -> Vector<2> {
+        Vector::<2>::new(0.9 * xi[0] - 0.5 * xi[1] + 0.7, 0.6 * xi[0] + 1.1 * xi[1] - 0.4)
+    }
+
+    /// A stretch that keeps the axis where it is.
+    fn widened(xi: &Vector<2>) -> Vector<2> {
+        Vector::<2>::new(1.2 * xi[0], 0.7 * xi[1] + 0.1 * xi[0])
+    }
+
+    fn body(symmetry: Symmetry, random: &mut Random) -> Body {
+        let map = if symmetry == Symmetry::Planar { affine } else { widened };
+        Body::new(&[even(8), even(7)], (1.0, random), (symmetry, &map))
+    }
+
+    fn wavy(x: &Vector<2>) -> Vector<2> {
+        Vector::<2>::new((4.0 * x[0] + x[1]).sin(), (3.0 * x[1] - 2.0 * x[0]).cos())
+    }
+
+    /// The body on 9 × 6 other cells.
+    fn remeshed(body: &Body, random: &mut Random) -> (Vec<Vector<2>>, Proposal<2>, Transferred) {
+        let map = if body.symmetry == Symmetry::Planar { affine } else { widened };
+        let (xi, new) = body.other(&[even(9), even(6)], (1.0, random), &map);
+        let transferred = transfer(&body.moved(), &body.carried(), &new);
+        (xi, new, transferred)
+    }
+
+    #[test]
+    fn a_mesh_that_is_the_same_keeps_every_bit() {
+        let mut random = Random::new(1);
+        for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
+            let mut body = body(symmetry, &mut random).with_velocity(wavy);
+            body.mesh.held[3] = [false, true];
+            body.velocity[3][1] = 0.0;
+            let mut new = body.again();
+            new.elements.reverse();
+            for nodes in new.elements.iter_mut().step_by(2) {
+                *nodes = [nodes[1], nodes[2], nodes[0], nodes[1]];
+            }
+            let after = transfer(&body.moved(), &body.carried(), &new);
+            assert_eq!((after.rest, after.mass), (body.mesh.rest.clone(), body.mass.clone()));
+            assert_eq!((after.velocity, after.held), (body.velocity.clone(), body.mesh.held.clone()));
+            assert_eq!((after.defects.unchanged, after.defects.stray_mass), (1.0, 0.0));
+            assert_eq!(after.defects.after, after.defects.before);
+            for (e, old) in (0..new.elements.len()).rev().enumerate() {
+                let [now, was] =
+                    [(&new.elements[e], after.corner_mass[e]), (&body.mesh.elements[old], body.corner_mass[old])];
+                let corner = |a: usize| (0..3).find(|c| was.0[*c] == now.0[a]).unwrap();
+                assert_eq!(now.1, std::array::from_fn(|a| was.1[corner(a)]));
+            }
+        }
+    }
+
+    #[test]
+    fn nodes_out_of_reach_of_a_change_keep_every_bit() {
+        let mut random = Random::new(2);
+        let planes = [even(20), even(3)];
+        let body = Body::new(&planes, (1.0, &mut random), (Symmetry::Planar, &affine)).with_velocity(wavy);
+        let mut new = body.again();
+        let moved = 22;
+        assert!(body.xi[moved][0] < 0.1 && body.xi[moved][1] > 0.0 && body.xi[moved][1] < 0.5);
+        new.position[moved] += Vector::<2>::new(0.004, 0.003);
+        new.origin[moved] = Origin::Inside;
+        let after = transfer(&body.moved(), &body.carried(), &new);
+        let (mut same, mut other) = (0, 0);
+        for (i, xi) in body.xi.iter().enumerate() {
+            let is_far = xi[0] > 0.05 * (1.0 + 1.0 + 4.0) + 0.03;
+            let is_same = (after.mass[i], after.velocity[i]) == (body.mass[i], body.velocity[i]);
+            assert!(is_same || !is_far, "node {i} at {xi}");
+            assert!(after.rest[i] == body.mesh.rest[i] || i == moved);
+            (same, other) = (same + usize::from(is_same), other + usize::from(!is_same));
+        }
+        assert!(same > 50 && other > 5, "{same} the same, {other} not");
+        assert!(after.defects.unchanged > 0.9 && after.defects.unchanged < 1.0);
+        check_conserved(&after.defects, 1e-13);
+    }
+
+    #[test]
+    fn rest_positions_of_an_affine_map_are_exact() {
+        let mut random = Random::new(3);
+        for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
+            let body = body(symmetry, &mut random);
+            let (xi, new, after) = remeshed(&body, &mut random);
+            for (rest, xi) in after.rest.iter().zip(&xi) {
+                assert!((rest - xi).amax() < 1e-13);
+            }
+            assert!(new.origin.contains(&Origin::Inside));
+            assert_eq!((after.defects.misses, after.defects.massless, after.defects.unchanged), (0, 0, 0.0));
+        }
+    }
+
+    fn check_conserved(defects: &Defects, tolerance: f64) {
+        let Defects { before, raw, after, .. } = *defects;
+        assert!((raw.mass / before.mass - 1.0).abs() < tolerance);
+        let scale = before.momentum.norm() + before.mass.sqrt() * before.kinetic.sqrt();
+        assert!((raw.momentum + defects.held_momentum - before.momentum).norm() < tolerance * scale);
+        assert!((after.momentum - raw.momentum).norm() < tolerance * scale);
+    }
+
+    #[test]
+    fn mass_and_momentum_are_kept_over_twenty_meshes() {
+        let mut random = Random::new(4);
+        for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
+            let mut body = body(symmetry, &mut random).with_velocity(wavy);
+            let scattered: Vec<f64> = scatter(&body.mesh, &mut random).iter().map(|m| 0.01 * (0.5 + m)).collect();
+            body = body.with_masses(&scattered);
+            let (start, centre) = (body.books(), first_moment(&body));
+            for n in 0..20 {
+                let map = if symmetry == Symmetry::Planar { affine } else { widened };
+                let planes = [even(6 + n % 5), even(9 - n % 4)];
+                let (xi, new) = body.other(&planes, (1.0, &mut random), &map);
+                let after = transfer(&body.moved(), &body.carried(), &new);
+                check_conserved(&after.defects, 1e-13);
+                assert_eq!(after.defects.massless, 0);
+                assert!(after.defects.stray_mass == 0.0 && after.defects.misses == 0);
+                body = body.after(xi, new, after);
+            }
+            let end = body.books();
+            assert!((end.mass / start.mass - 1.0).abs() < 1e-13);
+            assert!((end.momentum - start.momentum).norm() < 1e-13 * start.mass);
+            assert!((first_moment(&body) - centre).norm() < 1e-13 * start.mass);
+            if symmetry == Symmetry::Planar {
+                assert!((end.angular - start.angular).abs() < 1e-12 * start.mass);
+            }
+        }
+    }
+
+    fn first_moment(body: &Body) -> Vector<2> {
+        body.position.iter().zip(&body.mass).map(|(x, m)| x * *m).sum()
+    }
+
+    #[test]
+    fn a_uniform_velocity_stays_uniform() {
+        let mut random = Random::new(5);
+        let v = Vector::<2>::new(3.0, -2.0);
+        for symmetry in [Symmetry::Planar, Symmetry::Axisymmetric] {
+            let body = body(symmetry, &mut random);
+            let scattered: Vec<f64> = scatter(&body.mesh, &mut random).iter().map(|m| 0.01 * (0.5 + m)).collect();
+            let body = body.with_masses(&scattered).with_velocity(|_| v);
+            let (_, _, after) = remeshed(&body, &mut random);
+            for velocity in &after.velocity {
+                assert!((velocity - v).amax() < 1e-14 * v.norm(), "{velocity}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_rotation_stays_one_and_keeps_its_angular_momentum() {
+        let mut random = Random::new(6);
+        let body = body(Symmetry::Planar, &mut random).with_velocity(|x| Vector::<2>::new(x[1] - 0.3, 0.2 - x[0]));
+        let (_, new, after) = remeshed(&body, &mut random);
+        let Defects { before, raw, after: end, .. } = after.defects;
+        assert!((raw.momentum - before.momentum).norm() < 1e-13);
+        let lost = (raw.angular - before.angular).abs() / before.angular;
+        assert!(lost > 1e-6 && lost < 0.02, "{lost}");
+        assert!((end.angular - before.angular).abs() < 1e-14 && (end.momentum - before.momentum).norm() < 1e-13);
+        let rate = (after.velocity[0] - after.velocity[9]).norm() / (new.position[0] - new.position[9]).norm();
+        assert!((rate - 1.0).abs() < 0.02 && rate != 1.0);
+        for (v, x) in after.velocity.iter().zip(&new.position) {
+            let turned =
+                after.velocity[0] + Vector::<2>::new(x[1] - new.position[0][1], new.position[0][0] - x[0]) * rate;
+            assert!((v - turned).norm() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn what_held_nodes_take_is_booked() {
+        let mut random = Random::new(7);
+        let mut body = body(Symmetry::Planar, &mut random).with_velocity(wavy);
+        for i in 0..body.xi.len() {
+            body.mesh.held[i] = [body.xi[i][0] == 0.0 || body.xi[i][1] == 0.0, body.xi[i][1] == 0.0];
+            (0..2).filter(|axis| body.mesh.held[i][*axis]).for_each(|axis| body.velocity[i][axis] = 0.0);
+        }
+        let (xi, _, after) = remeshed(&body, &mut random);
+        for ((xi, held), v) in xi.iter().zip(&after.held).zip(&after.velocity) {
+            assert_eq!(*held, [xi[0] == 0.0 || xi[1] == 0.0, xi[1] == 0.0]);
+            assert!((0..2).all(|axis| !held[axis] || v[axis] == 0.0));
+        }
+        let defects = after.defects;
+        check_conserved(&defects, 1e-13);
+        assert!(defects.held_momentum.norm() > 1e-6);
+        assert!((defects.after.angular + defects.held_angular - defects.before.angular).abs() < 1e-13);
+        assert!((defects.raw.angular + defects.held_angular - defects.before.angular).abs() > 1e-6);
+    }
+
+    #[test]
+    fn what_a_dropped_node_of_the_boundary_leaves_out_is_laid_down_near_it() {
+        let mut random = Random::new(8);
+        let bulged = |xi: &Vector<2>| Vector::<2>::new(xi[0], xi[1] + 0.02 * xi[1] * xi[0] * (1.0 - xi[0]));
+        let planes = [even(4), even(4)];
+        let body = Body::new(&planes, (0.0, &mut random), (Symmetry::Planar, &bulged)).with_velocity(wavy);
+        let (xi, new) = body.other(&[even(2), even(4)], (0.0, &mut random), &bulged);
+        let after = transfer(&body.moved(), &body.carried(), &new);
+        assert!(after.defects.stray_mass > 1e-4 && after.defects.relative_mass() < 0.01);
+        check_conserved(&after.defects, 1e-13);
+        assert!((after.defects.after.angular - after.defects.before.angular).abs() < 1e-14);
+        assert_eq!((after.defects.misses, after.defects.massless), (0, 0));
+        let body = body.after(xi, new, after);
+        assert!((body.books().mass - 1.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn a_point_outside_takes_what_is_nearest() {
+        let mut random = Random::new(9);
+        let body = body(Symmetry::Planar, &mut random).with_velocity(wavy);
+        let mut new = body.again();
+        new.origin[0] = Origin::Inside;
+        new.position[0] += Vector::<2>::new(-0.01, -0.02);
+        let after = transfer(&body.moved(), &body.carried(), &new);
+        assert_eq!(after.defects.misses, 1);
+        assert!((after.rest[0] - body.mesh.rest[0]).norm() < 1e-2);
+        check_conserved(&after.defects, 1e-13);
+    }
+
+    #[test]
+    fn an_element_inside_out_gives_its_mass_to_its_neighbours() {
+        let mut random = Random::new(10);
+        let mut body = body(Symmetry::Planar, &mut random).with_velocity(wavy);
+        let mut new = body.again();
+        let inner = (0..body.xi.len()).find(|i| body.xi[*i].iter().all(|c| *c > 0.3 && *c < 0.6)).unwrap();
+        body.position[inner] += Vector::<2>::new(0.25, 0.1);
+        let upright =
+            |x: &[Vector<2>]| body.mesh.elements.iter().filter(|e| crate::mesh::signed_volume(x, e) > 0.0).count();
+        assert!(upright(&body.position) < body.mesh.elements.len());
+        new.origin[inner] = Origin::Inside;
+        let after = transfer(&body.moved(), &body.carried(), &new);
+        check_conserved(&after.defects, 1e-13);
+        assert!(after.defects.stray_mass > 0.0 && after.defects.massless == 0);
+    }
+
+    #[test]
+    fn corner_masses_of_rings_are_those_of_a_constant_density() {
+        let x = [[0.0, 0.0], [2.0, 0.5], [1.0, 1.5]].map(Vector::<2>::from);
+        let corners = corner_masses(&x, &[[0, 1, 2, 0].map(NodeId)], &[12.0], Symmetry::Axisymmetric)[0];
+        for (found, wanted) in corners.iter().zip([3.0, 5.0, 4.0]) {
+            assert!((found - wanted).abs() < 1e-14);
+        }
+        for (found, wanted) in heights(&corners).iter().zip([0.0, 24.0, 12.0]) {
+            assert!((found - wanted).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn nothing_at_all_can_be_transferred() {
+        let mesh = crate::mesh::Mesh::<2>::new(vec![], vec![]);
+        let carried = Carried { symmetry: Symmetry::Planar, mass: &[], corner_mass: &[], velocity: &[] };
+        let new = Proposal { position: vec![Vector::zeros()], origin: vec![Origin::Inside], elements: vec![] };
+        let after = transfer(&Moved { mesh: &mesh, position: &[] }, &carried, &new);
+        assert_eq!((after.rest, after.mass, after.defects.misses), (vec![Vector::zeros()], vec![0.0], 1));
+    }
+}

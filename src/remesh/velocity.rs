@@ -1,0 +1,76 @@
+//! Velocities of a new mesh that have the momentum of the old one.
+
+use super::carried::{Carried, heights};
+use super::overlay::inertia;
+use super::pairing::{Pairing, Same};
+use super::pieces::Part;
+use crate::algebra::Vector;
+use crate::mesh::{NodeId, Simplex};
+
+/// Sweeps: one from the guess and three corrections (numerics 4.5).
+const SWEEPS: usize = 4;
+
+/// What the velocities of a new mesh have to satisfy, M v = b.
+pub(super) struct Balance<'a> {
+    /// The old elements and what they carry.
+    pub old: (&'a [Simplex], &'a Carried<'a>),
+    /// The new elements and what they are.
+    pub new: (&'a [Simplex], &'a Pairing),
+    /// The new elements that are not old ones.
+    pub parts: &'a [Part],
+    /// Masses of the new nodes, kg.
+    pub mass: &'a [f64],
+    /// Which directions of the new nodes are held.
+    pub held: &'a [[bool; 2]],
+}
+
+impl Balance<'_> {
+    /// Sweeps velocities, v ← v + m⁻¹ (b − M v), those of held directions and of nodes without mass excepted.
+    ///
+    /// Returns the b − M v of the last sweep in the held directions, N·s: what they took from the momentum.
+    pub fn sweep(&self, velocity: &mut [Vector<2>]) -> Vec<Vector<2>> {
+        let mut taken = vec![Vector::zeros(); velocity.len()];
+        for _ in 0..SWEEPS {
+            taken = self.missing(velocity);
+            for (i, v) in velocity.iter_mut().enumerate() {
+                for axis in (0..2).filter(|axis| !self.held[i][*axis]) {
+                    let missing = std::mem::take(&mut taken[i][axis]);
+                    if missing != 0.0 && self.mass[i] > 0.0 {
+                        v[axis] += missing / self.mass[i];
+                    }
+                }
+            }
+        }
+        taken
+    }
+
+    /// b − M v, N·s. Of an unchanged element that is M (v_old − v), which is exactly nothing where v is the old one.
+    fn missing(&self, velocity: &[Vector<2>]) -> Vec<Vector<2>> {
+        let mut missing = vec![Vector::<2>::zeros(); velocity.len()];
+        for (nodes, same) in self.new.0.iter().zip(&self.new.1.same) {
+            let Some(same) = same else { continue };
+            let lag = self.lag(nodes, same, velocity);
+            if lag == [Vector::<2>::zeros(); 3] {
+                continue;
+            }
+            let m = inertia(&heights(&same.turned(&self.old.1.corner_mass[same.element.index()])));
+            for (node, row) in nodes.iter().zip(m) {
+                missing[node.index()] += lag[0] * row[0] + lag[1] * row[1] + lag[2] * row[2];
+            }
+        }
+        for part in self.parts {
+            let nodes = &self.new.0[part.element];
+            let [u, v, w]: [Vector<2>; 3] = std::array::from_fn(|a| velocity[nodes[a].index()]);
+            for ((node, row), momentum) in nodes.iter().zip(part.inertia).zip(part.momentum) {
+                missing[node.index()] += momentum - (u * row[0] + v * row[1] + w * row[2]);
+            }
+        }
+        missing
+    }
+
+    /// v_old − v at the corners of an unchanged element.
+    fn lag(&self, nodes: &Simplex, same: &Same, velocity: &[Vector<2>]) -> [Vector<2>; 3] {
+        let old: [NodeId; 3] = same.turned(&self.old.0[same.element.index()][..3]);
+        std::array::from_fn(|a| self.old.1.velocity[old[a].index()] - velocity[nodes[a].index()])
+    }
+}
