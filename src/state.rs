@@ -146,6 +146,8 @@ pub struct Sizes {
     pub bodies: usize,
     /// Elements of a mesh that is not that of the start.
     pub born: usize,
+    /// Those of them that are not at rest what their nodes say.
+    pub references: usize,
 }
 
 impl<const D: usize> State<D> {

@@ -271,6 +271,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             alarms: self.rules.schedule.alarms(self.order.n_groups()),
             bodies: self.bodies.len(),
             born: state.birth.as_ref().map_or(0, |birth| birth.mesh.elements.len()),
+            references: state.birth.as_ref().map_or(0, |birth| birth.references.len()),
         })?;
         if state.birth != self.state.birth {
             return Err("it is of another mesh");

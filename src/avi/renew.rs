@@ -7,7 +7,7 @@ use crate::algebra::Vector;
 use crate::contact::{Body, BodyState};
 use crate::element::Potential;
 use crate::ledger::Ledger;
-use crate::mesh::{ElementId, NodeId, Simplex, shape_quality, signed_volume};
+use crate::mesh::{ElementId, NodeId, Simplex, shape_quality};
 use crate::state::{Birth, Clock, Record, Tick};
 use std::sync::Arc;
 
@@ -30,7 +30,7 @@ pub enum Reached {
 }
 
 /// An element is looked at on multiples of so many of its own steps: a look costs half of an update.
-const LOOK: Tick = 8;
+const LOOK: Tick = 2;
 /// A mesh lasts at least so many of its finest steps (A12).
 const SHORTEST_LIFE: Tick = 50;
 
@@ -78,12 +78,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     fn is_element_worn(&self, element: ElementId, time: f64, wear: &Wear) -> bool {
         let simplex: Simplex = [0, 1, 2, 3].map(NodeId);
-        let (mut now, mut rest) = ([Vector::<D>::zeros(); 4], [Vector::<D>::zeros(); 4]);
+        let mut now = [Vector::<D>::zeros(); 4];
         for (i, node) in self.gel.potential.nodes(element).iter().enumerate() {
-            (now[i], rest[i]) = (self.position_at(*node, time), self.gel.potential.rest()[node.index()]);
+            now[i] = self.position_at(*node, time);
         }
-        let volume = |x: &[Vector<D>]| signed_volume(x, &simplex);
-        shape_quality(&now, &simplex) < wear.quality || volume(&now) < wear.jacobian * volume(&rest)
+        shape_quality(&now, &simplex) < wear.quality || self.gel.potential.compression(element, &now) < wear.jacobian
     }
 
     /// The last tick of this mesh: every group fires, its kick that of half of the step behind.

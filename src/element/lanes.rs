@@ -62,10 +62,19 @@ pub struct GroupAnswer {
     pub crushed: u32,
 }
 
+/// F and λ of eight elements where their nodes are at rest.
+#[derive(Debug, Clone, Copy)]
+struct Base<const D: usize> {
+    f: [[Wide; D]; D],
+    out: Wide,
+}
+
 /// Elements in lanes.
 #[derive(Debug, Clone)]
 pub struct Lanes<const D: usize> {
     batches: Vec<Batch<D>>,
+    /// One for each batch, if there is an element that its nodes do not say at rest; else none.
+    bases: Vec<Base<D>>,
     depth: usize,
     material: NeoHookean,
     section: Section,
@@ -143,7 +152,7 @@ impl<const D: usize> Lanes<D> {
     pub(super) fn empty(n_slots: usize, depth: usize, law: (NeoHookean, Section)) -> Self {
         assert!(n_slots.is_multiple_of(LANES * depth), "slots fill whole groups");
         assert!(matches!(depth, 1 | 2 | 4), "a patch has one, two or four places");
-        Self { batches: vec![Batch::empty(); n_slots / LANES], depth, material: law.0, section: law.1 }
+        Self { batches: vec![Batch::empty(); n_slots / LANES], bases: vec![], depth, material: law.0, section: law.1 }
     }
 
     /// Puts an element into a slot: ∇N_a for a = 1..=D, w, and the numbers of its nodes.
@@ -158,6 +167,20 @@ impl<const D: usize> Lanes<D> {
         for (wide, node) in batch.nodes.iter_mut().zip(nodes) {
             wide[lane] = node;
         }
+    }
+
+    /// Of an element in a slot, that F and λ are these where its nodes are at rest, and not 1; F row by row.
+    pub(super) fn set_base(&mut self, slot: usize, (f, out): ([[f64; D]; D], f64)) {
+        if self.bases.is_empty() {
+            let one = |i: usize, j: usize| if i == j { [1.0; LANES] } else { [0.0; LANES] };
+            let none = Base { f: std::array::from_fn(|i| std::array::from_fn(|j| one(i, j))), out: [1.0; LANES] };
+            self.bases = vec![none; self.batches.len()];
+        }
+        let (base, lane) = (&mut self.bases[slot / LANES], slot % LANES);
+        for (wide, row) in base.f.iter_mut().zip(&f) {
+            wide.iter_mut().zip(row).for_each(|(wide, component)| wide[lane] = *component);
+        }
+        base.out[lane] = out;
     }
 
     /// Elements to a patch.
@@ -192,7 +215,7 @@ impl<const D: usize> Lanes<D> {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.batches.len() * size_of::<Batch<D>>()
+        self.batches.len() * size_of::<Batch<D>>() + self.bases.len() * size_of::<Base<D>>()
     }
 
     /// Sweeps over those groups of a run for which `weight` gives the length of a kick, s: accumulates Σ weight · f and
@@ -222,7 +245,8 @@ impl<const D: usize> Lanes<D> {
         for ((group, stiffness), answer) in groups.zip(stiffness.chunks_exact_mut(LANES * N)).zip(answers) {
             let Some(weight) = weight(group) else { continue };
             let batches: &[Batch<D>; N] = self.batches[group * N..].first_chunk().expect("a group is whole");
-            *answer = self.sweep_group(simd, (batches, weight), local, stiffness);
+            let bases: &[Base<D>] = self.bases.get(group * N..(group + 1) * N).unwrap_or_default();
+            *answer = self.sweep_group(simd, (batches, bases, weight), local, stiffness);
         }
     }
 
@@ -231,7 +255,7 @@ impl<const D: usize> Lanes<D> {
     fn sweep_group<const N: usize, S: Simd>(
         &self,
         simd: S,
-        (batches, weight): (&[Batch<D>; N], f64),
+        (batches, bases, weight): (&[Batch<D>; N], &[Base<D>], f64),
         local: &mut Local,
         stiffness: &mut [f64],
     ) -> GroupAnswer {
@@ -241,7 +265,7 @@ impl<const D: usize> Lanes<D> {
         let mut strains = [Strains::at_rest(zero); N];
         for k in 0..N {
             gather::<D, S>(&batches[k].nodes, &local.rows, &mut rows[k]);
-            self.strain(&batches[k], &rows[k], &mut strains[k]);
+            self.strain((&batches[k], bases.get(k)), &rows[k], &mut strains[k]);
         }
         let mut slopes = [Slopes { slope: zero, curvature: zero }; N];
         let mut energy = self.volumetric(batches, &strains, &mut slopes);
@@ -263,7 +287,12 @@ impl<const D: usize> Lanes<D> {
 
     /// F = 1 + Σ (u_a − u_0) ⊗ ∇N_a and what follows from it.
     #[inline(always)]
-    fn strain<S: Simd>(&self, batch: &Batch<D>, rows: &[[f64x8<S>; 8]; MAX_NODES], s: &mut Strains<D, f64x8<S>>) {
+    fn strain<S: Simd>(
+        &self,
+        (batch, base): (&Batch<D>, Option<&Base<D>>),
+        rows: &[[f64x8<S>; 8]; MAX_NODES],
+        s: &mut Strains<D, f64x8<S>>,
+    ) {
         let simd = rows[0][0].simd;
         for i in 0..D {
             for j in 0..D {
@@ -271,14 +300,22 @@ impl<const D: usize> Lanes<D> {
                 for a in 1..D {
                     f += (rows[a + 1][i] - rows[0][i]) * wide(simd, &batch.gradients[a][j]);
                 }
-                s.f[i][j] = if i == j { f + 1.0 } else { f };
+                s.f[i][j] = match base {
+                    Some(base) => f + wide(simd, &base.f[i][j]),
+                    None if i == j => f + 1.0,
+                    None => f,
+                };
             }
         }
         s.inner = cofactor(&s.f, &mut s.cofactor);
         s.jacobian = s.inner;
         if self.section == Section::Axisymmetric {
             s.hoop = ring(simd, batch);
-            s.out = (rows[0][0] + rows[1][0] + rows[2][0]) * s.hoop + 1.0;
+            let more = (rows[0][0] + rows[1][0] + rows[2][0]) * s.hoop;
+            s.out = match base {
+                Some(base) => more + wide(simd, &base.out),
+                None => more + 1.0,
+            };
             s.jacobian = s.inner * s.out;
         }
     }

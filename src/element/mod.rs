@@ -8,7 +8,7 @@ use crate::algebra::Vector;
 use crate::mesh::{ElementId, NodeId, Patches};
 
 pub use lanes::{Accumulated, Batch, DEPTH, GroupAnswer, LANES, Lanes, Local, MOST_LOCAL_NODES, Row};
-pub use simplices::{Section, Simplices};
+pub use simplices::{Reference, Section, Simplices};
 
 /// Most nodes that an element may have.
 pub const MAX_NODES: usize = 4;
@@ -46,6 +46,10 @@ pub trait Potential<const D: usize>: Send + Sync {
     fn evaluate(&self, patch: usize, x: &[Vector<D>], answers: &mut [Answer<D>; DEPTH]) -> f64;
     /// Whether an element is crushed beyond what its material law means (below the continuation).
     fn is_crushed(&self, jacobian: f64) -> bool;
+    /// Area or volume of an element with its nodes there, as a part of what it is at rest; of a potential that has meshes.
+    fn compression(&self, _element: ElementId, _corners: &[Vector<D>; MAX_NODES]) -> f64 {
+        1.0
+    }
     /// The positions of all nodes at which nothing is stored; of a potential that has lanes.
     fn rest(&self) -> &[Vector<D>] {
         &[]

@@ -1,7 +1,7 @@
 use super::{Answer, DEPTH, Lanes, MAX_NODES, Potential};
 use crate::algebra::{Tensor, Vector, cofactor, det};
 use crate::material::{NeoHookean, Volumetric};
-use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex, edges, signed_volume};
+use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex, edges};
 
 /// What the gel's plane or space stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +40,19 @@ pub struct Simplices<const D: usize> {
     section: Section,
     elements: Vec<Simplex>,
     rest: Vec<Vector<D>>,
+    /// Of the elements that are not what their nodes say; empty if there are none.
+    references: Vec<Option<Reference<D>>>,
     patches: Patches,
+}
+
+/// An element at rest, if its nodes do not say it: where a new mesh takes the place of a worn one, nodes that were told where
+/// their matter was need not enclose the matter between them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reference<const D: usize> {
+    /// Edges from the first node at rest, as columns, m.
+    pub edges: Tensor<D>,
+    /// R̄ of a ring, m.
+    pub radius: f64,
 }
 
 /// An element at rest.
@@ -52,6 +64,8 @@ struct Element<const D: usize> {
     hoop: f64,
     /// Σ_a |∇N_a|², extended for a ring, 1/m².
     spread: f64,
+    /// F and λ where its nodes are at rest: 1 if they say what it is.
+    base: (Tensor<D>, f64),
 }
 
 /// F, λ and J of an element.
@@ -85,7 +99,51 @@ impl<const D: usize> Simplices<D> {
     #[must_use]
     pub fn in_patches(mesh: &Mesh<D>, patches: Patches, (material, section): (NeoHookean, Section)) -> Self {
         assert!(patches.largest() <= DEPTH, "a patch has at most {DEPTH} elements");
-        Self { material, section, elements: mesh.elements.clone(), rest: mesh.rest.clone(), patches }
+        let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
+        Self { material, section, elements, rest, references: vec![], patches }
+    }
+
+    /// The same where some elements are at rest what these say, not what their nodes do.
+    ///
+    /// # Panics
+    /// If there is no such element or one is turned inside out.
+    #[must_use]
+    pub fn with_references(mut self, references: &[(ElementId, Reference<D>)]) -> Self {
+        if !references.is_empty() {
+            self.references = vec![None; self.elements.len()];
+        }
+        for (element, reference) in references {
+            let outside = self.section != Section::Axisymmetric || reference.radius > 0.0;
+            assert!(det(&reference.edges) > 0.0 && outside, "an element is upright at rest, and beside its axis");
+            self.references[element.index()] = Some(*reference);
+        }
+        self
+    }
+
+    /// What the plane or space stands for.
+    #[must_use]
+    pub fn section(&self) -> Section {
+        self.section
+    }
+
+    /// What an element is at rest.
+    #[must_use]
+    pub fn reference(&self, element: ElementId) -> Reference<D> {
+        let own = self.references.get(element.index()).copied().flatten();
+        own.unwrap_or_else(|| Reference::of(&self.rest, &self.elements[element.index()]))
+    }
+
+    /// Whether the nodes of an element say what it is at rest.
+    #[must_use]
+    pub fn is_compatible(&self, element: ElementId) -> bool {
+        self.references.get(element.index()).is_none_or(Option::is_none)
+    }
+
+    /// F of an element and λ, the stretch out of the plane, with its nodes there.
+    #[must_use]
+    pub fn deformation(&self, element: ElementId, x: &[Vector<D>]) -> (Tensor<D>, f64) {
+        let strain = self.strain((element, &self.element(element)), x);
+        (strain.f, strain.out)
     }
 
     /// Lumped nodal masses for the rest density, kg: ρ w/(D + 1), and 2πρA (R_a + 3R̄)/12 for a ring (A1).
@@ -118,7 +176,14 @@ impl<const D: usize> Simplices<D> {
     }
 
     fn element(&self, id: ElementId) -> Element<D> {
-        Element::new(&self.rest, &self.elements[id.index()], self.section)
+        let nodes = &self.elements[id.index()];
+        let element = Element::new(&self.reference(id), self.section);
+        if self.is_compatible(id) {
+            return element;
+        }
+        let told = Reference::of(&self.rest, nodes);
+        let inverse = Tensor::<D>::from_fn(|i, j| element.gradients[i + 1][j]);
+        Element { base: (told.edges * inverse, told.radius * 3.0 * element.hoop), ..element }
     }
 
     fn strain(&self, (id, element): (ElementId, &Element<D>), x: &[Vector<D>]) -> Strain<D> {
@@ -131,8 +196,8 @@ impl<const D: usize> Simplices<D> {
             f += (u - first) * gradient.transpose();
             radii += u[0];
         }
-        f += Tensor::<D>::identity();
-        let out = if self.section == Section::Axisymmetric { 1.0 + radii * element.hoop } else { 1.0 };
+        f += element.base.0;
+        let out = if self.section == Section::Axisymmetric { element.base.1 + radii * element.hoop } else { 1.0 };
         Strain { f, cofactor: cofactor(&f), out, inner: det(&f) }
     }
 
@@ -180,25 +245,33 @@ fn two_largest<const D: usize>(strain: &Strain<D>) -> f64 {
     sum.max(0.5 * (sum + difference) + strain.out.abs())
 }
 
-impl<const D: usize> Element<D> {
-    fn new(rest: &[Vector<D>], nodes: &Simplex, section: Section) -> Self {
-        let measure = signed_volume(rest, nodes);
+impl<const D: usize> Reference<D> {
+    /// What the nodes of an element say.
+    #[must_use]
+    pub fn of(rest: &[Vector<D>], nodes: &Simplex) -> Self {
         let radius = nodes[..=D].iter().map(|n| rest[n.index()][0]).sum::<f64>() / (D + 1) as f64;
+        Self { edges: edges(rest, nodes), radius }
+    }
+}
+
+impl<const D: usize> Element<D> {
+    fn new(reference: &Reference<D>, section: Section) -> Self {
+        let measure = det(&reference.edges) / if D == 2 { 2.0 } else { 6.0 };
+        let radius = reference.radius;
         let (volume, hoop) = match section {
             Section::Planar { thickness } => (measure * thickness, 0.0),
             Section::Axisymmetric => (std::f64::consts::TAU * radius * measure, 1.0 / (3.0 * radius)),
             Section::Spatial => (measure, 0.0),
         };
-        let gradients = shape_gradients(rest, nodes);
+        let gradients = shape_gradients(&reference.edges);
         let spread = gradients[..=D].iter().map(|g| g.norm_squared() + hoop * hoop).sum();
-        Self { gradients, volume, hoop, spread }
+        Self { gradients, volume, hoop, spread, base: (Tensor::<D>::identity(), 1.0) }
     }
 }
 
 /// ∇N_a at rest: the rows of the inverse of the edge matrix, and minus their sum for the first node.
-fn shape_gradients<const D: usize>(rest: &[Vector<D>], nodes: &Simplex) -> [Vector<D>; MAX_NODES] {
-    let edges = edges(rest, nodes);
-    let inverse_transpose = cofactor(&edges) / det(&edges);
+fn shape_gradients<const D: usize>(edges: &Tensor<D>) -> [Vector<D>; MAX_NODES] {
+    let inverse_transpose = cofactor(edges) / det(edges);
     let mut gradients = [Vector::<D>::zeros(); MAX_NODES];
     for a in 0..D {
         gradients[a + 1] = inverse_transpose.column(a).into_owned();
@@ -253,6 +326,11 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         jacobian < NeoHookean::FLOOR
     }
 
+    fn compression(&self, element: ElementId, corners: &[Vector<D>; MAX_NODES]) -> f64 {
+        let now = Reference::of(corners, &[0, 1, 2, 3].map(NodeId));
+        det(&now.edges) / det(&self.reference(element).edges)
+    }
+
     fn rest(&self) -> &[Vector<D>] {
         &self.rest
     }
@@ -264,6 +342,9 @@ impl<const D: usize> Potential<D> for Simplices<D> {
             let element = self.element(*id);
             let gradients: [[f64; D]; D] = std::array::from_fn(|a| element.gradients[a + 1].into());
             lanes.put(slot, (&gradients, element.volume), *nodes);
+            if !self.is_compatible(*id) {
+                lanes.set_base(slot, (element.base.0.transpose().into(), element.base.1));
+            }
         }
         Some(lanes)
     }

@@ -1,8 +1,8 @@
 //! What a mesh of the plane carries, and what a new one carries after it.
 
-use super::Defects;
+use super::{Defects, Source};
 use crate::algebra::Vector;
-use crate::mesh::Simplex;
+use crate::mesh::{ElementId, Simplex};
 
 /// What a mesh of the plane stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,6 +39,10 @@ pub struct Transferred {
     pub velocity: Vec<Vector<2>>,
     /// Which directions of a node are held.
     pub held: Vec<[bool; 2]>,
+    /// By new element, the old one that it is.
+    pub same: Vec<Option<ElementId>>,
+    /// What the other new elements are made of, in their order.
+    pub sources: Vec<Source>,
     /// What was lost on the way.
     pub defects: Defects,
 }

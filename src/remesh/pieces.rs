@@ -22,6 +22,17 @@ pub(super) struct Part {
     pub momentum: [Vector<2>; 3],
 }
 
+/// How much of an old element is in a new one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Source {
+    /// The new element.
+    pub new: ElementId,
+    /// The old one.
+    pub old: ElementId,
+    /// Mass of both, kg.
+    pub mass: f64,
+}
+
 impl Part {
     /// ∫ρ N_i, kg.
     pub fn corner_mass(&self) -> [f64; 3] {
@@ -33,6 +44,8 @@ impl Part {
 pub(super) struct Parts {
     /// In the order of the new elements.
     pub parts: Vec<Part>,
+    /// What they are made of, in their order.
+    pub sources: Vec<Source>,
     /// Old mass that they do not lie over, or twice, kg.
     pub stray_mass: f64,
 }
@@ -62,13 +75,19 @@ impl Parts {
     ) -> Self {
         let mut gone: Vec<Gone> = pairing.gone.iter().map(|element| Gone::of(old, carried, *element)).collect();
         let changed = triangles(&new.position, pairing.changed().map(|e| &new.elements[e]));
-        let mut cutter = Cutter::default();
+        let (mut cutter, mut sources) = (Cutter::default(), vec![]);
         let parts = pairing.changed().zip(&changed).map(|(element, triangle)| {
             let mut part = Part { element, inertia: [[0.0; 3]; 3], momentum: [Vector::zeros(); 3] };
-            locator.near(&Bounds::around(&triangle.corners), |t| gone[t].give(triangle, (&mut cutter, &mut part)));
+            locator.near(&Bounds::around(&triangle.corners), |t| {
+                let mass = gone[t].give(triangle, (&mut cutter, &mut part));
+                if mass > 0.0 {
+                    sources.push(Source { new: ElementId(element as u32), old: pairing.gone[t], mass });
+                }
+            });
             part
         });
-        let mut parts = Self { parts: parts.collect(), stray_mass: 0.0 };
+        let mut parts = Self { parts: parts.collect(), sources: vec![], stray_mass: 0.0 };
+        parts.sources = sources;
         if gone.iter().any(Gone::is_uncovered) {
             parts.lay_down(&gone, &Locator::new(&changed));
         }
@@ -120,17 +139,20 @@ impl Gone {
         }
     }
 
-    /// Gives a new element what that lies over; an element that is turned inside out has nothing to give.
-    fn give(&mut self, new: &Triangle, (cutter, part): (&mut Cutter, &mut Part)) {
+    /// Gives a new element what that lies over; an element that is turned inside out has nothing to give. How much mass, kg.
+    fn give(&mut self, new: &Triangle, (cutter, part): (&mut Cutter, &mut Part)) -> f64 {
         if !self.triangle.is_upright {
-            return;
+            return 0.0;
         }
+        let mut mass = 0.0;
         if let Some(moments) = cutter.moments(&self.triangle, &self.heights, new) {
+            mass = moments.corner_mass.iter().sum();
             part.add(&moments, &self.velocity);
             for (left, given) in self.left.iter_mut().zip(moments.corner_mass) {
                 *left -= given;
             }
         }
+        mass
     }
 
     fn is_uncovered(&self) -> bool {

@@ -51,7 +51,8 @@ pub fn transfer(old: &Moved<'_, 2>, carried: &Carried<'_>, new: &Proposal<2>) ->
         Group { x: &new.position, mass: &mass, members: &members }.turn(&mut velocity, missing);
         defects.after = Books::of(&new.position, &mass, &velocity);
     }
-    Transferred { rest, mass, corner_mass, velocity, held, defects }
+    let same = pairing.same.iter().map(|same| same.map(|same| same.element)).collect();
+    Transferred { rest, mass, corner_mass, velocity, held, same, sources: parts.sources, defects }
 }
 
 /// Corner masses of the new elements, kg.

@@ -2,9 +2,9 @@
 
 use crate::algebra::{Vector, embed};
 use crate::avi::{Gel, Surface, Wear};
-use crate::element::{Section, Simplices};
+use crate::element::{Potential, Reference, Section, Simplices};
 use crate::material::NeoHookean;
-use crate::mesh::{Facet, Mesh, Patches, shape_quality, signed_volume};
+use crate::mesh::{ElementId, Facet, Mesh, Patches, shape_quality};
 use crate::scene::{Dimension, ElementKind, Remesh, Scene};
 
 /// What a gel is made of.
@@ -66,9 +66,9 @@ impl Recipe {
     pub fn gel<const D: usize>(
         &self,
         (mesh, position): (&Mesh<D>, &[Vector<D>]),
-        mass: Vec<f64>,
+        (mass, references): (Vec<f64>, &[(ElementId, Reference<D>)]),
     ) -> Gel<D, Simplices<D>> {
-        Gel::new(self.simplices(mesh), mass, &mesh.held, self.surface(mesh, position))
+        Gel::new(self.simplices(mesh).with_references(references), mass, &mesh.held, self.surface(mesh, position))
     }
 
     /// All of the boundary but the axis of revolution: areas at rest, sizes where the nodes are.
@@ -94,11 +94,13 @@ impl Recipe {
     }
 
     /// When a mesh is worn whose nodes are there when it is new; never, if it is not exchanged.
-    pub fn wear<const D: usize>(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Option<Wear> {
+    pub fn wear<const D: usize>(&self, potential: &Simplices<D>, position: &[Vector<D>]) -> Option<Wear> {
         let Remesh { quality, compression, .. } = self.remesh?.rules;
-        let least = |of: &dyn Fn(usize) -> f64| (0..mesh.elements.len()).map(of).fold(f64::INFINITY, f64::min);
-        let shape = |e: usize| shape_quality(position, &mesh.elements[e]);
-        let volume = |e: usize| signed_volume(position, &mesh.elements[e]) / mesh.measure(&mesh.elements[e]);
-        Some(Wear { quality: quality.min(AGED * least(&shape)), jacobian: compression.min(AGED * least(&volume)) })
+        let (mut shape, mut volume) = (f64::INFINITY, f64::INFINITY);
+        for (element, nodes) in (0..).map(ElementId).zip(potential.elements()) {
+            shape = shape.min(shape_quality(position, nodes));
+            volume = volume.min(potential.compression(element, &nodes.map(|node| position[node.index()])));
+        }
+        Some(Wear { quality: quality.min(AGED * shape), jacobian: compression.min(AGED * volume) })
     }
 }

@@ -1,12 +1,12 @@
 //! A worn mesh and the one that replaces it: sized, proposed, judged, and taken or refused.
 
-use super::RestoreError;
 use super::model::Gelatin;
 use super::recipe::{Recipe, Sizes};
+use super::{RestoreError, history};
 use crate::algebra::{Vector, embed};
 use crate::avi::NoStep;
-use crate::element::{Section, Simplices};
-use crate::mesh::{Mesh, boundary, shape_quality};
+use crate::element::{Reference, Section, Simplices};
+use crate::mesh::{ElementId, Mesh, boundary, shape_quality};
 use crate::remesh::{self, Acceptance, Carried, Moved, Proposal, Range, Rules, Symmetry, Transferred};
 use crate::state::{Birth, State};
 use std::sync::Arc;
@@ -46,7 +46,26 @@ impl Renew for Gelatin<2> {
             }
             let carried = self.carried(&old);
             let new = remesh::transfer(&moved, &carried, &proposal);
-            if self.take(proposal, new).is_ok() {
+            let references = history::references((&self.engine.gel().potential, &old), &position, (&proposal, &new));
+            let Some(references) = references else { continue };
+            if std::env::var("DBG").is_ok() {
+                let q = proposal
+                    .elements
+                    .iter()
+                    .map(|e| shape_quality(&proposal.position, e))
+                    .fold(f64::INFINITY, f64::min);
+                eprintln!(
+                    "t {:.6e} sag {sag} worst {worst:.3} -> {} elements q {q:.3} own {} changed {} T {:.4} -> {:.4} -> {:.4}",
+                    self.engine.now(),
+                    proposal.elements.len(),
+                    references.len(),
+                    new.same.iter().filter(|s| s.is_none()).count(),
+                    new.defects.before.kinetic,
+                    new.defects.raw.kinetic,
+                    new.defects.after.kinetic
+                );
+            }
+            if self.take(proposal, new, references).is_ok() {
                 return Ok(());
             }
         }
@@ -90,15 +109,17 @@ impl Gelatin<2> {
     }
 
     /// Goes on with a new mesh and what it carries.
-    fn take(&mut self, proposal: Proposal<2>, new: Transferred) -> Result<(), NoStep> {
+    fn take(
+        &mut self,
+        proposal: Proposal<2>,
+        new: Transferred,
+        references: Vec<(ElementId, Reference<2>)>,
+    ) -> Result<(), NoStep> {
         let Transferred { rest, mass, corner_mass, velocity, held, .. } = new;
         let facets = boundary::<2>(&proposal.elements);
         let mesh = Mesh { rest, elements: proposal.elements, facets, held };
-        let least = mesh.elements.iter().map(|element| mesh.measure(element)).fold(f64::INFINITY, f64::min);
-        if !(least > 0.0) {
-            return Err(NoStep { step: least });
-        }
-        let birth = Birth { tick: self.engine.last_tick(), mesh, position: proposal.position, mass, corner_mass };
+        let birth =
+            Birth { tick: self.engine.last_tick(), mesh, position: proposal.position, mass, corner_mass, references };
         self.go_on(Arc::new(birth), velocity)
     }
 
@@ -121,7 +142,7 @@ impl Gelatin<2> {
 
 impl<const D: usize> Gelatin<D> {
     pub fn gel_of(&self, birth: &Birth<D>) -> crate::avi::Gel<D, Simplices<D>> {
-        self.recipe.gel((&birth.mesh, &birth.position), birth.mass.clone())
+        self.recipe.gel((&birth.mesh, &birth.position), (birth.mass.clone(), &birth.references))
     }
 
     /// Has the mesh of a state of this run, so that it can be restored.
@@ -151,7 +172,7 @@ impl<const D: usize> Gelatin<D> {
     /// Takes over what is kept of a mesh beside the engine.
     pub fn dress(&mut self, birth: &Birth<D>) {
         self.facets.clone_from(&birth.mesh.facets);
-        if let Some(wear) = self.recipe.wear(&birth.mesh, &birth.position) {
+        if let Some(wear) = self.recipe.wear(&self.engine.gel().potential, &birth.position) {
             self.engine.set_wear(wear);
         }
     }
@@ -167,7 +188,14 @@ impl<const D: usize> Gelatin<D> {
         let held = (0..rest.len()).map(|node| gel.held(node)).collect();
         let mesh = Mesh { rest, elements, facets: self.facets.clone(), held };
         let corner_mass = corner_masses(&mesh, &self.recipe);
-        Arc::new(Birth { tick: 0, position: mesh.rest.clone(), mass: gel.mass.clone(), corner_mass, mesh })
+        Arc::new(Birth {
+            tick: 0,
+            position: mesh.rest.clone(),
+            mass: gel.mass.clone(),
+            corner_mass,
+            references: vec![],
+            mesh,
+        })
     }
 }
 

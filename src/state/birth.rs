@@ -1,8 +1,9 @@
 //! A mesh that a run has made for itself.
 
 use super::Tick;
-use crate::algebra::Vector;
-use crate::mesh::{Mesh, NodeId, Simplex, boundary, signed_volume};
+use crate::algebra::{Vector, det};
+use crate::element::Reference;
+use crate::mesh::{ElementId, Mesh, NodeId, Simplex, boundary, signed_volume};
 
 /// A mesh that has replaced another one, as it was when it did.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +18,8 @@ pub struct Birth<const D: usize> {
     pub mass: Vec<f64>,
     /// The masses of the corners of its elements, kg.
     pub corner_mass: Vec<[f64; 3]>,
+    /// Those elements that are at rest not what their nodes say.
+    pub references: Vec<(ElementId, Reference<D>)>,
 }
 
 impl<const D: usize> Birth<D> {
@@ -26,18 +29,23 @@ impl<const D: usize> Birth<D> {
         (rest, position): (Vec<Vector<D>>, Vec<Vector<D>>),
         (mass, held): (Vec<f64>, &[u8]),
         (elements, corner_mass): (Vec<Simplex>, Vec<[f64; 3]>),
+        references: Vec<(ElementId, Reference<D>)>,
     ) -> Option<Self> {
         let n = rest.len();
         let known = |simplex: &Simplex| simplex.iter().all(|node| node.index() < n);
         let upright = |simplex: &Simplex| [&rest, &position].iter().all(|x| signed_volume(x, simplex) > 0.0);
         let heavy = mass.iter().all(|mass| *mass > 0.0 && mass.is_finite());
         let sound = elements.iter().all(|simplex| known(simplex) && upright(simplex));
+        let whole = |(element, reference): &(ElementId, Reference<D>)| {
+            element.index() < elements.len() && det(&reference.edges) > 0.0 && reference.radius.is_finite()
+        };
+        let sound = sound && references.iter().all(whole);
         if !(heavy && sound && [position.len(), mass.len(), held.len()] == [n; 3] && !elements.is_empty()) {
             return None;
         }
         let held = held.iter().map(|held| std::array::from_fn(|i| held >> i & 1 == 1)).collect();
         let facets = boundary::<D>(&elements);
-        Some(Self { tick, mesh: Mesh { rest, elements, facets, held }, position, mass, corner_mass })
+        Some(Self { tick, mesh: Mesh { rest, elements, facets, held }, position, mass, corner_mass, references })
     }
 
     /// The held directions of each node: bit i for the i-th.

@@ -4,10 +4,11 @@
 
 use super::birth::{Birth, numbers, simplex};
 use super::{Alarm, Clock, Record, Sizes, State, Tick};
-use crate::algebra::Vector;
+use crate::algebra::{Tensor, Vector};
 use crate::contact::BodyState;
+use crate::element::Reference;
 use crate::ledger::Ledger;
-use crate::mesh::Simplex;
+use crate::mesh::{ElementId, Simplex};
 use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -109,6 +110,23 @@ impl Plain for [f64; 3] {
     }
 }
 
+impl<const D: usize> Plain for (ElementId, Reference<D>) {
+    const SIZE: usize = 4 + 8 * (D * D + 1);
+
+    fn put(&self, to: &mut [u8]) {
+        let (id, numbers) = to.split_at_mut(4);
+        id.copy_from_slice(&self.0.0.to_le_bytes());
+        let own = self.1.edges.iter().chain([&self.1.radius]);
+        numbers.chunks_exact_mut(8).zip(own).for_each(|(to, number)| number.put(to));
+    }
+
+    fn take(from: &[u8]) -> Self {
+        let number = |i: usize| f64::take(&from[4 + 8 * i..]);
+        let edges = Tensor::<D>::from_fn(|row, column| number(column * D + row));
+        (ElementId(u32::from_le_bytes(first(from))), Reference { edges, radius: number(D * D) })
+    }
+}
+
 impl Plain for Simplex {
     const SIZE: usize = 16;
 
@@ -174,8 +192,10 @@ fn read_birth<const D: usize>(sizes: &Sizes, tick: Tick, mut bytes: &[u8]) -> Op
     read_all(&mut held, sizes.nodes, &mut bytes);
     let mut corner_mass = vec![];
     read_all(&mut elements, sizes.born, &mut bytes);
+    let mut references = vec![];
     read_all(&mut corner_mass, sizes.born, &mut bytes);
-    Some(Some(Arc::new(Birth::of(tick, (rest, position), (mass, &held), (elements, corner_mass))?)))
+    read_all(&mut references, sizes.references, &mut bytes);
+    Some(Some(Arc::new(Birth::of(tick, (rest, position), (mass, &held), (elements, corner_mass), references)?)))
 }
 
 impl Sizes {
@@ -188,13 +208,16 @@ impl Sizes {
             (self.alarms, Alarm::SIZE),
             (self.nodes_born(), NODE_BORN + 2 * Vector::<D>::SIZE),
             (self.born, ELEMENT_BORN),
+            (self.references, <(ElementId, Reference<D>)>::SIZE),
         ];
         arrays.into_iter().try_fold(0_usize, |sum, (n, size)| sum.checked_add(n.checked_mul(size)?))
     }
 
     /// Of these, at their end, those of a mesh that is not that of the start; once it is known that all can be counted.
     fn bytes_of_birth<const D: usize>(&self) -> usize {
-        self.nodes_born() * (NODE_BORN + 2 * Vector::<D>::SIZE) + self.born * ELEMENT_BORN
+        self.nodes_born() * (NODE_BORN + 2 * Vector::<D>::SIZE)
+            + self.born * ELEMENT_BORN
+            + self.references * <(ElementId, Reference<D>)>::SIZE
     }
 
     fn nodes_born(&self) -> usize {
@@ -211,6 +234,7 @@ impl<const D: usize> State<D> {
             alarms: self.alarms.len(),
             bodies: self.bodies.len(),
             born: self.birth.as_ref().map_or(0, |birth| birth.mesh.elements.len()),
+            references: self.birth.as_ref().map_or(0, |birth| birth.references.len()),
         }
     }
 
@@ -245,6 +269,7 @@ impl<const D: usize> State<D> {
             write_all(&birth.held(), sink);
             write_all(&birth.mesh.elements, sink);
             write_all(&birth.corner_mass, sink);
+            write_all(&birth.references, sink);
         }
     }
 
@@ -348,7 +373,7 @@ mod tests {
 
     #[test]
     fn sizes_that_overflow_are_refused() {
-        let sizes = Sizes { nodes: usize::MAX / 2, slots: 0, groups: 0, alarms: 0, bodies: 0, born: 0 };
+        let sizes = Sizes { nodes: usize::MAX / 2, slots: 0, groups: 0, alarms: 0, bodies: 0, born: 0, references: 0 };
         let small: Small = (sizes, (None, 0), vec![], Ledger::default(), Record::new(0));
         assert!(!State::<3>::empty().read(&postcard::to_stdvec(&small).unwrap()));
     }

@@ -1,0 +1,108 @@
+//! What the elements of a new mesh were at rest: what their nodes say where that is true, else the mean of the old elements
+//! that they are made of (numerics 4.4).
+
+use crate::algebra::{Tensor, Vector, det};
+use crate::element::{Reference, Section, Simplices};
+use crate::mesh::ElementId;
+use crate::remesh::{Proposal, Source, Transferred};
+use crate::state::Birth;
+
+/// The inverse map is taken where the F that it gives differs from the mean by less than this part of it.
+const AGREES: f64 = 0.5;
+
+/// F of the old elements of which an element is made, and the measure that they had at rest: means by mass.
+struct Mean {
+    f: Tensor<2>,
+    out: f64,
+    /// Area, or area times radius of a ring, at rest.
+    rest: f64,
+    is_ring: bool,
+}
+
+/// The elements of a new mesh that are at rest not what their nodes say; `None` if one can be nothing.
+pub(super) fn references(
+    (potential, old): (&Simplices<2>, &Birth<2>),
+    position: &[Vector<2>],
+    (proposal, new): (&Proposal<2>, &Transferred),
+) -> Option<Vec<(ElementId, Reference<2>)>> {
+    let mut all = vec![];
+    for (element, same) in (0..).map(ElementId).zip(&new.same) {
+        if let Some(old) = same.filter(|old| !potential.is_compatible(*old)) {
+            all.push((element, turned(potential, old, (proposal, new), element)));
+        }
+    }
+    for sources in new.sources.chunk_by(|a, b| a.new == b.new) {
+        let element = sources[0].new;
+        let nodes = &proposal.elements[element.index()];
+        let told = Reference::of(&new.rest, nodes);
+        let now = Reference::of(&proposal.position, nodes);
+        let mean = mean((potential, old), position, sources);
+        let compatible = sources.iter().all(|source| potential.is_compatible(source.old));
+        if !(compatible && agrees(&told, &now, &mean)) {
+            all.push((element, made(&now, &mean)?));
+        }
+    }
+    all.sort_by_key(|(element, _)| *element);
+    Some(all)
+}
+
+/// The reference of an old element whose nodes may stand in another order now.
+fn turned(
+    potential: &Simplices<2>,
+    old: ElementId,
+    (proposal, _): (&Proposal<2>, &Transferred),
+    element: ElementId,
+) -> Reference<2> {
+    let reference = potential.reference(old);
+    let corners = [Vector::<2>::zeros(), reference.edges.column(0).into(), reference.edges.column(1).into()];
+    let was = potential.elements()[old.index()];
+    let first = proposal.elements[element.index()][0];
+    let turn = was[..3].iter().position(|node| proposal.origin[first.index()] == crate::remesh::Origin::Kept(*node));
+    let turn = turn.unwrap_or(0);
+    let corner = |i: usize| corners[(i + turn) % 3] - corners[turn % 3];
+    Reference { edges: Tensor::<2>::from_columns(&[corner(1), corner(2)]), ..reference }
+}
+
+fn mean((potential, old): (&Simplices<2>, &Birth<2>), x: &[Vector<2>], sources: &[Source]) -> Mean {
+    let is_ring = potential.section() == Section::Axisymmetric;
+    let mut sum = Mean { f: Tensor::<2>::zeros(), out: 0.0, rest: 0.0, is_ring };
+    let mut mass = 0.0;
+    for source in sources {
+        let whole: f64 = old.corner_mass[source.old.index()].iter().sum();
+        let (f, out) = potential.deformation(source.old, x);
+        let reference = potential.reference(source.old);
+        let ring = if is_ring { reference.radius } else { 1.0 };
+        sum.rest += source.mass / whole * 0.5 * det(&reference.edges) * ring;
+        sum.f += f * source.mass;
+        sum.out += out * source.mass;
+        mass += source.mass;
+    }
+    Mean { f: sum.f / mass, out: sum.out / mass, ..sum }
+}
+
+/// Whether the F that the nodes say is about the mean.
+fn agrees(told: &Reference<2>, now: &Reference<2>, mean: &Mean) -> bool {
+    let volume = det(&told.edges);
+    if !(volume > 0.0) {
+        return false;
+    }
+    let Some(inverse) = told.edges.try_inverse() else { return false };
+    (now.edges * inverse - mean.f).norm() < AGREES * mean.f.norm()
+}
+
+/// What has the mean F and the measure at rest of what it is made of, where it is now.
+fn made(now: &Reference<2>, mean: &Mean) -> Option<Reference<2>> {
+    let (radius, area) = if mean.is_ring {
+        let radius = now.radius / mean.out;
+        (radius, mean.rest / radius)
+    } else {
+        (now.radius, mean.rest)
+    };
+    let inner = 0.5 * det(&now.edges) / area;
+    let scale = inner / det(&mean.f);
+    if !(scale > 0.0 && scale.is_finite()) {
+        return None;
+    }
+    let f = mean.f * scale.sqrt();
+    Some(Reference { edges: f.try_inverse()? * now.edges, radius })
+}
