@@ -85,7 +85,7 @@ impl Recorder {
     ) -> Result<(), OutputError> {
         self.history.append(observation)?;
         if self.run.initial_mass.is_none() {
-            self.run.initial_mass = Some(summary::rest_mass(&frame(), &self.run.scene));
+            self.run.initial_mass = Some(frame().mass);
         }
         if self.frames.is_due(observation.time) { self.frames.append(&frame(), &self.run.scene) } else { Ok(()) }
     }

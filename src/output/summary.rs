@@ -3,9 +3,8 @@
 use super::Ending;
 use crate::algebra::Vector3;
 use crate::scene::{self, Dimension, Scene};
-use crate::simulation::{BodyReport, EnergyReport, Frame, Observation};
+use crate::simulation::{BodyReport, EnergyReport, Observation};
 use serde::Serialize;
-use std::f64::consts::TAU;
 use std::time::Instant;
 
 /// How the simulation was driven.
@@ -185,7 +184,7 @@ impl Summary {
             energy_defect: energy.energy_defect,
             momentum_error: ending.observation.momentum_error,
             angular_momentum_error: ending.observation.angular_momentum_error,
-            mass_error: run.initial_mass.map(|mass| (rest_mass(ending.frame, &run.scene) / mass - 1.0).abs()),
+            mass_error: run.initial_mass.map(|mass| (ending.frame.mass / mass - 1.0).abs()),
             mean_standing_penetration: contact.mean_standing_penetration,
             digest: format!("{:032x}", ending.digest),
             switched_off: scene::switched_off(&run.scene),
@@ -243,25 +242,4 @@ fn rebound(observation: &Observation, initial: Vector3) -> Option<f64> {
     let direction = initial.try_normalize(0.0)?;
     let over = observation.time - last > 0.1 * (last - first);
     over.then(|| -observation.projectile().kinematics.velocity.dot(&direction))
-}
-
-/// Mass of the mesh at rest, kg.
-pub(super) fn rest_mass(frame: &Frame, scene: &Scene) -> f64 {
-    let rest = |node: u32| frame.points[node as usize] - frame.displacements[node as usize];
-    let volumes = frame.cells.nodes.iter().map(|&[a, b, c, d]| match scene.scene.dimension {
-        Dimension::Planar => scene.thickness() * area([a, b, c].map(rest)),
-        Dimension::Axisymmetric => {
-            let corners = [a, b, c].map(rest);
-            TAU * corners.iter().map(|p| p.x).sum::<f64>() / 3.0 * area(corners)
-        }
-        Dimension::Spatial => {
-            let [u, v, w] = [b, c, d].map(|node| rest(node) - rest(a));
-            u.cross(&v).dot(&w).abs() / 6.0
-        }
-    });
-    scene.gel.density * volumes.sum::<f64>()
-}
-
-fn area([a, b, c]: [Vector3; 3]) -> f64 {
-    0.5 * (b - a).cross(&(c - a)).norm()
 }

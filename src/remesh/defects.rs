@@ -92,6 +92,18 @@ impl Defects {
         self.stray_mass / self.before.mass
     }
 
+    /// Momentum that appeared before any correction and that no held node gave, N·s: rounding, unless a node has no mass.
+    #[must_use]
+    pub fn momentum_defect(&self) -> Vector<2> {
+        self.raw.momentum + self.held_momentum - self.before.momentum
+    }
+
+    /// Angular momentum about the origin that appeared before any correction and that no held node gave, N·m·s.
+    #[must_use]
+    pub fn angular_defect(&self) -> f64 {
+        self.raw.angular + self.held_angular - self.before.angular
+    }
+
     /// Kinetic energy that was lost, as a part of what there was.
     #[must_use]
     pub fn relative_loss(&self) -> f64 {

@@ -145,8 +145,8 @@ impl Sums {
             self.new[i] += dot(&plain, &new[i]);
             self.old[i] += dot(&plain, &old[i]);
             self.both_new[2 * i] += dot(&weighted[i], &new[i]);
-            for a in 0..2 {
-                self.mixed[i][a] += dot(&weighted[i], &old[a]);
+            for (sum, old) in self.mixed[i].iter_mut().zip(&old) {
+                *sum += dot(&weighted[i], old);
             }
         }
         self.both_new[1] += dot(&weighted[0], &new[1]);

@@ -5,8 +5,8 @@ use super::{Moved, Origin, Proposal, Triangle};
 use crate::algebra::Vector;
 use crate::mesh::{ElementId, NodeId};
 
-/// A point that lies further outside the old mesh than this part of the nearest element's longest side is a miss:
-/// rounding moves a point by 1e-13 of it at most, and a point of a curved boundary that is cut lies 1e-3 of it outside.
+/// A point that lies further outside the old mesh than this part of the nearest element's longest side is a miss: far
+/// above what rounding moves a point on the boundary, far below what could matter to a field.
 const OUTSIDE: f64 = 1e-9;
 
 /// Where a new node was in the old mesh.

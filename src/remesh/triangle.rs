@@ -9,9 +9,9 @@ use crate::mesh::Simplex;
 pub(super) struct Triangle {
     /// Its corners, m.
     pub corners: [Vector<2>; 3],
-    /// Gradients of the weights of the second and the third corner, 1/m; zero for a triangle without area.
+    /// Gradients of the weights of the second and the third corner, 1/m; zero if it is not upright.
     gradients: [Vector<2>; 2],
-    /// Whether it is positively oriented.
+    /// Whether it is positively oriented and has an area that can be divided by.
     pub is_upright: bool,
 }
 
@@ -20,10 +20,10 @@ impl Triangle {
     pub fn of(x: &[Vector<2>], nodes: &Simplex) -> Self {
         let corners: [Vector<2>; 3] = std::array::from_fn(|a| x[nodes[a].index()]);
         let [u, v] = [corners[1] - corners[0], corners[2] - corners[0]];
-        let area = u.perp(&v);
-        let inverse = if area == 0.0 { 0.0 } else { 1.0 / area };
+        let is_upright = u.perp(&v) > 0.0 && u.perp(&v).recip().is_finite();
+        let inverse = if is_upright { u.perp(&v).recip() } else { 0.0 };
         let gradients = [Vector::<2>::new(v[1], -v[0]) * inverse, Vector::<2>::new(-u[1], u[0]) * inverse];
-        Self { corners, gradients, is_upright: area > 0.0 }
+        Self { corners, gradients, is_upright }
     }
 
     /// Weights of a point: x = Σ λ_a x_a, Σ λ_a = 1; negative beyond a side.

@@ -34,14 +34,16 @@ impl Balance<'_> {
             taken = self.missing(velocity);
             for (i, v) in velocity.iter_mut().enumerate() {
                 for axis in (0..2).filter(|axis| !self.held[i][*axis]) {
-                    let missing = std::mem::take(&mut taken[i][axis]);
-                    if missing != 0.0 && self.mass[i] > 0.0 {
-                        v[axis] += missing / self.mass[i];
-                    }
+                    v[axis] += self.kick(i, std::mem::take(&mut taken[i][axis]));
                 }
             }
         }
         taken
+    }
+
+    /// The change of velocity of a node for what it misses; −0 where it misses nothing, so that no bit changes.
+    fn kick(&self, node: usize, missing: f64) -> f64 {
+        if missing == 0.0 || self.mass[node] <= 0.0 { -0.0 } else { missing / self.mass[node] }
     }
 
     /// b − M v, N·s. Of an unchanged element that is M (v_old − v), which is exactly nothing where v is the old one.

@@ -27,49 +27,78 @@ fn planes(n: usize, offset: f64) -> [Vec<f64>; 2] {
     [(0..=n).map(along).collect(), (0..=ACROSS).map(|j| j as f64).collect()]
 }
 
-/// Part of the kinetic energy that is lost without sweeps, with four from nothing (lumped + 3), and in the transfer.
-fn losses(body: &Body, new: &Proposal<2>) -> [f64; 3] {
-    let after = transfer(&body.moved(), &body.carried(), new);
-    let carried = body.carried();
-    let pairing = Pairing::of(&body.mesh, new);
-    let gone = triangles(&body.position, body.mesh.elements.iter());
-    let all: Vec<ElementId> = (0..gone.len() as u32).map(ElementId).collect();
-    assert_eq!(pairing.gone, all, "every element changes");
-    let locator = locate::Locator::new(&gone);
-    let parts = Parts::of((&body.moved(), &carried), (new, &pairing), &locator).parts;
-    let guess = trace::Traces::of(&body.moved(), new, (&all, &locator)).values(&body.velocity);
-    let guess: Vec<Vector<2>> = guess.into_iter().map(Option::unwrap).collect();
-    let mut swept = vec![Vector::zeros(); guess.len()];
+/// A way to carry a body over to another mesh.
+type Way = dyn Fn(&Body, &Proposal<2>) -> Transferred;
+
+fn transferred(body: &Body, new: &Proposal<2>) -> Transferred {
+    transfer(&body.moved(), &body.carried(), new)
+}
+
+/// The interpolated velocities.
+fn interpolated(body: &Body, new: &Proposal<2>) -> Transferred {
+    let all: Vec<ElementId> = (0..body.mesh.elements.len() as u32).map(ElementId).collect();
+    let old = triangles(&body.position, body.mesh.elements.iter());
+    let traces = trace::Traces::of(&body.moved(), new, (&all, &locate::Locator::new(&old)));
+    let velocity = traces.values(&body.velocity).into_iter().map(Option::unwrap).collect();
+    Transferred { velocity, ..transferred(body, new) }
+}
+
+/// Four sweeps from nothing: the lumped projection and three corrections.
+fn lumped(body: &Body, new: &Proposal<2>) -> Transferred {
+    let after = transferred(body, new);
+    let (carried, pairing) = (body.carried(), Pairing::of(&body.mesh, new));
+    let gone = triangles(&body.position, pairing.gone.iter().map(|e| &body.mesh.elements[e.index()]));
+    let parts = Parts::of((&body.moved(), &carried), (new, &pairing), &locate::Locator::new(&gone)).parts;
+    assert_eq!(parts.len(), new.elements.len(), "every element changes");
+    let mut velocity = vec![Vector::zeros(); new.position.len()];
     let (old, new) = ((&body.mesh.elements[..], &carried), (&new.elements[..], &pairing));
-    Balance { old, new, parts: &parts, mass: &after.mass, held: &after.held }.sweep(&mut swept);
-    let kinetic = |v: &[Vector<2>]| v.iter().zip(&after.mass).map(|(v, m)| 0.5 * m * v.norm_squared()).sum::<f64>();
-    [kinetic(&guess), kinetic(&swept), after.defects.after.kinetic].map(|t| 1.0 - t / after.defects.before.kinetic)
+    Balance { old, new, parts: &parts, mass: &after.mass, held: &after.held }.sweep(&mut velocity);
+    Transferred { velocity, ..after }
 }
 
-/// Mean losses over shifts of the mesh along the bar by a part of a cell.
-fn shifted(nodes: usize, jitter: f64, offsets: usize) -> [f64; 3] {
-    let mut random = Random::new(nodes as u64);
-    let mut sum = [0.0; 3];
-    for k in 0..offsets {
-        let body = bar(nodes, jitter, &mut random);
-        let offset = (k as f64 + 0.5) / offsets as f64;
-        let (_, new) = body.other(&planes(nodes * WAVES, offset), (jitter, &mut random), &|xi| *xi);
-        let found = losses(&body, &new);
-        sum = std::array::from_fn(|i| sum[i] + found[i] / offsets as f64);
-    }
-    sum
+/// Mean part of the kinetic energy that is lost per transfer to a mesh that is shifted along the bar and back again:
+/// on the way there alone, the energy of one wave on two meshes of random shape differs by about as much.
+fn loss(way: &Way, (nodes, jitter): (usize, f64), n_shifts: usize) -> f64 {
+    let round_trip = |k: usize| {
+        let offset = (k as f64 + 0.5) / n_shifts as f64;
+        let seed = (100 * nodes + k) as u64;
+        let mut body = bar(nodes, jitter, &mut Random::new(seed));
+        let before = body.books().kinetic;
+        for (offset, seed) in [(offset, seed + 50), (0.0, seed)] {
+            let (xi, new) = body.other(&planes(nodes * WAVES, offset), (jitter, &mut Random::new(seed)), &|xi| *xi);
+            let after = way(&body, &new);
+            body = body.after(xi, new, after);
+        }
+        1.0 - (body.books().kinetic / before).sqrt()
+    };
+    (0..n_shifts).map(round_trip).sum::<f64>() / n_shifts as f64
 }
 
-/// (1 − cos kh)/3, the loss of interpolation (numerics 4.5).
-fn interpolated(nodes: usize) -> f64 {
+/// (1 − cos kh)/3, the loss of interpolation in a row of nodes (numerics 4.5).
+fn of_interpolation(nodes: usize) -> f64 {
     (1.0 - (std::f64::consts::TAU / nodes as f64).cos()) / 3.0
 }
 
+/// Nodes per wavelength, jitter, and the loss as first measured: the mean over shifts of one, three, five and seven
+/// eighths of a cell.
+const MEASURED: [(usize, f64, f64); 4] =
+    [(10, 0.0, 5.495e-4), (10, 1.0, 7.826e-4), (6, 0.0, 5.088e-3), (4, 0.0, 3.616e-2)];
+
 #[test]
-fn a_wave_of_ten_nodes_loses_less_than_a_thousandth() {
-    for (jitter, measured) in [(0.0, 0.0), (1.0, 0.0)] {
-        let [plain, lumped, transferred] = shifted(10, jitter, 4);
-        println!("{jitter} {plain} {lumped} {transferred} {} {measured}", interpolated(10));
+fn a_wave_loses_what_was_measured_and_less_than_a_thousandth_with_ten_nodes() {
+    for (nodes, jitter, measured) in MEASURED {
+        let found = loss(&transferred, (nodes, jitter), 4);
+        assert!((found / measured - 1.0).abs() < 0.01, "{nodes} nodes, jitter {jitter}: {found}");
+        assert!(nodes < 10 || found < 1e-3);
+    }
+}
+
+#[test]
+fn a_guess_and_four_sweeps_lose_less_than_four_sweeps_from_nothing_and_those_less_than_interpolation() {
+    for jitter in [0.0, 1.0] {
+        let [plain, lumped, found] =
+            [&interpolated as &Way, &lumped, &transferred].map(|way| loss(way, (8, jitter), 2));
+        assert!(found < 0.7 * lumped && lumped < 0.1 * plain, "{plain} {lumped} {found}");
     }
 }
 
@@ -81,8 +110,9 @@ fn losses_of_waves() {
             "jitter {jitter}: nodes per wavelength, loss in % of (1 - cos kh)/3, interpolation, lumped + 3, transfer"
         );
         for nodes in [40, 20, 12, 10, 8, 6, 4] {
-            let [plain, lumped, transferred] = shifted(nodes, jitter, 8).map(|loss| 100.0 * loss);
-            println!("{nodes:4} {:9.4} {plain:9.4} {lumped:9.4} {transferred:9.4}", 100.0 * interpolated(nodes));
+            let [plain, lumped, found] =
+                [&interpolated as &Way, &lumped, &transferred].map(|way| 100.0 * loss(way, (nodes, jitter), 12));
+            println!("{nodes:4} {:9.4} {plain:9.4} {lumped:9.4} {found:9.4}", 100.0 * of_interpolation(nodes));
         }
     }
 }

@@ -217,6 +217,7 @@ where
         Frame {
             time: t,
             dimension: D,
+            mass: self.gel_mass(),
             points,
             velocities: self.engine.state().velocity.iter().map(embed).collect(),
             displacements,

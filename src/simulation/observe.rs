@@ -174,6 +174,8 @@ pub struct Frame {
     pub time: f64,
     /// Dimension of the gel: 2 or 3.
     pub dimension: usize,
+    /// Mass of the gel, kg.
+    pub mass: f64,
     /// Node positions, m; y = 0 in two dimensions.
     pub points: Vec<Vector3>,
     /// Node velocities, m/s.

@@ -5,9 +5,9 @@ use super::recipe::{Recipe, Sizes};
 use super::{RestoreError, history};
 use crate::algebra::{Vector, embed};
 use crate::avi::NoStep;
-use crate::element::{Reference, Section, Simplices};
-use crate::mesh::{ElementId, Mesh, boundary, shape_quality};
-use crate::remesh::{self, Acceptance, Carried, Moved, Proposal, Range, Rules, Symmetry, Transferred};
+use crate::element::{Section, Simplices};
+use crate::mesh::{Mesh, boundary, shape_quality};
+use crate::remesh::{self, Acceptance, Carried, Moved, Range, Rules, Symmetry, Transferred};
 use crate::state::{Birth, State};
 use std::sync::Arc;
 
@@ -35,37 +35,9 @@ impl Renew for Gelatin<2> {
         let position = self.engine.state().position.clone();
         let moved = Moved { mesh: &old.mesh, position: &position };
         let size = self.sizes(&moved, &sizes);
-        let shape = |element| shape_quality(moved.position, element);
-        let worst = old.mesh.elements.iter().map(shape).fold(f64::INFINITY, f64::min);
-        let acceptance = Acceptance { area: AREA, quality: worst };
         for sag in SAGS {
-            let rules = Rules { sag, ..Rules::default() };
-            let Ok(proposal) = remesh::propose(&moved, &size, &rules) else { continue };
-            if remesh::judge(&moved, &proposal, &acceptance).is_err() {
-                continue;
-            }
-            let carried = self.carried(&old);
-            let new = remesh::transfer(&moved, &carried, &proposal);
-            let references = history::references((&self.engine.gel().potential, &old), &position, (&proposal, &new));
-            let Some(references) = references else { continue };
-            if std::env::var("DBG").is_ok() {
-                let q = proposal
-                    .elements
-                    .iter()
-                    .map(|e| shape_quality(&proposal.position, e))
-                    .fold(f64::INFINITY, f64::min);
-                eprintln!(
-                    "t {:.6e} sag {sag} worst {worst:.3} -> {} elements q {q:.3} own {} changed {} T {:.4} -> {:.4} -> {:.4}",
-                    self.engine.now(),
-                    proposal.elements.len(),
-                    references.len(),
-                    new.same.iter().filter(|s| s.is_none()).count(),
-                    new.defects.before.kinetic,
-                    new.defects.raw.kinetic,
-                    new.defects.after.kinetic
-                );
-            }
-            if self.take(proposal, new, references).is_ok() {
+            let proposed = self.propose((&old, &moved), &size, sag);
+            if proposed.is_some_and(|(birth, velocity)| self.go_on(birth, velocity).is_ok()) {
                 return Ok(());
             }
         }
@@ -108,19 +80,29 @@ impl Gelatin<2> {
         remesh::graded(moved, size, sizes.rules.growth)
     }
 
-    /// Goes on with a new mesh and what it carries.
-    fn take(
-        &mut self,
-        proposal: Proposal<2>,
-        new: Transferred,
-        references: Vec<(ElementId, Reference<2>)>,
-    ) -> Result<(), NoStep> {
-        let Transferred { rest, mass, corner_mass, velocity, held, .. } = new;
+    /// A new mesh and the velocities of its nodes, unless it is refused.
+    fn propose(
+        &self,
+        (old, moved): (&Birth<2>, &Moved<'_, 2>),
+        size: &[f64],
+        sag: f64,
+    ) -> Option<(Birth<2>, Vec<Vector<2>>)> {
+        let rules = Rules { sag, ..Rules::default() };
+        let proposal = remesh::propose(moved, size, &rules).ok()?;
+        let worst = old.mesh.elements.iter().map(|element| shape_quality(moved.position, element));
+        let acceptance = Acceptance { area: AREA, quality: worst.fold(f64::INFINITY, f64::min) };
+        remesh::judge(moved, &proposal, &acceptance).ok()?;
+        let new = remesh::transfer(moved, &self.carried(old), &proposal);
+        if new.defects.massless > 0 {
+            return None;
+        }
+        let potential = &self.engine.gel().potential;
+        let references = history::references((potential, old), moved.position, (&proposal, &new))?;
         let facets = boundary::<2>(&proposal.elements);
+        let Transferred { rest, mass, corner_mass, velocity, held, .. } = new;
         let mesh = Mesh { rest, elements: proposal.elements, facets, held };
-        let birth =
-            Birth { tick: self.engine.last_tick(), mesh, position: proposal.position, mass, corner_mass, references };
-        self.go_on(Arc::new(birth), velocity)
+        let tick = self.engine.last_tick();
+        Some((Birth { tick, mesh, position: proposal.position, mass, corner_mass, references }, velocity))
     }
 
     /// Goes on with the old mesh.
@@ -128,10 +110,11 @@ impl Gelatin<2> {
         let state = self.engine.state();
         let birth = Birth { tick: self.engine.last_tick(), position: state.position.clone(), ..old.clone() };
         let velocity = state.velocity.clone();
-        self.go_on(Arc::new(birth), velocity)
+        self.go_on(birth, velocity)
     }
 
-    fn go_on(&mut self, birth: Arc<Birth<2>>, velocity: Vec<Vector<2>>) -> Result<(), NoStep> {
+    fn go_on(&mut self, birth: Birth<2>, velocity: Vec<Vector<2>>) -> Result<(), NoStep> {
+        let birth = Arc::new(birth);
         let gel = self.gel_of(&birth);
         let nodes = birth.position.iter().copied().zip(velocity).collect();
         self.engine = self.engine.renewed(gel, nodes, Some(Arc::clone(&birth)))?;
