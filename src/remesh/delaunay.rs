@@ -2,9 +2,9 @@
 
 use super::RemeshError;
 use super::cloud::Cloud;
-use super::near::{Near, along_curve};
-use super::points::{Part, scatter};
-use super::shape::{Point, circumcircle};
+use super::near::{Bounds, Near, along_curve};
+use super::points::{NEW, Part, scatter};
+use super::shape::{Point, circumcircle, distance};
 use super::surface::Surface;
 use super::trim::inside;
 use spade::handles::{FaceHandle, FixedVertexHandle, InnerTag};
@@ -36,6 +36,17 @@ pub(super) type Triangles = ConstrainedDelaunayTriangulation<Site>;
 /// A triangle of it.
 pub(super) type Triangle<'a> = FaceHandle<'a, InnerTag, Site, (), CdtEdge<()>, ()>;
 
+/// A part that is being filled.
+struct Filling<'a> {
+    triangles: Triangles,
+    limits: &'a Surface,
+    part: &'a Part<'a>,
+    /// The points it started from, and how many points there were.
+    sites: &'a [usize],
+    near: Near,
+    first_new: usize,
+}
+
 /// The triangles between these edges, over the sites and the points that wide triangles get.
 ///
 /// # Errors
@@ -46,13 +57,15 @@ pub(super) fn triangulate(
     part: &Part<'_>,
     cloud: &mut Cloud,
 ) -> Result<Vec<[usize; 3]>, RemeshError> {
-    let mut triangles = insert(sites, limits, cloud)?;
+    let near = Near::points(sites.iter().map(|&p| cloud.position[p]));
+    let triangles = insert(sites, limits, cloud)?;
+    let mut filling = Filling { triangles, limits, part, sites, near, first_new: cloud.position.len() };
     for _ in 0..ROUNDS {
-        if !divide_wide(&mut triangles, limits, part, cloud)? {
+        if !filling.divide_wide(cloud)? {
             break;
         }
     }
-    Ok(inside(&triangles).map(|t| numbers(&t)).collect())
+    Ok(inside(&filling.triangles).map(|t| numbers(&t)).collect())
 }
 
 fn insert(sites: &[usize], limits: &Surface, cloud: &Cloud) -> Result<Triangles, RemeshError> {
@@ -91,28 +104,34 @@ fn place(p: &Point) -> Point2<f64> {
     Point2::new(x, y)
 }
 
-/// Puts points into the middles of wide circles, the widest first; whether there were any.
-fn divide_wide(
-    triangles: &mut Triangles,
-    limits: &Surface,
-    part: &Part<'_>,
-    cloud: &mut Cloud,
-) -> Result<bool, RemeshError> {
-    let middle = |t: Triangle<'_>| {
-        let corners = numbers(&t);
+impl Filling<'_> {
+    /// Puts points into the middles of wide circles, the widest first; whether there were any.
+    fn divide_wide(&mut self, cloud: &mut Cloud) -> Result<bool, RemeshError> {
+        let mut wide: Vec<(f64, Point, f64)> =
+            inside(&self.triangles).filter_map(|t| self.widest(&numbers(&t), cloud)).collect();
+        wide.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let candidates: Vec<(Point, f64)> = wide.into_iter().map(|(_, middle, size)| (middle, size)).collect();
+        let taken = cloud.position[self.first_new..].to_vec();
+        let numbers = scatter(&candidates, &taken, cloud, self.limits);
+        numbers.iter().try_for_each(|&number| add(&mut self.triangles, number, cloud).map(drop))?;
+        Ok(!numbers.is_empty())
+    }
+
+    /// The width of a triangle in sizes, the middle of its circle and the size there, m, if it is wide and there is room.
+    fn widest(&self, corners: &[usize; 3], cloud: &Cloud) -> Option<(f64, Point, f64)> {
         let (middle, radius) = circumcircle(corners.map(|n| &cloud.position[n]));
         let least = corners.iter().map(|&n| cloud.size[n]).fold(f64::MAX, f64::min);
         // Sizes are looked up only where the circle could be wide.
-        let size = (radius > 0.5 * WIDE * least).then(|| part.size(&middle)).flatten()?;
-        (radius > WIDE * size).then_some((radius / size, middle, size))
-    };
-    let mut wide: Vec<(f64, Point, f64)> = inside(triangles).filter_map(middle).collect();
-    wide.sort_by(|a, b| b.0.total_cmp(&a.0));
-    // The vertices there are stand on the circles or beyond: only the new points can be near each other.
-    let candidates: Vec<(Point, f64)> = wide.into_iter().map(|(_, middle, size)| (middle, size)).collect();
-    let numbers = scatter(&candidates, &[], cloud, limits);
-    numbers.iter().try_for_each(|&number| add(triangles, number, cloud).map(drop))?;
-    Ok(!numbers.is_empty())
+        let size = (radius > 0.5 * WIDE * least).then(|| self.part.size(&middle)).flatten()?;
+        // Behind an edge of the part there may be points inside the circle.
+        let reach = NEW * size;
+        let is_taken = |i: usize| distance(&cloud.position[self.sites[i]], &middle) < reach;
+        (radius > WIDE * size && !self.near.any(&Bounds::about(&middle, reach), is_taken)).then_some((
+            radius / size,
+            middle,
+            size,
+        ))
+    }
 }
 
 fn numbers(triangle: &Triangle<'_>) -> [usize; 3] {

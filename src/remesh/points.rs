@@ -14,7 +14,7 @@ use crate::mesh::Simplex;
 /// cell from the boundary: limits above these would thin them out.
 const KEPT: f64 = 0.6;
 /// See `KEPT`.
-const NEW: f64 = 0.75;
+pub(super) const NEW: f64 = 0.75;
 const KEPT_INSIDE: f64 = 0.4;
 /// See `KEPT`.
 const NEW_INSIDE: f64 = 0.5;

@@ -3,94 +3,261 @@
 use super::samples::{held, moved, rings, square};
 use super::*;
 use crate::mesh::least_angle;
-use std::collections::HashSet;
+use proptest::prelude::*;
+use std::f64::consts::TAU;
 
 const ANY: Acceptance = Acceptance { area: 1.0, quality: 0.0 };
 const SAME_AREA: Acceptance = Acceptance { area: 1e-12, quality: 0.0 };
+const ALL_NODES: Rules = Rules { good: 0.5, poor: 0.3, sag: 0.0, most: 100_000 };
 
-/// The new mesh as a mesh at rest, with the sizes that were asked for.
-fn settled(new: &Proposal<2>, size: impl Fn(&Vector<2>) -> f64) -> (Mesh<2>, Vec<f64>) {
-    let mesh = Mesh::new(new.position.clone(), new.elements.clone());
-    let sizes = mesh.rest.iter().map(size).collect();
-    (mesh, sizes)
+type Map = fn(&Vector<2>) -> Vector<2>;
+
+fn at(x: f64, y: f64) -> Vector<2> {
+    Vector::<2>::new(x, y)
+}
+
+fn sheared(x: &Vector<2>) -> Vector<2> {
+    at(x[0] + 1.5 * x[1], x[1])
+}
+
+fn stretched(x: &Vector<2>) -> Vector<2> {
+    at(3.0 * x[0], x[1] / 3.0)
+}
+
+/// Pressed down in the middle of the top.
+fn indented(x: &Vector<2>) -> Vector<2> {
+    at(x[0], x[1] - 0.4 * (-((x[0] - 0.5) / 0.12).powi(2)).exp() * x[1].powi(2))
+}
+
+/// Turned in the middle by half a turn: elements there are inverted.
+fn twirled(x: &Vector<2>) -> Vector<2> {
+    let d = x - at(0.5, 0.5);
+    let (sin, cos) = (3.0 * (-(d.norm() / 0.15).powi(2)).exp()).sin_cos();
+    at(0.5 + d[0] * cos - d[1] * sin, 0.5 + d[0] * sin + d[1] * cos)
+}
+
+fn uneven(x: &Vector<2>) -> f64 {
+    (0.02 + 0.2 * (x - at(0.5, 1.0)).norm()).min(0.1)
 }
 
 fn worst_angle(x: &[Vector<2>], elements: &[Simplex]) -> f64 {
     elements.iter().map(|e| if signed_volume(x, e) > 0.0 { least_angle(x, e) } else { 0.0 }).fold(180.0, f64::min)
 }
 
-fn remeshed(mesh: &Mesh<2>, position: &[Vector<2>], size: impl Fn(&Vector<2>) -> f64) -> Proposal<2> {
-    let sizes: Vec<f64> = position.iter().map(size).collect();
-    propose(&Moved { mesh, position }, &sizes, &Rules::default()).unwrap()
+fn remeshed(old: &Moved<'_, 2>, size: impl Fn(&Vector<2>) -> f64, rules: &Rules) -> Proposal<2> {
+    let sizes: Vec<f64> = old.position.iter().map(size).collect();
+    propose(old, &sizes, rules).unwrap()
+}
+
+fn settled(new: &Proposal<2>) -> Mesh<2> {
+    Mesh::new(new.position.clone(), new.elements.clone())
+}
+
+fn find(x: &[Vector<2>], point: &Vector<2>) -> Option<usize> {
+    x.iter().position(|x| x == point)
+}
+
+/// Name, mesh, where it is, and the size asked for.
+fn cases() -> Vec<(&'static str, Mesh<2>, Map, fn(&Vector<2>) -> f64)> {
+    vec![
+        ("sheared", square(16), sheared, |_| 1.0 / 16.0),
+        ("stretched", square(16), stretched, |_| 1.0 / 16.0),
+        ("indented", square(32), indented, |_| 1.0 / 32.0),
+        ("twirled", square(32), twirled, |_| 1.0 / 32.0),
+        ("refined", square(16), |x| *x, |_| 1.0 / 50.0),
+        ("graded", square(16), |x| *x, uneven),
+        ("coarsened", square(48), |x| *x, |_| 0.1),
+        ("two rings", rings(2, 0.25), sheared, |_| 0.25),
+    ]
 }
 
 #[test]
-fn explore() {
-    let fine = |x: &Vector<2>| (0.02 + 0.2 * (x - Vector::<2>::new(0.5, 1.0)).norm()).min(0.1);
-    let cases: Vec<(&str, Mesh<2>, Box<dyn Fn(&Vector<2>) -> Vector<2>>, Box<dyn Fn(&Vector<2>) -> f64>)> = vec![
-        ("same", square(16), Box::new(|x| *x), Box::new(|_| 1.0 / 16.0)),
-        ("sheared", square(16), Box::new(|x| Vector::<2>::new(x[0] + 1.5 * x[1], x[1])), Box::new(|_| 1.0 / 16.0)),
-        ("stretched", square(16), Box::new(|x| Vector::<2>::new(x[0] * 3.0, x[1] / 3.0)), Box::new(|_| 1.0 / 16.0)),
-        ("refined", square(16), Box::new(|x| *x), Box::new(|_| 1.0 / 50.0)),
-        ("graded", square(16), Box::new(|x| *x), Box::new(fine)),
-        ("coarse", square(64), Box::new(|x| *x), Box::new(|_| 1.0 / 10.0)),
-        (
-            "indented",
-            square(32),
-            Box::new(|x| {
-                let d = 0.4 * (-((x[0] - 0.5) / 0.12).powi(2)).exp() * x[1].powi(2);
-                Vector::<2>::new(x[0], x[1] - d)
-            }),
-            Box::new(|_| 1.0 / 32.0),
-        ),
-        (
-            "twirl",
-            square(32),
-            Box::new(|x| {
-                let c = Vector::<2>::new(0.5, 0.5);
-                let d = x - c;
-                let t = 3.0 * (-(d.norm() / 0.15).powi(2)).exp();
-                c + Vector::<2>::new(d[0] * t.cos() - d[1] * t.sin(), d[0] * t.sin() + d[1] * t.cos())
-            }),
-            Box::new(|_| 1.0 / 32.0),
-        ),
-        ("rings", rings(2, 0.25), Box::new(|x| Vector::<2>::new(x[0] + 0.7 * x[1], x[1])), Box::new(|_| 0.25)),
-    ];
-    for (name, mesh, map, size) in cases {
+fn new_meshes_are_good_fill_the_body_and_keep_its_parts() {
+    for (name, mesh, map, size) in cases() {
         let position = moved(&mesh, map);
         let old = Moved { mesh: &mesh, position: &position };
-        let t = std::time::Instant::now();
-        let new = remeshed(&mesh, &position, &size);
-        let t = t.elapsed();
-        let q = judge(&old, &new, &ANY);
-        println!(
-            "{name}: {} -> {} angle {:.1} {q:?} {t:?}",
-            mesh.elements.len(),
-            new.elements.len(),
-            worst_angle(&position, &mesh.elements)
-        );
-        let (mut mesh, mut sizes) = settled(&new, &size);
-        for _ in 0..3 {
-            let old = Moved { mesh: &mesh, position: &mesh.rest };
-            let again = propose(&old, &sizes, &Rules::default()).unwrap();
-            let sorted = |e: &Simplex| {
-                let mut e = [e[0], e[1], e[2]];
-                e.sort_unstable();
-                e
-            };
-            let olds: HashSet<[NodeId; 3]> = mesh.elements.iter().map(sorted).collect();
-            let kept = again.origin.iter().filter(|o| matches!(o, Origin::Kept(_))).count();
-            println!(
-                "   again same {} nodes {}/{}/{} elements in place {}/{} {:?}",
-                again.elements == mesh.elements,
-                mesh.rest.len(),
-                kept,
-                again.position.len(),
-                again.elements.iter().filter(|e| olds.contains(&sorted(e))).count(),
-                mesh.elements.len(),
-                judge(&old, &again, &ANY).map(|q| q.angle)
-            );
-            (mesh, sizes) = settled(&again, &size);
+        let new = remeshed(&old, size, &Rules::default());
+        let found = judge(&old, &new, &SAME_AREA);
+        let best = worst_angle(&position, &mesh.elements).min(20.0);
+        assert!(found.is_ok_and(|found| found.angle >= best.max(15.0)), "{name}: {found:?}");
+    }
+}
+
+#[test]
+fn a_mesh_that_was_just_made_is_made_again_to_the_bit() {
+    for (name, mesh, map, size) in cases() {
+        let position = moved(&mesh, map);
+        let new = remeshed(&Moved { mesh: &mesh, position: &position }, size, &Rules::default());
+        let mesh = settled(&new);
+        let again = remeshed(&Moved { mesh: &mesh, position: &mesh.rest }, size, &Rules::default());
+        assert!(again.elements == new.elements && again.position == new.position, "{name}");
+        assert!(again.origin.iter().enumerate().all(|(n, o)| *o == Origin::Kept(NodeId(n as u32))), "{name}");
+    }
+}
+
+#[test]
+fn what_did_not_change_stays_as_it_is() {
+    let mesh = square(16);
+    let position = moved(&mesh, |x| x + at(0.002 * (7.0 * x[1]).sin(), 0.003 * x[0]));
+    let new = remeshed(&Moved { mesh: &mesh, position: &position }, |_| 1.0 / 16.0, &Rules::default());
+    assert_eq!(settled(&new).elements.iter().map(|e| &e[..3]).collect::<Vec<_>>(), {
+        mesh.elements.iter().map(|e| &e[..3]).collect::<Vec<_>>()
+    });
+    assert_eq!(new.position, position);
+}
+
+#[test]
+fn elements_far_from_a_distortion_stay() {
+    let mesh = square(32);
+    let position = moved(&mesh, twirled);
+    let old = Moved { mesh: &mesh, position: &position };
+    let new = remeshed(&old, |_| 1.0 / 32.0, &Rules::default());
+    let of = |mesh: &[Vector<2>], e: &Simplex| [0, 1, 2].map(|k| [mesh[e[k].index()][0], mesh[e[k].index()][1]]);
+    let stays = new.elements.iter().filter(|e| mesh.elements.iter().any(|f| of(&position, f) == of(&new.position, e)));
+    let far =
+        mesh.elements.iter().filter(|e| e[..3].iter().all(|n| (mesh.rest[n.index()] - at(0.5, 0.5)).norm() > 0.4));
+    let (stays, far) = (stays.count(), far.count());
+    assert!(far > 1000 && stays >= far, "{stays} of {far}");
+}
+
+#[test]
+fn origins_say_where_nodes_come_from() {
+    let (mut edges, mut inside) = (0, 0);
+    for (name, mesh, map, size) in cases() {
+        let position = moved(&mesh, map);
+        let new = remeshed(&Moved { mesh: &mesh, position: &position }, size, &Rules::default());
+        let facets: Vec<[NodeId; 2]> = mesh.facets.iter().map(|f| [f[0], f[1]]).collect();
+        for (x, origin) in new.position.iter().zip(&new.origin) {
+            match *origin {
+                Origin::Kept(node) => assert_eq!(*x, position[node.index()]),
+                Origin::Edge(a, b, s) => {
+                    assert!(facets.contains(&[a, b]) && s > 0.0 && s < 1.0, "{name}: {a:?} {b:?} {s}");
+                    assert!((x - (1.0 - s) * position[a.index()] - s * position[b.index()]).norm() < 1e-15);
+                }
+                Origin::Inside => {}
+            }
+        }
+        edges += new.origin.iter().filter(|o| matches!(o, Origin::Edge(..))).count();
+        inside += new.origin.iter().filter(|o| **o == Origin::Inside).count();
+    }
+    assert!(edges > 100 && inside > 1000, "{edges} {inside}");
+}
+
+#[test]
+fn corners_and_the_ends_of_what_is_held_stay() {
+    let mut mesh = held(48);
+    // On top, which is free, a part is held as well: it ends between the corners.
+    let pinned = |x: &Vector<2>| x[1] == 1.0 && (0.24..0.76).contains(&x[0]);
+    (0..mesh.rest.len()).filter(|&n| pinned(&mesh.rest[n])).for_each(|n| mesh.held[n] = [true; 2]);
+    let new = remeshed(&Moved { mesh: &mesh, position: &mesh.rest }, |_| 0.13, &Rules::default());
+    assert!(new.position.len() < mesh.rest.len() / 10);
+    for corner in [at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0), at(1.0, 1.0), at(0.25, 1.0), at(0.75, 1.0)] {
+        assert!(find(&new.position, &corner).is_some(), "{corner}");
+    }
+}
+
+#[test]
+fn a_corner_at_rest_stays_a_node_when_it_is_pulled_straight() {
+    let mesh = square(24);
+    // The upper right corner is pushed in until the sides that meet there are one line.
+    let position = moved(&mesh, |x| x - 0.5 * x[0].powi(8) * x[1].powi(8) * at(1.0, 1.0));
+    let old = Moved { mesh: &mesh, position: &position };
+    let new = remeshed(&old, |_| 0.2, &Rules::default());
+    assert!(find(&new.position, &at(0.5, 0.5)).is_some());
+    judge(&old, &new, &Acceptance { area: 0.01, quality: 0.0 }).unwrap();
+}
+
+#[test]
+fn a_round_boundary_loses_nodes_but_little_area() {
+    let mesh = square(64);
+    let position = moved(&mesh, |x| star(&(2.0 * x - at(1.0, 1.0)), |_| 1.0));
+    let old = Moved { mesh: &mesh, position: &position };
+    let new = remeshed(&old, |_| 0.25, &Rules::default());
+    let found = judge(&old, &new, &Acceptance { area: 0.03, quality: 0.3 });
+    assert!(found.is_ok() && settled(&new).facets.len() < 80, "{found:?} {}", settled(&new).facets.len());
+}
+
+#[test]
+fn a_boundary_that_crosses_itself_is_an_error() {
+    let mesh = square(8);
+    let through = moved(&mesh, |x| if *x == at(0.5, 1.0) { at(0.5, -0.3) } else { *x });
+    let sizes = vec![0.125; mesh.rest.len()];
+    let found = propose(&Moved { mesh: &mesh, position: &through }, &sizes, &Rules::default());
+    assert!(matches!(found, Err(RemeshError::Crossing { .. })), "{found:?}");
+    let touching = moved(&mesh, |x| if *x == at(0.5, 1.0) { at(0.5625, 0.0) } else { *x });
+    let found = propose(&Moved { mesh: &mesh, position: &touching }, &sizes, &Rules::default());
+    assert!(matches!(found, Err(RemeshError::Blocked { .. })), "{found:?}");
+    let meeting = moved(&mesh, |x| if *x == at(0.5, 1.0) { at(0.5, 0.0) } else { *x });
+    let found = propose(&Moved { mesh: &mesh, position: &meeting }, &sizes, &Rules::default());
+    assert!(matches!(found, Err(RemeshError::Blocked { .. } | RemeshError::Coincident { .. })), "{found:?}");
+}
+
+#[test]
+fn what_cannot_be_meshed_with_is_refused() {
+    let mesh = square(4);
+    let with = |size: f64, place: f64| {
+        let position = moved(&mesh, |x| if *x == at(0.5, 0.5) { at(place, 0.5) } else { *x });
+        propose(&Moved { mesh: &mesh, position: &position }, &vec![size; mesh.rest.len()], &Rules::default())
+    };
+    assert!(matches!(with(0.0, 0.5), Err(RemeshError::Size { .. })));
+    assert!(matches!(with(0.25, f64::NAN), Err(RemeshError::NotFinite { .. })));
+    assert!(matches!(with(1e-9, 0.5), Err(RemeshError::TooMany { .. })));
+    let short = propose(&Moved { mesh: &mesh, position: &mesh.rest }, &[1.0], &Rules::default());
+    assert!(matches!(short, Err(RemeshError::Counts { sizes: 1, .. })));
+}
+
+/// A point of the square of ±1 moved along its ray: the boundary of the square goes to `radius`, a function of the angle.
+fn star(x: &Vector<2>, radius: impl Fn(f64) -> f64) -> Vector<2> {
+    let (square, round) = (x[0].abs().max(x[1].abs()), x.norm());
+    if round == 0.0 { *x } else { x * (square / round * radius(x[1].atan2(x[0]).rem_euclid(TAU))) }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+    #[test]
+    fn stars_of_any_size_are_filled(
+        radii in prop::collection::vec(0.3_f64..1.0, 3..24),
+        seeds in prop::collection::vec(0.02_f64..0.5, 81),
+        growth in 0.05_f64..0.6,
+    ) {
+        let mesh = square(8);
+        let n = radii.len();
+        let radius = |angle: f64| {
+            let place = angle / TAU * n as f64;
+            let (i, share) = (place as usize % n, place.fract());
+            radii[i] * (1.0 - share) + radii[(i + 1) % n] * share
+        };
+        let position = moved(&mesh, |x| star(&(2.0 * x - at(1.0, 1.0)), radius));
+        let old = Moved { mesh: &mesh, position: &position };
+        let asked: Vec<f64> = (0..position.len()).map(|n| seeds[n % seeds.len()]).collect();
+        let size = graded(&old, asked, growth);
+        let filled = propose(&old, &size, &ALL_NODES).unwrap();
+        prop_assert!(judge(&old, &filled, &SAME_AREA).is_ok(), "{:?}", judge(&old, &filled, &SAME_AREA));
+        let fewer = propose(&old, &size, &Rules::default()).unwrap();
+        let limits = Acceptance { area: 0.02, quality: 0.0 };
+        prop_assert!(judge(&old, &fewer, &limits).is_ok(), "{:?}", judge(&old, &fewer, &limits));
+    }
+
+    #[test]
+    fn nodes_anywhere_give_a_mesh_or_an_error(
+        places in prop::collection::vec((-1.0_f64..1.0, -1.0_f64..1.0), 41),
+        inside in any::<bool>(),
+    ) {
+        let mesh = square(4);
+        let is_inside = |x: &Vector<2>| x.iter().all(|x| *x > 0.0 && *x < 1.0);
+        let place = |(n, x): (usize, &Vector<2>)| {
+            if inside && !is_inside(x) { *x } else { at(places[n].0, places[n].1) }
+        };
+        let position: Vec<Vector<2>> = mesh.rest.iter().enumerate().map(place).collect();
+        let old = Moved { mesh: &mesh, position: &position };
+        let new = propose(&old, &vec![0.2; position.len()], &Rules::default());
+        if inside {
+            // However the nodes inside are entangled, the body is filled.
+            let found = judge(&old, &new.unwrap(), &SAME_AREA);
+            prop_assert!(found.is_ok(), "{found:?}");
+        } else if let Ok(new) = new {
+            let _ = judge(&old, &new, &ANY);
         }
     }
 }
