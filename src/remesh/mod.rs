@@ -18,6 +18,7 @@ mod sizing;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod thickness;
 mod tree;
 mod trim;
 
@@ -32,6 +33,7 @@ use tree::Square;
 pub use error::RemeshError;
 pub use judge::{Acceptance, Quality, Rejected, judge};
 pub use sizing::{Range, curved, graded};
+pub use thickness::confined;
 
 /// A mesh where its nodes are.
 #[derive(Debug, Clone, Copy)]

@@ -140,7 +140,7 @@ impl<'a> Chain<'a> {
                 continue;
             }
             let (Some(before), Some(after)) = (self.before[node], self.after[node]) else { continue };
-            [before, after].iter().for_each(|&n| waits[n] = true);
+            (waits[before], waits[after]) = (true, true);
             cloud.chosen[node] = false;
             self.after[before] = Some(after);
             self.before[after] = Some(before);

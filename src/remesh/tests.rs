@@ -10,6 +10,7 @@ const ANY: Acceptance = Acceptance { area: 1.0, quality: 0.0 };
 const SAME_AREA: Acceptance = Acceptance { area: 1e-12, quality: 0.0 };
 const ALL_NODES: Rules = Rules { good: 0.5, poor: 0.3, sag: 0.0, most: 100_000 };
 
+type Size = fn(&Vector<2>) -> f64;
 type Map = fn(&Vector<2>) -> Vector<2>;
 
 fn at(x: f64, y: f64) -> Vector<2> {
@@ -58,7 +59,7 @@ fn find(x: &[Vector<2>], point: &Vector<2>) -> Option<usize> {
 }
 
 /// Name, mesh, where it is, and the size asked for.
-fn cases() -> Vec<(&'static str, Mesh<2>, Map, fn(&Vector<2>) -> f64)> {
+fn cases() -> Vec<(&'static str, Mesh<2>, Map, Size)> {
     vec![
         ("sheared", square(16), sheared, |_| 1.0 / 16.0),
         ("stretched", square(16), stretched, |_| 1.0 / 16.0),
@@ -217,12 +218,11 @@ fn sixty_remeshes_of_a_body_that_flows_keep_it_good() {
     let mut mesh = square(16);
     let size = |x: &Vector<2>| (0.02 + 0.3 * (x[0] - 0.5).abs()).min(0.0625);
     let (mut area, mut angle) = (0.0_f64, 180.0_f64);
-    for step in 0..60 {
+    for _ in 0..60 {
         let position = moved(&mesh, |x| x + flow(x));
         let old = Moved { mesh: &mesh, position: &position };
         let new = remeshed(&old, size, &Rules::default());
         let found = judge(&old, &new, &Acceptance { area: 1e-3, quality: 0.1 });
-        println!("{step} {found:?} {} {:?}", new.elements.len(), Bounds::around(&position));
         let found = found.unwrap();
         area += found.area_change.abs();
         angle = angle.min(found.angle);
