@@ -6,8 +6,8 @@ use super::shape::{Point, cross, distance, do_cross};
 use super::{Moved, Origin, RemeshError, Rules};
 use crate::mesh::{Incidence, NodeId};
 
-/// An edge longer than this many target sizes is split, and one shorter than `SHORT` can be joined to the next. Parts of an edge
-/// that was just split are longer than `SHORT`, edges that were joined are shorter than `LONG`: neither undoes the other.
+/// An edge longer than this many target sizes is split evenly, and one shorter than `SHORT` joined to the next before that. Parts
+/// of an edge that was just split are longer than 0.7 sizes: neither undoes the other.
 /// With edges of 0.45 sizes and circles of 0.9, angles at the boundary are at least asin(0.45 / 1.8) = 14°.
 const LONG: f64 = 1.4;
 const SHORT: f64 = 0.45;
@@ -154,11 +154,8 @@ impl<'a> Chain<'a> {
         let (Some(before), Some(after)) = (self.before[node], self.after[node]) else { return false };
         let x = self.old.position;
         let size = cloud.size[node];
-        let sides = [distance(&x[before], &x[node]), distance(&x[node], &x[after])];
-        let [short, long] = [sides[0].min(sides[1]), sides[0].max(sides[1])];
-        // Where the longer side is split anyway, its points take the place of this one.
+        let short = distance(&x[before], &x[node]).min(distance(&x[node], &x[after]));
         short < SHORT * size
-            && (short + long < LONG * size || long > LONG * size)
             && before != after
             && self.after[after] != Some(before)
             && self.after[before].is_some()
@@ -224,5 +221,57 @@ impl Surface {
             walked += along;
         }
         self.edges.push([from, last]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{moved, rings, square};
+    use super::super::{Acceptance, judge, propose};
+    use super::*;
+    use crate::mesh::Mesh;
+
+    #[test]
+    fn edges_of_straight_sides_end_up_near_their_size() {
+        let mesh = square(12);
+        let position = moved(&mesh, |x| Point::new(x[0].powi(3), x[1] + 0.4 * x[1] * (1.0 - x[1])));
+        let old = Moved { mesh: &mesh, position: &position };
+        for size in [0.03, 0.1, 0.2, 0.4] {
+            let new = propose(&old, &vec![size; position.len()], &Rules::default()).unwrap();
+            judge(&old, &new, &Acceptance { area: 1e-12, quality: 0.3 }).unwrap();
+            let mesh = Mesh::<2>::new(new.position, new.elements);
+            for facet in &mesh.facets {
+                let length = distance(&mesh.rest[facet[0].index()], &mesh.rest[facet[1].index()]);
+                assert!(length > 0.999 * SHORT * size && length < 1.001 * LONG * size, "{length} for {size}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_node_is_left_out_across_another_wall() {
+        // A wall with a dent, and close to it another one with a tip, which is held, in the dent.
+        let mut mesh = rings(2, 0.25);
+        let (dent, tip) = (Point::new(3.0, 1.5), Point::new(4.0, 1.5));
+        let mut position = moved(&mesh, |x| if x[0] > 3.5 { x - Point::new(0.995, 0.0) } else { *x });
+        for (n, x) in mesh.rest.iter().enumerate() {
+            if *x == dent {
+                position[n] = Point::new(2.98, 1.5);
+            } else if *x == tip {
+                position[n] = Point::new(2.99, 1.5);
+                mesh.held[n] = [true; 2];
+            }
+        }
+        let sizes = vec![1.2; position.len()];
+        let proposed = |position: &[Point]| {
+            let old = Moved { mesh: &mesh, position };
+            let new = propose(&old, &sizes, &Rules::default()).unwrap();
+            judge(&old, &new, &Acceptance { area: 0.01, quality: 0.0 }).unwrap();
+            new.position.contains(&Point::new(2.98, 1.5))
+        };
+        assert!(proposed(&position));
+        // Without the tip in it the dent is filled.
+        let apart: Vec<Point> =
+            position.iter().map(|x| if x[0] > 2.985 && x[0] != 3.0 { x + Point::new(0.5, 0.0) } else { *x }).collect();
+        assert!(!proposed(&apart));
     }
 }
