@@ -164,3 +164,68 @@ fn root(above: &mut [usize], mut node: usize) -> usize {
     }
     node
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{rings, square};
+    use super::super::{Moved, Origin};
+    use super::*;
+    use crate::mesh::Mesh;
+
+    const STRICT: Acceptance = Acceptance { area: 1e-12, quality: 0.5 };
+
+    fn same(mesh: &Mesh<2>) -> Proposal<2> {
+        let origin = (0..mesh.rest.len() as u32).map(|n| Origin::Kept(NodeId(n))).collect();
+        Proposal { position: mesh.rest.clone(), origin, elements: mesh.elements.clone() }
+    }
+
+    fn judged(mesh: &Mesh<2>, new: &Proposal<2>, limits: &Acceptance) -> Result<Quality, Rejected> {
+        judge(&Moved { mesh, position: &mesh.rest }, new, limits)
+    }
+
+    #[test]
+    fn the_same_mesh_is_as_good_as_it_was() {
+        let mesh = rings(2, 0.5);
+        let found = judged(&mesh, &same(&mesh), &STRICT).unwrap();
+        assert!((found.angle - 45.0).abs() < 1e-9 && (found.least - 0.75_f64.sqrt()).abs() < 1e-12);
+        assert_eq!((found.area_change, found.parts, found.loops), (0.0, 2, 4));
+    }
+
+    #[test]
+    fn flat_poor_and_missing_elements_are_refused() {
+        let mesh = square(4);
+        let mut new = same(&mesh);
+        new.elements[3].swap(0, 1);
+        assert!(matches!(judged(&mesh, &new, &STRICT), Err(Rejected::Inverted { element: 3, .. })));
+        let mut new = same(&mesh);
+        let middle = new.position.iter().position(|x| *x == Vector::<2>::new(0.5, 0.5)).unwrap();
+        new.position[middle] += Vector::<2>::new(0.12, 0.12);
+        assert!(matches!(judged(&mesh, &new, &STRICT), Err(Rejected::Poor { found, .. }) if found < 0.1));
+        let mut new = same(&mesh);
+        new.elements.pop();
+        assert!(matches!(judged(&mesh, &new, &STRICT), Err(Rejected::Area { change, .. }) if change < -0.01));
+        new.elements.clear();
+        assert_eq!(judged(&mesh, &new, &STRICT), Err(Rejected::Empty));
+    }
+
+    #[test]
+    fn what_was_welded_or_opened_is_refused() {
+        let any = Acceptance { area: 1.0, quality: 0.0 };
+        let (two, whole) = (rings(2, 0.5), square(8));
+        let mut less = same(&two);
+        less.elements.retain(|e| two.rest[e[0].index()][0] < 3.5);
+        assert_eq!(judged(&two, &less, &any), Err(Rejected::Parts { before: 2, after: 1 }));
+        let mut holed = same(&whole);
+        let in_middle = |n: &NodeId| (whole.rest[n.index()] - Vector::<2>::new(0.5, 0.5)).norm() < 0.01;
+        holed.elements.retain(|e| !e[..3].iter().any(in_middle));
+        assert_eq!(judged(&whole, &holed, &any), Err(Rejected::Loops { before: 1, after: 2 }));
+    }
+
+    #[test]
+    fn bodies_that_overlap_are_refused() {
+        let two = rings(2, 0.5);
+        let mut new = same(&two);
+        new.position.iter_mut().filter(|x| x[0] > 3.5).for_each(|x| *x -= Vector::<2>::new(1.2, 0.1));
+        assert!(matches!(judged(&two, &new, &STRICT), Err(Rejected::Crossing { .. })));
+    }
+}

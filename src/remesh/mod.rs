@@ -26,8 +26,12 @@ mod sizing;
 mod surface;
 #[cfg(test)]
 mod tests;
+<<<<<<< HEAD
 mod trace;
 mod transfer;
+=======
+mod thickness;
+>>>>>>> geometry
 mod tree;
 mod triangle;
 mod trim;
@@ -50,7 +54,11 @@ pub use error::RemeshError;
 pub use judge::{Acceptance, Quality, Rejected, judge};
 pub use pieces::Source;
 pub use sizing::{Range, curved, graded};
+<<<<<<< HEAD
 pub use transfer::transfer;
+=======
+pub use thickness::confined;
+>>>>>>> geometry
 
 /// A mesh where its nodes are.
 #[derive(Debug, Clone, Copy)]
@@ -91,8 +99,8 @@ pub struct Rules {
     pub good: f64,
     /// Nodes inside whose worst element is no better than this are given up. A needle of 10° has 0.3.
     pub poor: f64,
-    /// Nodes of the boundary are left out where it is within so many chords of the chord without them, now and at rest; 0
-    /// leaves all of them in.
+    /// Nodes of the boundary are left out where it is within so many chords of the chord without them, now and at rest, and
+    /// within as many of the longest edges there may be; 0 leaves all of them in.
     pub sag: f64,
     /// Points of a mesh at most.
     pub most: usize,

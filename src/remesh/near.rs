@@ -85,8 +85,8 @@ impl Near {
         is_sought: &mut impl FnMut(usize) -> bool,
     ) -> bool {
         let boxes = &self.levels[level];
-        for i in first..boxes.len().min(first + FAN) {
-            let found = boxes[i].meets(area)
+        for (i, bounds) in boxes.iter().enumerate().skip(first).take(FAN) {
+            let found = bounds.meets(area)
                 && if level == 0 {
                     is_sought(self.order[i] as usize)
                 } else {

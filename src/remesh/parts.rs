@@ -28,7 +28,9 @@ pub(super) fn worst(old: &Moved<'_, 2>) -> Vec<f64> {
     let mut worst = vec![f64::MAX; old.position.len()];
     for nodes in old.mesh.elements.iter().map(corners) {
         let q = quality(nodes.map(|n| &old.position[n]));
-        nodes.iter().for_each(|&n| worst[n] = worst[n].min(q));
+        for n in nodes {
+            worst[n] = worst[n].min(q);
+        }
     }
     worst
 }

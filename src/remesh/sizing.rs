@@ -3,7 +3,7 @@
 use super::Moved;
 use super::shape::{Point, cross, distance};
 use crate::algebra::Vector;
-use crate::mesh::{ElementId, Simplex, neighbours};
+use crate::mesh::{ElementId, NodeId, Simplex, neighbours};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -49,7 +49,7 @@ pub fn graded(old: &Moved<'_, 2>, mut size: Vec<f64>, growth: f64) -> Vec<f64> {
 fn edges_of_nodes(n_nodes: usize, elements: &[Simplex]) -> (Vec<usize>, Vec<usize>) {
     let sides = elements.iter().flat_map(|e| [[e[0], e[1]], [e[1], e[2]], [e[2], e[0]]]);
     let mut pairs: Vec<[usize; 2]> =
-        sides.map(|pair| pair.map(|n| n.index())).flat_map(|[a, b]| [[a, b], [b, a]]).collect();
+        sides.map(|pair| pair.map(NodeId::index)).flat_map(|[a, b]| [[a, b], [b, a]]).collect();
     pairs.sort_unstable();
     pairs.dedup();
     let start = (0..=n_nodes).map(|n| pairs.partition_point(|pair| pair[0] < n)).collect();
@@ -140,7 +140,7 @@ mod tests {
         let size = graded(&old, asked.clone(), 0.2);
         assert!(size.iter().zip(&asked).all(|(h, asked)| h <= asked));
         for e in &mesh.elements {
-            for [a, b] in [[e[0], e[1]], [e[1], e[2]], [e[2], e[0]]].map(|side| side.map(|n| n.index())) {
+            for [a, b] in [[e[0], e[1]], [e[1], e[2]], [e[2], e[0]]].map(|side| side.map(NodeId::index)) {
                 let most = 0.2 * distance(&mesh.rest[a], &mesh.rest[b]);
                 assert!((size[a] - size[b]).abs() <= most * (1.0 + 1e-12));
             }

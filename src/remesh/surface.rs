@@ -6,8 +6,9 @@ use super::shape::{Point, cross, distance, do_cross};
 use super::{Moved, Origin, RemeshError, Rules};
 use crate::mesh::{Incidence, NodeId};
 
-/// An edge longer than this many target sizes is split, and one shorter than `SHORT` can go. Halves of an edge that was just
-/// split are longer than `SHORT`, two short edges that were joined are shorter than `LONG`: neither undoes the other.
+/// An edge longer than this many target sizes is split evenly, and one shorter than `SHORT` joined to the next before that. Parts
+/// of an edge that was just split are longer than 0.7 sizes: neither undoes the other.
+/// With edges of 0.45 sizes and circles of 0.9, angles at the boundary are at least asin(0.45 / 1.8) = 14°.
 const LONG: f64 = 1.4;
 const SHORT: f64 = 0.45;
 /// Cosine of the turn beyond which a node is a corner of the body, 30°.
@@ -53,7 +54,9 @@ pub(super) fn resample(old: &Moved<'_, 2>, cloud: &mut Cloud, rules: &Rules) -> 
     }
     let mut surface = Surface { edges: vec![], lost: vec![], near: Near::new(&[]) };
     for &edge in &chain.edges {
-        surface.take(&chain, cloud, edge);
+        if cloud.chosen[edge[0]] {
+            surface.take(&chain.stretch(edge), cloud);
+        }
     }
     surface.near = Near::segments(&surface.edges, &cloud.position);
     Ok(surface)
@@ -102,6 +105,17 @@ impl<'a> Chain<'a> {
         chain
     }
 
+    /// The old nodes from the start of this edge to the next one that stays.
+    fn stretch(&self, [start, next]: [usize; 2]) -> Vec<usize> {
+        let mut nodes = vec![start, next];
+        let mut at = next;
+        while let (true, Some(after)) = (self.after[start].is_some_and(|end| end != at), self.first_after[at]) {
+            nodes.push(after);
+            at = after;
+        }
+        nodes
+    }
+
     /// Whether a node must stay: a corner now or at rest, a fork, or where the directions that are held change.
     fn is_feature(&self, node: usize) -> bool {
         let (Some(before), Some(after)) = (self.before[node], self.after[node]) else { return true };
@@ -126,7 +140,7 @@ impl<'a> Chain<'a> {
                 continue;
             }
             let (Some(before), Some(after)) = (self.before[node], self.after[node]) else { continue };
-            [before, after].iter().for_each(|&n| waits[n] = true);
+            (waits[before], waits[after]) = (true, true);
             cloud.chosen[node] = false;
             self.after[before] = Some(after);
             self.before[after] = Some(before);
@@ -139,23 +153,26 @@ impl<'a> Chain<'a> {
     fn is_needless(&self, node: usize, cloud: &Cloud, sag: f64) -> bool {
         let (Some(before), Some(after)) = (self.before[node], self.after[node]) else { return false };
         let x = self.old.position;
-        let short = SHORT * cloud.size[node];
-        distance(&x[before], &x[node]) < short
-            && distance(&x[node], &x[after]) < short
+        let size = cloud.size[node];
+        let short = distance(&x[before], &x[node]).min(distance(&x[node], &x[after]));
+        short < SHORT * size
             && before != after
             && self.after[after] != Some(before)
             && self.after[before].is_some()
             && self.before[after].is_some()
-            && [x, &self.old.mesh.rest].iter().all(|x| self.is_straight([before, after], x, sag))
+            && self.is_straight([before, after], x, sag * LONG * size)
+            && [x, &self.old.mesh.rest]
+                .iter()
+                .all(|x| self.is_straight([before, after], x, sag * distance(&x[before], &x[after])))
             && !self.is_inside_another([before, node, after], cloud)
     }
 
-    /// Whether all old nodes of a stretch are within `sag` chords of its chord.
+    /// Whether all old nodes of a stretch are within so much, m, of its chord.
     fn is_straight(&self, [from, to]: [usize; 2], x: &[Point], sag: f64) -> bool {
         let chord = distance(&x[from], &x[to]);
         let mut node = self.first_after[from];
         while let Some(at) = node.filter(|&at| at != to) {
-            if cross(&x[from], &x[to], &x[at]).abs() > sag * chord * chord {
+            if cross(&x[from], &x[to], &x[at]).abs() > sag * chord {
                 return false;
             }
             node = self.first_after[at];
@@ -177,31 +194,84 @@ impl<'a> Chain<'a> {
 }
 
 impl Surface {
-    /// Takes over an edge of the old boundary: as it is, joined to those after it, or split evenly.
-    fn take(&mut self, chain: &Chain<'_>, cloud: &mut Cloud, [a, b]: [usize; 2]) {
-        if !cloud.chosen[a] || !cloud.chosen[b] {
-            self.lost.push([a, b]);
-            self.edges.extend(chain.after[a].filter(|_| cloud.chosen[a]).map(|next| [a, next]));
-            return;
+    /// Takes over a stretch of the old boundary, given by its nodes: as one edge, or split evenly along it.
+    fn take(&mut self, stretch: &[usize], cloud: &mut Cloud) {
+        let [Some(&first), Some(&last)] = [stretch.first(), stretch.last()] else { return };
+        let length = |[a, b]: [usize; 2], cloud: &Cloud| distance(&cloud.position[a], &cloud.position[b]);
+        let sizes = [first, last].map(|n| cloud.size[n]);
+        let size = 0.5 * (sizes[0] + sizes[1]);
+        let edges = || stretch.windows(2).map(|w| [w[0], w[1]]);
+        let whole: f64 = edges().map(|edge| length(edge, cloud)).sum();
+        let parts = if whole <= LONG * size { 1 } else { (whole / size).round().max(2.0) as usize };
+        if stretch.len() > 2 || parts > 1 {
+            self.lost.extend(edges());
         }
-        let size = 0.5 * (cloud.size[a] + cloud.size[b]);
-        let length = distance(&cloud.position[a], &cloud.position[b]);
-        if length <= LONG * size {
-            self.edges.push([a, b]);
-            return;
+        let (mut from, mut part, mut walked) = (first, 1, 0.0);
+        for [a, b] in edges() {
+            let along = length([a, b], cloud);
+            while part < parts && walked + along >= whole * part as f64 / parts as f64 && along > 0.0 {
+                let at = part as f64 / parts as f64;
+                let share = (whole * at - walked) / along;
+                let position = (1.0 - share) * cloud.position[a] + share * cloud.position[b];
+                let origin = Origin::Edge(NodeId(a as u32), NodeId(b as u32), share);
+                let to = cloud.add(position, (1.0 - at) * sizes[0] + at * sizes[1], origin);
+                self.edges.push([from, to]);
+                (from, part) = (to, part + 1);
+            }
+            walked += along;
         }
-        self.lost.push([a, b]);
-        let parts = (length / size).round().max(2.0) as usize;
-        let mut from = a;
-        for part in 1..parts {
-            let share = part as f64 / parts as f64;
-            let position = (1.0 - share) * cloud.position[a] + share * cloud.position[b];
-            let between = (1.0 - share) * cloud.size[a] + share * cloud.size[b];
-            let origin = Origin::Edge(NodeId(a as u32), NodeId(b as u32), share);
-            let to = cloud.add(position, between, origin);
-            self.edges.push([from, to]);
-            from = to;
+        self.edges.push([from, last]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{moved, rings, square};
+    use super::super::{Acceptance, judge, propose};
+    use super::*;
+    use crate::mesh::Mesh;
+
+    #[test]
+    fn edges_of_straight_sides_end_up_near_their_size() {
+        let mesh = square(12);
+        let position = moved(&mesh, |x| Point::new(x[0].powi(3), x[1] + 0.4 * x[1] * (1.0 - x[1])));
+        let old = Moved { mesh: &mesh, position: &position };
+        for size in [0.03, 0.1, 0.2, 0.4] {
+            let new = propose(&old, &vec![size; position.len()], &Rules::default()).unwrap();
+            judge(&old, &new, &Acceptance { area: 1e-12, quality: 0.3 }).unwrap();
+            let mesh = Mesh::<2>::new(new.position, new.elements);
+            for facet in &mesh.facets {
+                let length = distance(&mesh.rest[facet[0].index()], &mesh.rest[facet[1].index()]);
+                assert!(length > 0.999 * SHORT * size && length < 1.001 * LONG * size, "{length} for {size}");
+            }
         }
-        self.edges.push([from, b]);
+    }
+
+    #[test]
+    fn no_node_is_left_out_across_another_wall() {
+        // A wall with a dent, and close to it another one with a tip, which is held, in the dent.
+        let mut mesh = rings(2, 0.25);
+        let (dent, tip) = (Point::new(3.0, 1.5), Point::new(4.0, 1.5));
+        let mut position = moved(&mesh, |x| if x[0] > 3.5 { x - Point::new(0.995, 0.0) } else { *x });
+        for (n, x) in mesh.rest.iter().enumerate() {
+            if *x == dent {
+                position[n] = Point::new(2.98, 1.5);
+            } else if *x == tip {
+                position[n] = Point::new(2.99, 1.5);
+                mesh.held[n] = [true; 2];
+            }
+        }
+        let sizes = vec![1.2; position.len()];
+        let proposed = |position: &[Point]| {
+            let old = Moved { mesh: &mesh, position };
+            let new = propose(&old, &sizes, &Rules::default()).unwrap();
+            judge(&old, &new, &Acceptance { area: 0.01, quality: 0.0 }).unwrap();
+            new.position.contains(&Point::new(2.98, 1.5))
+        };
+        assert!(proposed(&position));
+        // Without the tip in it the dent is filled.
+        let apart: Vec<Point> =
+            position.iter().map(|x| if x[0] > 2.985 && x[0] != 3.0 { x + Point::new(0.5, 0.0) } else { *x }).collect();
+        assert!(!proposed(&apart));
     }
 }
