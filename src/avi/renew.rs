@@ -31,8 +31,9 @@ pub enum Reached {
 
 /// An element is looked at on multiples of so many of its own steps: a look costs half of an update.
 const LOOK: Tick = 2;
-/// A mesh lasts at least so many of its finest steps (A12).
-const SHORTEST_LIFE: Tick = 50;
+/// A mesh lasts at least so many of its finest steps (A12); where it wears out fast, to this part of what is allowed, so many.
+const SHORTEST_LIFE: (Tick, Tick) = (50, 4);
+const HALF_WORN: f64 = 0.5;
 
 /// What goes on from one mesh to the next.
 pub(super) struct Passage {
@@ -66,9 +67,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let Some(wear) = self.wear.filter(|_| self.state.now.is_some() && self.rules.schedule != Kind::Queue) else {
             return false;
         };
-        if tick - self.origin < SHORTEST_LIFE * self.steps.0 {
+        let age = (tick - self.origin) / self.steps.0;
+        if age < SHORTEST_LIFE.1 {
             return false;
         }
+        let part = if age < SHORTEST_LIFE.0 { HALF_WORN } else { 1.0 };
+        let wear = Wear { quality: part * wear.quality, jacobian: part * wear.jacobian };
         let time = self.grid.time(tick);
         let looks = |clock: &Clock| self.rules.schedule.fires(LOOK * clock.step, tick);
         let groups = self.state.clocks.iter().enumerate().filter(|(_, clock)| looks(clock));

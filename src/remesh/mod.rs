@@ -26,12 +26,9 @@ mod sizing;
 mod surface;
 #[cfg(test)]
 mod tests;
-<<<<<<< HEAD
+mod thickness;
 mod trace;
 mod transfer;
-=======
-mod thickness;
->>>>>>> geometry
 mod tree;
 mod triangle;
 mod trim;
@@ -54,11 +51,8 @@ pub use error::RemeshError;
 pub use judge::{Acceptance, Quality, Rejected, judge};
 pub use pieces::Source;
 pub use sizing::{Range, curved, graded};
-<<<<<<< HEAD
-pub use transfer::transfer;
-=======
 pub use thickness::confined;
->>>>>>> geometry
+pub use transfer::transfer;
 
 /// A mesh where its nodes are.
 #[derive(Debug, Clone, Copy)]

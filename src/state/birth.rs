@@ -32,15 +32,22 @@ impl<const D: usize> Birth<D> {
         references: Vec<(ElementId, Reference<D>)>,
     ) -> Option<Self> {
         let n = rest.len();
-        let known = |simplex: &Simplex| simplex.iter().all(|node| node.index() < n);
-        let upright = |simplex: &Simplex| [&rest, &position].iter().all(|x| signed_volume(x, simplex) > 0.0);
-        let heavy = mass.iter().all(|mass| *mass > 0.0 && mass.is_finite());
-        let sound = elements.iter().all(|simplex| known(simplex) && upright(simplex));
         let whole = |(element, reference): &(ElementId, Reference<D>)| {
             element.index() < elements.len() && det(&reference.edges) > 0.0 && reference.radius.is_finite()
         };
-        let sound = sound && references.iter().all(whole);
-        if !(heavy && sound && [position.len(), mass.len(), held.len()] == [n; 3] && !elements.is_empty()) {
+        if elements.is_empty() || !references.iter().all(whole) {
+            return None;
+        }
+        let mut told = vec![true; elements.len()];
+        references.iter().for_each(|(element, _)| told[element.index()] = false);
+        let known = |simplex: &Simplex| simplex.iter().all(|node| node.index() < n);
+        let upright = |simplex: &Simplex, told: bool| {
+            signed_volume(&position, simplex) > 0.0 && (!told || signed_volume(&rest, simplex) > 0.0)
+        };
+        let heavy = mass.iter().all(|mass| *mass > 0.0 && mass.is_finite());
+        let counted = [position.len(), mass.len(), held.len()] == [n; 3] && corner_mass.len() == elements.len();
+        let sound = |(simplex, told): (&Simplex, &bool)| known(simplex) && upright(simplex, *told);
+        if !(counted && heavy && elements.iter().zip(&told).all(sound)) {
             return None;
         }
         let held = held.iter().map(|held| std::array::from_fn(|i| held >> i & 1 == 1)).collect();

@@ -128,6 +128,7 @@ pub fn frame(scene: &Scene, time: f64) -> Frame {
     Frame {
         time,
         dimension: if scene.scene.dimension == Dimension::Spatial { 3 } else { 2 },
+        mass: 1.0,
         points: rest.iter().zip(&displacements).map(|(p, u)| p + u).collect(),
         velocities: rest.iter().map(|p| rate * dent(p) * Vector3::z()).collect(),
         displacements,

@@ -1,0 +1,115 @@
+//! Runs whose mesh is exchanged on the way: what they keep, and that no bit depends on how time is sliced or where a run is
+//! taken up again.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+use ballistic_gel::scene::{self, Override, Scene};
+use ballistic_gel::simulation::{CouplingMode, Observation, RestoreError, Saved, Simulation};
+
+/// A disc that runs into a coarse square faster than its mesh can follow.
+const SQUARE: [&str; 3] = ["mesh.size=2.5e-3", "remesh.quality=0.3", "projectile.velocity=[0, 0, -36]"];
+/// A ball that runs into a cylinder.
+const ROUND: [&str; 4] =
+    ["scene.end_time=2e-3", "projectile.velocity=[0, 0, -25]", "mesh.size=2.5e-3", "remesh.quality=0.3"];
+
+fn changed(name: &str, changes: &[&str]) -> Scene {
+    let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
+    scene::read(&scene::resolve(scene::builtin(name).unwrap(), &changes).unwrap()).unwrap()
+}
+
+fn simulation(scene: &Scene, threads: usize) -> Simulation {
+    Simulation::new(scene, CouplingMode::Integrated, threads).unwrap()
+}
+
+fn advance(simulation: &mut Simulation, end: f64) {
+    let inputs = simulation.inputs();
+    simulation.step(&inputs, end).unwrap();
+}
+
+/// The end of a scene in so many communication steps.
+fn run(scene: &Scene, (steps, threads): (u32, usize)) -> Simulation {
+    let mut simulation = simulation(scene, threads);
+    for step in 1..=steps {
+        advance(&mut simulation, scene.scene.end_time * f64::from(step) / f64::from(steps));
+    }
+    simulation
+}
+
+fn check_books(seen: &Observation) {
+    assert!(seen.energy.energy_error < 1e-10, "energy: {:e}", seen.energy.energy_error);
+    assert!(seen.momentum_error < 1e-11, "momentum: {:e}", seen.momentum_error);
+    assert!(seen.angular_momentum_error < 1e-11, "angular momentum: {:e}", seen.angular_momentum_error);
+}
+
+#[test]
+fn a_disc_that_no_fixed_mesh_follows_runs_on() {
+    let mut fixed = simulation(&changed("ball-square", &[SQUARE[0], "projectile.velocity=[0, 0, -50]"]), 1);
+    let inputs = fixed.inputs();
+    assert!(fixed.step(&inputs, 2e-3).is_err(), "a fixed mesh fails");
+    let scene = changed("ball-square", &[SQUARE[0], SQUARE[1], "projectile.velocity=[0, 0, -50]"]);
+    let done = run(&scene, (20, 1));
+    let seen = done.observe();
+    assert!(seen.cost.remeshes > 5, "{} meshes", seen.cost.remeshes);
+    check_books(&seen);
+    let mass = 0.1 * 0.1 * 1030.0;
+    assert!((done.frame().mass / mass - 1.0).abs() < 1e-12, "mass {:e}", done.frame().mass / mass - 1.0);
+    assert!(seen.projectile().depth > 0.05 && seen.projectile().depth < 0.1, "{} m deep", seen.projectile().depth);
+}
+
+#[test]
+fn a_ball_runs_into_a_cylinder_and_the_axis_stays_the_axis() {
+    let done = run(&changed("ball-bounce", &ROUND), (10, 1));
+    let seen = done.observe();
+    assert!(seen.cost.remeshes > 0, "no mesh was exchanged");
+    check_books(&seen);
+    let frame = done.frame();
+    assert!(frame.points.iter().all(|x| x.x >= 0.0), "matter is on the wrong side of the axis");
+}
+
+#[test]
+fn no_bit_depends_on_communication_steps_or_threads() {
+    let scene = changed("ball-square", &SQUARE);
+    let digests = [(1, 1), (7, 1), (200, 1), (7, 2)].map(|how| run(&scene, how).digest());
+    assert!(run(&scene, (1, 1)).observe().cost.remeshes > 5);
+    assert_eq!(digests, [digests[0]; 4]);
+}
+
+#[test]
+fn a_run_is_taken_up_again_on_the_mesh_that_it_had() {
+    let scene = changed("ball-square", &SQUARE);
+    let whole = run(&scene, (8, 1));
+    let mut states: Vec<(f64, Vec<u8>)> = vec![];
+    let mut on = simulation(&scene, 1);
+    for step in 0..8 {
+        advance(&mut on, scene.scene.end_time * f64::from(step) / 8.0);
+        let mut bytes = vec![];
+        on.save().write(&mut |run| bytes.extend_from_slice(run));
+        states.push((on.time(), bytes));
+    }
+    // In a new simulation, and in one that is on a later mesh, backwards.
+    let mut late = run(&scene, (1, 1));
+    for (time, bytes) in states.iter().rev() {
+        let mut saved = Saved::empty();
+        assert!(saved.read(bytes));
+        for other in [&mut simulation(&scene, 1), &mut late] {
+            other.restore(&saved).unwrap();
+            assert_eq!(other.digest(), saved.digest(), "restored at {time} s");
+            for step in 1..=8 {
+                advance(other, (scene.scene.end_time * f64::from(step) / 8.0).max(*time));
+            }
+            assert_eq!(other.digest(), whole.digest(), "from {time} s");
+        }
+    }
+}
+
+#[test]
+fn a_state_of_another_mesh_is_refused_where_meshes_stay() {
+    let worn = run(&changed("ball-square", &SQUARE), (1, 1));
+    let fixed = changed("ball-square", &[SQUARE[0], SQUARE[2]]);
+    let mut other = simulation(&fixed, 1);
+    let mut saved = worn.save();
+    saved.origin = other.save().origin;
+    let before = other.digest();
+    assert!(matches!(other.restore(&saved), Err(RestoreError::Inconsistent { .. })));
+    assert_eq!(other.digest(), before);
+}
