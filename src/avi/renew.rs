@@ -30,10 +30,10 @@ pub enum Reached {
 }
 
 /// An element is looked at on multiples of so many of its own steps: a look costs half of an update.
-const LOOK: Tick = 2;
+const LOOK: Tick = 1;
 /// A mesh lasts at least so many of its finest steps (A12); where it wears out fast, to this part of what is allowed, so many.
 const SHORTEST_LIFE: (Tick, Tick) = (50, 4);
-const HALF_WORN: f64 = 0.5;
+const HALF_WORN: f64 = 0.7;
 
 /// What goes on from one mesh to the next.
 pub(super) struct Passage {
