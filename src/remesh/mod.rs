@@ -40,6 +40,7 @@ use crate::algebra::Vector;
 use crate::mesh::{Mesh, NodeId, Simplex, signed_volume};
 use cloud::Cloud;
 use near::Bounds;
+use parts::Parts;
 use points::{Limits, Part};
 use surface::Surface;
 use tree::Square;
@@ -109,7 +110,7 @@ impl Default for Rules {
 /// A new mesh of a plane body with these target sizes, m, by node. Where the old mesh is good and has these sizes it stays.
 ///
 /// The sizes should grow no faster than [`graded`] allows. Kept nodes come first and in their old order, then points of old
-/// boundary edges, then those inside; elements that stay come before new ones.
+/// boundary edges, then those inside; elements of the old mesh come first and in their old order, then new ones.
 ///
 /// # Errors
 /// If sizes or positions are no numbers to mesh with, or the boundary meets itself.
@@ -121,15 +122,18 @@ pub fn propose(old: &Moved<'_, 2>, size: &[f64], rules: &Rules) -> Result<Propos
     let surface = surface::resample(old, &mut cloud, rules)?;
     points::keep(old, &worst, &limits, &mut cloud, &surface);
     let parts = parts::divide(old, &worst, &limits, &cloud, &surface);
-    let mut elements = parts.kept;
-    if !parts.edges.is_empty() {
-        let part = Part::new(old, size, parts.open);
-        let around = Surface::around(parts.edges, &cloud);
-        points::fill(&part, &square(old), &mut cloud, &around);
-        let sites = sites(&part, &around, &cloud, old.position.len());
-        elements.extend(delaunay::triangulate(&sites, &around, &part, &mut cloud)?);
-    }
-    Ok(cloud.proposal(&elements))
+    let filled = if parts.edges.is_empty() { vec![] } else { fill(old, size, &parts, &mut cloud)? };
+    Ok(cloud.proposal(&parts.joined(old, &filled)))
+}
+
+/// The new elements between those that stay.
+fn fill(old: &Moved<'_, 2>, size: &[f64], parts: &Parts, cloud: &mut Cloud) -> Result<Vec<[usize; 3]>, RemeshError> {
+    let open = parts.open.iter().map(|e| old.mesh.elements[e.index()]).collect();
+    let part = Part::new(old, size, open);
+    let around = Surface::around(parts.edges.clone(), cloud);
+    points::fill(&part, &square(old), cloud, &around);
+    let sites = sites(&part, &around, cloud, old.position.len());
+    delaunay::triangulate(&sites, &around, &part, cloud)
 }
 
 fn check(old: &Moved<'_, 2>, size: &[f64], rules: &Rules) -> Result<(), RemeshError> {

@@ -4,6 +4,7 @@ use super::samples::{held, moved, rings, square};
 use super::*;
 use crate::mesh::least_angle;
 use proptest::prelude::*;
+use std::collections::HashSet;
 use std::f64::consts::{PI, TAU};
 
 const ANY: Acceptance = Acceptance { area: 1.0, quality: 0.0 };
@@ -54,6 +55,16 @@ fn settled(new: &Proposal<2>) -> Mesh<2> {
     Mesh::new(new.position.clone(), new.elements.clone())
 }
 
+/// How many elements are, node by node, those of the old mesh.
+fn surviving(old: &Moved<'_, 2>, new: &Proposal<2>) -> usize {
+    let was = |node: NodeId| match new.origin[node.index()] {
+        Origin::Kept(node) => Some(node),
+        Origin::Edge(..) | Origin::Inside => None,
+    };
+    let ours: HashSet<[Option<NodeId>; 3]> = old.mesh.elements.iter().map(|e| [e[0], e[1], e[2]].map(Some)).collect();
+    new.elements.iter().filter(|e| ours.contains(&[e[0], e[1], e[2]].map(was))).count()
+}
+
 fn find(x: &[Vector<2>], point: &Vector<2>) -> Option<usize> {
     x.iter().position(|x| x == point)
 }
@@ -101,9 +112,8 @@ fn what_did_not_change_stays_as_it_is() {
     let mesh = square(16);
     let position = moved(&mesh, |x| x + at(0.002 * (7.0 * x[1]).sin(), 0.003 * x[0]));
     let new = remeshed(&Moved { mesh: &mesh, position: &position }, |_| 1.0 / 16.0, &Rules::default());
-    assert_eq!(settled(&new).elements.iter().map(|e| &e[..3]).collect::<Vec<_>>(), {
-        mesh.elements.iter().map(|e| &e[..3]).collect::<Vec<_>>()
-    });
+    assert_eq!(new.elements.len(), mesh.elements.len());
+    assert!(new.elements.iter().zip(&mesh.elements).all(|(e, was)| e[..3] == was[..3]));
     assert_eq!(new.position, position);
 }
 
@@ -113,11 +123,9 @@ fn elements_far_from_a_distortion_stay() {
     let position = moved(&mesh, twirled);
     let old = Moved { mesh: &mesh, position: &position };
     let new = remeshed(&old, |_| 1.0 / 32.0, &Rules::default());
-    let of = |mesh: &[Vector<2>], e: &Simplex| [0, 1, 2].map(|k| [mesh[e[k].index()][0], mesh[e[k].index()][1]]);
-    let stays = new.elements.iter().filter(|e| mesh.elements.iter().any(|f| of(&position, f) == of(&new.position, e)));
     let far =
         mesh.elements.iter().filter(|e| e[..3].iter().all(|n| (mesh.rest[n.index()] - at(0.5, 0.5)).norm() > 0.4));
-    let (stays, far) = (stays.count(), far.count());
+    let (stays, far) = (surviving(&old, &new), far.count());
     assert!(far > 1000 && stays >= far, "{stays} of {far}");
 }
 
@@ -242,11 +250,15 @@ fn speed() {
         let sizes = vec![1.0 / 160.0; position.len()];
         let fine = vec![1.0 / 230.0; position.len()];
         for size in [&sizes, &fine] {
-            let start = std::time::Instant::now();
-            let new = propose(&old, size, &Rules::default()).unwrap();
-            let seconds = start.elapsed().as_secs_f64();
+            let timed = || {
+                let start = std::time::Instant::now();
+                (propose(&old, size, &Rules::default()).unwrap(), start.elapsed().as_secs_f64())
+            };
+            let (new, first) = timed();
+            let seconds = (0..4).map(|_| timed().1).fold(first, f64::min);
             let n = new.elements.len();
-            println!("{name}: {n} triangles, {seconds:.3} s, {:.0} triangles/s", n as f64 / seconds);
+            let shares = surviving(&old, &new) as f64 / mesh.elements.len() as f64;
+            println!("{name}: {n} triangles, {shares:.4} stay, {seconds:.3} s, {:.0} triangles/s", n as f64 / seconds);
         }
     }
 }
