@@ -56,10 +56,8 @@ pub(super) struct Block {
     pub looked_at: bool,
     /// Whether a group of it may raise its step.
     pub restless: bool,
-    /// Whether it was swept at this tick.
-    pub was_swept: bool,
-    /// What the last sweep found.
-    pub report: Report,
+    /// What a sweep at this tick found, if it was swept.
+    pub report: Option<Report>,
 }
 
 /// What a sweep of a block finds.
@@ -283,7 +281,7 @@ impl Block {
     }
 
     /// Within which limits the steps of a block that fires as a whole stay as they are, s.
-    pub fn calm(&self, grid: &TickGrid, moment: &Moment) -> Option<(f64, f64)> {
+    pub fn calm(&self, grid: TickGrid, moment: &Moment) -> Option<(f64, f64)> {
         let begun = self.steps.0 > 0 && moment.behind(self.steps.1) == self.steps.1;
         let known = self.due == Due::All && self.is_awake() && !self.restless && begun;
         known.then(|| (grid.time(self.steps.1), RAISE_MARGIN * grid.time(self.steps.0)))

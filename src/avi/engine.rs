@@ -14,7 +14,7 @@ use crate::contact::{Body, BodyState, Freedom, Law};
 use crate::element::{LANES, Potential};
 use crate::ledger::Ledger;
 use crate::mesh::{ElementId, NodeId};
-use crate::state::{Alarm, Clock, Record, Sizes, State, Tick};
+use crate::state::{Alarm, Clock, Sizes, State, Tick};
 use std::sync::Arc;
 
 /// How the engine steps.
@@ -110,7 +110,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         rules: Rules,
         nodes: Vec<(Vector<D>, Vector<D>)>,
     ) -> Result<Self, NoStep> {
-        Self::assemble((gel, rules), bodies, nodes, None)
+        let passage = Passage::begin(bodies.len());
+        Self::assemble((gel, rules), bodies, nodes, passage)
     }
 
     /// At the start, or where another mesh has ended.
@@ -118,29 +119,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         (gel, rules): (Gel<D, P>, Rules),
         bodies: Vec<(Body, BodyState)>,
         nodes: Vec<(Vector<D>, Vector<D>)>,
-        passage: Option<Passage>,
+        passage: Passage,
     ) -> Result<Self, NoStep> {
         assert!(!bodies.is_empty(), "there is a body, if only one that touches nothing");
         let (position, velocity): (Vec<_>, Vec<_>) = nodes.into_iter().unzip();
         let (bodies, at): (Vec<_>, Vec<_>) = bodies.into_iter().unzip();
         let measured = gel.measure(&position);
         let steps = super::pace::stable_steps(&gel, &measured.stiffness, rules.cfl);
-        // Any NaN must come out: `f64::min` would drop it.
-        let least = |least: f64, step: &f64| if least.is_nan() || *step >= least { least } else { *step };
-        let step = steps.iter().fold(f64::INFINITY, least);
-        if !step.is_normal() {
-            return Err(NoStep { step });
-        }
-        let grid = passage.as_ref().map_or_else(|| TickGrid::new(&steps), |passage| passage.grid);
-        if grid.ticks(step) < 1.0 {
-            return Err(NoStep { step });
-        }
-        let origin = passage.as_ref().map_or(0, |passage| passage.tick);
-        let ledger = passage.as_ref().map_or_else(Ledger::default, |passage| passage.ledger);
-        let begun = passage.as_ref().map_or(0.0, |passage| passage.record.synchronous.2);
-        let synchronous = (grid.ticks(step), origin, begun);
+        let Passage { tick: origin, grid, ledger, mut record, start } = passage;
+        let (grid, step) = grid_of(&steps, grid)?;
+        record.synchronous = (step, origin, record.synchronous.2);
         let order = order(&gel, &rules, |element| grid.ticks(steps[element.index()]));
-        let record = passage.as_ref().map_or_else(|| Record::new(bodies.len()), |passage| passage.record.clone());
         let state = State {
             excess: vec![0.0; position.len()],
             stiffness: order.by_slot(&measured.stiffness),
@@ -150,7 +139,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             now: None,
             bodies: at,
             ledger,
-            record: Record { synchronous, ..record },
+            record,
             position,
             velocity,
         };
@@ -160,7 +149,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let fast = rules.law != Law::Reversal && rules.schedule != Kind::Queue;
         let blocks = fast.then(|| Blocks::new(&gel, &order)).flatten();
         let watch = Watch::new(&gel.surface, (0.0, 0.0), |node| embed(&state.position[node]));
-        let start = passage.map_or_else(|| Start::of(&gel, &bodies, &state), |passage| passage.start);
+        let start = start.unwrap_or_else(|| Start::of(&gel, &bodies, &state));
         let mut engine = Self {
             last: vec![origin; n_nodes],
             order: Arc::new(order),
@@ -382,6 +371,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let a = node.index();
         if self.scratch.active.has(a) { self.scratch.before[a] } else { self.state.velocity[a] }
     }
+}
+
+/// The grid of these stable steps, unless there is one, and the shortest of them, ticks.
+fn grid_of(steps: &[f64], grid: Option<TickGrid>) -> Result<(TickGrid, f64), NoStep> {
+    // Any NaN must come out: `f64::min` would drop it.
+    let least = |least: f64, step: &f64| if least.is_nan() || *step >= least { least } else { *step };
+    let step = steps.iter().fold(f64::INFINITY, least);
+    if !step.is_normal() {
+        return Err(NoStep { step });
+    }
+    let grid = grid.unwrap_or_else(|| TickGrid::new(steps));
+    if grid.ticks(step) < 1.0 {
+        return Err(NoStep { step });
+    }
+    Ok((grid, grid.ticks(step)))
 }
 
 /// Patches of equal steps beside each other; in the queue each by itself.

@@ -181,9 +181,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let Some(mut blocks) = self.blocks.take() else { return 0.0 };
         let (grid, moment, n) = (self.grid, self.moment(tick), blocks.groups);
         let (record, mut residual) = (&mut self.state.record, 0.0);
-        for (i, block) in blocks.all.iter().enumerate().filter(|(_, block)| block.was_swept) {
-            record.updates += block.report.updates;
-            record.min_jacobian = record.min_jacobian.min(block.report.least_jacobian);
+        for (i, report) in blocks.all.iter().enumerate().filter_map(|(i, block)| Some((i, block.report?))) {
+            record.updates += report.updates;
+            record.min_jacobian = record.min_jacobian.min(report.least_jacobian);
             let groups = blocks.groups_of(i);
             let answers = &self.scratch.answers[groups.clone()];
             let firing = self.state.clocks[groups].iter_mut().zip(answers);

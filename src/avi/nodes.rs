@@ -156,7 +156,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let active = &mut self.scratch.active;
         active.clear();
         for (block, front) in blocks.all.iter().zip(&mut blocks.fronts) {
-            front.open(block, block.calm(&self.grid, &moment));
+            front.open(block, block.calm(self.grid, &moment));
         }
         active.all = blocks.all.iter().zip(&blocks.fronts).all(|(block, front)| block.due == Due::All && front.gives);
         if active.all {
@@ -211,7 +211,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 sums.taken.add(&gel.free(a), freedom, (embed(node.position), embed(&p)));
             }
             let moves = *node.velocity != Vector::<D>::zeros();
-            spots.iter().for_each(|spot| blocks.tell(spot.block as usize, *node.limit, moves));
+            for spot in spots {
+                blocks.tell(spot.block as usize, *node.limit, moves);
+            }
         })
     }
 

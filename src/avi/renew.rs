@@ -38,10 +38,17 @@ const HALF_WORN: f64 = 0.7;
 /// What goes on from one mesh to the next.
 pub(super) struct Passage {
     pub tick: Tick,
-    pub grid: TickGrid,
+    pub grid: Option<TickGrid>,
     pub ledger: Ledger,
     pub record: Record,
-    pub start: Start,
+    pub start: Option<Start>,
+}
+
+impl Passage {
+    /// Nothing: the mesh is the first one.
+    pub fn begin(n_bodies: usize) -> Self {
+        Self { tick: 0, grid: None, ledger: Ledger::default(), record: Record::new(n_bodies), start: None }
+    }
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
@@ -154,12 +161,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.bodies.iter().cloned().zip(self.state.bodies.iter().copied()).collect();
         let passage = Passage {
             tick,
-            grid: self.grid,
+            grid: Some(self.grid),
             ledger: self.state.ledger,
             record: self.state.record.clone(),
-            start: *self.start(),
+            start: Some(*self.start()),
         };
-        let mut new = Self::assemble((gel, self.rules), bodies, nodes, Some(passage))?;
+        let mut new = Self::assemble((gel, self.rules), bodies, nodes, passage)?;
         new.wear = self.wear;
         Ok(new)
     }

@@ -96,6 +96,8 @@ impl<const D: usize> Blocks<D> {
     }
 }
 
+/// What a block writes: its part, κ by slot, the answers of its groups.
+type Given<'a> = (&'a mut [Accumulated], &'a mut [f64], &'a mut [GroupAnswer]);
 type With<'a, const D: usize> = (&'a Lanes<D>, Level, usize);
 
 /// The number of blocks that have about this part of the work that is due.
@@ -134,10 +136,10 @@ impl Block {
         &mut self,
         sweep: &Sweep<'_, D>,
         (lanes, level, n): With<'_, D>,
-        (index, (part, stiffness, answers)): (usize, (&mut [Accumulated], &mut [f64], &mut [GroupAnswer])),
+        (index, (part, stiffness, answers)): (usize, Given<'_>),
         local: &mut Local,
     ) {
-        (self.report, self.was_swept) = (Report::default(), false);
+        self.report = None;
         if !self.is_wanted() {
             return;
         }
@@ -148,7 +150,6 @@ impl Block {
         if !moves && self.still {
             return;
         }
-        self.was_swept = true;
         let groups = groups_of(index, n, sweep.clocks.len());
         let weight = |group: usize| sweep.weight(sweep.clocks[group].step);
         lanes.sweep(level, (groups.clone(), weight), local, (&mut *stiffness, &mut *answers));
@@ -196,17 +197,19 @@ impl Block {
     ) {
         let firing = |group: &usize| sweep.weight(sweep.clocks[*group].step).is_some();
         let elements = |group: usize| sweep.order.elements(sweep.order.slots(group)).count() as u64;
-        self.report.updates = match (moves, self.due) {
+        let updates = match (moves, self.due) {
             (false, _) | (true, Due::Nothing) => 0,
             (true, Due::All) => self.n_elements,
             (true, Due::Some) => groups.clone().filter(firing).map(elements).sum(),
         };
+        let mut report = Report { updates, ..Report::default() };
         for (group, answer) in groups.zip(answers).filter(|(group, _)| firing(group)) {
-            self.report.least_jacobian = self.report.least_jacobian.min(answer.least_jacobian);
-            if self.report.failed.is_none() && fails(&sweep.clocks[group], answer) {
-                self.report.failed = Some(group);
+            report.least_jacobian = report.least_jacobian.min(answer.least_jacobian);
+            if report.failed.is_none() && fails(&sweep.clocks[group], answer) {
+                report.failed = Some(group);
             }
         }
+        self.report = Some(report);
     }
 }
 

@@ -257,7 +257,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub(super) fn check_elements(&self, time: f64) -> Result<(), StepError> {
         let fails = |group: &usize| fails(&self.state.clocks[*group], &self.scratch.answers[*group]);
         let failed = match &self.blocks {
-            Some(blocks) => blocks.all.iter().find_map(|block| block.report.failed),
+            Some(blocks) => blocks.all.iter().find_map(|block| block.report?.failed),
             None => self.scratch.due.iter().map(|group| *group as usize).find(fails),
         };
         failed.map_or(Ok(()), |group| Err(self.failure(group, time)))

@@ -43,6 +43,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let moves = block.is_awake() && self.state.now.is_some();
         let rate = if moves { groups.clone().map(of_group).sum() } else { 0.0 };
-        Run { nodes: &block.nodes, groups, n_elements: block.n_elements as usize, rate, was_swept: block.was_swept }
+        Run {
+            nodes: &block.nodes,
+            groups,
+            n_elements: block.n_elements as usize,
+            rate,
+            was_swept: block.report.is_some(),
+        }
     }
 }

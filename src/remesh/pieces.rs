@@ -44,7 +44,7 @@ impl Part {
 /// All changed elements.
 pub(super) struct Parts {
     /// In the order of the new elements.
-    pub parts: Vec<Part>,
+    pub all: Vec<Part>,
     /// What they are made of, in their order.
     pub sources: Vec<Source>,
     /// Old mass that they do not lie over, or twice, kg.
@@ -87,7 +87,7 @@ impl Parts {
             });
             part
         });
-        let mut parts = Self { parts: parts.collect(), sources: vec![], stray_mass: 0.0 };
+        let mut parts = Self { all: parts.collect(), sources: vec![], stray_mass: 0.0 };
         parts.sources = sources;
         if gone.iter().any(Gone::is_uncovered) {
             parts.lay_down(&gone, &Locator::new(&changed));
@@ -101,7 +101,7 @@ impl Parts {
             self.stray_mass += mass.abs();
             let weights = gone.left.map(|left| left / mass);
             if let Some(place) = changed.nearest(&weighed(&gone.triangle.corners, &weights)) {
-                self.parts[place.triangle].add_point(mass, &weighed(&gone.velocity, &weights), &place.weights);
+                self.all[place.triangle].add_point(mass, &weighed(&gone.velocity, &weights), &place.weights);
             }
         }
     }

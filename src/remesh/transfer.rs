@@ -26,7 +26,7 @@ pub fn transfer(old: &Moved<'_, 2>, carried: &Carried<'_>, new: &Proposal<2>) ->
     let locator = Locator::new(&gone);
     let traces = Traces::of(old, new, (&pairing.gone, &locator));
     let parts = Parts::of((old, carried), (new, &pairing), &locator);
-    let corner_mass = corner_masses(carried, &pairing, &parts.parts);
+    let corner_mass = corner_masses(carried, &pairing, &parts.all);
     let mass = masses(new, (carried, &pairing), &corner_mass);
     let held = trace::held(&old.mesh.held, &new.origin);
     let rest = traces.values(&old.mesh.rest).into_iter().zip(&new.position).map(|(rest, x)| rest.unwrap_or(*x));
@@ -35,7 +35,7 @@ pub fn transfer(old: &Moved<'_, 2>, carried: &Carried<'_>, new: &Proposal<2>) ->
     let balance = Balance {
         old: (&old.mesh.elements, carried),
         new: (&new.elements, &pairing),
-        parts: &parts.parts,
+        parts: &parts.all,
         mass: &mass,
         held: &held,
     };

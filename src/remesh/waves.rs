@@ -1,6 +1,6 @@
 //! What a transfer takes from a wave (numerics V14), and how fast it is.
 
-use super::bodies::{Body, Random};
+use super::bodies::{Body, Random, even};
 use super::pairing::Pairing;
 use super::pieces::{Parts, triangles};
 use super::velocity::Balance;
@@ -48,7 +48,7 @@ fn lumped(body: &Body, new: &Proposal<2>) -> Transferred {
     let after = transferred(body, new);
     let (carried, pairing) = (body.carried(), Pairing::of(&body.mesh, new));
     let gone = triangles(&body.position, pairing.gone.iter().map(|e| &body.mesh.elements[e.index()]));
-    let parts = Parts::of((&body.moved(), &carried), (new, &pairing), &locate::Locator::new(&gone)).parts;
+    let parts = Parts::of((&body.moved(), &carried), (new, &pairing), &locate::Locator::new(&gone)).all;
     assert_eq!(parts.len(), new.elements.len(), "every element changes");
     let mut velocity = vec![Vector::zeros(); new.position.len()];
     let (old, new) = ((&body.mesh.elements[..], &carried), (&new.elements[..], &pairing));
@@ -119,7 +119,7 @@ fn losses_of_waves() {
 
 /// A body of 100 352 triangles in a wavy velocity.
 fn large(random: &mut Random) -> Body {
-    let planes = [super::bodies::even(224), super::bodies::even(224)];
+    let planes = [even(224), even(224)];
     Body::new(&planes, (1.0, random), (Symmetry::Planar, &|xi: &Vector<2>| *xi))
         .with_velocity(|x| Vector::<2>::new((9.0 * x[0]).sin(), (7.0 * x[1]).cos()))
 }
@@ -142,7 +142,7 @@ fn time(name: &str, body: &Body, new: &Proposal<2>) {
 fn speed_of_a_transfer() {
     let mut random = Random::new(1);
     let body = large(&mut random);
-    let planes = [super::bodies::even(223), super::bodies::even(225)];
+    let planes = [even(223), even(225)];
     time("all changed", &body, &body.other(&planes, (1.0, &mut random), &|xi| *xi).1);
     let mut new = body.again();
     for (i, xi) in body.xi.iter().enumerate() {

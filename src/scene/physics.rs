@@ -22,7 +22,7 @@ pub fn modelled(scene: &Scene) -> Vec<String> {
         scene.remesh.map(|_| "mesh: exchanged for a new one where it is worn, old nodes kept where they are good");
     let general = general.into_iter().chain(renewed);
     let bodies = (0..scene.n_bodies()).flat_map(|body| body_lines(scene, body));
-    general.map(str::to_owned).into_iter().chain(bodies).collect()
+    general.map(str::to_owned).chain(bodies).collect()
 }
 
 fn body_lines(scene: &Scene, i: usize) -> Vec<String> {

@@ -82,11 +82,8 @@ fn mean((potential, old): (&Simplices<2>, &Birth<2>), x: &[Vector<2>], sources: 
 
 /// Whether the F that the nodes say is about the mean.
 fn agrees(told: &Reference<2>, now: &Reference<2>, mean: &Mean) -> bool {
-    let volume = det(&told.edges);
-    if !(volume > 0.0) {
-        return false;
-    }
-    let Some(inverse) = told.edges.try_inverse() else { return false };
+    let inverse = told.edges.try_inverse().filter(|_| det(&told.edges) > 0.0);
+    let Some(inverse) = inverse else { return false };
     (now.edges * inverse - mean.f).norm() < AGREES * mean.f.norm()
 }
 

@@ -39,7 +39,9 @@ impl<const D: usize> Birth<D> {
             return None;
         }
         let mut told = vec![true; elements.len()];
-        references.iter().for_each(|(element, _)| told[element.index()] = false);
+        for (element, _) in &references {
+            told[element.index()] = false;
+        }
         let known = |simplex: &Simplex| simplex.iter().all(|node| node.index() < n);
         let upright = |simplex: &Simplex, told: bool| {
             signed_volume(&position, simplex) > 0.0 && (!told || signed_volume(&rest, simplex) > 0.0)

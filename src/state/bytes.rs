@@ -179,11 +179,8 @@ const NODE_BORN: usize = f64::SIZE + u8::SIZE;
 /// Nodes and corner masses of an element of such a mesh.
 const ELEMENT_BORN: usize = Simplex::SIZE + <[f64; 3]>::SIZE;
 
-/// The mesh in these bytes, if there is to be one; the outer `None` if they are no mesh.
-fn read_birth<const D: usize>(sizes: &Sizes, tick: Tick, mut bytes: &[u8]) -> Option<Option<Arc<Birth<D>>>> {
-    if sizes.born == 0 {
-        return Some(None);
-    }
+/// The mesh in these bytes; `None` if they are no mesh.
+fn read_birth<const D: usize>(sizes: &Sizes, tick: Tick, mut bytes: &[u8]) -> Option<Arc<Birth<D>>> {
     let (mut rest, mut position, mut mass) = (vec![], vec![], vec![]);
     let (mut held, mut elements) = (Vec::<u8>::new(), vec![]);
     read_all(&mut rest, sizes.nodes, &mut bytes);
@@ -195,7 +192,7 @@ fn read_birth<const D: usize>(sizes: &Sizes, tick: Tick, mut bytes: &[u8]) -> Op
     let mut references = vec![];
     read_all(&mut corner_mass, sizes.born, &mut bytes);
     read_all(&mut references, sizes.references, &mut bytes);
-    Some(Some(Arc::new(Birth::of(tick, (rest, position), (mass, &held), (elements, corner_mass), references)?)))
+    Some(Arc::new(Birth::of(tick, (rest, position), (mass, &held), (elements, corner_mass), references)?))
 }
 
 impl Sizes {
@@ -282,12 +279,14 @@ impl<const D: usize> State<D> {
         if sizes.bytes::<D>() != Some(arrays.len()) {
             return false;
         }
-        let Some(born) = read_birth(&sizes, small.1.1, &arrays[arrays.len() - sizes.bytes_of_birth::<D>()..]) else {
+        let end = &arrays[arrays.len() - sizes.bytes_of_birth::<D>()..];
+        let born = (sizes.born > 0).then(|| read_birth(&sizes, small.1.1, end));
+        if born == Some(None) {
             return false;
-        };
+        }
         let Self { position, velocity, excess, stiffness, clocks, alarms, birth, now, bodies, ledger, record } = self;
         (_, (*now, _), *bodies, *ledger, *record) = small;
-        *birth = born;
+        *birth = born.flatten();
         read_all(position, sizes.nodes, &mut arrays);
         read_all(velocity, sizes.nodes, &mut arrays);
         read_all(excess, sizes.nodes, &mut arrays);

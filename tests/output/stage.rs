@@ -109,6 +109,7 @@ fn cost(time: f64) -> CostReport {
         nodes: 13 * 13 * 13,
         min_jacobian: 0.6,
         crushed_elements: 0,
+        remeshes: 0,
     }
 }
 
