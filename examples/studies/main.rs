@@ -10,6 +10,7 @@ mod gain;
 mod impacts;
 mod l_beam;
 mod leaks;
+mod remesh;
 mod rest;
 mod run;
 mod shot;
@@ -19,7 +20,7 @@ mod whole;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 9] = [
+const STUDIES: [Study; 10] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -32,6 +33,7 @@ const STUDIES: [Study; 9] = [
     ("impacts", "conservation in offset, oblique and spinning impacts, and the first touch", impacts::study),
     ("leaks", "deepest penetration of nodes and faces, by shape and mesh size", leaks::study),
     ("gain", "updates and CPU seconds of the schedules on uniform, graded and sliver meshes", gain::study),
+    ("remesh", "ball-square by speed and mesh size, on a fixed mesh and on meshes that are exchanged", remesh::study),
     ("extremes", "masses, speeds, a second of rest, and a body inside the gel", extremes::study),
 ];
 
