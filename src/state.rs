@@ -15,7 +15,7 @@ pub use birth::Birth;
 pub type Tick = u64;
 
 /// Ticks are exact in floating point below this.
-const MOST_TICKS: Tick = 1 << 53;
+pub const MOST_TICKS: Tick = 1 << 53;
 
 /// Everything that changes while a simulation runs. What can be derived from it (queues, bins, batches, the last tick of each
 /// node) is not in it.

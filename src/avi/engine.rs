@@ -14,7 +14,7 @@ use crate::contact::{Body, BodyState, Freedom, Law};
 use crate::element::{LANES, Potential};
 use crate::ledger::Ledger;
 use crate::mesh::{ElementId, NodeId};
-use crate::state::{Alarm, Clock, Sizes, State, Tick};
+use crate::state::{Alarm, Clock, MOST_TICKS, Sizes, State, Tick};
 use std::sync::Arc;
 
 /// How the engine steps.
@@ -264,6 +264,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         })?;
         if state.birth != self.state.birth {
             return Err("it is of another mesh");
+        }
+        let begun = state.birth.as_ref().map_or(0, |birth| birth.tick);
+        let now = state.now.unwrap_or(begun);
+        if begun > now || begun >= MOST_TICKS || state.record.synchronous.1 > now {
+            return Err("its ticks are in no order");
         }
         let fits = |clock: &Clock| self.rules.schedule != Kind::Bins || clock.step == 0 || clock.step.is_power_of_two();
         if state.clocks.iter().all(fits) { Ok(()) } else { Err("a step is none of the bins") }

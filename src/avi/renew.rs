@@ -2,7 +2,7 @@
 
 use super::engine::{Engine, NoStep, Start};
 use super::phase::Phase;
-use super::{Gel, Kind, StepError, TickGrid};
+use super::{Gel, Kind, Pool, StepError, TickGrid};
 use crate::algebra::Vector;
 use crate::contact::{Body, BodyState};
 use crate::element::Potential;
@@ -16,8 +16,8 @@ use std::sync::Arc;
 pub struct Wear {
     /// An element is worse shaped than this where it is, 1 being the best.
     pub quality: f64,
-    /// An element is compressed to less than this part of its volume.
-    pub jacobian: f64,
+    /// An element is compressed to less than this part of its area, or volume in space.
+    pub compression: f64,
 }
 
 /// How far an engine has come.
@@ -29,8 +29,6 @@ pub enum Reached {
     Worn,
 }
 
-/// An element is looked at on multiples of so many of its own steps: a look costs half of an update.
-const LOOK: Tick = 1;
 /// A mesh lasts at least so many of its finest steps (A12); where it wears out fast, to this part of what is allowed, so many.
 const SHORTEST_LIFE: (Tick, Tick) = (50, 4);
 const HALF_WORN: f64 = 0.7;
@@ -79,10 +77,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             return false;
         }
         let part = if age < SHORTEST_LIFE.0 { HALF_WORN } else { 1.0 };
-        let wear = Wear { quality: part * wear.quality, jacobian: part * wear.jacobian };
+        let wear = Wear { quality: part * wear.quality, compression: part * wear.compression };
         let time = self.grid.time(tick);
-        let looks = |clock: &Clock| self.rules.schedule.fires(LOOK * clock.step, tick);
-        let groups = self.state.clocks.iter().enumerate().filter(|(_, clock)| looks(clock));
+        let fires = |clock: &Clock| self.rules.schedule.fires(clock.step, tick);
+        let groups = self.state.clocks.iter().enumerate().filter(|(_, clock)| fires(clock));
         let mut elements = groups.flat_map(|(group, _)| self.order.elements(self.order.slots(group)));
         elements.any(|element| self.is_element_worn(element, time, &wear))
     }
@@ -93,14 +91,18 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for (i, node) in self.gel.potential.nodes(element).iter().enumerate() {
             now[i] = self.position_at(*node, time);
         }
-        shape_quality(&now, &simplex) < wear.quality || self.gel.potential.compression(element, &now) < wear.jacobian
+        shape_quality(&now, &simplex) < wear.quality || self.gel.potential.compression(element, &now) < wear.compression
     }
 
     /// The last tick of this mesh: every group fires, its kick that of half of the step behind.
     pub(super) fn close(&mut self, tick: Tick) -> Result<(), StepError> {
         self.phase = Phase::Last;
         self.answer(tick);
-        self.check_elements(self.grid.time(tick))?;
+        if let Err(error) = self.check_elements(self.grid.time(tick)) {
+            self.drift_active(tick);
+            self.state.now = Some(tick);
+            return Err(error);
+        }
         self.scratch.touches.clear();
         self.scratch.changed.clear();
         let sums = if self.blocks.is_some() { self.advance_nodes(tick) } else { self.measure_limits() };
@@ -132,19 +134,18 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         ledger.energy.remesh += now.energy - was.energy;
         ledger.momentum.remesh += now.momentum - was.momentum;
         ledger.angular_momentum.remesh += now.angular_momentum - was.angular_momentum;
-        new.state.record.remeshes += 1;
         new.state.birth = birth;
         new.pool = self.pool.take();
         Ok(new)
     }
 
-    /// An engine of a mesh that this run has, had or will have, made so for a state of it to be restored. `birth` is the mesh,
-    /// unless it is that of the start.
+    /// An engine of a mesh that this run has, had or will have, made so for a state of it to be restored; without threads.
+    /// `birth` is the mesh, unless it is that of the start.
     ///
     /// # Errors
-    /// [`NoStep`] if a step of the mesh is no number or shorter than a tick; this engine keeps all it has then.
-    pub fn moved_to(
-        &mut self,
+    /// [`NoStep`] if a step of the mesh is no number or shorter than a tick.
+    pub fn on_mesh(
+        &self,
         gel: Gel<D, P>,
         position: &[Vector<D>],
         birth: Option<Arc<Birth<D>>>,
@@ -152,8 +153,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let nodes = position.iter().map(|x| (*x, Vector::<D>::zeros())).collect();
         let mut other = self.followed(gel, nodes, birth.as_ref().map_or(0, |birth| birth.tick))?;
         other.state.birth = birth;
-        other.pool = self.pool.take();
         Ok(other)
+    }
+
+    /// Counts an exchange of the mesh.
+    pub fn count_exchange(&mut self) {
+        self.state.record.remeshes += 1;
+    }
+
+    /// Its threads, for another engine.
+    pub fn take_pool(&mut self) -> Option<Pool> {
+        self.pool.take()
     }
 
     fn followed(&self, gel: Gel<D, P>, nodes: Vec<(Vector<D>, Vector<D>)>, tick: Tick) -> Result<Self, NoStep> {
@@ -168,6 +178,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let mut new = Self::assemble((gel, self.rules), bodies, nodes, passage)?;
         new.wear = self.wear;
+        new.blocks = new.blocks.take().filter(|_| self.blocks.is_some());
+        if let (Some(new), Some(old)) = (&mut new.blocks, &self.blocks) {
+            (new.level, new.never_rest) = (old.level, old.never_rest);
+        }
         Ok(new)
     }
 }

@@ -185,13 +185,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// The groups that fire, ascending.
     fn find_due(&mut self, tick: Tick) {
+        let moment = self.moment(tick);
         let due = &mut self.scratch.due;
         due.clear();
         if self.rules.schedule == Kind::Queue && tick > 0 {
             self.queue.take(tick, due);
             return;
         }
-        let moment = Moment { tick, origin: self.origin, kind: self.rules.schedule, phase: self.phase };
         let firing = self.state.clocks.iter().zip(0..).filter(|(clock, _)| moment.fires(clock.step));
         due.extend(firing.map(|(_, group)| group));
     }

@@ -19,7 +19,8 @@ pub enum Section {
 
 /// Constant-strain triangles or tetrahedra of a hyperelastic gel (numerics A1, A2, 1.3e).
 ///
-/// F = Σ x_a ⊗ ∇N_a; the stretch out of the plane is λ = 1 in `planar` and r̄/R̄ (mean radii of the three nodes) in
+/// F = Σ x_a ⊗ ∇N_a; of an element that has a [`Reference`] of its own, which is never at rest where its nodes are, 1 below is what F
+/// is there. The stretch out of the plane is λ = 1 in `planar` and r̄/R̄ (mean radii of the three nodes) in
 /// `axisymmetric`; J = λ det F. Forces f_a = −w P ∇N_a with the rest volume w (2πR̄A for a ring), in `axisymmetric` with
 /// −w P_θθ/(3R̄) added along r. Strains come from displacements, so that a gel at rest has no force at all, not one of
 /// rounding: F = 1 + Σ (x_a − X_a) ⊗ ∇N_a.

@@ -1,8 +1,8 @@
 //! What a mesh of the plane carries, and what a new one carries after it.
 
-use super::{Defects, Source};
+use super::{Defects, Same, Source};
 use crate::algebra::Vector;
-use crate::mesh::{ElementId, Simplex};
+use crate::mesh::Simplex;
 
 /// What a mesh of the plane stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,7 +40,7 @@ pub struct Transferred {
     /// Which directions of a node are held.
     pub held: Vec<[bool; 2]>,
     /// By new element, the old one that it is.
-    pub same: Vec<Option<ElementId>>,
+    pub same: Vec<Option<Same>>,
     /// What the other new elements are made of, in their order.
     pub sources: Vec<Source>,
     /// What was lost on the way.

@@ -50,6 +50,7 @@ pub use carried::{Carried, Symmetry, Transferred, corner_masses, nodal_masses};
 pub use defects::{Books, Defects};
 pub use error::RemeshError;
 pub use judge::{Acceptance, Quality, Rejected, judge};
+pub use pairing::Same;
 pub use pieces::Source;
 pub use sizing::{Range, curved, graded};
 pub use thickness::confined;

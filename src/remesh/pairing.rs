@@ -5,7 +5,7 @@ use crate::mesh::{ElementId, Incidence, Mesh, NodeId, Simplex};
 
 /// An old element that a new one is again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Same {
+pub struct Same {
     /// The old element.
     pub element: ElementId,
     /// Corner c of the new one is corner (c + turn) mod 3 of the old one.
@@ -14,6 +14,7 @@ pub(super) struct Same {
 
 impl Same {
     /// What belongs to the corners of the old element, in the order of the new one.
+    #[must_use]
     pub fn turned<T: Copy>(&self, corners: &[T]) -> [T; 3] {
         std::array::from_fn(|c| corners[(c + self.turn) % 3])
     }

@@ -56,7 +56,7 @@ fn edges_of_nodes(n_nodes: usize, elements: &[Simplex]) -> (Vec<usize>, Vec<usiz
     (start, pairs.into_iter().map(|pair| pair[1]).collect())
 }
 
-/// Target sizes of the nodes from how nodal fields bend (numerics 4.2).
+/// Target sizes of the nodes from how nodal fields bend (numerics 4.3).
 ///
 /// Over an element a component f of a field is a plane with normal (−s ∇f, 1), s = L/range(f), where L is the extent of the
 /// body: without units. Where the normals of neighbours make the angle θ the size is h·clamp(θ*/θ, ½, 2), h being the mean

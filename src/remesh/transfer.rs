@@ -44,14 +44,13 @@ pub fn transfer(old: &Moved<'_, 2>, carried: &Carried<'_>, new: &Proposal<2>) ->
     let mut defects = Defects::new(before, Books::of(&new.position, &mass, &velocity), (&new.position, &taken));
     (defects.stray_mass, defects.misses) = (parts.stray_mass, traces.misses);
     defects.unchanged = pairing.same.iter().flatten().count() as f64 / pairing.same.len().max(1) as f64;
-    defects.massless = mass.iter().filter(|m| **m <= 0.0).count();
+    defects.massless = mass.iter().filter(|m| **m <= 0.0 || !m.is_finite()).count();
     if carried.symmetry == Symmetry::Planar {
         let changed = Group { x: &new.position, mass: &mass, members: &free(new, &pairing, &held) };
         changed.turn(&mut velocity, -defects.angular_defect());
         defects.after = Books::of(&new.position, &mass, &velocity);
     }
-    let same = pairing.same.iter().map(|same| same.map(|same| same.element)).collect();
-    Transferred { rest, mass, corner_mass, velocity, held, same, sources: parts.sources, defects }
+    Transferred { rest, mass, corner_mass, velocity, held, same: pairing.same, sources: parts.sources, defects }
 }
 
 /// Corner masses of the new elements, kg.

@@ -1,10 +1,10 @@
 //! What the elements of a new mesh were at rest: what their nodes say where that is true, else the mean of the old elements
-//! that they are made of (numerics 4.4).
+//! that they are made of (numerics 4.6).
 
 use crate::algebra::{Tensor, Vector, det};
 use crate::element::{Reference, Section, Simplices};
 use crate::mesh::ElementId;
-use crate::remesh::{Proposal, Source, Transferred};
+use crate::remesh::{Proposal, Same, Source, Transferred};
 use crate::state::Birth;
 
 /// The inverse map is taken where the F that it gives differs from the mean by less than this part of it.
@@ -27,11 +27,13 @@ pub(super) fn references(
 ) -> Option<Vec<(ElementId, Reference<2>)>> {
     let mut all = vec![];
     for (element, same) in (0..).map(ElementId).zip(&new.same) {
-        if let Some(old) = same.filter(|old| !potential.is_compatible(*old)) {
-            all.push((element, turned(potential, old, (proposal, new), element)));
+        if let Some(same) = same.filter(|same| !potential.is_compatible(same.element)) {
+            all.push((element, turned(&potential.reference(same.element), &same)));
         }
     }
+    let mut found = new.same.iter().flatten().count();
     for sources in new.sources.chunk_by(|a, b| a.new == b.new) {
+        found += 1;
         let element = sources[0].new;
         let nodes = &proposal.elements[element.index()];
         let told = Reference::of(&new.rest, nodes);
@@ -43,24 +45,15 @@ pub(super) fn references(
         }
     }
     all.sort_by_key(|(element, _)| *element);
-    Some(all)
+    // One that is made of nothing can be nothing.
+    (found == new.same.len()).then_some(all)
 }
 
 /// The reference of an old element whose nodes may stand in another order now.
-fn turned(
-    potential: &Simplices<2>,
-    old: ElementId,
-    (proposal, _): (&Proposal<2>, &Transferred),
-    element: ElementId,
-) -> Reference<2> {
-    let reference = potential.reference(old);
-    let corners = [Vector::<2>::zeros(), reference.edges.column(0).into(), reference.edges.column(1).into()];
-    let was = potential.elements()[old.index()];
-    let first = proposal.elements[element.index()][0];
-    let turn = was[..3].iter().position(|node| proposal.origin[first.index()] == crate::remesh::Origin::Kept(*node));
-    let turn = turn.unwrap_or(0);
-    let corner = |i: usize| corners[(i + turn) % 3] - corners[turn % 3];
-    Reference { edges: Tensor::<2>::from_columns(&[corner(1), corner(2)]), ..reference }
+fn turned(reference: &Reference<2>, same: &Same) -> Reference<2> {
+    let [a, b, c]: [Vector<2>; 3] =
+        same.turned(&[Vector::<2>::zeros(), reference.edges.column(0).into(), reference.edges.column(1).into()]);
+    Reference { edges: Tensor::<2>::from_columns(&[b - a, c - a]), ..*reference }
 }
 
 fn mean((potential, old): (&Simplices<2>, &Birth<2>), x: &[Vector<2>], sources: &[Source]) -> Mean {
@@ -101,5 +94,7 @@ fn made(now: &Reference<2>, mean: &Mean) -> Option<Reference<2>> {
         return None;
     }
     let f = mean.f * scale.sqrt();
-    Some(Reference { edges: f.try_inverse()? * now.edges, radius })
+    let edges = f.try_inverse()? * now.edges;
+    let outside = !mean.is_ring || radius > 0.0;
+    (outside && det(&edges) > 0.0).then_some(Reference { edges, radius })
 }

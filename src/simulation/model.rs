@@ -235,8 +235,7 @@ where
 
     fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
         let state = State::<D>::recall(saved).ok_or(RestoreError::Foreign)?;
-        self.move_to(state)?;
-        self.engine.restore(state).map_err(|what| RestoreError::Inconsistent { what })
+        self.go_back(state)
     }
 
     fn digest(&self) -> u128 {

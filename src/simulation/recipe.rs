@@ -4,8 +4,9 @@ use crate::algebra::{Vector, embed};
 use crate::avi::{Gel, Surface, Wear};
 use crate::element::{Potential, Reference, Section, Simplices};
 use crate::material::NeoHookean;
-use crate::mesh::{ElementId, Facet, Mesh, Patches, shape_quality};
+use crate::mesh::{ElementId, Facet, Mesh, Patches, Simplex, shape_quality};
 use crate::scene::{Dimension, ElementKind, Remesh, Scene};
+use crate::state::Birth;
 
 /// What a gel is made of.
 #[derive(Debug, Clone, Copy)]
@@ -93,14 +94,29 @@ impl Recipe {
         })
     }
 
+    /// Whether all elements of a mesh are at rest on the side of the axis where matter is, if there is one.
+    pub fn holds<const D: usize>(&self, birth: &Birth<D>) -> bool {
+        if self.section != Section::Axisymmetric {
+            return true;
+        }
+        let mesh = &birth.mesh;
+        let radius = |nodes: &Simplex| Reference::of(&mesh.rest, nodes).radius;
+        let mut own = birth.references.iter().peekable();
+        let outside = |(element, nodes): (ElementId, &Simplex)| {
+            let reference = own.next_if(|(own, _)| *own == element);
+            reference.map_or_else(|| radius(nodes), |(_, reference)| reference.radius) > 0.0
+        };
+        (0..).map(ElementId).zip(&mesh.elements).all(outside)
+    }
+
     /// When a mesh is worn whose nodes are there when it is new; never, if it is not exchanged.
     pub fn wear<const D: usize>(&self, potential: &Simplices<D>, position: &[Vector<D>]) -> Option<Wear> {
         let Remesh { quality, compression, .. } = self.remesh?.rules;
-        let (mut shape, mut volume) = (f64::INFINITY, f64::INFINITY);
+        let (mut shape, mut area) = (f64::INFINITY, f64::INFINITY);
         for (element, nodes) in (0..).map(ElementId).zip(potential.elements()) {
             shape = shape.min(shape_quality(position, nodes));
-            volume = volume.min(potential.compression(element, &nodes.map(|node| position[node.index()])));
+            area = area.min(potential.compression(element, &nodes.map(|node| position[node.index()])));
         }
-        Some(Wear { quality: quality.min(AGED * shape), jacobian: compression.min(AGED * volume) })
+        Some(Wear { quality: quality.min(AGED * shape), compression: compression.min(AGED * area) })
     }
 }

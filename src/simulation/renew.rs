@@ -38,6 +38,7 @@ impl Renew for Gelatin<2> {
         for sag in SAGS {
             let proposed = self.propose((&old, &moved), &size, sag);
             if proposed.is_some_and(|(birth, velocity)| self.go_on(birth, velocity).is_ok()) {
+                self.engine.count_exchange();
                 return Ok(());
             }
         }
@@ -128,25 +129,32 @@ impl<const D: usize> Gelatin<D> {
         self.recipe.gel((&birth.mesh, &birth.position), (birth.mass.clone(), &birth.references))
     }
 
-    /// Has the mesh of a state of this run, so that it can be restored.
+    /// Continues from a state of this run.
     ///
     /// # Errors
-    /// If it is no mesh of this run; nothing is changed then.
-    pub fn move_to(&mut self, state: &State<D>) -> Result<(), RestoreError> {
-        if state.birth == self.engine.state().birth {
-            return Ok(());
-        }
-        let here = self.present();
-        let first = if self.engine.state().birth.is_none() { Some(here) } else { self.first.clone() };
-        let Some(birth) = state.birth.as_ref().or(first.as_ref()).map(Arc::clone) else {
-            return Err(RestoreError::Foreign);
+    /// If it is none; nothing is changed then.
+    pub fn go_back(&mut self, state: &State<D>) -> Result<(), RestoreError> {
+        let wrong = |what| RestoreError::Inconsistent { what };
+        let own = &self.engine.state().birth;
+        let is_here = match (own, &state.birth) {
+            (Some(own), Some(its)) => Arc::ptr_eq(own, its) || own == its,
+            (own, its) => own.is_none() && its.is_none(),
         };
-        if self.recipe.remesh.is_none() {
-            return Err(RestoreError::Inconsistent { what: "its mesh was exchanged, and that of this scene never is" });
+        if is_here {
+            return self.engine.restore(state).map_err(wrong);
         }
-        let moved = self.engine.moved_to(self.gel_of(&birth), &birth.position, state.birth.clone());
-        let what = "its mesh cannot be stepped";
-        self.engine = moved.map_err(|NoStep { .. }| RestoreError::Inconsistent { what })?;
+        if self.recipe.remesh.is_none() {
+            return Err(wrong("its mesh was exchanged, and that of this scene never is"));
+        }
+        let first = if own.is_none() { Some(self.present()) } else { self.first.clone() };
+        let birth = state.birth.as_ref().or(first.as_ref()).map(Arc::clone).ok_or(RestoreError::Foreign)?;
+        if !self.recipe.holds(&birth) {
+            return Err(wrong("an element of its mesh is on the axis or beyond it"));
+        }
+        let other = self.engine.on_mesh(self.gel_of(&birth), &birth.position, state.birth.clone());
+        let mut other = other.map_err(|NoStep { .. }| wrong("its mesh cannot be stepped"))?;
+        other.restore(state).map_err(wrong)?;
+        self.engine = other.with_pool(self.engine.take_pool());
         self.first = first;
         self.dress(&birth);
         Ok(())

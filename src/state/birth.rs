@@ -35,7 +35,8 @@ impl<const D: usize> Birth<D> {
         let whole = |(element, reference): &(ElementId, Reference<D>)| {
             element.index() < elements.len() && det(&reference.edges) > 0.0 && reference.radius.is_finite()
         };
-        if elements.is_empty() || !references.iter().all(whole) {
+        let ascending = references.windows(2).all(|pair| pair[0].0 < pair[1].0);
+        if elements.is_empty() || !ascending || !references.iter().all(whole) {
             return None;
         }
         let mut told = vec![true; elements.len()];
@@ -43,13 +44,13 @@ impl<const D: usize> Birth<D> {
             told[element.index()] = false;
         }
         let known = |simplex: &Simplex| simplex.iter().all(|node| node.index() < n);
-        let upright = |simplex: &Simplex, told: bool| {
-            signed_volume(&position, simplex) > 0.0 && (!told || signed_volume(&rest, simplex) > 0.0)
-        };
+        let upright = |simplex: &Simplex, told: bool| !told || signed_volume(&rest, simplex) > 0.0;
+        let placed = rest.iter().chain(&position).all(|x| x.iter().all(|x| x.is_finite()));
+        let weighed = corner_mass.iter().flatten().all(|mass| mass.is_finite());
         let heavy = mass.iter().all(|mass| *mass > 0.0 && mass.is_finite());
         let counted = [position.len(), mass.len(), held.len()] == [n; 3] && corner_mass.len() == elements.len();
         let sound = |(simplex, told): (&Simplex, &bool)| known(simplex) && upright(simplex, *told);
-        if !(counted && heavy && elements.iter().zip(&told).all(sound)) {
+        if !(counted && heavy && placed && weighed && elements.iter().zip(&told).all(sound)) {
             return None;
         }
         let held = held.iter().map(|held| std::array::from_fn(|i| held >> i & 1 == 1)).collect();
