@@ -31,6 +31,18 @@ pub(super) enum Due {
     All,
 }
 
+/// What is known of the part of a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) enum Known {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// Σ κ, and what the last sweep gave.
+    Sums,
+    /// The same, and that it is that of a full sweep at rest.
+    Rest,
+}
+
 /// A run of slots.
 #[derive(Debug, Default)]
 pub(super) struct Block {
@@ -48,8 +60,8 @@ pub(super) struct Block {
     pub due: Due,
     /// The nodes of the groups that fire, if not all do.
     pub touched: Vec<u16>,
-    /// Whether its part is that of a full sweep at rest.
-    pub still: bool,
+    /// What is known of its part.
+    pub known: Known,
     /// Whether some node of it has moved or moves.
     pub awake: AtomicBool,
     /// Whether a node of it was active at this tick through another block.
@@ -197,15 +209,12 @@ impl<const D: usize> Blocks<D> {
         }
     }
 
-    /// All steps and stiffnesses, who moves, and nothing known of what is still.
-    pub fn restart(&mut self, (clocks, stiffness): (&[Clock], &[f64]), moves: impl Fn(usize) -> bool) {
+    /// All steps, who moves, and nothing known of what blocks give.
+    pub fn restart(&mut self, clocks: &[Clock], moves: impl Fn(usize) -> bool) {
         for i in 0..self.all.len() {
             self.pace(i, clocks);
-            let groups = self.groups_of(i);
             let block = &mut self.all[i];
-            let part = &mut self.parts[block.first..block.first + block.nodes.len()];
-            self.lanes.sum_stiffness(groups, &stiffness[i * SLOTS..], part);
-            block.still = false;
+            block.known = Known::Nothing;
             block.restless = true;
             *block.awake.get_mut() = block.nodes.iter().any(|node| moves(node.index()));
         }
@@ -272,7 +281,7 @@ impl Block {
 
     /// Whether it must be swept at this tick: at rest, what it would answer is known once it was swept so as a whole.
     pub fn is_wanted(&self) -> bool {
-        self.due != Due::Nothing && (self.is_awake() || !self.still)
+        self.due != Due::Nothing && (self.is_awake() || self.known != Known::Rest)
     }
 
     /// Whether what it gives to its nodes at this tick is in its part.

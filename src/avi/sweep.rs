@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::blocks::{Block, Blocks, Due, Report, SLOTS, groups_of};
+use super::blocks::{Block, Blocks, Due, Known, Report, SLOTS, groups_of};
 use super::order::Order;
 use super::phase::Moment;
 use super::pool::{Cut, share};
@@ -78,7 +78,8 @@ impl<const D: usize> Blocks<D> {
         (pool, elements): (Option<&Pool>, u64),
     ) {
         if self.never_rest {
-            self.all.iter_mut().for_each(|block| block.still = false);
+            let at_rest = self.all.iter_mut().filter(|block| block.known == Known::Rest);
+            at_rest.for_each(|block| block.known = Known::Sums);
         }
         self.locals.resize_with(pool.map_or(1, Pool::threads), Local::new);
         let pool = pool.filter(|_| elements > SHARED);
@@ -140,17 +141,21 @@ impl Block {
         local: &mut Local,
     ) {
         self.report = None;
+        let groups = groups_of(index, n, sweep.clocks.len());
         if !self.is_wanted() {
+            if self.known == Known::Nothing {
+                lanes.sum_stiffness(groups, stiffness, part);
+                self.known = Known::Sums;
+            }
             return;
         }
         let moves = self.load(sweep, local);
         // Of a block that fires in part the other nodes may move.
         let moves = moves || (self.due == Due::Some && self.is_awake());
         self.awake.store(moves, Ordering::Relaxed);
-        if !moves && self.still {
+        if !moves && self.known == Known::Rest {
             return;
         }
-        let groups = groups_of(index, n, sweep.clocks.len());
         let weight = |group: usize| sweep.weight(sweep.clocks[group].step);
         lanes.sweep(level, (groups.clone(), weight), local, (&mut *stiffness, &mut *answers));
         let given = local.accumulated(self.nodes.len());
@@ -163,7 +168,7 @@ impl Block {
             }
             lanes.sum_stiffness(groups.clone(), stiffness, part);
         }
-        self.still = !moves && self.due == Due::All;
+        self.known = if !moves && self.due == Due::All { Known::Rest } else { Known::Sums };
         self.inspect(sweep, (groups, answers), moves);
     }
 

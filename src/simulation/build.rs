@@ -97,7 +97,7 @@ where
     let recipe = Recipe::of(scene);
     let simplices = recipe.simplices(&mesh);
     let mass = simplices.lumped_masses(&mesh, scene.gel.density);
-    let gel = recipe.gel((&mesh, &mesh.rest), (mass, &[]));
+    let gel = recipe.gel(simplices, (&mesh, &mesh.rest), mass);
     let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));
     let moving = |held: &[bool; D]| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { velocity[i] });
     let nodes = mesh.rest.iter().zip(&mesh.held).map(|(x, held)| (*x, moving(held))).collect();

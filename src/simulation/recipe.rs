@@ -63,13 +63,14 @@ impl Recipe {
         Simplices::in_patches(mesh, patches, (self.material, self.section))
     }
 
-    /// The gel of a mesh whose nodes are there when it is new, with these masses.
+    /// The gel of these elements, the nodes of whose mesh are there when it is new, with these masses.
     pub fn gel<const D: usize>(
         &self,
+        simplices: Simplices<D>,
         (mesh, position): (&Mesh<D>, &[Vector<D>]),
-        (mass, references): (Vec<f64>, &[(ElementId, Reference<D>)]),
+        mass: Vec<f64>,
     ) -> Gel<D, Simplices<D>> {
-        Gel::new(self.simplices(mesh).with_references(references), mass, &mesh.held, self.surface(mesh, position))
+        Gel::new(simplices, mass, &mesh.held, self.surface(mesh, position))
     }
 
     /// All of the boundary but the axis of revolution: areas at rest, sizes where the nodes are.

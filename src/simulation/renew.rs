@@ -126,7 +126,8 @@ impl Gelatin<2> {
 
 impl<const D: usize> Gelatin<D> {
     pub fn gel_of(&self, birth: &Birth<D>) -> crate::avi::Gel<D, Simplices<D>> {
-        self.recipe.gel((&birth.mesh, &birth.position), (birth.mass.clone(), &birth.references))
+        let simplices = self.recipe.simplices(&birth.mesh).with_references(&birth.references);
+        self.recipe.gel(simplices, (&birth.mesh, &birth.position), birth.mass.clone())
     }
 
     /// Continues from a state of this run.

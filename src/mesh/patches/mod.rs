@@ -24,7 +24,7 @@ use dual::Dual;
 /// mesh's own order stays near.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Patches {
-    /// Patch p is `members[start[p]..start[p + 1]]`.
+    /// Patch p is `members[start[p]..start[p + 1]]`; nothing where patch p is element p.
     start: Vec<u32>,
     members: Vec<ElementId>,
 }
@@ -34,7 +34,7 @@ impl Patches {
     #[must_use]
     pub fn alone(n_elements: usize) -> Self {
         let n = n_elements as u32;
-        Self { start: (0..=n).collect(), members: (0..n).map(ElementId).collect() }
+        Self { start: vec![], members: (0..n).map(ElementId).collect() }
     }
 
     /// What keeps a mesh from locking: pairs in the plane, groups of up to four elements in space; what finds no partner
@@ -86,7 +86,7 @@ impl Patches {
     /// Number of patches.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.start.len() - 1
+        if self.start.is_empty() { self.members.len() } else { self.start.len() - 1 }
     }
 
     /// Whether there are no patches.
@@ -98,7 +98,10 @@ impl Patches {
     /// The elements of a patch.
     #[must_use]
     pub fn of(&self, patch: usize) -> &[ElementId] {
-        &self.members[self.start[patch] as usize..self.start[patch + 1] as usize]
+        match self.start.get(patch..patch + 2) {
+            Some(ends) => &self.members[ends[0] as usize..ends[1] as usize],
+            None => std::slice::from_ref(&self.members[patch]),
+        }
     }
 
     /// The elements of each patch.
