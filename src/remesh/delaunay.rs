@@ -1,8 +1,9 @@
 //! The constrained Delaunay triangulation of the part that is filled anew.
 
 use super::RemeshError;
+use super::bounds::{Bounds, along_curve};
 use super::cloud::Cloud;
-use super::near::{Bounds, Near, along_curve};
+use super::near::Near;
 use super::points::{NEW, Part, scatter};
 use super::shape::{Point, circumcircle, distance};
 use super::surface::Surface;

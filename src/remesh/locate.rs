@@ -1,51 +1,11 @@
 //! Which triangles are near: boxes in a binary tree along a Morton curve, so that grading does no harm.
 
 use super::Triangle;
+use super::bounds::{Bounds, along_curve};
 use crate::algebra::Vector;
 
 /// Triangles per leaf.
 const LEAF: usize = 4;
-/// Bits per direction of the Morton curve: two neighbours in a cell of 2⁻¹⁶ of the body may stand in any order.
-const BITS: u32 = 16;
-
-/// An upright box; the empty one has `low` above `high`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Bounds {
-    pub low: Vector<2>,
-    pub high: Vector<2>,
-}
-
-impl Bounds {
-    const EMPTY: Self = Self {
-        low: Vector::<2>::new(f64::INFINITY, f64::INFINITY),
-        high: Vector::<2>::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
-    };
-
-    /// The least box around points.
-    pub fn around(points: &[Vector<2>]) -> Self {
-        points.iter().fold(Self::EMPTY, |bounds, p| bounds.joined(&Self { low: *p, high: *p }))
-    }
-
-    fn joined(&self, other: &Self) -> Self {
-        let pick = |a: &Vector<2>, b: &Vector<2>, least: fn(f64, f64) -> f64| {
-            Vector::<2>::new(least(a[0], b[0]), least(a[1], b[1]))
-        };
-        Self { low: pick(&self.low, &other.low, f64::min), high: pick(&self.high, &other.high, f64::max) }
-    }
-
-    fn meets(&self, other: &Self) -> bool {
-        self.low[0] <= other.high[0]
-            && other.low[0] <= self.high[0]
-            && self.low[1] <= other.high[1]
-            && other.low[1] <= self.high[1]
-    }
-
-    /// Squared distance of a point, 0 inside; infinite for the empty box.
-    fn distance(&self, p: &Vector<2>) -> f64 {
-        let outside = |i: usize| (self.low[i] - p[i]).max(p[i] - self.high[i]).max(0.0);
-        outside(0) * outside(0) + outside(1) * outside(1)
-    }
-}
 
 /// A place in a triangle: x = Σ weights x_a.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,12 +30,13 @@ pub(super) struct Locator<'a> {
 impl<'a> Locator<'a> {
     /// Of these triangles.
     pub fn new(triangles: &'a [Triangle]) -> Self {
-        let order = along_a_curve(triangles);
+        let order =
+            along_curve(&triangles.iter().map(|t| t.corners.iter().sum::<Vector<2>>() / 3.0).collect::<Vec<_>>());
         let leaves = order.len().div_ceil(LEAF).next_power_of_two();
-        let mut boxes = vec![Bounds::EMPTY; 2 * leaves];
+        let mut boxes = vec![Bounds::NONE; 2 * leaves];
         for (leaf, members) in order.chunks(LEAF).enumerate() {
             boxes[leaves + leaf] =
-                members.iter().fold(Bounds::EMPTY, |b, t| b.joined(&Bounds::around(&triangles[*t as usize].corners)));
+                members.iter().fold(Bounds::NONE, |b, t| b.joined(&Bounds::around(&triangles[*t as usize].corners)));
         }
         for node in (1..leaves).rev() {
             boxes[node] = boxes[2 * node].joined(&boxes[2 * node + 1]);
@@ -126,7 +87,7 @@ impl<'a> Locator<'a> {
         let mut best: Option<Place> = None;
         let mut stack = vec![1_usize];
         while let Some(node) = stack.pop() {
-            if best.is_some_and(|best| self.boxes[node].distance(p) >= best.distance) {
+            if best.is_some_and(|best| self.boxes[node].distance_squared(p) >= best.distance) {
                 continue;
             }
             if let Some(members) = self.members(node) {
@@ -136,7 +97,7 @@ impl<'a> Locator<'a> {
                 }
             } else {
                 let [first, second] = [2 * node, 2 * node + 1];
-                let swap = self.boxes[second].distance(p) < self.boxes[first].distance(p);
+                let swap = self.boxes[second].distance_squared(p) < self.boxes[first].distance_squared(p);
                 stack.extend(if swap { [first, second] } else { [second, first] });
             }
         }
@@ -149,33 +110,6 @@ impl<'a> Locator<'a> {
         let end = self.order.len();
         Some(&self.order[(leaf * LEAF).min(end)..((leaf + 1) * LEAF).min(end)])
     }
-}
-
-/// The triangles along a Morton curve through their middles.
-fn along_a_curve(triangles: &[Triangle]) -> Vec<u32> {
-    let middle = |t: &Triangle| t.corners.iter().sum::<Vector<2>>() / 3.0;
-    let all = triangles.iter().fold(Bounds::EMPTY, |b, t| b.joined(&Bounds::around(&t.corners)));
-    let extent = (all.high - all.low).amax().max(f64::MIN_POSITIVE);
-    let cells = f64::from(1_u32 << BITS);
-    let code = |t: &Triangle| {
-        let at = (middle(t) - all.low) * (cells / extent);
-        [at[0], at[1]].map(|i| i.clamp(0.0, cells - 1.0) as u32)
-    };
-    let mut keys: Vec<(u32, u32)> =
-        triangles.iter().enumerate().map(|(i, t)| (interleaved(code(t)), i as u32)).collect();
-    keys.sort_unstable();
-    keys.into_iter().map(|(_, i)| i).collect()
-}
-
-/// The bits of two numbers below 2¹⁶ in turn.
-fn interleaved([x, z]: [u32; 2]) -> u32 {
-    let spread = |n: u32| {
-        let n = (n | n << 8) & 0x00ff_00ff;
-        let n = (n | n << 4) & 0x0f0f_0f0f;
-        let n = (n | n << 2) & 0x3333_3333;
-        (n | n << 1) & 0x5555_5555
-    };
-    spread(x) | spread(z) << 1
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 
 #[cfg(test)]
 mod bodies;
+mod bounds;
 mod carried;
 mod cloud;
 mod defects;
@@ -38,8 +39,8 @@ mod waves;
 
 use crate::algebra::Vector;
 use crate::mesh::{Mesh, NodeId, Simplex, signed_volume};
+use bounds::Bounds;
 use cloud::Cloud;
-use near::Bounds;
 use parts::Parts;
 use points::{Limits, Part};
 use surface::Surface;

@@ -1,7 +1,8 @@
 //! Mass and momentum of the new elements, from the old ones that they lie over.
 
+use super::bounds::Bounds;
 use super::carried::heights;
-use super::locate::{Bounds, Locator};
+use super::locate::Locator;
 use super::overlay::{Cutter, Moments};
 use super::pairing::Pairing;
 use super::{Carried, Moved, Proposal, Triangle};

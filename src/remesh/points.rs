@@ -1,7 +1,8 @@
 //! Points inside: old nodes that are good where they are, and middles of tree cells where nothing is near.
 
+use super::bounds::Bounds;
 use super::cloud::Cloud;
-use super::near::{Bounds, Near};
+use super::near::Near;
 use super::shape::{Point, clearance, distance, shares};
 use super::surface::Surface;
 use super::tree::{Square, leaves};

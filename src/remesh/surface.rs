@@ -1,7 +1,8 @@
 //! The boundary of the new mesh: that of the old one, with long edges split and nodes that nobody needs left out.
 
+use super::bounds::Bounds;
 use super::cloud::Cloud;
-use super::near::{Bounds, Near};
+use super::near::Near;
 use super::shape::{Point, cross, distance, do_cross};
 use super::{Moved, Origin, RemeshError, Rules};
 use crate::mesh::{Incidence, NodeId};

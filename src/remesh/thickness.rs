@@ -1,7 +1,8 @@
 //! How thick the body is between two parts of its boundary that face each other.
 
 use super::Moved;
-use super::near::{Bounds, Near};
+use super::bounds::Bounds;
+use super::near::Near;
 use super::shape::{Point, clearance, distance};
 
 /// Cosine of the angle between outward normals from which on two edges face each other, 120°.
