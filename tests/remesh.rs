@@ -63,7 +63,8 @@ fn a_ball_runs_into_a_cylinder_and_the_axis_stays_the_axis() {
     assert!(seen.cost.remeshes > 0, "no mesh was exchanged");
     check_books(&seen);
     let points = done.frame().points;
-    assert!(points.iter().filter(|x| x.x == 0.0).count() > 50, "the axis has no nodes");
+    let on_axis = points.iter().filter(|x| x.x == 0.0).count();
+    assert!(on_axis > 30, "the axis has {on_axis} nodes");
     // A ring is held from closing by the mean radius of its elements: a node of the surface beside the axis may pass it.
     let least = points.iter().map(|x| x.x).fold(f64::INFINITY, f64::min);
     assert!(least > -0.5 * 2.5e-3, "matter is {least:e} m on the wrong side of the axis");
