@@ -9,6 +9,10 @@ use crate::state::Birth;
 
 /// The inverse map is taken where the F that it gives differs from the mean by less than this part of it.
 const AGREES: f64 = 0.5;
+/// A ring must also be at rest within this part of what it is made of: its stretch about the axis is that of its middle, and a ring
+/// that lies elsewhere in an old one has another. Without this rule a ball of 15 m/s gained 11 % of its energy by eight meshes of
+/// 2.5 mm, and with finer ones the run failed; with it 2.1, 1.5 and 1.0 % are lost with 2.5, 1.25 and 0.625 mm.
+const HOLDS: f64 = 0.01;
 
 /// F of the old elements of which an element is made, and the measure that they had at rest: means by mass.
 struct Mean {
@@ -77,7 +81,9 @@ fn mean((potential, old): (&Simplices<2>, &Birth<2>), x: &[Vector<2>], sources: 
 fn agrees(told: &Reference<2>, now: &Reference<2>, mean: &Mean) -> bool {
     let inverse = told.edges.try_inverse().filter(|_| det(&told.edges) > 0.0);
     let Some(inverse) = inverse else { return false };
-    (now.edges * inverse - mean.f).norm() < AGREES * mean.f.norm()
+    let missing = 0.5 * det(&told.edges) * told.radius - mean.rest;
+    let holds = !mean.is_ring || missing.abs() < HOLDS * mean.rest;
+    holds && (now.edges * inverse - mean.f).norm() < AGREES * mean.f.norm()
 }
 
 /// What has the mean F and the measure at rest of what it is made of, where it is now.
