@@ -183,13 +183,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self
     }
 
-    /// The same, but it ends where its mesh is worn. A queue never is.
-    #[must_use]
-    pub fn until_worn(mut self, wear: Wear) -> Self {
-        self.wear = Some(wear);
-        self
-    }
-
     /// The same with what is at rest computed as well; results do not depend on it.
     #[must_use]
     pub fn without_rest(mut self) -> Self {

@@ -71,10 +71,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// One global stable step would be the smallest nodal limit seen so far; what it would have cost up to `tick`.
     pub(super) fn count_synchronous(&mut self, limit: f64, tick: Tick) {
         let limit = self.grid.ticks(limit);
-        let (length, counted, updates) = self.state.record.synchronous;
-        if limit < length {
-            let cost = (tick - counted) as f64 / length * self.gel.potential.len() as f64;
-            self.state.record.synchronous = (limit, tick, updates + cost);
+        if limit < self.state.record.synchronous.0 {
+            self.state.record.synchronous = (limit, tick, self.synchronous_until(tick as f64));
         }
     }
 

@@ -62,9 +62,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.grid.time(self.last_tick())
     }
 
-    /// From when on the mesh is worn.
-    pub fn set_wear(&mut self, wear: Wear) {
-        self.wear = Some(wear);
+    /// From when on the mesh is worn, if ever. A queue never is.
+    pub fn set_wear(&mut self, wear: Option<Wear>) {
+        self.wear = wear;
     }
 
     /// Whether the mesh is worn at this tick.
@@ -109,9 +109,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.count_synchronous(sums.limit, tick);
         let work = self.kick_all(tick, &sums);
         self.book(tick, work);
-        let (length, counted, updates) = self.state.record.synchronous;
-        let cost = (tick - counted) as f64 / length * self.gel.potential.len() as f64;
-        self.state.record.synchronous = (length, tick, updates + cost);
+        let length = self.state.record.synchronous.0;
+        self.state.record.synchronous = (length, tick, self.synchronous_until(tick as f64));
         self.state.now = Some(tick);
         Ok(())
     }
@@ -127,7 +126,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         nodes: Vec<(Vector<D>, Vector<D>)>,
         birth: Option<Arc<Birth<D>>>,
     ) -> Result<Self, NoStep> {
-        let mut new = self.followed(gel, nodes, self.state.now.unwrap_or(self.origin))?;
+        let mut new = self.followed(gel, nodes, self.last_tick())?;
         let (was, now) =
             (Start::of(&self.gel, &self.bodies, &self.state), Start::of(&new.gel, &new.bodies, &new.state));
         let ledger = &mut new.state.ledger;

@@ -180,7 +180,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Updates that one global stable step of the assembled system would have cost up to time `t`, s.
     #[must_use]
     pub fn synchronous_updates(&self, t: f64) -> f64 {
+        self.synchronous_until(self.grid.ticks(t))
+    }
+
+    /// The same up to so many ticks.
+    pub(super) fn synchronous_until(&self, ticks: f64) -> f64 {
         let (length, counted, updates) = self.state.record.synchronous;
-        updates + (self.grid.ticks(t) - counted as f64).max(0.0) / length * self.gel.potential.len() as f64
+        updates + (ticks - counted as f64).max(0.0) / length * self.gel.potential.len() as f64
     }
 }

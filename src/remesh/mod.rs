@@ -27,7 +27,6 @@ mod sizing;
 mod surface;
 #[cfg(test)]
 mod tests;
-mod thickness;
 mod trace;
 mod transfer;
 mod tree;
@@ -54,7 +53,6 @@ pub use judge::{Acceptance, Quality, Rejected, judge};
 pub use pairing::Same;
 pub use pieces::Source;
 pub use sizing::{Range, curved, graded};
-pub use thickness::confined;
 pub use transfer::transfer;
 
 /// A mesh where its nodes are.

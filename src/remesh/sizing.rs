@@ -1,4 +1,4 @@
-//! How fine a mesh should be: from the bends of the fields on it, limited in growth and in range.
+//! How fine a mesh should be: from the bends of the fields on it, limited in range, and in growth.
 
 use super::Moved;
 use super::shape::{Point, cross, distance};
@@ -14,8 +14,6 @@ pub struct Range {
     pub least: f64,
     /// Greatest size, m.
     pub greatest: f64,
-    /// Greatest |∇h|.
-    pub growth: f64,
 }
 
 /// Target sizes of the nodes of which none is more than `growth` × distance above another, over the edges of the mesh.
@@ -86,7 +84,7 @@ pub fn curved(old: &Moved<'_, 2>, fields: &[&[Vector<2>]], angle: f64, range: &R
             size[node.index()] = size[node.index()].min(edge * factor);
         }
     }
-    graded(old, size.into_iter().map(|h| h.clamp(range.least, range.greatest)).collect(), range.growth)
+    size.into_iter().map(|h| h.clamp(range.least, range.greatest)).collect()
 }
 
 /// Raises the bend of each element to the greatest angle between its normal and that of a neighbour.
@@ -154,7 +152,7 @@ mod tests {
     fn a_bent_field_asks_for_small_elements_where_it_bends_in_any_unit() {
         let mesh = samples::square(16);
         let old = Moved { mesh: &mesh, position: &mesh.rest };
-        let range = Range { least: 1e-3, greatest: 1.0, growth: 10.0 };
+        let range = Range { least: 1e-3, greatest: 1.0 };
         let kink = |unit: f64| -> Vec<Point> {
             mesh.rest.iter().map(|x| Point::new(unit * (x[0] - 0.5).abs(), 0.0)).collect()
         };
@@ -173,7 +171,7 @@ mod tests {
         let mesh = samples::square(8);
         let old = Moved { mesh: &mesh, position: &mesh.rest };
         let field: Vec<Point> = mesh.rest.iter().map(|x| Point::new(3.0 * x[0] + x[1], 7.0)).collect();
-        let range = Range { least: 1e-3, greatest: 0.05, growth: 0.3 };
+        let range = Range { least: 1e-3, greatest: 0.05 };
         assert!(curved(&old, &[&field], 0.2, &range).iter().all(|h| *h == 0.05));
     }
 }

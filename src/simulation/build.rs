@@ -109,15 +109,12 @@ where
         }
     }
     let engine = Engine::try_new(gel, bodies, rules(scene), nodes);
-    let engine = engine.map_err(|NoStep { step }| BuildError::NoStep { step })?.with_pool(Pool::new(threads));
+    let mut engine = engine.map_err(|NoStep { step }| BuildError::NoStep { step })?.with_pool(Pool::new(threads));
     let ticks = engine.grid().ticks(scene.scene.end_time);
     if ticks > MOST_TICKS {
         return Err(BuildError::TooLong { ticks, limit: MOST_TICKS });
     }
-    let engine = match recipe.wear(&engine.gel().potential, &mesh.rest) {
-        Some(wear) => engine.until_worn(wear),
-        None => engine,
-    };
+    engine.set_wear(recipe.wear(&engine.gel().potential, &mesh.rest));
     Ok(Box::new(Gelatin { engine, facets: mesh.facets, recipe, first: None }))
 }
 

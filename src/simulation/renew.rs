@@ -5,8 +5,8 @@ use super::recipe::{Recipe, Sizes};
 use super::{RestoreError, history};
 use crate::algebra::{Vector, embed};
 use crate::avi::NoStep;
-use crate::element::{Section, Simplices};
-use crate::mesh::{Mesh, boundary, shape_quality};
+use crate::element::{Potential, Section, Simplices};
+use crate::mesh::{ElementId, Mesh, boundary, shape_quality};
 use crate::remesh::{self, Acceptance, Carried, Moved, Range, Rules, Symmetry, Transferred};
 use crate::state::{Birth, State};
 use std::sync::Arc;
@@ -35,8 +35,10 @@ impl Renew for Gelatin<2> {
         let position = self.engine.state().position.clone();
         let moved = Moved { mesh: &old.mesh, position: &position };
         let size = self.sizes(&moved, &sizes);
+        let worst = old.mesh.elements.iter().map(|element| shape_quality(&position, element));
+        let acceptance = Acceptance { area: AREA, quality: worst.fold(f64::INFINITY, f64::min) };
         for sag in SAGS {
-            let proposed = self.propose((&old, &moved), &size, sag);
+            let proposed = self.propose((&old, &moved), &size, (sag, &acceptance));
             if proposed.is_some_and(|(birth, velocity)| self.go_on(birth, velocity).is_ok()) {
                 self.engine.count_exchange();
                 return Ok(());
@@ -68,7 +70,7 @@ impl Gelatin<2> {
         let state = self.engine.state();
         let displacement: Vec<Vector<2>> =
             moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect();
-        let range = Range { least: sizes.least, greatest: sizes.longest, growth: sizes.rules.growth };
+        let range = Range { least: sizes.least, greatest: sizes.longest };
         let mut size = remesh::curved(moved, &[&displacement, &state.velocity], sizes.rules.bend.to_radians(), &range);
         let time = self.engine.now();
         let bodies: Vec<_> =
@@ -86,13 +88,11 @@ impl Gelatin<2> {
         &self,
         (old, moved): (&Birth<2>, &Moved<'_, 2>),
         size: &[f64],
-        sag: f64,
+        (sag, acceptance): (f64, &Acceptance),
     ) -> Option<(Birth<2>, Vec<Vector<2>>)> {
         let rules = Rules { sag, ..Rules::default() };
         let proposal = remesh::propose(moved, size, &rules).ok()?;
-        let worst = old.mesh.elements.iter().map(|element| shape_quality(moved.position, element));
-        let acceptance = Acceptance { area: AREA, quality: worst.fold(f64::INFINITY, f64::min) };
-        remesh::judge(moved, &proposal, &acceptance).ok()?;
+        remesh::judge(moved, &proposal, acceptance).ok()?;
         let new = remesh::transfer(moved, &self.carried(old), &proposal);
         if new.defects.massless > 0 {
             return None;
@@ -164,9 +164,7 @@ impl<const D: usize> Gelatin<D> {
     /// Takes over what is kept of a mesh beside the engine.
     pub fn dress(&mut self, birth: &Birth<D>) {
         self.facets.clone_from(&birth.mesh.facets);
-        if let Some(wear) = self.recipe.wear(&self.engine.gel().potential, &birth.position) {
-            self.engine.set_wear(wear);
-        }
+        self.engine.set_wear(self.recipe.wear(&self.engine.gel().potential, &birth.position));
     }
 
     /// The mesh of the engine as it was when it was new.
@@ -175,11 +173,11 @@ impl<const D: usize> Gelatin<D> {
             return Arc::clone(birth);
         }
         let gel = self.engine.gel();
-        let rest = crate::element::Potential::rest(&gel.potential).to_vec();
+        let rest = gel.potential.rest().to_vec();
         let elements = gel.potential.elements().to_vec();
         let held = (0..rest.len()).map(|node| gel.held(node)).collect();
         let mesh = Mesh { rest, elements, facets: self.facets.clone(), held };
-        let corner_mass = corner_masses(&mesh, &self.recipe);
+        let corner_mass = corner_masses(&gel.potential, &self.recipe);
         Arc::new(Birth {
             tick: 0,
             position: mesh.rest.clone(),
@@ -196,19 +194,12 @@ fn symmetry(recipe: &Recipe) -> Symmetry {
 }
 
 /// Those of the elements of a plane mesh at rest; none in space.
-fn corner_masses<const D: usize>(mesh: &Mesh<D>, recipe: &Recipe) -> Vec<[f64; 3]> {
-    let flat: Vec<Vector<2>> = mesh.rest.iter().map(|x| Vector::<2>::new(x[0], x[1])).collect();
-    let mass = |element: &crate::mesh::Simplex| {
-        let area = mesh.measure(element) * recipe.density;
-        match recipe.section {
-            Section::Planar { thickness } => area * thickness,
-            Section::Axisymmetric => {
-                let radius: f64 = element[..3].iter().map(|node| flat[node.index()][0]).sum::<f64>() / 3.0;
-                area * 2.0 * std::f64::consts::PI * radius
-            }
-            Section::Spatial => area,
-        }
-    };
-    let masses: Vec<f64> = mesh.elements.iter().map(mass).collect();
-    if D == 2 { remesh::corner_masses(&flat, &mesh.elements, &masses, symmetry(recipe)) } else { vec![] }
+fn corner_masses<const D: usize>(potential: &Simplices<D>, recipe: &Recipe) -> Vec<[f64; 3]> {
+    if D != 2 {
+        return vec![];
+    }
+    let flat: Vec<Vector<2>> = potential.rest().iter().map(|x| Vector::<2>::new(x[0], x[1])).collect();
+    let mass = |element| recipe.density * potential.volume(ElementId(element));
+    let masses: Vec<f64> = (0..potential.len() as u32).map(mass).collect();
+    remesh::corner_masses(&flat, potential.elements(), &masses, symmetry(recipe))
 }
