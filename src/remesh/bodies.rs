@@ -138,7 +138,7 @@ impl Body {
         let at = |node: NodeId| self.position[node.index()];
         let place = |(p, origin): (&Vector<2>, &Origin)| match *origin {
             Origin::Kept(node) => at(node),
-            Origin::Edge(a, b, s) => at(a) * (1.0 - s) + at(b) * s,
+            Origin::Surface([a, b, _], [r, s, _]) => at(a) * r + at(b) * s,
             Origin::Inside => map(p),
         };
         let position = xi.iter().zip(&origin).map(place).collect();
@@ -155,7 +155,7 @@ impl Body {
         }
         let [a, b] = [side[next - 1], side[next]];
         let s = (p[along] - self.xi[a][along]) / (self.xi[b][along] - self.xi[a][along]);
-        Origin::Edge(NodeId(a as u32), NodeId(b as u32), s)
+        Origin::Surface([a, b, b].map(|n| NodeId(n as u32)), [1.0 - s, s, 0.0])
     }
 
     /// The body after a transfer.

@@ -69,8 +69,9 @@ pub struct Moved<'a, const D: usize> {
 pub enum Origin {
     /// A node of the old mesh, where it was.
     Kept(NodeId),
-    /// A point of an edge of the old boundary: x = (1 − s) a + s b.
-    Edge(NodeId, NodeId, f64),
+    /// A point of the old boundary, as weights of the nodes of one of its facets, none negative and of sum 1. An edge of the
+    /// plane has two of them: the third stands there again, and weighs nothing.
+    Surface([NodeId; 3], [f64; 3]),
     /// A point inside.
     Inside,
 }
@@ -109,8 +110,8 @@ impl Default for Rules {
 
 /// A new mesh of a plane body with these target sizes, m, by node. Where the old mesh is good and has these sizes it stays.
 ///
-/// The sizes should grow no faster than [`graded`] allows. Kept nodes come first and in their old order, then points of old
-/// boundary edges, then those inside; elements of the old mesh come first and in their old order, then new ones.
+/// The sizes should grow no faster than [`graded`] allows. Kept nodes come first and in their old order, then points of the
+/// old boundary, then those inside; elements of the old mesh come first and in their old order, then new ones.
 ///
 /// # Errors
 /// If sizes or positions are no numbers to mesh with, or the boundary meets itself.

@@ -80,7 +80,7 @@ fn unchanged(new: &Proposal<2>, same: &[Option<Same>], around: &Incidence) -> Ve
     }
     let whole = |(origin, found): (&Origin, usize)| match origin {
         Origin::Kept(node) if around.of(*node).len() == found => Some(*node),
-        Origin::Kept(_) | Origin::Edge(..) | Origin::Inside => None,
+        Origin::Kept(_) | Origin::Surface(..) | Origin::Inside => None,
     };
     new.origin.iter().zip(found).map(whole).collect()
 }

@@ -214,7 +214,8 @@ impl Surface {
                 let at = part as f64 / parts as f64;
                 let share = (whole * at - walked) / along;
                 let position = (1.0 - share) * cloud.position[a] + share * cloud.position[b];
-                let origin = Origin::Edge(NodeId(a as u32), NodeId(b as u32), share);
+                let ends = [a, b, b].map(|n| NodeId(n as u32));
+                let origin = Origin::Surface(ends, [1.0 - share, share, 0.0]);
                 let to = cloud.add(position, (1.0 - at) * sizes[0] + at * sizes[1], origin);
                 self.edges.push([from, to]);
                 (from, part) = (to, part + 1);

@@ -59,7 +59,7 @@ fn settled(new: &Proposal<2>) -> Mesh<2> {
 fn surviving(old: &Moved<'_, 2>, new: &Proposal<2>) -> usize {
     let was = |node: NodeId| match new.origin[node.index()] {
         Origin::Kept(node) => Some(node),
-        Origin::Edge(..) | Origin::Inside => None,
+        Origin::Surface(..) | Origin::Inside => None,
     };
     let ours: HashSet<[Option<NodeId>; 3]> = old.mesh.elements.iter().map(|e| [e[0], e[1], e[2]].map(Some)).collect();
     new.elements.iter().filter(|e| ours.contains(&[e[0], e[1], e[2]].map(was))).count()
@@ -139,14 +139,15 @@ fn origins_say_where_nodes_come_from() {
         for (x, origin) in new.position.iter().zip(&new.origin) {
             match *origin {
                 Origin::Kept(node) => assert_eq!(*x, position[node.index()]),
-                Origin::Edge(a, b, s) => {
+                Origin::Surface([a, b, c], [r, s, none]) => {
                     assert!(facets.contains(&[a, b]) && s > 0.0 && s < 1.0, "{name}: {a:?} {b:?} {s}");
-                    assert!((x - (1.0 - s) * position[a.index()] - s * position[b.index()]).norm() < 1e-15);
+                    assert!(c == b && none == 0.0 && r == 1.0 - s);
+                    assert!((x - r * position[a.index()] - s * position[b.index()]).norm() < 1e-15);
                 }
                 Origin::Inside => {}
             }
         }
-        edges += new.origin.iter().filter(|o| matches!(o, Origin::Edge(..))).count();
+        edges += new.origin.iter().filter(|o| matches!(o, Origin::Surface(..))).count();
         inside += new.origin.iter().filter(|o| **o == Origin::Inside).count();
     }
     assert!(edges > 100 && inside > 1000, "{edges} {inside}");

@@ -43,7 +43,7 @@ impl Traces {
         };
         let trace = |(p, origin): (&Vector<2>, &Origin)| match *origin {
             Origin::Kept(node) => Trace::Node(node),
-            Origin::Edge(a, b, s) => Trace::Between([a, b, b], [1.0 - s, s, 0.0]),
+            Origin::Surface(nodes, weights) => Trace::Between(nodes, weights),
             Origin::Inside => inside(p),
         };
         let traces = new.position.iter().zip(&new.origin).map(trace).collect();
@@ -62,11 +62,14 @@ impl Traces {
     }
 }
 
-/// Which directions of the new nodes are held: of old nodes as they were, of points of an edge what both its ends share.
+/// Which directions of the new nodes are held: of old nodes as they were, of points of the boundary what all nodes share that
+/// they are made of.
 pub(super) fn held(old: &[[bool; 2]], origin: &[Origin]) -> Vec<[bool; 2]> {
     let of = |origin: &Origin| match *origin {
         Origin::Kept(node) => old[node.index()],
-        Origin::Edge(a, b, _) => std::array::from_fn(|i| old[a.index()][i] && old[b.index()][i]),
+        Origin::Surface(nodes, weights) => std::array::from_fn(|axis| {
+            nodes.iter().zip(weights).all(|(node, weight)| weight == 0.0 || old[node.index()][axis])
+        }),
         Origin::Inside => [false; 2],
     };
     origin.iter().map(of).collect()
