@@ -8,6 +8,7 @@
 mod bodies;
 mod bounds;
 mod carried;
+mod cell;
 mod cloud;
 mod defects;
 mod delaunay;
@@ -20,17 +21,20 @@ mod pairing;
 mod parts;
 mod pieces;
 mod points;
+mod polygon;
+mod polyhedron;
 #[cfg(test)]
 mod samples;
 mod shape;
 mod sizing;
+#[cfg(test)]
+mod space;
 mod surface;
 #[cfg(test)]
 mod tests;
 mod trace;
 mod transfer;
 mod tree;
-mod triangle;
 mod trim;
 mod velocity;
 #[cfg(test)]
@@ -44,7 +48,6 @@ use parts::Parts;
 use points::{Limits, Part};
 use surface::Surface;
 use tree::Square;
-use triangle::Triangle;
 
 pub use carried::{Carried, Symmetry, Transferred, corner_masses, nodal_masses};
 pub use defects::{Books, Defects};

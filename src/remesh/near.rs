@@ -6,19 +6,19 @@ use crate::algebra::Vector;
 /// Boxes under one box above them.
 const FAN: usize = 8;
 
-/// Rectangles by place.
+/// Rectangles, or boxes in space, by place.
 #[derive(Debug, Clone)]
-pub(super) struct Near {
-    /// Which rectangle stands where along the curve.
+pub(super) struct Near<const D: usize> {
+    /// Which of them stands where along the curve.
     order: Vec<u32>,
-    /// The rectangles along the curve, then those above them, level by level up to one.
-    levels: Vec<Vec<Bounds>>,
+    /// All of them along the curve, then those above, level by level up to one.
+    levels: Vec<Vec<Bounds<D>>>,
 }
 
-impl Near {
-    /// The tree over these rectangles.
-    pub fn new(boxes: &[Bounds]) -> Self {
-        let middle: Vec<Vector<2>> = boxes.iter().map(|b| 0.5 * (b.low + b.high)).collect();
+impl<const D: usize> Near<D> {
+    /// The tree over these boxes.
+    pub fn new(boxes: &[Bounds<D>]) -> Self {
+        let middle: Vec<Vector<D>> = boxes.iter().map(|b| 0.5 * (b.low + b.high)).collect();
         let order = along_curve(&middle);
         let mut levels = vec![order.iter().map(|&i| boxes[i as usize]).collect::<Vec<_>>()];
         while let Some(below) = levels.last().filter(|below| below.len() > 1) {
@@ -29,24 +29,24 @@ impl Near {
     }
 
     /// The tree over points.
-    pub fn points(points: impl IntoIterator<Item = Vector<2>>) -> Self {
+    pub fn points(points: impl IntoIterator<Item = Vector<D>>) -> Self {
         Self::new(&points.into_iter().map(|p| Bounds { low: p, high: p }).collect::<Vec<_>>())
     }
 
     /// The tree over line segments.
-    pub fn segments(segments: &[[usize; 2]], x: &[Vector<2>]) -> Self {
+    pub fn segments(segments: &[[usize; 2]], x: &[Vector<D>]) -> Self {
         Self::new(&segments.iter().map(|s| Bounds::around(s.iter().map(|&i| &x[i]))).collect::<Vec<_>>())
     }
 
-    /// Whether one of the rectangles that meet `area` is what is sought; they are shown until one is.
-    pub fn any(&self, area: &Bounds, mut is_sought: impl FnMut(usize) -> bool) -> bool {
+    /// Whether one of the boxes that meet `area` is what is sought; they are shown until one is.
+    pub fn any(&self, area: &Bounds<D>, mut is_sought: impl FnMut(usize) -> bool) -> bool {
         self.descend((self.levels.len() - 1, 0), area, &mut is_sought)
     }
 
     fn descend(
         &self,
         (level, first): (usize, usize),
-        area: &Bounds,
+        area: &Bounds<D>,
         is_sought: &mut impl FnMut(usize) -> bool,
     ) -> bool {
         let boxes = &self.levels[level];
@@ -90,6 +90,6 @@ mod tests {
 
     #[test]
     fn a_tree_of_nothing_finds_nothing() {
-        assert!(!Near::new(&[]).any(&Bounds::about(&Vector::<2>::zeros(), 1.0), |_| true));
+        assert!(!Near::<2>::new(&[]).any(&Bounds::about(&Vector::<2>::zeros(), 1.0), |_| true));
     }
 }

@@ -7,8 +7,8 @@ use proptest::prelude::*;
 use std::collections::HashSet;
 use std::f64::consts::{PI, TAU};
 
-const ANY: Acceptance = Acceptance { area: 1.0, quality: 0.0 };
-const SAME_AREA: Acceptance = Acceptance { area: 1e-12, quality: 0.0 };
+const ANY: Acceptance = Acceptance { measure: 1.0, quality: 0.0 };
+const SAME_AREA: Acceptance = Acceptance { measure: 1e-12, quality: 0.0 };
 const ALL_NODES: Rules = Rules { good: 0.5, poor: 0.3, sag: 0.0, most: 100_000 };
 
 type Size = fn(&Vector<2>) -> f64;
@@ -174,7 +174,7 @@ fn a_corner_at_rest_stays_a_node_when_it_is_pulled_straight() {
     let old = Moved { mesh: &mesh, position: &position };
     let new = remeshed(&old, |_| 0.2, &Rules::default());
     assert!(find(&new.position, &at(0.5, 0.5)).is_some());
-    judge(&old, &new, &Acceptance { area: 0.01, quality: 0.0 }).unwrap();
+    judge(&old, &new, &Acceptance { measure: 0.01, quality: 0.0 }).unwrap();
 }
 
 #[test]
@@ -183,7 +183,7 @@ fn a_round_boundary_loses_nodes_but_little_area() {
     let position = moved(&mesh, |x| star(&(2.0 * x - at(1.0, 1.0)), |_| 1.0));
     let old = Moved { mesh: &mesh, position: &position };
     let new = remeshed(&old, |_| 0.25, &Rules::default());
-    let found = judge(&old, &new, &Acceptance { area: 0.03, quality: 0.3 });
+    let found = judge(&old, &new, &Acceptance { measure: 0.03, quality: 0.3 });
     assert!(found.is_ok() && settled(&new).facets.len() < 80, "{found:?} {}", settled(&new).facets.len());
 }
 
@@ -231,9 +231,9 @@ fn sixty_remeshes_of_a_body_that_flows_keep_it_good() {
         let position = moved(&mesh, |x| x + flow(x));
         let old = Moved { mesh: &mesh, position: &position };
         let new = remeshed(&old, size, &Rules::default());
-        let found = judge(&old, &new, &Acceptance { area: 1e-3, quality: 0.1 });
+        let found = judge(&old, &new, &Acceptance { measure: 1e-3, quality: 0.1 });
         let found = found.unwrap();
-        area += found.area_change.abs();
+        area += found.change.abs();
         angle = angle.min(found.angle);
         mesh = settled(&new);
     }
@@ -293,7 +293,7 @@ proptest! {
         let filled = propose(&old, &size, &ALL_NODES).unwrap();
         prop_assert!(judge(&old, &filled, &SAME_AREA).is_ok(), "{:?}", judge(&old, &filled, &SAME_AREA));
         let fewer = propose(&old, &size, &Rules::default()).unwrap();
-        let limits = Acceptance { area: 0.02, quality: 0.0 };
+        let limits = Acceptance { measure: 0.02, quality: 0.0 };
         prop_assert!(judge(&old, &fewer, &limits).is_ok(), "{:?}", judge(&old, &fewer, &limits));
     }
 

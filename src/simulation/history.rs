@@ -27,7 +27,7 @@ struct Mean {
 pub(super) fn references(
     (potential, old): (&Simplices<2>, &Birth<2>),
     position: &[Vector<2>],
-    (proposal, new): (&Proposal<2>, &Transferred),
+    (proposal, new): (&Proposal<2>, &Transferred<2>),
 ) -> Option<Vec<(ElementId, Reference<2>)>> {
     let mut all = vec![];
     for (element, same) in (0..).map(ElementId).zip(&new.same) {
@@ -55,8 +55,8 @@ pub(super) fn references(
 
 /// The reference of an old element whose nodes may stand in another order now.
 fn turned(reference: &Reference<2>, same: &Same) -> Reference<2> {
-    let [a, b, c]: [Vector<2>; 3] =
-        same.turned(&[Vector::<2>::zeros(), reference.edges.column(0).into(), reference.edges.column(1).into()]);
+    let none = Vector::<2>::zeros();
+    let [a, b, c, _] = same.turned(&[none, reference.edges.column(0).into(), reference.edges.column(1).into(), none]);
     Reference { edges: Tensor::<2>::from_columns(&[b - a, c - a]), ..*reference }
 }
 

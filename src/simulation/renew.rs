@@ -36,7 +36,7 @@ impl Renew for Gelatin<2> {
         let moved = Moved { mesh: &old.mesh, position: &position };
         let size = self.sizes(&moved, &sizes);
         let worst = old.mesh.elements.iter().map(|element| shape_quality(&position, element));
-        let acceptance = Acceptance { area: AREA, quality: worst.fold(f64::INFINITY, f64::min) };
+        let acceptance = Acceptance { measure: AREA, quality: worst.fold(f64::INFINITY, f64::min) };
         for sag in SAGS {
             let proposed = self.propose((&old, &moved), &size, (sag, &acceptance));
             if proposed.is_some_and(|(birth, velocity)| self.go_on(birth, velocity).is_ok()) {
@@ -56,7 +56,7 @@ impl Renew for Gelatin<3> {
 }
 
 impl Gelatin<2> {
-    fn carried<'a>(&'a self, old: &'a Birth<2>) -> Carried<'a> {
+    fn carried<'a>(&'a self, old: &'a Birth<2>) -> Carried<'a, 2> {
         Carried {
             symmetry: symmetry(&self.recipe),
             mass: &old.mass,
@@ -190,16 +190,16 @@ impl<const D: usize> Gelatin<D> {
 }
 
 fn symmetry(recipe: &Recipe) -> Symmetry {
-    if recipe.section == Section::Axisymmetric { Symmetry::Axisymmetric } else { Symmetry::Planar }
+    match recipe.section {
+        Section::Planar { .. } => Symmetry::Planar,
+        Section::Axisymmetric => Symmetry::Axisymmetric,
+        Section::Spatial => Symmetry::Spatial,
+    }
 }
 
-/// Those of the elements of a plane mesh at rest; none in space.
-fn corner_masses<const D: usize>(potential: &Simplices<D>, recipe: &Recipe) -> Vec<[f64; 3]> {
-    if D != 2 {
-        return vec![];
-    }
-    let flat: Vec<Vector<2>> = potential.rest().iter().map(|x| Vector::<2>::new(x[0], x[1])).collect();
+/// Those of the elements at rest.
+fn corner_masses<const D: usize>(potential: &Simplices<D>, recipe: &Recipe) -> Vec<[f64; 4]> {
     let mass = |element| recipe.density * potential.volume(ElementId(element));
     let masses: Vec<f64> = (0..potential.len() as u32).map(mass).collect();
-    remesh::corner_masses(&flat, potential.elements(), &masses, symmetry(recipe))
+    remesh::corner_masses(potential.rest(), potential.elements(), &masses, symmetry(recipe))
 }
