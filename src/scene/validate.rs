@@ -132,13 +132,6 @@ fn grown(tree: &Tree, scene: &Scene) -> Check {
 
 fn remesh(scene: &Scene) -> Check {
     let Some(Remesh { quality, compression, smallest, bend, growth }) = scene.remesh else { return Ok(()) };
-    let plane = scene.scene.dimension != Dimension::Spatial;
-    require(
-        plane,
-        "remesh",
-        || "a spatial gel".to_owned(),
-        "a planar or axisymmetric one: the mesh of a spatial gel is never exchanged",
-    )?;
     let bins = scene.integrator.schedule != ScheduleKind::Queue;
     require(
         bins,

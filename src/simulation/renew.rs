@@ -7,7 +7,7 @@ use crate::algebra::{Vector, embed};
 use crate::avi::NoStep;
 use crate::element::{Potential, Section, Simplices};
 use crate::mesh::{ElementId, Mesh, boundary, shape_quality};
-use crate::remesh::{self, Acceptance, Carried, Moved, Range, Rules, Symmetry, Transferred};
+use crate::remesh::{self, Acceptance, Carried, Moved, Proposal, Range, RemeshError, Rules, Symmetry, Transferred};
 use crate::state::{Birth, State};
 use std::sync::Arc;
 
@@ -22,11 +22,26 @@ pub(super) trait Renew {
 
 /// How much of the boundary's nodes may be left out, one attempt after the other: chords of the chord without them.
 const SAGS: [f64; 3] = [0.06, 0.02, 0.0];
-/// What the area of the body may change by when nodes of its boundary are left out.
-const AREA: f64 = 1e-5;
+/// What the area or volume of the body may change by when nodes of its boundary are left out.
+const MEASURE: f64 = 1e-5;
 
 impl Renew for Gelatin<2> {
     fn renew(&mut self) -> Result<(), NoStep> {
+        self.renew_by(remesh::propose)
+    }
+}
+
+impl Renew for Gelatin<3> {
+    fn renew(&mut self) -> Result<(), NoStep> {
+        self.renew_by(remesh::propose_in_space)
+    }
+}
+
+/// What makes a mesh for a body.
+type Mesher<const D: usize> = fn(&Moved<'_, D>, &[f64], &Rules) -> Result<Proposal<D>, RemeshError>;
+
+impl<const D: usize> Gelatin<D> {
+    fn renew_by(&mut self, mesher: Mesher<D>) -> Result<(), NoStep> {
         let Some(sizes) = self.recipe.remesh else { return Ok(()) };
         let old = self.present();
         if self.engine.state().birth.is_none() {
@@ -36,9 +51,9 @@ impl Renew for Gelatin<2> {
         let moved = Moved { mesh: &old.mesh, position: &position };
         let size = self.sizes(&moved, &sizes);
         let worst = old.mesh.elements.iter().map(|element| shape_quality(&position, element));
-        let acceptance = Acceptance { measure: AREA, quality: worst.fold(f64::INFINITY, f64::min) };
+        let acceptance = Acceptance { measure: MEASURE, quality: worst.fold(f64::INFINITY, f64::min) };
         for sag in SAGS {
-            let proposed = self.propose((&old, &moved), &size, (sag, &acceptance));
+            let proposed = self.propose((&old, &moved), (&size, mesher), (sag, &acceptance));
             if proposed.is_some_and(|(birth, velocity)| self.go_on(birth, velocity).is_ok()) {
                 self.engine.count_exchange();
                 return Ok(());
@@ -46,17 +61,8 @@ impl Renew for Gelatin<2> {
         }
         self.keep(&old)
     }
-}
 
-impl Renew for Gelatin<3> {
-    /// A scene that asks for it is refused.
-    fn renew(&mut self) -> Result<(), NoStep> {
-        Ok(())
-    }
-}
-
-impl Gelatin<2> {
-    fn carried<'a>(&'a self, old: &'a Birth<2>) -> Carried<'a, 2> {
+    fn carried<'a>(&'a self, old: &'a Birth<D>) -> Carried<'a, D> {
         Carried {
             symmetry: symmetry(&self.recipe),
             mass: &old.mass,
@@ -66,9 +72,9 @@ impl Gelatin<2> {
     }
 
     /// Target sizes of the nodes: fine where displacement and velocity bend and where a body is near.
-    fn sizes(&self, moved: &Moved<'_, 2>, sizes: &Sizes) -> Vec<f64> {
+    fn sizes(&self, moved: &Moved<'_, D>, sizes: &Sizes) -> Vec<f64> {
         let state = self.engine.state();
-        let displacement: Vec<Vector<2>> =
+        let displacement: Vec<Vector<D>> =
             moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect();
         let range = Range { least: sizes.least, greatest: sizes.longest };
         let mut size = remesh::curved(moved, &[&displacement, &state.velocity], sizes.rules.bend.to_radians(), &range);
@@ -86,12 +92,12 @@ impl Gelatin<2> {
     /// A new mesh and the velocities of its nodes, unless it is refused.
     fn propose(
         &self,
-        (old, moved): (&Birth<2>, &Moved<'_, 2>),
-        size: &[f64],
+        (old, moved): (&Birth<D>, &Moved<'_, D>),
+        (size, mesher): (&[f64], Mesher<D>),
         (sag, acceptance): (f64, &Acceptance),
-    ) -> Option<(Birth<2>, Vec<Vector<2>>)> {
+    ) -> Option<(Birth<D>, Vec<Vector<D>>)> {
         let rules = Rules { sag, ..Rules::default() };
-        let proposal = remesh::propose(moved, size, &rules).ok()?;
+        let proposal = mesher(moved, size, &rules).ok()?;
         remesh::judge(moved, &proposal, acceptance).ok()?;
         let new = remesh::transfer(moved, &self.carried(old), &proposal);
         if new.defects.massless > 0 {
@@ -99,7 +105,7 @@ impl Gelatin<2> {
         }
         let potential = &self.engine.gel().potential;
         let references = history::references((potential, old), moved.position, (&proposal, &new))?;
-        let facets = boundary::<2>(&proposal.elements);
+        let facets = boundary::<D>(&proposal.elements);
         let Transferred { rest, mass, corner_mass, velocity, held, .. } = new;
         let mesh = Mesh { rest, elements: proposal.elements, facets, held };
         let tick = self.engine.last_tick();
@@ -107,14 +113,14 @@ impl Gelatin<2> {
     }
 
     /// Goes on with the old mesh.
-    fn keep(&mut self, old: &Birth<2>) -> Result<(), NoStep> {
+    fn keep(&mut self, old: &Birth<D>) -> Result<(), NoStep> {
         let state = self.engine.state();
         let birth = Birth { tick: self.engine.last_tick(), position: state.position.clone(), ..old.clone() };
         let velocity = state.velocity.clone();
         self.go_on(birth, velocity)
     }
 
-    fn go_on(&mut self, birth: Birth<2>, velocity: Vec<Vector<2>>) -> Result<(), NoStep> {
+    fn go_on(&mut self, birth: Birth<D>, velocity: Vec<Vector<D>>) -> Result<(), NoStep> {
         let birth = Arc::new(birth);
         let gel = self.gel_of(&birth);
         let nodes = birth.position.iter().copied().zip(velocity).collect();
