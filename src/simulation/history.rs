@@ -9,10 +9,8 @@ use crate::state::Birth;
 
 /// The inverse map is taken where the F that it gives differs from the mean by less than this part of it.
 const AGREES: f64 = 0.5;
-/// A ring must also be at rest within this part of what it is made of: its stretch about the axis is that of its middle, and a ring
-/// that lies elsewhere in an old one has another. Without this rule a ball of 15 m/s gained 11 % of its energy by eight meshes of
-/// 2.5 mm, and with finer ones the run failed; with it 2.1, 1.5 and 1.0 % are lost with 2.5, 1.25 and 0.625 mm.
-const HOLDS: f64 = 0.01;
+/// The nodes say how much matter there is if they do within this part of it.
+const HOLDS: f64 = 1e-9;
 
 /// F of the old elements of which an element is made, and the measure that they had at rest: means by mass.
 struct Mean<const D: usize> {
@@ -43,9 +41,9 @@ pub(super) fn references<const D: usize>(
         let told = Reference::of(&new.rest, nodes);
         let now = Reference::of(&proposal.position, nodes);
         let mean = mean((potential, old), position, sources);
-        let compatible = sources.iter().all(|source| potential.is_compatible(source.old));
-        if !(compatible && agrees(&told, &now, &mean)) {
-            all.push((element, made(&now, &mean)?));
+        let told = mean.agrees(&told, &now).then_some(told);
+        if !told.is_some_and(|told| mean.holds(&told)) {
+            all.push((element, mean.made(&now, told.as_ref())?));
         }
     }
     all.sort_by_key(|(element, _)| *element);
@@ -81,30 +79,41 @@ fn mean<const D: usize>(
     Mean { f: sum.f / mass, out: sum.out / mass, ..sum }
 }
 
-/// Whether the F that the nodes say is about the mean.
-fn agrees<const D: usize>(told: &Reference<D>, now: &Reference<D>, mean: &Mean<D>) -> bool {
-    let Some(inverse) = inverse(&told.edges) else { return false };
-    let missing = measure(&told.edges) * told.radius - mean.rest;
-    let holds = !mean.is_ring || missing.abs() < HOLDS * mean.rest;
-    holds && (now.edges * inverse - mean.f).norm() < AGREES * mean.f.norm()
+impl<const D: usize> Mean<D> {
+    /// Whether the F that the nodes say is about the mean, but for the change of volume.
+    fn agrees(&self, told: &Reference<D>, now: &Reference<D>) -> bool {
+        let Some(inverse) = inverse(&told.edges) else { return false };
+        let f = now.edges * inverse;
+        let mean = self.f * root::<D>(det(&f) / det(&self.f));
+        (f - mean).norm() < AGREES * mean.norm()
+    }
+
+    /// Whether the nodes say how much matter there is.
+    fn holds(&self, told: &Reference<D>) -> bool {
+        (self.held_by(told) - self.rest).abs() < HOLDS * self.rest
+    }
+
+    fn held_by(&self, told: &Reference<D>) -> f64 {
+        measure(&told.edges) * if self.is_ring { told.radius } else { 1.0 }
+    }
+
+    /// What has the measure at rest of what it is made of, and the F that the nodes say, or the mean, but for the change of volume.
+    fn made(&self, now: &Reference<D>, told: Option<&Reference<D>>) -> Option<Reference<D>> {
+        let radius = told.map_or(now.radius / self.out, |told| told.radius);
+        let rest = if self.is_ring { self.rest / radius } else { self.rest };
+        let edges = match told {
+            Some(told) => told.edges,
+            None => inverse(&self.f)? * now.edges,
+        };
+        let edges = edges * root::<D>(rest / measure(&edges));
+        let outside = !self.is_ring || radius > 0.0;
+        (outside && det(&edges) > 0.0 && edges.norm().is_finite()).then_some(Reference { edges, radius })
+    }
 }
 
-/// What has the mean F and the measure at rest of what it is made of, where it is now.
-fn made<const D: usize>(now: &Reference<D>, mean: &Mean<D>) -> Option<Reference<D>> {
-    let (radius, rest) = if mean.is_ring {
-        let radius = now.radius / mean.out;
-        (radius, mean.rest / radius)
-    } else {
-        (now.radius, mean.rest)
-    };
-    let scale = measure(&now.edges) / rest / det(&mean.f);
-    if !(scale > 0.0 && scale.is_finite()) {
-        return None;
-    }
-    let stretch = if D == 2 { scale.sqrt() } else { cube_root(scale) };
-    let edges = inverse(&(mean.f * stretch))? * now.edges;
-    let outside = !mean.is_ring || radius > 0.0;
-    (outside && det(&edges) > 0.0).then_some(Reference { edges, radius })
+/// √x in the plane, ∛x in space; what is no positive number gives none either.
+fn root<const D: usize>(x: f64) -> f64 {
+    if D == 2 { x.sqrt() } else { cube_root(x) }
 }
 
 /// Area or volume of the element with these edges.

@@ -105,6 +105,24 @@ impl<const D: usize> Gelatin<D> {
         }
         let potential = &self.engine.gel().potential;
         let references = history::references((potential, old), moved.position, (&proposal, &new))?;
+        if std::env::var_os("GEL_DEBUG").is_some() {
+            let simp = self.recipe.simplices(&Mesh { rest: new.rest.clone(), elements: proposal.elements.clone(), facets: vec![], held: new.held.clone() }).with_references(&references);
+            let energy = |s: &Simplices<D>, e: u32, x: &[Vector<D>]| { let (f, _) = s.deformation(ElementId(e), x); let j = crate::algebra::det(&f); let mu=68965.51724137931; let k=666666.67; let la = k-2.0/3.0*mu; s.volume(ElementId(e))*(0.5*mu*(f.norm_squared()-3.0)-mu*j.ln()+0.5*la*j.ln().powi(2)) };
+            let mut is_gone = vec![true; old.mesh.elements.len()];
+            let mut same = 0.0; let mut nsame = 0;
+            for s in new.same.iter().flatten() { is_gone[s.element.index()] = false; same += energy(potential, s.element.0, moved.position); nsame += 1; }
+            let gone: f64 = (0..is_gone.len()).filter(|e| is_gone[*e]).map(|e| energy(potential, e as u32, moved.position)).sum();
+            let mut is_made = vec![false; proposal.elements.len()];
+            references.iter().for_each(|(e, _)| is_made[e.index()] = true);
+            let (mut told, mut made, mut nt, mut nm) = (0.0, 0.0, 0, 0);
+            for e in (0..is_made.len()).filter(|e| new.same[*e].is_none()) {
+                let w = energy(&simp, e as u32, &proposal.position);
+                if is_made[e] { made += w; nm += 1 } else { told += w; nt += 1 }
+            }
+            let carried: f64 = { let mut was=vec![0.0; proposal.elements.len()]; for s in &new.sources { let whole: f64 = old.corner_mass[s.old.index()].iter().sum(); was[s.new.index()] += s.mass/whole*energy(potential, s.old.0, moved.position);} (0..is_made.len()).filter(|e| is_made[*e] && new.same[*e].is_none()).map(|e| was[e]).sum() };
+            let b = new.defects.before; let a = new.defects.after;
+            eprintln!("t {:.4e}: same {nsame} {same:.4e} J, gone {} {gone:.4e} J -> told {nt} {told:.4e} J, made {nm} {made:.4e} (was {carried:.4e}); kinetic {:.5e} -> {:.5e}; stray {:.2e} misses {}; sizes {:?}", self.engine.now(), is_gone.iter().filter(|g| **g).count(), b.kinetic, a.kinetic, new.defects.stray_mass, new.defects.misses, size.iter().fold((f64::MAX, 0.0f64), |(l,h),s| (l.min(*s), h.max(*s))));
+        }
         let facets = boundary::<D>(&proposal.elements);
         let Transferred { rest, mass, corner_mass, velocity, held, .. } = new;
         let mesh = Mesh { rest, elements: proposal.elements, facets, held };
