@@ -328,11 +328,12 @@ mod tests {
         let mut random = Random::new(1);
         let mut cutter = Cutter::default();
         let whole = inertia::<3>(&HEIGHTS).map(|row| row.iter().sum::<f64>());
-        let mut worst = 0.0_f64;
+        // Of elements that are not flat and of those that are: one is laid down what it misses more than 1e-10 of.
+        let mut worst = [0.0_f64; 2];
         for (planes, split) in [
             (&[-2.0, -1.0, 0.0, 1.0, 2.0][..], Split::Kuhn),
             (&[-2.0, -1.0, 0.0, 1.0, 2.0], Split::Centred),
-            (&[-2.0, -0.5, -1e-7, 1e-7, 2.0], Split::Kuhn),
+            (&[-2.0, -0.5, -1e-6, 1e-6, 2.0], Split::Kuhn),
             (&[-2.0, 2.0], Split::Centred),
         ] {
             let new = cover(planes, split);
@@ -345,16 +346,17 @@ mod tests {
                 };
                 let mut corners = [[0.0; 3]; 4].map(|corner| corner.map(|_| coordinate()));
                 if n % 4 == 0 {
-                    corners.iter_mut().for_each(|corner| corner[2] *= 1e-7);
+                    corners.iter_mut().for_each(|corner| corner[2] *= 1e-6);
                 }
                 let old = tetrahedron(corners);
                 if old.is_upright {
                     let sum = given(&mut cutter, &old, &new);
-                    (0..4).for_each(|a| worst = worst.max((sum[a] - whole[a]).abs()));
+                    let worst = &mut worst[usize::from(n % 4 == 0)];
+                    (0..4).for_each(|a| *worst = worst.max((sum[a] - whole[a]).abs()));
                 }
             }
         }
-        assert!(worst < 1e-14, "{worst:e}");
+        assert!(worst[0] < 1e-14 && worst[1] < 1e-10, "{worst:?}");
     }
 
     #[test]
