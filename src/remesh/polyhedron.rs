@@ -11,7 +11,7 @@ type Corner = [f64; 8];
 /// as there were; the first leaves no more than 6 of four.
 const MOST: usize = 48;
 
-/// A way along an edge: out of corner n by the k-th of its three edges is way 3n + k.
+/// A way along an edge: out of corner n by the k-th of its three edges is way 4n + k.
 type Way = u8;
 
 /// A polyhedron, three of whose edges meet in each corner: in order about it, seen from outside.
@@ -19,7 +19,7 @@ type Way = u8;
 struct Polyhedron {
     corners: [Corner; MOST],
     /// Each way the other way round.
-    back: [Way; 3 * MOST],
+    back: [Way; 4 * MOST],
     n_corners: usize,
 }
 
@@ -27,9 +27,9 @@ struct Polyhedron {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Polyhedra {
     /// What two tetrahedra have in common.
-    common: Polyhedron,
+    common: Box<Polyhedron>,
     /// What it was before the last cut.
-    uncut: Polyhedron,
+    uncut: Box<Polyhedron>,
 }
 
 impl Polyhedra {
@@ -74,25 +74,27 @@ fn corner(new: &[f64; 4], old: &[f64; 4], heights: &[f64; 4]) -> Corner {
 
 impl Default for Polyhedron {
     fn default() -> Self {
-        Self { corners: [[0.0; 8]; MOST], back: [0; 3 * MOST], n_corners: 0 }
+        Self { corners: [[0.0; 8]; MOST], back: [0; 4 * MOST], n_corners: 0 }
     }
 }
 
 /// The corner that a way comes from.
 fn start(way: Way) -> usize {
-    usize::from(way / 3)
+    usize::from(way / 4)
 }
 
 /// The next way out of the same corner, in order about it.
 fn next(way: Way) -> Way {
-    if way % 3 == 2 { way - 2 } else { way + 1 }
+    if way % 4 == 2 { way - 2 } else { way + 1 }
 }
 
 impl Polyhedron {
     fn become_tetrahedron(&mut self, corners: &[Corner; 4]) {
         self.corners[..4].copy_from_slice(corners);
         // From 0 to 1, 2, 3; from 1 to 0, 3, 2; from 2 to 0, 1, 3; from 3 to 0, 2, 1.
-        self.back[..12].copy_from_slice(&[3, 6, 9, 0, 11, 7, 1, 5, 10, 2, 8, 4]);
+        for (n, to) in [[4, 8, 12], [0, 14, 9], [1, 6, 13], [2, 10, 5]].into_iter().enumerate() {
+            self.back[4 * n..4 * n + 3].copy_from_slice(&to);
+        }
         self.n_corners = 4;
     }
 
@@ -112,7 +114,7 @@ impl Polyhedron {
     /// Only who stays decides who is joined to whom, so that rounding cannot tear the surface.
     fn cut(&self, (face, stays): (usize, u64), part: &mut Self) {
         // The number of each corner that stays, and of each new one, by the way that it is on.
-        let (mut number, mut met) = ([0; MOST], [0; 3 * MOST]);
+        let (mut number, mut met) = ([0; MOST], [0; 4 * MOST]);
         part.n_corners = 0;
         for n in ones(stays) {
             number[n] = part.push(self.corners[n]);
@@ -124,14 +126,14 @@ impl Polyhedron {
             }
         }
         for way in ones(stays).flat_map(ways) {
-            let own = 3 * number[start(way)] + way % 3;
+            let own = 4 * number[start(way)] + way % 4;
             let back = self.back[usize::from(way)];
             if stays >> start(back) & 1 == 1 {
-                part.back[usize::from(own)] = 3 * number[start(back)] + back % 3;
+                part.back[usize::from(own)] = 4 * number[start(back)] + back % 4;
             } else {
-                let new = 3 * met[usize::from(way)];
+                let new = 4 * met[usize::from(way)];
                 part.join(own, new);
-                part.join(new + 1, 3 * met[usize::from(self.beyond(way, stays))] + 2);
+                part.join(new + 1, 4 * met[usize::from(self.beyond(way, stays))] + 2);
             }
         }
     }
@@ -161,12 +163,12 @@ impl Polyhedron {
 
     /// Visits tetrahedra that make it up: from its first corner to the triangles of the faces that do not meet there.
     fn tetrahedra(&self, mut visit: impl FnMut([&Corner; 4])) {
-        let mut is_seen = [false; 3 * MOST];
+        let mut is_seen = [false; 4 * MOST];
         // Those of the faces about the first corner.
         for first in ways(0) {
             self.walk(first, &mut is_seen, |_| ());
         }
-        for first in 0..3 * self.n_corners as Way {
+        for first in (1..self.n_corners).flat_map(ways) {
             let mut before = None;
             let own = &self.corners[start(first)];
             self.walk(first, &mut is_seen, |n| {
@@ -179,7 +181,7 @@ impl Polyhedron {
     }
 
     /// Visits the corners of a face, unless it was seen.
-    fn walk(&self, mut way: Way, is_seen: &mut [bool; 3 * MOST], mut visit: impl FnMut(usize)) {
+    fn walk(&self, mut way: Way, is_seen: &mut [bool; 4 * MOST], mut visit: impl FnMut(usize)) {
         while !std::mem::replace(&mut is_seen[usize::from(way)], true) {
             visit(start(way));
             way = self.around(way);
@@ -198,7 +200,7 @@ fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
 
 /// The ways out of a corner.
 fn ways(corner: usize) -> std::ops::Range<Way> {
-    3 * corner as Way..3 * corner as Way + 3
+    4 * corner as Way..4 * corner as Way + 3
 }
 
 /// N of a corner of the new tetrahedron, at a corner of the overlap.
@@ -377,7 +379,7 @@ mod tests {
                 };
                 let mut corners = [[0.0; 3]; 4].map(|corner| corner.map(|_| coordinate()));
                 if n % 4 == 0 {
-                    corners.iter_mut().for_each(|corner| corner[2] *= 1e-6);
+                    corners = corners.map(|[x, y, z]| [x, y, 1e-6 * z]);
                 }
                 let old = tetrahedron(corners);
                 if old.is_upright {
@@ -401,10 +403,9 @@ mod tests {
                     from.corners[n][0] = random.next() - 0.5;
                 }
                 from.cut((0, from.before(0)), &mut to);
-                let ways = 3 * to.n_corners;
-                for way in 0..ways as Way {
+                for way in (0..to.n_corners).flat_map(ways) {
                     let back = to.back[usize::from(way)];
-                    assert!(usize::from(back) < ways && to.back[usize::from(back)] == way);
+                    assert!(back % 4 < 3 && start(back) < to.n_corners && to.back[usize::from(back)] == way);
                 }
                 std::mem::swap(&mut from, &mut to);
             }

@@ -32,7 +32,7 @@ pub(super) fn references(
     let mut all = vec![];
     for (element, same) in (0..).map(ElementId).zip(&new.same) {
         if let Some(same) = same.filter(|same| !potential.is_compatible(same.element)) {
-            all.push((element, turned(&potential.reference(same.element), &same)));
+            all.push((element, turned(&potential.reference(same.element), same)));
         }
     }
     let mut found = new.same.iter().flatten().count();
@@ -54,7 +54,7 @@ pub(super) fn references(
 }
 
 /// The reference of an old element whose nodes may stand in another order now.
-fn turned(reference: &Reference<2>, same: &Same) -> Reference<2> {
+fn turned(reference: &Reference<2>, same: Same) -> Reference<2> {
     let none = Vector::<2>::zeros();
     let [a, b, c, _] = same.turned(&[none, reference.edges.column(0).into(), reference.edges.column(1).into(), none]);
     Reference { edges: Tensor::<2>::from_columns(&[b - a, c - a]), ..*reference }
