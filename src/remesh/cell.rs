@@ -60,7 +60,8 @@ impl<const D: usize> Cell<D> {
         weights
     }
 
-    /// Weights of the corners of another element; none if one of the sides has all of them beyond it or on it.
+    /// Weights of the corners of another element; none if one of the sides has all of them beyond it or on it, and none in an
+    /// element that is not upright.
     pub fn weights_of(&self, other: &Self) -> Option<[[f64; 4]; 4]> {
         let mut weights = [[1.0, 0.0, 0.0, 0.0]; 4];
         for (a, gradient) in self.gradients[..D].iter().enumerate() {

@@ -76,7 +76,9 @@ pub enum Rejected {
         after: usize,
     },
     /// Handles or pinches of the boundary were made or lost.
-    #[error("the Euler characteristic of the boundary was {before} and is {after}: a tunnel was opened or closed")]
+    #[error(
+        "the Euler characteristic of the boundary was {before} and is {after}: a tunnel was opened or closed, or walls touch"
+    )]
     Genus {
         /// In the old mesh.
         before: isize,
@@ -93,8 +95,7 @@ pub enum Rejected {
 
 /// Measures a new mesh against the old one where that is.
 ///
-/// In the plane the boundary is searched for crossings. In space it is not: there the Euler characteristic V − E + F of the
-/// boundary must be what it was.
+/// In the plane the boundary is searched for crossings. In space it is not: there its Euler characteristic must be what it was.
 ///
 /// # Errors
 /// The first thing it does not satisfy.
@@ -157,17 +158,13 @@ fn free_of_crossings<const D: usize>(facets: &[Facet], x: &[Vector<D>]) -> Resul
     }
 }
 
-/// Euler characteristic V − E + F of a surface of triangles: 2 of a ball's, 0 of a torus.
+/// V − F/2 of a closed surface of triangles: its Euler characteristic V − E + F, 2 of a ball's and 0 of a torus, because there
+/// are 3/2 edges per triangle; where it touches itself along edges these count as often as it passes there.
 fn characteristic(facets: &[Facet]) -> isize {
     let mut nodes: Vec<NodeId> = facets.iter().flatten().copied().collect();
-    let mut edges: Vec<[NodeId; 2]> =
-        facets.iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).map(|[a, b]| [*a.min(b), *a.max(b)]).collect();
     nodes.sort_unstable();
     nodes.dedup();
-    edges.sort_unstable();
-    edges.dedup();
-    let [v, e, f] = [nodes.len(), edges.len(), facets.len()].map(usize::cast_signed);
-    v - e + f
+    nodes.len().cast_signed() - (facets.len() / 2).cast_signed()
 }
 
 /// Number of groups of nodes that these groups connect; nodes in none do not count.

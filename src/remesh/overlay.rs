@@ -32,9 +32,7 @@ impl Cutter {
         if D == 2 {
             return self.polygons.moments(&in_old, heights);
         }
-        // Along a flat new element nothing can be cut.
-        let in_new = new.weights_of(old).filter(|_| new.is_upright)?;
-        self.polyhedra.moments(&in_old, &in_new, heights)
+        self.polyhedra.moments(&in_old, &new.weights_of(old)?, heights)
     }
 }
 
