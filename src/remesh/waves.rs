@@ -99,12 +99,12 @@ fn a_wave_loses_what_was_measured_and_less_than_a_thousandth_with_ten_nodes() {
     }
 }
 
-/// The same in space with ten nodes and jitter, there and back once.
-const IN_SPACE: f64 = 7.0e-4;
+/// The same in space with ten nodes and jitter: the mean over shifts of one and three quarters of a cell.
+const IN_SPACE: f64 = 7.217e-4;
 
 #[test]
 fn a_wave_in_space_loses_what_was_measured_and_less_than_a_thousandth_with_ten_nodes() {
-    let found = loss::<3>(&transferred, (10, 1.0), 1);
+    let found = loss::<3>(&transferred, (10, 1.0), 2);
     assert!((found / IN_SPACE - 1.0).abs() < 0.01 && found < 1e-3, "{found:e}");
 }
 
