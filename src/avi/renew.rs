@@ -76,6 +76,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if age < SHORTEST_LIFE.1 {
             return false;
         }
+        if self.state.record.stretched && age >= SHORTEST_LIFE.0 {
+            return true;
+        }
         let part = if age < SHORTEST_LIFE.0 { HALF_WORN } else { 1.0 };
         let wear = Wear { quality: part * wear.quality, compression: part * wear.compression };
         let time = self.grid.time(tick);
@@ -157,6 +160,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Counts an exchange of the mesh.
     pub fn count_exchange(&mut self) {
+        self.state.record.stretched = false;
         self.state.record.remeshes += 1;
     }
 

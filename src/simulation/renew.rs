@@ -3,8 +3,9 @@
 use super::model::Gelatin;
 use super::recipe::{Recipe, Sizes};
 use super::{RestoreError, history};
-use crate::algebra::{Vector, embed};
+use crate::algebra::{Vector, embed, restrict};
 use crate::avi::NoStep;
+use crate::contact::{Body, BodyState};
 use crate::element::{Potential, Section, Simplices};
 use crate::mesh::{ElementId, Mesh, boundary, shape_quality};
 use crate::remesh::{self, Acceptance, Carried, Moved, Proposal, Range, RemeshError, Rules, Symmetry, Transferred};
@@ -27,7 +28,7 @@ const MEASURE: f64 = 1e-5;
 
 impl Renew for Gelatin<2> {
     fn renew(&mut self) -> Result<(), NoStep> {
-        self.renew_by(remesh::propose)
+        self.renew_by(|old, size, rules, _| remesh::propose(old, size, rules))
     }
 }
 
@@ -37,8 +38,9 @@ impl Renew for Gelatin<3> {
     }
 }
 
-/// What makes a mesh for a body.
-type Mesher<const D: usize> = fn(&Moved<'_, D>, &[f64], &Rules) -> Result<Proposal<D>, RemeshError>;
+/// What makes a mesh for a body: from target sizes of its nodes, and where new points of its surface are clear of bodies.
+type Mesher<const D: usize> =
+    fn(&Moved<'_, D>, &[f64], &Rules, &dyn Fn(&Vector<D>) -> Vector<D>) -> Result<Proposal<D>, RemeshError>;
 
 impl<const D: usize> Gelatin<D> {
     fn renew_by(&mut self, mesher: Mesher<D>) -> Result<(), NoStep> {
@@ -78,15 +80,29 @@ impl<const D: usize> Gelatin<D> {
             moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect();
         let range = Range { least: sizes.least, greatest: sizes.longest };
         let mut size = remesh::curved(moved, &[&displacement, &state.velocity], sizes.rules.bend.to_radians(), &range);
-        let time = self.engine.now();
-        let bodies: Vec<_> =
-            self.engine.bodies().iter().zip(&state.bodies).map(|(body, last)| (body, last.at(body, time))).collect();
+        let bodies = self.active_bodies();
         for (size, x) in size.iter_mut().zip(moved.position) {
-            let gaps = bodies.iter().filter(|(_, at)| at.active).map(|(body, at)| body.gap(at, &embed(x)).distance);
+            let gaps = bodies.iter().map(|(body, at)| body.gap(at, &embed(x)).distance);
             let gap = gaps.fold(f64::INFINITY, f64::min).max(0.0);
             *size = size.min(sizes.usual + sizes.rules.growth * gap);
         }
         remesh::graded(moved, size, sizes.rules.growth)
+    }
+
+    /// The bodies that take part, where they are now.
+    fn active_bodies(&self) -> Vec<(&Body, BodyState)> {
+        let time = self.engine.now();
+        let all = self.engine.bodies().iter().zip(&self.engine.state().bodies);
+        all.map(|(body, last)| (body, last.at(body, time))).filter(|(_, at)| at.active).collect()
+    }
+
+    /// The place on the surface of a body for one inside it: a new point of a facet that is drawn over a body would have to be
+    /// pushed out of it later.
+    fn cleared(&self, x: &Vector<D>) -> Vector<D> {
+        self.active_bodies().iter().fold(*x, |x, (body, at)| {
+            let gap = body.gap(at, &embed(&x));
+            x - restrict::<D>(&gap.normal) * gap.distance.min(0.0)
+        })
     }
 
     /// A new mesh and the velocities of its nodes, unless it is refused.
@@ -97,32 +113,16 @@ impl<const D: usize> Gelatin<D> {
         (sag, acceptance): (f64, &Acceptance),
     ) -> Option<(Birth<D>, Vec<Vector<D>>)> {
         let rules = Rules { sag, ..Rules::default() };
-        let proposal = mesher(moved, size, &rules).ok()?;
-        remesh::judge(moved, &proposal, acceptance).ok()?;
+        let proposal = mesher(moved, size, &rules, &|x| self.cleared(x)).ok()?;
+        let j = remesh::judge(moved, &proposal, acceptance);
+        eprintln!("t {:.4e} sag {sag}: {:?}", self.engine.now(), j);
+        j.ok()?;
         let new = remesh::transfer(moved, &self.carried(old), &proposal);
         if new.defects.massless > 0 {
             return None;
         }
         let potential = &self.engine.gel().potential;
         let references = history::references((potential, old), moved.position, (&proposal, &new))?;
-        if std::env::var_os("GEL_DEBUG").is_some() {
-            let simp = self.recipe.simplices(&Mesh { rest: new.rest.clone(), elements: proposal.elements.clone(), facets: vec![], held: new.held.clone() }).with_references(&references);
-            let energy = |s: &Simplices<D>, e: u32, x: &[Vector<D>]| { let (f, _) = s.deformation(ElementId(e), x); let j = crate::algebra::det(&f); let mu=68965.51724137931; let k=666666.67; let la = k-2.0/3.0*mu; s.volume(ElementId(e))*(0.5*mu*(f.norm_squared()-3.0)-mu*j.ln()+0.5*la*j.ln().powi(2)) };
-            let mut is_gone = vec![true; old.mesh.elements.len()];
-            let mut same = 0.0; let mut nsame = 0;
-            for s in new.same.iter().flatten() { is_gone[s.element.index()] = false; same += energy(potential, s.element.0, moved.position); nsame += 1; }
-            let gone: f64 = (0..is_gone.len()).filter(|e| is_gone[*e]).map(|e| energy(potential, e as u32, moved.position)).sum();
-            let mut is_made = vec![false; proposal.elements.len()];
-            references.iter().for_each(|(e, _)| is_made[e.index()] = true);
-            let (mut told, mut made, mut nt, mut nm) = (0.0, 0.0, 0, 0);
-            for e in (0..is_made.len()).filter(|e| new.same[*e].is_none()) {
-                let w = energy(&simp, e as u32, &proposal.position);
-                if is_made[e] { made += w; nm += 1 } else { told += w; nt += 1 }
-            }
-            let carried: f64 = { let mut was=vec![0.0; proposal.elements.len()]; for s in &new.sources { let whole: f64 = old.corner_mass[s.old.index()].iter().sum(); was[s.new.index()] += s.mass/whole*energy(potential, s.old.0, moved.position);} (0..is_made.len()).filter(|e| is_made[*e] && new.same[*e].is_none()).map(|e| was[e]).sum() };
-            let b = new.defects.before; let a = new.defects.after;
-            eprintln!("t {:.4e}: same {nsame} {same:.4e} J, gone {} {gone:.4e} J -> told {nt} {told:.4e} J, made {nm} {made:.4e} (was {carried:.4e}); kinetic {:.5e} -> {:.5e}; stray {:.2e} misses {}; sizes {:?}", self.engine.now(), is_gone.iter().filter(|g| **g).count(), b.kinetic, a.kinetic, new.defects.stray_mass, new.defects.misses, size.iter().fold((f64::MAX, 0.0f64), |(l,h),s| (l.min(*s), h.max(*s))));
-        }
         let facets = boundary::<D>(&proposal.elements);
         let Transferred { rest, mass, corner_mass, velocity, held, .. } = new;
         let mesh = Mesh { rest, elements: proposal.elements, facets, held };
