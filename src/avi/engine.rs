@@ -61,6 +61,8 @@ pub struct Engine<const D: usize, P> {
     pub(super) first: f64,
     /// When the mesh is worn; `None` if it never is.
     pub(super) wear: Option<Wear>,
+    /// Ticks at or after which the mesh is exchanged whether it is worn or not, ascending.
+    pub(super) exchanges: Vec<Tick>,
     /// The first tick of this mesh.
     pub(super) origin: Tick,
     /// Where the tick is that is processed.
@@ -157,6 +159,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             queue: Queue::default(),
             steps: (0, 0),
             wear: None,
+            exchanges: vec![],
             origin,
             phase: Phase::First,
             quiet: None,

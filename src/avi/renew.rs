@@ -25,7 +25,7 @@ pub struct Wear {
 pub enum Reached {
     /// To the end that was asked for.
     End,
-    /// To a tick at which its mesh is worn, and it has ended there: positions and velocities are those of this instant.
+    /// To a tick at which its mesh is worn or due, and it has ended there: positions and velocities are those of this instant.
     Worn,
 }
 
@@ -67,15 +67,29 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.wear = wear;
     }
 
-    /// Whether the mesh is worn at this tick.
-    pub(super) fn is_worn(&self, tick: Tick) -> bool {
-        let Some(wear) = self.wear.filter(|_| self.state.now.is_some() && self.rules.schedule != Kind::Queue) else {
-            return false;
-        };
-        let age = (tick - self.origin) / self.steps.0;
-        if age < SHORTEST_LIFE.1 {
+    /// Times, s, at which the mesh ends whether it is worn or not, ascending: each at the first tick of its finest step at or after
+    /// it, and where the mesh is 4 of these steps old. A queue knows none.
+    pub fn set_exchanges(&mut self, times: &[f64]) {
+        self.exchanges = times.iter().map(|time| self.grid.first_tick(*time)).collect();
+    }
+
+    /// The next tick at or after which this mesh ends.
+    pub(super) fn next_exchange(&self) -> Option<Tick> {
+        self.exchanges.iter().copied().find(|due| *due > self.origin)
+    }
+
+    /// Whether the mesh ends at this tick.
+    pub(super) fn is_over(&self, tick: Tick) -> bool {
+        if self.state.now.is_none() || self.rules.schedule == Kind::Queue {
             return false;
         }
+        let age = (tick - self.origin) / self.steps.0;
+        age >= SHORTEST_LIFE.1 && (self.next_exchange().is_some_and(|due| due <= tick) || self.is_worn(tick, age))
+    }
+
+    /// Whether the mesh is worn at this tick, so many finest steps old.
+    fn is_worn(&self, tick: Tick, age: Tick) -> bool {
+        let Some(wear) = self.wear else { return false };
         let part = if age < SHORTEST_LIFE.0 { HALF_WORN } else { 1.0 };
         let wear = Wear { quality: part * wear.quality, compression: part * wear.compression };
         let time = self.grid.time(tick);
@@ -177,6 +191,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let mut new = Self::assemble((gel, self.rules), bodies, nodes, passage)?;
         new.wear = self.wear;
+        new.exchanges.clone_from(&self.exchanges);
         new.blocks = new.blocks.take().filter(|_| self.blocks.is_some());
         if let (Some(new), Some(old)) = (&mut new.blocks, &self.blocks) {
             (new.level, new.never_rest) = (old.level, old.never_rest);

@@ -3,6 +3,7 @@
 //! This is the only place that erases the dimension. Nothing here reads a clock, a file or the environment.
 
 mod build;
+mod candidate;
 mod history;
 mod look;
 mod model;

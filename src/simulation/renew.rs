@@ -1,13 +1,14 @@
-//! A worn mesh and the one that replaces it: sized, proposed, judged, and taken or refused.
+//! A worn mesh, and how the run goes on with another one.
 
+use super::RestoreError;
+use super::candidate::{Candidate, Way, symmetry};
 use super::model::Gelatin;
-use super::recipe::{Recipe, Sizes};
-use super::{RestoreError, history};
-use crate::algebra::{Vector, embed};
+use super::recipe::Recipe;
+use crate::algebra::Vector;
 use crate::avi::NoStep;
-use crate::element::{Potential, Section, Simplices};
-use crate::mesh::{ElementId, Mesh, boundary, shape_quality};
-use crate::remesh::{self, Acceptance, Carried, Moved, Range, Rules, Symmetry, Transferred};
+use crate::element::{Potential, Simplices};
+use crate::mesh::{ElementId, Mesh};
+use crate::remesh::{self, Moved};
 use crate::state::{Birth, State};
 use std::sync::Arc;
 
@@ -20,14 +21,9 @@ pub(super) trait Renew {
     fn renew(&mut self) -> Result<(), NoStep>;
 }
 
-/// How much of the boundary's nodes may be left out, one attempt after the other: chords of the chord without them.
-const SAGS: [f64; 3] = [0.06, 0.02, 0.0];
-/// What the area of the body may change by when nodes of its boundary are left out.
-const AREA: f64 = 1e-5;
-
 impl Renew for Gelatin<2> {
     fn renew(&mut self) -> Result<(), NoStep> {
-        let Some(sizes) = self.recipe.remesh else { return Ok(()) };
+        let Some(sizes) = self.recipe.remesh.clone() else { return Ok(()) };
         let old = self.present();
         if self.engine.state().birth.is_none() {
             self.first = Some(Arc::clone(&old));
@@ -35,11 +31,9 @@ impl Renew for Gelatin<2> {
         let position = self.engine.state().position.clone();
         let moved = Moved { mesh: &old.mesh, position: &position };
         let size = self.sizes(&moved, &sizes);
-        let worst = old.mesh.elements.iter().map(|element| shape_quality(&position, element));
-        let acceptance = Acceptance { area: AREA, quality: worst.fold(f64::INFINITY, f64::min) };
-        for sag in SAGS {
-            let proposed = self.propose((&old, &moved), &size, (sag, &acceptance));
-            if proposed.is_some_and(|(birth, velocity)| self.go_on(birth, velocity).is_ok()) {
+        for way in Way::of(sizes.rules.method) {
+            let candidate = self.candidate((&old, &moved), &size, way);
+            if candidate.is_ok_and(|Candidate { birth, velocity, .. }| self.go_on(birth, velocity).is_ok()) {
                 self.engine.count_exchange();
                 return Ok(());
             }
@@ -56,56 +50,6 @@ impl Renew for Gelatin<3> {
 }
 
 impl Gelatin<2> {
-    fn carried<'a>(&'a self, old: &'a Birth<2>) -> Carried<'a> {
-        Carried {
-            symmetry: symmetry(&self.recipe),
-            mass: &old.mass,
-            corner_mass: &old.corner_mass,
-            velocity: &self.engine.state().velocity,
-        }
-    }
-
-    /// Target sizes of the nodes: fine where displacement and velocity bend and where a body is near.
-    fn sizes(&self, moved: &Moved<'_, 2>, sizes: &Sizes) -> Vec<f64> {
-        let state = self.engine.state();
-        let displacement: Vec<Vector<2>> =
-            moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect();
-        let range = Range { least: sizes.least, greatest: sizes.longest };
-        let mut size = remesh::curved(moved, &[&displacement, &state.velocity], sizes.rules.bend.to_radians(), &range);
-        let time = self.engine.now();
-        let bodies: Vec<_> =
-            self.engine.bodies().iter().zip(&state.bodies).map(|(body, last)| (body, last.at(body, time))).collect();
-        for (size, x) in size.iter_mut().zip(moved.position) {
-            let gaps = bodies.iter().filter(|(_, at)| at.active).map(|(body, at)| body.gap(at, &embed(x)).distance);
-            let gap = gaps.fold(f64::INFINITY, f64::min).max(0.0);
-            *size = size.min(sizes.usual + sizes.rules.growth * gap);
-        }
-        remesh::graded(moved, size, sizes.rules.growth)
-    }
-
-    /// A new mesh and the velocities of its nodes, unless it is refused.
-    fn propose(
-        &self,
-        (old, moved): (&Birth<2>, &Moved<'_, 2>),
-        size: &[f64],
-        (sag, acceptance): (f64, &Acceptance),
-    ) -> Option<(Birth<2>, Vec<Vector<2>>)> {
-        let rules = Rules { sag, ..Rules::default() };
-        let proposal = remesh::propose(moved, size, &rules).ok()?;
-        remesh::judge(moved, &proposal, acceptance).ok()?;
-        let new = remesh::transfer(moved, &self.carried(old), &proposal);
-        if new.defects.massless > 0 {
-            return None;
-        }
-        let potential = &self.engine.gel().potential;
-        let references = history::references((potential, old), moved.position, (&proposal, &new))?;
-        let facets = boundary::<2>(&proposal.elements);
-        let Transferred { rest, mass, corner_mass, velocity, held, .. } = new;
-        let mesh = Mesh { rest, elements: proposal.elements, facets, held };
-        let tick = self.engine.last_tick();
-        Some((Birth { tick, mesh, position: proposal.position, mass, corner_mass, references }, velocity))
-    }
-
     /// Goes on with the old mesh.
     fn keep(&mut self, old: &Birth<2>) -> Result<(), NoStep> {
         let state = self.engine.state();
@@ -187,10 +131,6 @@ impl<const D: usize> Gelatin<D> {
             mesh,
         })
     }
-}
-
-fn symmetry(recipe: &Recipe) -> Symmetry {
-    if recipe.section == Section::Axisymmetric { Symmetry::Axisymmetric } else { Symmetry::Planar }
 }
 
 /// Those of the elements of a plane mesh at rest; none in space.

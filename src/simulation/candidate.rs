@@ -1,0 +1,160 @@
+//! A mesh that may replace a worn one: sized, made, judged, and with all that it carries.
+
+use super::history;
+use super::model::Gelatin;
+use super::recipe::{Recipe, Sizes};
+use crate::algebra::{Vector, embed};
+use crate::element::Section;
+use crate::mesh::{Mesh, boundary, shape_quality};
+use crate::remesh::{
+    self, Acceptance, Carried, Defects, Moved, Proposal, Quality, Range, Rejected, RemeshError, Rules, Symmetry,
+    Transferred,
+};
+use crate::scene::RemeshMethod;
+use crate::state::Birth;
+
+/// A mesh that may replace another one, and the velocities of its nodes.
+#[derive(Debug)]
+pub(super) struct Candidate {
+    pub birth: Birth<2>,
+    pub velocity: Vec<Vector<2>>,
+    /// What it was judged to be.
+    pub quality: Quality,
+    /// What the transfer changed.
+    pub defects: Defects,
+}
+
+/// Why a mesh may not replace another one.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Refused {
+    /// There is none.
+    #[error(transparent)]
+    Made(#[from] RemeshError),
+    /// It is not good enough.
+    #[error(transparent)]
+    Judged(#[from] Rejected),
+    /// Some of it is made of nothing.
+    #[error("{nodes} nodes of the new mesh have no mass: no old element lies under theirs")]
+    Massless {
+        /// How many.
+        nodes: usize,
+    },
+    /// An element that cannot have been anything at rest.
+    #[error("an element of the new mesh has no shape at rest: the old ones under it are inverted")]
+    Restless,
+}
+
+/// A way to make a mesh, one attempt after the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Way {
+    /// Nodes of the boundary are left out where it is within so many chords of the chord without them.
+    Retained { sag: f64 },
+    /// With this part of the sizes.
+    Immersed { part: f64 },
+}
+
+/// What the area of the body may change by when nodes of its boundary are left out.
+const AREA: f64 = 1e-5;
+/// An immersed mesh may be worse shaped than the old one, but no worse than this: what cutting leaves is above it except in corners that
+/// the sizes do not resolve (`smooth_bodies_of_any_size_and_place_are_cut_out_whole`).
+const FAIR: f64 = 0.1;
+
+impl Way {
+    /// The attempts of a method.
+    pub fn of(method: RemeshMethod) -> [Self; 3] {
+        match method {
+            RemeshMethod::Retained => [0.06, 0.02, 0.0].map(|sag| Self::Retained { sag }),
+            RemeshMethod::Immersed => [1.0, 0.7, 0.5].map(|part| Self::Immersed { part }),
+        }
+    }
+
+    /// The mesh that is made so, and by how much it may change the area of the body.
+    fn made(self, moved: &Moved<'_, 2>, size: &[f64]) -> Result<(Proposal<2>, f64), RemeshError> {
+        match self {
+            Self::Retained { sag } => {
+                Ok((remesh::propose(moved, size, &Rules { sag, ..Rules::default() })?, AREA))
+            }
+            Self::Immersed { part } => {
+                let size: Vec<f64> = size.iter().map(|size| part * size).collect();
+                let steps = remesh::immerse(moved, &size, &Rules::default())?;
+                Ok((steps.proposal, AREA + remesh::rounding(moved, &size)))
+            }
+        }
+    }
+
+    /// The worst shape that a mesh made so may have, if the old one has this worst shape.
+    fn worst(self, old: f64) -> f64 {
+        match self {
+            Self::Retained { .. } => old,
+            Self::Immersed { .. } => old.min(FAIR),
+        }
+    }
+}
+
+impl Gelatin<2> {
+    /// Target sizes of the nodes: fine where displacement and velocity bend and where a body is near; those of the scene, if they
+    /// are not to adapt.
+    pub fn sizes(&self, moved: &Moved<'_, 2>, sizes: &Sizes) -> Vec<f64> {
+        if !sizes.rules.adaptive {
+            return vec![sizes.usual; moved.position.len()];
+        }
+        let state = self.engine.state();
+        let displacement: Vec<Vector<2>> =
+            moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect();
+        let range = Range { least: sizes.least, greatest: sizes.longest };
+        let mut size = remesh::curved(moved, &[&displacement, &state.velocity], sizes.rules.bend.to_radians(), &range);
+        let time = self.engine.now();
+        let bodies: Vec<_> =
+            self.engine.bodies().iter().zip(&state.bodies).map(|(body, last)| (body, last.at(body, time))).collect();
+        for (size, x) in size.iter_mut().zip(moved.position) {
+            let gaps = bodies.iter().filter(|(_, at)| at.active).map(|(body, at)| body.gap(at, &embed(x)).distance);
+            let gap = gaps.fold(f64::INFINITY, f64::min).max(0.0);
+            *size = size.min(sizes.usual + sizes.rules.growth * gap);
+        }
+        remesh::graded(moved, size, sizes.rules.growth)
+    }
+
+    /// A new mesh with all that it carries.
+    ///
+    /// # Errors
+    /// [`Refused`] if there is none that may replace the old one.
+    pub fn candidate(
+        &self,
+        (old, moved): (&Birth<2>, &Moved<'_, 2>),
+        size: &[f64],
+        way: Way,
+    ) -> Result<Candidate, Refused> {
+        let (proposal, area) = way.made(moved, size)?;
+        let worst = old.mesh.elements.iter().map(|element| shape_quality(moved.position, element));
+        let acceptance = Acceptance { area, quality: way.worst(worst.fold(f64::INFINITY, f64::min)) };
+        let quality = remesh::judge(moved, &proposal, &acceptance)?;
+        let new = remesh::transfer(moved, &self.carried(old), &proposal);
+        if new.defects.massless > 0 {
+            return Err(Refused::Massless { nodes: new.defects.massless });
+        }
+        let potential = &self.engine.gel().potential;
+        let references = history::references((potential, old), moved.position, (&proposal, &new));
+        let references = references.ok_or(Refused::Restless)?;
+        let facets = boundary::<2>(&proposal.elements);
+        let Transferred { rest, mass, corner_mass, velocity, held, defects, .. } = new;
+        let mesh = Mesh { rest, elements: proposal.elements, facets, held };
+        let tick = self.engine.last_tick();
+        let birth = Birth { tick, mesh, position: proposal.position, mass, corner_mass, references };
+        Ok(Candidate { birth, velocity, quality, defects })
+    }
+
+    fn carried<'a>(&'a self, old: &'a Birth<2>) -> Carried<'a> {
+        Carried {
+            symmetry: symmetry(&self.recipe),
+            mass: &old.mass,
+            corner_mass: &old.corner_mass,
+            velocity: &self.engine.state().velocity,
+        }
+    }
+}
+
+/// What a section is of.
+pub(super) fn symmetry(recipe: &Recipe) -> Symmetry {
+    if recipe.section == Section::Axisymmetric { Symmetry::Axisymmetric } else { Symmetry::Planar }
+}
