@@ -54,7 +54,7 @@ pub use immersed::{Background, Cell, Immersed, Steps, cells, cut_out, distances,
 pub use judge::{Acceptance, Quality, Rejected, judge};
 pub use pairing::Same;
 pub use pieces::Source;
-pub use sizing::{Range, curved, graded};
+pub use sizing::{Range, bends, curved, graded};
 pub use transfer::transfer;
 
 /// A mesh where its nodes are.

@@ -99,12 +99,9 @@ impl Gelatin<2> {
         if !sizes.rules.adaptive {
             return vec![sizes.usual; moved.position.len()];
         }
-        let state = self.engine.state();
-        let displacement: Vec<Vector<2>> =
-            moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect();
         let range = Range { least: sizes.least, greatest: sizes.longest };
-        let mut size = remesh::curved(moved, &[&displacement, &state.velocity], sizes.rules.bend.to_radians(), &range);
-        let time = self.engine.now();
+        let mut size = remesh::curved(moved, &self.bends(moved), sizes.rules.bend.to_radians(), &range);
+        let (state, time) = (self.engine.state(), self.engine.now());
         let bodies: Vec<_> =
             self.engine.bodies().iter().zip(&state.bodies).map(|(body, last)| (body, last.at(body, time))).collect();
         for (size, x) in size.iter_mut().zip(moved.position) {
@@ -113,6 +110,13 @@ impl Gelatin<2> {
             *size = size.min(sizes.usual + sizes.rules.growth * gap);
         }
         remesh::graded(moved, size, sizes.rules.growth)
+    }
+
+    /// How far displacement and velocity bend at each element, rad.
+    pub fn bends(&self, moved: &Moved<'_, 2>) -> Vec<f64> {
+        let displacement: Vec<Vector<2>> =
+            moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect();
+        remesh::bends(moved, &[&displacement, &self.engine.state().velocity])
     }
 
     /// A new mesh with all that it carries.

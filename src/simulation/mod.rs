@@ -9,6 +9,7 @@ mod look;
 mod model;
 mod observe;
 mod recipe;
+mod rehearsal;
 mod renew;
 mod run;
 mod saved;
@@ -20,6 +21,8 @@ pub use crate::contact::{Bulge, Exchange, Wrench};
 pub use crate::scene::CouplingMode;
 pub use build::BuildError;
 pub use observe::{BodyReport, Books, ContactReport, CostReport, EnergyReport, Frame, FrameCells, Observation, Place};
+pub use candidate::Refused;
+pub use rehearsal::{Rehearsal, Renewal, Successor};
 pub use run::{RestoreError, Simulation};
 pub use saved::{Saved, SavedState};
 

@@ -3,7 +3,9 @@
 use super::RestoreError;
 use super::candidate::{Candidate, Way, symmetry};
 use super::model::Gelatin;
+use super::observe::Frame;
 use super::recipe::Recipe;
+use super::rehearsal::{Rehearsal, Renewal};
 use crate::algebra::Vector;
 use crate::avi::NoStep;
 use crate::element::{Potential, Simplices};
@@ -14,6 +16,9 @@ use std::sync::Arc;
 
 /// What can be given another mesh.
 pub(super) trait Renew {
+    /// What an exchange would do now, unless there are none; `frame` is the mesh as it is.
+    fn rehearsal(&self, frame: Frame) -> Option<Rehearsal>;
+
     /// Goes on with a better mesh, or with the old one where there is none.
     ///
     /// # Errors
@@ -31,18 +36,29 @@ impl Renew for Gelatin<2> {
         let position = self.engine.state().position.clone();
         let moved = Moved { mesh: &old.mesh, position: &position };
         let size = self.sizes(&moved, &sizes);
-        for way in Way::of(sizes.rules.method) {
-            let candidate = self.candidate((&old, &moved), &size, way);
-            if candidate.is_ok_and(|Candidate { birth, velocity, .. }| self.go_on(birth, velocity).is_ok()) {
+        for (way, attempt) in Way::of(sizes.rules.method).into_iter().zip(1..) {
+            let Ok(candidate) = self.candidate((&old, &moved), &size, way) else { continue };
+            let Candidate { birth, velocity, quality, defects } = candidate;
+            let time = self.engine.now();
+            if self.go_on(birth, velocity).is_ok() {
                 self.engine.count_exchange();
+                self.renewals.push(Renewal { time, attempt, quality, defects });
                 return Ok(());
             }
         }
         self.keep(&old)
     }
+
+    fn rehearsal(&self, frame: Frame) -> Option<Rehearsal> {
+        Some(self.rehearsed(frame, self.recipe.remesh.as_ref()?))
+    }
 }
 
 impl Renew for Gelatin<3> {
+    fn rehearsal(&self, _: Frame) -> Option<Rehearsal> {
+        None
+    }
+
     /// A scene that asks for it is refused.
     fn renew(&mut self) -> Result<(), NoStep> {
         Ok(())
