@@ -50,7 +50,9 @@ use triangle::Triangle;
 pub use carried::{Carried, Symmetry, Transferred, corner_masses, nodal_masses};
 pub use defects::{Books, Defects};
 pub use error::RemeshError;
-pub use immersed::{Background, Cell, Immersed, Steps, cells, cut_out, distances, immerse, rounding, snapped, triangulated};
+pub use immersed::{
+    Background, Cell, Immersed, Steps, cells, cut_out, distances, immerse, rounding, snapped, triangulated,
+};
 pub use judge::{Acceptance, Quality, Rejected, judge};
 pub use pairing::Same;
 pub use pieces::Source;

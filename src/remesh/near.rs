@@ -59,9 +59,8 @@ impl Near {
     ) {
         let (point, distance) = sought;
         let boxes = &self.levels[level];
-        let mut open: Vec<(f64, usize)> = (first..boxes.len().min(first + FAN))
-            .map(|i| (boxes[i].distance_squared(point), i))
-            .collect();
+        let mut open: Vec<(f64, usize)> =
+            (first..boxes.len().min(first + FAN)).map(|i| (boxes[i].distance_squared(point), i)).collect();
         open.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for (squared, i) in open {
             if best.is_some_and(|(_, least)| squared > least * least) {

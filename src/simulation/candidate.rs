@@ -72,9 +72,7 @@ impl Way {
     /// The mesh that is made so, and by how much it may change the area of the body.
     fn made(self, moved: &Moved<'_, 2>, size: &[f64]) -> Result<(Proposal<2>, f64), RemeshError> {
         match self {
-            Self::Retained { sag } => {
-                Ok((remesh::propose(moved, size, &Rules { sag, ..Rules::default() })?, AREA))
-            }
+            Self::Retained { sag } => Ok((remesh::propose(moved, size, &Rules { sag, ..Rules::default() })?, AREA)),
             Self::Immersed { part } => {
                 let size: Vec<f64> = size.iter().map(|size| part * size).collect();
                 let steps = remesh::immerse(moved, &size, &Rules::default())?;

@@ -97,10 +97,8 @@ impl Gelatin<2> {
 
     fn shown(&self, candidate: Candidate, moved: &Moved<'_, 2>, attempt: usize) -> Successor {
         let Candidate { birth, velocity, quality, defects } = candidate;
-        let stored = [
-            self.engine.gel().stored_energy(moved.position),
-            self.gel_of(&birth).stored_energy(&birth.position),
-        ];
+        let stored =
+            [self.engine.gel().stored_energy(moved.position), self.gel_of(&birth).stored_energy(&birth.position)];
         Successor { points: birth.position, elements: birth.mesh.elements, velocity, attempt, quality, defects, stored }
     }
 }

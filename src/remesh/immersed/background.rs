@@ -58,7 +58,9 @@ pub fn triangulated(cells: &[Cell]) -> Result<Background, RemeshError> {
     let mut points: Vec<Vector<2>> = cells.iter().map(|cell| cell.middle).collect();
     let mut size: Vec<f64> = cells.iter().map(|cell| cell.edge).collect();
     let around = cells.iter().fold(Bounds::NONE, |all, cell| all.joined(&Bounds::about(&cell.middle, 0.5 * cell.edge)));
-    for [x, y] in [[around.low, around.low], [around.high, around.low], [around.high, around.high], [around.low, around.high]] {
+    for [x, y] in
+        [[around.low, around.low], [around.high, around.low], [around.high, around.high], [around.low, around.high]]
+    {
         points.push(Vector::<2>::new(x[0], y[1]));
         size.push(0.0);
     }

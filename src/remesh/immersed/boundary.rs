@@ -65,7 +65,8 @@ impl<'a> Boundary<'a> {
             let [a, b] = self.ends(edge);
             if do_cross([from, to], [a, b]) || cross(from, to, a) == 0.0 {
                 let (before, after) = (cross(a, b, from), cross(a, b, to));
-                let (at, share) = (before / (before - after), cross(from, to, a) / (cross(from, to, a) - cross(from, to, b)));
+                let (at, share) =
+                    (before / (before - after), cross(from, to, a) / (cross(from, to, a) - cross(from, to, b)));
                 let away = (at - way).abs();
                 let is_on = (0.0..=1.0).contains(&at) && (0.0..=1.0).contains(&share);
                 if is_on && best.is_none_or(|(least, ..)| away < least) {

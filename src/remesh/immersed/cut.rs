@@ -75,7 +75,8 @@ impl Cutting<'_> {
 
     /// Takes a quadrilateral as two triangles, by the diagonal with the better worst one.
     fn divide(&mut self, [a, b, c, d]: [usize; 4]) {
-        let worst = |pair: &[[usize; 3]; 2]| pair.map(|t| quality(t.map(|p| &self.points[p]))).into_iter().fold(1.0, f64::min);
+        let worst =
+            |pair: &[[usize; 3]; 2]| pair.map(|t| quality(t.map(|p| &self.points[p]))).into_iter().fold(1.0, f64::min);
         let [one, other] = [[[a, b, c], [a, c, d]], [[b, c, d], [b, d, a]]];
         self.elements.extend(if worst(&one) >= worst(&other) { one } else { other });
     }
