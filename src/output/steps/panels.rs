@@ -310,5 +310,5 @@ fn edges(drawing: &mut Drawing, triangles: &Triangles) {
 /// A pen for edges of this length: finer and paler where they are a few pixels long.
 fn thin(drawing: &Drawing, length: f64) -> Pen {
     let pixels = drawing.pixels(length);
-    Pen { width: (0.06 * pixels).clamp(0.34, 1.2), strength: (0.06 * pixels).clamp(0.25, 0.75), colour: INK }
+    Pen { width: (0.06 * pixels).clamp(0.67, 1.33), strength: (0.03 * pixels).clamp(0.2, 0.75), colour: INK }
 }
