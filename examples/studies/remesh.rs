@@ -69,7 +69,7 @@ fn method_row(speed: f64, size: f64, (mesh, more): &(&str, Keys)) {
     let made = simulation.renewals();
     let sum = |of: &dyn Fn(&Renewal) -> f64| made.iter().map(|renewal| of(renewal).abs()).sum::<f64>();
     let momentum = scene.projectile.mass.unwrap_or(f64::NAN) * speed;
-    let kinetic = |r: &Renewal| r.defects.after.kinetic - r.defects.before.kinetic;
+    let kinetic = |r: &Renewal| r.kinetic[1] - r.kinetic[0];
     println!(
         "| {speed} | {} | {mesh} | {end} | {} | {} | {} | {:.2} | {:+.2} | {:.3} | {:.2} | {:.2} | {:.0e} | {:.0e} | {:.4} | {:+.2} | {:.2} | {cpu:.1} |",
         1e3 * size,
@@ -81,9 +81,9 @@ fn method_row(speed: f64, size: f64, (mesh, more): &(&str, Keys)) {
         seen.cost.min_jacobian,
         made.iter().map(|renewal| renewal.quality.least).fold(f64::NAN, f64::min),
         100.0 * sum(&kinetic) / seen.energy.initial,
-        sum(&|r| r.defects.momentum_defect().norm()) / momentum,
-        sum(&|r| r.defects.relative_mass()),
-        100.0 * sum(&|r| r.quality.area_change),
+        sum(&|r| r.momentum) / momentum,
+        sum(&|r| r.mass),
+        100.0 * sum(&|r| r.quality.change),
         100.0 * seen.energy.remesh / seen.energy.initial,
         100.0 * seen.energy.energy_defect,
     );

@@ -107,6 +107,13 @@ pub fn signed_volume<const D: usize>(x: &[Vector<D>], nodes: &Simplex) -> f64 {
     crate::algebra::det(&edges(x, nodes)) / factorial
 }
 
+/// Length of an edge of the boundary, or area of a triangle of it, m or m².
+#[must_use]
+pub fn facet_measure<const D: usize>(x: &[Vector<D>], facet: &Facet) -> f64 {
+    let [edge, across] = [1, 2].map(|k| crate::algebra::embed(&(x[facet[k].index()] - x[facet[0].index()])));
+    if D == 2 { edge.norm() } else { 0.5 * edge.cross(&across).norm() }
+}
+
 /// Edge vectors from the first node, as columns.
 #[must_use]
 pub fn edges<const D: usize>(x: &[Vector<D>], nodes: &Simplex) -> crate::algebra::Tensor<D> {

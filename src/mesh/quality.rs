@@ -1,7 +1,7 @@
 //! How well shaped elements are.
 
 use super::Simplex;
-use crate::algebra::{Vector, Vector3, embed};
+use crate::algebra::{Vector, Vector3, cube_root, embed};
 
 /// The least angle of a simplex, degrees: between two sides of a triangle, between two faces of a tetrahedron.
 #[must_use]
@@ -26,7 +26,7 @@ pub fn shape_quality<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 
     if D == 2 {
         return 4.0 * 3.0_f64.sqrt() * measure / squares;
     }
-    12.0 * (3.0 * measure.abs()).cbrt().powi(2).copysign(measure) / squares
+    12.0 * cube_root(3.0 * measure.abs()).powi(2).copysign(measure) / squares
 }
 
 /// Outward normal of the side opposite corner `i`.

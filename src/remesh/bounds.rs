@@ -1,75 +1,90 @@
-//! Upright rectangles, and the order of points along a curve that stays near itself.
+//! Upright rectangles and boxes, and the order of points along a curve that stays near itself.
 
 use crate::algebra::Vector;
 
-/// An upright rectangle.
+/// An upright rectangle, or box in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Bounds {
+pub(super) struct Bounds<const D: usize> {
     /// The corner of least coordinates, m.
-    pub low: Vector<2>,
+    pub low: Vector<D>,
     /// The corner of greatest coordinates, m.
-    pub high: Vector<2>,
+    pub high: Vector<D>,
 }
 
-impl Bounds {
+impl<const D: usize> Bounds<D> {
     /// Contains no point: the start of a union.
-    pub const NONE: Self =
-        Self { low: Vector::<2>::new(f64::MAX, f64::MAX), high: Vector::<2>::new(-f64::MAX, -f64::MAX) };
+    pub const NONE: Self = Self { low: all(f64::MAX), high: all(-f64::MAX) };
 
-    /// The smallest rectangle around these points.
-    pub fn around<'a>(points: impl IntoIterator<Item = &'a Vector<2>>) -> Self {
+    /// The smallest box around these points.
+    pub fn around<'a>(points: impl IntoIterator<Item = &'a Vector<D>>) -> Self {
         points.into_iter().fold(Self::NONE, |all, p| Self { low: all.low.inf(p), high: all.high.sup(p) })
     }
 
-    /// The square about a point, `reach` to every side.
-    pub fn about(point: &Vector<2>, reach: f64) -> Self {
-        let reach = Vector::<2>::repeat(reach);
+    /// The square or cube about a point, `reach` to every side.
+    pub fn about(point: &Vector<D>, reach: f64) -> Self {
+        let reach = Vector::<D>::repeat(reach);
         Self { low: point - reach, high: point + reach }
     }
 
-    /// The smallest rectangle around both.
+    /// The smallest box around both.
     pub fn joined(&self, other: &Self) -> Self {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
     /// Whether they have a point in common.
     pub fn meets(&self, other: &Self) -> bool {
-        self.low[0] <= other.high[0]
-            && other.low[0] <= self.high[0]
-            && self.low[1] <= other.high[1]
-            && other.low[1] <= self.high[1]
+        (0..D).all(|axis| self.low[axis] <= other.high[axis] && other.low[axis] <= self.high[axis])
     }
 
     /// Squared distance of a point, m²; 0 inside.
-    pub fn distance_squared(&self, p: &Vector<2>) -> f64 {
-        (self.low - p).sup(&(p - self.high)).sup(&Vector::<2>::zeros()).norm_squared()
+    pub fn distance_squared(&self, p: &Vector<D>) -> f64 {
+        (self.low - p).sup(&(p - self.high)).sup(&Vector::<D>::zeros()).norm_squared()
     }
 }
 
-/// The order of points along a Morton curve over the square around them.
-pub(super) fn along_curve(points: &[Vector<2>]) -> Vec<u32> {
+/// The vector of equal components.
+const fn all<const D: usize>(component: f64) -> Vector<D> {
+    Vector::<D>::from_array_storage(nalgebra::ArrayStorage([[component; D]]))
+}
+
+/// The order of points along a Morton curve over the square or cube around them.
+pub(super) fn along_curve<const D: usize>(points: &[Vector<D>]) -> Vec<u32> {
+    // A key of 64 bits has 32 of each coordinate of the plane, and 21 of each in space.
+    let most = if D == 2 { u32::MAX } else { (1 << 21) - 1 };
     let bounds = Bounds::around(points);
     let edge = (bounds.high - bounds.low).max().max(f64::MIN_POSITIVE);
-    let cell = |p: &Vector<2>| ((p - bounds.low) / edge * f64::from(u32::MAX)).map(|x| x as u32);
-    let mut keyed: Vec<(u64, u32)> =
-        points.iter().enumerate().map(|(i, p)| (morton(cell(p).into()), i as u32)).collect();
+    let cell = |p: &Vector<D>| -> [u32; D] { ((p - bounds.low) / edge * f64::from(most)).map(|x| x as u32).into() };
+    let mut keyed: Vec<(u64, u32)> = points.iter().enumerate().map(|(i, p)| (morton(cell(p)), i as u32)).collect();
     keyed.sort_unstable();
     keyed.into_iter().map(|(_, i)| i).collect()
 }
 
-/// The bits of two numbers in turn.
-fn morton([a, b]: [u32; 2]) -> u64 {
-    spread(a) | spread(b) << 1
+/// The bits of these numbers in turn.
+fn morton<const D: usize>(numbers: [u32; D]) -> u64 {
+    let spread = if D == 2 { twice } else { thrice };
+    numbers.iter().zip(0..).fold(0, |bits, (number, axis): (&u32, u32)| bits | spread(*number) << axis)
 }
 
 /// Every bit of a number moved to twice its place.
-fn spread(number: u32) -> u64 {
+fn twice(number: u32) -> u64 {
     let steps = [
         (16, 0x0000_ffff_0000_ffff),
         (8, 0x00ff_00ff_00ff_00ff),
         (4, 0x0f0f_0f0f_0f0f_0f0f),
         (2, 0x3333_3333_3333_3333),
         (1, 0x5555_5555_5555_5555),
+    ];
+    steps.iter().fold(u64::from(number), |bits, (by, mask)| (bits | bits << by) & mask)
+}
+
+/// Every bit of a number of 21 bits moved to three times its place.
+fn thrice(number: u32) -> u64 {
+    let steps = [
+        (32, 0x001f_0000_0000_ffff),
+        (16, 0x001f_0000_ff00_00ff),
+        (8, 0x100f_00f0_0f00_f00f),
+        (4, 0x10c3_0c30_c30c_30c3),
+        (2, 0x1249_2492_4924_9249),
     ];
     steps.iter().fold(u64::from(number), |bits, (by, mask)| (bits | bits << by) & mask)
 }
@@ -82,5 +97,11 @@ mod tests {
     fn bits_stand_in_turn() {
         assert_eq!(morton([0b11, 0b01]), 0b0111);
         assert_eq!(morton([u32::MAX, 0]), 0x5555_5555_5555_5555);
+        assert_eq!(morton([0b11, 0b01, 0b10]), 0b101_011);
+        let every: u64 = (0..21).map(|bit| 1 << (3 * bit)).sum();
+        assert_eq!(
+            [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map(|n| morton(n.map(|n| n * 0x1f_ffff))),
+            [every, 2 * every, 4 * every]
+        );
     }
 }

@@ -44,7 +44,7 @@ struct Filling<'a> {
     part: &'a Part<'a>,
     /// The points it started from, and how many points there were.
     sites: &'a [usize],
-    near: Near,
+    near: Near<2>,
     first_new: usize,
 }
 

@@ -26,12 +26,15 @@ pub enum RemeshError {
         size: f64,
     },
     /// A node that is nowhere.
-    #[error("node {} is at ({} m, {} m): the state has diverged before this remesh", node.0, place[0], place[1])]
+    #[error(
+        "node {} is at ({} m, {} m, {} m): the state has diverged before this remesh",
+        node.0, place[0], place[1], place[2]
+    )]
     NotFinite {
         /// The node.
         node: NodeId,
         /// Where it is, m.
-        place: [f64; 2],
+        place: [f64; 3],
     },
     /// More points than a mesh may have.
     #[error("these target sizes ask for about {points:.3e} points, more than {most}: raise the least size")]
@@ -41,6 +44,9 @@ pub enum RemeshError {
         /// Points allowed.
         most: usize,
     },
+    /// A way to make meshes that there is not in space.
+    #[error("a mesh can be immersed in the plane only: use the method that retains old nodes")]
+    PlaneOnly,
     /// The boundary crosses itself.
     #[error(
         "the boundary crosses itself: the edge of nodes {} and {} crosses that of nodes {} and {}; remesh before it does",

@@ -1,29 +1,28 @@
 //! Whether a new mesh may take the place of the old one.
 
-use super::shape::quality;
 use super::surface::crossing;
 use super::{Moved, Proposal};
 use crate::algebra::{Vector, ordered_sum};
-use crate::mesh::{NodeId, Simplex, boundary, least_angle, signed_volume};
+use crate::mesh::{Facet, NodeId, Simplex, boundary, least_angle, shape_quality, signed_volume};
 
 /// What a new mesh must satisfy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Acceptance {
-    /// Greatest |change of area|, as a share of the old area.
-    pub area: f64,
-    /// Least quality, q = 4√3 A/Σl².
+    /// Greatest |change of area, in space of volume|, as a share of what it was.
+    pub measure: f64,
+    /// Least quality ([`shape_quality`]).
     pub quality: f64,
 }
 
 /// How good a new mesh is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
-    /// Least quality of an element, q = 4√3 A/Σl².
+    /// Least quality of an element ([`shape_quality`]).
     pub least: f64,
     /// Least angle of an element, degrees.
     pub angle: f64,
-    /// Change of area, as a share of the old area.
-    pub area_change: f64,
+    /// Change of area, in space of volume, as a share of what it was.
+    pub change: f64,
     /// Connected parts of the body.
     pub parts: usize,
     /// Connected parts of its boundary.
@@ -37,12 +36,12 @@ pub enum Rejected {
     #[error("the new mesh has no elements")]
     Empty,
     /// An element that is flat or inverted.
-    #[error("element {element} of the new mesh has the area {area:.3e} m²")]
+    #[error("element {element} of the new mesh is flat or inside out: its area, m², or volume, m³, is {measure:.3e}")]
     Inverted {
         /// Which.
         element: usize,
-        /// Its area, m².
-        area: f64,
+        /// Its area, m², or volume, m³.
+        measure: f64,
     },
     /// An element below the quality asked for.
     #[error("an element of the new mesh has the quality {found:.3}, less than {least:.3}")]
@@ -52,9 +51,9 @@ pub enum Rejected {
         /// The least allowed.
         least: f64,
     },
-    /// The area has changed.
-    #[error("the area of the body changes by {change:.3e} of itself, more than {most:.3e}")]
-    Area {
+    /// The area, or in space the volume, has changed.
+    #[error("the area or volume of the body changes by {change:.3e} of itself, more than {most:.3e}")]
+    Measure {
         /// Change, as a share.
         change: f64,
         /// The greatest allowed.
@@ -76,6 +75,14 @@ pub enum Rejected {
         /// In the new one.
         after: usize,
     },
+    /// Handles or pinches of the boundary were made or lost.
+    #[error("the Euler characteristic of the boundary was {before} and is {after}: a tunnel was opened or closed")]
+    Genus {
+        /// In the old mesh.
+        before: isize,
+        /// In the new one.
+        after: isize,
+    },
     /// The boundary crosses itself.
     #[error("the new boundary crosses itself: edge {:?} crosses edge {:?}", edges[0].map(|n| n.0), edges[1].map(|n| n.0))]
     Crossing {
@@ -86,53 +93,80 @@ pub enum Rejected {
 
 /// Measures a new mesh against the old one where that is.
 ///
+/// In the plane the boundary is searched for crossings. In space it is not: there the Euler characteristic V − E + F of the
+/// boundary must be what it was.
+///
 /// # Errors
 /// The first thing it does not satisfy.
-pub fn judge(old: &Moved<'_, 2>, new: &Proposal<2>, limits: &Acceptance) -> Result<Quality, Rejected> {
+pub fn judge<const D: usize>(old: &Moved<'_, D>, new: &Proposal<D>, limits: &Acceptance) -> Result<Quality, Rejected> {
     if new.elements.is_empty() {
         return Err(Rejected::Empty);
     }
     let x = &new.position;
-    let areas =
-        |x: &[Vector<2>], elements: &[Simplex]| ordered_sum(elements.len(), 0.0, |e| signed_volume(x, &elements[e]));
+    let whole =
+        |x: &[Vector<D>], elements: &[Simplex]| ordered_sum(elements.len(), 0.0, |e| signed_volume(x, &elements[e]));
     if let Some(element) = new.elements.iter().position(|e| signed_volume(x, e).is_nan() || signed_volume(x, e) <= 0.0)
     {
-        return Err(Rejected::Inverted { element, area: signed_volume(x, &new.elements[element]) });
+        return Err(Rejected::Inverted { element, measure: signed_volume(x, &new.elements[element]) });
     }
-    let shape = |e: &Simplex| quality([0, 1, 2].map(|k| &x[e[k].index()]));
-    let least = new.elements.iter().map(shape).fold(f64::MAX, f64::min);
+    let least = new.elements.iter().map(|e| shape_quality(x, e)).fold(f64::MAX, f64::min);
     if least < limits.quality {
         return Err(Rejected::Poor { found: least, least: limits.quality });
     }
-    let before = areas(old.position, &old.mesh.elements);
-    let area_change = areas(x, &new.elements) / before - 1.0;
-    if area_change.is_nan() || area_change.abs() > limits.area {
-        return Err(Rejected::Area { change: area_change, most: limits.area });
+    let change = whole(x, &new.elements) / whole(old.position, &old.mesh.elements) - 1.0;
+    if change.is_nan() || change.abs() > limits.measure {
+        return Err(Rejected::Measure { change, most: limits.measure });
     }
     let [parts, loops] = compare(old, new)?;
     let angle = new.elements.iter().map(|e| least_angle(x, e)).fold(180.0, f64::min);
-    Ok(Quality { least, angle, area_change, parts, loops })
+    Ok(Quality { least, angle, change, parts, loops })
 }
 
-/// The numbers of parts of the body and of its boundary, if they are those of the old mesh and the boundary is free of
-/// crossings.
-fn compare(old: &Moved<'_, 2>, new: &Proposal<2>) -> Result<[usize; 2], Rejected> {
-    let facets = boundary::<2>(&new.elements);
-    let count = |elements: &[Simplex], n_nodes: usize| components(elements.iter().map(|e| &e[..3]), n_nodes);
+/// The numbers of parts of the body and of its boundary, if they are those of the old mesh, and the boundary is free of
+/// crossings, or in space has the handles that it had.
+fn compare<const D: usize>(old: &Moved<'_, D>, new: &Proposal<D>) -> Result<[usize; 2], Rejected> {
+    let facets = boundary::<D>(&new.elements);
+    let count = |elements: &[Simplex], n_nodes: usize| components(elements.iter().map(|e| &e[..=D]), n_nodes);
     let parts = [count(&old.mesh.elements, old.position.len()), count(&new.elements, new.position.len())];
     if parts[0] != parts[1] {
         return Err(Rejected::Parts { before: parts[0], after: parts[1] });
     }
     let loops = [(&old.mesh.facets, old.position.len()), (&facets, new.position.len())]
-        .map(|(facets, n_nodes)| components(facets.iter().map(|f| &f[..2]), n_nodes));
+        .map(|(facets, n_nodes)| components(facets.iter().map(|f| &f[..D]), n_nodes));
     if loops[0] != loops[1] {
         return Err(Rejected::Loops { before: loops[0], after: loops[1] });
     }
-    let edges: Vec<[usize; 2]> = facets.iter().map(|f| [f[0].index(), f[1].index()]).collect();
-    match crossing(&edges, &new.position) {
-        Some(edges) => Err(Rejected::Crossing { edges: edges.map(|e| e.map(|n| NodeId(n as u32))) }),
-        None => Ok([parts[1], loops[1]]),
+    if D == 2 {
+        free_of_crossings(&facets, &new.position)?;
+    } else {
+        let [before, after] = [&old.mesh.facets, &facets].map(|facets| characteristic(facets));
+        if before != after {
+            return Err(Rejected::Genus { before, after });
+        }
     }
+    Ok([parts[1], loops[1]])
+}
+
+/// Whether no edge of a boundary of the plane crosses another.
+fn free_of_crossings<const D: usize>(facets: &[Facet], x: &[Vector<D>]) -> Result<(), Rejected> {
+    let edges: Vec<[usize; 2]> = facets.iter().map(|f| [f[0].index(), f[1].index()]).collect();
+    let flat: Vec<Vector<2>> = x.iter().map(|x| Vector::<2>::new(x[0], x[1])).collect();
+    match crossing(&edges, &flat) {
+        Some(edges) => Err(Rejected::Crossing { edges: edges.map(|e| e.map(|n| NodeId(n as u32))) }),
+        None => Ok(()),
+    }
+}
+
+/// Euler characteristic V − E + F of a surface of triangles: 2 of a ball's, 0 of a torus.
+fn characteristic(facets: &[Facet]) -> isize {
+    let mut nodes: Vec<NodeId> = facets.iter().flatten().copied().collect();
+    let mut edges: Vec<[NodeId; 2]> =
+        facets.iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).map(|[a, b]| [*a.min(b), *a.max(b)]).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    edges.sort_unstable();
+    edges.dedup();
+    nodes.len() as isize - edges.len() as isize + facets.len() as isize
 }
 
 /// Number of groups of nodes that these groups connect; nodes in none do not count.
@@ -172,7 +206,7 @@ mod tests {
     use super::*;
     use crate::mesh::Mesh;
 
-    const STRICT: Acceptance = Acceptance { area: 1e-12, quality: 0.5 };
+    const STRICT: Acceptance = Acceptance { measure: 1e-12, quality: 0.5 };
 
     fn same(mesh: &Mesh<2>) -> Proposal<2> {
         let origin = (0..mesh.rest.len() as u32).map(|n| Origin::Kept(NodeId(n))).collect();
@@ -188,7 +222,7 @@ mod tests {
         let mesh = rings(2, 0.5);
         let found = judged(&mesh, &same(&mesh), &STRICT).unwrap();
         assert!((found.angle - 45.0).abs() < 1e-9 && (found.least - 0.75_f64.sqrt()).abs() < 1e-12);
-        assert_eq!((found.area_change, found.parts, found.loops), (0.0, 2, 4));
+        assert_eq!((found.change, found.parts, found.loops), (0.0, 2, 4));
     }
 
     #[test]
@@ -203,14 +237,14 @@ mod tests {
         assert!(matches!(judged(&mesh, &new, &STRICT), Err(Rejected::Poor { found, .. }) if found < 0.1));
         let mut new = same(&mesh);
         new.elements.pop();
-        assert!(matches!(judged(&mesh, &new, &STRICT), Err(Rejected::Area { change, .. }) if change < -0.01));
+        assert!(matches!(judged(&mesh, &new, &STRICT), Err(Rejected::Measure { change, .. }) if change < -0.01));
         new.elements.clear();
         assert_eq!(judged(&mesh, &new, &STRICT), Err(Rejected::Empty));
     }
 
     #[test]
     fn what_was_welded_or_opened_is_refused() {
-        let any = Acceptance { area: 1.0, quality: 0.0 };
+        let any = Acceptance { measure: 1.0, quality: 0.0 };
         let (two, whole) = (rings(2, 0.5), square(8));
         let mut less = same(&two);
         less.elements.retain(|e| two.rest[e[0].index()][0] < 3.5);

@@ -1,66 +1,74 @@
-//! Which triangles are near: boxes in a binary tree along a Morton curve, so that grading does no harm.
+//! Which elements are near: boxes in a binary tree along a Morton curve, so that grading does no harm.
 
-use super::Triangle;
 use super::bounds::{Bounds, along_curve};
+use super::cell::Cell;
 use crate::algebra::Vector;
 
-/// Triangles per leaf.
+/// Elements per leaf.
 const LEAF: usize = 4;
 
-/// A place in a triangle: x = Σ weights x_a.
+/// A place in an element: x = Σ weights x_a.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Place {
-    /// Which of the triangles.
-    pub triangle: usize,
-    /// Weights of its corners, none negative, of sum 1.
-    pub weights: [f64; 3],
+    /// Which of the elements.
+    pub cell: usize,
+    /// Weights of its corners, none negative, of sum 1; a triangle has three.
+    pub weights: [f64; 4],
     /// Squared distance from the point that was asked for, m².
     pub distance: f64,
 }
 
-/// A search tree over triangles.
-pub(super) struct Locator<'a> {
-    triangles: &'a [Triangle],
-    /// The triangles along the curve.
+/// A search tree over elements.
+pub(super) struct Locator<'a, const D: usize> {
+    cells: &'a [Cell<D>],
+    /// The elements along the curve.
     order: Vec<u32>,
+    /// Their boxes, in that order.
+    own: Vec<Bounds<D>>,
     /// Box of every node of the tree: node k has the children 2k and 2k + 1, and the leaves stand last.
-    boxes: Vec<Bounds>,
+    boxes: Vec<Bounds<D>>,
 }
 
-impl<'a> Locator<'a> {
-    /// Of these triangles.
-    pub fn new(triangles: &'a [Triangle]) -> Self {
-        let order =
-            along_curve(&triangles.iter().map(|t| t.corners.iter().sum::<Vector<2>>() / 3.0).collect::<Vec<_>>());
+impl<'a, const D: usize> Locator<'a, D> {
+    /// Of these elements.
+    pub fn new(cells: &'a [Cell<D>]) -> Self {
+        let middle = |cell: &Cell<D>| cell.corners[..=D].iter().sum::<Vector<D>>() / (D + 1) as f64;
+        let order = along_curve(&cells.iter().map(middle).collect::<Vec<_>>());
+        let own: Vec<Bounds<D>> = order.iter().map(|cell| cells[*cell as usize].bounds()).collect();
         let leaves = order.len().div_ceil(LEAF).next_power_of_two();
         let mut boxes = vec![Bounds::NONE; 2 * leaves];
-        for (leaf, members) in order.chunks(LEAF).enumerate() {
-            boxes[leaves + leaf] =
-                members.iter().fold(Bounds::NONE, |b, t| b.joined(&Bounds::around(&triangles[*t as usize].corners)));
+        for (bounds, members) in boxes[leaves..].iter_mut().zip(own.chunks(LEAF)) {
+            *bounds = members.iter().fold(Bounds::NONE, |all, member| all.joined(member));
         }
         for node in (1..leaves).rev() {
             boxes[node] = boxes[2 * node].joined(&boxes[2 * node + 1]);
         }
-        Self { triangles, order, boxes }
+        Self { cells, order, own, boxes }
     }
 
-    /// Visits the triangles whose leaf meets a box, in the order of the curve.
-    pub fn near(&self, wanted: &Bounds, mut visit: impl FnMut(usize)) {
-        let all = self.walk(wanted, |t| {
-            visit(t);
+    /// Visits the elements whose box meets a box, in the order of the curve.
+    pub fn near(&self, wanted: &Bounds<D>, mut visit: impl FnMut(usize)) {
+        let all = self.walk(wanted, |at| {
+            if self.own[at].meets(wanted) {
+                visit(self.order[at] as usize);
+            }
             None::<()>
         });
         debug_assert!(all.is_none(), "nothing ends the walk");
     }
 
-    /// The place nearest to a point, of equal ones the first along the curve; none if there is no triangle.
-    pub fn nearest(&self, p: &Vector<2>) -> Option<Place> {
+    /// The place nearest to a point, of equal ones the first along the curve; none if there is no element.
+    pub fn nearest(&self, p: &Vector<D>) -> Option<Place> {
         let here = Bounds { low: *p, high: *p };
-        self.walk(&here, |t| self.triangles[t].place(p, t)).or_else(|| self.nearest_outside(p))
+        let place = |at: usize| {
+            let cell = self.order[at] as usize;
+            self.cells[cell].place(p, cell)
+        };
+        self.walk(&here, place).or_else(|| self.nearest_outside(p))
     }
 
-    /// Visits the triangles whose leaf meets a box, in the order of the curve, until one gives an answer.
-    fn walk<T>(&self, wanted: &Bounds, mut visit: impl FnMut(usize) -> Option<T>) -> Option<T> {
+    /// Visits the elements whose leaf meets a box, by their place along the curve, until one gives an answer.
+    fn walk<T>(&self, wanted: &Bounds<D>, mut visit: impl FnMut(usize) -> Option<T>) -> Option<T> {
         let mut stack = [1_usize; usize::BITS as usize];
         let mut open = 1;
         while open > 0 {
@@ -70,7 +78,7 @@ impl<'a> Locator<'a> {
                 continue;
             }
             if let Some(members) = self.members(node) {
-                let answer = members.iter().find_map(|t| visit(*t as usize));
+                let answer = members.into_iter().find_map(&mut visit);
                 if answer.is_some() {
                     return answer;
                 }
@@ -83,7 +91,7 @@ impl<'a> Locator<'a> {
         None
     }
 
-    fn nearest_outside(&self, p: &Vector<2>) -> Option<Place> {
+    fn nearest_outside(&self, p: &Vector<D>) -> Option<Place> {
         let mut best: Option<Place> = None;
         let mut stack = vec![1_usize];
         while let Some(node) = stack.pop() {
@@ -91,8 +99,8 @@ impl<'a> Locator<'a> {
                 continue;
             }
             if let Some(members) = self.members(node) {
-                for t in members {
-                    let place = self.triangles[*t as usize].nearest(p, *t as usize);
+                for cell in self.order[members].iter().map(|cell| *cell as usize) {
+                    let place = self.cells[cell].nearest(p, cell);
                     best = Some(best.filter(|best| best.distance <= place.distance).unwrap_or(place));
                 }
             } else {
@@ -104,11 +112,11 @@ impl<'a> Locator<'a> {
         best
     }
 
-    /// The triangles of a leaf; none for a node that is not one.
-    fn members(&self, node: usize) -> Option<&[u32]> {
+    /// Where the elements of a leaf are along the curve; none for a node that is not one.
+    fn members(&self, node: usize) -> Option<std::ops::Range<usize>> {
         let leaf = node.checked_sub(self.boxes.len() / 2)?;
         let end = self.order.len();
-        Some(&self.order[(leaf * LEAF).min(end)..((leaf + 1) * LEAF).min(end)])
+        Some((leaf * LEAF).min(end)..((leaf + 1) * LEAF).min(end))
     }
 }
 
@@ -118,8 +126,8 @@ mod tests {
     use super::*;
     use crate::mesh::Mesh;
 
-    fn triangles(mesh: &Mesh<2>) -> Vec<Triangle> {
-        mesh.elements.iter().map(|e| Triangle::of(&mesh.rest, e)).collect()
+    fn triangles(mesh: &Mesh<2>) -> Vec<Cell<2>> {
+        mesh.elements.iter().map(|e| Cell::of(&mesh.rest, e)).collect()
     }
 
     #[test]
@@ -134,8 +142,7 @@ mod tests {
             locator.near(&wanted, |t| found.push(t));
             for (t, triangle) in all.iter().enumerate() {
                 let times = found.iter().filter(|&&f| f == t).count();
-                let meets = Bounds::around(&triangle.corners).meets(&wanted);
-                assert!(times == 1 || (times == 0 && !meets), "triangle {t} found {times} times");
+                assert!(times == usize::from(triangle.bounds().meets(&wanted)), "triangle {t} found {times} times");
             }
         }
     }
@@ -153,6 +160,6 @@ mod tests {
             let inside = (0.0..=1.0).contains(&p[0]) && (0.0..=1.0).contains(&p[1]);
             assert_eq!(inside, place.distance < 1e-24, "{p}");
         }
-        assert!(Locator::new(&[]).nearest(&Vector::<2>::zeros()).is_none());
+        assert!(Locator::<2>::new(&[]).nearest(&Vector::<2>::zeros()).is_none());
     }
 }

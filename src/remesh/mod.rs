@@ -8,12 +8,14 @@
 mod bodies;
 mod bounds;
 mod carried;
+mod cell;
 mod cloud;
 mod defects;
 mod delaunay;
 mod error;
 mod immersed;
 mod judge;
+mod local;
 mod locate;
 mod near;
 mod overlay;
@@ -21,31 +23,33 @@ mod pairing;
 mod parts;
 mod pieces;
 mod points;
+mod polygon;
+mod polyhedron;
 #[cfg(test)]
 mod samples;
 mod shape;
 mod sizing;
+#[cfg(test)]
+mod space;
 mod surface;
 #[cfg(test)]
 mod tests;
 mod trace;
 mod transfer;
 mod tree;
-mod triangle;
 mod trim;
 mod velocity;
 #[cfg(test)]
 mod waves;
 
-use crate::algebra::Vector;
-use crate::mesh::{Mesh, NodeId, Simplex, signed_volume};
+use crate::algebra::{Vector, embed};
+use crate::mesh::{Facet, Mesh, NodeId, Simplex, facet_measure, signed_volume};
 use bounds::Bounds;
 use cloud::Cloud;
 use parts::Parts;
 use points::{Limits, Part};
 use surface::Surface;
 use tree::Square;
-use triangle::Triangle;
 
 pub use carried::{Carried, Symmetry, Transferred, corner_masses, nodal_masses};
 pub use defects::{Books, Defects};
@@ -73,8 +77,9 @@ pub struct Moved<'a, const D: usize> {
 pub enum Origin {
     /// A node of the old mesh, where it was.
     Kept(NodeId),
-    /// A point of an edge of the old boundary: x = (1 − s) a + s b.
-    Edge(NodeId, NodeId, f64),
+    /// A point of the old boundary, as weights of the nodes of one of its facets, none negative and of sum 1. An edge of the
+    /// plane has two of them: the third stands there again, and weighs nothing.
+    Surface([NodeId; 3], [f64; 3]),
     /// A point inside.
     Inside,
 }
@@ -113,8 +118,8 @@ impl Default for Rules {
 
 /// A new mesh of a plane body with these target sizes, m, by node. Where the old mesh is good and has these sizes it stays.
 ///
-/// The sizes should grow no faster than [`graded`] allows. Kept nodes come first and in their old order, then points of old
-/// boundary edges, then those inside; elements of the old mesh come first and in their old order, then new ones.
+/// The sizes should grow no faster than [`graded`] allows. Kept nodes come first and in their old order, then points of the
+/// old boundary, then those inside; elements of the old mesh come first and in their old order, then new ones.
 ///
 /// # Errors
 /// If sizes or positions are no numbers to mesh with, or the boundary meets itself.
@@ -130,6 +135,18 @@ pub fn propose(old: &Moved<'_, 2>, size: &[f64], rules: &Rules) -> Result<Propos
     Ok(cloud.proposal(&parts.joined(old, &filled)))
 }
 
+/// A new mesh of a body in space with these target sizes, m, by node. Where the old mesh is good and has these sizes it stays.
+///
+/// The sizes should grow no faster than [`graded`] allows. Kept nodes come first and in their old order, then points of the old
+/// surface, then those inside; elements of the old mesh come first and in their old order, then new ones.
+///
+/// # Errors
+/// If sizes or positions are no numbers to mesh with.
+pub fn propose_in_space(old: &Moved<'_, 3>, size: &[f64], rules: &Rules) -> Result<Proposal<3>, RemeshError> {
+    check(old, size, rules)?;
+    Ok(local::propose(old, size, rules))
+}
+
 /// The new elements between those that stay.
 fn fill(old: &Moved<'_, 2>, size: &[f64], parts: &Parts, cloud: &mut Cloud) -> Result<Vec<[usize; 3]>, RemeshError> {
     let open = parts.open.iter().map(|e| old.mesh.elements[e.index()]).collect();
@@ -140,7 +157,7 @@ fn fill(old: &Moved<'_, 2>, size: &[f64], parts: &Parts, cloud: &mut Cloud) -> R
     delaunay::triangulate(&sites, &around, &part, cloud)
 }
 
-fn check(old: &Moved<'_, 2>, size: &[f64], rules: &Rules) -> Result<(), RemeshError> {
+fn check<const D: usize>(old: &Moved<'_, D>, size: &[f64], rules: &Rules) -> Result<(), RemeshError> {
     let nodes = old.mesh.rest.len();
     if size.len() != nodes || old.position.len() != nodes {
         return Err(RemeshError::Counts { nodes, sizes: size.len(), positions: old.position.len() });
@@ -150,18 +167,17 @@ fn check(old: &Moved<'_, 2>, size: &[f64], rules: &Rules) -> Result<(), RemeshEr
         return Err(RemeshError::Size { node: id(n), size: size[n] });
     }
     if let Some(n) = old.position.iter().position(|x| !x.iter().all(|x| x.is_finite())) {
-        return Err(RemeshError::NotFinite { node: id(n), place: old.position[n].into() });
+        return Err(RemeshError::NotFinite { node: id(n), place: embed(&old.position[n]).into() });
     }
     let points = estimate(old, size);
     if points <= rules.most as f64 { Ok(()) } else { Err(RemeshError::TooMany { points, most: rules.most }) }
 }
 
-/// About how many points a mesh of these sizes has: areas and lengths of the boundary over those of a point.
-fn estimate(old: &Moved<'_, 2>, size: &[f64]) -> f64 {
+/// About how many points a mesh of these sizes has: areas, or volumes, and those of the boundary over those of a point.
+fn estimate<const D: usize>(old: &Moved<'_, D>, size: &[f64]) -> f64 {
     let least = |nodes: &[NodeId]| nodes.iter().map(|n| size[n.index()]).fold(f64::MAX, f64::min);
-    let inside = |e: &Simplex| signed_volume(old.position, e).abs() / least(&e[..3]).powi(2);
-    let along =
-        |f: &[NodeId; 3]| shape::distance(&old.position[f[0].index()], &old.position[f[1].index()]) / least(&f[..2]);
+    let inside = |e: &Simplex| signed_volume(old.position, e).abs() / least(&e[..=D]).powi(D as i32);
+    let along = |f: &Facet| facet_measure(old.position, f) / least(&f[..D]).powi(D as i32 - 1);
     old.mesh.elements.iter().map(inside).sum::<f64>() + old.mesh.facets.iter().map(along).sum::<f64>()
 }
 

@@ -6,19 +6,19 @@ use crate::algebra::Vector;
 /// Boxes under one box above them.
 const FAN: usize = 8;
 
-/// Rectangles by place.
+/// Rectangles, or boxes in space, by place.
 #[derive(Debug, Clone)]
-pub(super) struct Near {
-    /// Which rectangle stands where along the curve.
+pub(super) struct Near<const D: usize> {
+    /// Which of them stands where along the curve.
     order: Vec<u32>,
-    /// The rectangles along the curve, then those above them, level by level up to one.
-    levels: Vec<Vec<Bounds>>,
+    /// All of them along the curve, then those above, level by level up to one.
+    levels: Vec<Vec<Bounds<D>>>,
 }
 
-impl Near {
-    /// The tree over these rectangles.
-    pub fn new(boxes: &[Bounds]) -> Self {
-        let middle: Vec<Vector<2>> = boxes.iter().map(|b| 0.5 * (b.low + b.high)).collect();
+impl<const D: usize> Near<D> {
+    /// The tree over these boxes.
+    pub fn new(boxes: &[Bounds<D>]) -> Self {
+        let middle: Vec<Vector<D>> = boxes.iter().map(|b| 0.5 * (b.low + b.high)).collect();
         let order = along_curve(&middle);
         let mut levels = vec![order.iter().map(|&i| boxes[i as usize]).collect::<Vec<_>>()];
         while let Some(below) = levels.last().filter(|below| below.len() > 1) {
@@ -29,23 +29,23 @@ impl Near {
     }
 
     /// The tree over points.
-    pub fn points(points: impl IntoIterator<Item = Vector<2>>) -> Self {
+    pub fn points(points: impl IntoIterator<Item = Vector<D>>) -> Self {
         Self::new(&points.into_iter().map(|p| Bounds { low: p, high: p }).collect::<Vec<_>>())
     }
 
     /// The tree over line segments.
-    pub fn segments(segments: &[[usize; 2]], x: &[Vector<2>]) -> Self {
+    pub fn segments(segments: &[[usize; 2]], x: &[Vector<D>]) -> Self {
         Self::new(&segments.iter().map(|s| Bounds::around(s.iter().map(|&i| &x[i]))).collect::<Vec<_>>())
     }
 
-    /// Whether one of the rectangles that meet `area` is what is sought; they are shown until one is.
-    pub fn any(&self, area: &Bounds, mut is_sought: impl FnMut(usize) -> bool) -> bool {
+    /// Whether one of the boxes that meet `area` is what is sought; they are shown until one is.
+    pub fn any(&self, area: &Bounds<D>, mut is_sought: impl FnMut(usize) -> bool) -> bool {
         self.descend((self.levels.len() - 1, 0), area, &mut is_sought)
     }
 
     /// The item nearest to a point, and its distance, m: `distance` is that of an item from the point, which is no less than that
-    /// of its rectangle. Of equal ones always the same; none if there is none.
-    pub fn nearest(&self, point: &Vector<2>, distance: impl Fn(usize) -> f64) -> Option<(usize, f64)> {
+    /// of its box. Of equal ones always the same; none if there is none.
+    pub fn nearest(&self, point: &Vector<D>, distance: impl Fn(usize) -> f64) -> Option<(usize, f64)> {
         let mut best = None;
         self.approach((self.levels.len() - 1, 0), (point, &distance), &mut best);
         best
@@ -54,7 +54,7 @@ impl Near {
     fn approach(
         &self,
         (level, first): (usize, usize),
-        sought: (&Vector<2>, &impl Fn(usize) -> f64),
+        sought: (&Vector<D>, &impl Fn(usize) -> f64),
         best: &mut Option<(usize, f64)>,
     ) {
         let (point, distance) = sought;
@@ -80,7 +80,7 @@ impl Near {
     fn descend(
         &self,
         (level, first): (usize, usize),
-        area: &Bounds,
+        area: &Bounds<D>,
         is_sought: &mut impl FnMut(usize) -> bool,
     ) -> bool {
         let boxes = &self.levels[level];
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn a_tree_of_nothing_finds_nothing() {
-        assert_eq!(Near::new(&[]).nearest(&Vector::<2>::zeros(), |_| 0.0), None);
-        assert!(!Near::new(&[]).any(&Bounds::about(&Vector::<2>::zeros(), 1.0), |_| true));
+        assert_eq!(Near::<2>::new(&[]).nearest(&Vector::<2>::zeros(), |_| 0.0), None);
+        assert!(!Near::<2>::new(&[]).any(&Bounds::about(&Vector::<2>::zeros(), 1.0), |_| true));
     }
 }

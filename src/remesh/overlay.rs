@@ -1,260 +1,84 @@
-//! Where a new triangle lies over an old one, and the exact integrals over that.
+//! What a new element and an old one have in common: the exact integrals over that.
 
-use super::Triangle;
+use super::cell::Cell;
+use super::polygon::Polygons;
+use super::polyhedron::Polyhedra;
 
-/// A corner of an overlap, known by its weights in both triangles: so all that is linear in either is at hand.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Corner {
-    /// λ, of all corners of the old one.
-    old: [f64; 3],
-    /// N, of the first two corners of the new one.
-    new: [f64; 2],
-}
-
-/// Corners at most: rounding may bend a polygon of n corners so that a cut leaves k + 2 min(k, n − k) of them, 4 after
-/// the first of three, 6 after the second and 9 after the third.
-const MOST: usize = 9;
-
-/// A convex polygon.
-#[derive(Debug, Clone, Copy, Default)]
-struct Polygon {
-    corners: [Corner; MOST],
-    n_corners: usize,
-}
-
-/// Cuts new triangles along old ones.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Cutter {
-    /// What two triangles have in common.
-    common: Polygon,
-    /// What it was before the last cut.
-    uncut: Polygon,
-}
-
-/// Integrals over an overlap, of the old density ρ, the new shape functions N and the old ones λ.
+/// Integrals over an overlap, of the old density ρ, the new shape functions N and the old ones λ; those of a fourth corner
+/// are 0 in the plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Moments {
     /// ∫ρ N_i N_j, kg.
-    pub inertia: [[f64; 3]; 3],
+    pub inertia: [[f64; 4]; 4],
     /// ∫ρ N_i λ_a, kg.
-    pub mixed: [[f64; 3]; 3],
+    pub mixed: [[f64; 4]; 4],
     /// ∫ρ λ_a, kg.
-    pub corner_mass: [f64; 3],
+    pub corner_mass: [f64; 4],
+}
+
+/// Cuts elements along one another.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Cutter {
+    polygons: Polygons,
+    polyhedra: Polyhedra,
 }
 
 impl Cutter {
-    /// The integrals over what an upright old triangle and a new one have in common; none if that is nothing.
+    /// The integrals over what an upright old element and a new one have in common; none if that is nothing.
     ///
-    /// The density has the values `heights`, kg, at the corners of the old triangle, times its area. The new triangle
-    /// is cut along the sides of the old one, λ_a = 0, one after the other.
-    pub fn moments(&mut self, old: &Triangle, heights: &[f64; 3], new: &Triangle) -> Option<Moments> {
-        let weights = new.corners.map(|p| old.weights(&p));
-        if (0..3).any(|side| weights.iter().all(|w| w[side] <= 0.0)) {
+    /// The density has the values `heights`, kg, at the corners of the old element, times its measure.
+    pub fn moments<const D: usize>(&mut self, old: &Cell<D>, heights: &[f64; 4], new: &Cell<D>) -> Option<Moments> {
+        let in_old = new.corners.map(|p| old.weights(&p));
+        if is_apart::<D>(&in_old) {
             return None;
         }
-        self.common.n_corners = 0;
-        for (old, new) in weights.into_iter().zip([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]) {
-            self.common.push(Corner { old, new });
+        if D == 2 {
+            return self.polygons.moments(&in_old, heights);
         }
-        for side in (0..3).filter(|side| weights.iter().any(|w| w[*side] < 0.0)) {
-            std::mem::swap(&mut self.common, &mut self.uncut);
-            self.uncut.cut(side, &mut self.common);
+        // Along a flat new element nothing can be cut.
+        let in_new = old.corners.map(|p| new.weights(&p));
+        if !new.is_upright || is_apart::<D>(&in_new) {
+            return None;
         }
-        (self.common.n_corners > 2).then(|| self.common.moments(heights))
+        self.polyhedra.moments(&in_old, &in_new, heights)
     }
 }
 
-impl Polygon {
-    fn push(&mut self, corner: Corner) {
-        self.corners[self.n_corners] = corner;
-        self.n_corners += 1;
-    }
+/// Whether one of the sides of an element has another element with these weights beyond it.
+fn is_apart<const D: usize>(weights: &[[f64; 4]; 4]) -> bool {
+    (0..=D).any(|side| weights[..=D].iter().all(|w| w[side] <= 0.0))
+}
 
-    fn corners(&self) -> &[Corner] {
-        &self.corners[..self.n_corners]
-    }
-
-    /// Writes the part where the weight of this corner of the old triangle is not negative.
-    fn cut(&self, side: usize, part: &mut Self) {
-        part.n_corners = 0;
-        let Some(mut last) = self.corners().last() else { return };
-        for next in self.corners() {
-            match (last.old[side] >= 0.0, next.old[side] >= 0.0) {
-                (true, false) => part.push(last.towards(next, side)),
-                (false, true) => part.push(next.towards(last, side)),
-                (true, true) | (false, false) => {}
-            }
-            if next.old[side] >= 0.0 {
-                part.push(*next);
-            }
-            last = next;
+/// ∫ρ N_i N_j of an element whose density has these values at its corners, times its measure, kg; 0 of a fourth corner in
+/// the plane.
+pub(super) fn inertia<const D: usize>(heights: &[f64; 4]) -> [[f64; 4]; 4] {
+    let mut inertia = [[0.0; 4]; 4];
+    if D == 2 {
+        let [a, b, c, _] = *heights;
+        for (row, corner) in inertia.iter_mut().zip([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) {
+            row[..3].copy_from_slice(&weighted(&[a, b, c], &corner));
+        }
+    } else {
+        for (i, row) in inertia.iter_mut().enumerate() {
+            let mut corner = [0.0; 4];
+            corner[i] = 1.0;
+            *row = weighted(heights, &corner);
         }
     }
-
-    fn moments(&self, heights: &[f64; 3]) -> Moments {
-        let mut sums = Sums::default();
-        let corners = self.corners();
-        for pair in corners[1..].windows(2) {
-            let triangle = [&corners[0], &pair[0], &pair[1]];
-            let part = share(triangle);
-            let density = triangle.map(|corner| part * dot(&corner.old, heights));
-            sums.add(triangle, &density);
-        }
-        sums.moments()
-    }
+    inertia
 }
 
-impl Corner {
-    /// Where the way to a corner beyond a side meets the side.
-    fn towards(&self, beyond: &Self, side: usize) -> Self {
-        let t = self.old[side] / (self.old[side] - beyond.old[side]);
-        let mut met = Self {
-            old: std::array::from_fn(|i| self.old[i] + t * (beyond.old[i] - self.old[i])),
-            new: std::array::from_fn(|i| self.new[i] + t * (beyond.new[i] - self.new[i])),
-        };
-        met.old[side] = 0.0;
-        met
-    }
-}
-
-/// Integrals from which the others follow, because the shape functions of a triangle add up to 1.
-#[derive(Default)]
-struct Sums {
-    /// ∫ρ.
-    one: f64,
-    /// ∫ρ N_i, i < 2.
-    new: [f64; 2],
-    /// ∫ρ λ_a, a > 0.
-    old: [f64; 2],
-    /// ∫ρ N_i N_j, of 00, 01 and 11.
-    both_new: [f64; 3],
-    /// ∫ρ N_i λ_a, i < 2, a > 0.
-    mixed: [[f64; 2]; 2],
-}
-
-impl Sums {
-    /// Adds those over a triangle, with density times area at its corners.
-    fn add(&mut self, triangle: [&Corner; 3], density: &[f64; 3]) {
-        let old = [1, 2].map(|a| triangle.map(|corner| corner.old[a]));
-        let new = [0, 1].map(|i| triangle.map(|corner| corner.new[i]));
-        let weighted = new.map(|f| weighted(density, &f));
-        let sum: f64 = density.iter().sum();
-        let plain = density.map(|h| (sum + h) / 12.0);
-        self.one += sum / 3.0;
-        for i in 0..2 {
-            self.new[i] += dot(&plain, &new[i]);
-            self.old[i] += dot(&plain, &old[i]);
-            self.both_new[2 * i] += dot(&weighted[i], &new[i]);
-            for (sum, old) in self.mixed[i].iter_mut().zip(&old) {
-                *sum += dot(&weighted[i], old);
-            }
-        }
-        self.both_new[1] += dot(&weighted[0], &new[1]);
-    }
-
-    fn moments(&self) -> Moments {
-        let [aa, ab, bb] = self.both_new;
-        let [a, b] = self.new;
-        let [ac, bc] = [a - aa - ab, b - ab - bb];
-        let cc = self.one - a - b - ac - bc;
-        let corner_mass = completed(self.one, self.old);
-        let mixed = [completed(a, self.mixed[0]), completed(b, self.mixed[1])];
-        let last = std::array::from_fn(|i| corner_mass[i] - mixed[0][i] - mixed[1][i]);
-        Moments { inertia: [[aa, ab, ac], [ab, bb, bc], [ac, bc, cc]], mixed: [mixed[0], mixed[1], last], corner_mass }
-    }
-}
-
-/// Three parts of a whole of which the last two are known.
-fn completed(whole: f64, [b, c]: [f64; 2]) -> [f64; 3] {
-    [whole - b - c, b, c]
-}
-
-/// ∫ρ N_p f of a triangle, of a linear density with the values h at the corners, times area, and a linear f.
+/// ∫ρ N_p f of a simplex of n corners, of a linear density with the values h at the corners, times measure, and a linear f.
 ///
-/// ∫ρ N_p N_q = (1 + δ_pq)(Σh + h_p + h_q)/60, hence [(Σh + h_p) Σf + Σh f + (Σh + 2h_p) f_p]/60.
-fn weighted(h: &[f64; 3], f: &[f64; 3]) -> [f64; 3] {
+/// ∫ρ N_p N_q = (1 + δ_pq)(Σh + h_p + h_q)/(n (n + 1)(n + 2)), hence [(Σh + h_p) Σf + Σh f + (Σh + 2h_p) f_p] by the same.
+pub(super) fn weighted<const N: usize>(h: &[f64; N], f: &[f64; N]) -> [f64; N] {
     let (h_sum, f_sum): (f64, f64) = (h.iter().sum(), f.iter().sum());
     let both = dot(h, f);
-    std::array::from_fn(|p| ((h_sum + h[p]) * f_sum + both + (h_sum + 2.0 * h[p]) * f[p]) / 60.0)
+    let by = (N * (N + 1) * (N + 2)) as f64;
+    std::array::from_fn(|p| ((h_sum + h[p]) * f_sum + both + (h_sum + 2.0 * h[p]) * f[p]) / by)
 }
 
-/// ∫ρ N_i N_j of a triangle whose density has these values at its corners, times its area, kg.
-pub(super) fn inertia(heights: &[f64; 3]) -> [[f64; 3]; 3] {
-    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|corner| weighted(heights, &corner))
-}
-
-/// Area of a triangle as a part of that of the old one.
-fn share(triangle: [&Corner; 3]) -> f64 {
-    let [a, b, c] = triangle.map(|corner| corner.old);
-    let [u, v] = [b, c].map(|other| [other[1] - a[1], other[2] - a[2]]);
-    u[0] * v[1] - u[1] * v[0]
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::algebra::Vector;
-    use crate::mesh::NodeId;
-
-    fn triangle(corners: [[f64; 2]; 3]) -> Triangle {
-        Triangle::of(&corners.map(Vector::<2>::from), &[0, 1, 2, 0].map(NodeId))
-    }
-
-    /// The integrals by cells of a fine grid.
-    fn summed(old: &Triangle, heights: &[f64; 3], new: &Triangle) -> [[[f64; 3]; 3]; 2] {
-        const N: usize = 600;
-        let cell = 4.0 / N as f64;
-        let mut sums = [[[0.0; 3]; 3]; 2];
-        for (i, j) in (0..N * N).map(|k| (k % N, k / N)) {
-            let p = Vector::<2>::new((i as f64 + 0.5) * cell - 1.0, (j as f64 + 0.5) * cell - 1.0);
-            let [lambda, n] = [old.weights(&p), new.weights(&p)];
-            if lambda.iter().chain(&n).all(|w| *w > 0.0) {
-                let [u, v] = [1, 2].map(|a| old.corners[a] - old.corners[0]);
-                let mass = dot(&lambda, heights) * cell * cell / (0.5 * u.perp(&v));
-                for (a, b) in (0..9).map(|k| (k / 3, k % 3)) {
-                    sums[0][a][b] += mass * n[a] * n[b];
-                    sums[1][a][b] += mass * n[a] * lambda[b];
-                }
-            }
-        }
-        sums
-    }
-
-    #[test]
-    fn moments_of_overlaps_are_those_of_a_fine_grid() {
-        let old = triangle([[0.0, 0.0], [2.0, 0.1], [0.4, 1.9]]);
-        let heights = [1.0, 3.0, 0.5];
-        for new in [
-            [[0.3, 0.3], [0.9, 0.4], [0.5, 0.8]],
-            [[-0.9, -0.8], [2.9, -0.7], [0.3, 2.9]],
-            [[-0.5, 1.1], [1.2, -0.7], [1.9, 1.7]],
-            [[-0.5, 0.5], [0.8, 0.2], [0.2, 1.0]],
-        ] {
-            let new = triangle(new);
-            let found = Cutter::default().moments(&old, &heights, &new).unwrap();
-            let [inertia, mixed] = summed(&old, &heights, &new);
-            for (a, b) in (0..9).map(|k| (k / 3, k % 3)) {
-                assert!((found.inertia[a][b] - inertia[a][b]).abs() < 2e-3, "{found:?} {inertia:?}");
-                assert!((found.mixed[a][b] - mixed[a][b]).abs() < 2e-3, "{found:?} {mixed:?}");
-            }
-        }
-        let apart = triangle([[2.0, 2.0], [2.5, 2.0], [2.0, 2.5]]);
-        assert!(Cutter::default().moments(&old, &heights, &apart).is_none());
-    }
-
-    #[test]
-    fn the_inertia_of_a_whole_triangle_is_that_of_its_overlap_with_itself() {
-        let old = triangle([[0.0, 0.0], [2.0, 0.1], [0.4, 1.9]]);
-        let heights = [1.0, 3.0, 0.5];
-        let found = Cutter::default().moments(&old, &heights, &old).unwrap();
-        for (a, b) in (0..9).map(|k| (k / 3, k % 3)) {
-            assert!((found.inertia[a][b] - inertia(&heights)[a][b]).abs() < 1e-15);
-            assert!((found.mixed[a][b] - found.inertia[a][b]).abs() < 1e-15);
-        }
-        assert!((found.corner_mass.iter().sum::<f64>() - 1.5).abs() < 1e-15);
-    }
+/// The sum of products.
+pub(super) fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
+    (1..N).fold(a[0] * b[0], |sum, i| sum + a[i] * b[i])
 }

@@ -8,15 +8,26 @@ use crate::mesh::{ElementId, Incidence, Mesh, NodeId, Simplex};
 pub struct Same {
     /// The old element.
     pub element: ElementId,
-    /// Corner c of the new one is corner (c + turn) mod 3 of the old one.
-    pub turn: usize,
+    /// Corner c of the new one is corner `corners[c]` of the old one: an even permutation, which in the plane leaves the fourth.
+    pub corners: [u8; 4],
 }
 
 impl Same {
     /// What belongs to the corners of the old element, in the order of the new one.
     #[must_use]
-    pub fn turned<T: Copy>(&self, corners: &[T]) -> [T; 3] {
-        std::array::from_fn(|c| corners[(c + self.turn) % 3])
+    pub fn turned<T: Copy>(&self, corners: &[T; 4]) -> [T; 4] {
+        self.corners.map(|c| corners[usize::from(c)])
+    }
+
+    /// An old element, if a new one has these of the old nodes and turns the same way.
+    fn of<const D: usize>(element: ElementId, old: &Simplex, nodes: &[NodeId; 4]) -> Option<Self> {
+        let mut corners = [0, 1, 2, 3];
+        for (corner, node) in corners[..=D].iter_mut().zip(nodes) {
+            *corner = (0..=D as u8).find(|c| old[usize::from(*c)] == *node)?;
+        }
+        let pairs = (0..4).flat_map(|i| (0..i).map(move |j| (j, i)));
+        let swaps = pairs.filter(|(j, i)| corners[*j] > corners[*i]).count();
+        swaps.is_multiple_of(2).then_some(Self { element, corners })
     }
 }
 
@@ -33,10 +44,10 @@ pub(super) struct Pairing {
 
 impl Pairing {
     /// Of an old mesh and a new one: an element is the same if its nodes are the same and turn the same way.
-    pub fn of(old: &Mesh<2>, new: &Proposal<2>) -> Self {
-        let around = Incidence::new(old.rest.len(), old.elements.iter().map(|nodes| &nodes[..3]));
+    pub fn of<const D: usize>(old: &Mesh<D>, new: &Proposal<D>) -> Self {
+        let around = Incidence::new(old.rest.len(), old.elements.iter().map(|nodes| &nodes[..=D]));
         let same: Vec<Option<Same>> =
-            new.elements.iter().map(|nodes| same(&kept(new, nodes)?, &around, &old.elements)).collect();
+            new.elements.iter().map(|nodes| same::<D>(&kept(new, nodes)?, &around, &old.elements)).collect();
         let mut is_gone = vec![true; old.elements.len()];
         for same in same.iter().flatten() {
             is_gone[same.element.index()] = false;
@@ -53,34 +64,30 @@ impl Pairing {
 }
 
 /// The old nodes of a new element all of whose nodes are old ones.
-fn kept(new: &Proposal<2>, nodes: &Simplex) -> Option<[NodeId; 3]> {
-    let mut kept = [NodeId::default(); 3];
-    for (kept, node) in kept.iter_mut().zip(nodes) {
+fn kept<const D: usize>(new: &Proposal<D>, nodes: &Simplex) -> Option<[NodeId; 4]> {
+    let mut kept = [NodeId::default(); 4];
+    for (kept, node) in kept.iter_mut().zip(&nodes[..=D]) {
         let Origin::Kept(old) = new.origin[node.index()] else { return None };
         *kept = old;
     }
     Some(kept)
 }
 
-fn same(nodes: &[NodeId; 3], around: &Incidence, old: &[Simplex]) -> Option<Same> {
-    around.of(nodes[0]).iter().find_map(|element| {
-        let turn = old[element.index()][..3].iter().position(|node| *node == nodes[0])?;
-        let same = Same { element: *element, turn };
-        (same.turned(&old[element.index()][..3]) == *nodes).then_some(same)
-    })
+fn same<const D: usize>(nodes: &[NodeId; 4], around: &Incidence, old: &[Simplex]) -> Option<Same> {
+    around.of(nodes[0]).iter().find_map(|element| Same::of::<D>(*element, &old[element.index()], nodes))
 }
 
-fn unchanged(new: &Proposal<2>, same: &[Option<Same>], around: &Incidence) -> Vec<Option<NodeId>> {
+fn unchanged<const D: usize>(new: &Proposal<D>, same: &[Option<Same>], around: &Incidence) -> Vec<Option<NodeId>> {
     let mut found = vec![0_usize; new.position.len()];
     for nodes in new.elements.iter().zip(same).filter(|(_, same)| same.is_some()).map(|(nodes, _)| nodes) {
-        nodes[..3].iter().for_each(|node| found[node.index()] += 1);
+        nodes[..=D].iter().for_each(|node| found[node.index()] += 1);
     }
     for (nodes, _) in new.elements.iter().zip(same).filter(|(_, same)| same.is_none()) {
-        nodes[..3].iter().for_each(|node| found[node.index()] = usize::MAX / 2);
+        nodes[..=D].iter().for_each(|node| found[node.index()] = usize::MAX / 2);
     }
     let whole = |(origin, found): (&Origin, usize)| match origin {
         Origin::Kept(node) if around.of(*node).len() == found => Some(*node),
-        Origin::Kept(_) | Origin::Edge(..) | Origin::Inside => None,
+        Origin::Kept(_) | Origin::Surface(..) | Origin::Inside => None,
     };
     new.origin.iter().zip(found).map(whole).collect()
 }

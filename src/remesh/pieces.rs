@@ -1,11 +1,11 @@
 //! Mass and momentum of the new elements, from the old ones that they lie over.
 
-use super::bounds::Bounds;
 use super::carried::heights;
+use super::cell::{Cell, weighed};
 use super::locate::Locator;
 use super::overlay::{Cutter, Moments};
 use super::pairing::Pairing;
-use super::{Carried, Moved, Proposal, Triangle};
+use super::{Carried, Moved, Proposal};
 use crate::algebra::Vector;
 use crate::mesh::{ElementId, Simplex};
 
@@ -15,13 +15,13 @@ const UNCOVERED: f64 = 1e-10;
 
 /// What a new element has that is not an old one.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Part {
+pub(super) struct Part<const D: usize> {
     /// Which new element.
     pub element: usize,
     /// ∫ρ N_i N_j, kg.
-    pub inertia: [[f64; 3]; 3],
+    pub inertia: [[f64; 4]; 4],
     /// ∫ρ N_i v, N·s.
-    pub momentum: [Vector<2>; 3],
+    pub momentum: [Vector<D>; 4],
 }
 
 /// How much of an old element is in a new one.
@@ -35,17 +35,17 @@ pub struct Source {
     pub mass: f64,
 }
 
-impl Part {
+impl<const D: usize> Part<D> {
     /// ∫ρ N_i, kg.
-    pub fn corner_mass(&self) -> [f64; 3] {
+    pub fn corner_mass(&self) -> [f64; 4] {
         self.inertia.map(|row| row.iter().sum())
     }
 }
 
 /// All changed elements.
-pub(super) struct Parts {
+pub(super) struct Parts<const D: usize> {
     /// In the order of the new elements.
-    pub all: Vec<Part>,
+    pub all: Vec<Part<D>>,
     /// What they are made of, in their order.
     pub sources: Vec<Source>,
     /// Old mass that they do not lie over, or twice, kg.
@@ -53,35 +53,35 @@ pub(super) struct Parts {
 }
 
 /// An old element that is gone.
-struct Gone {
-    triangle: Triangle,
-    /// Density times area at its corners, kg.
-    heights: [f64; 3],
-    velocity: [Vector<2>; 3],
+struct Gone<const D: usize> {
+    cell: Cell<D>,
+    /// Density times measure at its corners, kg.
+    heights: [f64; 4],
+    velocity: [Vector<D>; 4],
     /// Corner masses that no new element lies over, kg.
-    left: [f64; 3],
+    left: [f64; 4],
 }
 
-/// The triangles of elements, where their nodes are.
-pub(super) fn triangles<'a>(x: &[Vector<2>], elements: impl Iterator<Item = &'a Simplex>) -> Vec<Triangle> {
-    elements.map(|nodes| Triangle::of(x, nodes)).collect()
+/// Elements where their nodes are.
+pub(super) fn cells<'a, const D: usize>(x: &[Vector<D>], elements: impl Iterator<Item = &'a Simplex>) -> Vec<Cell<D>> {
+    elements.map(|nodes| Cell::of(x, nodes)).collect()
 }
 
-impl Parts {
+impl<const D: usize> Parts<D> {
     /// Of a new mesh: every changed element is cut along the old ones that are gone, and what lies over none of them
     /// is laid down at the nearest place.
     pub fn of(
-        (old, carried): (&Moved<'_, 2>, &Carried<'_>),
-        (new, pairing): (&Proposal<2>, &Pairing),
-        locator: &Locator<'_>,
+        (old, carried): (&Moved<'_, D>, &Carried<'_, D>),
+        (new, pairing): (&Proposal<D>, &Pairing),
+        locator: &Locator<'_, D>,
     ) -> Self {
-        let mut gone: Vec<Gone> = pairing.gone.iter().map(|element| Gone::of(old, carried, *element)).collect();
-        let changed = triangles(&new.position, pairing.changed().map(|e| &new.elements[e]));
+        let mut gone: Vec<Gone<D>> = pairing.gone.iter().map(|element| Gone::of(old, carried, *element)).collect();
+        let changed = cells(&new.position, pairing.changed().map(|e| &new.elements[e]));
         let (mut cutter, mut sources) = (Cutter::default(), vec![]);
-        let parts = pairing.changed().zip(&changed).map(|(element, triangle)| {
-            let mut part = Part { element, inertia: [[0.0; 3]; 3], momentum: [Vector::zeros(); 3] };
-            locator.near(&Bounds::around(&triangle.corners), |t| {
-                let mass = gone[t].give(triangle, (&mut cutter, &mut part));
+        let parts = pairing.changed().zip(&changed).map(|(element, cell)| {
+            let mut part = Part { element, inertia: [[0.0; 4]; 4], momentum: [Vector::zeros(); 4] };
+            locator.near(&cell.bounds(), |t| {
+                let mass = gone[t].give(cell, (&mut cutter, &mut part));
                 if mass > 0.0 {
                     sources.push(Source { new: ElementId(element as u32), old: pairing.gone[t], mass });
                 }
@@ -96,21 +96,21 @@ impl Parts {
         parts
     }
 
-    fn lay_down(&mut self, gone: &[Gone], changed: &Locator<'_>) {
+    fn lay_down(&mut self, gone: &[Gone<D>], changed: &Locator<'_, D>) {
         for gone in gone.iter().filter(|gone| gone.is_uncovered()) {
             let mass: f64 = gone.left.iter().sum();
             self.stray_mass += mass.abs();
             let weights = gone.left.map(|left| left / mass);
-            if let Some(place) = changed.nearest(&weighed(&gone.triangle.corners, &weights)) {
-                self.all[place.triangle].add_point(mass, &weighed(&gone.velocity, &weights), &place.weights);
+            if let Some(place) = changed.nearest(&weighed(&gone.cell.corners, &weights)) {
+                self.all[place.cell].add_point(mass, &weighed(&gone.velocity, &weights), &place.weights);
             }
         }
     }
 }
 
-impl Part {
-    fn add(&mut self, moments: &Moments, velocity: &[Vector<2>; 3]) {
-        for i in 0..3 {
+impl<const D: usize> Part<D> {
+    fn add(&mut self, moments: &Moments, velocity: &[Vector<D>; 4]) {
+        for i in 0..=D {
             for (sum, term) in self.inertia[i].iter_mut().zip(moments.inertia[i]) {
                 *sum += term;
             }
@@ -119,9 +119,9 @@ impl Part {
     }
 
     /// Adds a mass at a point.
-    fn add_point(&mut self, mass: f64, velocity: &Vector<2>, shape: &[f64; 3]) {
-        for i in 0..3 {
-            for j in 0..3 {
+    fn add_point(&mut self, mass: f64, velocity: &Vector<D>, shape: &[f64; 4]) {
+        for i in 0..=D {
+            for j in 0..=D {
                 self.inertia[i][j] += mass * shape[i] * shape[j];
             }
             self.momentum[i] += velocity * (mass * shape[i]);
@@ -129,25 +129,25 @@ impl Part {
     }
 }
 
-impl Gone {
-    fn of(old: &Moved<'_, 2>, carried: &Carried<'_>, element: ElementId) -> Self {
+impl<const D: usize> Gone<D> {
+    fn of(old: &Moved<'_, D>, carried: &Carried<'_, D>, element: ElementId) -> Self {
         let nodes = &old.mesh.elements[element.index()];
         let left = carried.corner_mass[element.index()];
         Self {
-            triangle: Triangle::of(old.position, nodes),
-            heights: heights(&left),
-            velocity: std::array::from_fn(|a| carried.velocity[nodes[a].index()]),
+            cell: Cell::of(old.position, nodes),
+            heights: heights::<D>(&left),
+            velocity: std::array::from_fn(|a: usize| carried.velocity[nodes[a.min(D)].index()]),
             left,
         }
     }
 
     /// Gives a new element what that lies over; an element that is turned inside out has nothing to give. How much mass, kg.
-    fn give(&mut self, new: &Triangle, (cutter, part): (&mut Cutter, &mut Part)) -> f64 {
-        if !self.triangle.is_upright {
+    fn give(&mut self, new: &Cell<D>, (cutter, part): (&mut Cutter, &mut Part<D>)) -> f64 {
+        if !self.cell.is_upright {
             return 0.0;
         }
         let mut mass = 0.0;
-        if let Some(moments) = cutter.moments(&self.triangle, &self.heights, new) {
+        if let Some(moments) = cutter.moments(&self.cell, &self.heights, new) {
             mass = moments.corner_mass.iter().sum();
             part.add(&moments, &self.velocity);
             for (left, given) in self.left.iter_mut().zip(moments.corner_mass) {
@@ -159,11 +159,6 @@ impl Gone {
 
     fn is_uncovered(&self) -> bool {
         let mass: f64 = self.left.iter().sum();
-        mass.abs() > UNCOVERED * self.heights.iter().sum::<f64>() / 3.0
+        mass.abs() > UNCOVERED * self.heights.iter().sum::<f64>() / (D + 1) as f64
     }
-}
-
-/// The sum of values with weights.
-fn weighed(values: &[Vector<2>; 3], weights: &[f64; 3]) -> Vector<2> {
-    values[0] * weights[0] + values[1] * weights[1] + values[2] * weights[2]
 }

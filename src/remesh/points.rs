@@ -96,13 +96,13 @@ pub(super) struct Part<'a> {
     x: &'a [Point],
     size: &'a [f64],
     elements: Vec<Simplex>,
-    near: Near,
+    near: Near<2>,
 }
 
 impl<'a> Part<'a> {
     /// The part of these elements, in the order of their mesh.
     pub fn new(old: &Moved<'a, 2>, size: &'a [f64], elements: Vec<Simplex>) -> Self {
-        let bounds: Vec<Bounds> =
+        let bounds: Vec<Bounds<2>> =
             elements.iter().map(|e| Bounds::around(e[..3].iter().map(|n| &old.position[n.index()]))).collect();
         Self { x: old.position, size, near: Near::new(&bounds), elements }
     }

@@ -1,9 +1,9 @@
 //! How fine a mesh should be: from the bends of the fields on it, limited in range, and in growth.
 
 use super::Moved;
-use super::shape::{Point, cross, distance};
-use crate::algebra::Vector;
-use crate::mesh::{ElementId, NodeId, Simplex, neighbours};
+use super::cell::edges;
+use crate::algebra::{Tensor, Vector, cofactor, det, embed};
+use crate::mesh::{self, ElementId, Simplex, neighbours};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -21,10 +21,10 @@ pub struct Range {
 /// # Panics
 /// Unless there is one size per node, all positive.
 #[must_use]
-pub fn graded(old: &Moved<'_, 2>, mut size: Vec<f64>, growth: f64) -> Vec<f64> {
+pub fn graded<const D: usize>(old: &Moved<'_, D>, mut size: Vec<f64>, growth: f64) -> Vec<f64> {
     assert_eq!(size.len(), old.position.len(), "one size per node is needed");
     assert!(size.iter().all(|h| *h > 0.0), "sizes are positive");
-    let (start, across) = edges_of_nodes(size.len(), &old.mesh.elements);
+    let (start, across) = edges_of_nodes::<D>(size.len(), &old.mesh.elements);
     // Positive numbers have the order of their bits.
     let mut waiting: BinaryHeap<_> = size.iter().enumerate().map(|(n, h)| Reverse((h.to_bits(), n))).collect();
     while let Some(Reverse((bits, node))) = waiting.pop() {
@@ -33,7 +33,7 @@ pub fn graded(old: &Moved<'_, 2>, mut size: Vec<f64>, growth: f64) -> Vec<f64> {
             continue;
         }
         for &other in &across[start[node]..start[node + 1]] {
-            let limit = h + growth * distance(&old.position[node], &old.position[other]);
+            let limit = h + growth * (old.position[node] - old.position[other]).norm();
             if limit < size[other] {
                 size[other] = limit;
                 waiting.push(Reverse((limit.to_bits(), other)));
@@ -44,10 +44,9 @@ pub fn graded(old: &Moved<'_, 2>, mut size: Vec<f64>, growth: f64) -> Vec<f64> {
 }
 
 /// The nodes across the edges of each node: those of node n stand from `start[n]` to `start[n + 1]`.
-fn edges_of_nodes(n_nodes: usize, elements: &[Simplex]) -> (Vec<usize>, Vec<usize>) {
-    let sides = elements.iter().flat_map(|e| [[e[0], e[1]], [e[1], e[2]], [e[2], e[0]]]);
-    let mut pairs: Vec<[usize; 2]> =
-        sides.map(|pair| pair.map(NodeId::index)).flat_map(|[a, b]| [[a, b], [b, a]]).collect();
+fn edges_of_nodes<const D: usize>(n_nodes: usize, elements: &[Simplex]) -> (Vec<usize>, Vec<usize>) {
+    let edges = elements.iter().flat_map(|e| edges::<D>().iter().map(move |edge| edge.map(|corner| e[corner].index())));
+    let mut pairs: Vec<[usize; 2]> = edges.flat_map(|[a, b]| [[a, b], [b, a]]).collect();
     pairs.sort_unstable();
     pairs.dedup();
     let start = (0..=n_nodes).map(|n| pairs.partition_point(|pair| pair[0] < n)).collect();
@@ -56,22 +55,22 @@ fn edges_of_nodes(n_nodes: usize, elements: &[Simplex]) -> (Vec<usize>, Vec<usiz
 
 /// How far nodal fields bend at each element, rad (numerics 4.3).
 ///
-/// Over an element a component f of a field is a plane with normal (−s ∇f, 1), s = L/range(f), where L is the extent of the
+/// Over an element a component f of a field is a plane, in space a hyperplane, with normal (−s ∇f, 1), s = L/range(f), where L is the extent of the
 /// body: without units. The bend is the greatest angle between its normal and that of a neighbour, of all components. A component
 /// whose range is below 1e-9 of its magnitude is constant.
 ///
 /// # Panics
 /// Unless every field has one value per node.
 #[must_use]
-pub fn bends(old: &Moved<'_, 2>, fields: &[&[Vector<2>]]) -> Vec<f64> {
+pub fn bends<const D: usize>(old: &Moved<'_, D>, fields: &[&[Vector<D>]]) -> Vec<f64> {
     let elements = &old.mesh.elements;
     let mut bend = vec![0.0_f64; elements.len()];
-    let across = neighbours::<2>(elements);
+    let across = neighbours::<D>(elements);
     for field in fields {
         assert_eq!(field.len(), old.position.len(), "one value per node is needed");
-        for component in 0..2 {
+        for component in 0..D {
             let values: Vec<f64> = field.iter().map(|v| v[component]).collect();
-            raise(&mut bend, &normals(old, &values), &across);
+            raise(&mut bend, &slopes(old, &values), &across);
         }
     }
     bend
@@ -83,62 +82,66 @@ pub fn bends(old: &Moved<'_, 2>, fields: &[&[Vector<2>]]) -> Vec<f64> {
 /// # Panics
 /// Unless there is one bend per element.
 #[must_use]
-pub fn curved(old: &Moved<'_, 2>, bends: &[f64], angle: f64, range: &Range) -> Vec<f64> {
+pub fn curved<const D: usize>(old: &Moved<'_, D>, bends: &[f64], angle: f64, range: &Range) -> Vec<f64> {
     let elements = &old.mesh.elements;
     assert_eq!(bends.len(), elements.len(), "one bend per element is needed");
     let mut size = vec![range.greatest; old.position.len()];
     for (simplex, bend) in elements.iter().zip(bends) {
-        let [a, b, c] = corners(old.position, simplex);
-        let edge = (distance(a, b) + distance(b, c) + distance(c, a)) / 3.0;
         let factor = if *bend > 0.0 { (angle / bend).clamp(0.5, 2.0) } else { 2.0 };
-        for node in &simplex[..3] {
-            size[node.index()] = size[node.index()].min(edge * factor);
+        let wanted = mean_edge(old.position, simplex) * factor;
+        for node in &simplex[..=D] {
+            size[node.index()] = size[node.index()].min(wanted);
         }
     }
     size.into_iter().map(|h| h.clamp(range.least, range.greatest)).collect()
 }
 
+fn mean_edge<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
+    let length = |[a, b]: &[usize; 2]| (x[simplex[*b].index()] - x[simplex[*a].index()]).norm();
+    edges::<D>().iter().map(length).sum::<f64>() / edges::<D>().len() as f64
+}
+
 /// Raises the bend of each element to the greatest angle between its normal and that of a neighbour.
-fn raise(bend: &mut [f64], normals: &[crate::algebra::Vector3], across: &[[Option<ElementId>; 4]]) {
+fn raise<const D: usize>(bend: &mut [f64], slopes: &[Vector<D>], across: &[[Option<ElementId>; 4]]) {
     for (e, around) in across.iter().enumerate() {
         for other in around.iter().flatten() {
-            let (n, m) = (normals[e], normals[other.index()]);
-            bend[e] = bend[e].max(libm::atan2(n.cross(&m).norm(), n.dot(&m)));
+            bend[e] = bend[e].max(between(&slopes[e], &slopes[other.index()]));
         }
     }
 }
 
-/// Normal (−s ∇f, 1) of the graph of a field over each element; upright over flat elements and for constant fields.
-fn normals(old: &Moved<'_, 2>, values: &[f64]) -> Vec<crate::algebra::Vector3> {
+/// Angle between the normals (−a, 1) and (−b, 1) of two graphs, rad: tan θ = √(|a − b|² + |a × b|²)/(a·b + 1).
+fn between<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> f64 {
+    let apart = (a - b).norm_squared() + embed(a).cross(&embed(b)).norm_squared();
+    libm::atan2(apart.sqrt(), a.dot(b) + 1.0)
+}
+
+/// s ∇f of a field over each element; none over flat elements and of constant fields.
+fn slopes<const D: usize>(old: &Moved<'_, D>, values: &[f64]) -> Vec<Vector<D>> {
     let ends = |values: &mut dyn Iterator<Item = f64>| {
         values.fold([f64::MAX, -f64::MAX], |[low, high], v| [low.min(v), high.max(v)])
     };
     let extent =
-        (0..2).map(|i| ends(&mut old.position.iter().map(|x| x[i]))).map(|[low, high]| high - low).fold(0.0, f64::max);
+        (0..D).map(|i| ends(&mut old.position.iter().map(|x| x[i]))).map(|[low, high]| high - low).fold(0.0, f64::max);
     let [low, high] = ends(&mut values.iter().copied());
     let is_constant = high - low <= 1e-9 * low.abs().max(high.abs());
     let scale = if is_constant { 0.0 } else { extent / (high - low) };
-    let normal = |simplex: &Simplex| {
-        let [a, b, c] = corners(old.position, simplex);
-        let [f, g, h] = [0, 1, 2].map(|k| values[simplex[k].index()]);
-        let area = cross(a, b, c);
-        let slope = ((g - f) * (c - a) - (h - f) * (b - a)) / area;
-        // (g − f)(c − a) − (h − f)(b − a), turned by a right angle, is ∇f × twice the area.
-        let upright = crate::algebra::Vector3::new(0.0, 0.0, 1.0);
-        let all = crate::algebra::Vector3::new(-scale * slope[1], scale * slope[0], 1.0);
-        if all.norm_squared().is_finite() { all } else { upright }
+    let slope = |simplex: &Simplex| {
+        let sides: Tensor<D> = mesh::edges(old.position, simplex);
+        let first = values[simplex[0].index()];
+        let rise = Vector::<D>::from_fn(|i, _| values[simplex[i + 1].index()] - first);
+        let slope = cofactor(&sides) * rise / det(&sides) * scale;
+        if slope.norm_squared().is_finite() { slope } else { Vector::zeros() }
     };
-    old.mesh.elements.iter().map(normal).collect()
-}
-
-fn corners<'a>(x: &'a [Point], simplex: &Simplex) -> [&'a Point; 3] {
-    [0, 1, 2].map(|k| &x[simplex[k].index()])
+    old.mesh.elements.iter().map(slope).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::samples;
+    use super::super::shape::{Point, distance};
     use super::*;
+    use crate::mesh::NodeId;
 
     #[test]
     fn sizes_grow_no_faster_than_asked_and_never_rise() {

@@ -25,7 +25,7 @@ pub(super) struct Surface {
     /// Edges of the old boundary that are not edges of the new one.
     pub lost: Vec<[usize; 2]>,
     /// The new edges by place.
-    pub near: Near,
+    pub near: Near<2>,
 }
 
 /// The old boundary as chains: the nodes before and after each node that has one of each.
@@ -37,7 +37,7 @@ struct Chain<'a> {
     after: Vec<Option<usize>>,
     can_go: Vec<bool>,
     members: Vec<usize>,
-    near: Near,
+    near: Near<2>,
 }
 
 /// Why a node of the boundary must stay.
@@ -241,7 +241,8 @@ impl Surface {
                 let at = part as f64 / parts as f64;
                 let share = (whole * at - walked) / along;
                 let position = (1.0 - share) * cloud.position[a] + share * cloud.position[b];
-                let origin = Origin::Edge(NodeId(a as u32), NodeId(b as u32), share);
+                let ends = [a, b, b].map(|n| NodeId(n as u32));
+                let origin = Origin::Surface(ends, [1.0 - share, share, 0.0]);
                 let to = cloud.add(position, (1.0 - at) * sizes[0] + at * sizes[1], origin);
                 self.edges.push([from, to]);
                 (from, part) = (to, part + 1);
@@ -266,7 +267,7 @@ mod tests {
         let old = Moved { mesh: &mesh, position: &position };
         for size in [0.03, 0.1, 0.2, 0.4] {
             let new = propose(&old, &vec![size; position.len()], &Rules::default()).unwrap();
-            judge(&old, &new, &Acceptance { area: 1e-12, quality: 0.3 }).unwrap();
+            judge(&old, &new, &Acceptance { measure: 1e-12, quality: 0.3 }).unwrap();
             let mesh = Mesh::<2>::new(new.position, new.elements);
             for facet in &mesh.facets {
                 let length = distance(&mesh.rest[facet[0].index()], &mesh.rest[facet[1].index()]);
@@ -293,7 +294,7 @@ mod tests {
         let proposed = |position: &[Point]| {
             let old = Moved { mesh: &mesh, position };
             let new = propose(&old, &sizes, &Rules::default()).unwrap();
-            judge(&old, &new, &Acceptance { area: 0.01, quality: 0.0 }).unwrap();
+            judge(&old, &new, &Acceptance { measure: 0.01, quality: 0.0 }).unwrap();
             new.position.contains(&Point::new(2.98, 1.5))
         };
         assert!(proposed(&position));

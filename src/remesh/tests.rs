@@ -7,8 +7,8 @@ use proptest::prelude::*;
 use std::collections::HashSet;
 use std::f64::consts::{PI, TAU};
 
-const ANY: Acceptance = Acceptance { area: 1.0, quality: 0.0 };
-const SAME_AREA: Acceptance = Acceptance { area: 1e-12, quality: 0.0 };
+const ANY: Acceptance = Acceptance { measure: 1.0, quality: 0.0 };
+const SAME_AREA: Acceptance = Acceptance { measure: 1e-12, quality: 0.0 };
 const ALL_NODES: Rules = Rules { good: 0.5, poor: 0.3, sag: 0.0, most: 100_000 };
 
 type Size = fn(&Vector<2>) -> f64;
@@ -59,7 +59,7 @@ fn settled(new: &Proposal<2>) -> Mesh<2> {
 fn surviving(old: &Moved<'_, 2>, new: &Proposal<2>) -> usize {
     let was = |node: NodeId| match new.origin[node.index()] {
         Origin::Kept(node) => Some(node),
-        Origin::Edge(..) | Origin::Inside => None,
+        Origin::Surface(..) | Origin::Inside => None,
     };
     let ours: HashSet<[Option<NodeId>; 3]> = old.mesh.elements.iter().map(|e| [e[0], e[1], e[2]].map(Some)).collect();
     new.elements.iter().filter(|e| ours.contains(&[e[0], e[1], e[2]].map(was))).count()
@@ -139,14 +139,15 @@ fn origins_say_where_nodes_come_from() {
         for (x, origin) in new.position.iter().zip(&new.origin) {
             match *origin {
                 Origin::Kept(node) => assert_eq!(*x, position[node.index()]),
-                Origin::Edge(a, b, s) => {
+                Origin::Surface([a, b, c], [r, s, none]) => {
                     assert!(facets.contains(&[a, b]) && s > 0.0 && s < 1.0, "{name}: {a:?} {b:?} {s}");
-                    assert!((x - (1.0 - s) * position[a.index()] - s * position[b.index()]).norm() < 1e-15);
+                    assert!(c == b && none == 0.0 && r == 1.0 - s);
+                    assert!((x - r * position[a.index()] - s * position[b.index()]).norm() < 1e-15);
                 }
                 Origin::Inside => {}
             }
         }
-        edges += new.origin.iter().filter(|o| matches!(o, Origin::Edge(..))).count();
+        edges += new.origin.iter().filter(|o| matches!(o, Origin::Surface(..))).count();
         inside += new.origin.iter().filter(|o| **o == Origin::Inside).count();
     }
     assert!(edges > 100 && inside > 1000, "{edges} {inside}");
@@ -173,7 +174,7 @@ fn a_corner_at_rest_stays_a_node_when_it_is_pulled_straight() {
     let old = Moved { mesh: &mesh, position: &position };
     let new = remeshed(&old, |_| 0.2, &Rules::default());
     assert!(find(&new.position, &at(0.5, 0.5)).is_some());
-    judge(&old, &new, &Acceptance { area: 0.01, quality: 0.0 }).unwrap();
+    judge(&old, &new, &Acceptance { measure: 0.01, quality: 0.0 }).unwrap();
 }
 
 #[test]
@@ -182,7 +183,7 @@ fn a_round_boundary_loses_nodes_but_little_area() {
     let position = moved(&mesh, |x| star(&(2.0 * x - at(1.0, 1.0)), |_| 1.0));
     let old = Moved { mesh: &mesh, position: &position };
     let new = remeshed(&old, |_| 0.25, &Rules::default());
-    let found = judge(&old, &new, &Acceptance { area: 0.03, quality: 0.3 });
+    let found = judge(&old, &new, &Acceptance { measure: 0.03, quality: 0.3 });
     assert!(found.is_ok() && settled(&new).facets.len() < 80, "{found:?} {}", settled(&new).facets.len());
 }
 
@@ -230,9 +231,9 @@ fn sixty_remeshes_of_a_body_that_flows_keep_it_good() {
         let position = moved(&mesh, |x| x + flow(x));
         let old = Moved { mesh: &mesh, position: &position };
         let new = remeshed(&old, size, &Rules::default());
-        let found = judge(&old, &new, &Acceptance { area: 1e-3, quality: 0.1 });
+        let found = judge(&old, &new, &Acceptance { measure: 1e-3, quality: 0.1 });
         let found = found.unwrap();
-        area += found.area_change.abs();
+        area += found.change.abs();
         angle = angle.min(found.angle);
         mesh = settled(&new);
     }
@@ -292,7 +293,7 @@ proptest! {
         let filled = propose(&old, &size, &ALL_NODES).unwrap();
         prop_assert!(judge(&old, &filled, &SAME_AREA).is_ok(), "{:?}", judge(&old, &filled, &SAME_AREA));
         let fewer = propose(&old, &size, &Rules::default()).unwrap();
-        let limits = Acceptance { area: 0.02, quality: 0.0 };
+        let limits = Acceptance { measure: 0.02, quality: 0.0 };
         prop_assert!(judge(&old, &fewer, &limits).is_ok(), "{:?}", judge(&old, &fewer, &limits));
     }
 

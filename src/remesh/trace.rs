@@ -1,11 +1,12 @@
 //! Where the nodes of a new mesh are in the old one, and what the old one has there.
 
+use super::cell::{Cell, weighed};
 use super::locate::Locator;
-use super::{Moved, Origin, Proposal, Triangle};
+use super::{Moved, Origin, Proposal};
 use crate::algebra::Vector;
 use crate::mesh::{ElementId, NodeId};
 
-/// A point that lies further outside the old mesh than this part of the nearest element's longest side is a miss: far
+/// A point that lies further outside the old mesh than this part of the nearest element's longest edge is a miss: far
 /// above what rounding moves a point on the boundary, far below what could matter to a field.
 const OUTSIDE: f64 = 1e-9;
 
@@ -13,7 +14,8 @@ const OUTSIDE: f64 = 1e-9;
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Trace {
     Node(NodeId),
-    Between([NodeId; 3], [f64; 3]),
+    /// As many nodes as an element has, and their weights.
+    Between([NodeId; 4], [f64; 4]),
     /// There was no old element at all.
     Nowhere,
 }
@@ -28,22 +30,26 @@ pub(super) struct Traces {
 
 impl Traces {
     /// Of a new mesh, given the old elements that are gone, whose place new points inside take.
-    pub fn of(old: &Moved<'_, 2>, new: &Proposal<2>, (gone, locator): (&[ElementId], &Locator<'_>)) -> Self {
+    pub fn of<const D: usize>(
+        old: &Moved<'_, D>,
+        new: &Proposal<D>,
+        (gone, locator): (&[ElementId], &Locator<'_, D>),
+    ) -> Self {
         let mut misses = 0;
-        let mut inside = |p: &Vector<2>| {
+        let mut inside = |p: &Vector<D>| {
             let Some(place) = locator.nearest(p) else {
                 misses += 1;
                 return Trace::Nowhere;
             };
-            let nodes = old.mesh.elements[gone[place.triangle].index()];
-            if place.distance > OUTSIDE * OUTSIDE * Triangle::of(old.position, &nodes).longest_side_squared() {
+            let nodes = old.mesh.elements[gone[place.cell].index()];
+            if place.distance > OUTSIDE * OUTSIDE * Cell::of(old.position, &nodes).longest_edge_squared() {
                 misses += 1;
             }
-            Trace::Between([nodes[0], nodes[1], nodes[2]], place.weights)
+            Trace::Between(nodes, place.weights)
         };
-        let trace = |(p, origin): (&Vector<2>, &Origin)| match *origin {
+        let trace = |(p, origin): (&Vector<D>, &Origin)| match *origin {
             Origin::Kept(node) => Trace::Node(node),
-            Origin::Edge(a, b, s) => Trace::Between([a, b, b], [1.0 - s, s, 0.0]),
+            Origin::Surface([a, b, c], [u, v, w]) => Trace::Between([a, b, c, c], [u, v, w, 0.0]),
             Origin::Inside => inside(p),
         };
         let traces = new.position.iter().zip(&new.origin).map(trace).collect();
@@ -51,23 +57,26 @@ impl Traces {
     }
 
     /// The values of an old field at the new nodes: those of nodes that were kept bit for bit, linear in between.
-    pub fn values(&self, field: &[Vector<2>]) -> Vec<Option<Vector<2>>> {
+    pub fn values<const D: usize>(&self, field: &[Vector<D>]) -> Vec<Option<Vector<D>>> {
         let at = |node: NodeId| field[node.index()];
         let value = |trace: &Trace| match trace {
             Trace::Node(node) => Some(at(*node)),
-            Trace::Between([a, b, c], [u, v, w]) => Some(at(*a) * *u + at(*b) * *v + at(*c) * *w),
+            Trace::Between(nodes, weights) => Some(weighed(&nodes.map(at), weights)),
             Trace::Nowhere => None,
         };
         self.traces.iter().map(value).collect()
     }
 }
 
-/// Which directions of the new nodes are held: of old nodes as they were, of points of an edge what both its ends share.
-pub(super) fn held(old: &[[bool; 2]], origin: &[Origin]) -> Vec<[bool; 2]> {
+/// Which directions of the new nodes are held: of old nodes as they were, of points of the boundary what all nodes share that
+/// they are made of.
+pub(super) fn held<const D: usize>(old: &[[bool; D]], origin: &[Origin]) -> Vec<[bool; D]> {
     let of = |origin: &Origin| match *origin {
         Origin::Kept(node) => old[node.index()],
-        Origin::Edge(a, b, _) => std::array::from_fn(|i| old[a.index()][i] && old[b.index()][i]),
-        Origin::Inside => [false; 2],
+        Origin::Surface(nodes, weights) => std::array::from_fn(|axis| {
+            nodes.iter().zip(weights).all(|(node, weight)| weight == 0.0 || old[node.index()][axis])
+        }),
+        Origin::Inside => [false; D],
     };
     origin.iter().map(of).collect()
 }

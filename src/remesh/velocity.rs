@@ -1,39 +1,40 @@
 //! Velocities of a new mesh that have the momentum of the old one.
 
 use super::carried::{Carried, heights};
+use super::cell::weighed;
 use super::overlay::inertia;
 use super::pairing::{Pairing, Same};
 use super::pieces::Part;
 use crate::algebra::Vector;
-use crate::mesh::{NodeId, Simplex};
+use crate::mesh::Simplex;
 
 /// Sweeps: one from the guess and three corrections (numerics 4.5).
 const SWEEPS: usize = 4;
 
 /// What the velocities of a new mesh have to satisfy, M v = b.
-pub(super) struct Balance<'a> {
+pub(super) struct Balance<'a, const D: usize> {
     /// The old elements and what they carry.
-    pub old: (&'a [Simplex], &'a Carried<'a>),
+    pub old: (&'a [Simplex], &'a Carried<'a, D>),
     /// The new elements and what they are.
     pub new: (&'a [Simplex], &'a Pairing),
     /// The new elements that are not old ones.
-    pub parts: &'a [Part],
+    pub parts: &'a [Part<D>],
     /// Masses of the new nodes, kg.
     pub mass: &'a [f64],
     /// Which directions of the new nodes are held.
-    pub held: &'a [[bool; 2]],
+    pub held: &'a [[bool; D]],
 }
 
-impl Balance<'_> {
+impl<const D: usize> Balance<'_, D> {
     /// Sweeps velocities, v ← v + m⁻¹ (b − M v), those of held directions and of nodes without mass excepted.
     ///
     /// Returns the b − M v of the last sweep in the held directions, N·s: what they took from the momentum.
-    pub fn sweep(&self, velocity: &mut [Vector<2>]) -> Vec<Vector<2>> {
+    pub fn sweep(&self, velocity: &mut [Vector<D>]) -> Vec<Vector<D>> {
         let mut taken = vec![Vector::zeros(); velocity.len()];
         for _ in 0..SWEEPS {
             taken = self.missing(velocity);
             for (i, v) in velocity.iter_mut().enumerate() {
-                for axis in (0..2).filter(|axis| !self.held[i][*axis]) {
+                for axis in (0..D).filter(|axis| !self.held[i][*axis]) {
                     v[axis] += self.kick(i, std::mem::take(&mut taken[i][axis]));
                 }
             }
@@ -47,32 +48,36 @@ impl Balance<'_> {
     }
 
     /// b − M v, N·s. Of an unchanged element that is M (v_old − v), which is exactly nothing where v is the old one.
-    fn missing(&self, velocity: &[Vector<2>]) -> Vec<Vector<2>> {
-        let mut missing = vec![Vector::<2>::zeros(); velocity.len()];
+    fn missing(&self, velocity: &[Vector<D>]) -> Vec<Vector<D>> {
+        let mut missing = vec![Vector::<D>::zeros(); velocity.len()];
         for (nodes, same) in self.new.0.iter().zip(&self.new.1.same) {
             let Some(same) = same else { continue };
             let lag = self.lag(nodes, same, velocity);
-            if lag == [Vector::<2>::zeros(); 3] {
+            if lag == [Vector::<D>::zeros(); 4] {
                 continue;
             }
-            let m = inertia(&heights(&same.turned(&self.old.1.corner_mass[same.element.index()])));
-            for (node, row) in nodes.iter().zip(m) {
-                missing[node.index()] += lag[0] * row[0] + lag[1] * row[1] + lag[2] * row[2];
+            let m = inertia::<D>(&heights::<D>(&same.turned(&self.old.1.corner_mass[same.element.index()])));
+            for (node, row) in nodes[..=D].iter().zip(&m) {
+                missing[node.index()] += weighed(&lag, row);
             }
         }
         for part in self.parts {
             let nodes = &self.new.0[part.element];
-            let [u, v, w]: [Vector<2>; 3] = std::array::from_fn(|a| velocity[nodes[a].index()]);
-            for ((node, row), momentum) in nodes.iter().zip(part.inertia).zip(part.momentum) {
-                missing[node.index()] += momentum - (u * row[0] + v * row[1] + w * row[2]);
+            let own = nodes.map(|node| velocity[node.index()]);
+            for ((node, row), momentum) in nodes[..=D].iter().zip(&part.inertia).zip(part.momentum) {
+                missing[node.index()] += momentum - weighed(&own, row);
             }
         }
         missing
     }
 
-    /// v_old − v at the corners of an unchanged element.
-    fn lag(&self, nodes: &Simplex, same: &Same, velocity: &[Vector<2>]) -> [Vector<2>; 3] {
-        let old: [NodeId; 3] = same.turned(&self.old.0[same.element.index()][..3]);
-        std::array::from_fn(|a| self.old.1.velocity[old[a].index()] - velocity[nodes[a].index()])
+    /// v_old − v at the corners of an unchanged element; none at a fourth of the plane.
+    fn lag(&self, nodes: &Simplex, same: &Same, velocity: &[Vector<D>]) -> [Vector<D>; 4] {
+        let old = same.turned(&self.old.0[same.element.index()]);
+        let mut lag = [Vector::<D>::zeros(); 4];
+        for (lag, (was, now)) in lag.iter_mut().zip(old.iter().zip(&nodes[..=D])) {
+            *lag = self.old.1.velocity[was.index()] - velocity[now.index()];
+        }
+        lag
     }
 }

@@ -2,7 +2,7 @@
 
 use super::bodies::{Body, Random, even};
 use super::pairing::Pairing;
-use super::pieces::{Parts, triangles};
+use super::pieces::{Parts, cells};
 use super::velocity::Balance;
 use super::*;
 use crate::mesh::ElementId;
@@ -13,7 +13,7 @@ const WAVES: usize = 12;
 const ACROSS: usize = 6;
 
 /// A bar of unit cells along x, with so many nodes per wavelength, and a transverse wave in it.
-fn bar(nodes: usize, jitter: f64, random: &mut Random) -> Body {
+fn bar(nodes: usize, jitter: f64, random: &mut Random) -> Body<2> {
     let planes = planes(nodes * WAVES, 0.0);
     let wave = std::f64::consts::TAU / nodes as f64;
     Body::new(&planes, (jitter, random), (Symmetry::Planar, &|xi: &Vector<2>| *xi)).with_velocity(|x| {
@@ -28,26 +28,26 @@ fn planes(n: usize, offset: f64) -> [Vec<f64>; 2] {
 }
 
 /// A way to carry a body over to another mesh.
-type Way = dyn Fn(&Body, &Proposal<2>) -> Transferred;
+type Way = dyn Fn(&Body<2>, &Proposal<2>) -> Transferred<2>;
 
-fn transferred(body: &Body, new: &Proposal<2>) -> Transferred {
+fn transferred(body: &Body<2>, new: &Proposal<2>) -> Transferred<2> {
     transfer(&body.moved(), &body.carried(), new)
 }
 
 /// The interpolated velocities.
-fn interpolated(body: &Body, new: &Proposal<2>) -> Transferred {
+fn interpolated(body: &Body<2>, new: &Proposal<2>) -> Transferred<2> {
     let all: Vec<ElementId> = (0..body.mesh.elements.len() as u32).map(ElementId).collect();
-    let old = triangles(&body.position, body.mesh.elements.iter());
+    let old = cells(&body.position, body.mesh.elements.iter());
     let traces = trace::Traces::of(&body.moved(), new, (&all, &locate::Locator::new(&old)));
     let velocity = traces.values(&body.velocity).into_iter().map(Option::unwrap).collect();
     Transferred { velocity, ..transferred(body, new) }
 }
 
 /// Four sweeps from nothing: the lumped projection and three corrections.
-fn lumped(body: &Body, new: &Proposal<2>) -> Transferred {
+fn lumped(body: &Body<2>, new: &Proposal<2>) -> Transferred<2> {
     let after = transferred(body, new);
     let (carried, pairing) = (body.carried(), Pairing::of(&body.mesh, new));
-    let gone = triangles(&body.position, pairing.gone.iter().map(|e| &body.mesh.elements[e.index()]));
+    let gone = cells(&body.position, pairing.gone.iter().map(|e| &body.mesh.elements[e.index()]));
     let parts = Parts::of((&body.moved(), &carried), (new, &pairing), &locate::Locator::new(&gone)).all;
     assert_eq!(parts.len(), new.elements.len(), "every element changes");
     let mut velocity = vec![Vector::zeros(); new.position.len()];
@@ -118,13 +118,13 @@ fn losses_of_waves() {
 }
 
 /// A body of 100 352 triangles in a wavy velocity.
-fn large(random: &mut Random) -> Body {
+fn large(random: &mut Random) -> Body<2> {
     let planes = [even(224), even(224)];
     Body::new(&planes, (1.0, random), (Symmetry::Planar, &|xi: &Vector<2>| *xi))
         .with_velocity(|x| Vector::<2>::new((9.0 * x[0]).sin(), (7.0 * x[1]).cos()))
 }
 
-fn time(name: &str, body: &Body, new: &Proposal<2>) {
+fn time(name: &str, body: &Body<2>, new: &Proposal<2>) {
     let seconds = (0..7)
         .map(|_| {
             let start = std::time::Instant::now();

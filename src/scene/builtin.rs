@@ -1,7 +1,8 @@
 //! The scenes that come with the program.
 
-const BUILTINS: [(&str, &str); 7] = [
+const BUILTINS: [(&str, &str); 8] = [
     ("sphere-block", include_str!("../../scenes/sphere-block.toml")),
+    ("sphere-deep", include_str!("../../scenes/sphere-deep.toml")),
     ("ball-bounce", include_str!("../../scenes/ball-bounce.toml")),
     ("ball-square", include_str!("../../scenes/ball-square.toml")),
     ("l-beam", include_str!("../../scenes/l-beam.toml")),

@@ -8,7 +8,7 @@ mod shape;
 
 use super::{
     Contact, ContactLaw, Dimension, GelShape, Grading, Header, Integrator, Lattice, MOST_FRAGMENTS, Output, Remesh,
-    Scene, SceneError, ScheduleKind, Tree, body_name,
+    RemeshMethod, Scene, SceneError, ScheduleKind, Tree, body_name,
 };
 use crate::geometry::SignedDistance;
 use domain::{Check, finite, positive, require, within};
@@ -132,13 +132,13 @@ fn grown(tree: &Tree, scene: &Scene) -> Check {
 
 fn remesh(scene: &Scene) -> Check {
     let Some(remesh) = &scene.remesh else { return Ok(()) };
-    let Remesh { method: _, quality, compression, ref times, adaptive: _, smallest, bend, growth } = *remesh;
-    let plane = scene.scene.dimension != Dimension::Spatial;
+    let Remesh { method, quality, compression, ref times, adaptive: _, smallest, bend, growth } = *remesh;
+    let possible = method == RemeshMethod::Retained || scene.scene.dimension != Dimension::Spatial;
     require(
-        plane,
-        "remesh",
-        || "a spatial gel".to_owned(),
-        "a planar or axisymmetric one: the mesh of a spatial gel is never exchanged",
+        possible,
+        "remesh.method",
+        || "\"immersed\" for a spatial gel".to_owned(),
+        "\"retained\": the paper's mesh is made in planar and axisymmetric scenes",
     )?;
     let bins = scene.integrator.schedule != ScheduleKind::Queue;
     require(

@@ -15,13 +15,13 @@ use crate::state::Birth;
 
 /// A mesh that may replace another one, and the velocities of its nodes.
 #[derive(Debug)]
-pub(super) struct Candidate {
-    pub birth: Birth<2>,
-    pub velocity: Vec<Vector<2>>,
+pub(super) struct Candidate<const D: usize> {
+    pub birth: Birth<D>,
+    pub velocity: Vec<Vector<D>>,
     /// What it was judged to be.
     pub quality: Quality,
     /// What the transfer changed.
-    pub defects: Defects,
+    pub defects: Defects<D>,
 }
 
 /// Why a mesh may not replace another one.
@@ -54,8 +54,11 @@ pub(super) enum Way {
     Immersed { part: f64 },
 }
 
-/// What the area of the body may change by when nodes of its boundary are left out.
-const AREA: f64 = 1e-5;
+/// What makes a mesh of a dimension: also by how much it may change the area or volume of the body.
+pub(super) type Mesher<const D: usize> = fn(Way, &Moved<'_, D>, &[f64]) -> Result<(Proposal<D>, f64), RemeshError>;
+
+/// What the area or volume of the body may change by when nodes of its boundary are left out.
+const MEASURE: f64 = 1e-5;
 /// An immersed mesh may be worse shaped than the old one, but no worse than this: what cutting leaves is above it except in corners that
 /// the sizes do not resolve (`smooth_bodies_of_any_size_and_place_are_cut_out_whole`).
 const FAIR: f64 = 0.1;
@@ -69,18 +72,6 @@ impl Way {
         }
     }
 
-    /// The mesh that is made so, and by how much it may change the area of the body.
-    fn made(self, moved: &Moved<'_, 2>, size: &[f64]) -> Result<(Proposal<2>, f64), RemeshError> {
-        match self {
-            Self::Retained { sag } => Ok((remesh::propose(moved, size, &Rules { sag, ..Rules::default() })?, AREA)),
-            Self::Immersed { part } => {
-                let size: Vec<f64> = size.iter().map(|size| part * size).collect();
-                let steps = remesh::immerse(moved, &size, &Rules::default())?;
-                Ok((steps.proposal, AREA + remesh::rounding(moved, &size)))
-            }
-        }
-    }
-
     /// The worst shape that a mesh made so may have, if the old one has this worst shape.
     fn worst(self, old: f64) -> f64 {
         match self {
@@ -90,10 +81,32 @@ impl Way {
     }
 }
 
-impl Gelatin<2> {
+/// The mesh that is made so in the plane.
+pub(super) fn in_plane(way: Way, moved: &Moved<'_, 2>, size: &[f64]) -> Result<(Proposal<2>, f64), RemeshError> {
+    match way {
+        Way::Retained { sag } => Ok((remesh::propose(moved, size, &Rules { sag, ..Rules::default() })?, MEASURE)),
+        Way::Immersed { part } => {
+            let size: Vec<f64> = size.iter().map(|size| part * size).collect();
+            let steps = remesh::immerse(moved, &size, &Rules::default())?;
+            Ok((steps.proposal, MEASURE + remesh::rounding(moved, &size)))
+        }
+    }
+}
+
+/// The mesh that is made so in space; an immersed one, which a scene cannot ask for, is none.
+pub(super) fn in_space(way: Way, moved: &Moved<'_, 3>, size: &[f64]) -> Result<(Proposal<3>, f64), RemeshError> {
+    match way {
+        Way::Retained { sag } => {
+            Ok((remesh::propose_in_space(moved, size, &Rules { sag, ..Rules::default() })?, MEASURE))
+        }
+        Way::Immersed { .. } => Err(RemeshError::PlaneOnly),
+    }
+}
+
+impl<const D: usize> Gelatin<D> {
     /// Target sizes of the nodes: fine where displacement and velocity bend and where a body is near; those of the scene, if they
     /// are not to adapt.
-    pub fn sizes(&self, moved: &Moved<'_, 2>, sizes: &Sizes) -> Vec<f64> {
+    pub fn sizes(&self, moved: &Moved<'_, D>, sizes: &Sizes) -> Vec<f64> {
         if !sizes.rules.adaptive {
             return vec![sizes.usual; moved.position.len()];
         }
@@ -111,8 +124,8 @@ impl Gelatin<2> {
     }
 
     /// How far displacement and velocity bend at each element, rad.
-    pub fn bends(&self, moved: &Moved<'_, 2>) -> Vec<f64> {
-        let displacement: Vec<Vector<2>> =
+    pub fn bends(&self, moved: &Moved<'_, D>) -> Vec<f64> {
+        let displacement: Vec<Vector<D>> =
             moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect();
         remesh::bends(moved, &[&displacement, &self.engine.state().velocity])
     }
@@ -123,13 +136,13 @@ impl Gelatin<2> {
     /// [`Refused`] if there is none that may replace the old one.
     pub fn candidate(
         &self,
-        (old, moved): (&Birth<2>, &Moved<'_, 2>),
-        size: &[f64],
+        (old, moved): (&Birth<D>, &Moved<'_, D>),
+        (size, mesher): (&[f64], Mesher<D>),
         way: Way,
-    ) -> Result<Candidate, Refused> {
-        let (proposal, area) = way.made(moved, size)?;
+    ) -> Result<Candidate<D>, Refused> {
+        let (proposal, measure) = mesher(way, moved, size)?;
         let worst = old.mesh.elements.iter().map(|element| shape_quality(moved.position, element));
-        let acceptance = Acceptance { area, quality: way.worst(worst.fold(f64::INFINITY, f64::min)) };
+        let acceptance = Acceptance { measure, quality: way.worst(worst.fold(f64::INFINITY, f64::min)) };
         let quality = remesh::judge(moved, &proposal, &acceptance)?;
         let new = remesh::transfer(moved, &self.carried(old), &proposal);
         if new.defects.massless > 0 {
@@ -138,7 +151,7 @@ impl Gelatin<2> {
         let potential = &self.engine.gel().potential;
         let references = history::references((potential, old), moved.position, (&proposal, &new));
         let references = references.ok_or(Refused::Restless)?;
-        let facets = boundary::<2>(&proposal.elements);
+        let facets = boundary::<D>(&proposal.elements);
         let Transferred { rest, mass, corner_mass, velocity, held, defects, .. } = new;
         let mesh = Mesh { rest, elements: proposal.elements, facets, held };
         let tick = self.engine.last_tick();
@@ -146,7 +159,7 @@ impl Gelatin<2> {
         Ok(Candidate { birth, velocity, quality, defects })
     }
 
-    fn carried<'a>(&'a self, old: &'a Birth<2>) -> Carried<'a> {
+    fn carried<'a>(&'a self, old: &'a Birth<D>) -> Carried<'a, D> {
         Carried {
             symmetry: symmetry(&self.recipe),
             mass: &old.mass,
@@ -158,5 +171,9 @@ impl Gelatin<2> {
 
 /// What a section is of.
 pub(super) fn symmetry(recipe: &Recipe) -> Symmetry {
-    if recipe.section == Section::Axisymmetric { Symmetry::Axisymmetric } else { Symmetry::Planar }
+    match recipe.section {
+        Section::Planar { .. } => Symmetry::Planar,
+        Section::Axisymmetric => Symmetry::Axisymmetric,
+        Section::Spatial => Symmetry::Spatial,
+    }
 }

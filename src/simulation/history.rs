@@ -1,7 +1,7 @@
 //! What the elements of a new mesh were at rest: what their nodes say where that is true, else the mean of the old elements
 //! that they are made of (numerics 4.6).
 
-use crate::algebra::{Tensor, Vector, det};
+use crate::algebra::{Tensor, Vector, cofactor, cube_root, det};
 use crate::element::{Reference, Section, Simplices};
 use crate::mesh::ElementId;
 use crate::remesh::{Proposal, Same, Source, Transferred};
@@ -15,20 +15,20 @@ const AGREES: f64 = 0.5;
 const HOLDS: f64 = 0.01;
 
 /// F of the old elements of which an element is made, and the measure that they had at rest: means by mass.
-struct Mean {
-    f: Tensor<2>,
+struct Mean<const D: usize> {
+    f: Tensor<D>,
     out: f64,
-    /// Area, or area times radius of a ring, at rest.
+    /// Area or volume, or area times radius of a ring, at rest.
     rest: f64,
     is_ring: bool,
 }
 
 /// The elements of a new mesh that are at rest not what their nodes say; `None` if one can be nothing.
-pub(super) fn references(
-    (potential, old): (&Simplices<2>, &Birth<2>),
-    position: &[Vector<2>],
-    (proposal, new): (&Proposal<2>, &Transferred),
-) -> Option<Vec<(ElementId, Reference<2>)>> {
+pub(super) fn references<const D: usize>(
+    (potential, old): (&Simplices<D>, &Birth<D>),
+    position: &[Vector<D>],
+    (proposal, new): (&Proposal<D>, &Transferred<D>),
+) -> Option<Vec<(ElementId, Reference<D>)>> {
     let mut all = vec![];
     for (element, same) in (0..).map(ElementId).zip(&new.same) {
         if let Some(same) = same.filter(|same| !potential.is_compatible(same.element)) {
@@ -54,22 +54,22 @@ pub(super) fn references(
 }
 
 /// The reference of an old element whose nodes may stand in another order now.
-fn turned(reference: &Reference<2>, same: &Same) -> Reference<2> {
-    let [a, b, c]: [Vector<2>; 3] =
-        same.turned(&[Vector::<2>::zeros(), reference.edges.column(0).into(), reference.edges.column(1).into()]);
-    Reference { edges: Tensor::<2>::from_columns(&[b - a, c - a]), ..*reference }
+fn turned<const D: usize>(reference: &Reference<D>, same: &Same) -> Reference<D> {
+    let corner = |a: usize| if a == 0 { Vector::<D>::zeros() } else { reference.edges.column(a - 1).into_owned() };
+    let corners = same.turned(&[0, 1, 2, 3].map(|a| if a <= D { corner(a) } else { Vector::<D>::zeros() }));
+    Reference { edges: Tensor::<D>::from_fn(|i, j| corners[j + 1][i] - corners[0][i]), ..*reference }
 }
 
-fn mean((potential, old): (&Simplices<2>, &Birth<2>), x: &[Vector<2>], sources: &[Source]) -> Mean {
+fn mean<const D: usize>((potential, old): (&Simplices<D>, &Birth<D>), x: &[Vector<D>], sources: &[Source]) -> Mean<D> {
     let is_ring = potential.section() == Section::Axisymmetric;
-    let mut sum = Mean { f: Tensor::<2>::zeros(), out: 0.0, rest: 0.0, is_ring };
+    let mut sum = Mean { f: Tensor::<D>::zeros(), out: 0.0, rest: 0.0, is_ring };
     let mut mass = 0.0;
     for source in sources {
         let whole: f64 = old.corner_mass[source.old.index()].iter().sum();
         let (f, out) = potential.deformation(source.old, x);
         let reference = potential.reference(source.old);
         let ring = if is_ring { reference.radius } else { 1.0 };
-        sum.rest += source.mass / whole * 0.5 * det(&reference.edges) * ring;
+        sum.rest += source.mass / whole * measure(&reference.edges) * ring;
         sum.f += f * source.mass;
         sum.out += out * source.mass;
         mass += source.mass;
@@ -78,29 +78,38 @@ fn mean((potential, old): (&Simplices<2>, &Birth<2>), x: &[Vector<2>], sources: 
 }
 
 /// Whether the F that the nodes say is about the mean.
-fn agrees(told: &Reference<2>, now: &Reference<2>, mean: &Mean) -> bool {
-    let inverse = told.edges.try_inverse().filter(|_| det(&told.edges) > 0.0);
-    let Some(inverse) = inverse else { return false };
-    let missing = 0.5 * det(&told.edges) * told.radius - mean.rest;
+fn agrees<const D: usize>(told: &Reference<D>, now: &Reference<D>, mean: &Mean<D>) -> bool {
+    let Some(inverse) = inverse(&told.edges) else { return false };
+    let missing = measure(&told.edges) * told.radius - mean.rest;
     let holds = !mean.is_ring || missing.abs() < HOLDS * mean.rest;
     holds && (now.edges * inverse - mean.f).norm() < AGREES * mean.f.norm()
 }
 
 /// What has the mean F and the measure at rest of what it is made of, where it is now.
-fn made(now: &Reference<2>, mean: &Mean) -> Option<Reference<2>> {
-    let (radius, area) = if mean.is_ring {
+fn made<const D: usize>(now: &Reference<D>, mean: &Mean<D>) -> Option<Reference<D>> {
+    let (radius, rest) = if mean.is_ring {
         let radius = now.radius / mean.out;
         (radius, mean.rest / radius)
     } else {
         (now.radius, mean.rest)
     };
-    let inner = 0.5 * det(&now.edges) / area;
-    let scale = inner / det(&mean.f);
+    let scale = measure(&now.edges) / rest / det(&mean.f);
     if !(scale > 0.0 && scale.is_finite()) {
         return None;
     }
-    let f = mean.f * scale.sqrt();
-    let edges = f.try_inverse()? * now.edges;
+    let stretch = if D == 2 { scale.sqrt() } else { cube_root(scale) };
+    let edges = inverse(&(mean.f * stretch))? * now.edges;
     let outside = !mean.is_ring || radius > 0.0;
     (outside && det(&edges) > 0.0).then_some(Reference { edges, radius })
+}
+
+/// Area or volume of the element with these edges.
+fn measure<const D: usize>(edges: &Tensor<D>) -> f64 {
+    det(edges) / if D == 2 { 2.0 } else { 6.0 }
+}
+
+/// The inverse of what is upright.
+fn inverse<const D: usize>(a: &Tensor<D>) -> Option<Tensor<D>> {
+    let det = det(a);
+    (det > 0.0).then(|| cofactor(a).transpose() / det)
 }

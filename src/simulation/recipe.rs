@@ -1,10 +1,10 @@
 //! What a gel is made of, whatever its mesh: what is needed to make it again on another one.
 
-use crate::algebra::{Vector, embed};
+use crate::algebra::Vector;
 use crate::avi::{Gel, Surface, Wear};
 use crate::element::{Potential, Reference, Section, Simplices};
 use crate::material::NeoHookean;
-use crate::mesh::{ElementId, Facet, Mesh, Patches, Simplex, shape_quality};
+use crate::mesh::{ElementId, Facet, Mesh, Patches, Simplex, facet_measure, shape_quality};
 use crate::scene::{Dimension, ElementKind, Remesh, Scene};
 use crate::state::Birth;
 
@@ -80,18 +80,13 @@ impl Recipe {
         let on_axis = |facet: &Facet| axisymmetric && rest(facet, 0)[0] == 0.0 && rest(facet, 1)[0] == 0.0;
         let facets = mesh.facets.iter().copied().filter(|facet| !on_axis(facet)).collect();
         Surface::new::<D>(mesh.rest.len(), facets, |facet| {
-            let extent = |x: &[Vector<D>]| {
-                let edge = embed(&(x[facet[1].index()] - x[facet[0].index()]));
-                let across = embed(&(x[facet[2].index()] - x[facet[0].index()]));
-                if D == 2 { edge.norm() } else { 0.5 * edge.cross(&across).norm() }
-            };
-            let area = extent(&mesh.rest)
+            let area = facet_measure(&mesh.rest, facet)
                 * match self.section {
                     Section::Planar { thickness } => thickness,
                     Section::Axisymmetric => std::f64::consts::PI * (rest(facet, 0)[0] + rest(facet, 1)[0]),
                     Section::Spatial => 1.0,
                 };
-            (area, extent(position))
+            (area, facet_measure(position, facet))
         })
     }
 

@@ -1,6 +1,6 @@
 //! An exchange of the mesh, shown step by step before it is made.
 
-use super::candidate::{Candidate, Refused, Way};
+use super::candidate::{Candidate, Refused, Way, in_plane};
 use super::model::Gelatin;
 use super::observe::Frame;
 use super::recipe::Sizes;
@@ -19,8 +19,26 @@ pub struct Renewal {
     pub attempt: usize,
     /// What the new mesh was judged to be.
     pub quality: Quality,
-    /// What the transfer changed.
-    pub defects: Defects,
+    /// Mass that was laid down where nothing lay over it, as a share of all.
+    pub mass: f64,
+    /// Momentum that appeared before any correction and that no held node gave, N·s.
+    pub momentum: f64,
+    /// Kinetic energy before and after, J.
+    pub kinetic: [f64; 2],
+}
+
+impl Renewal {
+    pub(super) fn of<const D: usize>(candidate: &Candidate<D>, time: f64, attempt: usize) -> Self {
+        let Candidate { quality, defects, .. } = candidate;
+        Self {
+            time,
+            attempt,
+            quality: *quality,
+            mass: defects.relative_mass(),
+            momentum: defects.momentum_defect().norm(),
+            kinetic: [defects.before.kinetic, defects.after.kinetic],
+        }
+    }
 }
 
 /// An exchange of the mesh with all its steps, by either method.
@@ -54,7 +72,7 @@ pub struct Successor {
     /// What it was judged to be.
     pub quality: Quality,
     /// What the transfer changed.
-    pub defects: Defects,
+    pub defects: Defects<2>,
     /// Energy stored in the old mesh and in this one, J.
     pub stored: [f64; 2],
 }
@@ -87,7 +105,7 @@ impl Gelatin<2> {
     ) -> Result<Successor, Refused> {
         let mut refused = None;
         for (way, attempt) in Way::of(method).into_iter().zip(1..) {
-            match self.candidate((old, moved), size, way) {
+            match self.candidate((old, moved), (size, in_plane), way) {
                 Ok(candidate) => return Ok(self.shown(candidate, moved, attempt)),
                 Err(why) => refused = Some(why),
             }
@@ -95,7 +113,7 @@ impl Gelatin<2> {
         Err(refused.expect("a method has attempts"))
     }
 
-    fn shown(&self, candidate: Candidate, moved: &Moved<'_, 2>, attempt: usize) -> Successor {
+    fn shown(&self, candidate: Candidate<2>, moved: &Moved<'_, 2>, attempt: usize) -> Successor {
         let Candidate { birth, velocity, quality, defects } = candidate;
         let stored =
             [self.engine.gel().stored_energy(moved.position), self.gel_of(&birth).stored_energy(&birth.position)];

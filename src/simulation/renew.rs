@@ -1,7 +1,7 @@
 //! A worn mesh, and how the run goes on with another one.
 
 use super::RestoreError;
-use super::candidate::{Candidate, Way, symmetry};
+use super::candidate::{self, Mesher, Way, symmetry};
 use super::model::Gelatin;
 use super::observe::Frame;
 use super::recipe::Recipe;
@@ -16,18 +16,38 @@ use std::sync::Arc;
 
 /// What can be given another mesh.
 pub(super) trait Renew {
-    /// What an exchange would do now, unless there are none; `frame` is the mesh as it is.
-    fn rehearsal(&self, frame: Frame) -> Option<Rehearsal>;
-
     /// Goes on with a better mesh, or with the old one where there is none.
     ///
     /// # Errors
     /// [`NoStep`] if not even the old mesh can go on.
     fn renew(&mut self) -> Result<(), NoStep>;
+
+    /// What an exchange would do now, in the plane and where meshes are exchanged; `frame` is the mesh as it is.
+    fn rehearsal(&self, frame: Frame) -> Option<Rehearsal>;
 }
 
 impl Renew for Gelatin<2> {
     fn renew(&mut self) -> Result<(), NoStep> {
+        self.renew_by(candidate::in_plane)
+    }
+
+    fn rehearsal(&self, frame: Frame) -> Option<Rehearsal> {
+        Some(self.rehearsed(frame, self.recipe.remesh.as_ref()?))
+    }
+}
+
+impl Renew for Gelatin<3> {
+    fn renew(&mut self) -> Result<(), NoStep> {
+        self.renew_by(candidate::in_space)
+    }
+
+    fn rehearsal(&self, _: Frame) -> Option<Rehearsal> {
+        None
+    }
+}
+
+impl<const D: usize> Gelatin<D> {
+    fn renew_by(&mut self, mesher: Mesher<D>) -> Result<(), NoStep> {
         let Some(sizes) = self.recipe.remesh.clone() else { return Ok(()) };
         let old = self.present();
         if self.engine.state().birth.is_none() {
@@ -37,44 +57,26 @@ impl Renew for Gelatin<2> {
         let moved = Moved { mesh: &old.mesh, position: &position };
         let size = self.sizes(&moved, &sizes);
         for (way, attempt) in Way::of(sizes.rules.method).into_iter().zip(1..) {
-            let Ok(candidate) = self.candidate((&old, &moved), &size, way) else { continue };
-            let Candidate { birth, velocity, quality, defects } = candidate;
-            let time = self.engine.now();
-            if self.go_on(birth, velocity).is_ok() {
+            let Ok(candidate) = self.candidate((&old, &moved), (&size, mesher), way) else { continue };
+            let renewal = Renewal::of(&candidate, self.engine.now(), attempt);
+            if self.go_on(candidate.birth, candidate.velocity).is_ok() {
                 self.engine.count_exchange();
-                self.renewals.push(Renewal { time, attempt, quality, defects });
+                self.renewals.push(renewal);
                 return Ok(());
             }
         }
         self.keep(&old)
     }
 
-    fn rehearsal(&self, frame: Frame) -> Option<Rehearsal> {
-        Some(self.rehearsed(frame, self.recipe.remesh.as_ref()?))
-    }
-}
-
-impl Renew for Gelatin<3> {
-    fn rehearsal(&self, _: Frame) -> Option<Rehearsal> {
-        None
-    }
-
-    /// A scene that asks for it is refused.
-    fn renew(&mut self) -> Result<(), NoStep> {
-        Ok(())
-    }
-}
-
-impl Gelatin<2> {
     /// Goes on with the old mesh.
-    fn keep(&mut self, old: &Birth<2>) -> Result<(), NoStep> {
+    fn keep(&mut self, old: &Birth<D>) -> Result<(), NoStep> {
         let state = self.engine.state();
         let birth = Birth { tick: self.engine.last_tick(), position: state.position.clone(), ..old.clone() };
         let velocity = state.velocity.clone();
         self.go_on(birth, velocity)
     }
 
-    fn go_on(&mut self, birth: Birth<2>, velocity: Vec<Vector<2>>) -> Result<(), NoStep> {
+    fn go_on(&mut self, birth: Birth<D>, velocity: Vec<Vector<D>>) -> Result<(), NoStep> {
         let birth = Arc::new(birth);
         let gel = self.gel_of(&birth);
         let nodes = birth.position.iter().copied().zip(velocity).collect();
@@ -149,13 +151,9 @@ impl<const D: usize> Gelatin<D> {
     }
 }
 
-/// Those of the elements of a plane mesh at rest; none in space.
-fn corner_masses<const D: usize>(potential: &Simplices<D>, recipe: &Recipe) -> Vec<[f64; 3]> {
-    if D != 2 {
-        return vec![];
-    }
-    let flat: Vec<Vector<2>> = potential.rest().iter().map(|x| Vector::<2>::new(x[0], x[1])).collect();
+/// Those of the elements at rest.
+fn corner_masses<const D: usize>(potential: &Simplices<D>, recipe: &Recipe) -> Vec<[f64; 4]> {
     let mass = |element| recipe.density * potential.volume(ElementId(element));
     let masses: Vec<f64> = (0..potential.len() as u32).map(mass).collect();
-    remesh::corner_masses(&flat, potential.elements(), &masses, symmetry(recipe))
+    remesh::corner_masses(potential.rest(), potential.elements(), &masses, symmetry(recipe))
 }

@@ -16,8 +16,8 @@ pub struct Birth<const D: usize> {
     pub position: Vec<Vector<D>>,
     /// Their masses, kg.
     pub mass: Vec<f64>,
-    /// The masses of the corners of its elements, kg.
-    pub corner_mass: Vec<[f64; 3]>,
+    /// The masses of the corners of its elements, kg; 0 of a fourth corner in the plane.
+    pub corner_mass: Vec<[f64; 4]>,
     /// Those elements that are at rest not what their nodes say.
     pub references: Vec<(ElementId, Reference<D>)>,
 }
@@ -28,7 +28,7 @@ impl<const D: usize> Birth<D> {
         tick: Tick,
         (rest, position): (Vec<Vector<D>>, Vec<Vector<D>>),
         (mass, held): (Vec<f64>, &[u8]),
-        (elements, corner_mass): (Vec<Simplex>, Vec<[f64; 3]>),
+        (elements, corner_mass): (Vec<Simplex>, Vec<[f64; 4]>),
         references: Vec<(ElementId, Reference<D>)>,
     ) -> Option<Self> {
         let n = rest.len();

@@ -98,15 +98,15 @@ impl Plain for u8 {
     }
 }
 
-impl Plain for [f64; 3] {
-    const SIZE: usize = 24;
+impl Plain for [f64; 4] {
+    const SIZE: usize = 32;
 
     fn put(&self, to: &mut [u8]) {
         to.chunks_exact_mut(8).zip(self).for_each(|(to, number)| number.put(to));
     }
 
     fn take(from: &[u8]) -> Self {
-        [0, 8, 16].map(|at| f64::take(&from[at..]))
+        [0, 8, 16, 24].map(|at| f64::take(&from[at..]))
     }
 }
 
@@ -177,7 +177,7 @@ fn read_all<T: Plain>(items: &mut Vec<T>, n: usize, bytes: &mut &[u8]) {
 /// Mass and held directions of a node of a mesh that is not that of the start.
 const NODE_BORN: usize = f64::SIZE + u8::SIZE;
 /// Nodes and corner masses of an element of such a mesh.
-const ELEMENT_BORN: usize = Simplex::SIZE + <[f64; 3]>::SIZE;
+const ELEMENT_BORN: usize = Simplex::SIZE + <[f64; 4]>::SIZE;
 
 /// The mesh in these bytes; `None` if they are no mesh.
 fn read_birth<const D: usize>(sizes: &Sizes, tick: Tick, mut bytes: &[u8]) -> Option<Arc<Birth<D>>> {

@@ -80,14 +80,14 @@ impl Figures {
 
 impl Change {
     fn of(new: &Successor) -> Self {
-        let Successor { attempt, quality: Quality { least, angle, area_change, .. }, stored, ref defects, .. } = *new;
+        let Successor { attempt, quality: Quality { least, angle, change, .. }, stored, ref defects, .. } = *new;
         let Defects { before, after, .. } = defects;
         Self {
             attempt,
             elements: new.elements.len(),
             least_quality: least,
             least_angle: angle,
-            area: area_change,
+            area: change,
             mass: defects.relative_mass(),
             momentum: defects.momentum_defect().norm() / (2.0 * before.mass * before.kinetic).sqrt(),
             kinetic: after.kinetic / before.kinetic - 1.0,

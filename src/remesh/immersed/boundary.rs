@@ -10,7 +10,7 @@ use crate::mesh::NodeId;
 pub(super) struct Boundary<'a> {
     x: &'a [Point],
     edges: Vec<[usize; 2]>,
-    near: Near,
+    near: Near<2>,
 }
 
 /// A place on a boundary.
@@ -84,7 +84,7 @@ impl<'a> Boundary<'a> {
         let id = |n: usize| NodeId(n as u32);
         if share > 0.0 && share < 1.0 {
             let at = (1.0 - share) * self.x[a] + share * self.x[b];
-            return Place { at, origin: Origin::Edge(id(a), id(b), share) };
+            return Place { at, origin: Origin::Surface([a, b, b].map(id), [1.0 - share, share, 0.0]) };
         }
         let end = if share >= 1.0 { b } else { a };
         self.node(end)

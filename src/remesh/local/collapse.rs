@@ -1,0 +1,48 @@
+//! An edge is drawn together to one of its ends.
+
+use super::complex::{Change, Complex, Tet};
+use super::flat::Flat;
+use super::ring::Ring;
+
+/// Draws point `a` to point `b`, if all that comes is better than `enough`; and how good it is.
+///
+/// A point of the surface goes along the surface only, where that is flat, and to a point that is held wherever it is held
+/// itself. Two points that have the edge and another neighbour in common, but no tetrahedron with all three, would weld what
+/// is not one (the link condition).
+pub(super) fn onto(complex: &Complex, (a, b): (u32, u32), enough: f64, flat: &Flat) -> Option<(f64, Change)> {
+    let [from, to] = [a, b].map(|point| &complex.points[point as usize]);
+    let is_held_less = (0..3).all(|axis| to.held[axis] || !from.held[axis]);
+    if !is_held_less || (from.is_on_surface && !to.is_on_surface) {
+        return None;
+    }
+    let change = change(complex, (a, b), from.is_on_surface);
+    let worst = complex.worst_new(&change.new, enough);
+    if worst <= enough {
+        return None;
+    }
+    let ring = Ring::of(complex, a, b)?;
+    let stays = !from.is_on_surface || (ring.is_open && flat.allows(change.swept) && flat.spares(complex, a, b));
+    (stays && links_alike(complex, (a, b), &ring)).then_some((worst, change))
+}
+
+fn change(complex: &Complex, (a, b): (u32, u32), is_on_surface: bool) -> Change {
+    let drawn = |tet: Tet| tet.map(|point| if point == a { b } else { point });
+    let gone: Vec<u32> = complex.star(a).map(|(t, _)| t).collect();
+    let new: Vec<Tet> = complex.star(a).filter(|(_, tet)| !tet.contains(&b)).map(|(_, tet)| drawn(tet)).collect();
+    let swept = if is_on_surface { complex.growth(&new, &gone) } else { 0.0 };
+    Change { gone, new, swept }
+}
+
+/// Whether all points next to both are on the ring around the edge; of a surface, those of its two facets only.
+fn links_alike(complex: &Complex, (a, b): (u32, u32), ring: &Ring) -> bool {
+    let ends = [ring.points[0], *ring.points.last().unwrap_or(&a)];
+    let is_allowed = |p: &u32| {
+        let is_inner = ring.points.contains(p) && !(ring.is_open && complex.points[*p as usize].is_on_surface);
+        is_inner || (ring.is_open && ends.contains(p))
+    };
+    let mut next_to_a: Vec<u32> = complex.star(a).flat_map(|(_, tet)| tet).filter(|p| *p != a && *p != b).collect();
+    next_to_a.sort_unstable();
+    next_to_a.dedup();
+    let mut next_to_b = complex.star(b).flat_map(|(_, tet)| tet).filter(|p| *p != a && *p != b);
+    next_to_b.all(|p| next_to_a.binary_search(&p).is_err() || is_allowed(&p))
+}

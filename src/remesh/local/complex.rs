@@ -1,0 +1,200 @@
+//! Tetrahedra that are changed one operation after the other: points, tetrahedra, and the star of every point.
+
+use crate::algebra::Vector;
+use crate::mesh::NodeId;
+use crate::remesh::{Moved, Origin, Proposal};
+
+/// A tetrahedron by its points, positively oriented.
+pub(super) type Tet = [u32; 4];
+
+/// A point.
+#[derive(Debug, Clone)]
+pub(super) struct Point {
+    /// Where it is, m.
+    pub x: Vector<3>,
+    /// Where it was at rest, m; said of points of the surface only.
+    pub rest: Vector<3>,
+    /// Target length of the edges around it, m.
+    pub size: f64,
+    /// Where it comes from.
+    pub origin: Origin,
+    /// Which of its directions are held.
+    pub held: [bool; 3],
+    pub is_on_surface: bool,
+}
+
+/// An operation: these tetrahedra go, those come.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Change {
+    pub gone: Vec<u32>,
+    pub new: Vec<Tet>,
+    /// What the volume of the body changes by where its surface moves, m³.
+    pub swept: f64,
+}
+
+/// A complex of tetrahedra. The numbers of those that are gone are not used again.
+#[derive(Debug, Clone)]
+pub(super) struct Complex {
+    pub points: Vec<Point>,
+    tets: Vec<Option<Tet>>,
+    shapes: Vec<f64>,
+    stars: Vec<Vec<u32>>,
+}
+
+/// The cube of the shape quality, 12³ · 9 V|V|/(Σl²)³: the same order without a root, so the same bits on every platform.
+pub(super) fn shape(corners: [&Vector<3>; 4]) -> f64 {
+    let [a, b, c, d] = corners;
+    let (u, v, w) = (b - a, c - a, d - a);
+    let six = u.cross(&v).dot(&w);
+    let squares = u.norm_squared()
+        + v.norm_squared()
+        + w.norm_squared()
+        + (c - b).norm_squared()
+        + (d - b).norm_squared()
+        + (d - c).norm_squared();
+    432.0 * six * six.abs() / (squares * squares * squares)
+}
+
+impl Complex {
+    /// Of an old mesh where it is, with these target sizes by node.
+    pub fn new(old: &Moved<'_, 3>, size: &[f64]) -> Self {
+        let point = |n: usize| Point {
+            x: old.position[n],
+            rest: old.mesh.rest[n],
+            size: size[n],
+            origin: Origin::Kept(NodeId(n as u32)),
+            held: old.mesh.held[n],
+            is_on_surface: false,
+        };
+        let n = old.position.len();
+        let mut complex =
+            Self { points: (0..n).map(point).collect(), tets: vec![], shapes: vec![], stars: vec![vec![]; n] };
+        old.mesh.facets.iter().flatten().for_each(|node| complex.points[node.index()].is_on_surface = true);
+        old.mesh.elements.iter().for_each(|nodes| complex.add(nodes.map(|node| node.0)));
+        complex
+    }
+
+    /// How many numbers of tetrahedra are in use or were.
+    pub fn len(&self) -> usize {
+        self.tets.len()
+    }
+
+    /// A tetrahedron, unless it is gone.
+    pub fn tet(&self, t: u32) -> Option<Tet> {
+        self.tets[t as usize]
+    }
+
+    /// The cube of its quality.
+    pub fn shape(&self, t: u32) -> f64 {
+        self.shapes[t as usize]
+    }
+
+    /// The tetrahedra of a point.
+    pub fn star(&self, point: u32) -> impl Iterator<Item = (u32, Tet)> + Clone + '_ {
+        self.stars[point as usize].iter().filter_map(|&t| Some((t, self.tet(t)?)))
+    }
+
+    pub fn x(&self, point: u32) -> &Vector<3> {
+        &self.points[point as usize].x
+    }
+
+    /// The cube of the quality that a tetrahedron would have.
+    pub fn would_be(&self, tet: &Tet) -> f64 {
+        shape(tet.map(|point| self.x(point)))
+    }
+
+    /// That of the worst one of some new ones; at most `enough` is looked for.
+    pub fn worst_new(&self, new: &[Tet], enough: f64) -> f64 {
+        let mut worst = f64::INFINITY;
+        for tet in new {
+            worst = worst.min(self.would_be(tet));
+            if worst.is_nan() || worst <= enough {
+                return f64::NEG_INFINITY;
+            }
+        }
+        worst
+    }
+
+    /// That of the worst one of those there are.
+    pub fn worst_of(&self, tets: impl Iterator<Item = u32>) -> f64 {
+        tets.map(|t| self.shape(t)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// What the volume changes by if some come and others go, m³.
+    pub fn growth(&self, new: &[Tet], gone: &[u32]) -> f64 {
+        let volume = |tet: &Tet| {
+            let [a, b, c, d] = tet.map(|point| self.x(point));
+            (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
+        };
+        let old = gone.iter().filter_map(|t| self.tet(*t)).map(|tet| volume(&tet));
+        new.iter().map(volume).sum::<f64>() - old.sum::<f64>()
+    }
+
+    /// Length of an edge over its target length, squared.
+    pub fn length(&self, a: u32, b: u32) -> f64 {
+        let [a, b] = [a, b].map(|point| &self.points[point as usize]);
+        let target = 0.5 * (a.size + b.size);
+        (a.x - b.x).norm_squared() / (target * target)
+    }
+
+    pub fn apply(&mut self, change: &Change) {
+        for &t in &change.gone {
+            for point in self.tets[t as usize].take().into_iter().flatten() {
+                self.stars[point as usize].retain(|&other| other != t);
+            }
+        }
+        change.new.iter().for_each(|tet| self.add(*tet));
+    }
+
+    /// A new point, not yet in any tetrahedron.
+    pub fn add_point(&mut self, point: Point) -> u32 {
+        self.points.push(point);
+        self.stars.push(vec![]);
+        self.points.len() as u32 - 1
+    }
+
+    /// Takes back the last new point, which is in no tetrahedron.
+    pub fn drop_point(&mut self) {
+        self.points.pop();
+        self.stars.pop();
+    }
+
+    /// Moves a point that is not on the surface; its tetrahedra are new ones then.
+    pub fn shift(&mut self, point: u32, x: Vector<3>) {
+        let own = &mut self.points[point as usize];
+        (own.x, own.origin) = (x, Origin::Inside);
+        let change = Change {
+            gone: self.stars[point as usize].clone(),
+            new: self.star(point).map(|(_, tet)| tet).collect(),
+            swept: 0.0,
+        };
+        self.apply(&change);
+    }
+
+    fn add(&mut self, tet: Tet) {
+        let t = self.tets.len() as u32;
+        tet.iter().for_each(|&point| self.stars[point as usize].push(t));
+        self.shapes.push(self.would_be(&tet));
+        self.tets.push(Some(tet));
+    }
+
+    /// The mesh: kept nodes in their old order, then points of the surface, then those inside; kept elements in their old
+    /// order, then new ones.
+    pub fn proposal(&self) -> Proposal<3> {
+        let rank = |p: &u32| match self.points[*p as usize].origin {
+            Origin::Kept(_) => 0,
+            Origin::Surface(..) => 1,
+            Origin::Inside => 2,
+        };
+        let mut used: Vec<u32> =
+            (0..self.points.len() as u32).filter(|p| !self.stars[*p as usize].is_empty()).collect();
+        used.sort_by_key(rank);
+        let mut number = vec![NodeId::default(); self.points.len()];
+        used.iter().zip(0..).for_each(|(&point, n)| number[point as usize] = NodeId(n));
+        Proposal {
+            position: used.iter().map(|&point| *self.x(point)).collect(),
+            origin: used.iter().map(|&point| self.points[point as usize].origin).collect(),
+            elements: self.tets.iter().flatten().map(|tet| tet.map(|point| number[point as usize])).collect(),
+        }
+    }
+}

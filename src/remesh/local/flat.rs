@@ -1,0 +1,72 @@
+//! Where the surface is flat enough to be made of other facets, now and at rest.
+
+use super::complex::Complex;
+use super::ring::fan;
+use crate::algebra::Vector;
+
+/// How flat is flat.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Flat {
+    /// How far a point may be from a new facet, in target lengths; 0 where the surface must stay as it is.
+    pub sag: f64,
+    /// Target length where the mesh is coarsest, m: lengths at rest are compared with it at most.
+    pub longest: f64,
+    /// What the volume may change by in all, and has changed by, m³.
+    pub volume: f64,
+    pub swept: f64,
+}
+
+/// The least cosine between the normals of an old facet and the new one in its place.
+const TURNED: f64 = 0.7;
+
+type Place<'a> = &'a dyn Fn(u32) -> Vector<3>;
+
+impl Flat {
+    /// Whether the facets on both sides of an edge may be those on both sides of the other diagonal.
+    pub fn turns(&self, complex: &Complex, (a, b): (u32, u32), (first, last): (u32, u32)) -> bool {
+        let limit = self.limit(complex, a);
+        self.both(complex, &|at: Place| {
+            let [a, b, p, q] = [a, b, first, last].map(at);
+            // The facets are (a, p, b) and (a, b, q); those of the other diagonal (a, p, q) and (p, b, q).
+            let old = [(p - a).cross(&(b - a)), (b - a).cross(&(q - a))];
+            let new = [(p - a).cross(&(q - a)), (b - p).cross(&(q - p))];
+            let height = (b - a).cross(&(q - p));
+            let rises = (p - a).dot(&height).abs() <= limit * height.norm();
+            rises && new.iter().all(|n| old.iter().all(|o| is_along(n, o)))
+        })
+    }
+
+    /// Whether a point of the surface may be left out, its facets drawn to another one.
+    pub fn spares(&self, complex: &Complex, a: u32, b: u32) -> bool {
+        let limit = self.limit(complex, a);
+        let fan = fan(complex, a);
+        self.both(complex, &|at: Place| {
+            let [a_at, b_at] = [a, b].map(at);
+            fan.iter().filter(|edge| !edge.contains(&b)).all(|&[u, v]| {
+                let [u, v] = [u, v].map(at);
+                let [old, new] = [a_at, b_at].map(|apex| (u - apex).cross(&(v - apex)));
+                is_along(&new, &old) && (a_at - b_at).dot(&new).abs() <= limit * new.norm()
+            })
+        })
+    }
+
+    /// Whether the volume may change by so much more, m³.
+    pub fn allows(&self, swept: f64) -> bool {
+        (self.swept + swept).abs() <= self.volume
+    }
+
+    fn limit(&self, complex: &Complex, a: u32) -> f64 {
+        self.sag * complex.points[a as usize].size.min(self.longest)
+    }
+
+    /// Whether this holds where the points are and where they were at rest.
+    fn both(&self, complex: &Complex, holds: &dyn Fn(Place) -> bool) -> bool {
+        let point = |p: u32| &complex.points[p as usize];
+        self.sag > 0.0 && holds(&|p| point(p).x) && holds(&|p| point(p).rest)
+    }
+}
+
+fn is_along(n: &Vector<3>, other: &Vector<3>) -> bool {
+    let along = n.dot(other);
+    along > 0.0 && along * along >= TURNED * TURNED * n.norm_squared() * other.norm_squared()
+}

@@ -1,0 +1,173 @@
+//! A new mesh of a body in space, by operations on the old one: long edges are split, short ones drawn together, and what is
+//! badly shaped is joined anew, moved or drawn together.
+//!
+//! Every operation leaves a mesh of the same body, so that nothing can be welded or torn and no boundary has to be found again;
+//! what is good is not touched and keeps its bits. The surface changes only where it is flat, now and at rest, to within
+//! [`Rules::sag`] of a target length.
+
+mod collapse;
+mod complex;
+mod flat;
+mod ring;
+mod smooth;
+mod split;
+mod swap;
+#[cfg(test)]
+mod tests;
+
+use super::{Moved, Proposal, Rules};
+use crate::algebra::ordered_sum;
+use crate::mesh::signed_volume;
+use complex::{Change, Complex, Tet};
+use flat::Flat;
+
+/// The edges of a tetrahedron.
+const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+/// Edges longer than this in target lengths are split: the diagonal of a cube of Kuhn's lattice has 1.73.
+const LONG: f64 = 1.8;
+/// Edges shorter than this are drawn together: where the centred lattice meets its boundary they have 0.5.
+const SHORT: f64 = 0.45;
+/// A split may leave this part of the poor quality, or what there was: what it leaves is improved after it.
+const SPLIT: f64 = 0.7;
+/// What an operation must gain in the cube of the quality to be worth it.
+const GAIN: f64 = 1.02;
+/// What the volume of the body may change by, as a part of it, where its surface is made of other facets.
+const VOLUME: f64 = 5e-6;
+/// Times that all is gone through at most.
+const ROUNDS: usize = 6;
+
+/// A new mesh of a body in space with these target sizes, m, by node. Where the old mesh is good and has these sizes it stays.
+pub(super) fn propose(old: &Moved<'_, 3>, size: &[f64], rules: &Rules) -> Proposal<3> {
+    let longest = size.iter().copied().fold(0.0, f64::max);
+    let mut work = Work {
+        complex: Complex::new(old, size),
+        flat: Flat { sag: rules.sag, longest, volume: VOLUME * volume(old), swept: 0.0 },
+        rules: *rules,
+    };
+    work.run();
+    work.complex.proposal()
+}
+
+struct Work {
+    complex: Complex,
+    flat: Flat,
+    rules: Rules,
+}
+
+impl Work {
+    fn run(&mut self) {
+        for _ in 0..ROUNDS {
+            let before = self.complex.len();
+            self.sweep(Self::split_longest);
+            self.sweep(Self::draw_shortest);
+            self.sweep(Self::improve);
+            if self.complex.len() == before {
+                break;
+            }
+        }
+    }
+
+    /// Does this to every tetrahedron, and to those that come meanwhile.
+    fn sweep(&mut self, mut operate: impl FnMut(&mut Self, u32, Tet)) {
+        let mut t = 0;
+        while (t as usize) < self.complex.len() {
+            if let Some(tet) = self.complex.tet(t) {
+                operate(self, t, tet);
+            }
+            t += 1;
+        }
+    }
+
+    /// The edge of a tetrahedron whose length in target lengths, squared, comes first in this order, and that.
+    fn first_edge(&self, tet: &Tet, comes_before: fn(&f64, &f64) -> bool) -> (f64, (u32, u32)) {
+        let of = |[i, j]: [usize; 2]| (self.complex.length(tet[i], tet[j]), (tet[i], tet[j]));
+        EDGES[1..].iter().fold(of(EDGES[0]), |first, edge| {
+            let next = of(*edge);
+            if comes_before(&next.0, &first.0) { next } else { first }
+        })
+    }
+
+    fn split_longest(&mut self, _: u32, tet: Tet) {
+        let (length, edge) = self.first_edge(&tet, f64::gt);
+        if length > LONG * LONG {
+            let worst = self.worst_around(edge);
+            split::split(&mut self.complex, edge, worst.min(cube(SPLIT * self.rules.poor)));
+        }
+    }
+
+    fn draw_shortest(&mut self, _: u32, tet: Tet) {
+        let (length, edge) = self.first_edge(&tet, f64::lt);
+        if length < SHORT * SHORT {
+            self.draw(edge, cube(self.rules.poor));
+        }
+    }
+
+    fn worst_around(&self, (a, b): (u32, u32)) -> f64 {
+        self.complex.worst_of(self.complex.star(a).filter(|(_, tet)| tet.contains(&b)).map(|(t, _)| t))
+    }
+
+    /// Draws an edge together to the better end, if what comes is better than `enough`.
+    fn draw(&mut self, (a, b): (u32, u32), enough: f64) -> bool {
+        let ways = [(a, b), (b, a)].map(|way| collapse::onto(&self.complex, way, enough, &self.flat));
+        self.take_best(ways.into_iter().flatten())
+    }
+
+    /// Makes a bad tetrahedron better: by other edges and faces, by moving a point, by drawing an edge together.
+    fn improve(&mut self, t: u32, tet: Tet) {
+        let shape = self.complex.shape(t);
+        if shape >= cube(self.rules.good) {
+            return;
+        }
+        let _ = self.join_anew(t, &tet) || self.shift(&tet) || self.draw_any(&tet);
+    }
+
+    fn join_anew(&mut self, t: u32, tet: &Tet) -> bool {
+        let edges = EDGES.iter().filter_map(|[i, j]| {
+            let edge = (tet[*i], tet[*j]);
+            swap::without_edge(&self.complex, edge, better(self.worst_around(edge)), &self.flat)
+        });
+        let faces = (0..4).filter_map(|k| swap::without_face(&self.complex, (t, k), better(self.complex.shape(t))));
+        let all: Vec<(f64, Change)> = edges.chain(faces).collect();
+        self.take_best(all.into_iter())
+    }
+
+    fn shift(&mut self, tet: &Tet) -> bool {
+        tet.iter().any(|point| smooth::smooth(&mut self.complex, *point))
+    }
+
+    fn draw_any(&mut self, tet: &Tet) -> bool {
+        let ways = EDGES.iter().flat_map(|[i, j]| [(tet[*i], tet[*j]), (tet[*j], tet[*i])]);
+        let all: Vec<(f64, Change)> = ways
+            .filter_map(|(a, b)| {
+                let own = self.complex.worst_of(self.complex.star(a).map(|(t, _)| t));
+                collapse::onto(&self.complex, (a, b), better(own), &self.flat)
+            })
+            .collect();
+        self.take_best(all.into_iter())
+    }
+
+    fn take_best(&mut self, ways: impl Iterator<Item = (f64, Change)>) -> bool {
+        let best = ways.fold(None::<(f64, Change)>, |best, next| match best {
+            Some(best) if best.0 >= next.0 => Some(best),
+            _ => Some(next),
+        });
+        best.inspect(|(_, change)| {
+            self.flat.swept += change.swept;
+            self.complex.apply(change);
+        })
+        .is_some()
+    }
+}
+
+fn volume(old: &Moved<'_, 3>) -> f64 {
+    ordered_sum(old.mesh.elements.len(), 0.0, |e| signed_volume(old.position, &old.mesh.elements[e]))
+}
+
+/// The cube of the quality above which an operation is worth it.
+fn better(shape: f64) -> f64 {
+    if shape > 0.0 { GAIN * shape } else { shape }
+}
+
+fn cube(quality: f64) -> f64 {
+    quality * quality * quality
+}

@@ -1,0 +1,57 @@
+//! A point inside goes where its tetrahedra are better.
+
+use super::complex::{Complex, Tet, shape};
+use crate::algebra::Vector;
+
+/// How much of the way to the middle of what is around it a point tries to go.
+const WAYS: [f64; 4] = [1.0, 0.6, 0.3, 0.1];
+/// Better by less is not worth new tetrahedra.
+const GAIN: f64 = 1.02;
+
+/// Moves a point, if the worst tetrahedron around it gets better.
+pub(super) fn smooth(complex: &mut Complex, point: u32) -> bool {
+    if complex.points[point as usize].is_on_surface {
+        return false;
+    }
+    let star: Vec<(u32, Tet)> = complex.star(point).collect();
+    let worst = complex.worst_of(star.iter().map(|(t, _)| *t));
+    let here = *complex.x(point);
+    let aim = aim(complex, point, &star);
+    let moved = |way: f64| here + (aim - here) * way;
+    let worst_at = |x: &Vector<3>| {
+        let corner = |p: u32| if p == point { *x } else { *complex.x(p) };
+        let shapes = star.iter().map(|(_, tet)| {
+            let [a, b, c, d] = tet.map(corner);
+            shape([&a, &b, &c, &d])
+        });
+        shapes.fold(f64::INFINITY, f64::min)
+    };
+    let best = WAYS
+        .map(|way| (worst_at(&moved(way)), way))
+        .into_iter()
+        .fold((worst, 0.0), |best, next| if next.0 > best.0 { next } else { best });
+    let is_better = best.0 > GAIN * worst.max(0.0) && best.0 > worst + 1e-6;
+    if is_better {
+        complex.shift(point, moved(best.1));
+    }
+    is_better
+}
+
+/// Where a point should go: over each face around it stands the place that makes the best tetrahedron, and the worse the one
+/// there is, the more that place counts.
+fn aim(complex: &Complex, point: u32, star: &[(u32, Tet)]) -> Vector<3> {
+    let (mut sum, mut total) = (Vector::<3>::zeros(), 0.0);
+    for (t, tet) in star {
+        let face: Vec<&Vector<3>> = tet.iter().filter(|p| **p != point).map(|p| complex.x(*p)).collect();
+        let [a, b, c] = [face[0], face[1], face[2]];
+        let normal = (b - a).cross(&(c - a));
+        let inward = if normal.dot(&(complex.x(point) - a)) < 0.0 { -1.0 } else { 1.0 };
+        // The apex of a regular tetrahedron stands √(2/3) edges over its base, whose area is √3/4 of an edge squared.
+        let height = (2.0 * normal.norm() / 3.0_f64.sqrt() * 2.0 / 3.0).sqrt();
+        let ideal = (a + b + c) / 3.0 + normal * (inward * height / normal.norm());
+        let weight = 1.0 / (complex.shape(*t).max(0.0) + 0.01);
+        sum += ideal * weight;
+        total += weight;
+    }
+    sum / total
+}

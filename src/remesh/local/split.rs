@@ -1,0 +1,58 @@
+//! A new point in the middle of an edge.
+
+use super::complex::{Change, Complex, Point};
+use super::ring::Ring;
+use crate::mesh::NodeId;
+use crate::remesh::Origin;
+
+/// Splits an edge in the middle, if all that comes is better than `enough`.
+pub(super) fn split(complex: &mut Complex, (a, b): (u32, u32), enough: f64) -> bool {
+    let Some(ring) = Ring::of(complex, a, b) else { return false };
+    let Some(middle) = between(complex, (a, b), ring.is_open) else { return false };
+    let m = complex.add_point(middle);
+    let old: Vec<[u32; 4]> = ring.tets.iter().filter_map(|t| complex.tet(*t)).collect();
+    let with = |end: u32| move |tet: &[u32; 4]| tet.map(|point| if point == end { m } else { point });
+    let new: Vec<[u32; 4]> = old.iter().map(with(a)).chain(old.iter().map(with(b))).collect();
+    if complex.worst_new(&new, enough) <= enough {
+        complex.drop_point();
+        return false;
+    }
+    complex.apply(&Change { gone: ring.tets, new, swept: 0.0 });
+    true
+}
+
+/// The point in the middle of an edge of the surface or inside.
+fn between(complex: &Complex, (a, b): (u32, u32), is_on_surface: bool) -> Option<Point> {
+    let [a, b] = [a, b].map(|point| &complex.points[point as usize]);
+    let origin = if is_on_surface { mixed(&a.origin, &b.origin)? } else { Origin::Inside };
+    Some(Point {
+        x: (a.x + b.x) * 0.5,
+        rest: (a.rest + b.rest) * 0.5,
+        size: 0.5 * (a.size + b.size),
+        origin,
+        held: std::array::from_fn(|axis| is_on_surface && a.held[axis] && b.held[axis]),
+        is_on_surface,
+    })
+}
+
+/// Half of each of two points of the old surface, if that is made of three old nodes at most.
+fn mixed(a: &Origin, b: &Origin) -> Option<Origin> {
+    let (mut nodes, mut weights, mut n) = ([NodeId::default(); 3], [0.0; 3], 0);
+    for (node, weight) in parents(a)?.into_iter().chain(parents(b)?).filter(|(_, weight)| *weight > 0.0) {
+        let k = nodes[..n].iter().position(|other| *other == node).unwrap_or(n);
+        *nodes.get_mut(k)? = node;
+        weights[k] += 0.5 * weight;
+        n = n.max(k + 1);
+    }
+    let last = nodes[n - 1];
+    nodes[n..].fill(last);
+    Some(Origin::Surface(nodes, weights))
+}
+
+fn parents(origin: &Origin) -> Option<[(NodeId, f64); 3]> {
+    match *origin {
+        Origin::Kept(node) => Some([(node, 1.0), (node, 0.0), (node, 0.0)]),
+        Origin::Surface(nodes, weights) => Some(std::array::from_fn(|k| (nodes[k], weights[k]))),
+        Origin::Inside => None,
+    }
+}

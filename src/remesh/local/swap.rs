@@ -1,0 +1,103 @@
+//! Other tetrahedra between the same points: an edge or a face is taken out and what was around it joined anew.
+
+use super::complex::{Change, Complex, Tet};
+use super::flat::Flat;
+use super::ring::Ring;
+
+/// The most points around an edge that is taken out.
+const MOST: usize = 9;
+
+/// The best triangles between the points of a ring: those whose worst tetrahedron with either end of the edge is best.
+/// Found for every part of the ring from smaller parts (Klincsek 1980).
+struct Table {
+    /// By first and last point of a part of the ring: its worst shape, and the point between.
+    best: [[(f64, usize); MOST]; MOST],
+}
+
+impl Table {
+    fn of(complex: &Complex, (a, b): (u32, u32), points: &[u32]) -> Self {
+        let mut best = [[(f64::INFINITY, 0); MOST]; MOST];
+        for width in 2..points.len() {
+            for first in 0..points.len() - width {
+                let last = first + width;
+                let mut found = (f64::NEG_INFINITY, first + 1);
+                for middle in first + 1..last {
+                    let parts = best[first][middle].0.min(best[middle][last].0);
+                    if parts <= found.0 {
+                        continue;
+                    }
+                    let both = ends((a, b), [first, middle, last].map(|k| points[k]));
+                    let worst = complex.worst_new(&both, found.0).min(parts);
+                    if worst > found.0 {
+                        found = (worst, middle);
+                    }
+                }
+                best[first][last] = found;
+            }
+        }
+        Self { best }
+    }
+
+    fn collect(&self, edge: (u32, u32), points: &[u32], (first, last): (usize, usize), new: &mut Vec<Tet>) {
+        if last - first < 2 {
+            return;
+        }
+        let middle = self.best[first][last].1;
+        new.extend(ends(edge, [first, middle, last].map(|k| points[k])));
+        self.collect(edge, points, (first, middle), new);
+        self.collect(edge, points, (middle, last), new);
+    }
+}
+
+/// The tetrahedra over and under a triangle that is counter-clockwise around the edge.
+fn ends((a, b): (u32, u32), [p, q, r]: [u32; 3]) -> [Tet; 2] {
+    [[p, q, r, b], [p, r, q, a]]
+}
+
+/// Takes an edge out, if what comes is better than `enough`; and how good it is. At the surface only where that is flat.
+pub(super) fn without_edge(complex: &Complex, (a, b): (u32, u32), enough: f64, flat: &Flat) -> Option<(f64, Change)> {
+    let ring = Ring::of(complex, a, b)?;
+    let n = ring.points.len();
+    let [first, last] = [ring.points[0], ring.points[n - 1]];
+    if !(3..=MOST).contains(&n) {
+        return None;
+    }
+    if ring.is_open && (are_joined(complex, first, last) || !flat.turns(complex, (a, b), (first, last))) {
+        return None;
+    }
+    let table = Table::of(complex, (a, b), &ring.points);
+    let worst = table.best[0][n - 1].0;
+    if worst <= enough {
+        return None;
+    }
+    let mut new = vec![];
+    table.collect((a, b), &ring.points, (0, n - 1), &mut new);
+    let swept = if ring.is_open { complex.growth(&new, &ring.tets) } else { 0.0 };
+    flat.allows(swept).then_some((worst, Change { gone: ring.tets, new, swept }))
+}
+
+/// Puts an edge in the place of a face between two tetrahedra, if the three that come are better than `enough`.
+pub(super) fn without_face(complex: &Complex, (t, k): (u32, usize), enough: f64) -> Option<(f64, Change)> {
+    let tet = complex.tet(t)?;
+    // The face seen counter-clockwise from the corner opposite.
+    let [a, b, c] = match k {
+        0 => [1, 3, 2],
+        1 => [0, 2, 3],
+        2 => [0, 3, 1],
+        _ => [0, 1, 2],
+    }
+    .map(|corner: usize| tet[corner]);
+    let above = tet[k];
+    let (other, below) = complex.star(a).find_map(|(other, nodes)| {
+        let shares = other != t && nodes.contains(&b) && nodes.contains(&c);
+        Some((other, *nodes.iter().find(|p| ![a, b, c].contains(p))?)).filter(|_| shares)
+    })?;
+    let new = [[below, above, a, b], [below, above, b, c], [below, above, c, a]];
+    let worst = complex.worst_new(&new, enough);
+    (worst > enough).then(|| (worst, Change { gone: vec![t, other], new: new.to_vec(), swept: 0.0 }))
+}
+
+/// Whether two points have an edge.
+pub(super) fn are_joined(complex: &Complex, a: u32, b: u32) -> bool {
+    complex.star(a).any(|(_, tet)| tet.contains(&b))
+}

@@ -1,0 +1,159 @@
+use super::super::{Moved, Origin, Proposal, Rules};
+use super::propose;
+use crate::algebra::Vector;
+use crate::mesh::{Block, Mesh, Split, block, boundary, shape_quality, signed_volume, uniform};
+use std::time::Instant;
+
+fn cube(n: usize, split: Split) -> Mesh<3> {
+    let axis = || uniform(0.0, 1.0, 1.0 / n as f64);
+    block(Block { planes: [axis(), axis(), axis()], split, faces: vec![] })
+}
+
+fn volume(x: &[Vector<3>], elements: &[crate::mesh::Simplex]) -> f64 {
+    elements.iter().map(|e| signed_volume(x, e)).sum()
+}
+
+fn worst(x: &[Vector<3>], elements: &[crate::mesh::Simplex]) -> f64 {
+    elements.iter().map(|e| shape_quality(x, e)).fold(f64::INFINITY, f64::min)
+}
+
+/// Everything that must hold of a new mesh; its least quality.
+fn check(old: &Moved<'_, 3>, new: &Proposal<3>, tolerance: f64) -> f64 {
+    assert!(new.elements.iter().all(|e| signed_volume(&new.position, e) > 0.0));
+    let [before, after] = [volume(old.position, &old.mesh.elements), volume(&new.position, &new.elements)];
+    assert!((after / before - 1.0).abs() < tolerance, "volume {before} {after}");
+    let facets = boundary::<3>(&new.elements);
+    let mut nodes: Vec<u32> = facets.iter().flatten().map(|n| n.0).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let mut edges: Vec<[u32; 2]> = facets
+        .iter()
+        .flat_map(|f| (0..3).map(|k| [f[k].0, f[(k + 1) % 3].0]))
+        .map(|[a, b]| [a.min(b), a.max(b)])
+        .collect();
+    edges.sort_unstable();
+    assert!(edges.chunk_by(|a, b| a == b).all(|same| same.len() == 2), "every edge of the surface has two facets");
+    edges.dedup();
+    assert_eq!(nodes.len() + facets.len(), edges.len() + 2, "the surface is a sphere");
+    for (origin, x) in new.origin.iter().zip(&new.position) {
+        if let Origin::Kept(node) = origin {
+            assert_eq!(*x, old.position[node.index()]);
+        }
+    }
+    worst(&new.position, &new.elements)
+}
+
+#[test]
+fn a_good_mesh_of_the_right_size_stays() {
+    for split in [Split::Centred, Split::Kuhn] {
+        let mesh = cube(5, split);
+        let old = Moved { mesh: &mesh, position: &mesh.rest };
+        let new = propose(&old, &vec![0.2; mesh.rest.len()], &Rules::default());
+        assert_eq!(new.elements, mesh.elements);
+        assert_eq!(new.position, mesh.rest);
+    }
+}
+
+#[test]
+fn finer_and_coarser_meshes_have_the_sizes_asked_for() {
+    let mesh = cube(6, Split::Centred);
+    let old = Moved { mesh: &mesh, position: &mesh.rest };
+    for (size, least, most) in [(0.08, 4.0, 14.0), (0.35, 0.05, 0.6)] {
+        let new = propose(&old, &vec![size; mesh.rest.len()], &Rules::default());
+        let quality = check(&old, &new, 1e-12);
+        let ratio = new.elements.len() as f64 / mesh.elements.len() as f64;
+        println!("size {size}: {ratio} times the elements, quality {quality}");
+        assert!(ratio > least && ratio < most && quality > 0.3, "{ratio} {quality}");
+    }
+}
+
+#[test]
+#[ignore = "a measurement: cargo test --lib --release local::tests::speed -- --ignored --nocapture"]
+fn speed() {
+    for (n, amount) in [(24, 0.0), (24, 1.0), (24, 2.5), (44, 2.5)] {
+        let mesh = cube(n, Split::Centred);
+        let position: Vec<Vector<3>> = mesh.rest.iter().map(|x| swirled(x, amount)).collect();
+        let old = Moved { mesh: &mesh, position: &position };
+        let start = Instant::now();
+        let new = propose(&old, &vec![1.0 / n as f64; mesh.rest.len()], &Rules::default());
+        let seconds = start.elapsed().as_secs_f64();
+        println!(
+            "{} tetrahedra, worst {:.2} -> {:.2}: {seconds:.3} s, {:.0} tetrahedra/s",
+            mesh.elements.len(),
+            worst(&position, &mesh.elements),
+            worst(&new.position, &new.elements),
+            new.elements.len() as f64 / seconds
+        );
+    }
+}
+
+/// A swirl about the vertical through the middle that leaves the outside where it is.
+fn swirled(x: &Vector<3>, angle: f64) -> Vector<3> {
+    let d = [x[0] - 0.5, x[2] - 0.5];
+    let wall = |s: f64| (16.0 * s * s * (1.0 - s) * (1.0 - s)).min(1.0);
+    let turn = angle * wall(x[0]) * wall(x[2]) * wall(x[1]);
+    let (s, c) = turn.sin_cos();
+    Vector::<3>::new(0.5 + c * d[0] - s * d[1], x[1], 0.5 + s * d[0] + c * d[1])
+}
+
+#[test]
+fn a_mesh_that_is_stirred_stays_good() {
+    let mut mesh = cube(8, Split::Centred);
+    let mut remeshes = 0;
+    for step in 0..120 {
+        let position: Vec<Vector<3>> = mesh.rest.iter().map(|x| swirled(x, 0.05)).collect();
+        let old = Moved { mesh: &mesh, position: &position };
+        let before = worst(&position, &mesh.elements);
+        if before > 0.35 {
+            mesh.rest = position;
+            continue;
+        }
+        let new = propose(&old, &vec![0.125; mesh.rest.len()], &Rules::default());
+        let after = check(&old, &new, 1e-9);
+        println!("step {step}: {before:.3} -> {after:.3}, {} -> {}", mesh.elements.len(), new.elements.len());
+        assert!(after > 0.4);
+        remeshes += 1;
+        mesh = Mesh::new(new.position, new.elements);
+    }
+    assert!(remeshes > 3);
+}
+
+/// The surface drawn down by a ball that comes from above.
+fn pressed(x: &Vector<3>, depth: f64) -> Vector<3> {
+    let d = x - Vector::<3>::new(0.5, 0.5, 1.0);
+    let r2 = d[0] * d[0] + d[1] * d[1];
+    let below = (1.0 - x[2]).min(1.0);
+    let down = depth * (-r2 / 0.03).exp() * (1.0 - below).powi(2);
+    Vector::<3>::new(x[0], x[1], x[2] - down)
+}
+
+#[test]
+fn a_surface_that_is_drawn_down_keeps_its_corners_and_its_volume() {
+    let mut mesh = cube(8, Split::Centred);
+    let mut position = mesh.rest.clone();
+    let mut last = f64::NAN;
+    for _ in 0..12 {
+        position = position.iter().map(|x| pressed(x, 0.06)).collect();
+        let old = Moved { mesh: &mesh, position: &position };
+        let before = worst(&position, &mesh.elements);
+        let new = propose(&old, &vec![0.125; mesh.rest.len()], &Rules::default());
+        last = check(&old, &new, 1e-5);
+        println!("{before:.3} -> {last:.3}, {} -> {}", mesh.elements.len(), new.elements.len());
+        let rest = new.origin.iter().zip(&new.position).map(|(origin, x)| match origin {
+            Origin::Kept(node) => mesh.rest[node.index()],
+            Origin::Surface(nodes, weights) => {
+                (0..3).map(|k| mesh.rest[nodes[k].index()] * weights[k]).sum::<Vector<3>>()
+            }
+            Origin::Inside => *x,
+        });
+        let facets = boundary::<3>(&new.elements);
+        mesh =
+            Mesh { rest: rest.collect(), held: vec![[false; 3]; new.position.len()], facets, elements: new.elements };
+        position = new.position;
+    }
+    assert!(last > 0.3);
+    for corner in 0..8 {
+        let wanted = Vector::<3>::from_fn(|axis, _| f64::from(corner >> axis & 1));
+        assert!(mesh.rest.iter().any(|x| *x == wanted));
+    }
+}

@@ -1,0 +1,247 @@
+//! Where a new triangle lies over an old one.
+
+use super::overlay::{Moments, dot, weighted};
+
+/// A corner of an overlap, known by its weights in both triangles: so all that is linear in either is at hand.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Corner {
+    /// λ, of all corners of the old one.
+    old: [f64; 3],
+    /// N, of the first two corners of the new one.
+    new: [f64; 2],
+}
+
+/// Corners at most: rounding may bend a polygon of n corners so that a cut leaves k + 2 min(k, n − k) of them, 4 after
+/// the first of three, 6 after the second and 9 after the third.
+const MOST: usize = 9;
+
+/// A convex polygon.
+#[derive(Debug, Clone, Copy, Default)]
+struct Polygon {
+    corners: [Corner; MOST],
+    n_corners: usize,
+}
+
+/// Cuts new triangles along old ones.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Polygons {
+    /// What two triangles have in common.
+    common: Polygon,
+    /// What it was before the last cut.
+    uncut: Polygon,
+}
+
+impl Polygons {
+    /// The integrals over what an old triangle and a new one, whose corners have these weights in it, have in common; none if
+    /// that is nothing.
+    ///
+    /// The density has the values `heights`, kg, at the corners of the old triangle, times its area. The new triangle
+    /// is cut along the sides of the old one, λ_a = 0, one after the other.
+    pub fn moments(&mut self, weights: &[[f64; 4]; 4], heights: &[f64; 4]) -> Option<Moments> {
+        let weights = [0, 1, 2].map(|i| first(&weights[i]));
+        let heights = first(heights);
+        self.common.n_corners = 0;
+        for (old, new) in weights.into_iter().zip([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]) {
+            self.common.push(Corner { old, new });
+        }
+        for side in (0..3).filter(|side| weights.iter().any(|w| w[*side] < 0.0)) {
+            std::mem::swap(&mut self.common, &mut self.uncut);
+            self.uncut.cut(side, &mut self.common);
+        }
+        (self.common.n_corners > 2).then(|| self.common.moments(&heights))
+    }
+}
+
+impl Polygon {
+    fn push(&mut self, corner: Corner) {
+        self.corners[self.n_corners] = corner;
+        self.n_corners += 1;
+    }
+
+    fn corners(&self) -> &[Corner] {
+        &self.corners[..self.n_corners]
+    }
+
+    /// Writes the part where the weight of this corner of the old triangle is not negative.
+    fn cut(&self, side: usize, part: &mut Self) {
+        part.n_corners = 0;
+        let Some(mut last) = self.corners().last() else { return };
+        for next in self.corners() {
+            match (last.old[side] >= 0.0, next.old[side] >= 0.0) {
+                (true, false) => part.push(last.towards(next, side)),
+                (false, true) => part.push(next.towards(last, side)),
+                (true, true) | (false, false) => {}
+            }
+            if next.old[side] >= 0.0 {
+                part.push(*next);
+            }
+            last = next;
+        }
+    }
+
+    fn moments(&self, heights: &[f64; 3]) -> Moments {
+        let mut sums = Sums::default();
+        let corners = self.corners();
+        for pair in corners[1..].windows(2) {
+            let triangle = [&corners[0], &pair[0], &pair[1]];
+            let part = share(triangle);
+            let density = triangle.map(|corner| part * dot(&corner.old, heights));
+            sums.add(triangle, &density);
+        }
+        sums.moments()
+    }
+}
+
+impl Corner {
+    /// Where the way to a corner beyond a side meets the side.
+    fn towards(&self, beyond: &Self, side: usize) -> Self {
+        let t = self.old[side] / (self.old[side] - beyond.old[side]);
+        let mut met = Self {
+            old: std::array::from_fn(|i| self.old[i] + t * (beyond.old[i] - self.old[i])),
+            new: std::array::from_fn(|i| self.new[i] + t * (beyond.new[i] - self.new[i])),
+        };
+        met.old[side] = 0.0;
+        met
+    }
+}
+
+/// Integrals from which the others follow, because the shape functions of a triangle add up to 1.
+#[derive(Default)]
+struct Sums {
+    /// ∫ρ.
+    one: f64,
+    /// ∫ρ N_i, i < 2.
+    new: [f64; 2],
+    /// ∫ρ λ_a, a > 0.
+    old: [f64; 2],
+    /// ∫ρ N_i N_j, of 00, 01 and 11.
+    both_new: [f64; 3],
+    /// ∫ρ N_i λ_a, i < 2, a > 0.
+    mixed: [[f64; 2]; 2],
+}
+
+impl Sums {
+    /// Adds those over a triangle, with density times area at its corners.
+    fn add(&mut self, triangle: [&Corner; 3], density: &[f64; 3]) {
+        let old = [1, 2].map(|a| triangle.map(|corner| corner.old[a]));
+        let new = [0, 1].map(|i| triangle.map(|corner| corner.new[i]));
+        let weighted = new.map(|f| weighted(density, &f));
+        let sum: f64 = density.iter().sum();
+        let plain = density.map(|h| (sum + h) / 12.0);
+        self.one += sum / 3.0;
+        for i in 0..2 {
+            self.new[i] += dot(&plain, &new[i]);
+            self.old[i] += dot(&plain, &old[i]);
+            self.both_new[2 * i] += dot(&weighted[i], &new[i]);
+            for (sum, old) in self.mixed[i].iter_mut().zip(&old) {
+                *sum += dot(&weighted[i], old);
+            }
+        }
+        self.both_new[1] += dot(&weighted[0], &new[1]);
+    }
+
+    fn moments(&self) -> Moments {
+        let [aa, ab, bb] = self.both_new;
+        let [a, b] = self.new;
+        let [ac, bc] = [a - aa - ab, b - ab - bb];
+        let cc = self.one - a - b - ac - bc;
+        let corner_mass = completed(self.one, self.old);
+        let mixed = [completed(a, self.mixed[0]), completed(b, self.mixed[1])];
+        let last = std::array::from_fn(|i| corner_mass[i] - mixed[0][i] - mixed[1][i]);
+        let none = [0.0; 4];
+        Moments {
+            inertia: [[aa, ab, ac, 0.0], [ab, bb, bc, 0.0], [ac, bc, cc, 0.0], none],
+            mixed: [padded(mixed[0]), padded(mixed[1]), padded(last), none],
+            corner_mass: padded(corner_mass),
+        }
+    }
+}
+
+/// Three parts of a whole of which the last two are known.
+fn completed(whole: f64, [b, c]: [f64; 2]) -> [f64; 3] {
+    [whole - b - c, b, c]
+}
+
+/// Those of a triangle of four.
+fn first([a, b, c, _]: &[f64; 4]) -> [f64; 3] {
+    [*a, *b, *c]
+}
+
+/// Four of which the last is none of a triangle.
+fn padded([a, b, c]: [f64; 3]) -> [f64; 4] {
+    [a, b, c, 0.0]
+}
+
+/// Area of a triangle as a part of that of the old one.
+fn share(triangle: [&Corner; 3]) -> f64 {
+    let [a, b, c] = triangle.map(|corner| corner.old);
+    let [u, v] = [b, c].map(|other| [other[1] - a[1], other[2] - a[2]]);
+    u[0] * v[1] - u[1] * v[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::cell::Cell;
+    use super::super::overlay::{Cutter, inertia};
+    use super::*;
+    use crate::algebra::Vector;
+    use crate::mesh::NodeId;
+
+    fn triangle(corners: [[f64; 2]; 3]) -> Cell<2> {
+        Cell::of(&corners.map(Vector::<2>::from), &[0, 1, 2, 0].map(NodeId))
+    }
+
+    /// The integrals by cells of a fine grid.
+    fn summed(old: &Cell<2>, heights: &[f64; 4], new: &Cell<2>) -> [[[f64; 3]; 3]; 2] {
+        const N: usize = 600;
+        let cell = 4.0 / N as f64;
+        let mut sums = [[[0.0; 3]; 3]; 2];
+        for (i, j) in (0..N * N).map(|k| (k % N, k / N)) {
+            let p = Vector::<2>::new((i as f64 + 0.5) * cell - 1.0, (j as f64 + 0.5) * cell - 1.0);
+            let [lambda, n] = [old.weights(&p), new.weights(&p)];
+            if lambda[..3].iter().chain(&n[..3]).all(|w| *w > 0.0) {
+                let [u, v] = [1, 2].map(|a| old.corners[a] - old.corners[0]);
+                let mass = dot(&lambda, heights) * cell * cell / (0.5 * u.perp(&v));
+                for (a, b) in (0..9).map(|k| (k / 3, k % 3)) {
+                    sums[0][a][b] += mass * n[a] * n[b];
+                    sums[1][a][b] += mass * n[a] * lambda[b];
+                }
+            }
+        }
+        sums
+    }
+
+    #[test]
+    fn moments_of_overlaps_are_those_of_a_fine_grid() {
+        let old = triangle([[0.0, 0.0], [2.0, 0.1], [0.4, 1.9]]);
+        let heights = [1.0, 3.0, 0.5, 0.0];
+        for new in [
+            [[0.3, 0.3], [0.9, 0.4], [0.5, 0.8]],
+            [[-0.9, -0.8], [2.9, -0.7], [0.3, 2.9]],
+            [[-0.5, 1.1], [1.2, -0.7], [1.9, 1.7]],
+            [[-0.5, 0.5], [0.8, 0.2], [0.2, 1.0]],
+        ] {
+            let new = triangle(new);
+            let found = Cutter::default().moments(&old, &heights, &new).unwrap();
+            let [inertia, mixed] = summed(&old, &heights, &new);
+            for (a, b) in (0..9).map(|k| (k / 3, k % 3)) {
+                assert!((found.inertia[a][b] - inertia[a][b]).abs() < 2e-3, "{found:?} {inertia:?}");
+                assert!((found.mixed[a][b] - mixed[a][b]).abs() < 2e-3, "{found:?} {mixed:?}");
+            }
+        }
+        let apart = triangle([[2.0, 2.0], [2.5, 2.0], [2.0, 2.5]]);
+        assert!(Cutter::default().moments(&old, &heights, &apart).is_none());
+    }
+
+    #[test]
+    fn the_inertia_of_a_whole_triangle_is_that_of_its_overlap_with_itself() {
+        let old = triangle([[0.0, 0.0], [2.0, 0.1], [0.4, 1.9]]);
+        let heights = [1.0, 3.0, 0.5, 0.0];
+        let found = Cutter::default().moments(&old, &heights, &old).unwrap();
+        for (a, b) in (0..9).map(|k| (k / 3, k % 3)) {
+            assert!((found.inertia[a][b] - inertia::<2>(&heights)[a][b]).abs() < 1e-15);
+            assert!((found.mixed[a][b] - found.inertia[a][b]).abs() < 1e-15);
+        }
+        assert!((found.corner_mass.iter().sum::<f64>() - 1.5).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,381 @@
+//! Where an old tetrahedron lies over a new one.
+
+use super::overlay::Moments;
+
+/// A corner of an overlap, known by its weights in both tetrahedra, so that all that is linear in either is at hand: N of all
+/// corners of the new one, λ of all but the first of the old one, and the density times the volume of the old one, kg.
+type Corner = [f64; 8];
+
+/// Corners at most. A cut gives each edge from a corner that stays to one that goes a new corner, at most twice as many corners
+/// as there were; the first leaves no more than 6 of four.
+const MOST: usize = 48;
+
+/// A way along an edge: out of corner n by the k-th of its three edges is way 3n + k.
+type Way = u8;
+
+/// A polyhedron, three of whose edges meet in each corner: in order about it, seen from outside.
+#[derive(Debug, Clone)]
+struct Polyhedron {
+    corners: [Corner; MOST],
+    /// Each way the other way round.
+    back: [Way; 3 * MOST],
+    n_corners: usize,
+}
+
+/// Cuts old tetrahedra along new ones.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Polyhedra {
+    /// What two tetrahedra have in common.
+    common: Polyhedron,
+    /// What it was before the last cut.
+    uncut: Polyhedron,
+}
+
+impl Polyhedra {
+    /// The integrals over what two tetrahedra have in common; none if that is nothing. Given are the weights of the new corners
+    /// in the old tetrahedron, those of the old corners in the new one, and the density at the old corners, times the old
+    /// volume, kg.
+    ///
+    /// The old tetrahedron is cut along the faces of the new one, N_i = 0, one after the other. An old sliver is then as good
+    /// as any other tetrahedron.
+    pub fn moments(&mut self, in_old: &[[f64; 4]; 4], in_new: &[[f64; 4]; 4], heights: &[f64; 4]) -> Option<Moments> {
+        let mut sums = Sums::default();
+        if in_old.iter().flatten().all(|weight| *weight >= 0.0) {
+            sums.add(&std::array::from_fn(|i| corner(&unit(i), &in_old[i], heights)));
+            return Some(sums.moments());
+        }
+        self.common.become_tetrahedron(&std::array::from_fn(|a| corner(&in_new[a], &unit(a), heights)));
+        for face in (0..4).filter(|face| in_new.iter().any(|n| n[*face] < 0.0)) {
+            std::mem::swap(&mut self.common, &mut self.uncut);
+            self.uncut.cut(face, &mut self.common);
+        }
+        self.common.tetrahedra(|corners| sums.add(corners));
+        (self.common.n_corners > 0).then(|| sums.moments())
+    }
+}
+
+/// The weights of the corner of this number.
+fn unit(i: usize) -> [f64; 4] {
+    std::array::from_fn(|a| f64::from(u8::from(a == i)))
+}
+
+fn corner(new: &[f64; 4], old: &[f64; 4], heights: &[f64; 4]) -> Corner {
+    [new[0], new[1], new[2], new[3], old[1], old[2], old[3], super::overlay::dot(old, heights)]
+}
+
+impl Default for Polyhedron {
+    fn default() -> Self {
+        Self { corners: [[0.0; 8]; MOST], back: [0; 3 * MOST], n_corners: 0 }
+    }
+}
+
+/// The corner that a way comes from.
+fn start(way: Way) -> usize {
+    usize::from(way / 3)
+}
+
+/// The next way out of the same corner, in order about it.
+fn next(way: Way) -> Way {
+    if way % 3 == 2 { way - 2 } else { way + 1 }
+}
+
+impl Polyhedron {
+    fn become_tetrahedron(&mut self, corners: &[Corner; 4]) {
+        self.corners[..4].copy_from_slice(corners);
+        // From 0 to 1, 2, 3; from 1 to 0, 3, 2; from 2 to 0, 1, 3; from 3 to 0, 2, 1.
+        self.back[..12].copy_from_slice(&[3, 6, 9, 0, 11, 7, 1, 5, 10, 2, 8, 4]);
+        self.n_corners = 4;
+    }
+
+    /// The way after this one around the face on its side.
+    fn around(&self, way: Way) -> Way {
+        next(self.back[usize::from(way)])
+    }
+
+    /// Writes the part where the weight of this corner of the new tetrahedron is not negative.
+    ///
+    /// Only the signs of the weights decide who is joined to whom, so that rounding cannot tear the surface.
+    fn cut(&self, face: usize, part: &mut Self) {
+        let stays = |n: usize| self.corners[n][face] >= 0.0;
+        // The number of each corner that stays, and of each new one, by the way that it is on.
+        let (mut number, mut met) = ([0; MOST], [0; 3 * MOST]);
+        part.n_corners = 0;
+        for n in (0..self.n_corners).filter(|n| stays(*n)) {
+            number[n] = part.push(self.corners[n]);
+        }
+        for n in (0..self.n_corners).filter(|n| stays(*n)) {
+            for way in 3 * n as Way..3 * n as Way + 3 {
+                let end = start(self.back[usize::from(way)]);
+                if !stays(end) {
+                    met[usize::from(way)] = part.push(towards(&self.corners[n], &self.corners[end], face));
+                }
+            }
+        }
+        for n in (0..self.n_corners).filter(|n| stays(*n)) {
+            for k in 0..3 {
+                self.join((n, k), &stays, (&number, &met), part);
+            }
+        }
+    }
+
+    /// Joins a corner that stays along one of its edges: to the corner at its end if that stays too, else to the new corner on
+    /// it; and that one to the next new corner around the face.
+    fn join(
+        &self,
+        (n, k): (usize, usize),
+        stays: &impl Fn(usize) -> bool,
+        (number, met): (&[Way; MOST], &[Way; 3 * MOST]),
+        part: &mut Self,
+    ) {
+        let way = (3 * n + k) as Way;
+        let own = usize::from(3 * number[n]) + k;
+        let back = self.back[usize::from(way)];
+        if stays(start(back)) {
+            part.back[own] = 3 * number[start(back)] + back % 3;
+            return;
+        }
+        let new = 3 * met[usize::from(way)];
+        part.back[own] = new;
+        part.back[usize::from(new)] = own as Way;
+        let mut on = self.around(way);
+        while !stays(start(self.back[usize::from(on)])) {
+            on = self.around(on);
+        }
+        let other = 3 * met[usize::from(self.back[usize::from(on)])];
+        part.back[usize::from(new) + 1] = other + 2;
+        part.back[usize::from(other) + 2] = new + 1;
+    }
+
+    fn push(&mut self, corner: Corner) -> Way {
+        self.corners[self.n_corners] = corner;
+        self.n_corners += 1;
+        self.n_corners as Way - 1
+    }
+
+    /// Visits tetrahedra that make it up: from its first corner to the triangles of the faces that do not meet there.
+    fn tetrahedra(&self, mut visit: impl FnMut(&[Corner; 4])) {
+        let mut is_seen = [false; 3 * MOST];
+        let mut face = [0; 3 * MOST];
+        for first in 0..3 * self.n_corners {
+            if is_seen[first] {
+                continue;
+            }
+            let (mut n, mut way) = (0, first as Way);
+            while !is_seen[usize::from(way)] {
+                is_seen[usize::from(way)] = true;
+                face[n] = start(way);
+                (n, way) = (n + 1, self.around(way));
+            }
+            if face[..n].contains(&0) {
+                continue;
+            }
+            for pair in face[1..n].windows(2) {
+                visit(&[0, face[0], pair[0], pair[1]].map(|corner| self.corners[corner]));
+            }
+        }
+    }
+}
+
+/// Where the way to a corner beyond a face meets the face.
+fn towards(from: &Corner, beyond: &Corner, face: usize) -> Corner {
+    let t = from[face] / (from[face] - beyond[face]);
+    let mut met: Corner = std::array::from_fn(|i| from[i] + t * (beyond[i] - from[i]));
+    met[face] = 0.0;
+    met
+}
+
+/// Integrals from which the others follow, because the shape functions of a tetrahedron add up to 1.
+///
+/// Rows are those of N₀, N₁, N₂ and 1, columns those of N₀, N₁, N₂, 1, λ₁, λ₂ and λ₃; the last is not used.
+#[derive(Default)]
+struct Sums([[f64; 8]; 4]);
+
+impl Sums {
+    /// Adds those over a tetrahedron with these corners.
+    ///
+    /// The mean of a cubic function is [9 Σ f((c + S)/6)  − 16 f(S/4)]/20 with S = Σc, exactly (Keast): with homogeneous
+    /// functions, 1 standing for the corner's own weight, [Σ f(2c + S)/6 − f(S)]·(1/80).
+    fn add(&mut self, corners: &[Corner; 4]) {
+        let share = share(corners) / 80.0;
+        let mut corners = *corners;
+        corners.iter_mut().for_each(|corner| corner[3] = 1.0);
+        let sum: Corner = std::array::from_fn(|i| corners[0][i] + corners[1][i] + corners[2][i] + corners[3][i]);
+        self.add_point(&sum, -share);
+        for corner in &corners {
+            self.add_point(&std::array::from_fn(|i| 2.0 * corner[i] + sum[i]), share / 6.0);
+        }
+    }
+
+    fn add_point(&mut self, point: &Corner, weight: f64) {
+        let density = weight * point[7];
+        for (row, by) in self.0.iter_mut().zip(point) {
+            let by = density * by;
+            for (sum, value) in row.iter_mut().zip(point) {
+                *sum += by * value;
+            }
+        }
+    }
+
+    fn moments(&self) -> Moments {
+        let rows = &self.0;
+        let one = rows[3];
+        let last: [f64; 8] = std::array::from_fn(|i| one[i] - rows[0][i] - rows[1][i] - rows[2][i]);
+        let all = [rows[0], rows[1], rows[2], last];
+        let inertia = all.map(|row| [row[0], row[1], row[2], row[3] - row[0] - row[1] - row[2]]);
+        let parts = |row: [f64; 8]| [row[3] - row[4] - row[5] - row[6], row[4], row[5], row[6]];
+        Moments { inertia, mixed: all.map(parts), corner_mass: parts(one) }
+    }
+}
+
+/// Volume of a tetrahedron as a part of that of the old one.
+fn share(corners: &[Corner; 4]) -> f64 {
+    let [a, b, c, d] = corners;
+    let [u, v, w] = [b, c, d].map(|other| [other[4] - a[4], other[5] - a[5], other[6] - a[6]]);
+    u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0]) + u[2] * (v[0] * w[1] - v[1] * w[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bodies::Random;
+    use super::super::cell::Cell;
+    use super::super::overlay::{Cutter, dot, inertia};
+    use super::*;
+    use crate::algebra::{Vector3, det};
+    use crate::mesh::{Grid, NodeId, Simplex, Split, edges};
+
+    const IDS: Simplex = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];
+    const HEIGHTS: [f64; 4] = [1.0, 3.0, 0.5, 2.0];
+
+    fn tetrahedron(corners: [[f64; 3]; 4]) -> Cell<3> {
+        Cell::of(&corners.map(Vector3::from), &IDS)
+    }
+
+    fn old() -> Cell<3> {
+        tetrahedron([[0.0, 0.0, 0.0], [2.0, 0.1, 0.0], [0.4, 1.9, 0.2], [0.3, 0.2, 1.8]])
+    }
+
+    /// The integrals by cells of a fine grid.
+    fn summed(old: &Cell<3>, new: &Cell<3>) -> [[[f64; 4]; 4]; 2] {
+        const N: usize = 150;
+        let step = 2.0 / N as f64;
+        let volume = det(&edges(&old.corners, &IDS)) / 6.0;
+        let mut sums = [[[0.0; 4]; 4]; 2];
+        for [i, j, k] in (0..N * N * N).map(|n| [n % N, n / N % N, n / N / N]) {
+            let p = Vector3::new(i as f64 + 0.5, j as f64 + 0.5, k as f64 + 0.5) * step;
+            let [lambda, n] = [old.weights(&p), new.weights(&p)];
+            if lambda.iter().chain(&n).all(|w| *w > 0.0) {
+                let mass = dot(&lambda, &HEIGHTS) * step.powi(3) / volume;
+                for (a, b) in (0..16).map(|k| (k / 4, k % 4)) {
+                    sums[0][a][b] += mass * n[a] * n[b];
+                    sums[1][a][b] += mass * n[a] * lambda[b];
+                }
+            }
+        }
+        sums
+    }
+
+    #[test]
+    fn moments_of_overlaps_are_those_of_a_fine_grid() {
+        for new in [
+            [[0.3, 0.3, 0.1], [0.9, 0.4, 0.2], [0.5, 0.8, 0.2], [0.4, 0.4, 0.7]],
+            [[-2.9, -2.8, -2.5], [7.9, -2.7, -2.0], [-1.3, 8.9, -2.2], [-1.5, -1.4, 9.0]],
+            [[-0.5, 1.1, 0.4], [1.2, -0.7, 0.1], [1.9, 1.7, 0.3], [0.7, 0.6, 1.9]],
+            [[1.5, 0.5, -0.4], [0.2, 1.0, 0.3], [-0.5, 0.5, -0.2], [0.8, -0.2, 1.1]],
+        ] {
+            let (old, new) = (old(), tetrahedron(new));
+            assert!(new.is_upright);
+            let found = Cutter::default().moments(&old, &HEIGHTS, &new).unwrap();
+            let [inertia, mixed] = summed(&old, &new);
+            for (a, b) in (0..16).map(|k| (k / 4, k % 4)) {
+                assert!((found.inertia[a][b] - inertia[a][b]).abs() < 5e-4, "{found:?} {inertia:?}");
+                assert!((found.mixed[a][b] - mixed[a][b]).abs() < 5e-4, "{found:?} {mixed:?}");
+            }
+        }
+        let apart = tetrahedron([[2.0, 2.0, 2.0], [2.5, 2.0, 2.0], [2.0, 2.5, 2.0], [2.0, 2.0, 2.5]]);
+        assert!(Cutter::default().moments(&old(), &HEIGHTS, &apart).is_none());
+    }
+
+    #[test]
+    fn the_inertia_of_a_whole_tetrahedron_is_that_of_its_overlap_with_itself() {
+        let found = Cutter::default().moments(&old(), &HEIGHTS, &old()).unwrap();
+        for (a, b) in (0..16).map(|k| (k / 4, k % 4)) {
+            assert!((found.inertia[a][b] - inertia::<3>(&HEIGHTS)[a][b]).abs() < 1e-15);
+            assert!((found.mixed[a][b] - found.inertia[a][b]).abs() < 1e-15);
+        }
+        assert!((found.corner_mass.iter().sum::<f64>() - 6.5 / 4.0).abs() < 1e-15);
+    }
+
+    /// What the elements of a grid over the cube of ±2 have of a tetrahedron.
+    fn given(cutter: &mut Cutter, old: &Cell<3>, new: &[Cell<3>]) -> [f64; 4] {
+        let mut sum = [0.0; 4];
+        for moments in new.iter().filter_map(|new| cutter.moments(old, &HEIGHTS, new)) {
+            let rows = moments.inertia.map(|row| row.iter().sum::<f64>());
+            let whole: f64 = moments.corner_mass.iter().sum();
+            assert!((rows.iter().sum::<f64>() - whole).abs() < 1e-15 && whole > -1e-16);
+            (0..4).for_each(|a| sum[a] += moments.corner_mass[a]);
+        }
+        sum
+    }
+
+    fn cover(planes: &[f64], split: Split) -> Vec<Cell<3>> {
+        let planes = [planes.to_vec(), planes.to_vec(), planes.to_vec()];
+        let (points, elements) = Grid { planes, filled: Box::new(|_| true) }.split(split);
+        elements.iter().map(|nodes| Cell::of(&points, nodes)).collect()
+    }
+
+    #[test]
+    fn the_parts_of_a_tetrahedron_add_up_to_it_wherever_it_touches_and_however_flat_it_is() {
+        let mut random = Random::new(1);
+        let mut cutter = Cutter::default();
+        let whole = inertia::<3>(&HEIGHTS).map(|row| row.iter().sum::<f64>());
+        let mut worst = 0.0_f64;
+        for (planes, split) in [
+            (&[-2.0, -1.0, 0.0, 1.0, 2.0][..], Split::Kuhn),
+            (&[-2.0, -1.0, 0.0, 1.0, 2.0], Split::Centred),
+            (&[-2.0, -0.5, -1e-7, 1e-7, 2.0], Split::Kuhn),
+            (&[-2.0, 2.0], Split::Centred),
+        ] {
+            let new = cover(planes, split);
+            for n in 0..300 {
+                // On points of the grid, halfway between them, and anywhere; some of them nearly flat.
+                let mut coordinate = || match n % 3 {
+                    0 => (5.0 * random.next()).floor() - 2.0,
+                    1 => 0.5 * (9.0 * random.next()).floor() - 2.0,
+                    _ => 4.0 * random.next() - 2.0,
+                };
+                let mut corners = [[0.0; 3]; 4].map(|corner| corner.map(|_| coordinate()));
+                if n % 4 == 0 {
+                    corners.iter_mut().for_each(|corner| corner[2] *= 1e-7);
+                }
+                let old = tetrahedron(corners);
+                if old.is_upright {
+                    let sum = given(&mut cutter, &old, &new);
+                    (0..4).for_each(|a| worst = worst.max((sum[a] - whole[a]).abs()));
+                }
+            }
+        }
+        assert!(worst < 1e-14, "{worst:e}");
+    }
+
+    #[test]
+    fn cuts_keep_the_surface_closed_whatever_the_signs_are() {
+        let mut random = Random::new(2);
+        let (mut from, mut to) = (Polyhedron::default(), Polyhedron::default());
+        for _ in 0..2000 {
+            from.become_tetrahedron(&[[0.0; 8]; 4]);
+            for face in 0..4 {
+                for n in 0..from.n_corners {
+                    from.corners[n][face] = random.next() - 0.5;
+                }
+                from.cut(face, &mut to);
+                let ways = 3 * to.n_corners;
+                for way in 0..ways as Way {
+                    let back = to.back[usize::from(way)];
+                    assert!(usize::from(back) < ways && to.back[usize::from(back)] == way);
+                }
+                std::mem::swap(&mut from, &mut to);
+            }
+            from.tetrahedra(|_| ());
+        }
+    }
+}
