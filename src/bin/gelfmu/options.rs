@@ -108,7 +108,7 @@ pub const DEMO_SCENE: &str = "ball-square";
 #[derive(Debug, Args)]
 pub struct DemoOptions {
     /// Name of a built-in scene, or path of a scene file (`ball-square` if absent); without a [remesh] table it is given
-    /// remesh.quality=0.3
+    /// remesh.quality=0.05 and remesh.compression=0
     pub scene: Option<String>,
     /// Exchange the mesh at this time, s, worn or not, and draw that (the first exchange if absent)
     #[arg(long, value_name = "TIME", value_parser = positive)]

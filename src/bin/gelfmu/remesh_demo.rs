@@ -11,6 +11,9 @@ use ballistic_gel::simulation::{CouplingMode, Rehearsal, Simulation};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
+/// What wears a mesh out in a scene that never exchanges it: the pictures are of one that could hardly go on.
+const AT_ITS_END: [(&str, &str); 2] = [("remesh.quality", "0.05"), ("remesh.compression", "0.0")];
+
 /// Runs to the exchange that is asked for and draws it.
 pub fn show(options: &DemoOptions, console: &Console) -> Result<(), Failure> {
     let name = options.scene.as_deref().unwrap_or(DEMO_SCENE);
@@ -44,7 +47,7 @@ fn scene(name: &str, options: &DemoOptions) -> Result<Source, Failure> {
     if source.scene.remesh.is_some() {
         return Ok(source);
     }
-    overrides.push(set("remesh.quality", "0.3".to_owned()));
+    overrides.extend(AT_ITS_END.map(|(key, value)| set(key, value.to_owned())));
     source::load(name, &overrides)
 }
 

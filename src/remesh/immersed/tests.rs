@@ -204,7 +204,7 @@ proptest! {
         let (steps, found) = made(&old, &size);
         let upright = |e: &crate::mesh::Simplex| signed_volume(&steps.proposal.position, e) > 0.0;
         prop_assert!(steps.proposal.elements.iter().all(upright));
-        let too_coarse = matches!(found, Err(Rejected::Area { .. } | Rejected::Parts { .. } | Rejected::Loops { .. }));
+        let too_coarse = matches!(found, Err(Rejected::Measure { .. } | Rejected::Parts { .. } | Rejected::Loops { .. }));
         prop_assert!(found.is_ok() || too_coarse, "{:?}", found);
     }
 }
