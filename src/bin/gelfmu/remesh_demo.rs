@@ -9,7 +9,7 @@ use ballistic_gel::output::{self, Figures, OutputError};
 use ballistic_gel::scene::{Dimension, Override};
 use ballistic_gel::simulation::{CouplingMode, Rehearsal, Simulation};
 use serde_json::json;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// What wears a mesh out in a scene that never exchanges it: the pictures are of one that could hardly go on.
 const AT_ITS_END: [(&str, &str); 2] = [("remesh.quality", "0.05"), ("remesh.compression", "0.0")];
@@ -71,7 +71,7 @@ fn unwritable(error: OutputError) -> Failure {
     RunError::Output(error).into()
 }
 
-fn words(figures: &Figures, page: &PathBuf) -> String {
+fn words(figures: &Figures, page: &Path) -> String {
     let Figures { time, elements, least_quality, methods } = figures;
     let mut lines = vec![format!(
         "at {:.4} ms a mesh of {elements} elements ends, its worst of quality {least_quality:.3}",

@@ -57,38 +57,43 @@ fn legend(scale: &Scale) -> String {
     )
 }
 
+/// A figure: what it is, and how it is written.
+type Row = (&'static str, fn(&Change) -> String);
+const ROWS: [Row; 10] = [
+    ("Elements", |c| c.elements.to_string()),
+    ("Least quality", |c| ratio(c.least_quality)),
+    ("Least angle", |c| format!("{:.1}°", c.least_angle)),
+    ("Change of area", |c| ratio(c.area)),
+    ("Mass without a place", |c| ratio(c.mass)),
+    ("Momentum that appeared, before any correction", |c| ratio(c.momentum)),
+    ("Change of kinetic energy", |c| ratio(c.kinetic)),
+    ("Change of stored energy", |c| ratio(c.stored)),
+    ("Elements that are old ones", |c| ratio(c.unchanged)),
+    ("Attempt", |c| c.attempt.to_string()),
+];
+
 /// The figures of both methods beside each other.
 fn table(figures: &Figures) -> String {
-    type Row = (&'static str, fn(&Change) -> String);
-    const ROWS: [Row; 10] = [
-        ("Elements", |c| c.elements.to_string()),
-        ("Least quality", |c| ratio(c.least_quality)),
-        ("Least angle", |c| format!("{:.1}°", c.least_angle)),
-        ("Change of area", |c| ratio(c.area)),
-        ("Mass without a place", |c| ratio(c.mass)),
-        ("Momentum that appeared, before any correction", |c| ratio(c.momentum)),
-        ("Change of kinetic energy", |c| ratio(c.kinetic)),
-        ("Change of stored energy", |c| ratio(c.stored)),
-        ("Elements that are old ones", |c| ratio(c.unchanged)),
-        ("Attempt", |c| c.attempt.to_string()),
-    ];
     let named = |method: RemeshMethod| match method {
         RemeshMethod::Retained => "retained",
         RemeshMethod::Immersed => "immersed",
     };
-    let head: String = figures.methods.iter().map(|o| format!("<th>{}</th>", named(o.method))).collect();
+    let head: Vec<String> = figures.methods.iter().map(|o| format!("<th>{}</th>", named(o.method))).collect();
     let refused =
         figures.methods.iter().filter_map(|outcome| outcome.refused.as_ref().map(|why| (outcome.method, why)));
-    let refused: String =
+    let refused: Vec<String> =
         refused.map(|(method, why)| format!("<p>No {} mesh: {}.</p>\n", named(method), escape(why))).collect();
     let cells = |value: fn(&Change) -> String| -> String {
         let cell = |change: Option<&Change>| format!("<td>{}</td>", change.map_or_else(|| "–".to_owned(), value));
         figures.methods.iter().map(|outcome| cell(outcome.mesh.as_ref())).collect()
     };
-    let rows: String =
+    let rows: Vec<String> =
         ROWS.iter().map(|(name, value)| format!("<tr><th>{name}</th>{}</tr>\n", cells(*value))).collect();
     format!(
-        "<section><h2>In numbers</h2>\n<p>Shares of what there was before.</p>\n{refused}<div class=\"wide\"><table>\n\
-         <thead><tr><th></th>{head}</tr></thead>\n<tbody>\n{rows}</tbody></table></div></section>\n"
+        "<section><h2>In numbers</h2>\n<p>Shares of what there was before.</p>\n{}<div class=\"wide\"><table>\n\
+         <thead><tr><th></th>{}</tr></thead>\n<tbody>\n{}</tbody></table></div></section>\n",
+        refused.concat(),
+        head.concat(),
+        rows.concat()
     )
 }

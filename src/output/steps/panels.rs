@@ -304,7 +304,9 @@ fn edges(drawing: &mut Drawing, triangles: &Triangles) {
     let mut lengths: Vec<f64> = edges.iter().map(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1])).collect();
     lengths.sort_by(f64::total_cmp);
     let pen = thin(drawing, lengths.get(lengths.len() / 2).copied().unwrap_or(0.0));
-    edges.iter().for_each(|ends| drawing.line(*ends, &pen));
+    for ends in &edges {
+        drawing.line(*ends, &pen);
+    }
 }
 
 /// A pen for edges of this length: finer and paler where they are a few pixels long.

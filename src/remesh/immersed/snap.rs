@@ -47,34 +47,38 @@ pub fn snapped(
     background: &Background,
     distance: &[f64],
 ) -> Result<Immersed, RemeshError> {
-    let boundary = Boundary::of(old);
     let is_near = |p: usize| distance[p].abs() < SNAP * background.size[p];
-    let mut close: Vec<usize> = (0..background.points.len()).filter(|p| is_near(*p)).collect();
+    let (mut close, far): (Vec<usize>, Vec<usize>) = (0..background.points.len()).partition(|p| is_near(*p));
     close.sort_by(|a, b| distance[*a].abs().total_cmp(&distance[*b].abs()).then(a.cmp(b)));
-    let of_features = features(old).map(|(node, feature)| {
-        let always = feature == Feature::Always;
-        Wish { place: boundary.node(node), size: size[node], always }
-    });
-    let mut wishes: Vec<Wish> = of_features.collect();
-    wishes.sort_by_key(|wish| !wish.always);
-    for p in close {
-        if let Some(place) = boundary.foot(&background.points[p]) {
-            wishes.push(Wish { place, size: background.size[p], always: false });
-        }
-    }
-    let places: Vec<Place> = granted(&wishes);
+    let places = granted(&wishes((old, size), background, &close));
     let near = Near::points(places.iter().map(|place| place.at));
-    let has_room = |p: usize| {
-        let (point, reach) = (&background.points[p], SPACE * background.size[p]);
+    let has_room = |p: &usize| {
+        let (point, reach) = (&background.points[*p], SPACE * background.size[*p]);
         !near.any(&Bounds::about(point, reach), |i| apart(&places[i].at, point) < reach)
     };
-    let free: Vec<usize> = (0..background.points.len()).filter(|p| !is_near(*p) && has_room(*p)).collect();
+    let free: Vec<usize> = far.into_iter().filter(has_room).collect();
     let points: Vec<Point> =
         places.iter().map(|place| place.at).chain(free.iter().map(|p| background.points[*p])).collect();
     let origin = places.iter().map(|place| place.origin).chain(free.iter().map(|_| Origin::Inside)).collect();
     let distance = places.iter().map(|_| 0.0).chain(free.iter().map(|p| distance[*p])).collect();
     let triangles = delaunay::of_points(&points)?;
     Ok(Immersed { points, origin, distance, triangles })
+}
+
+/// The places on the boundary that want to be points: features of any mesh, then corners of this moment, then the nearest places of
+/// these points.
+fn wishes((old, size): (&Moved<'_, 2>, &[f64]), background: &Background, close: &[usize]) -> Vec<Wish> {
+    let boundary = Boundary::of(old);
+    let of_feature =
+        |(node, feature)| Wish { place: boundary.node(node), size: size[node], always: feature == Feature::Always };
+    let mut wishes: Vec<Wish> = features(old).map(of_feature).collect();
+    wishes.sort_by_key(|wish| !wish.always);
+    let of_point = |p: &usize| {
+        let place = boundary.foot(&background.points[*p])?;
+        Some(Wish { place, size: background.size[*p], always: false })
+    };
+    wishes.extend(close.iter().filter_map(of_point));
+    wishes
 }
 
 /// The places of those who have room beside those before them.
