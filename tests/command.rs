@@ -118,47 +118,6 @@ fn a_command_line_that_makes_no_sense_is_json_too() {
 }
 
 #[test]
-fn remesh_demo_draws_the_steps_of_an_exchange() {
-    let folder = folder();
-    let coarse = ["--set", "mesh.size=5e-3", "--set", "projectile.velocity=[0, 0, -20]"];
-    let said = gelfmu_in(
-        folder.path(),
-        &[&["remesh-demo", "--at", "0.8e-3", "--output", "steps", "--json"], coarse.as_slice()].concat(),
-    );
-    assert_eq!(said.status, Some(0), "{}", said.err);
-    let figures = &json(&said.out)["figures"];
-    assert!((figures["time"].as_f64().unwrap() - 0.8e-3).abs() < 1e-5, "{figures}");
-    for (i, method) in ["immersed", "retained"].iter().enumerate() {
-        let outcome = &figures["methods"][i];
-        assert_eq!(outcome["method"], *method);
-        assert!(outcome["mesh"]["elements"].as_u64() > Some(100), "{outcome}");
-        assert!(outcome["mesh"]["momentum"].as_f64().unwrap() < 1e-12, "{outcome}");
-    }
-    let page = std::fs::read_to_string(folder.path().join("steps/index.html")).unwrap();
-    let pictures: Vec<&str> = page.split("src=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
-    assert_eq!(pictures.len(), 22);
-    for picture in pictures {
-        let bytes = std::fs::read(folder.path().join("steps").join(picture)).unwrap();
-        assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 1000, "{picture}");
-    }
-}
-
-#[test]
-fn remesh_demo_says_why_there_is_nothing_to_draw() {
-    let said = gelfmu(&["remesh-demo", "sphere-block"]);
-    assert_eq!(said.status, Some(2));
-    assert!(said.err.starts_with("error: scene sphere-block: found a spatial gel, expected a planar"), "{}", said.err);
-    let slow = ["--set", "mesh.size=5e-3", "--set", "projectile.velocity=[0, 0, -0.1]"];
-    let said = gelfmu(&[&["remesh-demo", "ball-square", "--quiet"], slow.as_slice()].concat());
-    assert_eq!(said.status, Some(1));
-    assert!(
-        said.err.contains("the mesh is not worn up to scene.end_time, 0.002 s: give a time with --at"),
-        "{}",
-        said.err
-    );
-}
-
-#[test]
 fn a_folder_that_cannot_be_used_is_bad_input() {
     let folder = folder();
     std::fs::write(folder.path().join("file"), "").unwrap();

@@ -72,6 +72,9 @@ fn a_disc_runs_on_by_the_mesh_of_the_paper() {
     assert!(changes.iter().all(|change| change.abs() < 1e-3), "{changes:?}");
 }
 
+/// The finest step of the mesh of `FOUR` at rest, s, which an exchange may be late by.
+const LATE: f64 = 2e-5;
+
 /// Four exchanges at given times, without adaptivity and whatever the mesh is like: figure 7 of the paper.
 const FOUR: [&str; 6] = [
     "mesh.size=2.5e-3",
@@ -89,7 +92,7 @@ fn meshes_are_exchanged_at_given_times_and_at_no_others() {
         let done = run(&scene, (1, 1));
         let times: Vec<f64> = done.renewals().iter().map(|renewal| renewal.time).collect();
         let late = |k: usize| times[k] - 0.4e-3 * (k + 1) as f64;
-        assert!(times.len() == 4 && (0..4).all(|k| (-1e-12..1e-6).contains(&late(k))), "{method}: {times:?}");
+        assert!(times.len() == 4 && (0..4).all(|k| (-1e-12..LATE).contains(&late(k))), "{method}: {times:?}");
         check_books(&done.observe());
         for how in [(7, 1), (200, 2)] {
             assert_eq!(run(&scene, how).digest(), done.digest(), "{method}: {how:?}");
@@ -103,7 +106,7 @@ fn a_gel_at_rest_gets_its_mesh_in_time_whatever_the_communication_steps() {
     let scene = changed("ball-square", &[FOUR.as_slice(), &early].concat());
     let done = run(&scene, (1, 1));
     let times: Vec<f64> = done.renewals().iter().map(|renewal| renewal.time).collect();
-    assert!(times.len() == 2 && (times[0] - 0.1e-3).abs() < 1e-6 && (times[1] - 0.47e-3).abs() < 1e-6, "{times:?}");
+    assert!(times.len() == 2 && (times[0] - 0.1e-3).abs() < LATE && (times[1] - 0.47e-3).abs() < LATE, "{times:?}");
     for steps in [3, 41] {
         assert_eq!(run(&scene, (steps, 1)).digest(), done.digest(), "{steps} steps");
     }

@@ -20,6 +20,15 @@ pub struct Wear {
     pub compression: f64,
 }
 
+/// What ends a mesh.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Ends {
+    /// When it is worn; `None` if it never is.
+    wear: Option<Wear>,
+    /// Ticks at or after which it ends whether it is worn or not, ascending.
+    at: Vec<Tick>,
+}
+
 /// How far an engine has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reached {
@@ -64,18 +73,18 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// From when on the mesh is worn, if ever. A queue never is.
     pub fn set_wear(&mut self, wear: Option<Wear>) {
-        self.wear = wear;
+        self.ends.wear = wear;
     }
 
     /// Times, s, at which the mesh ends whether it is worn or not, ascending: each at the first tick of its finest step at or after
     /// it, and where the mesh is 4 of these steps old. A queue knows none.
     pub fn set_exchanges(&mut self, times: &[f64]) {
-        self.exchanges = times.iter().map(|time| self.grid.first_tick(*time)).collect();
+        self.ends.at = times.iter().map(|time| self.grid.first_tick(*time)).collect();
     }
 
     /// The next tick at or after which this mesh ends.
     pub(super) fn next_exchange(&self) -> Option<Tick> {
-        self.exchanges.iter().copied().find(|due| *due > self.origin)
+        self.ends.at.iter().copied().find(|due| *due > self.origin)
     }
 
     /// Whether the mesh ends at this tick.
@@ -89,7 +98,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Whether the mesh is worn at this tick, so many finest steps old.
     fn is_worn(&self, tick: Tick, age: Tick) -> bool {
-        let Some(wear) = self.wear else { return false };
+        let Some(wear) = self.ends.wear else { return false };
         let part = if age < SHORTEST_LIFE.0 { HALF_WORN } else { 1.0 };
         let wear = Wear { quality: part * wear.quality, compression: part * wear.compression };
         let time = self.grid.time(tick);
@@ -190,8 +199,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             start: Some(*self.start()),
         };
         let mut new = Self::assemble((gel, self.rules), bodies, nodes, passage)?;
-        new.wear = self.wear;
-        new.exchanges.clone_from(&self.exchanges);
+        new.ends.clone_from(&self.ends);
         new.blocks = new.blocks.take().filter(|_| self.blocks.is_some());
         if let (Some(new), Some(old)) = (&mut new.blocks, &self.blocks) {
             (new.level, new.never_rest) = (old.level, old.never_rest);
