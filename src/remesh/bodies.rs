@@ -195,7 +195,6 @@ impl<const D: usize> Body<D> {
         let beside = |facet: &&Facet| facet.iter().all(|n| self.xi[n.index()][across] == p[across]);
         let found = self.mesh.facets.iter().filter(beside).map(|facet| {
             let corners = facet.map(|n| flat(&self.xi[n.index()]));
-            // Of the faces at the ends of an axis one turns the other way.
             let [a, b, c] = shape::shares([&corners[0], &corners[1], &corners[2]], &flat(p));
             (*facet, [a, b, c].map(|w| if w.abs() < 1e-14 { 0.0 } else { w }))
         });

@@ -60,6 +60,26 @@ impl<const D: usize> Cell<D> {
         weights
     }
 
+    /// Weights of the corners of another element; none if one of the sides has all of them beyond it or on it, and none in an
+    /// element that is not upright.
+    pub fn weights_of(&self, other: &Self) -> Option<[[f64; 4]; 4]> {
+        let mut weights = [[1.0, 0.0, 0.0, 0.0]; 4];
+        for (a, gradient) in self.gradients[..D].iter().enumerate() {
+            let mut is_apart = true;
+            for (weights, corner) in weights.iter_mut().zip(&other.corners[..=D]) {
+                let weight = gradient.dot(&(corner - self.corners[0]));
+                weights[a + 1] = weight;
+                weights[0] -= weight;
+                is_apart &= weight <= 0.0;
+            }
+            if is_apart {
+                return None;
+            }
+        }
+        let is_apart = weights[..=D].iter().all(|weights| weights[0] <= 0.0);
+        (!is_apart).then_some(weights)
+    }
+
     /// Square of the longest edge, m².
     pub fn longest_edge_squared(&self) -> f64 {
         let square = |[a, b]: &[usize; 2]| (self.corners[*b] - self.corners[*a]).norm_squared();

@@ -76,7 +76,9 @@ pub enum Rejected {
         after: usize,
     },
     /// Handles or pinches of the boundary were made or lost.
-    #[error("the Euler characteristic of the boundary was {before} and is {after}: a tunnel was opened or closed")]
+    #[error(
+        "the Euler characteristic of the boundary was {before} and is {after}: a tunnel was opened or closed, or walls touch"
+    )]
     Genus {
         /// In the old mesh.
         before: isize,
@@ -93,8 +95,7 @@ pub enum Rejected {
 
 /// Measures a new mesh against the old one where that is.
 ///
-/// In the plane the boundary is searched for crossings. In space it is not: there the Euler characteristic V − E + F of the
-/// boundary must be what it was.
+/// In the plane the boundary is searched for crossings. In space it is not: there its Euler characteristic must be what it was.
 ///
 /// # Errors
 /// The first thing it does not satisfy.
@@ -157,16 +158,13 @@ fn free_of_crossings<const D: usize>(facets: &[Facet], x: &[Vector<D>]) -> Resul
     }
 }
 
-/// Euler characteristic V − E + F of a surface of triangles: 2 of a ball's, 0 of a torus.
+/// V − F/2 of a closed surface of triangles: its Euler characteristic V − E + F, 2 of a ball's and 0 of a torus, because there
+/// are 3/2 edges per triangle; where it touches itself along edges these count as often as it passes there.
 fn characteristic(facets: &[Facet]) -> isize {
     let mut nodes: Vec<NodeId> = facets.iter().flatten().copied().collect();
-    let mut edges: Vec<[NodeId; 2]> =
-        facets.iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).map(|[a, b]| [*a.min(b), *a.max(b)]).collect();
     nodes.sort_unstable();
     nodes.dedup();
-    edges.sort_unstable();
-    edges.dedup();
-    nodes.len() as isize - edges.len() as isize + facets.len() as isize
+    nodes.len().cast_signed() - (facets.len() / 2).cast_signed()
 }
 
 /// Number of groups of nodes that these groups connect; nodes in none do not count.
@@ -204,16 +202,24 @@ mod tests {
     use super::super::samples::{rings, square};
     use super::super::{Moved, Origin};
     use super::*;
-    use crate::mesh::Mesh;
+    use crate::mesh::{Grid, Mesh, Split, uniform};
+
+    /// A cube of 3 × 3 × 3 cells without these.
+    fn cubes(empty: &'static [[usize; 3]]) -> Mesh<3> {
+        let axis = || uniform(0.0, 3.0, 1.0);
+        let filled = |cell: [usize; 3]| !empty.contains(&cell);
+        let (points, elements) = Grid { planes: [axis(), axis(), axis()], filled: Box::new(filled) }.split(Split::Kuhn);
+        Mesh::new(points, elements)
+    }
 
     const STRICT: Acceptance = Acceptance { measure: 1e-12, quality: 0.5 };
 
-    fn same(mesh: &Mesh<2>) -> Proposal<2> {
+    fn same<const D: usize>(mesh: &Mesh<D>) -> Proposal<D> {
         let origin = (0..mesh.rest.len() as u32).map(|n| Origin::Kept(NodeId(n))).collect();
         Proposal { position: mesh.rest.clone(), origin, elements: mesh.elements.clone() }
     }
 
-    fn judged(mesh: &Mesh<2>, new: &Proposal<2>, limits: &Acceptance) -> Result<Quality, Rejected> {
+    fn judged<const D: usize>(mesh: &Mesh<D>, new: &Proposal<D>, limits: &Acceptance) -> Result<Quality, Rejected> {
         judge(&Moved { mesh, position: &mesh.rest }, new, limits)
     }
 
@@ -261,5 +267,46 @@ mod tests {
         let mut new = same(&two);
         new.position.iter_mut().filter(|x| x[0] > 3.5).for_each(|x| *x -= Vector::<2>::new(1.2, 0.1));
         assert!(matches!(judged(&two, &new, &STRICT), Err(Rejected::Crossing { .. })));
+    }
+
+    #[test]
+    fn a_mesh_of_space_that_is_the_same_is_as_good_as_it_was() {
+        let mesh = cubes(&[[1, 1, 1]]);
+        let found = judged(&mesh, &same(&mesh), &STRICT).unwrap();
+        // A tetrahedron of Kuhn has the edges 1, 1, 1, √2, √2 and √3.
+        assert!((found.least - 12.0 * 0.25_f64.cbrt() / 10.0).abs() < 1e-12, "{}", found.least);
+        assert!((found.angle - 45.0).abs() < 1e-9, "{}", found.angle);
+        assert_eq!((found.change, found.parts, found.loops), (0.0, 1, 2));
+    }
+
+    #[test]
+    fn flat_poor_and_missing_tetrahedra_are_refused() {
+        let mesh = cubes(&[]);
+        let mut new = same(&mesh);
+        new.elements[3].swap(0, 1);
+        assert!(matches!(judged(&mesh, &new, &STRICT), Err(Rejected::Inverted { element: 3, .. })));
+        let mut new = same(&mesh);
+        let inner = new.position.iter().position(|x| *x == Vector::<3>::repeat(1.0)).unwrap();
+        new.position[inner].z += 0.8;
+        assert!(matches!(judged(&mesh, &new, &STRICT), Err(Rejected::Poor { found, .. }) if found < 0.4));
+        let mut new = same(&mesh);
+        new.elements.pop();
+        assert!(matches!(judged(&mesh, &new, &STRICT), Err(Rejected::Measure { change, .. }) if change < -0.005));
+    }
+
+    #[test]
+    fn tunnels_and_pinches_that_were_opened_or_closed_are_refused() {
+        let any = Acceptance { measure: 1.0, quality: 0.0 };
+        let through: &[[usize; 3]] = &[[1, 1, 0], [1, 1, 1], [1, 1, 2]];
+        let [whole, dented, tunnelled, hollow] =
+            [cubes(&[]), cubes(&through[..2]), cubes(through), cubes(&through[1..2])];
+        let found = |old: &Mesh<3>, new: &Mesh<3>| judged(old, &same(new), &any);
+        assert!(found(&whole, &dented).is_ok() && found(&dented, &whole).is_ok());
+        assert_eq!(found(&dented, &tunnelled), Err(Rejected::Genus { before: 2, after: 0 }));
+        assert_eq!(found(&tunnelled, &whole), Err(Rejected::Genus { before: 0, after: 2 }));
+        assert_eq!(found(&whole, &hollow), Err(Rejected::Loops { before: 1, after: 2 }));
+        // Two dents that touch along an edge.
+        let pinched = cubes(&[[0, 0, 2], [1, 1, 2]]);
+        assert_eq!(found(&whole, &pinched), Err(Rejected::Genus { before: 2, after: 1 }));
     }
 }

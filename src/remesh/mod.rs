@@ -3,6 +3,9 @@
 //! In the plane the old surface and the old nodes stay where they are good, and so do the elements between them. What is left
 //! is filled anew: long edges of the boundary are split, needless nodes left out ([`propose`]), middles of a quadtree's cells
 //! put where no point is near, joined by a constrained Delaunay triangulation, and trimmed to the boundary.
+//!
+//! How fine a mesh should be ([`curved`], [`graded`]), whether a new one may be taken ([`judge`]) and what it carries over
+//! ([`transfer()`]) is the same in the plane and in space.
 
 #[cfg(test)]
 mod bodies;

@@ -28,25 +28,12 @@ impl Cutter {
     ///
     /// The density has the values `heights`, kg, at the corners of the old element, times its measure.
     pub fn moments<const D: usize>(&mut self, old: &Cell<D>, heights: &[f64; 4], new: &Cell<D>) -> Option<Moments> {
-        let in_old = new.corners.map(|p| old.weights(&p));
-        if is_apart::<D>(&in_old) {
-            return None;
-        }
+        let in_old = old.weights_of(new)?;
         if D == 2 {
             return self.polygons.moments(&in_old, heights);
         }
-        // Along a flat new element nothing can be cut.
-        let in_new = old.corners.map(|p| new.weights(&p));
-        if !new.is_upright || is_apart::<D>(&in_new) {
-            return None;
-        }
-        self.polyhedra.moments(&in_old, &in_new, heights)
+        self.polyhedra.moments(&in_old, &new.weights_of(old)?, heights)
     }
-}
-
-/// Whether one of the sides of an element has another element with these weights beyond it.
-fn is_apart<const D: usize>(weights: &[[f64; 4]; 4]) -> bool {
-    (0..=D).any(|side| weights[..=D].iter().all(|w| w[side] <= 0.0))
 }
 
 /// ∫ρ N_i N_j of an element whose density has these values at its corners, times its measure, kg; 0 of a fourth corner in

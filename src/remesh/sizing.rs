@@ -141,7 +141,8 @@ mod tests {
     use super::super::samples;
     use super::super::shape::{Point, distance};
     use super::*;
-    use crate::mesh::NodeId;
+    use crate::algebra::Vector3;
+    use crate::mesh::{Grid, Mesh, NodeId, Split, uniform};
 
     #[test]
     fn sizes_grow_no_faster_than_asked_and_never_rise() {
@@ -187,5 +188,58 @@ mod tests {
         let field: Vec<Point> = mesh.rest.iter().map(|x| Point::new(3.0 * x[0] + x[1], 7.0)).collect();
         let range = Range { least: 1e-3, greatest: 0.05 };
         assert!(curved(&old, &bends(&old, &[&field]), 0.2, &range).iter().all(|h| *h == 0.05));
+    }
+
+    fn cube(n: usize) -> Mesh<3> {
+        let axis = || uniform(0.0, 1.0, 1.0 / n as f64);
+        let (points, elements) =
+            Grid { planes: [axis(), axis(), axis()], filled: Box::new(|_| true) }.split(Split::Kuhn);
+        Mesh::new(points, elements)
+    }
+
+    #[test]
+    fn sizes_in_space_grow_no_faster_than_asked() {
+        let mesh = cube(8);
+        let old = Moved { mesh: &mesh, position: &mesh.rest };
+        let asked = mesh.rest.iter().map(|x| if x.norm() < 1e-9 { 0.01 } else { 1.0 }).collect();
+        let size = graded(&old, asked, 0.2);
+        for (e, [a, b]) in mesh.elements.iter().flat_map(|e| edges::<3>().iter().map(move |edge| (e, edge))) {
+            let [a, b] = [a, b].map(|corner| e[*corner].index());
+            let most = 0.2 * (mesh.rest[a] - mesh.rest[b]).norm();
+            assert!((size[a] - size[b]).abs() <= most * (1.0 + 1e-12));
+        }
+        // Along the edges and the diagonals of Kuhn the way is straight.
+        for far in [Vector3::x(), Vector3::new(0.0, 1.0, 1.0), Vector3::repeat(1.0)] {
+            let node = mesh.rest.iter().position(|x| *x == far).unwrap();
+            assert!((size[node] - 0.01 - 0.2 * far.norm()).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_bent_field_of_space_asks_for_small_elements_where_it_bends_and_a_plane_one_for_nothing() {
+        let mesh = cube(8);
+        let old = Moved { mesh: &mesh, position: &mesh.rest };
+        let range = Range { least: 1e-3, greatest: 1.0 };
+        let field =
+            |f: &dyn Fn(&Vector3) -> f64| -> Vec<Vector3> { mesh.rest.iter().map(|x| Vector3::y() * f(x)).collect() };
+        let edge = (3.0 + 2.0 * 2.0_f64.sqrt() + 3.0_f64.sqrt()) / 48.0;
+        let size = curved(&old, &[&field(&|x| (x.z - 0.5).abs())], 0.2, &range);
+        for (x, h) in mesh.rest.iter().zip(&size) {
+            let away = (x.z - 0.5).abs();
+            let expected = if away < 0.07 { Some(0.5 * edge) } else { (away > 0.3).then_some(2.0 * edge) };
+            assert!(expected.is_none_or(|expected| (h - expected).abs() < 1e-12), "{h} at {x}");
+        }
+        let plane = curved(&old, &[&field(&|x| 3.0 * x.x + x.y - 2.0 * x.z)], 0.2, &range);
+        assert!(plane.iter().all(|h| (h - 2.0 * edge).abs() < 1e-12));
+    }
+
+    #[test]
+    fn the_angle_between_graphs_is_that_of_their_normals() {
+        let (a, b) = (Vector::<2>::new(0.3, -0.8), Vector::<2>::new(-1.1, 0.4));
+        let [n, m] = [a, b].map(|a| Vector3::new(-a[0], -a[1], 1.0));
+        assert!((between(&a, &b) - n.angle(&m)).abs() < 1e-14);
+        // In space as in the plane, where both slopes lie in one.
+        let [a, b] = [a, b].map(|a| Vector3::new(a[0], 0.0, a[1]));
+        assert!((between(&a, &b) - n.angle(&m)).abs() < 1e-14);
     }
 }

@@ -52,7 +52,7 @@ impl<const D: usize> Balance<'_, D> {
         let mut missing = vec![Vector::<D>::zeros(); velocity.len()];
         for (nodes, same) in self.new.0.iter().zip(&self.new.1.same) {
             let Some(same) = same else { continue };
-            let lag = self.lag(nodes, same, velocity);
+            let lag = self.lag(nodes, *same, velocity);
             if lag == [Vector::<D>::zeros(); 4] {
                 continue;
             }
@@ -72,7 +72,7 @@ impl<const D: usize> Balance<'_, D> {
     }
 
     /// v_old − v at the corners of an unchanged element; none at a fourth of the plane.
-    fn lag(&self, nodes: &Simplex, same: &Same, velocity: &[Vector<D>]) -> [Vector<D>; 4] {
+    fn lag(&self, nodes: &Simplex, same: Same, velocity: &[Vector<D>]) -> [Vector<D>; 4] {
         let old = same.turned(&self.old.0[same.element.index()]);
         let mut lag = [Vector::<D>::zeros(); 4];
         for (lag, (was, now)) in lag.iter_mut().zip(old.iter().zip(&nodes[..=D])) {

@@ -26,10 +26,9 @@ pub(super) fn smooth(complex: &mut Complex, point: u32) -> bool {
         });
         shapes.fold(f64::INFINITY, f64::min)
     };
-    let best = WAYS
-        .map(|way| (worst_at(&moved(way)), way))
-        .into_iter()
-        .fold((worst, 0.0), |best, next| if next.0 > best.0 { next } else { best });
+    let best = WAYS.map(|way| (worst_at(&moved(way)), way)).into_iter().fold((worst, 0.0), |best, next| {
+        if next.0 > best.0 { next } else { best }
+    });
     let is_better = best.0 > GAIN * worst.max(0.0) && best.0 > worst + 1e-6;
     if is_better {
         complex.shift(point, moved(best.1));
