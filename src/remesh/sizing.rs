@@ -223,13 +223,13 @@ mod tests {
         let field =
             |f: &dyn Fn(&Vector3) -> f64| -> Vec<Vector3> { mesh.rest.iter().map(|x| Vector3::y() * f(x)).collect() };
         let edge = (3.0 + 2.0 * 2.0_f64.sqrt() + 3.0_f64.sqrt()) / 48.0;
-        let size = curved(&old, &[&field(&|x| (x.z - 0.5).abs())], 0.2, &range);
+        let size = curved(&old, &bends(&old, &[&field(&|x| (x.z - 0.5).abs())]), 0.2, &range);
         for (x, h) in mesh.rest.iter().zip(&size) {
             let away = (x.z - 0.5).abs();
             let expected = if away < 0.07 { Some(0.5 * edge) } else { (away > 0.3).then_some(2.0 * edge) };
             assert!(expected.is_none_or(|expected| (h - expected).abs() < 1e-12), "{h} at {x}");
         }
-        let plane = curved(&old, &[&field(&|x| 3.0 * x.x + x.y - 2.0 * x.z)], 0.2, &range);
+        let plane = curved(&old, &bends(&old, &[&field(&|x| 3.0 * x.x + x.y - 2.0 * x.z)]), 0.2, &range);
         assert!(plane.iter().all(|h| (h - 2.0 * edge).abs() < 1e-12));
     }
 
