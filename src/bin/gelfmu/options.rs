@@ -53,6 +53,11 @@ pub enum Command {
     Pack(PackOptions),
     /// Draw the steps of an exchange of the mesh: run a planar or axisymmetric scene until its mesh is worn, and write a page of
     /// pictures
+    ///
+    /// The pictures are those of figure 6 of the paper, of the whole gel and of what is around the worst element: the worn mesh,
+    /// the bends of the fields and the target sizes, the quadtree, the Delaunay triangulation of its points, the signed
+    /// distance, the gel immersed and cut out, and the velocity on the old mesh and on the new ones of both methods.
+    /// `index.html` shows them in order with their figures.
     RemeshDemo(DemoOptions),
     /// List the built-in scenes, or print one
     Scenes {
@@ -100,11 +105,6 @@ pub struct RunOptions {
 pub const DEMO_SCENE: &str = "ball-square";
 
 /// Which exchange of the mesh to draw.
-///
-/// The pictures are those of figure 6 of the paper, of the whole gel and of what is around the worst element: the worn mesh, the
-/// bends of the fields and the target sizes, the quadtree, the Delaunay triangulation of its points, the signed distance, the
-/// gel immersed and cut out, and the velocity on the old mesh and on the new ones of both methods. `index.html` shows them in
-/// order with their figures.
 #[derive(Debug, Args)]
 pub struct DemoOptions {
     /// Name of a built-in scene, or path of a scene file (`ball-square` if absent); without a [remesh] table it is given

@@ -139,9 +139,15 @@ impl<'a> Stage<'a> {
 
     fn bends(&self) -> Panel {
         let scale = Scale { low: 0.0, high: 90.0, unit: "°", map: &SPEED };
-        self.panel(("indicator", "How far the fields bend"), Some(scale), "The indicator: the greatest angle between the graphs of displacement or velocity over an element and over its neighbours.", |drawing| {
-            flat(drawing, &self.old, |e| scale.colour(self.shown.bend[e].to_degrees()));
-        })
+        self.panel(
+            ("indicator", "How far the fields bend"),
+            Some(scale),
+            "The indicator: the greatest angle between \
+            the graphs of displacement or velocity over an element and over its neighbours.",
+            |drawing| {
+                flat(drawing, &self.old, |e| scale.colour(self.shown.bend[e].to_degrees()));
+            },
+        )
     }
 
     fn sizes(&self) -> Panel {
@@ -160,16 +166,22 @@ impl<'a> Stage<'a> {
     }
 
     fn quadtree(&self, steps: &Steps) -> Panel {
-        self.panel(("quadtree", "The quadtree"), None, "A balanced quadtree over the square around the gel: cells that meet the gel are no larger than the target sizes in them.", |drawing| {
-            flat(drawing, &self.old, |_| AMBER);
-            let pen = thin(drawing, steps.cells.iter().map(|cell| cell.edge).fold(f64::MAX, f64::min));
-            for cell in &steps.cells {
-                let [x, z, half] = [cell.middle[0], cell.middle[1], 0.5 * cell.edge];
-                let corners = [[x - half, z - half], [x + half, z - half], [x + half, z + half]];
-                drawing.line([corners[0], corners[1]], &pen);
-                drawing.line([corners[1], corners[2]], &pen);
-            }
-        })
+        self.panel(
+            ("quadtree", "The quadtree"),
+            None,
+            "A balanced quadtree over the square around the gel: cells that \
+            meet the gel are no larger than the target sizes in them.",
+            |drawing| {
+                flat(drawing, &self.old, |_| AMBER);
+                let pen = thin(drawing, steps.cells.iter().map(|cell| cell.edge).fold(f64::MAX, f64::min));
+                for cell in &steps.cells {
+                    let [x, z, half] = [cell.middle[0], cell.middle[1], 0.5 * cell.edge];
+                    let corners = [[x - half, z - half], [x + half, z - half], [x + half, z + half]];
+                    drawing.line([corners[0], corners[1]], &pen);
+                    drawing.line([corners[1], corners[2]], &pen);
+                }
+            },
+        )
     }
 
     fn background(&self, steps: &Steps) -> Panel {
@@ -189,37 +201,59 @@ impl<'a> Stage<'a> {
         let triangles = Triangles::of(&steps.background.points, steps.background.triangles.clone());
         let reach = 2.0 * self.windows[1].half;
         let scale = Scale { low: -reach, high: reach, unit: "m", map: &SIGNED };
-        self.panel(("distance", "The signed distance"), Some(scale), "The distance of the points from the boundary of the gel, negative inside, and its linear interpolant: the gel is where that is below zero.", |drawing| {
-            smooth(drawing, &triangles, &steps.distance, &scale);
-            edges(drawing, &triangles);
-            self.outline(drawing);
-        })
+        self.panel(
+            ("distance", "The signed distance"),
+            Some(scale),
+            "The distance of the points from the boundary of \
+            the gel, negative inside, and its linear interpolant: the gel is where that is below zero.",
+            |drawing| {
+                smooth(drawing, &triangles, &steps.distance, &scale);
+                edges(drawing, &triangles);
+                self.outline(drawing);
+            },
+        )
     }
 
     fn immersed(&self, steps: &Steps) -> Panel {
         let immersed = &steps.immersed;
         let triangles = Triangles::of(&immersed.points, immersed.triangles.clone());
         let has = |e: usize, is: &dyn Fn(f64) -> bool| triangles.corners[e].iter().any(|p| is(immersed.distance[*p]));
-        self.panel(("immersed", "The gel immersed in the triangulation"), None, "Points nearer than 0.3 of a cell have been moved onto the boundary (dots); amber triangles are inside, red ones are cut.", |drawing| {
-            flat(drawing, &triangles, |e| match (has(e, &|d| d > 0.0), has(e, &|d| d < 0.0)) {
-                (true, true) => ROSE,
-                (true, false) => PAPER,
-                (false, _) => AMBER,
-            });
-            edges(drawing, &triangles);
-            self.outline(drawing);
-            let pen = Pen { width: (0.0035 * drawing.pixels(2.0 * self.windows[0].half)).min(5.0), strength: 1.0, colour: INK };
-            let snapped = immersed.points.iter().zip(&immersed.distance).filter(|(_, distance)| **distance == 0.0);
-            snapped.for_each(|(p, _)| drawing.dot([p[0], p[1]], &pen));
-        })
+        self.panel(
+            ("immersed", "The gel immersed in the triangulation"),
+            None,
+            "Points nearer than 0.3 of a cell have \
+            been moved onto the boundary (dots); amber triangles are inside, red ones are cut.",
+            |drawing| {
+                flat(drawing, &triangles, |e| match (has(e, &|d| d > 0.0), has(e, &|d| d < 0.0)) {
+                    (true, true) => ROSE,
+                    (true, false) => PAPER,
+                    (false, _) => AMBER,
+                });
+                edges(drawing, &triangles);
+                self.outline(drawing);
+                let pen = Pen {
+                    width: (0.0035 * drawing.pixels(2.0 * self.windows[0].half)).min(5.0),
+                    strength: 1.0,
+                    colour: INK,
+                };
+                let snapped = immersed.points.iter().zip(&immersed.distance).filter(|(_, distance)| **distance == 0.0);
+                snapped.for_each(|(p, _)| drawing.dot([p[0], p[1]], &pen));
+            },
+        )
     }
 
     fn trimmed(&self, steps: &Steps) -> Panel {
         let triangles = Triangles::of_mesh(&steps.proposal.position, &steps.proposal.elements);
-        self.panel(("trimmed", "The mesh that is cut out"), None, "What is outside is gone, triangles that the boundary cuts are cut, and quadrilaterals are divided by their better diagonal.", |drawing| {
-            flat(drawing, &triangles, |_| AMBER);
-            edges(drawing, &triangles);
-        })
+        self.panel(
+            ("trimmed", "The mesh that is cut out"),
+            None,
+            "What is outside is gone, triangles that the \
+            boundary cuts are cut, and quadrilaterals are divided by their better diagonal.",
+            |drawing| {
+                flat(drawing, &triangles, |_| AMBER);
+                edges(drawing, &triangles);
+            },
+        )
     }
 
     fn velocity_before(&self) -> Panel {
@@ -247,7 +281,8 @@ impl<'a> Stage<'a> {
             ),
             RemeshMethod::Retained => (
                 ("velocity-retained", "The same on a mesh that retains old nodes"),
-                "The other method from the same state: good nodes and the whole surface stay, points of the quadtree fill the rest.",
+                "The other method from the same state: good nodes and the whole surface stay, points of the quadtree \
+                    fill the rest.",
             ),
         };
         self.panel(words, Some(scale), about, |drawing| {
