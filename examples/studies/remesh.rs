@@ -1,6 +1,6 @@
 use super::cpu::seconds;
 use super::run::scene;
-use ballistic_gel::simulation::{CouplingMode, Simulation};
+use ballistic_gel::simulation::{CouplingMode, Renewal, Simulation};
 
 /// A fixed mesh, and meshes that are exchanged.
 const MESHES: [(&str, &[(&str, &str)]); 2] = [("fixed", &[]), ("exchanged", &[("remesh.quality", "0.3")])];
@@ -21,6 +21,7 @@ pub fn study() {
     for size in SIZES {
         row(36.0, size, &MESHES[1]);
     }
+    methods();
 }
 
 fn row(speed: f64, size: f64, (mesh, more): &(&str, &[(&str, &str)])) {
@@ -50,4 +51,82 @@ fn row(speed: f64, size: f64, (mesh, more): &(&str, &[(&str, &str)])) {
         seen.momentum_error,
         (simulation.frame().mass / mass - 1.0).abs(),
     );
+}
+
+type Keys = &'static [(&'static str, &'static str)];
+
+/// Four exchanges at fixed intervals, whatever becomes of the mesh and without adaptivity (figure 7 of the paper), and meshes that
+/// are exchanged where they are worn: by both methods.
+const METHODS: [(&str, Keys); 5] = [
+    ("fixed", &[]),
+    ("four times, retained", &[FOUR, UNIFORM, NEVER[0], NEVER[1], ("remesh.method", "retained")]),
+    ("four times, immersed", &[FOUR, UNIFORM, NEVER[0], NEVER[1], ("remesh.method", "immersed")]),
+    ("worn, retained", &[("remesh.method", "retained")]),
+    ("worn, immersed", &[("remesh.method", "immersed")]),
+];
+const FOUR: (&str, &str) = ("remesh.times", "[0.4e-3, 0.8e-3, 1.2e-3, 1.6e-3]");
+const UNIFORM: (&str, &str) = ("remesh.adaptive", "false");
+/// Only an element that is turned inside out wears such a mesh out.
+const NEVER: [(&str, &str); 2] = [("remesh.quality", "0"), ("remesh.compression", "0")];
+
+/// What each method of remeshing costs and changes: sums of absolute values over all exchanges, before any correction.
+fn methods() {
+    println!(
+        "\n| v, m/s | cells, mm | mesh | end, ms | elements | depth, mm | v at the end, m/s | least J | exchanges | attempts | worst new element | Σ kinetic, % of E₀ | Σ momentum, of P₀ | Σ mass | Σ area, % | remesh, % of E₀ | defect, % | CPU s |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    for speed in [20.0, 30.0, 36.0] {
+        for mesh in &METHODS {
+            method_row(speed, SIZES[1], mesh);
+        }
+    }
+    for size in [SIZES[0], SIZES[2]] {
+        for mesh in &METHODS[3..] {
+            method_row(36.0, size, mesh);
+        }
+    }
+}
+
+fn method_row(speed: f64, size: f64, (mesh, more): &(&str, Keys)) {
+    let own = [("projectile.velocity", format!("[0, 0, -{speed}]")), ("mesh.size", size.to_string())];
+    let more = more.iter().map(|(key, value)| (*key, (*value).to_owned()));
+    let keys: Vec<(&str, String)> = own.into_iter().chain(more).collect();
+    let scene = scene("ball-square", &keys);
+    let begun = seconds();
+    let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
+    let inputs = simulation.inputs();
+    let end = simulation.step(&inputs, scene.scene.end_time);
+    let cpu = seconds() - begun;
+    let seen = simulation.observe();
+    let end = end.map_or_else(|failure| format!("stops at {:.2}", 1e3 * failure.time()), |()| "–".to_owned());
+    println!(
+        "| {speed} | {} | {mesh} | {end} | {} | {:.2} | {:+.2} | {:.3} | {} | {:+.2} | {:.2} | {cpu:.1} |",
+        1e3 * size,
+        seen.cost.elements,
+        1e3 * seen.projectile().contact.peak_depth.0,
+        seen.projectile().kinematics.velocity.z,
+        seen.cost.min_jacobian,
+        changes(simulation.renewals(), (seen.energy.initial, scene.projectile.mass.unwrap_or(f64::NAN) * speed)),
+        100.0 * seen.energy.remesh / seen.energy.initial,
+        100.0 * seen.energy.energy_defect,
+    );
+}
+
+/// The columns of all exchanges: how many, in how many attempts, the worst shape, and sums of what changed, of the energy and of
+/// the momentum that there was.
+fn changes(made: &[Renewal], (energy, momentum): (f64, f64)) -> String {
+    if made.is_empty() {
+        return "0 | – | – | – | – | – | –".to_owned();
+    }
+    let sum = |of: &dyn Fn(&Renewal) -> f64| made.iter().map(|renewal| of(renewal).abs()).sum::<f64>();
+    format!(
+        "{} | {} | {:.2} | {:.2} | {:.0e} | {:.0e} | {:.4}",
+        made.len(),
+        made.iter().map(|renewal| renewal.attempt).sum::<usize>(),
+        made.iter().map(|renewal| renewal.quality.least).fold(f64::INFINITY, f64::min),
+        100.0 * sum(&|r| r.kinetic[1] - r.kinetic[0]) / energy,
+        sum(&|r| r.momentum) / momentum,
+        sum(&|r| r.mass),
+        100.0 * sum(&|r| r.quality.change),
+    )
 }

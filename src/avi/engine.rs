@@ -4,7 +4,7 @@ use super::blocks::Blocks;
 use super::gel::Measured;
 use super::order::Order;
 use super::phase::Phase;
-use super::renew::{Passage, Wear};
+use super::renew::{Ends, Passage};
 use super::schedule::{Kind, Queue};
 use super::scratch::Scratch;
 use super::watch::Watch;
@@ -59,8 +59,8 @@ pub struct Engine<const D: usize, P> {
     pub(super) steps: (Tick, Tick),
     /// Longest stable step at the start, ticks.
     pub(super) first: f64,
-    /// When the mesh is worn; `None` if it never is.
-    pub(super) wear: Option<Wear>,
+    /// What ends the mesh.
+    pub(super) ends: Ends,
     /// The first tick of this mesh.
     pub(super) origin: Tick,
     /// Where the tick is that is processed.
@@ -156,7 +156,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             pool: None,
             queue: Queue::default(),
             steps: (0, 0),
-            wear: None,
+            ends: Ends::default(),
             origin,
             phase: Phase::First,
             quiet: None,

@@ -85,6 +85,13 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
     }
 
     /// What the elements answer at these positions.
+    /// The stored energy of nodes at these positions, J.
+    #[must_use]
+    pub fn stored_energy(&self, x: &[Vector<D>]) -> f64 {
+        let energy = self.measure(x).energy;
+        crate::algebra::ordered_sum(energy.len(), 0.0, |patch| energy[patch])
+    }
+
     pub(super) fn measure(&self, x: &[Vector<D>]) -> Measured {
         let patches = self.potential.patches();
         let n = self.potential.len();

@@ -51,6 +51,12 @@ impl TickGrid {
         duration / self.tau
     }
 
+    /// The first tick at or after time `t`: ⌈t/τ − 10⁻³⌉.
+    #[must_use]
+    pub fn first_tick(&self, t: f64) -> Tick {
+        (t / self.tau - SLACK).ceil().max(0.0) as Tick
+    }
+
     /// The last tick that belongs to a step ending at time `t`: ⌊t/τ + 10⁻³⌋.
     #[must_use]
     pub fn last_tick(&self, t: f64) -> Tick {
@@ -92,6 +98,7 @@ mod tests {
         let t = grid.time(1000);
         assert_eq!(grid.last_tick(t * (1.0 - 1e-15)), 1000);
         assert_eq!(grid.last_tick(t - 0.5 * grid.time(1)), 999);
+        assert_eq!([t * (1.0 + 1e-15), t - 0.5 * grid.time(1)].map(|t| grid.first_tick(t)), [1000; 2]);
     }
 
     #[test]

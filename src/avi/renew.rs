@@ -20,12 +20,21 @@ pub struct Wear {
     pub compression: f64,
 }
 
+/// What ends a mesh.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Ends {
+    /// When it is worn; `None` if it never is.
+    pub wear: Option<Wear>,
+    /// Ticks at or after which it ends whether it is worn or not, ascending.
+    at: Vec<Tick>,
+}
+
 /// How far an engine has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reached {
     /// To the end that was asked for.
     End,
-    /// To a tick at which its mesh is worn, and it has ended there: positions and velocities are those of this instant.
+    /// To a tick at which its mesh is worn or due, and it has ended there: positions and velocities are those of this instant.
     Worn,
 }
 
@@ -64,18 +73,32 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// From when on the mesh is worn, if ever. A queue never is.
     pub fn set_wear(&mut self, wear: Option<Wear>) {
-        self.wear = wear;
+        self.ends.wear = wear;
     }
 
-    /// Whether the mesh is worn at this tick.
-    pub(super) fn is_worn(&self, tick: Tick) -> bool {
-        let Some(wear) = self.wear.filter(|_| self.state.now.is_some() && self.rules.schedule != Kind::Queue) else {
-            return false;
-        };
-        let age = (tick - self.origin) / self.steps.0;
-        if age < SHORTEST_LIFE.1 {
+    /// Times, s, at which the mesh ends whether it is worn or not, ascending: each at the first tick of its finest step at or after
+    /// it, and where the mesh is 4 of these steps old. A queue knows none.
+    pub fn set_exchanges(&mut self, times: &[f64]) {
+        self.ends.at = times.iter().map(|time| self.grid.first_tick(*time)).collect();
+    }
+
+    /// The next tick at or after which this mesh ends.
+    pub(super) fn next_exchange(&self) -> Option<Tick> {
+        self.ends.at.iter().copied().find(|due| *due > self.origin)
+    }
+
+    /// Whether the mesh ends at this tick.
+    pub(super) fn is_over(&self, tick: Tick) -> bool {
+        if self.state.now.is_none() || self.rules.schedule == Kind::Queue {
             return false;
         }
+        let age = (tick - self.origin) / self.steps.0;
+        age >= SHORTEST_LIFE.1 && (self.next_exchange().is_some_and(|due| due <= tick) || self.is_worn(tick, age))
+    }
+
+    /// Whether the mesh is worn at this tick, so many finest steps old.
+    fn is_worn(&self, tick: Tick, age: Tick) -> bool {
+        let Some(wear) = self.ends.wear else { return false };
         if self.state.record.stretched && age >= SHORTEST_LIFE.0 {
             return true;
         }
@@ -180,7 +203,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             start: Some(*self.start()),
         };
         let mut new = Self::assemble((gel, self.rules), bodies, nodes, passage)?;
-        new.wear = self.wear;
+        new.ends.clone_from(&self.ends);
         new.blocks = new.blocks.take().filter(|_| self.blocks.is_some());
         if let (Some(new), Some(old)) = (&mut new.blocks, &self.blocks) {
             (new.level, new.never_rest) = (old.level, old.never_rest);

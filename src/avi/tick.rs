@@ -21,7 +21,7 @@ const TURN: f64 = 0.05;
 const LONGEST_TURN: f64 = 4096.0;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Processes all ticks up to time `t`, s, or until the mesh is worn, and adds what each body received to its `exchange`.
+    /// Processes all ticks up to time `t`, s, or until the mesh is worn or due, and adds what each body received to its `exchange`.
     ///
     /// # Panics
     /// Unless every body has its exchange.
@@ -38,7 +38,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 }
             }
             let due = self.is_due(tick);
-            if due && self.is_worn(tick) {
+            if due && self.is_over(tick) {
                 self.close(tick)?;
                 return Ok(Reached::Worn);
             }
@@ -104,7 +104,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if quiet <= now {
             self.quiet = None;
         }
-        now.max(quiet.min(end))
+        // An exchange of the mesh is no less due where nothing moves.
+        let last = self.next_exchange().map_or(end, |due| end.min(due.saturating_sub(1)));
+        now.max(quiet.min(last))
     }
 
     /// Tells the gap clocks where the bodies are at their last event.

@@ -7,6 +7,7 @@ mod frames;
 mod history;
 mod picture;
 mod report;
+mod steps;
 mod summary;
 mod vtu;
 
@@ -16,6 +17,7 @@ use std::path::Path;
 
 pub use files::{OutputError, claim};
 pub use picture::model_picture;
+pub use steps::{Figures, draw as draw_steps};
 pub use summary::{Account, Interface, Summary};
 
 use frames::FrameSeries;

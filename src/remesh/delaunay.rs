@@ -69,13 +69,25 @@ pub(super) fn triangulate(
     Ok(inside(&filling.triangles).map(|t| numbers(&t)).collect())
 }
 
+/// The Delaunay triangulation of points; four on a circle are divided by the order in which they stand along a curve.
+///
+/// # Errors
+/// If two points are in one place, or one is beyond exact predicates.
+pub(super) fn of_points(points: &[Point]) -> Result<Vec<[usize; 3]>, RemeshError> {
+    let mut triangles = Triangles::new();
+    for i in along_curve(points) {
+        add(&mut triangles, i as usize, &points[i as usize])?;
+    }
+    Ok(triangles.inner_faces().map(|t| numbers(&t)).collect())
+}
+
 fn insert(sites: &[usize], limits: &Surface, cloud: &Cloud) -> Result<Triangles, RemeshError> {
     let places: Vec<Point> = sites.iter().map(|&p| cloud.position[p]).collect();
     let mut triangles = Triangles::new();
     let mut handles = vec![None; cloud.position.len()];
     for i in along_curve(&places) {
         let number = sites[i as usize];
-        handles[number] = Some(add(&mut triangles, number, cloud)?);
+        handles[number] = Some(add(&mut triangles, number, &cloud.position[number])?);
     }
     for edge in &limits.edges {
         let error = RemeshError::Blocked { edge: edge.map(|n| cloud.position[n].into()) };
@@ -88,13 +100,12 @@ fn insert(sites: &[usize], limits: &Surface, cloud: &Cloud) -> Result<Triangles,
     Ok(triangles)
 }
 
-fn add(triangles: &mut Triangles, number: usize, cloud: &Cloud) -> Result<FixedVertexHandle, RemeshError> {
+fn add(triangles: &mut Triangles, number: usize, point: &Point) -> Result<FixedVertexHandle, RemeshError> {
     let before = triangles.num_vertices();
-    let place = place(&cloud.position[number]);
-    let failed = |_| RemeshError::Place { place: cloud.position[number].into() };
-    let handle = triangles.insert(Site { place, number }).map_err(failed)?;
+    let failed = |_| RemeshError::Place { place: (*point).into() };
+    let handle = triangles.insert(Site { place: place(point), number }).map_err(failed)?;
     if triangles.num_vertices() == before {
-        return Err(RemeshError::Coincident { place: cloud.position[number].into() });
+        return Err(RemeshError::Coincident { place: (*point).into() });
     }
     Ok(handle)
 }
@@ -114,7 +125,7 @@ impl Filling<'_> {
         let candidates: Vec<(Point, f64)> = wide.into_iter().map(|(_, middle, size)| (middle, size)).collect();
         let taken = cloud.position[self.first_new..].to_vec();
         let numbers = scatter(&candidates, &taken, cloud, self.limits);
-        numbers.iter().try_for_each(|&number| add(&mut self.triangles, number, cloud).map(drop))?;
+        numbers.iter().try_for_each(|&number| add(&mut self.triangles, number, &cloud.position[number]).map(drop))?;
         Ok(!numbers.is_empty())
     }
 

@@ -44,6 +44,9 @@ pub enum RemeshError {
         /// Points allowed.
         most: usize,
     },
+    /// A way to make meshes that there is not in space.
+    #[error("a mesh can be immersed in the plane only: use the method that retains old nodes")]
+    PlaneOnly,
     /// The boundary crosses itself.
     #[error(
         "the boundary crosses itself: the edge of nodes {} and {} crosses that of nodes {} and {}; remesh before it does",

@@ -16,6 +16,7 @@ mod cloud;
 mod defects;
 mod delaunay;
 mod error;
+mod immersed;
 mod judge;
 mod local;
 mod locate;
@@ -56,10 +57,13 @@ use tree::Square;
 pub use carried::{Carried, Symmetry, Transferred, corner_masses, nodal_masses};
 pub use defects::{Books, Defects};
 pub use error::RemeshError;
+pub use immersed::{
+    Background, Cell, Immersed, Steps, cells, cut_out, distances, immerse, rounding, snapped, triangulated,
+};
 pub use judge::{Acceptance, Quality, Rejected, judge};
 pub use pairing::Same;
 pub use pieces::Source;
-pub use sizing::{Range, curved, graded};
+pub use sizing::{Range, bends, curved, graded};
 pub use transfer::transfer;
 
 /// A mesh where its nodes are.

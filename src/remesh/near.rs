@@ -43,6 +43,40 @@ impl<const D: usize> Near<D> {
         self.descend((self.levels.len() - 1, 0), area, &mut is_sought)
     }
 
+    /// The item nearest to a point, and its distance, m: `distance` is that of an item from the point, which is no less than that
+    /// of its box. Of equal ones always the same; none if there is none.
+    pub fn nearest(&self, point: &Vector<D>, distance: impl Fn(usize) -> f64) -> Option<(usize, f64)> {
+        let mut best = None;
+        self.approach((self.levels.len() - 1, 0), (point, &distance), &mut best);
+        best
+    }
+
+    fn approach(
+        &self,
+        (level, first): (usize, usize),
+        sought: (&Vector<D>, &impl Fn(usize) -> f64),
+        best: &mut Option<(usize, f64)>,
+    ) {
+        let (point, distance) = sought;
+        let boxes = &self.levels[level];
+        let mut open: Vec<(f64, usize)> =
+            (first..boxes.len().min(first + FAN)).map(|i| (boxes[i].distance_squared(point), i)).collect();
+        open.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for (squared, i) in open {
+            if best.is_some_and(|(_, least)| squared > least * least) {
+                return;
+            }
+            if level > 0 {
+                self.approach((level - 1, i * FAN), sought, best);
+                continue;
+            }
+            let (item, found) = (self.order[i] as usize, distance(self.order[i] as usize));
+            if best.is_none_or(|(_, least)| found < least) {
+                *best = Some((item, found));
+            }
+        }
+    }
+
     fn descend(
         &self,
         (level, first): (usize, usize),
@@ -89,7 +123,21 @@ mod tests {
     }
 
     #[test]
+    fn the_nearest_is_what_a_walk_through_all_points_finds() {
+        let points: Vec<Vector<2>> =
+            (0..500).map(|i| Vector::<2>::new(f64::from(i * i % 97), f64::from(i * 7 % 61))).collect();
+        let near = Near::points(points.iter().copied());
+        for i in 0..60 {
+            let sought = Vector::<2>::new(f64::from(i) * 2.5 - 20.0, f64::from(i * 5 % 83) + 0.3);
+            let found = near.nearest(&sought, |i| (points[i] - sought).norm()).unwrap();
+            let least = points.iter().map(|p| (p - sought).norm()).fold(f64::MAX, f64::min);
+            assert_eq!(found.1, least);
+        }
+    }
+
+    #[test]
     fn a_tree_of_nothing_finds_nothing() {
+        assert_eq!(Near::<2>::new(&[]).nearest(&Vector::<2>::zeros(), |_| 0.0), None);
         assert!(!Near::<2>::new(&[]).any(&Bounds::about(&Vector::<2>::zeros(), 1.0), |_| true));
     }
 }

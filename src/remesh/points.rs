@@ -130,7 +130,7 @@ impl<'a> Part<'a> {
 
     /// The least of the sizes on the elements about a square, m: of each that at its middle, within those of its nodes. None
     /// where there are no elements.
-    fn least(&self, middle: &Point, half: f64) -> Option<f64> {
+    pub fn least(&self, middle: &Point, half: f64) -> Option<f64> {
         let mut least: Option<f64> = None;
         self.near.any(&Bounds::about(middle, half), |e| {
             let (shares, sizes) = (self.shares(e, middle), self.sizes(e));

@@ -53,17 +53,16 @@ fn edges_of_nodes<const D: usize>(n_nodes: usize, elements: &[Simplex]) -> (Vec<
     (start, pairs.into_iter().map(|pair| pair[1]).collect())
 }
 
-/// Target sizes of the nodes from how nodal fields bend (numerics 4.3).
+/// How far nodal fields bend at each element, rad (numerics 4.3).
 ///
-/// Over an element a component f of a field is a plane, in space a hyperplane, with normal (−s ∇f, 1), s = L/range(f), where L
-/// is the extent of the body: without units. Where the normals of neighbours make the angle θ the size is h·clamp(θ*/θ, ½, 2), h
-/// being the mean edge and θ* = `angle`, rad; a node takes the least of its elements. A component whose range is below 1e-9 of
-/// its magnitude is constant.
+/// Over an element a component f of a field is a plane, in space a hyperplane, with normal (−s ∇f, 1), s = L/range(f), where L is the extent of the
+/// body: without units. The bend is the greatest angle between its normal and that of a neighbour, of all components. A component
+/// whose range is below 1e-9 of its magnitude is constant.
 ///
 /// # Panics
 /// Unless every field has one value per node.
 #[must_use]
-pub fn curved<const D: usize>(old: &Moved<'_, D>, fields: &[&[Vector<D>]], angle: f64, range: &Range) -> Vec<f64> {
+pub fn bends<const D: usize>(old: &Moved<'_, D>, fields: &[&[Vector<D>]]) -> Vec<f64> {
     let elements = &old.mesh.elements;
     let mut bend = vec![0.0_f64; elements.len()];
     let across = neighbours::<D>(elements);
@@ -74,8 +73,20 @@ pub fn curved<const D: usize>(old: &Moved<'_, D>, fields: &[&[Vector<D>]], angle
             raise(&mut bend, &slopes(old, &values), &across);
         }
     }
+    bend
+}
+
+/// Target sizes of the nodes from the bends of the elements: h·clamp(θ*/θ, ½, 2), h being the mean edge and θ* = `angle`, rad; a
+/// node takes the least of its elements.
+///
+/// # Panics
+/// Unless there is one bend per element.
+#[must_use]
+pub fn curved<const D: usize>(old: &Moved<'_, D>, bends: &[f64], angle: f64, range: &Range) -> Vec<f64> {
+    let elements = &old.mesh.elements;
+    assert_eq!(bends.len(), elements.len(), "one bend per element is needed");
     let mut size = vec![range.greatest; old.position.len()];
-    for (simplex, bend) in elements.iter().zip(&bend) {
+    for (simplex, bend) in elements.iter().zip(bends) {
         let factor = if *bend > 0.0 { (angle / bend).clamp(0.5, 2.0) } else { 2.0 };
         let wanted = mean_edge(old.position, simplex) * factor;
         for node in &simplex[..=D] {
@@ -160,14 +171,14 @@ mod tests {
         let kink = |unit: f64| -> Vec<Point> {
             mesh.rest.iter().map(|x| Point::new(unit * (x[0] - 0.5).abs(), 0.0)).collect()
         };
-        let size = curved(&old, &[&kink(1.0)], 0.2, &range);
+        let size = curved(&old, &bends(&old, &[&kink(1.0)]), 0.2, &range);
         let edge = (1.0 + 2.0_f64.sqrt()) / 48.0;
         for (x, h) in mesh.rest.iter().zip(&size) {
             let away = (x[0] - 0.5).abs();
             let expected = if away < 0.04 { Some(0.5 * edge) } else { (away > 0.2).then_some(2.0 * edge) };
             assert!(expected.is_none_or(|expected| (h - expected).abs() < 1e-12), "{h} at {x}");
         }
-        assert_eq!(size, curved(&old, &[&kink(1024.0)], 0.2, &range));
+        assert_eq!(size, curved(&old, &bends(&old, &[&kink(1024.0)]), 0.2, &range));
     }
 
     #[test]
@@ -176,7 +187,7 @@ mod tests {
         let old = Moved { mesh: &mesh, position: &mesh.rest };
         let field: Vec<Point> = mesh.rest.iter().map(|x| Point::new(3.0 * x[0] + x[1], 7.0)).collect();
         let range = Range { least: 1e-3, greatest: 0.05 };
-        assert!(curved(&old, &[&field], 0.2, &range).iter().all(|h| *h == 0.05));
+        assert!(curved(&old, &bends(&old, &[&field]), 0.2, &range).iter().all(|h| *h == 0.05));
     }
 
     fn cube(n: usize) -> Mesh<3> {
@@ -212,13 +223,13 @@ mod tests {
         let field =
             |f: &dyn Fn(&Vector3) -> f64| -> Vec<Vector3> { mesh.rest.iter().map(|x| Vector3::y() * f(x)).collect() };
         let edge = (3.0 + 2.0 * 2.0_f64.sqrt() + 3.0_f64.sqrt()) / 48.0;
-        let size = curved(&old, &[&field(&|x| (x.z - 0.5).abs())], 0.2, &range);
+        let size = curved(&old, &bends(&old, &[&field(&|x| (x.z - 0.5).abs())]), 0.2, &range);
         for (x, h) in mesh.rest.iter().zip(&size) {
             let away = (x.z - 0.5).abs();
             let expected = if away < 0.07 { Some(0.5 * edge) } else { (away > 0.3).then_some(2.0 * edge) };
             assert!(expected.is_none_or(|expected| (h - expected).abs() < 1e-12), "{h} at {x}");
         }
-        let plane = curved(&old, &[&field(&|x| 3.0 * x.x + x.y - 2.0 * x.z)], 0.2, &range);
+        let plane = curved(&old, &bends(&old, &[&field(&|x| 3.0 * x.x + x.y - 2.0 * x.z)]), 0.2, &range);
         assert!(plane.iter().all(|h| (h - 2.0 * edge).abs() < 1e-12));
     }
 

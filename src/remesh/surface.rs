@@ -40,6 +40,33 @@ struct Chain<'a> {
     near: Near<2>,
 }
 
+/// Why a node of the boundary must stay.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Feature {
+    /// A corner of the body at rest, a fork, or where the directions that are held change.
+    Always,
+    /// A corner where the boundary is now.
+    Now,
+}
+
+/// The nodes of the boundary that must stay, in their order.
+pub(super) fn features(old: &Moved<'_, 2>) -> impl Iterator<Item = (usize, Feature)> {
+    let chain = Chain::new(old);
+    let members = chain.members.clone();
+    members.into_iter().filter_map(move |node| Some((node, chain.feature(node)?)))
+}
+
+/// By how much the boundary turns at each of its nodes that has one before and one after it, rad.
+pub(super) fn turns(old: &Moved<'_, 2>) -> impl Iterator<Item = (usize, f64)> {
+    let chain = Chain::new(old);
+    let members = chain.members.clone();
+    members.into_iter().filter_map(move |node| {
+        let [before, at, after] = [chain.before[node]?, node, chain.after[node]?].map(|n| &chain.old.position[n]);
+        let turn = libm::atan2(cross(before, at, after), (at - before).dot(&(after - at)));
+        Some((node, turn.abs()))
+    })
+}
+
 /// Chooses the points of the new boundary.
 ///
 /// # Errors
@@ -101,7 +128,7 @@ impl<'a> Chain<'a> {
         chain.first_after = chain.after.clone();
         chain.near = Near::points(chain.members.iter().map(|&n| old.position[n]));
         for &node in &chain.members {
-            chain.can_go[node] = !chain.is_feature(node);
+            chain.can_go[node] = chain.feature(node).is_none();
         }
         chain
     }
@@ -117,18 +144,18 @@ impl<'a> Chain<'a> {
         nodes
     }
 
-    /// Whether a node must stay: a corner now or at rest, a fork, or where the directions that are held change.
-    fn is_feature(&self, node: usize) -> bool {
-        let (Some(before), Some(after)) = (self.before[node], self.after[node]) else { return true };
+    /// Whether and why a node must stay.
+    fn feature(&self, node: usize) -> Option<Feature> {
+        let (Some(before), Some(after)) = (self.before[node], self.after[node]) else { return Some(Feature::Always) };
         let held = &self.old.mesh.held;
         let is_corner = |x: &[Point]| {
             let (u, v) = (x[node] - x[before], x[after] - x[node]);
             u.dot(&v) < CORNER * u.norm() * v.norm()
         };
-        held[before] != held[node]
-            || held[after] != held[node]
-            || is_corner(self.old.position)
-            || is_corner(&self.old.mesh.rest)
+        if held[before] != held[node] || held[after] != held[node] || is_corner(&self.old.mesh.rest) {
+            return Some(Feature::Always);
+        }
+        is_corner(self.old.position).then_some(Feature::Now)
     }
 
     /// Leaves out nodes, no two beside each other; whether there were any.

@@ -1,8 +1,8 @@
 //! What a scene models and what it does not: a scene models only what it asks for.
 
 use super::{
-    BodyShape, ContactLaw, Dimension, ElementKind, GelShape, Lattice, MaterialModel, Scene, ScheduleKind, Support,
-    Supports, body_name,
+    BodyShape, ContactLaw, Dimension, ElementKind, GelShape, Lattice, MaterialModel, RemeshMethod, Scene, ScheduleKind,
+    Support, Supports, body_name,
 };
 use crate::algebra::Vector3;
 use crate::geometry::{Shape, SignedDistance, Solid};
@@ -18,8 +18,12 @@ pub fn modelled(scene: &Scene) -> Vec<String> {
         steps(scene),
         contact(scene.contact.law),
     ];
-    let renewed =
-        scene.remesh.map(|_| "mesh: exchanged for a new one where it is worn, old nodes kept where they are good");
+    let renewed = scene.remesh.as_ref().map(|remesh| match remesh.method {
+        RemeshMethod::Retained => "mesh: exchanged for a new one where it is worn, old nodes kept where they are good",
+        RemeshMethod::Immersed => {
+            "mesh: exchanged for a new one where it is worn, cut out of the triangulation of a quadtree"
+        }
+    });
     let general = general.into_iter().chain(renewed);
     let bodies = (0..scene.n_bodies()).flat_map(|body| body_lines(scene, body));
     general.map(str::to_owned).chain(bodies).collect()

@@ -8,7 +8,7 @@ mod shape;
 
 use super::{
     Contact, ContactLaw, Dimension, GelShape, Grading, Header, Integrator, Lattice, MOST_FRAGMENTS, Output, Remesh,
-    Scene, SceneError, ScheduleKind, Tree, body_name,
+    RemeshMethod, Scene, SceneError, ScheduleKind, Tree, body_name,
 };
 use crate::geometry::SignedDistance;
 use domain::{Check, finite, positive, require, within};
@@ -131,7 +131,15 @@ fn grown(tree: &Tree, scene: &Scene) -> Check {
 }
 
 fn remesh(scene: &Scene) -> Check {
-    let Some(Remesh { quality, compression, smallest, bend, growth }) = scene.remesh else { return Ok(()) };
+    let Some(remesh) = &scene.remesh else { return Ok(()) };
+    let Remesh { method, quality, compression, ref times, adaptive: _, smallest, bend, growth } = *remesh;
+    let possible = method == RemeshMethod::Retained || scene.scene.dimension != Dimension::Spatial;
+    require(
+        possible,
+        "remesh.method",
+        || "\"immersed\" for a spatial gel".to_owned(),
+        "\"retained\": the paper's mesh is made in planar and axisymmetric scenes",
+    )?;
     let bins = scene.integrator.schedule != ScheduleKind::Queue;
     require(
         bins,
@@ -139,9 +147,13 @@ fn remesh(scene: &Scene) -> Check {
         || "a queue".to_owned(),
         "integrator.schedule = \"bins\" or \"global\": in a queue there is no instant at which all elements fire",
     )?;
-    within("remesh.quality", quality, 0.05..=0.6)?;
+    within("remesh.quality", quality, 0.0..=0.6)?;
     within("remesh.compression", compression, 0.0..=0.5)?;
     within("remesh.bend", bend, 1.0..=90.0)?;
+    let ascending = times.windows(2).all(|pair| pair[0] < pair[1]);
+    let within_run = times.iter().all(|time| *time > 0.0 && *time <= scene.scene.end_time);
+    let expected = format!("ascending times above 0, up to scene.end_time, {:?} s", scene.scene.end_time);
+    require(ascending && within_run, "remesh.times", || format!("{times:?}"), &expected)?;
     within("remesh.growth", growth, 0.01..=1.0)?;
     let Some(smallest) = smallest else { return Ok(()) };
     let (least, most) = (1e-3 * scene.mesh.size, scene.mesh.size);

@@ -115,7 +115,8 @@ where
         return Err(BuildError::TooLong { ticks, limit: MOST_TICKS });
     }
     engine.set_wear(recipe.wear(&engine.gel().potential, &mesh.rest));
-    Ok(Box::new(Gelatin { engine, facets: mesh.facets, recipe, first: None }))
+    engine.set_exchanges(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
+    Ok(Box::new(Gelatin { engine, facets: mesh.facets, recipe, first: None, renewals: vec![] }))
 }
 
 fn rules(scene: &Scene) -> Rules {

@@ -138,7 +138,10 @@ impl<const D: usize> Mean<D> {
             let middle = 0.5 * (less + more);
             if reaches(&self.strain.between(&aim, middle)) { more = middle } else { less = middle }
         }
-        self.fitted(&self.strain.between(&aim, less), now).map(|fit| fit.0)
+        // Where the mean is turned inside out, nothing is known of the shape, and it rests in the one that it has.
+        let rest = Strain { f: Tensor::<D>::identity(), out: 1.0 };
+        let fit = self.fitted(&self.strain.between(&aim, less), now).or_else(|| self.fitted(&rest, now));
+        fit.map(|fit| fit.0)
     }
 
     /// An element with this F, but for the change of volume, and the measure at rest; and its distortion.

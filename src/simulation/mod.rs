@@ -3,11 +3,13 @@
 //! This is the only place that erases the dimension. Nothing here reads a clock, a file or the environment.
 
 mod build;
+mod candidate;
 mod history;
 mod look;
 mod model;
 mod observe;
 mod recipe;
+mod rehearsal;
 mod renew;
 mod run;
 mod saved;
@@ -18,7 +20,9 @@ use serde::{Deserialize, Serialize};
 pub use crate::contact::{Bulge, Exchange, Wrench};
 pub use crate::scene::CouplingMode;
 pub use build::BuildError;
+pub use candidate::Refused;
 pub use observe::{BodyReport, Books, ContactReport, CostReport, EnergyReport, Frame, FrameCells, Observation, Place};
+pub use rehearsal::{Rehearsal, Renewal, Successor};
 pub use run::{RestoreError, Simulation};
 pub use saved::{Saved, SavedState};
 

@@ -2,6 +2,7 @@
 
 use super::observe::{Frame, FrameCells, Place};
 use super::recipe::Recipe;
+use super::rehearsal::{Rehearsal, Renewal};
 use super::renew::Renew;
 use super::{RestoreError, SavedState};
 use crate::algebra::{Vector3, embed};
@@ -27,6 +28,10 @@ pub(super) struct Reach {
 /// What the simulation asks of a gel, whatever its dimension.
 pub(super) trait Model: Send {
     fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<(), StepError>;
+    /// The same up to the first exchange of the mesh from time `from` on, shown before it is made, if there is one.
+    fn rehearse(&mut self, from: f64, t: f64, exchanges: &mut [Exchange]) -> Result<Option<Rehearsal>, StepError>;
+    /// Exchanges of the mesh since it was built.
+    fn renewals(&self) -> &[Renewal];
     fn n_bodies(&self) -> usize;
     /// What does not change of a body, and its last event.
     fn body(&self, i: usize) -> (&Body, &BodyState);
@@ -65,6 +70,8 @@ pub(super) struct Gelatin<const D: usize> {
     pub recipe: Recipe,
     /// The mesh of the start, if it is not that of the engine.
     pub first: Option<Arc<Birth<D>>>,
+    /// Its exchanges since it was built.
+    pub renewals: Vec<Renewal>,
 }
 
 /// Overlap at the start that contact can take, in element sizes.
@@ -126,6 +133,22 @@ where
             self.renew().map_err(|NoStep { step }| StepError::Worn { time, step })?;
         }
         Ok(())
+    }
+
+    fn rehearse(&mut self, from: f64, t: f64, exchanges: &mut [Exchange]) -> Result<Option<Rehearsal>, StepError> {
+        while self.engine.advance_to(t, exchanges)? == Reached::Worn {
+            let time = self.engine.now();
+            let shown = if time >= from { self.rehearsal(self.frame(time)) } else { None };
+            self.renew().map_err(|NoStep { step }| StepError::Worn { time, step })?;
+            if shown.is_some() {
+                return Ok(shown);
+            }
+        }
+        Ok(None)
+    }
+
+    fn renewals(&self) -> &[Renewal] {
+        &self.renewals
     }
 
     fn n_bodies(&self) -> usize {

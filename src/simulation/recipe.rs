@@ -9,7 +9,7 @@ use crate::scene::{Dimension, ElementKind, Remesh, Scene};
 use crate::state::Birth;
 
 /// What a gel is made of.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Recipe {
     pub section: Section,
     material: NeoHookean,
@@ -21,7 +21,7 @@ pub(super) struct Recipe {
 }
 
 /// How fine meshes are, and when they are worn.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Sizes {
     pub rules: Remesh,
     /// Edges: the least asked for, that of the scene, and the longest, m.
@@ -40,7 +40,7 @@ impl Recipe {
         let graded = scene.mesh.grading.map(|grading| grading.largest);
         let doubled = scene.mesh.tree.map(|tree| usual * tree.coarsest as f64);
         let longest = graded.or(doubled).unwrap_or(usual).max(usual);
-        let sizes = |rules: Remesh| Sizes { rules, least: rules.smallest.unwrap_or(0.5 * usual), usual, longest };
+        let sizes = |rules: Remesh| Sizes { least: rules.smallest.unwrap_or(0.5 * usual), usual, longest, rules };
         Self {
             section: match scene.scene.dimension {
                 Dimension::Planar => Section::Planar { thickness: scene.thickness() },
@@ -50,7 +50,7 @@ impl Recipe {
             material: NeoHookean::new(scene.gel.shear_modulus, scene.gel.bulk_modulus),
             kind: scene.mesh.element,
             density: scene.gel.density,
-            remesh: scene.remesh.map(sizes),
+            remesh: scene.remesh.clone().map(sizes),
         }
     }
 
@@ -107,7 +107,7 @@ impl Recipe {
 
     /// When a mesh is worn whose nodes are there when it is new; never, if it is not exchanged.
     pub fn wear<const D: usize>(&self, potential: &Simplices<D>, position: &[Vector<D>]) -> Option<Wear> {
-        let Remesh { quality, compression, .. } = self.remesh?.rules;
+        let Remesh { quality, compression, .. } = self.remesh.as_ref()?.rules;
         let (mut shape, mut area) = (f64::INFINITY, f64::INFINITY);
         for (element, nodes) in (0..).map(ElementId).zip(potential.elements()) {
             shape = shape.min(shape_quality(position, nodes));

@@ -1,14 +1,16 @@
-//! A worn mesh and the one that replaces it: sized, proposed, judged, and taken or refused.
+//! A worn mesh, and how the run goes on with another one.
 
+use super::RestoreError;
+use super::candidate::{self, Mesher, Way, symmetry};
 use super::model::Gelatin;
-use super::recipe::{Recipe, Sizes};
-use super::{RestoreError, history};
-use crate::algebra::{Vector, embed, restrict};
+use super::observe::Frame;
+use super::recipe::Recipe;
+use super::rehearsal::{Rehearsal, Renewal};
+use crate::algebra::Vector;
 use crate::avi::NoStep;
-use crate::contact::{Body, BodyState};
-use crate::element::{Potential, Section, Simplices};
-use crate::mesh::{ElementId, Mesh, boundary, shape_quality};
-use crate::remesh::{self, Acceptance, Carried, Moved, Proposal, Range, RemeshError, Rules, Symmetry, Transferred};
+use crate::element::{Potential, Simplices};
+use crate::mesh::{ElementId, Mesh};
+use crate::remesh::{self, Moved};
 use crate::state::{Birth, State};
 use std::sync::Arc;
 
@@ -19,32 +21,34 @@ pub(super) trait Renew {
     /// # Errors
     /// [`NoStep`] if not even the old mesh can go on.
     fn renew(&mut self) -> Result<(), NoStep>;
-}
 
-/// How much of the boundary's nodes may be left out, one attempt after the other: chords of the chord without them.
-const SAGS: [f64; 3] = [0.06, 0.02, 0.0];
-/// What the area or volume of the body may change by when nodes of its boundary are left out.
-const MEASURE: f64 = 1e-5;
+    /// What an exchange would do now, in the plane and where meshes are exchanged; `frame` is the mesh as it is.
+    fn rehearsal(&self, frame: Frame) -> Option<Rehearsal>;
+}
 
 impl Renew for Gelatin<2> {
     fn renew(&mut self) -> Result<(), NoStep> {
-        self.renew_by(|old, size, rules, _| remesh::propose(old, size, rules))
+        self.renew_by(candidate::in_plane)
+    }
+
+    fn rehearsal(&self, frame: Frame) -> Option<Rehearsal> {
+        Some(self.rehearsed(frame, self.recipe.remesh.as_ref()?))
     }
 }
 
 impl Renew for Gelatin<3> {
     fn renew(&mut self) -> Result<(), NoStep> {
-        self.renew_by(remesh::propose_in_space)
+        self.renew_by(candidate::in_space)
+    }
+
+    fn rehearsal(&self, _: Frame) -> Option<Rehearsal> {
+        None
     }
 }
 
-/// What makes a mesh for a body: from target sizes of its nodes, and where new points of its surface are clear of bodies.
-type Mesher<const D: usize> =
-    fn(&Moved<'_, D>, &[f64], &Rules, &dyn Fn(&Vector<D>) -> Vector<D>) -> Result<Proposal<D>, RemeshError>;
-
 impl<const D: usize> Gelatin<D> {
     fn renew_by(&mut self, mesher: Mesher<D>) -> Result<(), NoStep> {
-        let Some(sizes) = self.recipe.remesh else { return Ok(()) };
+        let Some(sizes) = self.recipe.remesh.clone() else { return Ok(()) };
         let old = self.present();
         if self.engine.state().birth.is_none() {
             self.first = Some(Arc::clone(&old));
@@ -52,82 +56,16 @@ impl<const D: usize> Gelatin<D> {
         let position = self.engine.state().position.clone();
         let moved = Moved { mesh: &old.mesh, position: &position };
         let size = self.sizes(&moved, &sizes);
-        let worst = old.mesh.elements.iter().map(|element| shape_quality(&position, element));
-        let acceptance = Acceptance { measure: MEASURE, quality: worst.fold(f64::INFINITY, f64::min) };
-        for sag in SAGS {
-            let proposed = self.propose((&old, &moved), (&size, mesher), (sag, &acceptance));
-            if proposed.is_some_and(|(birth, velocity)| self.go_on(birth, velocity).is_ok()) {
+        for (way, attempt) in Way::of(sizes.rules.method).into_iter().zip(1..) {
+            let Ok(candidate) = self.candidate((&old, &moved), (&size, mesher), way) else { continue };
+            let renewal = Renewal::of(&candidate, self.engine.now(), attempt);
+            if self.go_on(candidate.birth, candidate.velocity).is_ok() {
                 self.engine.count_exchange();
+                self.renewals.push(renewal);
                 return Ok(());
             }
         }
         self.keep(&old)
-    }
-
-    fn carried<'a>(&'a self, old: &'a Birth<D>) -> Carried<'a, D> {
-        Carried {
-            symmetry: symmetry(&self.recipe),
-            mass: &old.mass,
-            corner_mass: &old.corner_mass,
-            velocity: &self.engine.state().velocity,
-        }
-    }
-
-    /// Target sizes of the nodes: fine where displacement and velocity bend and where a body is near.
-    fn sizes(&self, moved: &Moved<'_, D>, sizes: &Sizes) -> Vec<f64> {
-        let state = self.engine.state();
-        let displacement: Vec<Vector<D>> =
-            moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect();
-        let range = Range { least: sizes.least, greatest: sizes.longest };
-        let mut size = remesh::curved(moved, &[&displacement, &state.velocity], sizes.rules.bend.to_radians(), &range);
-        let bodies = self.active_bodies();
-        for (size, x) in size.iter_mut().zip(moved.position) {
-            let gaps = bodies.iter().map(|(body, at)| body.gap(at, &embed(x)).distance);
-            let gap = gaps.fold(f64::INFINITY, f64::min).max(0.0);
-            *size = size.min(sizes.usual + sizes.rules.growth * gap);
-        }
-        remesh::graded(moved, size, sizes.rules.growth)
-    }
-
-    /// The bodies that take part, where they are now.
-    fn active_bodies(&self) -> Vec<(&Body, BodyState)> {
-        let time = self.engine.now();
-        let all = self.engine.bodies().iter().zip(&self.engine.state().bodies);
-        all.map(|(body, last)| (body, last.at(body, time))).filter(|(_, at)| at.active).collect()
-    }
-
-    /// The place on the surface of a body for one inside it: a new point of a facet that is drawn over a body would have to be
-    /// pushed out of it later.
-    fn cleared(&self, x: &Vector<D>) -> Vector<D> {
-        self.active_bodies().iter().fold(*x, |x, (body, at)| {
-            let gap = body.gap(at, &embed(&x));
-            x - restrict::<D>(&gap.normal) * gap.distance.min(0.0)
-        })
-    }
-
-    /// A new mesh and the velocities of its nodes, unless it is refused.
-    fn propose(
-        &self,
-        (old, moved): (&Birth<D>, &Moved<'_, D>),
-        (size, mesher): (&[f64], Mesher<D>),
-        (sag, acceptance): (f64, &Acceptance),
-    ) -> Option<(Birth<D>, Vec<Vector<D>>)> {
-        let rules = Rules { sag, ..Rules::default() };
-        let proposal = mesher(moved, size, &rules, &|x| self.cleared(x)).ok()?;
-        let j = remesh::judge(moved, &proposal, acceptance);
-        eprintln!("t {:.4e} sag {sag}: {:?}", self.engine.now(), j);
-        j.ok()?;
-        let new = remesh::transfer(moved, &self.carried(old), &proposal);
-        if new.defects.massless > 0 {
-            return None;
-        }
-        let potential = &self.engine.gel().potential;
-        let references = history::references((potential, old), moved.position, (&proposal, &new))?;
-        let facets = boundary::<D>(&proposal.elements);
-        let Transferred { rest, mass, corner_mass, velocity, held, .. } = new;
-        let mesh = Mesh { rest, elements: proposal.elements, facets, held };
-        let tick = self.engine.last_tick();
-        Some((Birth { tick, mesh, position: proposal.position, mass, corner_mass, references }, velocity))
     }
 
     /// Goes on with the old mesh.
@@ -210,14 +148,6 @@ impl<const D: usize> Gelatin<D> {
             references: vec![],
             mesh,
         })
-    }
-}
-
-fn symmetry(recipe: &Recipe) -> Symmetry {
-    match recipe.section {
-        Section::Planar { .. } => Symmetry::Planar,
-        Section::Axisymmetric => Symmetry::Axisymmetric,
-        Section::Spatial => Symmetry::Spatial,
     }
 }
 

@@ -3,6 +3,7 @@
 use super::build::{BuildError, build, orientation};
 use super::model::Model;
 use super::observe::Frame;
+use super::rehearsal::{Rehearsal, Renewal};
 use super::saved::Saved;
 use super::{CouplingMode, Exchange, Inputs, Kinematics};
 use crate::algebra::Vector3;
@@ -192,6 +193,33 @@ impl Simulation {
         }
         self.failure = result.clone().err();
         result
+    }
+
+    /// Goes on with nothing changed from outside to the first exchange of the mesh from time `from` on, s, and shows it before it is
+    /// made; to `end`, s, if there is none.
+    ///
+    /// # Errors
+    /// [`StepError`] as [`Simulation::step`].
+    pub fn rehearse(&mut self, from: f64, end: f64) -> Result<Option<Rehearsal>, StepError> {
+        if let Some(failure) = &self.failure {
+            return Err(failure.clone());
+        }
+        self.exchanges.fill(Exchange::default());
+        let result = self.model.rehearse(from, end, &mut self.exchanges);
+        self.time = match &result {
+            Ok(Some(shown)) => shown.frame.time.max(self.time),
+            Ok(None) => end.max(self.time),
+            Err(failure) => failure.time().clamp(self.time, end.max(self.time)),
+        };
+        self.failure = result.as_ref().err().cloned();
+        result
+    }
+
+    /// The exchanges of the mesh that this simulation has made since it was built; what came before a state that was restored is
+    /// not among them.
+    #[must_use]
+    pub fn renewals(&self) -> &[Renewal] {
+        self.model.renewals()
     }
 
     /// J·(V₀ + V₁)/2 + A·(Ω₀ + Ω₁)/2 of the last step, J.

@@ -8,6 +8,9 @@ pub enum Failure {
     /// The user can put it right in the command line or the scene.
     #[error("{0}")]
     BadInput(String),
+    /// The run ended before what was asked for.
+    #[error("{0}")]
+    Stopped(String),
     /// The run could not be carried out.
     #[error("{0}")]
     Run(RunError),
@@ -18,7 +21,7 @@ impl Failure {
     pub fn code(&self) -> u8 {
         match self {
             Self::BadInput(_) => 2,
-            Self::Run(_) => 1,
+            Self::Run(_) | Self::Stopped(_) => 1,
         }
     }
 }

@@ -11,6 +11,7 @@ mod listing;
 mod options;
 mod pack;
 mod progress;
+mod remesh_demo;
 mod run;
 mod source;
 mod summary;
@@ -44,6 +45,7 @@ fn dispatch(command: Command, console: &Console) -> Result<u8, Failure> {
         Command::Bench(options) => return bench::bench(&options, console),
         Command::Check { scene } => check::check(&scene, console)?,
         Command::Pack(options) => listing::pack(&options, console)?,
+        Command::RemeshDemo(options) => remesh_demo::show(&options, console)?,
         Command::Scenes { name } => listing::scenes(name.as_deref(), console)?,
         Command::Schema => listing::schema(console),
         Command::Completions { shell } => listing::completions(shell, console),

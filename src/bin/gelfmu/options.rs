@@ -51,6 +51,14 @@ pub enum Command {
     Bench(BenchOptions),
     /// Write the FMU for this host
     Pack(PackOptions),
+    /// Draw the steps of an exchange of the mesh: run a planar or axisymmetric scene until its mesh is worn, and write a page of
+    /// pictures
+    ///
+    /// The pictures are those of figure 6 of the paper, of the whole gel and of what is around the worst element: the worn mesh,
+    /// the bends of the fields and the target sizes, the quadtree, the Delaunay triangulation of its points, the signed
+    /// distance, the gel immersed and cut out, and the velocity on the old mesh and on the new ones of both methods.
+    /// `index.html` shows them in order with their figures.
+    RemeshDemo(DemoOptions),
     /// List the built-in scenes, or print one
     Scenes {
         /// Name of the scene to print
@@ -88,6 +96,29 @@ pub struct RunOptions {
     /// Step the library without the FMU: same digest
     #[arg(long)]
     pub direct: bool,
+    /// Threads, 0 for all cores; results do not depend on it
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
+    pub threads: usize,
+}
+
+/// Name of the scene whose mesh is exchanged if none is named.
+pub const DEMO_SCENE: &str = "ball-square";
+
+/// Which exchange of the mesh to draw.
+#[derive(Debug, Args)]
+pub struct DemoOptions {
+    /// Name of a built-in scene, or path of a scene file (`ball-square` if absent); without a [remesh] table it is given
+    /// remesh.quality=0.05 and remesh.compression=0
+    pub scene: Option<String>,
+    /// Exchange the mesh at this time, s, worn or not, and draw that (the first exchange if absent)
+    #[arg(long, value_name = "TIME", value_parser = positive)]
+    pub at: Option<f64>,
+    /// Replace a value of the scene, such as projectile.velocity=[0,0,-30]; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<Override>,
+    /// Folder for the pictures (`gelfmu-out/SCENE-remesh` if absent)
+    #[arg(long, visible_alias = "output", value_name = "DIR")]
+    pub out: Option<PathBuf>,
     /// Threads, 0 for all cores; results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
     pub threads: usize,

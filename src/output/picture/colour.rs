@@ -10,10 +10,13 @@ pub(in crate::output) const SPEED: Map =
 /// Step: dark blue is small (busy), through green, to pale yellow for large.
 pub(in crate::output) const STEP: Map =
     Map([[28, 32, 92], [36, 92, 150], [40, 150, 140], [128, 200, 96], [244, 236, 150]]);
+/// Signed values: blue below zero, pale at zero, red above.
+pub(in crate::output) const SIGNED: Map =
+    Map([[36, 76, 164], [140, 178, 222], [246, 244, 238], [232, 160, 128], [172, 40, 44]]);
 /// Gel whose value is not known, such as the step of an element that has not made one.
 const UNKNOWN: [u8; 3] = [190, 190, 190];
 /// Gelatin.
-pub(super) const AMBER: [u8; 3] = [240, 178, 74];
+pub(in crate::output) const AMBER: [u8; 3] = [240, 178, 74];
 
 impl Map {
     /// The colour at a place, 0 to 1; grey if there is no such place.

@@ -10,11 +10,12 @@ mod raster;
 mod stage;
 
 pub(super) use camera::Camera;
-pub(super) use colour::{Map, SPEED, STEP, png};
+pub(super) use colour::{AMBER, Map, SIGNED, SPEED, STEP, png};
 
 use crate::scene::Scene;
 use crate::simulation::Frame;
 use raster::{Canvas, Pixel};
+use stage::Substance;
 
 /// Width and height of a picture in the report, pixels.
 const SHOT: [usize; 2] = [480, 400];
@@ -59,7 +60,13 @@ impl Shot {
 #[must_use]
 pub fn model_picture(frame: &Frame, scene: &Scene) -> Vec<u8> {
     let pixels = expose(frame, scene, &Camera::of(frame, scene), MODEL);
-    png(MODEL, pixels.iter().map(|pixel| pixel.painted(colour::AMBER)))
+    png(MODEL, pixels.iter().map(|pixel| pixel.painted(AMBER)))
+}
+
+/// The bodies of a plane frame as polygons, x and z, m.
+pub(super) fn sections(frame: &Frame, scene: &Scene) -> Vec<Vec<[f64; 2]>> {
+    let bodies = stage::polygons(frame, scene).into_iter().filter(|polygon| polygon.substance == Substance::Body);
+    bodies.map(|polygon| polygon.corners.iter().map(|corner| [corner.at.x, corner.at.z]).collect()).collect()
 }
 
 fn expose(frame: &Frame, scene: &Scene, camera: &Camera, size: [usize; 2]) -> Vec<Pixel> {

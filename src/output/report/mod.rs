@@ -7,6 +7,8 @@ mod plot;
 mod tables;
 mod words;
 
+pub(super) use number::{mark, quantity, ratio};
+
 use super::history::Row;
 use super::picture::Shot;
 use super::summary::Summary;
@@ -15,7 +17,7 @@ use crate::scene::Scene;
 /// Most points of a curve: a plot is 640 pixels wide.
 pub(super) const PLOT_POINTS: usize = 2000;
 
-const STYLE: &str = include_str!("style.css");
+pub(super) const STYLE: &str = include_str!("style.css");
 
 /// The page. `rows` are the history, thinned to at most [`PLOT_POINTS`].
 pub(super) fn page(scene: &Scene, summary: &Summary, rows: &[Row], shots: &[&Shot]) -> String {
@@ -43,6 +45,6 @@ pub(super) fn page(scene: &Scene, summary: &Summary, rows: &[Row], shots: &[&Sho
 }
 
 /// Text that HTML takes literally.
-fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

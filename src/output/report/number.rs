@@ -17,7 +17,7 @@ pub(super) fn prefix(magnitude: f64) -> (f64, &'static str) {
 }
 
 /// A value with its unit in four significant digits: "14.05 mm".
-pub(super) fn quantity(value: f64, unit: &str) -> String {
+pub(in crate::output) fn quantity(value: f64, unit: &str) -> String {
     match value.abs() {
         size if !size.is_finite() => "not known".to_string(),
         size if size > 0.0 && size < SMALLEST => format!("{} {unit}", ratio(value)),
@@ -26,7 +26,7 @@ pub(super) fn quantity(value: f64, unit: &str) -> String {
 }
 
 /// A value with its unit in three significant digits and the prefix that suits the end of its scale.
-pub(super) fn mark(value: f64, end: f64, unit: &str) -> String {
+pub(in crate::output) fn mark(value: f64, end: f64, unit: &str) -> String {
     prefixed(value, end, unit, 3)
 }
 
@@ -36,7 +36,7 @@ fn prefixed(value: f64, model: f64, unit: &str, significant: i32) -> String {
 }
 
 /// A ratio or an error: few digits, with an exponent where it is small or large.
-pub(super) fn ratio(value: f64) -> String {
+pub(in crate::output) fn ratio(value: f64) -> String {
     match value.abs() {
         0.0 => "0".to_string(),
         size if !size.is_finite() => "not known".to_string(),

@@ -1,0 +1,92 @@
+//! `gelfmu remesh-demo`: the steps of an exchange of the mesh in pictures.
+
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::job::RunError;
+use crate::options::{DEMO_SCENE, DemoOptions};
+use crate::source::{self, Source};
+use ballistic_gel::output::{self, Figures, OutputError};
+use ballistic_gel::scene::{Dimension, Override};
+use ballistic_gel::simulation::{CouplingMode, Rehearsal, Simulation};
+use serde_json::json;
+use std::path::Path;
+
+/// What wears a mesh out in a scene that never exchanges it: the pictures are of one that could hardly go on.
+const AT_ITS_END: [(&str, &str); 2] = [("remesh.quality", "0.05"), ("remesh.compression", "0.0")];
+
+/// Runs to the exchange that is asked for and draws it.
+pub fn show(options: &DemoOptions, console: &Console) -> Result<(), Failure> {
+    let name = options.scene.as_deref().unwrap_or(DEMO_SCENE);
+    let source = scene(name, options)?;
+    let header = &source.scene.scene;
+    let folder = options.out.clone();
+    let folder = folder.unwrap_or_else(|| Path::new("gelfmu-out").join(format!("{}-remesh", header.name)));
+    let _claim = output::claim(&folder).map_err(unwritable)?;
+    console.note(&format!("{}: {} (into {})", header.name, header.title, folder.display()));
+    let shown = rehearse(name, &source, options)?;
+    let figures = output::draw_steps(&folder, &source.scene, &shown).map_err(unwritable)?;
+    let page = folder.join("index.html");
+    console.result(&json!({ "page": page, "figures": figures }), &words(&figures, &page));
+    Ok(())
+}
+
+/// The scene with an exchange in it.
+fn scene(name: &str, options: &DemoOptions) -> Result<Source, Failure> {
+    let set = |key: &str, value: String| Override { key: key.to_owned(), value };
+    let mut overrides = options.set.clone();
+    if let Some(at) = options.at {
+        overrides.push(set("remesh.times", format!("[{at:?}]")));
+    }
+    let source = source::load(name, &overrides)?;
+    let dimension = source.scene.scene.dimension;
+    if dimension == Dimension::Spatial {
+        return Err(Failure::BadInput(format!(
+            "scene {name}: found a spatial gel, expected a planar or axisymmetric one: the pictures are of meshes in the plane"
+        )));
+    }
+    if source.scene.remesh.is_some() {
+        return Ok(source);
+    }
+    overrides.extend(AT_ITS_END.map(|(key, value)| set(key, value.to_owned())));
+    source::load(name, &overrides)
+}
+
+fn rehearse(name: &str, source: &Source, options: &DemoOptions) -> Result<Rehearsal, Failure> {
+    let scene = &source.scene;
+    let simulation = Simulation::new(scene, CouplingMode::Integrated, options.threads);
+    let mut simulation = simulation.map_err(RunError::Build)?;
+    let from = options.at.unwrap_or(0.0);
+    let end = scene.scene.end_time;
+    let stopped = |reason: String| Failure::Stopped(format!("scene {name}: {reason}"));
+    match simulation.rehearse(from, end) {
+        Ok(Some(shown)) => Ok(shown),
+        Ok(None) => Err(stopped(format!(
+            "the mesh is not worn up to scene.end_time, {end:?} s: give a time with --at, or raise remesh.quality"
+        ))),
+        Err(error) => Err(stopped(error.to_string())),
+    }
+}
+
+fn unwritable(error: OutputError) -> Failure {
+    RunError::Output(error).into()
+}
+
+fn words(figures: &Figures, page: &Path) -> String {
+    let Figures { time, elements, least_quality, methods } = figures;
+    let mut lines = vec![format!(
+        "at {:.4} ms a mesh of {elements} elements ends, its worst of quality {least_quality:.3}",
+        1e3 * time
+    )];
+    for outcome in methods {
+        let method = format!("{:?}", outcome.method).to_lowercase();
+        lines.push(match (&outcome.mesh, &outcome.refused) {
+            (Some(new), _) => format!(
+                "{method}: {} elements, quality {:.3}, area {:+.1e}, momentum {:.1e}, kinetic energy {:+.2e}, stored {:+.2e}",
+                new.elements, new.least_quality, new.area, new.momentum, new.kinetic, new.stored
+            ),
+            (None, why) => format!("{method}: none, {}", why.as_deref().unwrap_or("it was not tried")),
+        });
+    }
+    lines.push(format!("pictures: {}", page.display()));
+    lines.join("\n")
+}

@@ -1,0 +1,99 @@
+//! `index.html`: the steps of an exchange in order.
+
+use super::panels::{Panel, Scale};
+use super::{Change, Figures};
+use crate::output::report::{STYLE, escape, mark, quantity, ratio};
+use crate::scene::{RemeshMethod, Scene};
+
+/// Name of the file of a picture.
+pub(super) fn file(number: usize, name: &str, view: &str) -> String {
+    format!("{number:02}-{name}-{view}.png")
+}
+
+/// The page.
+pub(super) fn page(scene: &Scene, panels: &[Panel], figures: &Figures) -> String {
+    let (name, title) = (escape(&scene.scene.name), escape(&scene.scene.title));
+    let sections: String = panels.iter().zip(1..).map(|(panel, number)| section(panel, number)).collect();
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <title>{name}: an exchange of the mesh — ballistic-gel</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
+         <header><h1>{name}: an exchange of the mesh</h1>\n<p class=\"title\">{title}</p></header>\n\
+         <p class=\"lead\">At {} a mesh of {} elements ends; its worst has the quality {}. Left the whole gel, right what is \
+         around that element.</p>\n{sections}{}</main>\n</body>\n</html>\n",
+        quantity(figures.time, "s"),
+        figures.elements,
+        ratio(figures.least_quality),
+        table(figures)
+    )
+}
+
+fn section(panel: &Panel, number: usize) -> String {
+    let picture = |view: &str| {
+        format!(
+            "<img alt=\"{}, {view}\" src=\"{}\" width=\"720\" height=\"720\"/>",
+            panel.title,
+            file(number, panel.name, view)
+        )
+    };
+    format!(
+        "<section><h2>{number}. {}</h2>\n<p>{}</p>\n{}<div class=\"pair\">{}{}</div></section>\n",
+        panel.title,
+        panel.about,
+        panel.scale.as_ref().map(legend).unwrap_or_default(),
+        picture("whole"),
+        picture("close")
+    )
+}
+
+fn legend(scale: &Scale) -> String {
+    let Scale { low, high, unit, map } = *scale;
+    let ticks: String = [0.0, 0.25, 0.5, 0.75, 1.0]
+        .map(|place| format!("<span>{}</span>", mark(low + place * (high - low), high, unit)))
+        .concat();
+    format!(
+        "<div class=\"bar\" style=\"background: linear-gradient(to right, {})\"></div>\n<div class=\"ticks\">{ticks}</div>\n",
+        map.css()
+    )
+}
+
+/// A figure: what it is, and how it is written.
+type Row = (&'static str, fn(&Change) -> String);
+const ROWS: [Row; 10] = [
+    ("Elements", |c| c.elements.to_string()),
+    ("Least quality", |c| ratio(c.least_quality)),
+    ("Least angle", |c| format!("{:.1}°", c.least_angle)),
+    ("Change of area", |c| ratio(c.area)),
+    ("Mass without a place", |c| ratio(c.mass)),
+    ("Momentum that appeared, before any correction", |c| ratio(c.momentum)),
+    ("Change of kinetic energy", |c| ratio(c.kinetic)),
+    ("Change of stored energy", |c| ratio(c.stored)),
+    ("Elements that are old ones", |c| ratio(c.unchanged)),
+    ("Attempt", |c| c.attempt.to_string()),
+];
+
+/// The figures of both methods beside each other.
+fn table(figures: &Figures) -> String {
+    let named = |method: RemeshMethod| match method {
+        RemeshMethod::Retained => "retained",
+        RemeshMethod::Immersed => "immersed",
+    };
+    let head: Vec<String> = figures.methods.iter().map(|o| format!("<th>{}</th>", named(o.method))).collect();
+    let refused =
+        figures.methods.iter().filter_map(|outcome| outcome.refused.as_ref().map(|why| (outcome.method, why)));
+    let refused: Vec<String> =
+        refused.map(|(method, why)| format!("<p>No {} mesh: {}.</p>\n", named(method), escape(why))).collect();
+    let cells = |value: fn(&Change) -> String| -> String {
+        let cell = |change: Option<&Change>| format!("<td>{}</td>", change.map_or_else(|| "–".to_owned(), value));
+        figures.methods.iter().map(|outcome| cell(outcome.mesh.as_ref())).collect()
+    };
+    let rows: Vec<String> =
+        ROWS.iter().map(|(name, value)| format!("<tr><th>{name}</th>{}</tr>\n", cells(*value))).collect();
+    format!(
+        "<section><h2>In numbers</h2>\n<p>Shares of what there was before.</p>\n{}<div class=\"wide\"><table>\n\
+         <thead><tr><th></th>{}</tr></thead>\n<tbody>\n{}</tbody></table></div></section>\n",
+        refused.concat(),
+        head.concat(),
+        rows.concat()
+    )
+}

@@ -1,0 +1,121 @@
+//! The body cut out of the triangulation that it is immersed in.
+
+use super::super::shape::{Point, quality};
+use super::super::{Origin, Proposal};
+use super::boundary::{Boundary, Place};
+use super::snap::Immersed;
+use crate::mesh::{NodeId, Simplex};
+use std::collections::BTreeMap;
+
+/// The new mesh while it is cut out.
+struct Cutting<'a> {
+    boundary: &'a Boundary<'a>,
+    immersed: &'a Immersed,
+    points: Vec<Point>,
+    origin: Vec<Origin>,
+    /// The point on each edge that is cut.
+    cuts: BTreeMap<[usize; 2], usize>,
+    elements: Vec<[usize; 3]>,
+}
+
+/// See [`super::cut_out`].
+pub(super) fn cut_out(boundary: &Boundary<'_>, immersed: &Immersed) -> Proposal<2> {
+    let (points, origin) = (immersed.points.clone(), immersed.origin.clone());
+    let mut cutting = Cutting { boundary, immersed, points, origin, cuts: BTreeMap::new(), elements: vec![] };
+    for triangle in &immersed.triangles {
+        cutting.cut(triangle);
+    }
+    cutting.mesh()
+}
+
+impl Cutting<'_> {
+    fn is_in(&self, p: usize) -> bool {
+        self.immersed.distance[p] < 0.0
+    }
+
+    fn is_out(&self, p: usize) -> bool {
+        self.immersed.distance[p] > 0.0
+    }
+
+    /// Takes what is inside of a triangle.
+    fn cut(&mut self, triangle: &[usize; 3]) {
+        let count = |is: &dyn Fn(usize) -> bool| triangle.iter().filter(|p| is(**p)).count();
+        let (n_in, n_out) = (count(&|p| self.is_in(p)), count(&|p| self.is_out(p)));
+        // Turned so that what differs from the others stands first.
+        let turned = |first: usize| [first, first + 1, first + 2].map(|k| triangle[k % 3]);
+        let first = |is: &dyn Fn(usize) -> bool| triangle.iter().position(|p| is(*p)).map_or(*triangle, turned);
+        match (n_in, n_out) {
+            (0, 0) if self.boundary.winding(&self.middle(triangle)) > 0 => self.elements.push(*triangle),
+            (0, _) => {}
+            (_, 0) => self.elements.push(*triangle),
+            (1, 2) => {
+                let [a, b, c] = first(&|p| self.is_in(p));
+                let corners = [a, self.on_edge(a, b), self.on_edge(a, c)];
+                self.elements.push(corners);
+            }
+            (2, _) => {
+                let [a, b, c] = first(&|p| self.is_out(p));
+                let (to_b, to_c) = (self.on_edge(b, a), self.on_edge(c, a));
+                self.divide([to_b, b, c, to_c]);
+            }
+            _ => self.halve(first(&|p| !self.is_in(p) && !self.is_out(p))),
+        }
+    }
+
+    /// Takes the inner half of a triangle whose first corner is on the boundary.
+    fn halve(&mut self, [a, b, c]: [usize; 3]) {
+        if self.is_in(b) {
+            let cut = self.on_edge(b, c);
+            self.elements.push([a, b, cut]);
+        } else {
+            let cut = self.on_edge(c, b);
+            self.elements.push([a, cut, c]);
+        }
+    }
+
+    /// Takes a quadrilateral as two triangles, by the diagonal with the better worst one.
+    fn divide(&mut self, [a, b, c, d]: [usize; 4]) {
+        let worst =
+            |pair: &[[usize; 3]; 2]| pair.map(|t| quality(t.map(|p| &self.points[p]))).into_iter().fold(1.0, f64::min);
+        let [one, other] = [[[a, b, c], [a, c, d]], [[b, c, d], [b, d, a]]];
+        self.elements.extend(if worst(&one) >= worst(&other) { one } else { other });
+    }
+
+    /// The point where an edge is cut, from the inside to the outside.
+    fn on_edge(&mut self, inside: usize, outside: usize) -> usize {
+        let key = [inside, outside];
+        if let Some(cut) = self.cuts.get(&key) {
+            return *cut;
+        }
+        let Immersed { points, distance, .. } = self.immersed;
+        let way = distance[inside] / (distance[inside] - distance[outside]);
+        let zero = || Place { at: (1.0 - way) * points[inside] + way * points[outside], origin: Origin::Inside };
+        let place = self.boundary.crossing([&points[inside], &points[outside]], way).unwrap_or_else(zero);
+        self.points.push(place.at);
+        self.origin.push(place.origin);
+        self.cuts.insert(key, self.points.len() - 1);
+        self.points.len() - 1
+    }
+
+    fn middle(&self, triangle: &[usize; 3]) -> Point {
+        triangle.iter().map(|p| self.points[*p]).sum::<Point>() / 3.0
+    }
+
+    /// Of the points that are used, in their order.
+    fn mesh(self) -> Proposal<2> {
+        let mut number = vec![None; self.points.len()];
+        self.elements.iter().flatten().for_each(|p| number[*p] = Some(0));
+        let used: Vec<usize> = (0..number.len()).filter(|p| number[*p].is_some()).collect();
+        used.iter().zip(0..).for_each(|(p, n)| number[*p] = Some(n));
+        let simplex = |nodes: &[usize; 3]| -> Simplex {
+            let [a, b, c] = nodes.map(|p| NodeId(number[p].unwrap_or_default()));
+            [a, b, c, NodeId::default()]
+        };
+        Proposal {
+            position: used.iter().map(|p| self.points[*p]).collect(),
+            origin: used.iter().map(|p| self.origin[*p]).collect(),
+            elements: self.elements.iter().map(simplex).collect(),
+            cleared: 0.0,
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! A mesh that may replace a worn one: sized, made, judged, and with all that it carries.
+
+use super::history;
+use super::model::Gelatin;
+use super::recipe::{Recipe, Sizes};
+use crate::algebra::{Vector, embed, restrict};
+use crate::contact::{Body, BodyState};
+use crate::element::Section;
+use crate::mesh::{Mesh, boundary, shape_quality};
+use crate::remesh::{
+    self, Acceptance, Carried, Defects, Moved, Proposal, Quality, Range, Rejected, RemeshError, Rules, Symmetry,
+    Transferred,
+};
+use crate::scene::RemeshMethod;
+use crate::state::Birth;
+
+/// A mesh that may replace another one, and the velocities of its nodes.
+#[derive(Debug)]
+pub(super) struct Candidate<const D: usize> {
+    pub birth: Birth<D>,
+    pub velocity: Vec<Vector<D>>,
+    /// What it was judged to be.
+    pub quality: Quality,
+    /// What the transfer changed.
+    pub defects: Defects<D>,
+}
+
+/// Why a mesh may not replace another one.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Refused {
+    /// There is none.
+    #[error(transparent)]
+    Made(#[from] RemeshError),
+    /// It is not good enough.
+    #[error(transparent)]
+    Judged(#[from] Rejected),
+    /// Some of it is made of nothing.
+    #[error("{nodes} nodes of the new mesh have no mass: no old element lies under theirs")]
+    Massless {
+        /// How many.
+        nodes: usize,
+    },
+    /// An element that cannot have been anything at rest.
+    #[error("an element of the new mesh has no shape at rest: the old ones under it are inverted")]
+    Restless,
+}
+
+/// A way to make a mesh, one attempt after the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Way {
+    /// Nodes of the boundary are left out where it is within so many chords of the chord without them.
+    Retained { sag: f64 },
+    /// With this part of the sizes.
+    Immersed { part: f64 },
+}
+
+/// What makes a mesh of a dimension, new points of its surface where they are cleared of bodies: also by how much it may change
+/// the area or volume of the body.
+pub(super) type Mesher<const D: usize> =
+    fn(Way, &Moved<'_, D>, &[f64], Cleared<'_, D>) -> Result<(Proposal<D>, f64), RemeshError>;
+/// The place nearest to a point that is in no body.
+pub(super) type Cleared<'a, const D: usize> = &'a dyn Fn(&Vector<D>) -> Vector<D>;
+
+/// What the area or volume of the body may change by when nodes of its boundary are left out.
+const MEASURE: f64 = 1e-5;
+/// An immersed mesh may be worse shaped than the old one, but no worse than this: what cutting leaves is above it except in corners that
+/// the sizes do not resolve (`smooth_bodies_of_any_size_and_place_are_cut_out_whole`).
+const FAIR: f64 = 0.1;
+
+impl Way {
+    /// The attempts of a method.
+    pub fn of(method: RemeshMethod) -> [Self; 3] {
+        match method {
+            RemeshMethod::Retained => [0.06, 0.02, 0.0].map(|sag| Self::Retained { sag }),
+            RemeshMethod::Immersed => [1.0, 0.7, 0.5].map(|part| Self::Immersed { part }),
+        }
+    }
+
+    /// The worst shape that a mesh made so may have, if the old one has this worst shape.
+    fn worst(self, old: f64) -> f64 {
+        match self {
+            Self::Retained { .. } => old,
+            Self::Immersed { .. } => old.min(FAIR),
+        }
+    }
+}
+
+/// The mesh that is made so in the plane; there new points stay where the old boundary was.
+pub(super) fn in_plane(
+    way: Way,
+    moved: &Moved<'_, 2>,
+    size: &[f64],
+    _: Cleared<'_, 2>,
+) -> Result<(Proposal<2>, f64), RemeshError> {
+    match way {
+        Way::Retained { sag } => Ok((remesh::propose(moved, size, &Rules { sag, ..Rules::default() })?, MEASURE)),
+        Way::Immersed { part } => {
+            let size: Vec<f64> = size.iter().map(|size| part * size).collect();
+            let steps = remesh::immerse(moved, &size, &Rules::default())?;
+            Ok((steps.proposal, MEASURE + remesh::rounding(moved, &size)))
+        }
+    }
+}
+
+/// The mesh that is made so in space; an immersed one, which a scene cannot ask for, is none.
+pub(super) fn in_space(
+    way: Way,
+    moved: &Moved<'_, 3>,
+    size: &[f64],
+    cleared: Cleared<'_, 3>,
+) -> Result<(Proposal<3>, f64), RemeshError> {
+    match way {
+        Way::Retained { sag } => {
+            let rules = Rules { sag, ..Rules::default() };
+            Ok((remesh::propose_in_space(moved, size, &rules, cleared)?, MEASURE))
+        }
+        Way::Immersed { .. } => Err(RemeshError::PlaneOnly),
+    }
+}
+
+impl<const D: usize> Gelatin<D> {
+    /// Target sizes of the nodes: fine where displacement and velocity bend and where a body is near; those of the scene, if they
+    /// are not to adapt.
+    pub fn sizes(&self, moved: &Moved<'_, D>, sizes: &Sizes) -> Vec<f64> {
+        if !sizes.rules.adaptive {
+            return vec![sizes.usual; moved.position.len()];
+        }
+        let range = Range { least: sizes.least, greatest: sizes.longest };
+        let mut size = remesh::curved(moved, &self.bends(moved), sizes.rules.bend.to_radians(), &range);
+        let bodies = self.active_bodies();
+        for (size, x) in size.iter_mut().zip(moved.position) {
+            let gaps = bodies.iter().map(|(body, at)| body.gap(at, &embed(x)).distance);
+            let gap = gaps.fold(f64::INFINITY, f64::min).max(0.0);
+            *size = size.min(sizes.usual + sizes.rules.growth * gap);
+        }
+        remesh::graded(moved, size, sizes.rules.growth)
+    }
+
+    /// The bodies that take part, where they are now.
+    fn active_bodies(&self) -> Vec<(&Body, BodyState)> {
+        let time = self.engine.now();
+        let all = self.engine.bodies().iter().zip(&self.engine.state().bodies);
+        all.map(|(body, last)| (body, last.at(body, time))).filter(|(_, at)| at.active).collect()
+    }
+
+    /// The place on the surface of a body for one inside it: a new point of a facet that is drawn over a body would have to be
+    /// pushed out of it later.
+    pub fn cleared(&self, x: &Vector<D>) -> Vector<D> {
+        self.active_bodies().iter().fold(*x, |x, (body, at)| {
+            let gap = body.gap(at, &embed(&x));
+            x - restrict::<D>(&gap.normal) * gap.distance.min(0.0)
+        })
+    }
+
+    /// How far displacement and velocity bend at each element, rad.
+    pub fn bends(&self, moved: &Moved<'_, D>) -> Vec<f64> {
+        let displacement: Vec<Vector<D>> =
+            moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect();
+        remesh::bends(moved, &[&displacement, &self.engine.state().velocity])
+    }
+
+    /// A new mesh with all that it carries.
+    ///
+    /// # Errors
+    /// [`Refused`] if there is none that may replace the old one.
+    pub fn candidate(
+        &self,
+        (old, moved): (&Birth<D>, &Moved<'_, D>),
+        (size, mesher): (&[f64], Mesher<D>),
+        way: Way,
+    ) -> Result<Candidate<D>, Refused> {
+        let (proposal, measure) = mesher(way, moved, size, &|x| self.cleared(x))?;
+        let worst = old.mesh.elements.iter().map(|element| shape_quality(moved.position, element));
+        let acceptance = Acceptance { measure, quality: way.worst(worst.fold(f64::INFINITY, f64::min)) };
+        let quality = remesh::judge(moved, &proposal, &acceptance)?;
+        let new = remesh::transfer(moved, &self.carried(old), &proposal);
+        if new.defects.massless > 0 {
+            return Err(Refused::Massless { nodes: new.defects.massless });
+        }
+        let potential = &self.engine.gel().potential;
+        let references = history::references((potential, old), moved.position, (&proposal, &new));
+        let references = references.ok_or(Refused::Restless)?;
+        let facets = boundary::<D>(&proposal.elements);
+        let Transferred { rest, mass, corner_mass, velocity, held, defects, .. } = new;
+        let mesh = Mesh { rest, elements: proposal.elements, facets, held };
+        let tick = self.engine.last_tick();
+        let birth = Birth { tick, mesh, position: proposal.position, mass, corner_mass, references };
+        Ok(Candidate { birth, velocity, quality, defects })
+    }
+
+    fn carried<'a>(&'a self, old: &'a Birth<D>) -> Carried<'a, D> {
+        Carried {
+            symmetry: symmetry(&self.recipe),
+            mass: &old.mass,
+            corner_mass: &old.corner_mass,
+            velocity: &self.engine.state().velocity,
+        }
+    }
+}
+
+/// What a section is of.
+pub(super) fn symmetry(recipe: &Recipe) -> Symmetry {
+    match recipe.section {
+        Section::Planar { .. } => Symmetry::Planar,
+        Section::Axisymmetric => Symmetry::Axisymmetric,
+        Section::Spatial => Symmetry::Spatial,
+    }
+}
