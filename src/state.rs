@@ -80,6 +80,8 @@ pub struct Record {
     pub remeshes: u64,
     /// Smallest J.
     pub min_jacobian: f64,
+    /// Whether a facet was so deep in a body at the last tick that the mesh is worn.
+    pub stretched: bool,
     /// One global stable step: its length now, ticks; up to which tick it is counted; the updates so far.
     pub synchronous: (f64, Tick, f64),
     /// The contact of each body.
@@ -112,7 +114,7 @@ impl Record {
     #[must_use]
     pub fn new(n_bodies: usize) -> Self {
         let contacts = vec![ContactRecord::default(); n_bodies];
-        Self { updates: 0, remeshes: 0, min_jacobian: 1.0, synchronous: (f64::INFINITY, 0, 0.0), contacts }
+        Self { updates: 0, remeshes: 0, min_jacobian: 1.0, stretched: false, synchronous: (f64::INFINITY, 0, 0.0), contacts }
     }
 }
 
@@ -230,10 +232,10 @@ impl Clone for Record {
     }
 
     fn clone_from(&mut self, from: &Self) {
-        let Self { updates, remeshes, min_jacobian, synchronous, contacts } = from;
+        let Self { updates, remeshes, min_jacobian, stretched, synchronous, contacts } = from;
         self.contacts.clone_from(contacts);
         (self.updates, self.remeshes) = (*updates, *remeshes);
-        (self.min_jacobian, self.synchronous) = (*min_jacobian, *synchronous);
+        (self.min_jacobian, self.stretched, self.synchronous) = (*min_jacobian, *stretched, *synchronous);
     }
 }
 

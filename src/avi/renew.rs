@@ -76,6 +76,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.ends.wear = wear;
     }
 
+    /// Whether the mesh can be worn at all.
+    pub(super) fn can_wear(&self) -> bool {
+        self.ends.wear.is_some()
+    }
+
     /// Times, s, at which the mesh ends whether it is worn or not, ascending: each at the first tick of its finest step at or after
     /// it, and where the mesh is 4 of these steps old. A queue knows none.
     pub fn set_exchanges(&mut self, times: &[f64]) {
@@ -99,6 +104,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Whether the mesh is worn at this tick, so many finest steps old.
     fn is_worn(&self, tick: Tick, age: Tick) -> bool {
         let Some(wear) = self.ends.wear else { return false };
+        if self.state.record.stretched && age >= SHORTEST_LIFE.0 {
+            return true;
+        }
         let part = if age < SHORTEST_LIFE.0 { HALF_WORN } else { 1.0 };
         let wear = Wear { quality: part * wear.quality, compression: part * wear.compression };
         let time = self.grid.time(tick);
@@ -180,6 +188,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Counts an exchange of the mesh.
     pub fn count_exchange(&mut self) {
+        self.state.record.stretched = false;
         self.state.record.remeshes += 1;
     }
 

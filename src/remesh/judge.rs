@@ -8,7 +8,7 @@ use crate::mesh::{Facet, NodeId, Simplex, boundary, least_angle, shape_quality, 
 /// What a new mesh must satisfy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Acceptance {
-    /// Greatest |change of area, in space of volume|, as a share of what it was.
+    /// Greatest |change of area, in space of volume| but for what was cleared, as a share of what it was.
     pub measure: f64,
     /// Least quality ([`shape_quality`]).
     pub quality: f64,
@@ -114,7 +114,7 @@ pub fn judge<const D: usize>(old: &Moved<'_, D>, new: &Proposal<D>, limits: &Acc
     if least < limits.quality {
         return Err(Rejected::Poor { found: least, least: limits.quality });
     }
-    let change = whole(x, &new.elements) / whole(old.position, &old.mesh.elements) - 1.0;
+    let change = (whole(x, &new.elements) + new.cleared) / whole(old.position, &old.mesh.elements) - 1.0;
     if change.is_nan() || change.abs() > limits.measure {
         return Err(Rejected::Measure { change, most: limits.measure });
     }
@@ -216,7 +216,7 @@ mod tests {
 
     fn same<const D: usize>(mesh: &Mesh<D>) -> Proposal<D> {
         let origin = (0..mesh.rest.len() as u32).map(|n| Origin::Kept(NodeId(n))).collect();
-        Proposal { position: mesh.rest.clone(), origin, elements: mesh.elements.clone() }
+        Proposal { position: mesh.rest.clone(), origin, elements: mesh.elements.clone(), cleared: 0.0 }
     }
 
     fn judged<const D: usize>(mesh: &Mesh<D>, new: &Proposal<D>, limits: &Acceptance) -> Result<Quality, Rejected> {

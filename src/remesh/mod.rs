@@ -96,6 +96,8 @@ pub struct Proposal<const D: usize> {
     pub origin: Vec<Origin>,
     /// The elements, positively oriented there.
     pub elements: Vec<Simplex>,
+    /// What the area or volume is less by because new points of the boundary were put clear of bodies, m² or m³.
+    pub cleared: f64,
 }
 
 /// What a new mesh is made by.
@@ -143,11 +145,18 @@ pub fn propose(old: &Moved<'_, 2>, size: &[f64], rules: &Rules) -> Result<Propos
 /// The sizes should grow no faster than [`graded`] allows. Kept nodes come first and in their old order, then points of the old
 /// surface, then those inside; elements of the old mesh come first and in their old order, then new ones.
 ///
+/// New points of the surface are put where `cleared` says, if the elements around them bear it.
+///
 /// # Errors
 /// If sizes or positions are no numbers to mesh with.
-pub fn propose_in_space(old: &Moved<'_, 3>, size: &[f64], rules: &Rules) -> Result<Proposal<3>, RemeshError> {
+pub fn propose_in_space(
+    old: &Moved<'_, 3>,
+    size: &[f64],
+    rules: &Rules,
+    cleared: &dyn Fn(&Vector<3>) -> Vector<3>,
+) -> Result<Proposal<3>, RemeshError> {
     check(old, size, rules)?;
-    Ok(local::propose(old, size, rules))
+    Ok(local::propose(old, size, rules, cleared))
 }
 
 /// The new elements between those that stay.

@@ -3,7 +3,8 @@
 use super::history;
 use super::model::Gelatin;
 use super::recipe::{Recipe, Sizes};
-use crate::algebra::{Vector, embed};
+use crate::algebra::{Vector, embed, restrict};
+use crate::contact::{Body, BodyState};
 use crate::element::Section;
 use crate::mesh::{Mesh, boundary, shape_quality};
 use crate::remesh::{
@@ -54,8 +55,10 @@ pub(super) enum Way {
     Immersed { part: f64 },
 }
 
-/// What makes a mesh of a dimension: also by how much it may change the area or volume of the body.
-pub(super) type Mesher<const D: usize> = fn(Way, &Moved<'_, D>, &[f64]) -> Result<(Proposal<D>, f64), RemeshError>;
+/// What makes a mesh of a dimension, from target sizes of its nodes and where new points of its surface are clear of bodies: also by
+/// how much it may change the area or volume of the body.
+pub(super) type Mesher<const D: usize> =
+    fn(Way, &Moved<'_, D>, &[f64], &dyn Fn(&Vector<D>) -> Vector<D>) -> Result<(Proposal<D>, f64), RemeshError>;
 
 /// What the area or volume of the body may change by when nodes of its boundary are left out.
 const MEASURE: f64 = 1e-5;
@@ -82,7 +85,12 @@ impl Way {
 }
 
 /// The mesh that is made so in the plane.
-pub(super) fn in_plane(way: Way, moved: &Moved<'_, 2>, size: &[f64]) -> Result<(Proposal<2>, f64), RemeshError> {
+pub(super) fn in_plane(
+    way: Way,
+    moved: &Moved<'_, 2>,
+    size: &[f64],
+    _: &dyn Fn(&Vector<2>) -> Vector<2>,
+) -> Result<(Proposal<2>, f64), RemeshError> {
     match way {
         Way::Retained { sag } => Ok((remesh::propose(moved, size, &Rules { sag, ..Rules::default() })?, MEASURE)),
         Way::Immersed { part } => {
@@ -94,10 +102,15 @@ pub(super) fn in_plane(way: Way, moved: &Moved<'_, 2>, size: &[f64]) -> Result<(
 }
 
 /// The mesh that is made so in space; an immersed one, which a scene cannot ask for, is none.
-pub(super) fn in_space(way: Way, moved: &Moved<'_, 3>, size: &[f64]) -> Result<(Proposal<3>, f64), RemeshError> {
+pub(super) fn in_space(
+    way: Way,
+    moved: &Moved<'_, 3>,
+    size: &[f64],
+    cleared: &dyn Fn(&Vector<3>) -> Vector<3>,
+) -> Result<(Proposal<3>, f64), RemeshError> {
     match way {
         Way::Retained { sag } => {
-            Ok((remesh::propose_in_space(moved, size, &Rules { sag, ..Rules::default() })?, MEASURE))
+            Ok((remesh::propose_in_space(moved, size, &Rules { sag, ..Rules::default() }, cleared)?, MEASURE))
         }
         Way::Immersed { .. } => Err(RemeshError::PlaneOnly),
     }
@@ -112,11 +125,9 @@ impl<const D: usize> Gelatin<D> {
         }
         let range = Range { least: sizes.least, greatest: sizes.longest };
         let mut size = remesh::curved(moved, &self.bends(moved), sizes.rules.bend.to_radians(), &range);
-        let (state, time) = (self.engine.state(), self.engine.now());
-        let bodies: Vec<_> =
-            self.engine.bodies().iter().zip(&state.bodies).map(|(body, last)| (body, last.at(body, time))).collect();
+        let bodies = self.active_bodies();
         for (size, x) in size.iter_mut().zip(moved.position) {
-            let gaps = bodies.iter().filter(|(_, at)| at.active).map(|(body, at)| body.gap(at, &embed(x)).distance);
+            let gaps = bodies.iter().map(|(body, at)| body.gap(at, &embed(x)).distance);
             let gap = gaps.fold(f64::INFINITY, f64::min).max(0.0);
             *size = size.min(sizes.usual + sizes.rules.growth * gap);
         }
@@ -130,6 +141,22 @@ impl<const D: usize> Gelatin<D> {
         remesh::bends(moved, &[&displacement, &self.engine.state().velocity])
     }
 
+    /// The bodies that take part, where they are now.
+    fn active_bodies(&self) -> Vec<(&Body, BodyState)> {
+        let time = self.engine.now();
+        let all = self.engine.bodies().iter().zip(&self.engine.state().bodies);
+        all.map(|(body, last)| (body, last.at(body, time))).filter(|(_, at)| at.active).collect()
+    }
+
+    /// The place on the surface of a body for one inside it: a new point of a facet that is drawn over a body would have to be
+    /// pushed out of it later.
+    fn cleared(&self, x: &Vector<D>) -> Vector<D> {
+        self.active_bodies().iter().fold(*x, |x, (body, at)| {
+            let gap = body.gap(at, &embed(&x));
+            x - restrict::<D>(&gap.normal) * gap.distance.min(0.0)
+        })
+    }
+
     /// A new mesh with all that it carries.
     ///
     /// # Errors
@@ -140,7 +167,7 @@ impl<const D: usize> Gelatin<D> {
         (size, mesher): (&[f64], Mesher<D>),
         way: Way,
     ) -> Result<Candidate<D>, Refused> {
-        let (proposal, measure) = mesher(way, moved, size)?;
+        let (proposal, measure) = mesher(way, moved, size, &|x| self.cleared(x))?;
         let worst = old.mesh.elements.iter().map(|element| shape_quality(moved.position, element));
         let acceptance = Acceptance { measure, quality: way.worst(worst.fold(f64::INFINITY, f64::min)) };
         let quality = remesh::judge(moved, &proposal, &acceptance)?;

@@ -115,6 +115,7 @@ impl Cutting<'_> {
             position: used.iter().map(|p| self.points[*p]).collect(),
             origin: used.iter().map(|p| self.origin[*p]).collect(),
             elements: self.elements.iter().map(simplex).collect(),
+            cleared: 0.0,
         }
     }
 }

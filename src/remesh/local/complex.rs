@@ -39,6 +39,8 @@ pub(super) struct Complex {
     tets: Vec<Option<Tet>>,
     shapes: Vec<f64>,
     stars: Vec<Vec<u32>>,
+    /// What the volume is less by because new points were put clear of bodies, m³.
+    pub cleared: f64,
 }
 
 /// The cube of the shape quality, 12³ · 9 V|V|/(Σl²)³: the same order without a root, so the same bits on every platform.
@@ -68,7 +70,7 @@ impl Complex {
         };
         let n = old.position.len();
         let mut complex =
-            Self { points: (0..n).map(point).collect(), tets: vec![], shapes: vec![], stars: vec![vec![]; n] };
+            Self { points: (0..n).map(point).collect(), tets: vec![], shapes: vec![], stars: vec![vec![]; n], cleared: 0.0 };
         old.mesh.facets.iter().flatten().for_each(|node| complex.points[node.index()].is_on_surface = true);
         old.mesh.elements.iter().for_each(|nodes| complex.add(nodes.map(|node| node.0)));
         complex
@@ -194,6 +196,7 @@ impl Complex {
             position: used.iter().map(|&point| *self.x(point)).collect(),
             origin: used.iter().map(|&point| self.points[point as usize].origin).collect(),
             elements: self.tets.iter().flatten().map(|tet| tet.map(|point| number[point as usize])).collect(),
+            cleared: self.cleared,
         }
     }
 }

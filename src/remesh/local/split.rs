@@ -1,24 +1,37 @@
 //! A new point in the middle of an edge.
 
-use super::complex::{Change, Complex, Point};
+use super::complex::{Change, Complex, Point, Tet};
 use super::ring::Ring;
+use crate::algebra::Vector;
 use crate::mesh::NodeId;
 use crate::remesh::Origin;
 
-/// Splits an edge in the middle, if all that comes is better than `enough`.
-pub(super) fn split(complex: &mut Complex, (a, b): (u32, u32), enough: f64) -> bool {
+/// Splits an edge in the middle, if all that comes is better than `enough`; at the surface where that is `cleared`, if that is
+/// good enough, too.
+pub(super) fn split(
+    complex: &mut Complex,
+    (a, b): (u32, u32),
+    enough: f64,
+    cleared: &dyn Fn(&Vector<3>) -> Vector<3>,
+) -> bool {
     let Some(ring) = Ring::of(complex, a, b) else { return false };
     let Some(middle) = between(complex, (a, b), ring.is_open) else { return false };
     let m = complex.add_point(middle);
-    let old: Vec<[u32; 4]> = ring.tets.iter().filter_map(|t| complex.tet(*t)).collect();
-    let with = |end: u32| move |tet: &[u32; 4]| tet.map(|point| if point == end { m } else { point });
-    let new: Vec<[u32; 4]> = old.iter().map(with(a)).chain(old.iter().map(with(b))).collect();
-    if complex.worst_new(&new, enough) <= enough {
-        complex.drop_point();
-        return false;
+    let old: Vec<Tet> = ring.tets.iter().filter_map(|t| complex.tet(*t)).collect();
+    let with = |end: u32| move |tet: &Tet| tet.map(|point| if point == end { m } else { point });
+    let new: Vec<Tet> = old.iter().map(with(a)).chain(old.iter().map(with(b))).collect();
+    let middle = *complex.x(m);
+    let places = [if ring.is_open { cleared(&middle) } else { middle }, middle];
+    for place in places {
+        complex.points[m as usize].x = place;
+        if complex.worst_new(&new, enough) > enough {
+            complex.cleared -= complex.growth(&new, &ring.tets);
+            complex.apply(&Change { gone: ring.tets, new, swept: 0.0 });
+            return true;
+        }
     }
-    complex.apply(&Change { gone: ring.tets, new, swept: 0.0 });
-    true
+    complex.drop_point();
+    false
 }
 
 /// The point in the middle of an edge of the surface or inside.

@@ -45,7 +45,7 @@ fn a_good_mesh_of_the_right_size_stays() {
     for split in [Split::Centred, Split::Kuhn] {
         let mesh = cube(5, split);
         let old = Moved { mesh: &mesh, position: &mesh.rest };
-        let new = propose(&old, &vec![0.2; mesh.rest.len()], &Rules::default());
+        let new = propose(&old, &vec![0.2; mesh.rest.len()], &Rules::default(), &|x| *x);
         assert_eq!(new.elements, mesh.elements);
         assert_eq!(new.position, mesh.rest);
     }
@@ -56,11 +56,11 @@ fn finer_and_coarser_meshes_have_the_sizes_asked_for() {
     let mesh = cube(6, Split::Centred);
     let old = Moved { mesh: &mesh, position: &mesh.rest };
     for (size, least, most) in [(0.08, 4.0, 14.0), (0.35, 0.05, 0.6)] {
-        let new = propose(&old, &vec![size; mesh.rest.len()], &Rules::default());
+        let new = propose(&old, &vec![size; mesh.rest.len()], &Rules::default(), &|x| *x);
         let quality = check(&old, &new, 1e-12);
         let ratio = new.elements.len() as f64 / mesh.elements.len() as f64;
         println!("size {size}: {ratio} times the elements, quality {quality}");
-        assert!(ratio > least && ratio < most && quality > 0.3, "{ratio} {quality}");
+        assert!(ratio > least && ratio < most && quality > 0.34, "{ratio} {quality}");
     }
 }
 
@@ -72,7 +72,7 @@ fn speed() {
         let position: Vec<Vector<3>> = mesh.rest.iter().map(|x| swirled(x, amount)).collect();
         let old = Moved { mesh: &mesh, position: &position };
         let start = Instant::now();
-        let new = propose(&old, &vec![1.0 / n as f64; mesh.rest.len()], &Rules::default());
+        let new = propose(&old, &vec![1.0 / n as f64; mesh.rest.len()], &Rules::default(), &|x| *x);
         let seconds = start.elapsed().as_secs_f64();
         println!(
             "{} tetrahedra, worst {:.2} -> {:.2}: {seconds:.3} s, {:.0} tetrahedra/s",
@@ -101,14 +101,14 @@ fn a_mesh_that_is_stirred_stays_good() {
         let position: Vec<Vector<3>> = mesh.rest.iter().map(|x| swirled(x, 0.05)).collect();
         let old = Moved { mesh: &mesh, position: &position };
         let before = worst(&position, &mesh.elements);
-        if before > 0.35 {
+        if before > 0.3 {
             mesh.rest = position;
             continue;
         }
-        let new = propose(&old, &vec![0.125; mesh.rest.len()], &Rules::default());
+        let new = propose(&old, &vec![0.125; mesh.rest.len()], &Rules::default(), &|x| *x);
         let after = check(&old, &new, 1e-9);
         println!("step {step}: {before:.3} -> {after:.3}, {} -> {}", mesh.elements.len(), new.elements.len());
-        assert!(after > 0.4);
+        assert!(after > 0.34);
         remeshes += 1;
         mesh = Mesh::new(new.position, new.elements);
     }
@@ -133,7 +133,7 @@ fn a_surface_that_is_drawn_down_keeps_its_corners_and_its_volume() {
         position = position.iter().map(|x| pressed(x, 0.06)).collect();
         let old = Moved { mesh: &mesh, position: &position };
         let before = worst(&position, &mesh.elements);
-        let new = propose(&old, &vec![0.125; mesh.rest.len()], &Rules::default());
+        let new = propose(&old, &vec![0.125; mesh.rest.len()], &Rules::default(), &|x| *x);
         last = check(&old, &new, 1e-5);
         println!("{before:.3} -> {last:.3}, {} -> {}", mesh.elements.len(), new.elements.len());
         let rest = new.origin.iter().zip(&new.position).map(|(origin, x)| match origin {
@@ -147,7 +147,7 @@ fn a_surface_that_is_drawn_down_keeps_its_corners_and_its_volume() {
         mesh = Mesh { rest: rest.collect(), held: vec![[false; 3]; new.position.len()], facets, elements: new.elements };
         position = new.position;
     }
-    assert!(last > 0.3);
+    assert!(last > 0.34);
     for corner in 0..8 {
         let wanted = Vector::<3>::from_fn(|axis, _| f64::from(corner >> axis & 1));
         assert!(mesh.rest.iter().any(|x| *x == wanted));
