@@ -76,6 +76,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.ends.wear = wear;
     }
 
+    /// Whether the mesh can be worn at all.
+    pub(super) fn can_wear(&self) -> bool {
+        self.ends.wear.is_some()
+    }
+
     /// Times, s, at which the mesh ends whether it is worn or not, ascending: each at the first tick of its finest step at or after
     /// it, and where the mesh is 4 of these steps old. A queue knows none.
     pub fn set_exchanges(&mut self, times: &[f64]) {
