@@ -439,7 +439,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn check_facet(&self, facet: ElementId, size: f64, (body, time): (usize, f64)) -> Result<bool, StepError> {
         let (fixed, at) = self.placed(body);
         let unit = size.min(fixed.shape.inner_radius());
-        let looked_for = if self.ends.wear.is_some() { STRETCHED } else { LEAK };
+        let looked_for = if self.can_wear() { STRETCHED } else { LEAK };
         let deep = deepest::<D>(&self.corners(facet), looked_for * unit, |p| fixed.gap(at, p)).map(|deep| deep.point);
         let pierced = self.piercing(facet, (fixed, at)).map(|piercing| piercing.point);
         for point in deep.into_iter().chain(pierced) {

@@ -24,7 +24,7 @@ pub struct Wear {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Ends {
     /// When it is worn; `None` if it never is.
-    pub wear: Option<Wear>,
+    wear: Option<Wear>,
     /// Ticks at or after which it ends whether it is worn or not, ascending.
     at: Vec<Tick>,
 }

@@ -144,7 +144,7 @@ impl<const D: usize> Body<D> {
             position: self.position.clone(),
             origin: (0..self.xi.len() as u32).map(|i| Origin::Kept(NodeId(i))).collect(),
             elements: self.mesh.elements.clone(),
-            cleared: 0.0,
+            over: vec![], cleared: 0.0,
         }
     }
 
@@ -174,7 +174,7 @@ impl<const D: usize> Body<D> {
             Origin::Inside => map(p),
         };
         let position = xi.iter().zip(&origin).map(place).collect();
-        (xi, Proposal { position, origin, elements, cleared: 0.0 })
+        (xi, Proposal { position, origin, elements, over: vec![], cleared: 0.0 })
     }
 
     /// Origin of a point of a side along an axis.

@@ -51,7 +51,7 @@ impl Cloud {
             position: used.iter().map(|&point| self.position[point]).collect(),
             origin: used.iter().map(|&point| self.origin[point]).collect(),
             elements: elements.iter().map(simplex).collect(),
-            cleared: 0.0,
+            over: vec![], cleared: 0.0,
         }
     }
 }

@@ -216,7 +216,7 @@ mod tests {
 
     fn same<const D: usize>(mesh: &Mesh<D>) -> Proposal<D> {
         let origin = (0..mesh.rest.len() as u32).map(|n| Origin::Kept(NodeId(n))).collect();
-        Proposal { position: mesh.rest.clone(), origin, elements: mesh.elements.clone(), cleared: 0.0 }
+        Proposal { position: mesh.rest.clone(), origin, elements: mesh.elements.clone(), over: vec![], cleared: 0.0 }
     }
 
     fn judged<const D: usize>(mesh: &Mesh<D>, new: &Proposal<D>, limits: &Acceptance) -> Result<Quality, Rejected> {

@@ -41,12 +41,13 @@ mod trace;
 mod transfer;
 mod tree;
 mod trim;
+mod under;
 mod velocity;
 #[cfg(test)]
 mod waves;
 
 use crate::algebra::{Vector, embed};
-use crate::mesh::{Facet, Mesh, NodeId, Simplex, facet_measure, signed_volume};
+use crate::mesh::{ElementId, Facet, Mesh, NodeId, Simplex, facet_measure, signed_volume};
 use bounds::Bounds;
 use cloud::Cloud;
 use parts::Parts;
@@ -96,6 +97,9 @@ pub struct Proposal<const D: usize> {
     pub origin: Vec<Origin>,
     /// The elements, positively oriented there.
     pub elements: Vec<Simplex>,
+    /// By element, the old elements that it can lie over, ascending; none named where any can, and not at all where that is so of all.
+    /// Where a body passes through itself, what is near need not be what an element is made of.
+    pub over: Vec<Vec<ElementId>>,
     /// What the area or volume is less by because new points of the boundary were put clear of bodies, m² or m³.
     pub cleared: f64,
 }

@@ -5,6 +5,7 @@ use super::cell::{Cell, weighed};
 use super::locate::Locator;
 use super::overlay::{Cutter, Moments};
 use super::pairing::Pairing;
+use super::under::Under;
 use super::{Carried, Moved, Proposal};
 use crate::algebra::Vector;
 use crate::mesh::{ElementId, Simplex};
@@ -73,14 +74,14 @@ impl<const D: usize> Parts<D> {
     pub fn of(
         (old, carried): (&Moved<'_, D>, &Carried<'_, D>),
         (new, pairing): (&Proposal<D>, &Pairing),
-        locator: &Locator<'_, D>,
+        under: &Under<'_, D>,
     ) -> Self {
         let mut gone: Vec<Gone<D>> = pairing.gone.iter().map(|element| Gone::of(old, carried, *element)).collect();
         let changed = cells(&new.position, pairing.changed().map(|e| &new.elements[e]));
         let (mut cutter, mut sources) = (Cutter::default(), vec![]);
         let parts = pairing.changed().zip(&changed).map(|(element, cell)| {
             let mut part = Part { element, inertia: [[0.0; 4]; 4], momentum: [Vector::zeros(); 4] };
-            locator.near(&cell.bounds(), |t| {
+            under.near(element, &cell.bounds(), |t| {
                 let mass = gone[t].give(cell, (&mut cutter, &mut part));
                 if mass > 0.0 {
                     sources.push(Source { new: ElementId(element as u32), old: pairing.gone[t], mass });

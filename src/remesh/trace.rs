@@ -1,7 +1,7 @@
 //! Where the nodes of a new mesh are in the old one, and what the old one has there.
 
 use super::cell::{Cell, weighed};
-use super::locate::Locator;
+use super::under::Under;
 use super::{Moved, Origin, Proposal};
 use crate::algebra::Vector;
 use crate::mesh::{ElementId, NodeId};
@@ -33,11 +33,12 @@ impl Traces {
     pub fn of<const D: usize>(
         old: &Moved<'_, D>,
         new: &Proposal<D>,
-        (gone, locator): (&[ElementId], &Locator<'_, D>),
+        (gone, under): (&[ElementId], &Under<'_, D>),
     ) -> Self {
         let mut misses = 0;
-        let mut inside = |p: &Vector<D>| {
-            let Some(place) = locator.nearest(p) else {
+        let element_of = elements_of(new);
+        let mut inside = |node: usize, p: &Vector<D>| {
+            let Some(place) = under.nearest(element_of[node], p) else {
                 misses += 1;
                 return Trace::Nowhere;
             };
@@ -47,12 +48,12 @@ impl Traces {
             }
             Trace::Between(nodes, place.weights)
         };
-        let trace = |(p, origin): (&Vector<D>, &Origin)| match *origin {
+        let trace = |(node, (p, origin)): (usize, (&Vector<D>, &Origin))| match *origin {
             Origin::Kept(node) => Trace::Node(node),
             Origin::Surface([a, b, c], [u, v, w]) => Trace::Between([a, b, c, c], [u, v, w, 0.0]),
-            Origin::Inside => inside(p),
+            Origin::Inside => inside(node, p),
         };
-        let traces = new.position.iter().zip(&new.origin).map(trace).collect();
+        let traces = new.position.iter().zip(&new.origin).enumerate().map(trace).collect();
         Self { traces, misses }
     }
 
@@ -66,6 +67,15 @@ impl Traces {
         };
         self.traces.iter().map(value).collect()
     }
+}
+
+/// An element of each new node.
+fn elements_of<const D: usize>(new: &Proposal<D>) -> Vec<usize> {
+    let mut element_of = vec![0; new.position.len()];
+    for (element, nodes) in new.elements.iter().enumerate() {
+        nodes[..=D].iter().for_each(|node| element_of[node.index()] = element);
+    }
+    element_of
 }
 
 /// Which directions of the new nodes are held: of old nodes as they were, of points of the boundary what all nodes share that

@@ -2,10 +2,10 @@
 
 use super::carried::{Carried, Symmetry, Transferred, nodal_masses};
 use super::defects::{Books, Defects, Group};
-use super::locate::Locator;
 use super::pairing::Pairing;
-use super::pieces::{Part, Parts, cells};
+use super::pieces::{Part, Parts};
 use super::trace::{self, Traces};
+use super::under::{self, Under};
 use super::velocity::Balance;
 use super::{Moved, Proposal};
 use crate::algebra::Vector;
@@ -22,10 +22,10 @@ use crate::algebra::Vector;
 #[must_use]
 pub fn transfer<const D: usize>(old: &Moved<'_, D>, carried: &Carried<'_, D>, new: &Proposal<D>) -> Transferred<D> {
     let pairing = Pairing::of(old.mesh, new);
-    let gone = cells(old.position, pairing.gone.iter().map(|e| &old.mesh.elements[e.index()]));
-    let locator = Locator::new(&gone);
-    let traces = Traces::of(old, new, (&pairing.gone, &locator));
-    let parts = Parts::of((old, carried), (new, &pairing), &locator);
+    let gone = under::gone(old, &pairing);
+    let under = Under::new(old, new, (&pairing, &gone));
+    let traces = Traces::of(old, new, (&pairing.gone, &under));
+    let parts = Parts::of((old, carried), (new, &pairing), &under);
     let corner_mass = corner_masses(carried, &pairing, &parts.all);
     let mass = masses(new, (carried, &pairing), &corner_mass);
     let held = trace::held(&old.mesh.held, &new.origin);
@@ -393,7 +393,7 @@ mod tests {
     fn nothing_at_all_can_be_transferred() {
         let mesh = crate::mesh::Mesh::<2>::new(vec![], vec![]);
         let carried = Carried { symmetry: Symmetry::Planar, mass: &[], corner_mass: &[], velocity: &[] };
-        let new = Proposal { position: vec![Vector::zeros()], origin: vec![Origin::Inside], elements: vec![], cleared: 0.0 };
+        let new = Proposal { position: vec![Vector::zeros()], origin: vec![Origin::Inside], elements: vec![], over: vec![], cleared: 0.0 };
         let after = transfer(&Moved { mesh: &mesh, position: &[] }, &carried, &new);
         assert_eq!((after.rest, after.mass, after.defects.misses), (vec![Vector::zeros()], vec![0.0], 1));
     }

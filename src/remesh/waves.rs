@@ -2,10 +2,10 @@
 
 use super::bodies::{Body, Random, even};
 use super::pairing::Pairing;
-use super::pieces::{Parts, cells};
+use super::pieces::Parts;
+use super::under::{self, Under};
 use super::velocity::Balance;
 use super::*;
-use crate::mesh::ElementId;
 
 /// Wavelengths in the bar.
 const WAVES: usize = 12;
@@ -42,9 +42,11 @@ fn transferred<const D: usize>(body: &Body<D>, new: &Proposal<D>) -> Transferred
 
 /// The interpolated velocities.
 fn interpolated<const D: usize>(body: &Body<D>, new: &Proposal<D>) -> Transferred<D> {
-    let all: Vec<ElementId> = (0..body.mesh.elements.len() as u32).map(ElementId).collect();
-    let old = cells(&body.position, body.mesh.elements.iter());
-    let traces = trace::Traces::of(&body.moved(), new, (&all, &locate::Locator::new(&old)));
+    let pairing = Pairing::of(&body.mesh, new);
+    assert_eq!(pairing.gone.len(), body.mesh.elements.len(), "every element changes");
+    let gone = under::gone(&body.moved(), &pairing);
+    let under = Under::new(&body.moved(), new, (&pairing, &gone));
+    let traces = trace::Traces::of(&body.moved(), new, (&pairing.gone, &under));
     let velocity = traces.values(&body.velocity).into_iter().map(Option::unwrap).collect();
     Transferred { velocity, ..transferred(body, new) }
 }
@@ -53,8 +55,9 @@ fn interpolated<const D: usize>(body: &Body<D>, new: &Proposal<D>) -> Transferre
 fn lumped<const D: usize>(body: &Body<D>, new: &Proposal<D>) -> Transferred<D> {
     let after = transferred(body, new);
     let (carried, pairing) = (body.carried(), Pairing::of(&body.mesh, new));
-    let gone = cells(&body.position, pairing.gone.iter().map(|e| &body.mesh.elements[e.index()]));
-    let parts = Parts::of((&body.moved(), &carried), (new, &pairing), &locate::Locator::new(&gone)).all;
+    let gone = under::gone(&body.moved(), &pairing);
+    let under = Under::new(&body.moved(), new, (&pairing, &gone));
+    let parts = Parts::of((&body.moved(), &carried), (new, &pairing), &under).all;
     assert_eq!(parts.len(), new.elements.len(), "every element changes");
     let mut velocity = vec![Vector::zeros(); new.position.len()];
     let (old, new) = ((&body.mesh.elements[..], &carried), (&new.elements[..], &pairing));

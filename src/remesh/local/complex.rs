@@ -1,7 +1,8 @@
 //! Tetrahedra that are changed one operation after the other: points, tetrahedra, and the star of every point.
 
 use crate::algebra::Vector;
-use crate::mesh::NodeId;
+use crate::mesh::{ElementId, NodeId, Simplex};
+use crate::remesh::bounds::Bounds;
 use crate::remesh::{Moved, Origin, Proposal};
 
 /// A tetrahedron by its points, positively oriented.
@@ -39,6 +40,10 @@ pub(super) struct Complex {
     tets: Vec<Option<Tet>>,
     shapes: Vec<f64>,
     stars: Vec<Vec<u32>>,
+    /// What the old ones fill.
+    bounds: Vec<Bounds<3>>,
+    /// The old ones that each can lie over, ascending; nothing for an old one itself.
+    over: Vec<Option<Box<[u32]>>>,
     /// What the volume is less by because new points were put clear of bodies, m³.
     pub cleared: f64,
 }
@@ -69,10 +74,18 @@ impl Complex {
             is_on_surface: false,
         };
         let n = old.position.len();
-        let mut complex =
-            Self { points: (0..n).map(point).collect(), tets: vec![], shapes: vec![], stars: vec![vec![]; n], cleared: 0.0 };
+        let filled = |nodes: &Simplex| Bounds::around(nodes.iter().map(|node| &old.position[node.index()]));
+        let mut complex = Self {
+            points: (0..n).map(point).collect(),
+            tets: vec![],
+            shapes: vec![],
+            stars: vec![vec![]; n],
+            bounds: old.mesh.elements.iter().map(filled).collect(),
+            over: vec![],
+            cleared: 0.0,
+        };
         old.mesh.facets.iter().flatten().for_each(|node| complex.points[node.index()].is_on_surface = true);
-        old.mesh.elements.iter().for_each(|nodes| complex.add(nodes.map(|node| node.0)));
+        old.mesh.elements.iter().for_each(|nodes| complex.add(nodes.map(|node| node.0), None));
         complex
     }
 
@@ -140,12 +153,35 @@ impl Complex {
     }
 
     pub fn apply(&mut self, change: &Change) {
+        let under = self.under(&change.gone);
         for &t in &change.gone {
             for point in self.tets[t as usize].take().into_iter().flatten() {
                 self.stars[point as usize].retain(|&other| other != t);
             }
         }
-        change.new.iter().for_each(|tet| self.add(*tet));
+        for tet in &change.new {
+            let bounds = Bounds::around(tet.map(|point| *self.x(point)).iter());
+            let own = under.iter().copied().filter(|old| self.bounds[*old as usize].meets(&bounds)).collect();
+            self.add(*tet, Some(own));
+        }
+    }
+
+    /// The old ones that these lie over.
+    fn under(&self, tets: &[u32]) -> Vec<u32> {
+        let mut all = vec![];
+        for t in tets {
+            match &self.over[*t as usize] {
+                Some(over) => all.extend_from_slice(over),
+                None => all.push(*t),
+            }
+        }
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    fn alive(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.tets.len()).filter(|t| self.tets[*t].is_some())
     }
 
     /// A new point, not yet in any tetrahedron.
@@ -161,23 +197,48 @@ impl Complex {
         self.stars.pop();
     }
 
-    /// Moves a point that is not on the surface; its tetrahedra are new ones then.
+    /// Moves a point; its tetrahedra are new ones then.
     pub fn shift(&mut self, point: u32, x: Vector<3>) {
+        let (gone, new): (Vec<u32>, Vec<Tet>) = self.star(point).unzip();
         let own = &mut self.points[point as usize];
-        (own.x, own.origin) = (x, Origin::Inside);
-        let change = Change {
-            gone: self.stars[point as usize].clone(),
-            new: self.star(point).map(|(_, tet)| tet).collect(),
-            swept: 0.0,
+        own.x = x;
+        own.origin = match own.origin {
+            _ if !own.is_on_surface => Origin::Inside,
+            Origin::Kept(node) => Origin::Surface([node; 3], [1.0, 0.0, 0.0]),
+            origin => origin,
         };
-        self.apply(&change);
+        self.apply(&Change { gone, new, swept: 0.0 });
     }
 
-    fn add(&mut self, tet: Tet) {
+    /// The cube of the quality of the worst tetrahedron around a point, were it there.
+    pub fn worst_at(&self, point: u32, x: &Vector<3>) -> f64 {
+        let corner = |p: u32| if p == point { *x } else { *self.x(p) };
+        let shapes = self.star(point).map(|(_, tet)| {
+            let [a, b, c, d] = tet.map(corner);
+            shape([&a, &b, &c, &d])
+        });
+        shapes.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Six times the volume of the tetrahedra around a point, m³.
+    fn volume_around(&self, point: u32) -> f64 {
+        let six = |[a, b, c, d]: [&Vector<3>; 4]| (b - a).cross(&(c - a)).dot(&(d - a));
+        self.star(point).map(|(_, tet)| six(tet.map(|p| self.x(p)))).sum()
+    }
+
+    /// Moves a point of the surface out of a body.
+    pub fn clear(&mut self, point: u32, x: Vector<3>) {
+        let before = self.volume_around(point);
+        self.shift(point, x);
+        self.cleared += (before - self.volume_around(point)) / 6.0;
+    }
+
+    fn add(&mut self, tet: Tet, over: Option<Box<[u32]>>) {
         let t = self.tets.len() as u32;
         tet.iter().for_each(|&point| self.stars[point as usize].push(t));
         self.shapes.push(self.would_be(&tet));
         self.tets.push(Some(tet));
+        self.over.push(over);
     }
 
     /// The mesh: kept nodes in their old order, then points of the surface, then those inside; kept elements in their old
@@ -196,6 +257,7 @@ impl Complex {
             position: used.iter().map(|&point| *self.x(point)).collect(),
             origin: used.iter().map(|&point| self.points[point as usize].origin).collect(),
             elements: self.tets.iter().flatten().map(|tet| tet.map(|point| number[point as usize])).collect(),
+            over: self.alive().map(|t| self.over[t].iter().flatten().map(|e| ElementId(*e)).collect()).collect(),
             cleared: self.cleared,
         }
     }

@@ -36,6 +36,8 @@ const SPLIT: f64 = 0.35;
 const GAIN: f64 = 1.02;
 /// What the volume of the body may change by, as a part of it, where its surface is made of other facets.
 const VOLUME: f64 = 5e-6;
+/// Points of the surface may stand so deep in a body, in target lengths: twice what contact leaves standing.
+const STANDING: f64 = 0.06;
 /// Times that all is gone through at most.
 const ROUNDS: usize = 6;
 
@@ -69,6 +71,7 @@ impl Work<'_> {
             self.sweep(Self::split_longest);
             self.sweep(Self::draw_shortest);
             self.sweep(Self::improve);
+            self.clear_surface();
             if self.complex.len() == before {
                 break;
             }
@@ -112,6 +115,17 @@ impl Work<'_> {
 
     fn worst_around(&self, (a, b): (u32, u32)) -> f64 {
         self.complex.worst_of(self.complex.star(a).filter(|(_, tet)| tet.contains(&b)).map(|(t, _)| t))
+    }
+
+    /// Puts points of the surface that are inside a body out of it.
+    fn clear_surface(&mut self) {
+        for point in 0..self.complex.points.len() as u32 {
+            let own = &self.complex.points[point as usize];
+            let x = if own.is_on_surface { (self.cleared)(&own.x) } else { own.x };
+            if (x - own.x).norm() > STANDING * own.size {
+                smooth::clear(&mut self.complex, (point, x), SPLIT * self.poor);
+            }
+        }
     }
 
     /// Draws an edge together to the better end, if what comes is better than `enough`.

@@ -1,6 +1,6 @@
 //! A point inside goes where its tetrahedra are better.
 
-use super::complex::{Complex, Tet, shape};
+use super::complex::{Complex, Tet};
 use crate::algebra::Vector;
 
 /// How much of the way to the middle of what is around it a point tries to go.
@@ -18,15 +18,7 @@ pub(super) fn smooth(complex: &mut Complex, point: u32) -> bool {
     let here = *complex.x(point);
     let aim = aim(complex, point, &star);
     let moved = |way: f64| here + (aim - here) * way;
-    let worst_at = |x: &Vector<3>| {
-        let corner = |p: u32| if p == point { *x } else { *complex.x(p) };
-        let shapes = star.iter().map(|(_, tet)| {
-            let [a, b, c, d] = tet.map(corner);
-            shape([&a, &b, &c, &d])
-        });
-        shapes.fold(f64::INFINITY, f64::min)
-    };
-    let best = WAYS.map(|way| (worst_at(&moved(way)), way)).into_iter().fold((worst, 0.0), |best, next| {
+    let best = WAYS.map(|way| (complex.worst_at(point, &moved(way)), way)).into_iter().fold((worst, 0.0), |best, next| {
         if next.0 > best.0 { next } else { best }
     });
     let is_better = best.0 > GAIN * worst.max(0.0) && best.0 > worst + 1e-6;
@@ -53,4 +45,14 @@ fn aim(complex: &Complex, point: u32, star: &[(u32, Tet)]) -> Vector<3> {
         total += weight;
     }
     sum / total
+}
+
+/// Parts of the way out of a body that a point of the surface tries to go.
+const OUT: [f64; 3] = [1.0, 0.6, 0.3];
+
+/// Moves a point of the surface out of a body, or some of the way, if its tetrahedra are better than `enough` then.
+pub(super) fn clear(complex: &mut Complex, (point, x): (u32, Vector<3>), enough: f64) -> bool {
+    let here = *complex.x(point);
+    let way = OUT.map(|part| here + (x - here) * part).into_iter().find(|x| complex.worst_at(point, x) > enough);
+    way.inspect(|x| complex.clear(point, *x)).is_some()
 }
