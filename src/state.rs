@@ -114,7 +114,14 @@ impl Record {
     #[must_use]
     pub fn new(n_bodies: usize) -> Self {
         let contacts = vec![ContactRecord::default(); n_bodies];
-        Self { updates: 0, remeshes: 0, min_jacobian: 1.0, stretched: false, synchronous: (f64::INFINITY, 0, 0.0), contacts }
+        Self {
+            updates: 0,
+            remeshes: 0,
+            min_jacobian: 1.0,
+            stretched: false,
+            synchronous: (f64::INFINITY, 0, 0.0),
+            contacts,
+        }
     }
 }
 

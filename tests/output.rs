@@ -35,6 +35,7 @@ const KEYS: [&str; 37] = [
     "smallest_step",
     "largest_step",
     "remeshes",
+    "remesh_fallback",
     "min_jacobian",
     "peak_depth",
     "time_of_peak_depth",

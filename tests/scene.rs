@@ -253,7 +253,10 @@ fn builtin(name: &str) -> Scene {
 fn the_builtin_scenes_are_the_promised_ones_and_the_first_is_the_default() {
     let names: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
     let graded = ["sphere-graded-4", "sphere-graded-8", "sphere-graded-16"];
-    assert_eq!(names, [["sphere-block", "ball-bounce", "ball-square", "l-beam"].as_slice(), &graded].concat());
+    assert_eq!(
+        names,
+        [["sphere-block", "sphere-deep", "ball-bounce", "ball-square", "l-beam"].as_slice(), &graded].concat()
+    );
     assert_eq!(scene::builtin("sphere"), None);
 }
 

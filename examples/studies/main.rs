@@ -3,6 +3,7 @@
 mod ball_bounce;
 mod coupling;
 mod cpu;
+mod deep;
 mod deepest;
 mod extremes;
 mod fast_ball;
@@ -20,7 +21,7 @@ mod whole;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 10] = [
+const STUDIES: [Study; 11] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -33,6 +34,7 @@ const STUDIES: [Study; 10] = [
     ("impacts", "conservation in offset, oblique and spinning impacts, and the first touch", impacts::study),
     ("leaks", "deepest penetration of nodes and faces, by shape and mesh size", leaks::study),
     ("gain", "updates and CPU seconds of the schedules on uniform, graded and sliver meshes", gain::study),
+    ("deep", "sphere-deep by mesh size: a ball of 20 m/s in space, its mesh exchanged", deep::study),
     ("remesh", "ball-square by speed and mesh size, on a fixed mesh and on meshes that are exchanged", remesh::study),
     ("extremes", "masses, speeds, a second of rest, and a body inside the gel", extremes::study),
 ];

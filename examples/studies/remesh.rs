@@ -1,5 +1,6 @@
 use super::cpu::seconds;
 use super::run::scene;
+use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Renewal, Simulation};
 
 /// A fixed mesh, and meshes that are exchanged.
@@ -22,6 +23,7 @@ pub fn study() {
         row(36.0, size, &MESHES[1]);
     }
     methods();
+    steps();
 }
 
 fn row(speed: f64, size: f64, (mesh, more): &(&str, &[(&str, &str)])) {
@@ -85,6 +87,50 @@ fn methods() {
             method_row(36.0, size, mesh);
         }
     }
+}
+
+/// Elements by their step in the middle of a run, and what the smallest steps do not cost: small elements at a surface that was cut
+/// out set their own step, not everyone's.
+fn steps() {
+    println!(
+        "\n| scene | mesh | elements | steps, ns | elements by step, each bar twice the last, % | updates, % of one step for all |"
+    );
+    println!("|---|---|---|---|---|---|");
+    for (name, own) in [("ball-square", SQUARE), ("sphere-deep", DEEP)] {
+        for method in ["retained", "immersed"].into_iter().take(if name == "ball-square" { 2 } else { 1 }) {
+            let keys: Vec<(&str, String)> =
+                own.iter().chain(&[("remesh.method", method)]).map(|(k, v)| (*k, (*v).to_owned())).collect();
+            step_row(&scene(name, &keys), (name, method));
+        }
+    }
+}
+
+const SQUARE: Keys = &[
+    ("projectile.velocity", "[0, 0, -36]"),
+    ("mesh.size", "1.25e-3"),
+    ("scene.end_time", "1e-3"),
+    ("remesh.quality", "0.3"),
+];
+const DEEP: Keys = &[("scene.end_time", "1.5e-3")];
+
+fn step_row(scene: &Scene, (name, method): (&str, &str)) {
+    let mut simulation = Simulation::new(scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
+    let inputs = simulation.inputs();
+    simulation.step(&inputs, scene.scene.end_time).expect("a run that goes on");
+    let (seen, steps) = (simulation.observe(), simulation.frame().cells.step);
+    let least = steps.iter().copied().fold(f64::INFINITY, f64::min);
+    let octave = |step: &f64| (step / least).log2().round() as usize;
+    let mut counts = vec![0_usize; 1 + steps.iter().map(octave).max().unwrap_or(0)];
+    steps.iter().for_each(|step| counts[octave(step)] += 1);
+    let bars: Vec<String> = counts.iter().map(|n| format!("{:.2}", 100.0 * *n as f64 / steps.len() as f64)).collect();
+    println!(
+        "| {name} | {method} | {} | {:.0} to {:.0} | {} | {:.1} |",
+        steps.len(),
+        1e9 * least,
+        1e9 * steps.iter().copied().fold(0.0, f64::max),
+        bars.join(" "),
+        100.0 * seen.cost.element_updates / seen.cost.synchronous_updates,
+    );
 }
 
 fn method_row(speed: f64, size: f64, (mesh, more): &(&str, Keys)) {

@@ -260,6 +260,7 @@ fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> S
         Observed::CostSmallestStep => scalar(model.cost().smallest_step),
         Observed::CostLargestStep => scalar(model.cost().largest_step),
         Observed::CostElements => Sample::Integer(i32::try_from(model.cost().elements).unwrap_or(i32::MAX)),
+        Observed::CostRemeshFallback => scalar(model.simulation.fallback()),
         Observed::CostRemeshes => Sample::Integer(i32::try_from(model.simulation.remeshes()).unwrap_or(i32::MAX)),
     }
 }

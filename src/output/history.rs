@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// A column: its name with the unit, and its value.
 type Column = (&'static str, fn(&Observation) -> f64);
 
-const COLUMNS: [Column; 52] = [
+const COLUMNS: [Column; 53] = [
     ("time_s", |o| o.time),
     ("position_x_m", |o| o.projectile().kinematics.position.x),
     ("position_y_m", |o| o.projectile().kinematics.position.y),
@@ -62,6 +62,7 @@ const COLUMNS: [Column; 52] = [
     ("element_updates", |o| o.cost.element_updates),
     ("min_jacobian", |o| o.cost.min_jacobian),
     ("remeshes", |o| o.cost.remeshes as f64),
+    ("remesh_fallback", |o| o.cost.fallback),
 ];
 
 /// A column of each fragment, behind those; its name follows `fragment1_`, `fragment2_`, …

@@ -50,8 +50,10 @@ pub struct Summary {
     pub smallest_step: f64,
     /// Largest element step at the end, s.
     pub largest_step: f64,
-    /// Times that the gel was meshed anew: none, the mesh is kept.
+    /// Exchanges of the mesh.
     pub remeshes: u64,
+    /// Part of the elements that are at rest not what their nodes say, at the end.
+    pub remesh_fallback: f64,
     /// Smallest J = det F of the run.
     pub min_jacobian: f64,
     /// Greatest depth, m.
@@ -168,6 +170,7 @@ impl Summary {
             smallest_step: cost.smallest_step,
             largest_step: cost.largest_step,
             remeshes: cost.remeshes,
+            remesh_fallback: cost.fallback,
             min_jacobian: cost.min_jacobian,
             peak_depth: contact.peak_depth.0,
             time_of_peak_depth: contact.peak_depth.1,

@@ -144,7 +144,8 @@ impl<const D: usize> Body<D> {
             position: self.position.clone(),
             origin: (0..self.xi.len() as u32).map(|i| Origin::Kept(NodeId(i))).collect(),
             elements: self.mesh.elements.clone(),
-            over: vec![], cleared: 0.0,
+            over: vec![],
+            cleared: 0.0,
         }
     }
 

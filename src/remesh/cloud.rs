@@ -51,7 +51,8 @@ impl Cloud {
             position: used.iter().map(|&point| self.position[point]).collect(),
             origin: used.iter().map(|&point| self.origin[point]).collect(),
             elements: elements.iter().map(simplex).collect(),
-            over: vec![], cleared: 0.0,
+            over: vec![],
+            cleared: 0.0,
         }
     }
 }

@@ -259,7 +259,13 @@ fn an_element_inside_out_gives_its_mass_to_its_neighbours() {
 fn nothing_at_all_can_be_transferred() {
     let mesh = Mesh::<3>::new(vec![], vec![]);
     let carried = Carried { symmetry: Symmetry::Spatial, mass: &[], corner_mass: &[], velocity: &[] };
-    let new = Proposal { position: vec![Vector::zeros()], origin: vec![Origin::Inside], elements: vec![], over: vec![], cleared: 0.0 };
+    let new = Proposal {
+        position: vec![Vector::zeros()],
+        origin: vec![Origin::Inside],
+        elements: vec![],
+        over: vec![],
+        cleared: 0.0,
+    };
     let after = transfer(&Moved { mesh: &mesh, position: &[] }, &carried, &new);
     assert_eq!((after.rest, after.mass, after.defects.misses), (vec![Vector::zeros()], vec![0.0], 1));
 }

@@ -393,7 +393,13 @@ mod tests {
     fn nothing_at_all_can_be_transferred() {
         let mesh = crate::mesh::Mesh::<2>::new(vec![], vec![]);
         let carried = Carried { symmetry: Symmetry::Planar, mass: &[], corner_mass: &[], velocity: &[] };
-        let new = Proposal { position: vec![Vector::zeros()], origin: vec![Origin::Inside], elements: vec![], over: vec![], cleared: 0.0 };
+        let new = Proposal {
+            position: vec![Vector::zeros()],
+            origin: vec![Origin::Inside],
+            elements: vec![],
+            over: vec![],
+            cleared: 0.0,
+        };
         let after = transfer(&Moved { mesh: &mesh, position: &[] }, &carried, &new);
         assert_eq!((after.rest, after.mass, after.defects.misses), (vec![Vector::zeros()], vec![0.0], 1));
     }

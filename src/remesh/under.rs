@@ -1,12 +1,12 @@
 //! Which old elements can lie under a new one: those of its own part of the body, where that passes through itself.
 
+use super::Moved;
 use super::Proposal;
 use super::bounds::Bounds;
 use super::cell::Cell;
 use super::locate::{Locator, Place};
 use super::pairing::Pairing;
 use super::pieces::cells;
-use super::Moved;
 use crate::algebra::Vector;
 use crate::mesh::ElementId;
 

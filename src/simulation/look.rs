@@ -102,6 +102,12 @@ impl Simulation {
         self.model.record().remeshes
     }
 
+    /// Part of the elements that are at rest not what their nodes say: what is left of the meshes before.
+    #[must_use]
+    pub fn fallback(&self) -> f64 {
+        self.model.fallback()
+    }
+
     /// What it cost so far; goes over the groups of elements.
     #[must_use]
     pub fn cost(&self) -> CostReport {
@@ -117,6 +123,7 @@ impl Simulation {
             min_jacobian: self.model.record().min_jacobian,
             crushed_elements,
             remeshes: self.remeshes(),
+            fallback: self.fallback(),
         }
     }
 }

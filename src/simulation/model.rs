@@ -49,6 +49,8 @@ pub(super) trait Model: Send {
     fn gel_mass(&self) -> f64;
     /// Elements, nodes, elements below the continuation.
     fn counts(&self) -> (usize, usize, usize);
+    /// Part of the elements that are at rest not what their nodes say.
+    fn fallback(&self) -> f64;
     /// Smallest and largest step, s.
     fn steps(&self) -> (f64, f64);
     fn synchronous_updates(&self, t: f64) -> f64;
@@ -210,6 +212,11 @@ where
     fn counts(&self) -> (usize, usize, usize) {
         let crushed = self.engine.state().clocks.iter().map(|clock| clock.crushed as usize).sum();
         (self.engine.gel().potential.len(), self.engine.gel().mass.len(), crushed)
+    }
+
+    fn fallback(&self) -> f64 {
+        let own = self.engine.state().birth.as_ref().map_or(0, |birth| birth.references.len());
+        own as f64 / self.engine.gel().potential.len() as f64
     }
 
     fn steps(&self) -> (f64, f64) {

@@ -165,6 +165,8 @@ pub struct CostReport {
     pub crushed_elements: usize,
     /// Exchanges of the mesh.
     pub remeshes: u64,
+    /// Part of the elements that are at rest not what their nodes say.
+    pub fallback: f64,
 }
 
 /// The mesh at one instant, in world coordinates, for files and pictures.

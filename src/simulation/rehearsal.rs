@@ -25,6 +25,10 @@ pub struct Renewal {
     pub momentum: f64,
     /// Kinetic energy before and after, J.
     pub kinetic: [f64; 2],
+    /// Part of the new elements that are old ones.
+    pub unchanged: f64,
+    /// How long it took, all attempts, s.
+    pub seconds: f64,
 }
 
 impl Renewal {
@@ -37,6 +41,8 @@ impl Renewal {
             mass: defects.relative_mass(),
             momentum: defects.momentum_defect().norm(),
             kinetic: [defects.before.kinetic, defects.after.kinetic],
+            unchanged: defects.unchanged,
+            seconds: 0.0,
         }
     }
 }

@@ -13,6 +13,7 @@ use crate::mesh::{ElementId, Mesh};
 use crate::remesh::{self, Moved};
 use crate::state::{Birth, State};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// What can be given another mesh.
 pub(super) trait Renew {
@@ -49,6 +50,7 @@ impl Renew for Gelatin<3> {
 impl<const D: usize> Gelatin<D> {
     fn renew_by(&mut self, mesher: Mesher<D>) -> Result<(), NoStep> {
         let Some(sizes) = self.recipe.remesh.clone() else { return Ok(()) };
+        let begun = Instant::now();
         let old = self.present();
         if self.engine.state().birth.is_none() {
             self.first = Some(Arc::clone(&old));
@@ -61,7 +63,7 @@ impl<const D: usize> Gelatin<D> {
             let renewal = Renewal::of(&candidate, self.engine.now(), attempt);
             if self.go_on(candidate.birth, candidate.velocity).is_ok() {
                 self.engine.count_exchange();
-                self.renewals.push(renewal);
+                self.renewals.push(Renewal { seconds: begun.elapsed().as_secs_f64(), ..renewal });
                 return Ok(());
             }
         }

@@ -115,7 +115,8 @@ impl Cutting<'_> {
             position: used.iter().map(|p| self.points[*p]).collect(),
             origin: used.iter().map(|p| self.origin[*p]).collect(),
             elements: self.elements.iter().map(simplex).collect(),
-            over: vec![], cleared: 0.0,
+            over: vec![],
+            cleared: 0.0,
         }
     }
 }

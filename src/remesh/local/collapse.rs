@@ -28,8 +28,7 @@ pub(super) fn onto(complex: &Complex, (a, b): (u32, u32), enough: f64, flat: &Fl
 fn change(complex: &Complex, (a, b): (u32, u32), is_on_surface: bool) -> Change {
     let drawn = |tet: Tet| tet.map(|point| if point == a { b } else { point });
     let gone: Vec<u32> = complex.star(a).map(|(t, _)| t).collect();
-    let new: Vec<Tet> =
-        complex.star(a).filter(|(_, tet)| !tet.contains(&b)).map(|(_, tet)| drawn(tet)).collect();
+    let new: Vec<Tet> = complex.star(a).filter(|(_, tet)| !tet.contains(&b)).map(|(_, tet)| drawn(tet)).collect();
     let swept = if is_on_surface { complex.growth(&new, &gone) } else { 0.0 };
     Change { gone, new, swept }
 }

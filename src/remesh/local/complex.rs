@@ -249,7 +249,8 @@ impl Complex {
             Origin::Surface(..) => 1,
             Origin::Inside => 2,
         };
-        let mut used: Vec<u32> = (0..self.points.len() as u32).filter(|p| !self.stars[*p as usize].is_empty()).collect();
+        let mut used: Vec<u32> =
+            (0..self.points.len() as u32).filter(|p| !self.stars[*p as usize].is_empty()).collect();
         used.sort_by_key(rank);
         let mut number = vec![NodeId::default(); self.points.len()];
         used.iter().zip(0..).for_each(|(&point, n)| number[point as usize] = NodeId(n));

@@ -102,7 +102,8 @@ impl Work<'_> {
         let (length, edge) = self.first_edge(&tet, f64::gt);
         if length > LONG * LONG {
             let worst = self.worst_around(edge);
-            split::split(&mut self.complex, edge, worst.min(SPLIT * self.poor), self.cleared);
+            let enough = worst.min(SPLIT * self.poor);
+            split::split(&mut self.complex, edge, (enough, cube(FAIR)), self.cleared);
         }
     }
 
@@ -123,7 +124,7 @@ impl Work<'_> {
             let own = &self.complex.points[point as usize];
             let x = if own.is_on_surface { (self.cleared)(&own.x) } else { own.x };
             if (x - own.x).norm() > STANDING * own.size {
-                smooth::clear(&mut self.complex, (point, x), SPLIT * self.poor);
+                smooth::clear(&mut self.complex, (point, x), cube(FAIR));
             }
         }
     }

@@ -18,9 +18,10 @@ pub(super) fn smooth(complex: &mut Complex, point: u32) -> bool {
     let here = *complex.x(point);
     let aim = aim(complex, point, &star);
     let moved = |way: f64| here + (aim - here) * way;
-    let best = WAYS.map(|way| (complex.worst_at(point, &moved(way)), way)).into_iter().fold((worst, 0.0), |best, next| {
-        if next.0 > best.0 { next } else { best }
-    });
+    let best =
+        WAYS.map(|way| (complex.worst_at(point, &moved(way)), way))
+            .into_iter()
+            .fold((worst, 0.0), |best, next| if next.0 > best.0 { next } else { best });
     let is_better = best.0 > GAIN * worst.max(0.0) && best.0 > worst + 1e-6;
     if is_better {
         complex.shift(point, moved(best.1));

@@ -6,12 +6,12 @@ use crate::algebra::Vector;
 use crate::mesh::NodeId;
 use crate::remesh::Origin;
 
-/// Splits an edge in the middle, if all that comes is better than `enough`; at the surface where that is `cleared`, if that is
-/// good enough, too.
+/// Splits an edge in the middle, if all that comes is better than `enough`; at the surface where that is `cleared`, if all is
+/// `good` then.
 pub(super) fn split(
     complex: &mut Complex,
     (a, b): (u32, u32),
-    enough: f64,
+    (enough, good): (f64, f64),
     cleared: &dyn Fn(&Vector<3>) -> Vector<3>,
 ) -> bool {
     let Some(ring) = Ring::of(complex, a, b) else { return false };
@@ -21,8 +21,8 @@ pub(super) fn split(
     let with = |end: u32| move |tet: &Tet| tet.map(|point| if point == end { m } else { point });
     let new: Vec<Tet> = old.iter().map(with(a)).chain(old.iter().map(with(b))).collect();
     let middle = *complex.x(m);
-    let places = [if ring.is_open { cleared(&middle) } else { middle }, middle];
-    for place in places {
+    let places = [(if ring.is_open { cleared(&middle) } else { middle }, enough.max(good)), (middle, enough)];
+    for (place, enough) in places {
         complex.points[m as usize].x = place;
         if complex.worst_new(&new, enough) > enough {
             complex.cleared -= complex.growth(&new, &ring.tets);

@@ -1,8 +1,8 @@
 use super::super::{Moved, Origin, Proposal, Rules};
 use super::propose;
-use std::time::Instant;
 use crate::algebra::Vector;
 use crate::mesh::{Block, Mesh, Split, block, boundary, shape_quality, signed_volume, uniform};
+use std::time::Instant;
 
 fn cube(n: usize, split: Split) -> Mesh<3> {
     let axis = || uniform(0.0, 1.0, 1.0 / n as f64);
@@ -26,8 +26,11 @@ fn check(old: &Moved<'_, 3>, new: &Proposal<3>, tolerance: f64) -> f64 {
     let mut nodes: Vec<u32> = facets.iter().flatten().map(|n| n.0).collect();
     nodes.sort_unstable();
     nodes.dedup();
-    let mut edges: Vec<[u32; 2]> =
-        facets.iter().flat_map(|f| (0..3).map(|k| [f[k].0, f[(k + 1) % 3].0])).map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    let mut edges: Vec<[u32; 2]> = facets
+        .iter()
+        .flat_map(|f| (0..3).map(|k| [f[k].0, f[(k + 1) % 3].0]))
+        .map(|[a, b]| [a.min(b), a.max(b)])
+        .collect();
     edges.sort_unstable();
     assert!(edges.chunk_by(|a, b| a == b).all(|same| same.len() == 2), "every edge of the surface has two facets");
     edges.dedup();
@@ -144,7 +147,8 @@ fn a_surface_that_is_drawn_down_keeps_its_corners_and_its_volume() {
             Origin::Inside => *x,
         });
         let facets = boundary::<3>(&new.elements);
-        mesh = Mesh { rest: rest.collect(), held: vec![[false; 3]; new.position.len()], facets, elements: new.elements };
+        mesh =
+            Mesh { rest: rest.collect(), held: vec![[false; 3]; new.position.len()], facets, elements: new.elements };
         position = new.position;
     }
     assert!(last > 0.34);

@@ -1,0 +1,62 @@
+//! The ball of `sphere-deep` in space, its mesh exchanged on the way, by mesh size; and the same ball about an axis.
+
+use super::cpu::seconds;
+use super::run::scene;
+use ballistic_gel::simulation::{CouplingMode, Simulation};
+
+/// Cells beneath the ball, m: R/2, R/2.5 and R/3.1.
+const SIZES: [f64; 3] = [5e-3, 4e-3, 3.2e-3];
+/// Times at which the runs are compared, ms.
+const TIMES: [f64; 6] = [1.0, 1.5, 2.0, 3.0, 4.0, 6.0];
+
+/// Depth and speed at these times and at the end, and what the books say.
+pub fn study() {
+    let times: String = TIMES.iter().map(|t| format!(" {t} ms: mm, m/s |")).collect();
+    println!(
+        "| cells, mm |{times} depth, mm | at, ms | end | meshes | elements | kept, % | attempts | least J | remesh, % of E₀ | bias, % | closure | momentum | mass | exchanging, % of CPU | CPU s |"
+    );
+    println!("|---|{}---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|", "---|".repeat(TIMES.len()));
+    SIZES.into_iter().for_each(row);
+}
+
+fn row(size: f64) {
+    let keys = [("mesh.size", size.to_string()), ("remesh.smallest", (0.8 * size).to_string())];
+    let scene = scene("sphere-deep", &keys);
+    let begun = seconds();
+    let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
+    let inputs = simulation.inputs();
+    let (mut seen_at, mut end) = (String::new(), Ok(()));
+    for time in TIMES.iter().map(|t| 1e-3 * t).chain([scene.scene.end_time]) {
+        end = end.and_then(|()| simulation.step(&inputs, time));
+        if time < scene.scene.end_time {
+            let seen = simulation.observe();
+            let place = (1e3 * seen.projectile().depth, seen.projectile().kinematics.velocity.z);
+            seen_at += &if end.is_ok() { format!(" {:.2}, {:+.2} |", place.0, place.1) } else { " – |".to_owned() };
+        }
+    }
+    let cpu = seconds() - begun;
+    let seen = simulation.observe();
+    let (depth, at) = seen.projectile().contact.peak_depth;
+    let end = end.map_or_else(|failure| format!("stops at {:.2} ms", 1e3 * failure.time()), |()| "–".to_owned());
+    let mass = scene.gel.density * 0.14 * 0.14 * 0.12;
+    let renewals = simulation.renewals();
+    let n = renewals.len().max(1) as f64;
+    let kept = renewals.iter().map(|renewal| renewal.unchanged).sum::<f64>() / n;
+    let attempts: usize = renewals.iter().map(|renewal| renewal.attempt).sum();
+    println!(
+        "| {} |{seen_at} {:.2} | {:.2} | {end} | {} | {} | {:.0} | {attempts} | {:.3} | {:+.2} | {:+.2} | {:.0e} | {:.0e} | {:.0e} | {:.0} | {cpu:.0} |",
+        1e3 * size,
+        1e3 * depth,
+        1e3 * at,
+        seen.cost.remeshes,
+        seen.cost.elements,
+        100.0 * kept,
+        seen.cost.min_jacobian,
+        100.0 * seen.energy.remesh / seen.energy.initial,
+        100.0 * seen.energy.contact_bias / seen.energy.initial,
+        seen.energy.energy_error,
+        seen.momentum_error,
+        (simulation.frame().mass / mass - 1.0).abs(),
+        100.0 * renewals.iter().map(|renewal| renewal.seconds).sum::<f64>() / cpu,
+    );
+}
