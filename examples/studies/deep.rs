@@ -5,7 +5,7 @@ use super::run::scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 
 /// Cells beneath the ball, m: R/2, R/2.5 and R/3.1.
-const SIZES: [f64; 3] = [5e-3, 4e-3, 3.2e-3];
+const SIZES: [f64; 3] = [6.25e-3, 4e-3, 3.2e-3];
 /// Times at which the runs are compared, ms.
 const TIMES: [f64; 6] = [1.0, 1.5, 2.0, 3.0, 4.0, 6.0];
 
@@ -43,6 +43,9 @@ fn row(size: f64) {
     let n = renewals.len().max(1) as f64;
     let kept = renewals.iter().map(|renewal| renewal.unchanged).sum::<f64>() / n;
     let attempts: usize = renewals.iter().map(|renewal| renewal.attempt).sum();
+    for (time, why) in simulation.refusals() {
+        eprintln!("no mesh at {:.3} ms: {}", 1e3 * time, why.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "));
+    }
     println!(
         "| {} |{seen_at} {:.2} | {:.2} | {end} | {} | {} | {:.0} | {attempts} | {:.3} | {:+.2} | {:+.2} | {:.0e} | {:.0e} | {:.0e} | {:.0} | {cpu:.0} |",
         1e3 * size,

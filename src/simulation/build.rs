@@ -116,7 +116,7 @@ where
     }
     engine.set_wear(recipe.wear(&engine.gel().potential, &mesh.rest));
     engine.set_exchanges(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
-    Ok(Box::new(Gelatin { engine, facets: mesh.facets, recipe, first: None, renewals: vec![] }))
+    Ok(Box::new(Gelatin { engine, facets: mesh.facets, recipe, first: None, renewals: vec![], refusals: vec![] }))
 }
 
 fn rules(scene: &Scene) -> Rules {

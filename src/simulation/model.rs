@@ -2,6 +2,7 @@
 
 use super::observe::{Frame, FrameCells, Place};
 use super::recipe::Recipe;
+use super::candidate::Refused;
 use super::rehearsal::{Rehearsal, Renewal};
 use super::renew::Renew;
 use super::{RestoreError, SavedState};
@@ -32,6 +33,7 @@ pub(super) trait Model: Send {
     fn rehearse(&mut self, from: f64, t: f64, exchanges: &mut [Exchange]) -> Result<Option<Rehearsal>, StepError>;
     /// Exchanges of the mesh since it was built.
     fn renewals(&self) -> &[Renewal];
+    fn refusals(&self) -> &[(f64, Vec<Refused>)];
     fn n_bodies(&self) -> usize;
     /// What does not change of a body, and its last event.
     fn body(&self, i: usize) -> (&Body, &BodyState);
@@ -74,6 +76,8 @@ pub(super) struct Gelatin<const D: usize> {
     pub first: Option<Arc<Birth<D>>>,
     /// Its exchanges since it was built.
     pub renewals: Vec<Renewal>,
+    /// When no mesh was taken, and why not, by attempt.
+    pub refusals: Vec<(f64, Vec<Refused>)>,
 }
 
 /// Overlap at the start that contact can take, in element sizes.
@@ -147,6 +151,10 @@ where
             }
         }
         Ok(None)
+    }
+
+    fn refusals(&self) -> &[(f64, Vec<Refused>)] {
+        &self.refusals
     }
 
     fn renewals(&self) -> &[Renewal] {

@@ -58,8 +58,15 @@ impl<const D: usize> Gelatin<D> {
         let position = self.engine.state().position.clone();
         let moved = Moved { mesh: &old.mesh, position: &position };
         let size = self.sizes(&moved, &sizes);
+        let mut refused = vec![];
         for (way, attempt) in Way::of(sizes.rules.method).into_iter().zip(1..) {
-            let Ok(candidate) = self.candidate((&old, &moved), (&size, mesher), way) else { continue };
+            let candidate = match self.candidate((&old, &moved), (&size, mesher), way) {
+                Ok(candidate) => candidate,
+                Err(why) => {
+                    refused.push(why);
+                    continue;
+                }
+            };
             let renewal = Renewal::of(&candidate, self.engine.now(), attempt);
             if self.go_on(candidate.birth, candidate.velocity).is_ok() {
                 self.engine.count_exchange();
@@ -67,6 +74,7 @@ impl<const D: usize> Gelatin<D> {
                 return Ok(());
             }
         }
+        self.refusals.push((self.engine.now(), refused));
         self.keep(&old)
     }
 

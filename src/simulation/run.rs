@@ -3,6 +3,7 @@
 use super::build::{BuildError, build, orientation};
 use super::model::Model;
 use super::observe::Frame;
+use super::candidate::Refused;
 use super::rehearsal::{Rehearsal, Renewal};
 use super::saved::Saved;
 use super::{CouplingMode, Exchange, Inputs, Kinematics};
@@ -220,6 +221,12 @@ impl Simulation {
     #[must_use]
     pub fn renewals(&self) -> &[Renewal] {
         self.model.renewals()
+    }
+
+    /// When a worn mesh went on because no other was taken, s, and why each attempt was refused; not kept in states.
+    #[must_use]
+    pub fn refusals(&self) -> &[(f64, Vec<Refused>)] {
+        self.model.refusals()
     }
 
     /// J·(V₀ + V₁)/2 + A·(Ω₀ + Ω₁)/2 of the last step, J.
