@@ -44,7 +44,11 @@ fn row(size: f64) {
     let kept = renewals.iter().map(|renewal| renewal.unchanged).sum::<f64>() / n;
     let attempts: usize = renewals.iter().map(|renewal| renewal.attempt).sum();
     for (time, why) in simulation.refusals() {
-        eprintln!("no mesh at {:.3} ms: {}", 1e3 * time, why.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "));
+        eprintln!(
+            "no mesh at {:.3} ms: {}",
+            1e3 * time,
+            why.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+        );
     }
     println!(
         "| {} |{seen_at} {:.2} | {:.2} | {end} | {} | {} | {:.0} | {attempts} | {:.3} | {:+.2} | {:+.2} | {:.0e} | {:.0e} | {:.0e} | {:.0} | {cpu:.0} |",

@@ -92,20 +92,23 @@ impl<const D: usize> Parts<D> {
         let mut parts = Self { all: parts.collect(), sources: vec![], stray_mass: 0.0 };
         parts.sources = sources;
         if gone.iter().any(Gone::is_uncovered) {
-            parts.lay_down(&gone, &Locator::new(&changed));
+            parts.lay_down((&gone, &pairing.gone), &Locator::new(&changed));
         }
         parts
     }
 
-    fn lay_down(&mut self, gone: &[Gone<D>], changed: &Locator<'_, D>) {
-        for gone in gone.iter().filter(|gone| gone.is_uncovered()) {
+    fn lay_down(&mut self, (gone, names): (&[Gone<D>], &[ElementId]), changed: &Locator<'_, D>) {
+        for (gone, old) in gone.iter().zip(names).filter(|(gone, _)| gone.is_uncovered()) {
             let mass: f64 = gone.left.iter().sum();
             self.stray_mass += mass.abs();
             let weights = gone.left.map(|left| left / mass);
             if let Some(place) = changed.nearest(&weighed(&gone.cell.corners, &weights)) {
-                self.all[place.cell].add_point(mass, &weighed(&gone.velocity, &weights), &place.weights);
+                let part = &mut self.all[place.cell];
+                part.add_point(mass, &weighed(&gone.velocity, &weights), &place.weights);
+                self.sources.push(Source { new: ElementId(part.element as u32), old: *old, mass });
             }
         }
+        self.sources.sort_by_key(|source| (source.new, source.old));
     }
 }
 

@@ -68,10 +68,10 @@ pub(super) fn references<const D: usize>(
             all.push((element, turned(&potential.reference(same.element), &same)));
         }
     }
-    let mut found = new.same.iter().flatten().count();
+    let mut is_known: Vec<bool> = new.same.iter().map(Option::is_some).collect();
     for sources in new.sources.chunk_by(|a, b| a.new == b.new) {
-        found += 1;
         let element = sources[0].new;
+        is_known[element.index()] = true;
         let nodes = &proposal.elements[element.index()];
         let told = Reference::of(&new.rest, nodes);
         let now = Reference::of(&proposal.position, nodes);
@@ -80,9 +80,12 @@ pub(super) fn references<const D: usize>(
             all.push((element, mean.made(&told, &now)?));
         }
     }
+    // What is made of nothing rests as it is.
+    for (element, nodes) in (0..).map(ElementId).zip(&proposal.elements).filter(|(e, _)| !is_known[e.index()]) {
+        all.push((element, Reference::of(&proposal.position, nodes)));
+    }
     all.sort_by_key(|(element, _)| *element);
-    // One that is made of nothing can be nothing.
-    (found == new.same.len()).then_some(all)
+    Some(all)
 }
 
 /// The reference of an old element whose nodes may stand in another order now.
@@ -148,6 +151,8 @@ impl<const D: usize> Mean<D> {
     fn fitted(&self, strain: &Strain<D>, now: &Reference<D>) -> Option<(Reference<D>, f64)> {
         let radius = if self.is_ring { now.radius / strain.out } else { now.radius };
         let rest = if self.is_ring { self.rest / radius } else { self.rest };
+        // Of matter that is nowhere by rounding, what it fills.
+        let rest = if rest > 0.0 { rest } else { measure(&now.edges) };
         let edges = inverse(&strain.f)? * now.edges;
         let scale = rest / measure(&edges);
         let edges = edges * if D == 2 { scale.sqrt() } else { cube_root(scale) };

@@ -1,8 +1,8 @@
 //! A gel of either dimension behind one interface.
 
+use super::candidate::Refused;
 use super::observe::{Frame, FrameCells, Place};
 use super::recipe::Recipe;
-use super::candidate::Refused;
 use super::rehearsal::{Rehearsal, Renewal};
 use super::renew::Renew;
 use super::{RestoreError, SavedState};

@@ -1,9 +1,9 @@
 //! A simulation in time: what an importer steps.
 
 use super::build::{BuildError, build, orientation};
+use super::candidate::Refused;
 use super::model::Model;
 use super::observe::Frame;
-use super::candidate::Refused;
 use super::rehearsal::{Rehearsal, Renewal};
 use super::saved::Saved;
 use super::{CouplingMode, Exchange, Inputs, Kinematics};

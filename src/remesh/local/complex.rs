@@ -220,17 +220,22 @@ impl Complex {
         shapes.fold(f64::INFINITY, f64::min)
     }
 
-    /// Six times the volume of the tetrahedra around a point, m³.
-    fn volume_around(&self, point: u32) -> f64 {
+    /// Volume of the tetrahedra around a point, were it there, m³.
+    fn volume_around(&self, point: u32, x: &Vector<3>) -> f64 {
+        let corner = |p: u32| if p == point { x } else { self.x(p) };
         let six = |[a, b, c, d]: [&Vector<3>; 4]| (b - a).cross(&(c - a)).dot(&(d - a));
-        self.star(point).map(|(_, tet)| six(tet.map(|p| self.x(p)))).sum()
+        self.star(point).map(|(_, tet)| six(tet.map(corner))).sum::<f64>() / 6.0
+    }
+
+    /// The part of their volume that the tetrahedra around a point would keep.
+    pub fn squeeze(&self, point: u32, x: &Vector<3>) -> f64 {
+        self.volume_around(point, x) / self.volume_around(point, self.x(point))
     }
 
     /// Moves a point of the surface out of a body.
     pub fn clear(&mut self, point: u32, x: Vector<3>) {
-        let before = self.volume_around(point);
+        self.cleared += self.volume_around(point, self.x(point)) - self.volume_around(point, &x);
         self.shift(point, x);
-        self.cleared += (before - self.volume_around(point)) / 6.0;
     }
 
     fn add(&mut self, tet: Tet, over: Option<Box<[u32]>>) {

@@ -18,10 +18,10 @@ pub(super) fn smooth(complex: &mut Complex, point: u32) -> bool {
     let here = *complex.x(point);
     let aim = aim(complex, point, &star);
     let moved = |way: f64| here + (aim - here) * way;
-    let best =
-        WAYS.map(|way| (complex.worst_at(point, &moved(way)), way))
-            .into_iter()
-            .fold((worst, 0.0), |best, next| if next.0 > best.0 { next } else { best });
+    let best = WAYS
+        .map(|way| (complex.worst_at(point, &moved(way)), way))
+        .into_iter()
+        .fold((worst, 0.0), |best, next| if next.0 > best.0 { next } else { best });
     let is_better = best.0 > GAIN * worst.max(0.0) && best.0 > worst + 1e-6;
     if is_better {
         complex.shift(point, moved(best.1));
@@ -50,10 +50,13 @@ fn aim(complex: &Complex, point: u32, star: &[(u32, Tet)]) -> Vector<3> {
 
 /// Parts of the way out of a body that a point of the surface tries to go.
 const OUT: [f64; 3] = [1.0, 0.6, 0.3];
+/// The part of their volume that the tetrahedra around it keep at least: they are compressed by as much.
+pub(super) const SQUEEZED: f64 = 0.95;
 
 /// Moves a point of the surface out of a body, or some of the way, if its tetrahedra are better than `enough` then.
 pub(super) fn clear(complex: &mut Complex, (point, x): (u32, Vector<3>), enough: f64) -> bool {
     let here = *complex.x(point);
-    let way = OUT.map(|part| here + (x - here) * part).into_iter().find(|x| complex.worst_at(point, x) > enough);
+    let bears = |x: &Vector<3>| complex.worst_at(point, x) > enough && complex.squeeze(point, x) > SQUEEZED;
+    let way = OUT.map(|part| here + (x - here) * part).into_iter().find(bears);
     way.inspect(|x| complex.clear(point, *x)).is_some()
 }
