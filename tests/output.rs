@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 const STEPS: usize = 50;
 
 /// Keys of `summary.json` that scripts hold on to, in the order of the file.
-const KEYS: [&str; 37] = [
+const KEYS: [&str; 38] = [
     "scene",
     "version",
     "interface",

@@ -41,6 +41,8 @@ pub enum Reached {
 /// A mesh lasts at least so many of its finest steps (A12); where it wears out fast, to this part of what is allowed, so many.
 const SHORTEST_LIFE: (Tick, Tick) = (50, 4);
 const HALF_WORN: f64 = 0.7;
+/// So many at least where a facet is stretched over a body: at a sharp corner no mesh helps.
+const STRETCHED_LIFE: Tick = 200;
 
 /// What goes on from one mesh to the next.
 pub(super) struct Passage {
@@ -104,7 +106,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Whether the mesh is worn at this tick, so many finest steps old.
     fn is_worn(&self, tick: Tick, age: Tick) -> bool {
         let Some(wear) = self.ends.wear else { return false };
-        if self.state.record.stretched && age >= SHORTEST_LIFE.0 {
+        if self.state.record.stretched && age >= STRETCHED_LIFE {
             return true;
         }
         let part = if age < SHORTEST_LIFE.0 { HALF_WORN } else { 1.0 };

@@ -49,6 +49,8 @@ pub(super) struct Parts<const D: usize> {
     pub all: Vec<Part<D>>,
     /// What they are made of, in their order.
     pub sources: Vec<Source>,
+    /// What was laid down on them because nothing lay over it.
+    pub laid: Vec<Source>,
     /// Old mass that they do not lie over, or twice, kg.
     pub stray_mass: f64,
 }
@@ -89,7 +91,7 @@ impl<const D: usize> Parts<D> {
             });
             part
         });
-        let mut parts = Self { all: parts.collect(), sources: vec![], stray_mass: 0.0 };
+        let mut parts = Self { all: parts.collect(), sources: vec![], laid: vec![], stray_mass: 0.0 };
         parts.sources = sources;
         if gone.iter().any(Gone::is_uncovered) {
             parts.lay_down((&gone, &pairing.gone), &Locator::new(&changed));
@@ -105,10 +107,9 @@ impl<const D: usize> Parts<D> {
             if let Some(place) = changed.nearest(&weighed(&gone.cell.corners, &weights)) {
                 let part = &mut self.all[place.cell];
                 part.add_point(mass, &weighed(&gone.velocity, &weights), &place.weights);
-                self.sources.push(Source { new: ElementId(part.element as u32), old: *old, mass });
+                self.laid.push(Source { new: ElementId(part.element as u32), old: *old, mass });
             }
         }
-        self.sources.sort_by_key(|source| (source.new, source.old));
     }
 }
 

@@ -50,7 +50,17 @@ pub fn transfer<const D: usize>(old: &Moved<'_, D>, carried: &Carried<'_, D>, ne
         changed.turn(&mut velocity, &-defects.angular_defect());
         defects.after = Books::of(&new.position, &mass, &velocity);
     }
-    Transferred { rest, mass, corner_mass, velocity, held, same: pairing.same, sources: parts.sources, defects }
+    Transferred {
+        rest,
+        mass,
+        corner_mass,
+        velocity,
+        held,
+        same: pairing.same,
+        sources: parts.sources,
+        laid: parts.laid,
+        defects,
+    }
 }
 
 /// Corner masses of the new elements, kg.

@@ -68,6 +68,9 @@ const MEASURE: f64 = 1e-5;
 /// the sizes do not resolve (`smooth_bodies_of_any_size_and_place_are_cut_out_whole`).
 const FAIR: f64 = 0.1;
 
+/// What the splitting of long edges may leave in space where nothing makes it better: twice the poor quality cannot be had of halves.
+const SPLIT: f64 = 0.2;
+
 impl Way {
     /// The attempts of a method.
     pub fn of(method: RemeshMethod) -> [Self; 3] {
@@ -78,9 +81,9 @@ impl Way {
     }
 
     /// The worst shape that a mesh made so may have, if the old one has this worst shape.
-    fn worst(self, old: f64) -> f64 {
+    fn worst<const D: usize>(self, old: f64) -> f64 {
         match self {
-            Self::Retained { .. } => old,
+            Self::Retained { .. } => old.min(if D == 3 { SPLIT } else { 1.0 }),
             Self::Immersed { .. } => old.min(FAIR),
         }
     }
@@ -172,7 +175,7 @@ impl<const D: usize> Gelatin<D> {
     ) -> Result<Candidate<D>, Refused> {
         let (proposal, measure) = mesher(way, moved, size, &|x| self.cleared(x))?;
         let worst = old.mesh.elements.iter().map(|element| shape_quality(moved.position, element));
-        let acceptance = Acceptance { measure, quality: way.worst(worst.fold(f64::INFINITY, f64::min)) };
+        let acceptance = Acceptance { measure, quality: way.worst::<D>(worst.fold(f64::INFINITY, f64::min)) };
         let quality = remesh::judge(moved, &proposal, &acceptance)?;
         let new = remesh::transfer(moved, &self.carried(old), &proposal);
         if new.defects.massless > 0 {

@@ -9,6 +9,8 @@ use crate::state::Birth;
 
 /// The nodes say what an element is if measure and distortion at rest are within this part of those of what it is made of.
 const HOLDS: f64 = 1e-9;
+/// The part of its measure at rest that an element can be given at once of what no new one lies over; the rest is lost.
+const MOST_LAID: f64 = 0.1;
 /// Halvings that find the deformation with the distortion of the old elements.
 const HALVINGS: usize = 40;
 
@@ -69,13 +71,14 @@ pub(super) fn references<const D: usize>(
         }
     }
     let mut is_known: Vec<bool> = new.same.iter().map(Option::is_some).collect();
+    let laid = laid((potential, old), new);
     for sources in new.sources.chunk_by(|a, b| a.new == b.new) {
         let element = sources[0].new;
         is_known[element.index()] = true;
         let nodes = &proposal.elements[element.index()];
         let told = Reference::of(&new.rest, nodes);
         let now = Reference::of(&proposal.position, nodes);
-        let mean = Mean::of((potential, old), position, sources);
+        let mean = Mean::of((potential, old), position, sources).and(laid[element.index()]);
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
         }
@@ -86,6 +89,23 @@ pub(super) fn references<const D: usize>(
     }
     all.sort_by_key(|(element, _)| *element);
     Some(all)
+}
+
+/// The measure at rest of what was laid down on each new element.
+fn laid<const D: usize>((potential, old): (&Simplices<D>, &Birth<D>), new: &Transferred<D>) -> Vec<f64> {
+    let mut laid = vec![0.0; new.same.len()];
+    for source in &new.laid {
+        laid[source.new.index()] += rest_of((potential, old), source);
+    }
+    laid
+}
+
+/// The part of an old element at rest that is in a new one.
+fn rest_of<const D: usize>((potential, old): (&Simplices<D>, &Birth<D>), source: &Source) -> f64 {
+    let whole: f64 = old.corner_mass[source.old.index()].iter().sum();
+    let reference = potential.reference(source.old);
+    let ring = if potential.section() == Section::Axisymmetric { reference.radius } else { 1.0 };
+    source.mass / whole * measure(&reference.edges) * ring
 }
 
 /// The reference of an old element whose nodes may stand in another order now.
@@ -100,16 +120,20 @@ impl<const D: usize> Mean<D> {
         let is_ring = potential.section() == Section::Axisymmetric;
         let (mut strain, mut distortion, mut rest, mut mass) = (Strain::zero(), 0.0, 0.0, 0.0);
         for source in sources {
-            let whole: f64 = old.corner_mass[source.old.index()].iter().sum();
             let (f, out) = potential.deformation(source.old, x);
-            let (own, reference) = (Strain { f, out }, potential.reference(source.old));
-            let ring = if is_ring { reference.radius } else { 1.0 };
-            rest += source.mass / whole * measure(&reference.edges) * ring;
+            let own = Strain { f, out };
+            rest += rest_of((potential, old), source);
             strain = strain.plus(&own, source.mass);
             distortion += own.distortion() * source.mass;
             mass += source.mass;
         }
         Self { strain: Strain::zero().plus(&strain, 1.0 / mass), distortion: distortion / mass, rest, is_ring }
+    }
+
+    /// With more of the matter at rest, of which an element takes a tenth more at once at most: what is cut off its neighbourhood
+    /// compresses it.
+    fn and(self, laid: f64) -> Self {
+        Self { rest: self.rest + laid.clamp(-MOST_LAID * self.rest, MOST_LAID * self.rest), ..self }
     }
 
     /// Whether the nodes say how much matter there is, and how it is distorted.

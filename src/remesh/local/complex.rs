@@ -210,14 +210,20 @@ impl Complex {
         self.apply(&Change { gone, new, swept: 0.0 });
     }
 
-    /// The cube of the quality of the worst tetrahedron around a point, were it there.
+    /// The place nearest to `x` that a point may go to from where it is: nowhere in its held directions.
+    pub fn allowed(&self, point: u32, x: Vector<3>) -> Vector<3> {
+        let own = &self.points[point as usize];
+        Vector::<3>::from_fn(|axis, _| if own.held[axis] { own.x[axis] } else { x[axis] })
+    }
+
+    /// The cube of the quality of the worst tetrahedron around a point, were it there; less than any other where that is no place.
     pub fn worst_at(&self, point: u32, x: &Vector<3>) -> f64 {
         let corner = |p: u32| if p == point { *x } else { *self.x(p) };
         let shapes = self.star(point).map(|(_, tet)| {
             let [a, b, c, d] = tet.map(corner);
             shape([&a, &b, &c, &d])
         });
-        shapes.fold(f64::INFINITY, f64::min)
+        shapes.fold(f64::INFINITY, |worst, shape| if shape.is_nan() { f64::NEG_INFINITY } else { worst.min(shape) })
     }
 
     /// Volume of the tetrahedra around a point, were it there, m³.

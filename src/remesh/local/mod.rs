@@ -118,11 +118,14 @@ impl Work<'_> {
         self.complex.worst_of(self.complex.star(a).filter(|(_, tet)| tet.contains(&b)).map(|(t, _)| t))
     }
 
-    /// Puts points of the surface that are inside a body out of it.
+    /// Puts points of the surface that are inside a body out of it, unless the surface is to stay as it is.
     fn clear_surface(&mut self) {
+        if self.flat.sag <= 0.0 {
+            return;
+        }
         for point in 0..self.complex.points.len() as u32 {
             let own = &self.complex.points[point as usize];
-            let x = if own.is_on_surface { (self.cleared)(&own.x) } else { own.x };
+            let x = if own.is_on_surface { self.complex.allowed(point, (self.cleared)(&own.x)) } else { own.x };
             if (x - own.x).norm() > STANDING * own.size {
                 smooth::clear(&mut self.complex, (point, x), cube(FAIR));
             }
@@ -188,7 +191,7 @@ fn volume(old: &Moved<'_, 3>) -> f64 {
 
 /// The cube of the quality above which an operation is worth it.
 fn better(shape: f64) -> f64 {
-    if shape > 0.0 { GAIN * shape } else { shape }
+    GAIN * shape.max(0.0)
 }
 
 fn cube(quality: f64) -> f64 {

@@ -37,6 +37,9 @@ fn aim(complex: &Complex, point: u32, star: &[(u32, Tet)]) -> Vector<3> {
         let face: Vec<&Vector<3>> = tet.iter().filter(|p| **p != point).map(|p| complex.x(*p)).collect();
         let [a, b, c] = [face[0], face[1], face[2]];
         let normal = (b - a).cross(&(c - a));
+        if normal.norm() <= 0.0 {
+            continue;
+        }
         let inward = if normal.dot(&(complex.x(point) - a)) < 0.0 { -1.0 } else { 1.0 };
         // The apex of a regular tetrahedron stands √(2/3) edges over its base, whose area is √3/4 of an edge squared.
         let height = (2.0 * normal.norm() / 3.0_f64.sqrt() * 2.0 / 3.0).sqrt();

@@ -21,7 +21,8 @@ pub(super) fn split(
     let with = |end: u32| move |tet: &Tet| tet.map(|point| if point == end { m } else { point });
     let new: Vec<Tet> = old.iter().map(with(a)).chain(old.iter().map(with(b))).collect();
     let middle = *complex.x(m);
-    let places = [(if ring.is_open { cleared(&middle) } else { middle }, enough.max(good)), (middle, enough)];
+    let clear = if ring.is_open { complex.allowed(m, cleared(&middle)) } else { middle };
+    let places = [(clear, enough.max(good)), (middle, enough)];
     for (place, enough) in places {
         complex.points[m as usize].x = place;
         if complex.worst_new(&new, enough) > enough {

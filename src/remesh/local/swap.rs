@@ -92,6 +92,9 @@ pub(super) fn without_face(complex: &Complex, (t, k): (u32, usize), enough: f64)
         let shares = other != t && nodes.contains(&b) && nodes.contains(&c);
         Some((other, *nodes.iter().find(|p| ![a, b, c].contains(p))?)).filter(|_| shares)
     })?;
+    if are_joined(complex, above, below) {
+        return None;
+    }
     let new = [[below, above, a, b], [below, above, b, c], [below, above, c, a]];
     let worst = complex.worst_new(&new, enough);
     (worst > enough).then(|| (worst, Change { gone: vec![t, other], new: new.to_vec(), swept: 0.0 }))
