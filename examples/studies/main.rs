@@ -15,12 +15,13 @@ mod rest;
 mod run;
 mod shot;
 mod sphere_block;
+mod thousand;
 mod touch;
 mod whole;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 10] = [
+const STUDIES: [Study; 11] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -34,6 +35,7 @@ const STUDIES: [Study; 10] = [
     ("leaks", "deepest penetration of nodes and faces, by shape and mesh size", leaks::study),
     ("gain", "updates and CPU seconds of the schedules on uniform, graded and sliver meshes", gain::study),
     ("remesh", "ball-square by speed and mesh size, on a fixed mesh and on meshes that are exchanged", remesh::study),
+    ("thousand", "ball-square with a thousand exchanges of its mesh in a row, by both methods", thousand::study),
     ("extremes", "masses, speeds, a second of rest, and a body inside the gel", extremes::study),
 ];
 
