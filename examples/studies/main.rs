@@ -16,6 +16,7 @@ mod rest;
 mod run;
 mod shot;
 mod sphere_block;
+mod thousand;
 mod touch;
 mod whole;
 
@@ -36,6 +37,7 @@ const STUDIES: [Study; 11] = [
     ("gain", "updates and CPU seconds of the schedules on uniform, graded and sliver meshes", gain::study),
     ("deep", "sphere-deep by mesh size: a ball of 20 m/s in space, its mesh exchanged", deep::study),
     ("remesh", "ball-square by speed and mesh size, on a fixed mesh and on meshes that are exchanged", remesh::study),
+    ("thousand", "ball-square with a thousand exchanges of its mesh in a row, by both methods", thousand::study),
     ("extremes", "masses, speeds, a second of rest, and a body inside the gel", extremes::study),
 ];
 

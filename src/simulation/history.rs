@@ -157,6 +157,10 @@ impl<const D: usize> Mean<D> {
     /// The mean of F alone forgets how old elements differ. A ball of 20 m/s lost 20 % of its energy by it on its way into gel,
     /// and what the nodes say alone, where they stood upright, gained 6 % (h = R/2, 18 meshes).
     fn made(&self, told: &Reference<D>, now: &Reference<D>) -> Option<Reference<D>> {
+        let mean = self.fitted(&self.strain, now);
+        if let Some(fit) = mean.filter(|fit| fit.1 >= (1.0 - HOLDS) * self.distortion) {
+            return Some(fit.0);
+        }
         // What lies between two that stand upright need not.
         let reaches = |strain: &Strain<D>| self.fitted(strain, now).is_none_or(|fit| fit.1 >= self.distortion);
         let aim = self.said(told, now).filter(reaches).unwrap_or_else(|| self.strain.thrice());

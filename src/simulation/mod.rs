@@ -13,6 +13,8 @@ mod rehearsal;
 mod renew;
 mod run;
 mod saved;
+#[cfg(test)]
+mod trips;
 
 use crate::algebra::Vector3;
 use serde::{Deserialize, Serialize};

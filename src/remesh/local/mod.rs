@@ -9,6 +9,8 @@ mod collapse;
 mod complex;
 mod flat;
 mod ring;
+#[cfg(test)]
+mod shapes;
 mod smooth;
 mod split;
 mod swap;
