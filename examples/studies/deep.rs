@@ -4,8 +4,8 @@ use super::cpu::seconds;
 use super::run::scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 
-/// Cells beneath the ball, m: R/2, R/2.5 and R/3.1.
-const SIZES: [f64; 3] = [6.25e-3, 4e-3, 3.2e-3];
+/// Cells beneath the ball, m: R/1.6, R/2 and R/2.5.
+const SIZES: [f64; 3] = [6.25e-3, 5e-3, 4e-3];
 /// Times at which the runs are compared, ms.
 const TIMES: [f64; 6] = [1.0, 1.5, 2.0, 3.0, 4.0, 6.0];
 

@@ -22,7 +22,7 @@ mod whole;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 11] = [
+const STUDIES: [Study; 12] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",

@@ -41,6 +41,16 @@ pub enum Refused {
         /// How many.
         nodes: usize,
     },
+    /// Velocities that nodes of hardly any mass cannot carry.
+    #[error(
+        "the gel would move with {after:.3e} J instead of {before:.3e} J: a node of the new mesh has hardly any mass"
+    )]
+    Gains {
+        /// Kinetic energy of the old mesh, J.
+        before: f64,
+        /// That of the new one, J.
+        after: f64,
+    },
     /// An element that cannot have been anything at rest.
     #[error("an element of the new mesh has no shape at rest: the old ones under it are inverted")]
     Restless,
@@ -68,6 +78,8 @@ const MEASURE: f64 = 1e-5;
 /// the sizes do not resolve (`smooth_bodies_of_any_size_and_place_are_cut_out_whole`).
 const FAIR: f64 = 0.1;
 
+/// A mesh may have so many times the kinetic energy of the old one at most: finer ones hold a few per cent more of short waves.
+const MOST_GAINED: f64 = 1.1;
 /// What the splitting of long edges may leave in space where nothing makes it better: twice the poor quality cannot be had of halves.
 const SPLIT: f64 = 0.2;
 
@@ -180,6 +192,10 @@ impl<const D: usize> Gelatin<D> {
         let new = remesh::transfer(moved, &self.carried(old), &proposal);
         if new.defects.massless > 0 {
             return Err(Refused::Massless { nodes: new.defects.massless });
+        }
+        let (before, after) = (new.defects.before.kinetic, new.defects.after.kinetic);
+        if after.is_nan() || after > MOST_GAINED * before {
+            return Err(Refused::Gains { before, after });
         }
         let potential = &self.engine.gel().potential;
         let references = history::references((potential, old), moved.position, (&proposal, &new));
