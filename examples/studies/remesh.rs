@@ -121,7 +121,9 @@ fn step_row(scene: &Scene, (name, method): (&str, &str)) {
     let least = steps.iter().copied().fold(f64::INFINITY, f64::min);
     let octave = |step: &f64| (step / least).log2().round() as usize;
     let mut counts = vec![0_usize; 1 + steps.iter().map(octave).max().unwrap_or(0)];
-    steps.iter().for_each(|step| counts[octave(step)] += 1);
+    for step in &steps {
+        counts[octave(step)] += 1;
+    }
     let bars: Vec<String> = counts.iter().map(|n| format!("{:.2}", 100.0 * *n as f64 / steps.len() as f64)).collect();
     println!(
         "| {name} | {method} | {} | {:.0} to {:.0} | {} | {:.1} |",

@@ -192,8 +192,9 @@ fn check<const D: usize>(old: &Moved<'_, D>, size: &[f64], rules: &Rules) -> Res
 /// About how many points a mesh of these sizes has: areas, or volumes, and those of the boundary over those of a point.
 fn estimate<const D: usize>(old: &Moved<'_, D>, size: &[f64]) -> f64 {
     let least = |nodes: &[NodeId]| nodes.iter().map(|n| size[n.index()]).fold(f64::MAX, f64::min);
-    let inside = |e: &Simplex| signed_volume(old.position, e).abs() / least(&e[..=D]).powi(D as i32);
-    let along = |f: &Facet| facet_measure(old.position, f) / least(&f[..D]).powi(D as i32 - 1);
+    let power = |size: f64, n: usize| (0..n).map(|_| size).product::<f64>();
+    let inside = |e: &Simplex| signed_volume(old.position, e).abs() / power(least(&e[..=D]), D);
+    let along = |f: &Facet| facet_measure(old.position, f) / power(least(&f[..D]), D - 1);
     old.mesh.elements.iter().map(inside).sum::<f64>() + old.mesh.facets.iter().map(along).sum::<f64>()
 }
 

@@ -67,7 +67,7 @@ pub(super) fn references<const D: usize>(
     let mut all = vec![];
     for (element, same) in (0..).map(ElementId).zip(&new.same) {
         if let Some(same) = same.filter(|same| !potential.is_compatible(same.element)) {
-            all.push((element, turned(&potential.reference(same.element), &same)));
+            all.push((element, turned(&potential.reference(same.element), same)));
         }
     }
     let mut is_known: Vec<bool> = new.same.iter().map(Option::is_some).collect();
@@ -109,7 +109,7 @@ fn rest_of<const D: usize>((potential, old): (&Simplices<D>, &Birth<D>), source:
 }
 
 /// The reference of an old element whose nodes may stand in another order now.
-fn turned<const D: usize>(reference: &Reference<D>, same: &Same) -> Reference<D> {
+fn turned<const D: usize>(reference: &Reference<D>, same: Same) -> Reference<D> {
     let corner = |a: usize| if a == 0 { Vector::<D>::zeros() } else { reference.edges.column(a - 1).into_owned() };
     let corners = same.turned(&[0, 1, 2, 3].map(|a| if a <= D { corner(a) } else { Vector::<D>::zeros() }));
     Reference { edges: Tensor::<D>::from_fn(|i, j| corners[j + 1][i] - corners[0][i]), ..*reference }

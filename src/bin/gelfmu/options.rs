@@ -107,7 +107,7 @@ pub const DEMO_SCENE: &str = "ball-square";
 /// Which exchange of the mesh to draw.
 #[derive(Debug, Args)]
 pub struct DemoOptions {
-    /// Name of a built-in scene, or path of a scene file (`ball-square` if absent); without a [remesh] table it is given
+    /// Name of a built-in scene, or path of a scene file (`ball-square` if absent); without a `remesh` table it is given
     /// remesh.quality=0.05 and remesh.compression=0
     pub scene: Option<String>,
     /// Exchange the mesh at this time, s, worn or not, and draw that (the first exchange if absent)

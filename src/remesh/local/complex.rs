@@ -246,7 +246,9 @@ impl Complex {
 
     fn add(&mut self, tet: Tet, over: Option<Box<[u32]>>) {
         let t = self.tets.len() as u32;
-        tet.iter().for_each(|&point| self.stars[point as usize].push(t));
+        for point in tet {
+            self.stars[point as usize].push(t);
+        }
         self.shapes.push(self.would_be(&tet));
         self.tets.push(Some(tet));
         self.over.push(over);

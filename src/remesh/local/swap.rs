@@ -15,27 +15,24 @@ struct Table {
 }
 
 impl Table {
-    fn of(complex: &Complex, (a, b): (u32, u32), points: &[u32]) -> Self {
-        let mut best = [[(f64::INFINITY, 0); MOST]; MOST];
+    fn of(complex: &Complex, edge: (u32, u32), points: &[u32]) -> Self {
+        let mut table = Self { best: [[(f64::INFINITY, 0); MOST]; MOST] };
         for width in 2..points.len() {
             for first in 0..points.len() - width {
-                let last = first + width;
-                let mut found = (f64::NEG_INFINITY, first + 1);
-                for middle in first + 1..last {
-                    let parts = best[first][middle].0.min(best[middle][last].0);
-                    if parts <= found.0 {
-                        continue;
-                    }
-                    let both = ends((a, b), [first, middle, last].map(|k| points[k]));
-                    let worst = complex.worst_new(&both, found.0).min(parts);
-                    if worst > found.0 {
-                        found = (worst, middle);
-                    }
-                }
-                best[first][last] = found;
+                table.best[first][first + width] = table.part(complex, edge, (points, first, first + width));
             }
         }
-        Self { best }
+        table
+    }
+
+    /// The best triangles of a part of the ring, those of its own parts being known.
+    fn part(&self, complex: &Complex, edge: (u32, u32), (points, first, last): (&[u32], usize, usize)) -> (f64, usize) {
+        (first + 1..last).fold((f64::NEG_INFINITY, first + 1), |found, middle| {
+            let parts = self.best[first][middle].0.min(self.best[middle][last].0);
+            let both = ends(edge, [first, middle, last].map(|k| points[k]));
+            let worst = if parts > found.0 { parts.min(complex.worst_new(&both, found.0)) } else { found.0 };
+            if worst > found.0 { (worst, middle) } else { found }
+        })
     }
 
     fn collect(&self, edge: (u32, u32), points: &[u32], (first, last): (usize, usize), new: &mut Vec<Tet>) {

@@ -154,6 +154,6 @@ fn a_surface_that_is_drawn_down_keeps_its_corners_and_its_volume() {
     assert!(last > 0.34);
     for corner in 0..8 {
         let wanted = Vector::<3>::from_fn(|axis, _| f64::from(corner >> axis & 1));
-        assert!(mesh.rest.iter().any(|x| *x == wanted));
+        assert!(mesh.rest.contains(&wanted));
     }
 }
