@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 const STEPS: usize = 50;
 
 /// Keys of `summary.json` that scripts hold on to, in the order of the file.
-const KEYS: [&str; 38] = [
+const KEYS: [&str; 39] = [
     "scene",
     "version",
     "interface",
@@ -36,6 +36,7 @@ const KEYS: [&str; 38] = [
     "largest_step",
     "remeshes",
     "remesh_fallback",
+    "overlapped_volume",
     "min_jacobian",
     "peak_depth",
     "time_of_peak_depth",

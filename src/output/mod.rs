@@ -5,6 +5,7 @@ mod bounds;
 mod files;
 mod frames;
 mod history;
+mod overlap;
 mod picture;
 mod report;
 mod steps;

@@ -1,6 +1,7 @@
 //! `summary.json`: the figures of a run under fixed names.
 
 use super::Ending;
+use super::overlap;
 use crate::algebra::Vector3;
 use crate::scene::{self, Dimension, Scene};
 use crate::simulation::{BodyReport, EnergyReport, Observation};
@@ -54,6 +55,8 @@ pub struct Summary {
     pub remeshes: u64,
     /// Part of the elements that are at rest not what their nodes say, at the end.
     pub remesh_fallback: f64,
+    /// Volume of the gel that lies over other gel at the end, because its surfaces do not see each other, m³.
+    pub overlapped_volume: f64,
     /// Smallest J = det F of the run.
     pub min_jacobian: f64,
     /// Greatest depth, m.
@@ -171,6 +174,7 @@ impl Summary {
             largest_step: cost.largest_step,
             remeshes: cost.remeshes,
             remesh_fallback: cost.fallback,
+            overlapped_volume: overlap::volume(&run.scene, ending.frame),
             min_jacobian: cost.min_jacobian,
             peak_depth: contact.peak_depth.0,
             time_of_peak_depth: contact.peak_depth.1,

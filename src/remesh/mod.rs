@@ -21,6 +21,7 @@ mod judge;
 mod local;
 mod locate;
 mod near;
+mod overlapped;
 mod overlay;
 mod pairing;
 mod parts;
@@ -62,6 +63,7 @@ pub use immersed::{
     Background, Cell, Immersed, Steps, cells, cut_out, distances, immerse, rounding, snapped, triangulated,
 };
 pub use judge::{Acceptance, Quality, Rejected, judge};
+pub use overlapped::overlapped;
 pub use pairing::Same;
 pub use pieces::Source;
 pub use sizing::{Range, bends, curved, graded};

@@ -8,7 +8,7 @@ use std::path::Path;
 pub fn describe(summary: &Value, folder: &Path) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
-    for (name, text) in rows(summary) {
+    for (name, text) in rows(summary).into_iter().chain(overlap(summary)) {
         table.add_row([name, &text]);
     }
     format!("{table}\n{}", files(folder))
@@ -32,6 +32,12 @@ fn rows(s: &Value) -> Vec<(&'static str, String)> {
         ("wall time", quantity(&s["wall_seconds"], "s")),
         ("digest", s["digest"].as_str().unwrap_or("-").to_owned()),
     ]
+}
+
+/// What marks a run in which the gel has passed through itself.
+fn overlap(s: &Value) -> Option<(&'static str, String)> {
+    let volume = s["overlapped_volume"].as_f64().filter(|volume| *volume > 0.0)?;
+    Some(("gel in gel", format!("{:.3} cm³ lie over other gel: its surfaces do not see each other", 1e6 * volume)))
 }
 
 fn completed(s: &Value) -> &'static str {

@@ -1,0 +1,25 @@
+//! How much of the gel lies over other gel at the end of a run.
+
+use crate::algebra::{Vector, restrict};
+use crate::mesh::{Mesh, NodeId};
+use crate::remesh::{Moved, overlapped};
+use crate::scene::{Dimension, Scene};
+use crate::simulation::Frame;
+
+/// Its volume, m³.
+pub(super) fn volume(scene: &Scene, frame: &Frame) -> f64 {
+    let thickness = scene.thickness();
+    match scene.scene.dimension {
+        Dimension::Planar => within::<2>(frame, |_| thickness),
+        Dimension::Axisymmetric => within::<2>(frame, |x| std::f64::consts::TAU * x[0].max(0.0)),
+        Dimension::Spatial => within::<3>(frame, |_| 1.0),
+    }
+}
+
+fn within<const D: usize>(frame: &Frame, density: impl Fn(&Vector<D>) -> f64) -> f64 {
+    let position: Vec<Vector<D>> = frame.points.iter().map(restrict::<D>).collect();
+    let elements = frame.cells.nodes.iter().map(|nodes| nodes.map(NodeId)).collect();
+    let facets = frame.cells.facets.iter().map(|nodes| nodes.map(NodeId)).collect();
+    let mesh = Mesh { rest: position, elements, facets, held: vec![] };
+    overlapped(&Moved { mesh: &mesh, position: &mesh.rest }, density)
+}
