@@ -3,7 +3,7 @@
 use super::carried::heights;
 use super::cell::{Cell, weighed};
 use super::locate::Locator;
-use super::overlay::{Cutter, Moments};
+use super::overlay::{Cutter, Moments, inertia};
 use super::pairing::Pairing;
 use super::under::Under;
 use super::{Carried, Moved, Proposal};
@@ -13,6 +13,9 @@ use crate::mesh::{ElementId, Simplex};
 /// The part of an old element above which what no new element lies over is laid down. Rounding leaves 2e-15 in ordinary
 /// meshes and 4e-11 of elements a million times longer than wide; above 1e-10 the mass would not be kept to 1e-13.
 const UNCOVERED: f64 = 1e-10;
+
+/// How far below nothing a density may be at a corner, in means of its element.
+const ROUGH: f64 = 3.0;
 
 /// What a new element has that is not an old one.
 #[derive(Debug, Clone, Copy)]
@@ -96,6 +99,7 @@ impl<const D: usize> Parts<D> {
         if gone.iter().any(Gone::is_uncovered) {
             parts.lay_down((&gone, &pairing.gone), &Locator::new(&changed));
         }
+        parts.all.iter_mut().for_each(Part::level);
         parts
     }
 
@@ -120,6 +124,20 @@ impl<const D: usize> Part<D> {
                 *sum += term;
             }
             self.momentum[i] += weighed(velocity, &moments.mixed[i]);
+        }
+    }
+
+    /// Where the density would be far below nothing at a corner, draws it to its mean until it is nothing there: exchanges add up
+    /// point by point, and a node in such a corner could come to have no mass. Mass and momentum stay; the centre of mass does not.
+    fn level(&mut self) {
+        let corner_mass = self.corner_mass();
+        let (mean, heights) = (corner_mass.iter().sum::<f64>(), heights::<D>(&corner_mass));
+        let least = heights[..=D].iter().copied().fold(f64::INFINITY, f64::min);
+        if mean > 0.0 && least < -ROUGH * mean {
+            let part = mean / (mean - least);
+            let mut level = [0.0; 4];
+            level[..=D].iter_mut().zip(heights).for_each(|(level, height)| *level = mean + part * (height - mean));
+            self.inertia = inertia::<D>(&level);
         }
     }
 

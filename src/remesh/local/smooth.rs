@@ -22,28 +22,30 @@ pub(super) fn smooth(complex: &mut Complex, point: u32) -> bool {
         .map(|way| (complex.worst_at(point, &moved(way)), way))
         .into_iter()
         .fold((worst, 0.0), |best, next| if next.0 > best.0 { next } else { best });
-    let is_better = best.0 > GAIN * worst.max(0.0) && best.0 > worst + 1e-6;
+    let is_better = best.0 > worst.max(GAIN * worst) + 1e-6;
     if is_better {
         complex.shift(point, moved(best.1));
     }
     is_better
 }
 
+/// The corners of the face opposite each corner, outward oriented.
+const FACETS: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
+
 /// Where a point should go: over each face around it stands the place that makes the best tetrahedron, and the worse the one
 /// there is, the more that place counts.
 fn aim(complex: &Complex, point: u32, star: &[(u32, Tet)]) -> Vector<3> {
     let (mut sum, mut total) = (Vector::<3>::zeros(), 0.0);
     for (t, tet) in star {
-        let face: Vec<&Vector<3>> = tet.iter().filter(|p| **p != point).map(|p| complex.x(*p)).collect();
-        let [a, b, c] = [face[0], face[1], face[2]];
+        let Some(k) = tet.iter().position(|p| *p == point) else { continue };
+        let [a, b, c] = FACETS[k].map(|corner| complex.x(tet[corner]));
         let normal = (b - a).cross(&(c - a));
         if normal.norm() <= 0.0 {
             continue;
         }
-        let inward = if normal.dot(&(complex.x(point) - a)) < 0.0 { -1.0 } else { 1.0 };
         // The apex of a regular tetrahedron stands √(2/3) edges over its base, whose area is √3/4 of an edge squared.
         let height = (2.0 * normal.norm() / 3.0_f64.sqrt() * 2.0 / 3.0).sqrt();
-        let ideal = (a + b + c) / 3.0 + normal * (inward * height / normal.norm());
+        let ideal = (a + b + c) / 3.0 - normal * (height / normal.norm());
         let weight = 1.0 / (complex.shape(*t).max(0.0) + 0.01);
         sum += ideal * weight;
         total += weight;
