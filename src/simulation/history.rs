@@ -133,7 +133,8 @@ impl<const D: usize> Mean<D> {
     /// With more of the matter at rest, of which an element takes a tenth more at once at most: what is cut off its neighbourhood
     /// compresses it.
     fn and(self, laid: f64) -> Self {
-        Self { rest: self.rest + laid.clamp(-MOST_LAID * self.rest, MOST_LAID * self.rest), ..self }
+        let most = MOST_LAID * self.rest.abs();
+        Self { rest: self.rest + laid.max(-most).min(most), ..self }
     }
 
     /// Whether the nodes say how much matter there is, and how it is distorted.
