@@ -26,7 +26,8 @@ pub fn study() {
     steps();
 }
 
-fn row(speed: f64, size: f64, (mesh, more): &(&str, &[(&str, &str)])) {
+/// The disc at this speed on cells of this size: the scene, its end, when it stopped if it did, and the CPU time, s.
+fn ridden(speed: f64, size: f64, more: &[(&str, &str)]) -> (Scene, Simulation, String, f64) {
     let own = [("projectile.velocity", format!("[0, 0, -{speed}]")), ("mesh.size", size.to_string())];
     let more = more.iter().map(|(key, value)| (*key, (*value).to_owned()));
     let keys: Vec<(&str, String)> = own.into_iter().chain(more).collect();
@@ -36,8 +37,13 @@ fn row(speed: f64, size: f64, (mesh, more): &(&str, &[(&str, &str)])) {
     let inputs = simulation.inputs();
     let end = simulation.step(&inputs, scene.scene.end_time);
     let cpu = seconds() - begun;
-    let seen = simulation.observe();
     let end = end.map_or_else(|failure| format!("stops at {:.2}", 1e3 * failure.time()), |()| "–".to_owned());
+    (scene, simulation, end, cpu)
+}
+
+fn row(speed: f64, size: f64, (mesh, more): &(&str, &[(&str, &str)])) {
+    let (scene, simulation, end, cpu) = ridden(speed, size, more);
+    let seen = simulation.observe();
     let mass = 0.1 * 0.1 * scene.gel.density;
     println!(
         "| {speed} | {} | {mesh} | {end} | {} | {} | {:.2} | {:+.2} | {:.3} | {:+.2} | {:.2} | {:.0e} | {:.0e} | {:.0e} | {cpu:.1} |",
@@ -136,17 +142,8 @@ fn step_row(scene: &Scene, (name, method): (&str, &str)) {
 }
 
 fn method_row(speed: f64, size: f64, (mesh, more): &(&str, Keys)) {
-    let own = [("projectile.velocity", format!("[0, 0, -{speed}]")), ("mesh.size", size.to_string())];
-    let more = more.iter().map(|(key, value)| (*key, (*value).to_owned()));
-    let keys: Vec<(&str, String)> = own.into_iter().chain(more).collect();
-    let scene = scene("ball-square", &keys);
-    let begun = seconds();
-    let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
-    let inputs = simulation.inputs();
-    let end = simulation.step(&inputs, scene.scene.end_time);
-    let cpu = seconds() - begun;
+    let (scene, simulation, end, cpu) = ridden(speed, size, more);
     let seen = simulation.observe();
-    let end = end.map_or_else(|failure| format!("stops at {:.2}", 1e3 * failure.time()), |()| "–".to_owned());
     println!(
         "| {speed} | {} | {mesh} | {end} | {} | {:.2} | {:+.2} | {:.3} | {} | {:+.2} | {:.2} | {cpu:.1} |",
         1e3 * size,

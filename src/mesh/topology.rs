@@ -21,11 +21,14 @@ fn sides<const D: usize>(elements: &[Simplex]) -> Vec<(Facet, u32)> {
     sides
 }
 
+/// The corners of the face of a tetrahedron opposite each corner, outward oriented.
+pub const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
+
 /// The facet of a positively oriented simplex opposite one of its nodes, outward oriented.
 fn facet<const D: usize>(simplex: &Simplex, opposite: usize) -> Facet {
     let facets: &[[usize; 3]] = match D {
         2 => &[[1, 2, 2], [2, 0, 0], [0, 1, 1]],
-        _ => &[[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]],
+        _ => &FACES,
     };
     facets[opposite].map(|corner| simplex[corner])
 }

@@ -1,5 +1,6 @@
 //! How much of a body lies over other parts of it, where its surfaces have passed through each other.
 
+use super::bounds::Bounds;
 use super::cell::Cell;
 use super::locate::Locator;
 use super::overlay::Cutter;
@@ -45,7 +46,7 @@ fn passes_through<const D: usize>(body: &Moved<'_, D>, cells: &[Cell<D>], locato
     nodes.into_iter().any(|node| {
         let p = &body.position[node as usize];
         let mut is_inside = false;
-        locator.near(&super::bounds::Bounds { low: *p, high: *p }, |t| {
+        locator.near(&Bounds { low: *p, high: *p }, |t| {
             let own = body.mesh.elements[t][..=D].iter().any(|corner| corner.0 == node);
             let weights = cells[t].weights(p);
             is_inside |= !own && cells[t].is_upright && weights[..=D].iter().all(|weight| *weight > ROUNDING);

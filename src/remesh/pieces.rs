@@ -84,7 +84,7 @@ impl<const D: usize> Parts<D> {
         let mut gone: Vec<Gone<D>> = pairing.gone.iter().map(|element| Gone::of(old, carried, *element)).collect();
         let changed = cells(&new.position, pairing.changed().map(|e| &new.elements[e]));
         let (mut cutter, mut sources) = (Cutter::default(), vec![]);
-        let parts = pairing.changed().zip(&changed).map(|(element, cell)| {
+        let all = pairing.changed().zip(&changed).map(|(element, cell)| {
             let mut part = Part { element, inertia: [[0.0; 4]; 4], momentum: [Vector::zeros(); 4] };
             under.near(element, &cell.bounds(), |t| {
                 let mass = gone[t].give(cell, (&mut cutter, &mut part));
@@ -94,8 +94,8 @@ impl<const D: usize> Parts<D> {
             });
             part
         });
-        let mut parts = Self { all: parts.collect(), sources: vec![], laid: vec![], stray_mass: 0.0 };
-        parts.sources = sources;
+        let all = all.collect();
+        let mut parts = Self { all, sources, laid: vec![], stray_mass: 0.0 };
         if gone.iter().any(Gone::is_uncovered) {
             parts.lay_down((&gone, &pairing.gone), &Locator::new(&changed));
         }

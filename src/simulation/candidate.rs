@@ -80,7 +80,7 @@ const FAIR: f64 = 0.1;
 
 /// A mesh may have so many times the kinetic energy of the old one at most: finer ones hold a few per cent more of short waves.
 const MOST_GAINED: f64 = 1.1;
-/// What the splitting of long edges may leave in space where nothing makes it better: twice the poor quality cannot be had of halves.
+/// What the splitting of long edges may leave in space where nothing makes it better.
 const SPLIT: f64 = 0.2;
 
 impl Way {
@@ -159,15 +159,6 @@ impl<const D: usize> Gelatin<D> {
         all.map(|(body, last)| (body, last.at(body, time))).filter(|(_, at)| at.active).collect()
     }
 
-    /// The place on the surface of a body for one inside it: a new point of a facet that is drawn over a body would have to be
-    /// pushed out of it later.
-    pub fn cleared(&self, x: &Vector<D>) -> Vector<D> {
-        self.active_bodies().iter().fold(*x, |x, (body, at)| {
-            let gap = body.gap(at, &embed(&x));
-            x - restrict::<D>(&gap.normal) * gap.distance.min(0.0)
-        })
-    }
-
     /// How far displacement and velocity bend at each element, rad.
     pub fn bends(&self, moved: &Moved<'_, D>) -> Vec<f64> {
         let displacement: Vec<Vector<D>> =
@@ -185,7 +176,8 @@ impl<const D: usize> Gelatin<D> {
         (size, mesher): (&[f64], Mesher<D>),
         way: Way,
     ) -> Result<Candidate<D>, Refused> {
-        let (proposal, measure) = mesher(way, moved, size, &|x| self.cleared(x))?;
+        let bodies = self.active_bodies();
+        let (proposal, measure) = mesher(way, moved, size, &|x| cleared(&bodies, x))?;
         let worst = old.mesh.elements.iter().map(|element| shape_quality(moved.position, element));
         let acceptance = Acceptance { measure, quality: way.worst::<D>(worst.fold(f64::INFINITY, f64::min)) };
         let quality = remesh::judge(moved, &proposal, &acceptance)?;
@@ -216,6 +208,15 @@ impl<const D: usize> Gelatin<D> {
             velocity: &self.engine.state().velocity,
         }
     }
+}
+
+/// The place on the surface of a body for one inside it: a new point of a facet that is drawn over a body would have to be
+/// pushed out of it later.
+fn cleared<const D: usize>(bodies: &[(&Body, BodyState)], x: &Vector<D>) -> Vector<D> {
+    bodies.iter().fold(*x, |x, (body, at)| {
+        let gap = body.gap(at, &embed(&x));
+        x - restrict::<D>(&gap.normal) * gap.distance.min(0.0)
+    })
 }
 
 /// What a section is of.

@@ -9,8 +9,6 @@ use crate::algebra::Vector;
 pub(super) struct Flat {
     /// How far a point may be from a new facet, in target lengths; 0 where the surface must stay as it is.
     pub sag: f64,
-    /// Target length where the mesh is coarsest, m: lengths at rest are compared with it at most.
-    pub longest: f64,
     /// What the volume may change by in all, and has changed by, m³.
     pub volume: f64,
     pub swept: f64,
@@ -56,7 +54,7 @@ impl Flat {
     }
 
     fn limit(&self, complex: &Complex, a: u32) -> f64 {
-        self.sag * complex.points[a as usize].size.min(self.longest)
+        self.sag * complex.points[a as usize].size
     }
 
     /// Whether this holds where the points are and where they were at rest.

@@ -51,8 +51,7 @@ pub(super) fn propose(
     rules: &Rules,
     cleared: &dyn Fn(&Vector<3>) -> Vector<3>,
 ) -> Proposal<3> {
-    let longest = size.iter().copied().fold(0.0, f64::max);
-    let flat = Flat { sag: rules.sag, longest, volume: VOLUME * volume(old), swept: 0.0 };
+    let flat = Flat { sag: rules.sag, volume: VOLUME * volume(old), swept: 0.0 };
     let mut work = Work { complex: Complex::new(old, size), flat, poor: cube(rules.poor), cleared };
     work.run();
     work.complex.proposal()

@@ -1,12 +1,12 @@
 //! A point inside goes where its tetrahedra are better.
 
+use super::GAIN;
 use super::complex::{Complex, Tet};
 use crate::algebra::Vector;
+use crate::mesh::FACES;
 
 /// How much of the way to the middle of what is around it a point tries to go.
 const WAYS: [f64; 4] = [1.0, 0.6, 0.3, 0.1];
-/// Better by less is not worth new tetrahedra.
-const GAIN: f64 = 1.02;
 
 /// Moves a point, if the worst tetrahedron around it gets better.
 pub(super) fn smooth(complex: &mut Complex, point: u32) -> bool {
@@ -29,16 +29,13 @@ pub(super) fn smooth(complex: &mut Complex, point: u32) -> bool {
     is_better
 }
 
-/// The corners of the face opposite each corner, outward oriented.
-const FACETS: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
-
 /// Where a point should go: over each face around it stands the place that makes the best tetrahedron, and the worse the one
 /// there is, the more that place counts.
 fn aim(complex: &Complex, point: u32, star: &[(u32, Tet)]) -> Vector<3> {
     let (mut sum, mut total) = (Vector::<3>::zeros(), 0.0);
     for (t, tet) in star {
         let Some(k) = tet.iter().position(|p| *p == point) else { continue };
-        let [a, b, c] = FACETS[k].map(|corner| complex.x(tet[corner]));
+        let [a, b, c] = FACES[k].map(|corner| complex.x(tet[corner]));
         let normal = (b - a).cross(&(c - a));
         if normal.norm() <= 0.0 {
             continue;
@@ -56,7 +53,7 @@ fn aim(complex: &Complex, point: u32, star: &[(u32, Tet)]) -> Vector<3> {
 /// Parts of the way out of a body that a point of the surface tries to go.
 const OUT: [f64; 3] = [1.0, 0.6, 0.3];
 /// The part of their volume that the tetrahedra around it keep at least: they are compressed by as much.
-pub(super) const SQUEEZED: f64 = 0.95;
+const SQUEEZED: f64 = 0.95;
 
 /// Moves a point of the surface out of a body, or some of the way, if its tetrahedra are better than `enough` then.
 pub(super) fn clear(complex: &mut Complex, (point, x): (u32, Vector<3>), enough: f64) -> bool {

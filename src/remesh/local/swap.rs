@@ -3,6 +3,7 @@
 use super::complex::{Change, Complex, Tet};
 use super::flat::Flat;
 use super::ring::Ring;
+use crate::mesh::FACES;
 
 /// The most points around an edge that is taken out.
 const MOST: usize = 9;
@@ -76,14 +77,8 @@ pub(super) fn without_edge(complex: &Complex, (a, b): (u32, u32), enough: f64, f
 /// Puts an edge in the place of a face between two tetrahedra, if the three that come are better than `enough`.
 pub(super) fn without_face(complex: &Complex, (t, k): (u32, usize), enough: f64) -> Option<(f64, Change)> {
     let tet = complex.tet(t)?;
-    // The face seen counter-clockwise from the corner opposite.
-    let [a, b, c] = match k {
-        0 => [1, 3, 2],
-        1 => [0, 2, 3],
-        2 => [0, 3, 1],
-        _ => [0, 1, 2],
-    }
-    .map(|corner: usize| tet[corner]);
+    // Counter-clockwise seen from the corner opposite.
+    let [a, c, b] = FACES[k].map(|corner| tet[corner]);
     let above = tet[k];
     let (other, below) = complex.star(a).find_map(|(other, nodes)| {
         let shares = other != t && nodes.contains(&b) && nodes.contains(&c);
