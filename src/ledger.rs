@@ -4,6 +4,7 @@
 //! of every formula at once.
 
 use crate::algebra::Vector3;
+use crate::element::Spent;
 use serde::{Deserialize, Serialize};
 
 /// Energy, momentum and angular momentum that entered (positive) or left through each post since the start.
@@ -34,6 +35,10 @@ pub struct EnergyAccounts {
     pub importer: f64,
     /// What kinetic and stored energy change by when a mesh is exchanged.
     pub remesh: f64,
+    /// −Σ Y Δε_p w of plastic flow.
+    pub plastic: f64,
+    /// −Σ q ΔJ w of bulk viscosity.
+    pub viscous: f64,
 }
 
 /// Momentum accounts.
@@ -62,9 +67,16 @@ impl EnergyAccounts {
         self.accounts().iter().map(|account| account.abs()).sum()
     }
 
-    fn accounts(&self) -> [f64; 7] {
-        let Self { contact, friction, contact_bias, integration, external, importer, remesh } = *self;
-        [contact, friction, contact_bias, integration, external, importer, remesh]
+    /// Books what a patch has lost; the residual of its step, which is made of what it stores, has that, too.
+    pub fn lose(&mut self, spent: &Spent) {
+        self.plastic -= spent.plastic;
+        self.viscous -= spent.viscous;
+        self.integration += spent.plastic + spent.viscous;
+    }
+
+    fn accounts(&self) -> [f64; 9] {
+        let Self { contact, friction, contact_bias, integration, external, importer, remesh, plastic, viscous } = *self;
+        [contact, friction, contact_bias, integration, external, importer, remesh, plastic, viscous]
     }
 }
 

@@ -95,7 +95,7 @@ where
     Gelatin<D>: Renew,
 {
     let recipe = Recipe::of(scene);
-    let simplices = recipe.simplices(&mesh);
+    let simplices = recipe.simplices((&mesh, &mesh.rest));
     let mass = simplices.lumped_masses(&mesh, scene.gel.density);
     let gel = recipe.gel(simplices, (&mesh, &mesh.rest), mass);
     let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));

@@ -5,7 +5,7 @@ use super::model::Gelatin;
 use super::recipe::{Recipe, Sizes};
 use crate::algebra::{Vector, embed, restrict};
 use crate::contact::{Body, BodyState};
-use crate::element::Section;
+use crate::element::{Memory, Section};
 use crate::mesh::{Mesh, boundary, shape_quality};
 use crate::remesh::{
     self, Acceptance, Carried, Defects, Moved, Proposal, Quality, Range, Rejected, RemeshError, Rules, Symmetry,
@@ -18,6 +18,8 @@ use crate::state::Birth;
 #[derive(Debug)]
 pub(super) struct Candidate<const D: usize> {
     pub birth: Birth<D>,
+    /// What its elements remember.
+    pub memory: Vec<Memory<D>>,
     pub velocity: Vec<Vector<D>>,
     /// What it was judged to be.
     pub quality: Quality,
@@ -189,15 +191,15 @@ impl<const D: usize> Gelatin<D> {
         if after.is_nan() || after > MOST_GAINED * before {
             return Err(Refused::Gains { before, after });
         }
-        let potential = &self.engine.gel().potential;
-        let references = history::references((potential, old), moved.position, (&proposal, &new));
-        let references = references.ok_or(Refused::Restless)?;
+        let past = history::Past { potential: &self.engine.gel().potential, old, memory: &self.engine.state().memory };
+        let (references, memory) =
+            history::inherited(&past, moved.position, (&proposal, &new)).ok_or(Refused::Restless)?;
         let facets = boundary::<D>(&proposal.elements);
         let Transferred { rest, mass, corner_mass, velocity, held, defects, .. } = new;
         let mesh = Mesh { rest, elements: proposal.elements, facets, held };
         let tick = self.engine.last_tick();
         let birth = Birth { tick, mesh, position: proposal.position, mass, corner_mass, references };
-        Ok(Candidate { birth, velocity, quality, defects })
+        Ok(Candidate { birth, memory, velocity, quality, defects })
     }
 
     fn carried<'a>(&'a self, old: &'a Birth<D>) -> Carried<'a, D> {

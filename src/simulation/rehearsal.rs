@@ -120,9 +120,9 @@ impl Gelatin<2> {
     }
 
     fn shown(&self, candidate: Candidate<2>, moved: &Moved<'_, 2>, attempt: usize) -> Successor {
-        let Candidate { birth, velocity, quality, defects } = candidate;
-        let stored =
-            [self.engine.gel().stored_energy(moved.position), self.gel_of(&birth).stored_energy(&birth.position)];
+        let Candidate { birth, memory, velocity, quality, defects } = candidate;
+        let before = self.engine.gel().stored_energy(moved.position, &self.engine.state().memory);
+        let stored = [before, self.gel_of(&birth).stored_energy(&birth.position, &memory)];
         Successor { points: birth.position, elements: birth.mesh.elements, velocity, attempt, quality, defects, stored }
     }
 }

@@ -74,7 +74,9 @@ impl<const D: usize> Gel<D> {
             velocity: &self.velocity,
         };
         let new = remesh::transfer(&moved, &carried, &proposal);
-        let references = history::references((&self.simplices(), &self.birth), &self.position, (&proposal, &new));
+        let past = history::Past { potential: &self.simplices(), old: &self.birth, memory: &[] };
+        let inherited = history::inherited(&past, &self.position, (&proposal, &new));
+        let references = inherited.map(|(references, _)| references);
         let references = references.expect("what elements were at rest");
         let facets = boundary::<D>(&proposal.elements);
         let mesh = Mesh { rest: new.rest, elements: proposal.elements, facets, held: new.held };
@@ -103,7 +105,7 @@ impl<const D: usize> Gel<D> {
         let mut energy = 0.0;
         for patch in 0..simplices.patches().len() {
             let mut answers = [Answer::default(); DEPTH];
-            energy += simplices.evaluate(patch, &self.position, &mut answers);
+            energy += simplices.evaluate(patch, &self.position, &[], &mut answers);
             for (element, answer) in simplices.patches().of(patch).iter().zip(&answers) {
                 for (node, f) in simplices.nodes(*element).iter().zip(&answer.forces) {
                     force[node.index()] += f;
