@@ -39,6 +39,8 @@ pub struct EnergyAccounts {
     pub plastic: f64,
     /// −Σ q ΔJ w of bulk viscosity.
     pub viscous: f64,
+    /// What breaks off has taken along.
+    pub splash: f64,
 }
 
 /// Momentum accounts.
@@ -52,6 +54,8 @@ pub struct MomentumAccounts {
     pub importer: Vector3,
     /// What changes when a mesh is exchanged.
     pub remesh: Vector3,
+    /// What breaks off has taken along.
+    pub splash: Vector3,
 }
 
 impl EnergyAccounts {
@@ -74,9 +78,10 @@ impl EnergyAccounts {
         self.integration += spent.plastic + spent.viscous;
     }
 
-    fn accounts(&self) -> [f64; 9] {
-        let Self { contact, friction, contact_bias, integration, external, importer, remesh, plastic, viscous } = *self;
-        [contact, friction, contact_bias, integration, external, importer, remesh, plastic, viscous]
+    fn accounts(&self) -> [f64; 10] {
+        let Self { contact, friction, contact_bias, integration, external, importer, remesh, plastic, viscous, splash } =
+            *self;
+        [contact, friction, contact_bias, integration, external, importer, remesh, plastic, viscous, splash]
     }
 }
 
@@ -84,12 +89,12 @@ impl MomentumAccounts {
     /// Sum of all accounts.
     #[must_use]
     pub fn total(&self) -> Vector3 {
-        self.restraint + self.external + self.importer + self.remesh
+        self.restraint + self.external + self.importer + self.remesh + self.splash
     }
 
     /// Sum of the sizes of all accounts.
     #[must_use]
     pub fn turnover(&self) -> f64 {
-        self.restraint.norm() + self.external.norm() + self.importer.norm() + self.remesh.norm()
+        self.restraint.norm() + self.external.norm() + self.importer.norm() + self.remesh.norm() + self.splash.norm()
     }
 }

@@ -81,6 +81,8 @@ pub struct Record {
     pub updates: u64,
     /// Exchanges of the mesh.
     pub remeshes: u64,
+    /// Mass of what has broken off, kg.
+    pub splashed: f64,
     /// Smallest J.
     pub min_jacobian: f64,
     /// Whether a facet was so deep in a body at the last tick that the mesh is worn.
@@ -120,6 +122,7 @@ impl Record {
         Self {
             updates: 0,
             remeshes: 0,
+            splashed: 0.0,
             min_jacobian: 1.0,
             stretched: false,
             synchronous: (f64::INFINITY, 0, 0.0),
@@ -248,9 +251,9 @@ impl Clone for Record {
     }
 
     fn clone_from(&mut self, from: &Self) {
-        let Self { updates, remeshes, min_jacobian, stretched, synchronous, contacts } = from;
+        let Self { updates, remeshes, splashed, min_jacobian, stretched, synchronous, contacts } = from;
         self.contacts.clone_from(contacts);
-        (self.updates, self.remeshes) = (*updates, *remeshes);
+        (self.updates, self.remeshes, self.splashed) = (*updates, *remeshes, *splashed);
         (self.min_jacobian, self.stretched, self.synchronous) = (*min_jacobian, *stretched, *synchronous);
     }
 }

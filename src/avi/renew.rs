@@ -196,6 +196,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.state.record.remeshes += 1;
     }
 
+    /// Counts mass that has broken off, kg.
+    pub fn count_drops(&mut self, mass: f64) {
+        self.state.record.splashed += mass;
+    }
+
     /// Its threads, for another engine.
     pub fn take_pool(&mut self) -> Option<Pool> {
         self.pool.take()

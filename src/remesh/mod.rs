@@ -32,6 +32,7 @@ mod polyhedron;
 #[cfg(test)]
 mod samples;
 mod shape;
+mod sheets;
 mod sizing;
 #[cfg(test)]
 mod space;
@@ -66,6 +67,7 @@ pub use judge::{Acceptance, Quality, Rejected, judge};
 pub use overlapped::overlapped;
 pub use pairing::Same;
 pub use pieces::Source;
+pub use sheets::sheets;
 pub use sizing::{Range, bends, curved, graded};
 pub use transfer::transfer;
 

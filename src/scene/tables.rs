@@ -316,6 +316,10 @@ pub struct Remesh {
     pub bend: f64,
     /// Edges may grow by so much per length of distance.
     pub growth: f64,
+    /// Sheets of gel thinner than this break off when the mesh is exchanged, and fly on as drops that nothing meets again, m; nothing
+    /// breaks off if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thinnest: Option<f64>,
 }
 
 impl Default for Remesh {
@@ -329,6 +333,7 @@ impl Default for Remesh {
             smallest: None,
             bend: 15.0,
             growth: 0.3,
+            thinnest: None,
         }
     }
 }

@@ -191,7 +191,7 @@ impl<const D: usize> Gelatin<D> {
         if after.is_nan() || after > MOST_GAINED * before {
             return Err(Refused::Gains { before, after });
         }
-        let past = history::Past { potential: &self.engine.gel().potential, old, memory: &self.engine.state().memory };
+        let past = history::Past::new(&self.engine.gel().potential, old, &self.engine.state().memory);
         let (references, memory) =
             history::inherited(&past, moved.position, (&proposal, &new)).ok_or(Refused::Restless)?;
         let facets = boundary::<D>(&proposal.elements);

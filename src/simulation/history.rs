@@ -74,11 +74,18 @@ impl<const D: usize> Strain<D> {
 }
 
 /// What the elements of an old mesh were, and what they remember.
-#[derive(Clone, Copy)]
 pub(super) struct Past<'a, const D: usize> {
     pub potential: &'a Simplices<D>,
     pub old: &'a Birth<D>,
     pub memory: &'a [Memory<D>],
+    /// J of each old element as a part of that of its patch, where they remember.
+    shares: Vec<f64>,
+}
+
+impl<'a, const D: usize> Past<'a, D> {
+    pub fn new(potential: &'a Simplices<D>, old: &'a Birth<D>, memory: &'a [Memory<D>]) -> Self {
+        Self { potential, old, memory, shares: potential.shares(memory) }
+    }
 }
 
 /// What new elements are at rest where their nodes do not say it.
@@ -146,13 +153,15 @@ fn laid<const D: usize>(past: &Past<'_, D>, new: &Transferred<D>) -> Vec<f64> {
     laid
 }
 
-/// The part of an old element at rest that is in a new one.
+/// The part of an old element at rest that is in a new one. Where pressure is that of a patch, its elements hand on what they would
+/// be at rest with the J of the patch: their own would come back as noise in the pressure of new patches.
 fn rest_of<const D: usize>(past: &Past<'_, D>, source: &Source) -> f64 {
     let potential = past.potential;
     let whole: f64 = past.old.corner_mass[source.old.index()].iter().sum();
     let reference = potential.reference(source.old);
     let ring = if potential.section() == Section::Axisymmetric { reference.radius } else { 1.0 };
-    source.mass / whole * measure(&reference.edges) * ring
+    let share = past.shares.get(source.old.index()).copied().unwrap_or(1.0);
+    source.mass / whole * measure(&reference.edges) * ring * share
 }
 
 /// The reference of an old element whose nodes may stand in another order now.

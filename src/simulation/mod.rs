@@ -13,6 +13,7 @@ mod rehearsal;
 mod renew;
 mod run;
 mod saved;
+mod splash;
 #[cfg(test)]
 mod trips;
 

@@ -51,10 +51,13 @@ impl<const D: usize> Gelatin<D> {
     fn renew_by(&mut self, mesher: Mesher<D>) -> Result<(), NoStep> {
         let Some(sizes) = self.recipe.remesh.clone() else { return Ok(()) };
         let begun = Instant::now();
-        let old = self.present();
         if self.engine.state().birth.is_none() {
-            self.first = Some(Arc::clone(&old));
+            self.first = Some(self.present());
         }
+        if let Some(thinnest) = sizes.rules.thinnest {
+            self.shed(thinnest)?;
+        }
+        let old = self.present();
         let position = self.engine.state().position.clone();
         let moved = Moved { mesh: &old.mesh, position: &position };
         let size = self.sizes(&moved, &sizes);
@@ -86,7 +89,7 @@ impl<const D: usize> Gelatin<D> {
         self.go_on(birth, memory, velocity)
     }
 
-    fn go_on(&mut self, birth: Birth<D>, memory: Vec<Memory<D>>, velocity: Vec<Vector<D>>) -> Result<(), NoStep> {
+    pub(super) fn go_on(&mut self, birth: Birth<D>, memory: Vec<Memory<D>>, velocity: Vec<Vector<D>>) -> Result<(), NoStep> {
         let birth = Arc::new(birth);
         let gel = self.gel_of(&birth);
         let nodes = birth.position.iter().copied().zip(velocity).collect();

@@ -74,7 +74,8 @@ impl<const D: usize> Gel<D> {
             velocity: &self.velocity,
         };
         let new = remesh::transfer(&moved, &carried, &proposal);
-        let past = history::Past { potential: &self.simplices(), old: &self.birth, memory: &[] };
+        let simplices = self.simplices();
+        let past = history::Past::new(&simplices, &self.birth, &[]);
         let inherited = history::inherited(&past, &self.position, (&proposal, &new));
         let references = inherited.map(|(references, _)| references);
         let references = references.expect("what elements were at rest");
