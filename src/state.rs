@@ -230,7 +230,8 @@ impl<const D: usize> Clone for State<D> {
     }
 
     fn clone_from(&mut self, from: &Self) {
-        let Self { position, velocity, excess, stiffness, clocks, alarms, memory, birth, now, bodies, ledger, record } = from;
+        let Self { position, velocity, excess, stiffness, clocks, alarms, memory, birth, now, bodies, ledger, record } =
+            from;
         self.position.clone_from(position);
         self.velocity.clone_from(velocity);
         self.excess.clone_from(excess);

@@ -54,7 +54,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         answers.groups.clear();
         for i in 0..self.scratch.due.len() {
             let (group, first) = (self.scratch.due[i] as usize, answers.elements.len());
-            self.scratch.answers[group] = self.evaluate_group((group, self.elapsed(group, tick)), &mut answers.elements);
+            self.scratch.answers[group] =
+                self.evaluate_group((group, self.elapsed(group, tick)), &mut answers.elements);
             answers.groups.push(first..answers.elements.len());
             for (element, answer) in &answers.elements[first..] {
                 self.state.stiffness[self.order.slot(*element)] = answer.stiffness;
@@ -84,8 +85,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for patch in self.order.patches(group) {
             let mut answers = [Answer::default(); DEPTH];
             let remembered = (elapsed, self.state.memory.as_mut_slice());
-            let spent =
-                self.gel.potential.advance(*patch as usize, &self.state.position, remembered, &mut answers);
+            let spent = self.gel.potential.advance(*patch as usize, &self.state.position, remembered, &mut answers);
             sum.energy += spent.energy;
             self.state.ledger.energy.lose(&spent);
             for (element, answer) in self.gel.potential.patches().of(*patch as usize).iter().zip(&answers) {

@@ -58,7 +58,14 @@ pub(super) struct Passage<const D: usize> {
 impl<const D: usize> Passage<D> {
     /// Nothing: the mesh is the first one.
     pub fn begin(n_bodies: usize) -> Self {
-        Self { tick: 0, grid: None, ledger: Ledger::default(), record: Record::new(n_bodies), start: None, memory: None }
+        Self {
+            tick: 0,
+            grid: None,
+            ledger: Ledger::default(),
+            record: Record::new(n_bodies),
+            start: None,
+            memory: None,
+        }
     }
 }
 

@@ -17,11 +17,13 @@ pub struct Memory<const D: usize> {
     pub plastic: f64,
     /// J at its own last tick.
     pub jacobian: f64,
+    /// Rate of ε_p when it has flowed last, 1/s.
+    pub rate: f64,
 }
 
 impl<const D: usize> Default for Memory<D> {
     fn default() -> Self {
-        Self { inverse: Tensor::<D>::identity(), out: 1.0, plastic: 0.0, jacobian: 1.0 }
+        Self { inverse: Tensor::<D>::identity(), out: 1.0, plastic: 0.0, jacobian: 1.0, rate: 0.0 }
     }
 }
 
@@ -29,7 +31,10 @@ impl<const D: usize> Memory<D> {
     /// Whether all of it are numbers.
     #[must_use]
     pub fn is_valid(&self) -> bool {
-        self.inverse.iter().chain([&self.out, &self.plastic, &self.jacobian]).all(|number| number.is_finite())
+        self.inverse
+            .iter()
+            .chain([&self.out, &self.plastic, &self.jacobian, &self.rate])
+            .all(|number| number.is_finite())
     }
 }
 
@@ -103,20 +108,23 @@ impl<const D: usize> Simplices<D> {
         (step, memory): (f64, &mut [Memory<D>; DEPTH]),
         answers: &mut [Answer<D>; DEPTH],
     ) -> Spent {
+        let strained: [Option<(Element<D>, Strain<D>)>; DEPTH] = std::array::from_fn(|k| {
+            let id = *ids.get(k)?;
+            let element = self.element(id);
+            let strain = self.strain((id, &element), x);
+            Some((element, strain))
+        });
         let (mut volume, mut now) = (0.0, 0.0);
-        for id in ids {
-            let element = self.element(*id);
+        for (element, strain) in strained.iter().flatten() {
             volume += element.volume;
-            now += element.volume * self.strain((*id, &element), x).jacobian();
+            now += element.volume * strain.jacobian();
         }
         let shared = if ids.len() > 1 { gel.shared(now / volume) } else { gel.state.volumetric(now / volume) };
         let mut spent = Spent { energy: volume * shared.energy, ..Spent::default() };
-        for ((id, memory), answer) in ids.iter().zip(memory).zip(answers) {
-            let element = self.element(*id);
-            let strain = self.strain((*id, &element), x);
+        for (((element, strain), memory), answer) in strained.iter().flatten().zip(memory).zip(answers) {
             let own = gel.own(strain.jacobian());
             let own = if ids.len() > 1 { own } else { Volumetric { energy: 0.0, slope: 0.0, curvature: 0.0 } };
-            let flow = Flow::new(gel, &element, &strain);
+            let flow = Flow::new(gel, element, strain);
             let before = spent;
             let elastic = flow.elastic((step, memory), &mut spent.plastic);
             spent.plastic = before.plastic + element.volume * (spent.plastic - before.plastic);
@@ -209,7 +217,8 @@ impl<'a, const D: usize> Flow<'a, D> {
         let Some(strength) = self.gel.strength.filter(|_| step > 0.0 && upright) else { return trial };
         let (deviator, mu) = (trial.deviator(), self.gel.shear_modulus);
         let stress = mu * (1.5 * deviator.norm_squared()).sqrt();
-        let Some(Returned { stress: left, strain }) = strength.returned(stress, mu * trial.trace(), step) else {
+        let back = strength.returned(stress, mu * trial.trace(), (step, memory.rate));
+        let Some(Returned { stress: left, strain }) = back else {
             return trial;
         };
         let elastic = deviator.isochoric(left / stress, trial.trace() / 3.0);
@@ -217,6 +226,7 @@ impl<'a, const D: usize> Flow<'a, D> {
         memory.inverse = inverse * elastic.inner * inverse.transpose() / self.scale;
         memory.out = if D == 2 { elastic.out / (squared * self.scale) } else { 1.0 };
         memory.plastic += strain;
+        memory.rate = strain / step;
         // What is set free at the strength that is left, not at the mean of that and the trial; q Δε_p forgets that Ī₁ is no
         // quadratic form, and misses 8 % at q = μ/3 in tension.
         *lost += mu * (trial.trace() - elastic.trace()) * left / (left + stress);

@@ -328,13 +328,7 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         &self.patches
     }
 
-    fn evaluate(
-        &self,
-        patch: usize,
-        x: &[Vector<D>],
-        memory: &[Memory<D>],
-        answers: &mut [Answer<D>; DEPTH],
-    ) -> f64 {
+    fn evaluate(&self, patch: usize, x: &[Vector<D>], memory: &[Memory<D>], answers: &mut [Answer<D>; DEPTH]) -> f64 {
         let ids = self.patches.of(patch);
         match &self.material {
             Material::NeoHookean(gel) => self.stretch(gel, ids, x, answers),

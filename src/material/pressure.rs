@@ -121,7 +121,10 @@ mod tests {
         for law in laws() {
             for j in [-0.3, 0.1, 0.3, 0.55, 0.62, 0.9, 0.9996, 1.2, 3.0] {
                 let (a, b, at) = (law.volumetric(j - step), law.volumetric(j + step), law.volumetric(j));
-                assert!(((b.energy - a.energy) / (2.0 * step) - at.slope).abs() < 1e-5 * at.slope.abs().max(1e6), "{j}");
+                assert!(
+                    ((b.energy - a.energy) / (2.0 * step) - at.slope).abs() < 1e-5 * at.slope.abs().max(1e6),
+                    "{j}"
+                );
                 let curvature = (b.slope - a.slope) / (2.0 * step);
                 assert!((curvature - at.curvature).abs() < 1e-4 * at.curvature.abs().max(1e7), "{j}");
             }

@@ -32,13 +32,16 @@ pub fn sheets<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet], thinnest: 
 /// A sheet is longer than it is thick: what is as short is a corner.
 fn is_long<const D: usize>(moved: &Moved<'_, D>, element: usize, height: f64) -> bool {
     let nodes = &moved.mesh.elements[element];
-    let length =
-        |[a, b]: &[usize; 2]| (moved.position[nodes[*a].index()] - moved.position[nodes[*b].index()]).norm();
+    let length = |[a, b]: &[usize; 2]| (moved.position[nodes[*a].index()] - moved.position[nodes[*b].index()]).norm();
     edges::<D>().iter().map(length).fold(0.0, f64::max) > 4.0 * height
 }
 
 /// All but the largest part of what is left goes, too; if nothing is left, nothing goes.
-fn leave_largest<const D: usize>(moved: &Moved<'_, D>, across: &[[Option<crate::mesh::ElementId>; 4]], gone: &mut [bool]) {
+fn leave_largest<const D: usize>(
+    moved: &Moved<'_, D>,
+    across: &[[Option<crate::mesh::ElementId>; 4]],
+    gone: &mut [bool],
+) {
     let mut part = vec![usize::MAX; gone.len()];
     let mut sizes: Vec<f64> = vec![];
     for start in 0..gone.len() {

@@ -312,7 +312,8 @@ pub struct Remesh {
     /// Shortest edge that is asked for, m; half of `mesh.size` if not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smallest: Option<f64>,
-    /// Angle by which displacement or velocity, drawn over the gel, may bend between two elements beside each other, degrees.
+    /// Angle by which displacement or velocity, drawn over the gel, may bend between two elements beside each other, degrees;
+    /// at 180 their bends ask for nothing.
     pub bend: f64,
     /// Edges may grow by so much per length of distance.
     pub growth: f64,

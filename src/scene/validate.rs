@@ -132,8 +132,7 @@ fn grown(tree: &Tree, scene: &Scene) -> Check {
 
 fn remesh(scene: &Scene) -> Check {
     let Some(remesh) = &scene.remesh else { return Ok(()) };
-    let Remesh { method, quality, compression, ref times, adaptive: _, smallest, bend, growth, thinnest } =
-        *remesh;
+    let Remesh { method, quality, compression, ref times, adaptive: _, smallest, bend, growth, thinnest } = *remesh;
     let possible = method == RemeshMethod::Retained || scene.scene.dimension != Dimension::Spatial;
     require(
         possible,
@@ -150,7 +149,7 @@ fn remesh(scene: &Scene) -> Check {
     )?;
     within("remesh.quality", quality, 0.0..=0.6)?;
     within("remesh.compression", compression, 0.0..=0.5)?;
-    within("remesh.bend", bend, 1.0..=90.0)?;
+    within("remesh.bend", bend, 1.0..=180.0)?;
     let ascending = times.windows(2).all(|pair| pair[0] < pair[1]);
     let within_run = times.iter().all(|time| *time > 0.0 && *time <= scene.scene.end_time);
     let expected = format!("ascending times above 0, up to scene.end_time, {:?} s", scene.scene.end_time);

@@ -107,7 +107,7 @@ pub(super) fn inherited<const D: usize>(
     for (element, same) in again {
         if flows {
             let whole = past.old.corner_mass[same.element.index()].iter().sum();
-            let mean = Mean::of(past, position, &[Source { new: element, old: same.element, mass: whole }]);
+            let mean = Mean::of(past, position, &[Source { new: element, old: same.element, mass: whole, part: 1.0 }]);
             let now = Reference::of(&proposal.position, &proposal.elements[element.index()]);
             all.push((element, mean.made(&now, &now)?));
             memory[element.index()].plastic = mean.plastic;
@@ -154,14 +154,17 @@ fn laid<const D: usize>(past: &Past<'_, D>, new: &Transferred<D>) -> Vec<f64> {
 }
 
 /// The part of an old element at rest that is in a new one. Where pressure is that of a patch, its elements hand on what they would
-/// be at rest with the J of the patch: their own would come back as noise in the pressure of new patches.
+/// be at rest with the J of the patch, and by volume: their own, and masses that were laid out anew, would come back as noise in
+/// the pressure of new patches, K times what they are off.
 fn rest_of<const D: usize>(past: &Past<'_, D>, source: &Source) -> f64 {
     let potential = past.potential;
     let whole: f64 = past.old.corner_mass[source.old.index()].iter().sum();
     let reference = potential.reference(source.old);
     let ring = if potential.section() == Section::Axisymmetric { reference.radius } else { 1.0 };
-    let share = past.shares.get(source.old.index()).copied().unwrap_or(1.0);
-    source.mass / whole * measure(&reference.edges) * ring * share
+    match past.shares.get(source.old.index()) {
+        Some(share) => source.part * measure(&reference.edges) * ring * share,
+        None => source.mass / whole * measure(&reference.edges) * ring,
+    }
 }
 
 /// The reference of an old element whose nodes may stand in another order now.
@@ -206,7 +209,9 @@ impl<const D: usize> Mean<D> {
         let whole = measure(&told.edges) * if self.is_ring { told.radius } else { 1.0 };
         let holds = |found: f64, wanted: f64| (found - wanted).abs() < HOLDS * wanted;
         let strain = self.said(told, now);
-        !self.flows && holds(whole, self.rest) && strain.is_some_and(|strain| holds(strain.distortion(), self.distortion))
+        !self.flows
+            && holds(whole, self.rest)
+            && strain.is_some_and(|strain| holds(strain.distortion(), self.distortion))
     }
 
     /// The deformation that the nodes say, if they stand upright at rest.

@@ -134,6 +134,12 @@ pub struct EnergyReport {
     pub importer: f64,
     /// What kinetic and stored energy change by when the mesh is exchanged.
     pub remesh: f64,
+    /// Lost to plastic flow: negative.
+    pub plastic: f64,
+    /// Lost to bulk viscosity: negative.
+    pub viscous: f64,
+    /// Taken along by what has broken off.
+    pub splash: f64,
     /// Change of the discrete energy that no account explains.
     pub closure: f64,
     /// Energy at the start.
@@ -165,6 +171,8 @@ pub struct CostReport {
     pub crushed_elements: usize,
     /// Exchanges of the mesh.
     pub remeshes: u64,
+    /// Mass of what has broken off, kg.
+    pub splashed: f64,
     /// Part of the elements that are at rest not what their nodes say.
     pub fallback: f64,
 }

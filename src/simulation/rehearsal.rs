@@ -25,6 +25,8 @@ pub struct Renewal {
     pub momentum: f64,
     /// Kinetic energy before and after, J.
     pub kinetic: [f64; 2],
+    /// What kinetic and stored energy changed by, J.
+    pub energy: f64,
     /// Part of the new elements that are old ones.
     pub unchanged: f64,
     /// How long it took, all attempts, s.
@@ -41,6 +43,7 @@ impl Renewal {
             mass: defects.relative_mass(),
             momentum: defects.momentum_defect().norm(),
             kinetic: [defects.before.kinetic, defects.after.kinetic],
+            energy: 0.0,
             unchanged: defects.unchanged,
             seconds: 0.0,
         }

@@ -71,9 +71,11 @@ impl<const D: usize> Gelatin<D> {
                 }
             };
             let renewal = Renewal::of(&candidate, self.engine.now(), attempt);
+            let booked = self.engine.state().ledger.energy.remesh;
             if self.go_on(candidate.birth, candidate.memory, candidate.velocity).is_ok() {
                 self.engine.count_exchange();
-                self.renewals.push(Renewal { seconds: begun.elapsed().as_secs_f64(), ..renewal });
+                let energy = self.engine.state().ledger.energy.remesh - booked;
+                self.renewals.push(Renewal { energy, seconds: begun.elapsed().as_secs_f64(), ..renewal });
                 return Ok(());
             }
         }
@@ -89,7 +91,12 @@ impl<const D: usize> Gelatin<D> {
         self.go_on(birth, memory, velocity)
     }
 
-    pub(super) fn go_on(&mut self, birth: Birth<D>, memory: Vec<Memory<D>>, velocity: Vec<Vector<D>>) -> Result<(), NoStep> {
+    pub(super) fn go_on(
+        &mut self,
+        birth: Birth<D>,
+        memory: Vec<Memory<D>>,
+        velocity: Vec<Vector<D>>,
+    ) -> Result<(), NoStep> {
         let birth = Arc::new(birth);
         let gel = self.gel_of(&birth);
         let nodes = birth.position.iter().copied().zip(velocity).collect();

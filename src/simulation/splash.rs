@@ -70,8 +70,7 @@ impl<const D: usize> Left<D> {
         let of_nodes = |all: &[Vector<D>]| nodes.iter().map(|n| all[*n]).collect::<Vec<_>>();
         let mut place = vec![None; gone.len()];
         kept.iter().zip(0..).for_each(|(e, new)| place[*e] = Some(ElementId(new)));
-        let references =
-            old.references.iter().filter_map(|(e, own)| Some((place[e.index()]?, *own))).collect();
+        let references = old.references.iter().filter_map(|(e, own)| Some((place[e.index()]?, *own))).collect();
         let facets = boundary::<D>(&elements);
         let held = nodes.iter().map(|n| old.mesh.held[*n]).collect();
         let birth = Birth {

@@ -153,17 +153,18 @@ impl Plain for Alarm {
 }
 
 impl<const D: usize> Plain for Memory<D> {
-    const SIZE: usize = 8 * (D * D + 3);
+    const SIZE: usize = 8 * (D * D + 4);
 
     fn put(&self, to: &mut [u8]) {
-        let own = self.inverse.iter().chain([&self.out, &self.plastic, &self.jacobian]);
+        let own = self.inverse.iter().chain([&self.out, &self.plastic, &self.jacobian, &self.rate]);
         to.chunks_exact_mut(8).zip(own).for_each(|(to, number)| number.put(to));
     }
 
     fn take(from: &[u8]) -> Self {
         let number = |i: usize| f64::take(&from[8 * i..]);
         let inverse = Tensor::<D>::from_fn(|row, column| number(column * D + row));
-        Self { inverse, out: number(D * D), plastic: number(D * D + 1), jacobian: number(D * D + 2) }
+        let [out, plastic, jacobian, rate] = [0, 1, 2, 3].map(|i| number(D * D + i));
+        Self { inverse, out, plastic, jacobian, rate }
     }
 }
 
@@ -392,7 +393,16 @@ mod tests {
 
     #[test]
     fn sizes_that_overflow_are_refused() {
-        let sizes = Sizes { nodes: usize::MAX / 2, slots: 0, groups: 0, alarms: 0, memories: 0, bodies: 0, born: 0, references: 0 };
+        let sizes = Sizes {
+            nodes: usize::MAX / 2,
+            slots: 0,
+            groups: 0,
+            alarms: 0,
+            memories: 0,
+            bodies: 0,
+            born: 0,
+            references: 0,
+        };
         let small: Small = (sizes, (None, 0), vec![], Ledger::default(), Record::new(0));
         assert!(!State::<3>::empty().read(&postcard::to_stdvec(&small).unwrap()));
     }

@@ -104,7 +104,11 @@ fn material(gel: &Gel) -> Check {
     if gel.material == MaterialModel::Flowing {
         return flowing(gel);
     }
-    let tables = [("strength", gel.strength.is_some()), ("volume", gel.volume.is_some()), ("viscosity", gel.viscosity.is_some())];
+    let tables = [
+        ("strength", gel.strength.is_some()),
+        ("volume", gel.volume.is_some()),
+        ("viscosity", gel.viscosity.is_some()),
+    ];
     for (table, given) in tables {
         let expected = "nothing: only a gel of material \"flowing\" has it";
         require(!given, &format!("gel.{table}"), || "a table".to_owned(), expected)?;
