@@ -103,15 +103,15 @@ impl Way {
     }
 }
 
-/// The mesh that is made so in the plane; there new points stay where the old boundary was.
+/// The mesh that is made so in the plane; new points of an immersed one stay where the old boundary was.
 pub(super) fn in_plane(
     way: Way,
     moved: &Moved<'_, 2>,
     size: &[f64],
-    _: Cleared<'_, 2>,
+    cleared: Cleared<'_, 2>,
 ) -> Result<(Proposal<2>, f64), RemeshError> {
     match way {
-        Way::Retained { sag } => Ok((remesh::propose(moved, size, &Rules { sag, ..Rules::default() })?, MEASURE)),
+        Way::Retained { sag } => Ok((remesh::propose(moved, size, &Rules { sag, ..Rules::default() }, cleared)?, MEASURE)),
         Way::Immersed { part } => {
             let size: Vec<f64> = size.iter().map(|size| part * size).collect();
             let steps = remesh::immerse(moved, &size, &Rules::default())?;
