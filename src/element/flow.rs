@@ -183,18 +183,20 @@ impl<const D: usize> Simplices<D> {
         shares
     }
 
-    /// F_e of an element without its rotation as far as a mean needs it: the lower triangle L with LLᵀ = b̄ J^(2/3), and the stretch
-    /// out of the plane; nothing of one that is inside out.
+    /// The isochoric part of F_e of an element without its rotation as far as a mean needs it: the lower triangle L with LLᵀ = b̄, and the
+    /// stretch out of the plane; nothing of one that is inside out.
+    ///
+    /// Means of such triangles of determinant 1 have a determinant of 1 or more, and so never more distortion than the mean of it.
     #[must_use]
     pub fn elastic(&self, id: ElementId, x: &[Vector<D>], memory: &Memory<D>) -> Option<(Tensor<D>, f64)> {
         let element = self.element(id);
         let strain = self.strain((id, &element), x);
         let f = strain.f;
-        let squared = f * memory.inverse * f.transpose();
         let out = strain.out * memory.out.sqrt();
-        nalgebra::Cholesky::new(squared)
-            .map(|lower| (lower.l(), out))
-            .filter(|(lower, out)| det(lower) * out > 0.0 && strain.inner > 0.0)
+        let lower = nalgebra::Cholesky::new(f * memory.inverse * f.transpose())?.l();
+        let jacobian = det(&lower) * out;
+        let root = cube_root(jacobian);
+        (jacobian > 0.0 && strain.inner > 0.0).then(|| (lower / root, if D == 2 { out / root } else { 1.0 }))
     }
 }
 

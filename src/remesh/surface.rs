@@ -50,7 +50,7 @@ struct Chain<'a> {
 /// Why a node of the boundary must stay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Feature {
-    /// A corner of the body at rest, a fork, or where the directions that are held change.
+    /// A corner of the body at rest, a fork, or the last node that is held in a direction.
     Always,
     /// A corner where the boundary is now.
     Now,
@@ -164,7 +164,8 @@ impl<'a> Chain<'a> {
             let (u, v) = (x[node] - x[before], x[after] - x[node]);
             u.dot(&v) < CORNER * u.norm() * v.norm()
         };
-        if held[before] != held[node] || held[after] != held[node] || is_corner(&self.old.mesh.rest) {
+        let ends = |other: usize| (0..2).any(|i| held[node][i] && !held[other][i]);
+        if ends(before) || ends(after) || is_corner(&self.old.mesh.rest) {
             return Some(Feature::Always);
         }
         is_corner(self.old.position).then_some(Feature::Now)

@@ -111,7 +111,9 @@ pub(super) fn in_plane(
     cleared: Cleared<'_, 2>,
 ) -> Result<(Proposal<2>, f64), RemeshError> {
     match way {
-        Way::Retained { sag } => Ok((remesh::propose(moved, size, &Rules { sag, ..Rules::default() }, cleared)?, MEASURE)),
+        Way::Retained { sag } => {
+            Ok((remesh::propose(moved, size, &Rules { sag, ..Rules::default() }, cleared)?, MEASURE))
+        }
         Way::Immersed { part } => {
             let size: Vec<f64> = size.iter().map(|size| part * size).collect();
             let steps = remesh::immerse(moved, &size, &Rules::default())?;

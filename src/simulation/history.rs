@@ -11,6 +11,8 @@ use crate::state::Birth;
 const HOLDS: f64 = 1e-9;
 /// The part of its measure at rest that an element can be given at once of what no new one lies over; the rest is lost.
 const MOST_LAID: f64 = 0.1;
+/// Ī₁ of what is not distorted.
+const UNDISTORTED: f64 = 3.0;
 /// Halvings that find the deformation with the distortion of the old elements.
 const HALVINGS: usize = 40;
 
@@ -86,6 +88,13 @@ impl<'a, const D: usize> Past<'a, D> {
     pub fn new(potential: &'a Simplices<D>, old: &'a Birth<D>, memory: &'a [Memory<D>]) -> Self {
         Self { potential, old, memory, shares: potential.shares(memory) }
     }
+
+    /// Area or volume, or area times radius of a ring, of an old element at rest.
+    fn rest(&self, element: ElementId) -> f64 {
+        let reference = self.potential.reference(element);
+        let ring = if self.potential.section() == Section::Axisymmetric { reference.radius } else { 1.0 };
+        measure(&reference.edges) * ring
+    }
 }
 
 /// What new elements are at rest where their nodes do not say it.
@@ -157,13 +166,12 @@ fn laid<const D: usize>(past: &Past<'_, D>, new: &Transferred<D>) -> Vec<f64> {
 /// be at rest with the J of the patch, and by volume: their own, and masses that were laid out anew, would come back as noise in
 /// the pressure of new patches, K times what they are off.
 fn rest_of<const D: usize>(past: &Past<'_, D>, source: &Source) -> f64 {
-    let potential = past.potential;
-    let whole: f64 = past.old.corner_mass[source.old.index()].iter().sum();
-    let reference = potential.reference(source.old);
-    let ring = if potential.section() == Section::Axisymmetric { reference.radius } else { 1.0 };
     match past.shares.get(source.old.index()) {
-        Some(share) => source.part * measure(&reference.edges) * ring * share,
-        None => source.mass / whole * measure(&reference.edges) * ring,
+        Some(share) => source.part * past.rest(source.old) * share,
+        None => {
+            let whole: f64 = past.old.corner_mass[source.old.index()].iter().sum();
+            source.mass / whole * past.rest(source.old)
+        }
     }
 }
 
@@ -178,7 +186,7 @@ impl<const D: usize> Mean<D> {
     fn of(past: &Past<'_, D>, x: &[Vector<D>], sources: &[Source]) -> Self {
         let is_ring = past.potential.section() == Section::Axisymmetric;
         let (mut strain, mut distortion, mut rest, mut mass) = (Strain::zero(), 0.0, 0.0, 0.0);
-        let mut plastic = 0.0;
+        let (mut plastic, mut stored) = (0.0, 0.0);
         for source in sources {
             let own = Strain::of(past, x, source.old);
             plastic += past.memory.get(source.old.index()).map_or(0.0, |memory| memory.plastic) * source.mass;
@@ -186,15 +194,13 @@ impl<const D: usize> Mean<D> {
             strain = strain.plus(&own, source.mass);
             distortion += own.distortion() * source.mass;
             mass += source.mass;
+            stored += (own.distortion() - UNDISTORTED) * source.part * past.rest(source.old);
         }
-        Self {
-            strain: Strain::zero().plus(&strain, 1.0 / mass),
-            distortion: distortion / mass,
-            plastic: plastic / mass,
-            rest,
-            is_ring,
-            flows: past.potential.remembers(),
-        }
+        let flows = past.potential.remembers();
+        // By what is stored, not by mass: where patches hand on volumes that their elements did not have, the two differ.
+        let distortion = if flows { UNDISTORTED + (stored / rest).max(0.0) } else { distortion / mass };
+        let strain = Strain::zero().plus(&strain, 1.0 / mass);
+        Self { strain, distortion, plastic: plastic / mass, rest, is_ring, flows }
     }
 
     /// With more of the matter at rest, of which an element takes a tenth more at once at most: what is cut off its neighbourhood
@@ -227,21 +233,28 @@ impl<const D: usize> Mean<D> {
     /// The mean of F alone forgets how old elements differ. A ball of 20 m/s lost 20 % of its energy by it on its way into gel,
     /// and what the nodes say alone, where they stood upright, gained 6 % (h = R/2, 18 meshes).
     fn made(&self, told: &Reference<D>, now: &Reference<D>) -> Option<Reference<D>> {
+        let rest = Strain { f: Tensor::<D>::identity(), out: 1.0 };
         let mean = self.fitted(&self.strain, now);
-        if let Some(fit) = mean.filter(|fit| fit.1 >= (1.0 - HOLDS) * self.distortion) {
+        if let Some(fit) = mean.filter(|fit| {
+            fit.1 >= (1.0 - HOLDS) * self.distortion && !(self.flows && fit.1 > (1.0 + HOLDS) * self.distortion)
+        }) {
             return Some(fit.0);
         }
         // What lies between two that stand upright need not.
         let reaches = |strain: &Strain<D>| self.fitted(strain, now).is_none_or(|fit| fit.1 >= self.distortion);
-        let aim = self.said(told, now).filter(reaches).unwrap_or_else(|| self.strain.thrice());
+        let told = self.said(told, now).filter(reaches);
+        // More than enough is only there where energy is handed on: on the way to it from rest then.
+        let (from, aim) = match mean {
+            Some(fit) if fit.1 > self.distortion => (rest, self.strain),
+            _ => (self.strain, told.unwrap_or_else(|| self.strain.thrice())),
+        };
         let (mut less, mut more) = (0.0, 1.0);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (less + more);
-            if reaches(&self.strain.between(&aim, middle)) { more = middle } else { less = middle }
+            if reaches(&from.between(&aim, middle)) { more = middle } else { less = middle }
         }
         // Where the mean is turned inside out, nothing is known of the shape, and it rests in the one that it has.
-        let rest = Strain { f: Tensor::<D>::identity(), out: 1.0 };
-        let fit = self.fitted(&self.strain.between(&aim, less), now).or_else(|| self.fitted(&rest, now));
+        let fit = self.fitted(&from.between(&aim, less), now).or_else(|| self.fitted(&rest, now));
         fit.map(|fit| fit.0)
     }
 
