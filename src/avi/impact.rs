@@ -3,6 +3,7 @@
 use super::StepError;
 use super::engine::Engine;
 use super::facet::{Deep, deepest};
+use super::phase::Phase;
 use super::pierce::Piercing;
 use crate::algebra::{Vector, Vector3, embed, restrict};
 use crate::contact::{Body, BodyState, Exchange, Law, impulse, reversal};
@@ -138,7 +139,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let contact = &mut self.state.record.contacts[touch.body];
             contact.approach = contact.approach.max(-touch.approach());
         }
-        for touch in &mut touches {
+        // Where the mesh ends there is no step ahead.
+        for touch in touches.iter_mut().filter(|_| self.phase != Phase::Last) {
             let step = self.grid.time(self.shortest_around(touch.nodes[0]) as Tick);
             touch.lead = self.lead(touch, step);
             touch.bias = self.bias(touch, step);

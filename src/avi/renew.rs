@@ -4,7 +4,7 @@ use super::engine::{Engine, NoStep, Start};
 use super::phase::Phase;
 use super::{Gel, Kind, Pool, StepError, TickGrid};
 use crate::algebra::Vector;
-use crate::contact::{Body, BodyState};
+use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Memory, Potential};
 use crate::ledger::Ledger;
 use crate::mesh::{ElementId, NodeId, Simplex, shape_quality};
@@ -92,8 +92,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.ends.wear.is_some()
     }
 
-    /// Times, s, at which the mesh ends whether it is worn or not, ascending: each at the first tick of its finest step at or after
-    /// it, and where the mesh is 4 of these steps old. A queue knows none.
+    /// Times, s, at which the mesh ends whether it is worn or not, ascending: each at the first tick at or after it where all steps
+    /// end, and where the mesh is 4 of the finest old. A queue knows none.
     pub fn set_exchanges(&mut self, times: &[f64]) {
         self.ends.at = times.iter().map(|time| self.grid.first_tick(*time)).collect();
     }
@@ -103,13 +103,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.ends.at.iter().copied().find(|due| *due > self.origin)
     }
 
-    /// Whether the mesh ends at this tick.
+    /// Whether the mesh ends at this tick: at once if it is worn, but on time only where all steps end, so that none is cut short.
     pub(super) fn is_over(&self, tick: Tick) -> bool {
         if self.state.now.is_none() || self.rules.schedule == Kind::Queue {
             return false;
         }
         let age = (tick - self.origin) / self.steps.0;
-        age >= SHORTEST_LIFE.1 && (self.next_exchange().is_some_and(|due| due <= tick) || self.is_worn(tick, age))
+        let is_due = || self.next_exchange().is_some_and(|due| due <= tick);
+        let is_whole = self.rules.schedule.fires(self.steps.1, tick);
+        age >= SHORTEST_LIFE.1 && (is_whole && is_due() || self.is_worn(tick, age))
     }
 
     /// Whether the mesh is worn at this tick, so many finest steps old.
@@ -136,21 +138,27 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         shape_quality(&now, &simplex) < wear.quality || self.gel.potential.compression(element, &now) < wear.compression
     }
 
-    /// The last tick of this mesh: every group fires, its kick that of half of the step behind.
-    pub(super) fn close(&mut self, tick: Tick) -> Result<(), StepError> {
+    /// The last tick of this mesh: every group fires, its kick that of half of the step behind, and what stands on a body is held
+    /// there: without it such nodes would enter it with half a kick, gain that energy, and lose it in contact at the next tick.
+    pub(super) fn close(&mut self, tick: Tick, (t, exchanges): (f64, &mut [Exchange])) -> Result<(), StepError> {
+        let time = self.grid.time(tick);
         self.phase = Phase::Last;
         self.answer(tick);
-        if let Err(error) = self.check_elements(self.grid.time(tick)) {
+        if let Err(error) = self.check_elements(time) {
             self.drift_active(tick);
             self.state.now = Some(tick);
             return Err(error);
         }
-        self.scratch.touches.clear();
+        self.place_bodies(time);
         self.scratch.changed.clear();
         let sums = if self.blocks.is_some() { self.advance_nodes(tick) } else { self.measure_limits() };
         self.count_synchronous(sums.limit, tick);
+        self.look_around(tick);
+        self.find_touches(tick);
         let work = self.kick_all(tick, &sums);
         self.book(tick, work);
+        self.book_contact();
+        self.receive(time, (t, exchanges));
         let length = self.state.record.synchronous.0;
         self.state.record.synchronous = (length, tick, self.synchronous_until(tick as f64));
         self.state.now = Some(tick);

@@ -39,7 +39,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
             let due = self.is_due(tick);
             if due && self.is_over(tick) {
-                self.close(tick)?;
+                self.close(tick, (t, exchanges))?;
                 return Ok(Reached::Worn);
             }
             self.phase = if self.state.now.is_none() { Phase::First } else { Phase::Between };
@@ -247,7 +247,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.scratch.weights.extend(steps);
     }
 
-    fn place_bodies(&mut self, time: f64) {
+    pub(super) fn place_bodies(&mut self, time: f64) {
         let scratch = &mut self.scratch;
         scratch.was.clear();
         scratch.was.extend(self.bodies.iter().zip(&self.state.bodies).map(|(body, last)| last.at(body, time)));
@@ -296,7 +296,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let group = self.order.group(element);
         match self.rules.schedule {
             Kind::Queue => self.state.alarms[group].last == tick,
-            kind => kind.fires(self.state.clocks[group].step, tick),
+            _ => self.moment(tick).fires(self.state.clocks[group].step),
         }
     }
 }
