@@ -21,8 +21,11 @@ pub(super) fn onto(complex: &Complex, (a, b): (u32, u32), enough: f64, flat: &Fl
         return None;
     }
     let ring = Ring::of(complex, a, b)?;
-    let stays = !from.is_on_surface || (ring.is_open && flat.allows(change.swept) && flat.spares(complex, a, b));
-    (stays && links_alike(complex, (a, b), &ring)).then_some((worst, change))
+    let stays = !from.is_on_surface || (ring.is_open && flat.spares(complex, a, b));
+    let stays = stays && links_alike(complex, (a, b), &ring);
+    // What is held does not shrink: its volume is not given back elsewhere.
+    let points: &[u32] = if from.held.contains(&true) { &[] } else { &[b] };
+    stays.then(|| flat.level(complex, (worst, change), (points, enough))).flatten()
 }
 
 fn change(complex: &Complex, (a, b): (u32, u32), is_on_surface: bool) -> Change {
@@ -30,7 +33,7 @@ fn change(complex: &Complex, (a, b): (u32, u32), is_on_surface: bool) -> Change 
     let gone: Vec<u32> = complex.star(a).map(|(t, _)| t).collect();
     let new: Vec<Tet> = complex.star(a).filter(|(_, tet)| !tet.contains(&b)).map(|(_, tet)| drawn(tet)).collect();
     let swept = if is_on_surface { complex.growth(&new, &gone) } else { 0.0 };
-    Change { gone, new, swept }
+    Change { gone, new, swept, moved: None }
 }
 
 /// Whether all points next to both are on the ring around the edge; of a surface, those of its two facets only.

@@ -31,6 +31,8 @@ pub(super) struct Change {
     pub new: Vec<Tet>,
     /// What the volume of the body changes by where its surface moves, m³.
     pub swept: f64,
+    /// A point of the surface that goes there after it, m.
+    pub moved: Option<(u32, Vector<3>)>,
 }
 
 /// A complex of tetrahedra. The numbers of those that are gone are not used again.
@@ -118,6 +120,11 @@ impl Complex {
         shape(tet.map(|point| self.x(point)))
     }
 
+    /// That with one of its points elsewhere.
+    pub fn would_be_with(&self, tet: &Tet, (point, x): (u32, &Vector<3>)) -> f64 {
+        shape(tet.map(|p| if p == point { x } else { self.x(p) }))
+    }
+
     /// That of the worst one of some new ones; at most `enough` is looked for.
     pub fn worst_new(&self, new: &[Tet], enough: f64) -> f64 {
         let mut worst = f64::INFINITY;
@@ -164,6 +171,9 @@ impl Complex {
             let own = under.iter().copied().filter(|old| self.bounds[*old as usize].meets(&bounds)).collect();
             self.add(*tet, Some(own));
         }
+        if let Some((point, x)) = change.moved {
+            self.shift(point, x);
+        }
     }
 
     /// The old ones that these lie over.
@@ -207,7 +217,7 @@ impl Complex {
             Origin::Kept(node) => Origin::Surface([node; 3], [1.0, 0.0, 0.0]),
             origin => origin,
         };
-        self.apply(&Change { gone, new, swept: 0.0 });
+        self.apply(&Change { gone, new, ..Change::default() });
     }
 
     /// The place nearest to `x` that a point may go to from where it is: nowhere in its held directions.
@@ -218,11 +228,7 @@ impl Complex {
 
     /// The cube of the quality of the worst tetrahedron around a point, were it there; less than any other where that is no place.
     pub fn worst_at(&self, point: u32, x: &Vector<3>) -> f64 {
-        let corner = |p: u32| if p == point { *x } else { *self.x(p) };
-        let shapes = self.star(point).map(|(_, tet)| {
-            let [a, b, c, d] = tet.map(corner);
-            shape([&a, &b, &c, &d])
-        });
+        let shapes = self.star(point).map(|(_, tet)| self.would_be_with(&tet, (point, x)));
         shapes.fold(f64::INFINITY, |worst, shape| if shape.is_nan() { f64::NEG_INFINITY } else { worst.min(shape) })
     }
 

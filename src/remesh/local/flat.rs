@@ -1,7 +1,9 @@
 //! Where the surface is flat enough to be made of other facets, now and at rest.
 
-use super::complex::Complex;
+use super::complex::{Change, Complex};
+use super::level::Level;
 use super::ring::fan;
+use super::{FAIR, cube};
 use crate::algebra::Vector;
 
 /// How flat is flat.
@@ -14,6 +16,8 @@ pub(super) struct Flat {
     pub swept: f64,
 }
 
+/// The part of what the volume may change by that one operation may take without giving it back.
+const LITTLE: f64 = 1e-3;
 /// The least cosine between the normals of an old facet and the new one in its place.
 const TURNED: f64 = 0.7;
 
@@ -48,8 +52,26 @@ impl Flat {
         })
     }
 
+    /// A change of this quality with the volume that there was: a little may be lost, and what is more is given back at one of
+    /// these points. With what it is then; `None` where none of them may go there.
+    pub fn level(
+        &self,
+        complex: &Complex,
+        (worst, change): (f64, Change),
+        (points, enough): (&[u32], f64),
+    ) -> Option<(f64, Change)> {
+        if change.swept.abs() <= LITTLE * self.volume && self.allows(change.swept) {
+            return Some((worst, change));
+        }
+        let kept = points.iter().find_map(|point| {
+            let most = self.limit(complex, *point);
+            Level { most, enough, fair: cube(FAIR) }.kept(complex, &change, *point)
+        });
+        kept.or_else(|| self.allows(change.swept).then_some((worst, change)))
+    }
+
     /// Whether the volume may change by so much more, m³.
-    pub fn allows(&self, swept: f64) -> bool {
+    fn allows(&self, swept: f64) -> bool {
         (self.swept + swept).abs() <= self.volume
     }
 

@@ -8,6 +8,7 @@
 mod collapse;
 mod complex;
 mod flat;
+mod level;
 mod ring;
 #[cfg(test)]
 mod shapes;
@@ -36,8 +37,9 @@ const FAIR: f64 = 0.35;
 const SPLIT: f64 = 0.35;
 /// What an operation must gain in the cube of the quality to be worth it.
 const GAIN: f64 = 1.02;
-/// What the volume of the body may change by, as a part of it, where its surface is made of other facets.
-const VOLUME: f64 = 5e-6;
+/// What the volume of the body may change by, as a part of it, where its surface is made of other facets and cannot give it back:
+/// half of what a second mesh of the same sizes may.
+const VOLUME: f64 = 5e-7;
 /// Points of the surface may stand so deep in a body, in target lengths: twice what contact leaves standing.
 const STANDING: f64 = 0.06;
 /// Times that all is gone through at most.

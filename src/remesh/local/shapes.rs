@@ -2,7 +2,7 @@
 
 use super::super::bodies::Random;
 use super::super::{Acceptance, Moved, Origin, Proposal, Quality, Rules, graded, judge, trace};
-use super::{VOLUME, propose};
+use super::propose;
 use crate::algebra::{Tensor, Vector, det};
 use crate::mesh::{
     Block, Face, Hold, Mesh, NodeId, Split, block, boundary, cylinder, facet_measure, shape_quality, uniform,
@@ -10,16 +10,14 @@ use crate::mesh::{
 use std::f64::consts::TAU;
 
 /// Seeds of the bodies.
-const SEEDS: std::ops::Range<u64> = 1..31;
-/// What the volume may change by: with sizes that differ, and with those that the mesh has.
-const CHANGES: [f64; 2] = [1e-5, 1e-6];
-/// Where a second mesh draws together edges of the surface that the first left, because they would have changed the volume by
-/// more than a mesh may: the allowance is that of each mesh, and 1.6e-6 to 4.4e-6 of it were used.
-const DRAWN_AGAIN: [u64; 5] = [2, 12, 21, 22, 26];
+const SEEDS: std::ops::Range<u64> = 1..201;
+/// What the volume may change by: half of it is allowed where it cannot be given back.
+const CHANGE: f64 = 1e-6;
 /// What a round held face may lose of its area: 0.26 % were measured.
 const ROUND: f64 = 4e-3;
-/// A new mesh is as good as this, or as the old one.
-const FAIR: f64 = 0.3;
+/// A new mesh is as good as this, or as the old one; a second one as the first, or as the other: of 200 one has
+/// 0.451 after 0.453, because an edge that was too short was drawn together.
+const FAIR: [f64; 2] = [0.3, 0.45];
 
 /// A box of about the unit cube, or a cylinder in it, and whether it is a box; a face of it is held.
 fn body(random: &mut Random) -> (Mesh<3>, bool) {
@@ -128,9 +126,9 @@ fn held_area(mesh: &Mesh<3>) -> f64 {
 }
 
 /// A new mesh, and what it was judged to be; what is wrong with it, if something is.
-fn remeshed(old: &Moved<'_, 3>, size: &[f64], (change, quality): (f64, f64)) -> Result<(Proposal<3>, Quality), String> {
+fn remeshed(old: &Moved<'_, 3>, size: &[f64], quality: f64) -> Result<(Proposal<3>, Quality), String> {
     let new = propose(old, size, &Rules::default(), &|x| *x);
-    let judged = judge(old, &new, &Acceptance { measure: change, quality });
+    let judged = judge(old, &new, &Acceptance { measure: CHANGE, quality });
     let moved = |(origin, x): (&Origin, &Vector<3>)| matches!(origin, Origin::Kept(n) if old.position[n.index()] != *x);
     if new.origin.iter().zip(&new.position).any(moved) {
         return Err("a kept node was moved".into());
@@ -165,13 +163,12 @@ fn case(seed: u64) -> Result<(), String> {
     let position: Vec<Vector<3>> = mesh.rest.iter().map(map).collect();
     let old = Moved { mesh: &mesh, position: &position };
     let (size, first) = (sizes(&old, &mut random), worst(&position, &mesh));
-    let (new, quality) = remeshed(&old, &size, (CHANGES[0], first.min(FAIR))).map_err(|why| format!("first: {why}"))?;
+    let (new, quality) = remeshed(&old, &size, first.min(FAIR[0])).map_err(|why| format!("first: {why}"))?;
     let next = settled(&old, &new);
     keeps_its_shape(&mesh, &next, is_box)?;
     let own = nearest(&old, &size, &new.position);
     let once = Moved { mesh: &next, position: &new.position };
-    let change = if DRAWN_AGAIN.contains(&seed) { VOLUME } else { CHANGES[1] };
-    let twice = remeshed(&once, &own, (change, quality.least)).map_err(|why| format!("second: {why}"))?;
+    let twice = remeshed(&once, &own, quality.least.min(FAIR[1])).map_err(|why| format!("second: {why}"))?;
     keeps_its_shape(&next, &settled(&once, &twice.0), is_box)?;
     let count = |elements: &[crate::mesh::Simplex]| elements.len();
     println!(

@@ -27,7 +27,7 @@ pub(super) fn split(
         complex.points[m as usize].x = place;
         if complex.worst_new(&new, enough) > enough {
             complex.cleared -= complex.growth(&new, &ring.tets);
-            complex.apply(&Change { gone: ring.tets, new, swept: 0.0 });
+            complex.apply(&Change { gone: ring.tets, new, ..Change::default() });
             return true;
         }
     }

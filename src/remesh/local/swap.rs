@@ -71,7 +71,11 @@ pub(super) fn without_edge(complex: &Complex, (a, b): (u32, u32), enough: f64, f
     let mut new = vec![];
     table.collect((a, b), &ring.points, (0, n - 1), &mut new);
     let swept = if ring.is_open { complex.growth(&new, &ring.tets) } else { 0.0 };
-    flat.allows(swept).then_some((worst, Change { gone: ring.tets, new, swept }))
+    let change = Change { gone: ring.tets, new, swept, moved: None };
+    // What is held does not shrink: its volume is not given back elsewhere.
+    let is_held = [a, b].iter().all(|p| complex.points[*p as usize].held.contains(&true));
+    let points: &[u32] = if is_held { &[] } else { &[first, last, a, b] };
+    flat.level(complex, (worst, change), (points, enough))
 }
 
 /// Puts an edge in the place of a face between two tetrahedra, if the three that come are better than `enough`.
@@ -89,7 +93,7 @@ pub(super) fn without_face(complex: &Complex, (t, k): (u32, usize), enough: f64)
     }
     let new = [[below, above, a, b], [below, above, b, c], [below, above, c, a]];
     let worst = complex.worst_new(&new, enough);
-    (worst > enough).then(|| (worst, Change { gone: vec![t, other], new: new.to_vec(), swept: 0.0 }))
+    (worst > enough).then(|| (worst, Change { gone: vec![t, other], new: new.to_vec(), ..Change::default() }))
 }
 
 /// Whether two points have an edge.
