@@ -16,6 +16,7 @@ pub use lattice::{Grid, Split};
 pub use patches::Patches;
 pub use quality::{least_angle, shape_quality};
 pub use shapes::{Block, Face, Hold, block, cylinder, l_beam};
+pub(crate) use topology::in_order;
 pub use topology::{FACES, Incidence, boundary, neighbours};
 pub use tree::Tree;
 

@@ -15,10 +15,36 @@ pub fn boundary<const D: usize>(elements: &[Simplex]) -> Vec<Facet> {
 /// The facets of all elements, equal ones beside each other, and whose side each is: 4 × element + opposite node.
 fn sides<const D: usize>(elements: &[Simplex]) -> Vec<(Facet, u32)> {
     let of = |(e, simplex)| (0..=D).map(move |k| (sorted::<D>(facet::<D>(simplex, k)), (4 * e + k) as u32));
-    let mut sides = Vec::with_capacity((D + 1) * elements.len());
-    sides.extend(elements.iter().enumerate().flat_map(of));
-    sides.sort_unstable();
-    sides
+    in_order(&|| elements.iter().enumerate().flat_map(of), |side: &(Facet, u32)| side.0[0].index())
+}
+
+/// These in ascending order, of which their numbers are the first part: counted into the places of their numbers, and sorted
+/// within them only.
+///
+/// # Panics
+/// Unless the same ones come each time that they are asked for.
+pub fn in_order<T: Copy + Default + Ord, I: Iterator<Item = T>>(
+    all: &dyn Fn() -> I,
+    number: impl Fn(&T) -> usize,
+) -> Vec<T> {
+    let mut ends: Vec<u32> = vec![];
+    for one in all() {
+        let number = number(&one);
+        ends.resize(ends.len().max(number + 1), 0);
+        ends[number] += 1;
+    }
+    let mut first = 0;
+    for end in &mut ends {
+        (first, *end) = (first + *end, first);
+    }
+    let mut sorted = vec![T::default(); first as usize];
+    for one in all() {
+        let place = &mut ends[number(&one)];
+        sorted[*place as usize] = one;
+        *place += 1;
+    }
+    sorted.chunk_by_mut(|a, b| number(a) == number(b)).for_each(<[T]>::sort_unstable);
+    sorted
 }
 
 /// The corners of the face of a tetrahedron opposite each corner, outward oriented.

@@ -3,7 +3,7 @@
 use super::Moved;
 use super::cell::edges;
 use crate::algebra::{Tensor, Vector, cofactor, det, embed};
-use crate::mesh::{self, ElementId, Simplex, neighbours};
+use crate::mesh::{self, ElementId, Simplex, in_order, neighbours};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -45,11 +45,13 @@ pub fn graded<const D: usize>(old: &Moved<'_, D>, mut size: Vec<f64>, growth: f6
 
 /// The nodes across the edges of each node: those of node n stand from `start[n]` to `start[n + 1]`.
 fn edges_of_nodes<const D: usize>(n_nodes: usize, elements: &[Simplex]) -> (Vec<usize>, Vec<usize>) {
-    let edges = elements.iter().flat_map(|e| edges::<D>().iter().map(move |edge| edge.map(|corner| e[corner].index())));
-    let mut pairs: Vec<[usize; 2]> = edges.flat_map(|[a, b]| [[a, b], [b, a]]).collect();
-    pairs.sort_unstable();
+    let edges =
+        || elements.iter().flat_map(|e| edges::<D>().iter().map(move |edge| edge.map(|corner| e[corner].index())));
+    let mut pairs = in_order(&|| edges().flat_map(|[a, b]| [[a, b], [b, a]]), |pair: &[usize; 2]| pair[0]);
     pairs.dedup();
-    let start = (0..=n_nodes).map(|n| pairs.partition_point(|pair| pair[0] < n)).collect();
+    let mut start = vec![0; n_nodes + 1];
+    pairs.iter().for_each(|pair| start[pair[0] + 1] += 1);
+    (0..n_nodes).for_each(|n| start[n + 1] += start[n]);
     (start, pairs.into_iter().map(|pair| pair[1]).collect())
 }
 
@@ -101,11 +103,12 @@ fn mean_edge<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
     edges::<D>().iter().map(length).sum::<f64>() / edges::<D>().len() as f64
 }
 
-/// Raises the bend of each element to the greatest angle between its normal and that of a neighbour.
+/// Raises the bend of each element to the greatest angle between its normal and that of a neighbour; each pair is seen once.
 fn raise<const D: usize>(bend: &mut [f64], slopes: &[Vector<D>], across: &[[Option<ElementId>; 4]]) {
     for (e, around) in across.iter().enumerate() {
-        for other in around.iter().flatten() {
-            bend[e] = bend[e].max(between(&slopes[e], &slopes[other.index()]));
+        for other in around.iter().flatten().map(|other| other.index()).filter(|other| *other > e) {
+            let angle = between(&slopes[e], &slopes[other]);
+            (bend[e], bend[other]) = (bend[e].max(angle), bend[other].max(angle));
         }
     }
 }
