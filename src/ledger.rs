@@ -34,6 +34,10 @@ pub struct EnergyAccounts {
     pub importer: f64,
     /// What kinetic and stored energy change by when a mesh is exchanged.
     pub remesh: f64,
+    /// Σ J·(v⁻ + v⁺)/2 of the pressures on faces.
+    pub load: f64,
+    /// Σ J·(v⁻ + v⁺)/2 of the damping.
+    pub damping: f64,
 }
 
 /// Momentum accounts.
@@ -47,6 +51,10 @@ pub struct MomentumAccounts {
     pub importer: Vector3,
     /// What changes when a mesh is exchanged.
     pub remesh: Vector3,
+    /// Of the pressures on faces.
+    pub load: Vector3,
+    /// Of the damping.
+    pub damping: Vector3,
 }
 
 impl EnergyAccounts {
@@ -62,9 +70,9 @@ impl EnergyAccounts {
         self.accounts().iter().map(|account| account.abs()).sum()
     }
 
-    fn accounts(&self) -> [f64; 7] {
-        let Self { contact, friction, contact_bias, integration, external, importer, remesh } = *self;
-        [contact, friction, contact_bias, integration, external, importer, remesh]
+    fn accounts(&self) -> [f64; 9] {
+        let Self { contact, friction, contact_bias, integration, external, importer, remesh, load, damping } = *self;
+        [contact, friction, contact_bias, integration, external, importer, remesh, load, damping]
     }
 }
 
@@ -72,12 +80,17 @@ impl MomentumAccounts {
     /// Sum of all accounts.
     #[must_use]
     pub fn total(&self) -> Vector3 {
-        self.restraint + self.external + self.importer + self.remesh
+        self.accounts().iter().sum()
     }
 
     /// Sum of the sizes of all accounts.
     #[must_use]
     pub fn turnover(&self) -> f64 {
-        self.restraint.norm() + self.external.norm() + self.importer.norm() + self.remesh.norm()
+        self.accounts().iter().map(Vector3::norm).sum()
+    }
+
+    fn accounts(&self) -> [Vector3; 6] {
+        let Self { restraint, external, importer, remesh, load, damping } = *self;
+        [restraint, external, importer, remesh, load, damping]
     }
 }

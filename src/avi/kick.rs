@@ -52,7 +52,7 @@ impl Taken {
     }
 }
 
-/// A node that a contact may push, and its velocities before the kicks of the tick and before the contact.
+/// A node that a pressure or a contact may push, and its velocities before the kicks of the tick and before these.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Carrier<const D: usize> {
     pub node: NodeId,
@@ -61,13 +61,14 @@ pub(super) struct Carrier<const D: usize> {
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// What is left of the kicks of the fast form after its nodes were kicked, then the contact solve; Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
+    /// What is left of the kicks of the fast form after its nodes were kicked, then the pressures and the contact solve; Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
     pub(super) fn kick_fast(&mut self, tick: Tick, sums: &NodeSums) -> f64 {
         sums.taken.post(&mut self.state.ledger);
         let all = self.scratch.active.all;
         self.watch.speed = sums.fastest.sqrt().max(if all { 0.0 } else { self.watch.speed });
         let mended = self.mend_kicks();
         self.find_carriers();
+        self.press(tick);
         if let Law::Moreau { restitution, friction, .. } = self.rules.law {
             self.solve(restitution, friction);
         }
@@ -133,16 +134,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn find_carriers(&mut self) {
         let mut carriers = std::mem::take(&mut self.scratch.carriers);
         carriers.clear();
-        for node in self.scratch.touches.iter().flat_map(Touch::nodes) {
-            let (before, kicked) = (self.velocity_before(*node), self.state.velocity[node.index()]);
-            carriers.push(Carrier { node: *node, before, kicked });
+        for node in self.scratch.touches.iter().flat_map(Touch::nodes).copied().chain(self.pressed()) {
+            let (before, kicked) = (self.velocity_before(node), self.state.velocity[node.index()]);
+            carriers.push(Carrier { node, before, kicked });
         }
         carriers.sort_unstable_by_key(|carrier| carrier.node);
         carriers.dedup_by_key(|carrier| carrier.node);
         self.scratch.carriers = carriers;
     }
 
-    /// What the kicks did more because contact changed the velocity after them, Σ p·(v⁺ − v)/2 with p = m (v − v⁻), less what
+    /// What the kicks did more because pressures and contact changed the velocity after them, Σ p·(v⁺ − v)/2 with p = m (v − v⁻), less what
     /// it added to Q.
     fn settle_carriers(&mut self, tick: Tick) -> f64 {
         let mut work = 0.0;
@@ -163,6 +164,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub(super) fn book(&mut self, tick: Tick, work: f64) {
         let residual = if self.blocks.is_some() { self.settle_blocks(tick) } else { self.settle_groups(tick) };
         self.state.ledger.energy.integration += residual + work;
+        self.book_loads();
     }
 
     fn settle_groups(&mut self, tick: Tick) -> f64 {

@@ -94,7 +94,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// All kicks, then the contact solve; or, by the paper's law, the reversal after each kick.
-    pub(super) fn kick_and_strike(&mut self) {
+    pub(super) fn kick_and_strike(&mut self, tick: Tick) {
         let answers = std::mem::take(&mut self.scratch.reference);
         for (i, elements) in answers.groups.iter().enumerate() {
             for (element, answer) in &answers.elements[elements.clone()] {
@@ -105,6 +105,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
         }
         self.scratch.reference = answers;
+        self.press(tick);
         if let Law::Moreau { restitution, friction, .. } = self.rules.law {
             self.solve(restitution, friction);
         }

@@ -2,6 +2,7 @@
 
 use super::impact::Touch;
 use super::kick::Carrier;
+use super::load::Pushed;
 use super::nodes::{Active, NodeSums};
 use super::pace::{Change, Nearness};
 use super::reference::Answers;
@@ -54,6 +55,8 @@ pub(super) struct Scratch<const D: usize> {
     pub touches: Vec<Touch<D>>,
     /// The nodes that carry them.
     pub carriers: Vec<Carrier<D>>,
+    /// What pressures do to the facets of what fires.
+    pub pushed: Vec<Pushed<D>>,
     /// Sums over runs of nodes.
     pub sums: Vec<NodeSums>,
 }

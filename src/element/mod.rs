@@ -1,6 +1,7 @@
 //! Potential energies made of elements, in patches that share a volume change: what the integrator steps.
 
 mod lanes;
+mod pressure;
 mod shuffle;
 mod simplices;
 
@@ -8,6 +9,7 @@ use crate::algebra::Vector;
 use crate::mesh::{ElementId, NodeId, Patches};
 
 pub use lanes::{Accumulated, Batch, DEPTH, GroupAnswer, LANES, Lanes, Local, MOST_LOCAL_NODES, Row};
+pub use pressure::{Push, push};
 pub use simplices::{Reference, Section, Simplices};
 
 /// Most nodes that an element may have.

@@ -36,6 +36,8 @@ struct Chain<'a> {
     before: Vec<Option<usize>>,
     after: Vec<Option<usize>>,
     can_go: Vec<bool>,
+    /// Where loaded faces end.
+    ends: Vec<u8>,
     members: Vec<usize>,
     near: Near<2>,
 }
@@ -43,7 +45,7 @@ struct Chain<'a> {
 /// Why a node of the boundary must stay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Feature {
-    /// A corner of the body at rest, a fork, or where the directions that are held change.
+    /// A corner of the body at rest, a fork, or where the directions that are held or the loads change.
     Always,
     /// A corner where the boundary is now.
     Now,
@@ -118,6 +120,7 @@ impl<'a> Chain<'a> {
             can_go: vec![false; old.position.len()],
             members: (0..old.position.len()).filter(|&n| !incidence.of(NodeId(n as u32)).is_empty()).collect(),
             near: Near::new(&[]),
+            ends: super::marks::ends(old.mesh),
             edges,
         };
         let is_simple = |n: usize| incidence.of(NodeId(n as u32)).len() == 2;
@@ -152,7 +155,8 @@ impl<'a> Chain<'a> {
             let (u, v) = (x[node] - x[before], x[after] - x[node]);
             u.dot(&v) < CORNER * u.norm() * v.norm()
         };
-        if held[before] != held[node] || held[after] != held[node] || is_corner(&self.old.mesh.rest) {
+        let is_end = self.ends.get(node).is_some_and(|loads| *loads != 0);
+        if held[before] != held[node] || held[after] != held[node] || is_end || is_corner(&self.old.mesh.rest) {
             return Some(Feature::Always);
         }
         is_corner(self.old.position).then_some(Feature::Now)

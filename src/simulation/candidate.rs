@@ -193,8 +193,9 @@ impl<const D: usize> Gelatin<D> {
         let references = history::references((potential, old), moved.position, (&proposal, &new));
         let references = references.ok_or(Refused::Restless)?;
         let facets = boundary::<D>(&proposal.elements);
+        let marks = remesh::marks(&old.mesh, (&facets, &new.rest), &proposal.origin);
         let Transferred { rest, mass, corner_mass, velocity, held, defects, .. } = new;
-        let mesh = Mesh { rest, elements: proposal.elements, facets, held };
+        let mesh = Mesh { rest, elements: proposal.elements, facets, held, marks };
         let tick = self.engine.last_tick();
         let birth = Birth { tick, mesh, position: proposal.position, mass, corner_mass, references };
         Ok(Candidate { birth, velocity, quality, defects })

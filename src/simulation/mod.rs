@@ -5,6 +5,7 @@
 mod build;
 mod candidate;
 mod history;
+mod loads;
 mod look;
 mod model;
 mod observe;

@@ -1,11 +1,12 @@
 //! What a gel is made of, whatever its mesh: what is needed to make it again on another one.
 
+use super::loads;
 use crate::algebra::Vector;
-use crate::avi::{Gel, Surface, Wear};
+use crate::avi::{Gel, Pressure, Surface, Wear};
 use crate::element::{Potential, Reference, Section, Simplices};
 use crate::material::NeoHookean;
 use crate::mesh::{ElementId, Facet, Mesh, Patches, Simplex, facet_measure, shape_quality};
-use crate::scene::{Dimension, ElementKind, Remesh, Scene};
+use crate::scene::{Dimension, ElementKind, GelShape, Remesh, Scene};
 use crate::state::Birth;
 
 /// What a gel is made of.
@@ -16,6 +17,8 @@ pub(super) struct Recipe {
     kind: ElementKind,
     /// kg/m³.
     pub density: f64,
+    /// What acts on its surface.
+    pressures: Vec<Pressure>,
     /// When and how its mesh is exchanged.
     pub remesh: Option<Sizes>,
 }
@@ -39,7 +42,11 @@ impl Recipe {
         let usual = scene.mesh.size;
         let graded = scene.mesh.grading.map(|grading| grading.largest);
         let doubled = scene.mesh.tree.map(|tree| usual * tree.coarsest as f64);
-        let longest = graded.or(doubled).unwrap_or(usual).max(usual);
+        let round = match scene.gel.shape {
+            GelShape::Shell { inner, outer } => Some(usual * outer / inner),
+            GelShape::Block { .. } | GelShape::Cylinder { .. } | GelShape::LBeam { .. } => None,
+        };
+        let longest = graded.or(doubled).or(round).unwrap_or(usual).max(usual);
         let sizes = |rules: Remesh| Sizes { least: rules.smallest.unwrap_or(0.5 * usual), usual, longest, rules };
         Self {
             section: match scene.scene.dimension {
@@ -50,6 +57,7 @@ impl Recipe {
             material: NeoHookean::new(scene.gel.shear_modulus, scene.gel.bulk_modulus),
             kind: scene.mesh.element,
             density: scene.gel.density,
+            pressures: loads::pressures(scene),
             remesh: scene.remesh.clone().map(sizes),
         }
     }
@@ -70,7 +78,8 @@ impl Recipe {
         (mesh, position): (&Mesh<D>, &[Vector<D>]),
         mass: Vec<f64>,
     ) -> Gel<D, Simplices<D>> {
-        Gel::new(simplices, mass, &mesh.held, self.surface(mesh, position))
+        let gel = Gel::new(simplices, mass, &mesh.held, self.surface(mesh, position));
+        loads::loaded(gel, mesh, (self.section, &self.pressures))
     }
 
     /// All of the boundary but the axis of revolution: areas at rest, sizes where the nodes are.

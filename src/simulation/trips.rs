@@ -77,7 +77,7 @@ impl<const D: usize> Gel<D> {
         let references = history::references((&self.simplices(), &self.birth), &self.position, (&proposal, &new));
         let references = references.expect("what elements were at rest");
         let facets = boundary::<D>(&proposal.elements);
-        let mesh = Mesh { rest: new.rest, elements: proposal.elements, facets, held: new.held };
+        let mesh = Mesh { rest: new.rest, elements: proposal.elements, facets, held: new.held, marks: vec![] };
         let position = proposal.position.clone();
         let (mass, corner_mass) = (new.mass, new.corner_mass);
         let birth = Birth { tick: 0, mesh, position: proposal.position, mass, corner_mass, references };
