@@ -59,7 +59,7 @@ fn engine<const D: usize>(case: Case, height: f64, (schedule, law): (Kind, Law))
         Section::Planar { .. } => Freedom::PLANAR,
         Section::Axisymmetric => Freedom::AXISYMMETRIC,
     };
-    let rules = Rules { schedule, cfl: 0.8, law, force_window: 1.0 };
+    let rules = Rules { schedule, cfl: 0.8, law, force_window: 1.0, damping: 0.0 };
     Engine::new(gel, vec![ball(freedom, height)], rules, nodes)
 }
 

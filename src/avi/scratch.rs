@@ -21,6 +21,8 @@ pub(super) struct Scratch<const D: usize> {
     pub due: Vec<u32>,
     /// v at the start of the tick, by node, of the active ones.
     pub before: Vec<Vector<D>>,
+    /// What damping adds to it, as a part of it, by node, of the active ones.
+    pub fade: Vec<f64>,
     /// CFL · 2/√λ_a, s, by node, of the active ones.
     pub limit: Vec<f64>,
     /// The same by number within one block.
@@ -66,6 +68,7 @@ impl<const D: usize> Scratch<D> {
         Self {
             active: Active::new(n_nodes),
             before: vec![Vector::<D>::zeros(); n_nodes],
+            fade: vec![0.0; n_nodes],
             limit: vec![0.0; n_nodes],
             place: vec![u32::MAX; n_surface],
             answers: vec![GroupAnswer::default(); n_groups],

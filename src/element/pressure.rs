@@ -121,7 +121,11 @@ mod tests {
 
     #[test]
     fn no_motion_of_the_nodes_changes_the_forces_by_more_than_the_bound() {
-        fn ratio<const D: usize>(section: Section, corners: [Vector<D>; 3], moved: impl Fn(usize, usize) -> f64) -> f64 {
+        fn ratio<const D: usize>(
+            section: Section,
+            corners: [Vector<D>; 3],
+            moved: impl Fn(usize, usize) -> f64,
+        ) -> f64 {
             let n = if D == 2 { 2 } else { 3 };
             let mut other = corners;
             (0..n).for_each(|k| other[k] += Vector::<D>::from_fn(|i, _| 1e-7 * moved(k, i)));

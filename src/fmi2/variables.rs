@@ -253,6 +253,8 @@ fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> S
         Observed::EnergyExternal => scalar(model.books().energy.external),
         Observed::EnergyImporter => scalar(model.books().energy.importer),
         Observed::EnergyRemesh => scalar(model.books().energy.remesh),
+        Observed::EnergyLoad => scalar(model.books().energy.load),
+        Observed::EnergyDamping => scalar(model.books().energy.damping),
         Observed::EnergyClosure => scalar(model.books().energy.closure),
         Observed::MomentumClosure => vector(model.books().momentum_closure),
         Observed::AngularMomentumClosure => vector(model.books().angular_momentum_closure),

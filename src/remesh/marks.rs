@@ -25,11 +25,7 @@ pub(super) fn ends<const D: usize>(mesh: &Mesh<D>) -> Vec<u8> {
 /// A facet has the mark of the old one that its middle was nearest to at rest, among those that its nodes lie on and that face
 /// as it does.
 #[must_use]
-pub fn marks<const D: usize>(
-    old: &Mesh<D>,
-    (facets, rest): (&[Facet], &[Vector<D>]),
-    origin: &[Origin],
-) -> Vec<u8> {
+pub fn marks<const D: usize>(old: &Mesh<D>, (facets, rest): (&[Facet], &[Vector<D>]), origin: &[Origin]) -> Vec<u8> {
     if old.marks.is_empty() {
         return vec![];
     }

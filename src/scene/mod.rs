@@ -24,8 +24,8 @@ pub use error::{SceneError, SceneErrorKind};
 pub use files::{Files, StlContent, no_files};
 pub use load::*;
 pub use overrides::{Fault, Override, read_with, resolve};
-pub(crate) use places::numbered;
 pub use physics::{modelled, switched_off};
+pub(crate) use places::numbered;
 pub use projectile::*;
 pub use read::{read, read_with_files};
 #[cfg(feature = "cli")]

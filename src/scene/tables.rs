@@ -321,11 +321,13 @@ pub struct Integrator {
     /// Fraction of the stable step that an element takes, at most 1; by default 0.8, in `queue` 0.4.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cfl: Option<f64>,
+    /// Every node of the gel loses speed as exp(-damping t), 1/s, for answers at rest; 0 is none.
+    pub damping: f64,
 }
 
 impl Default for Integrator {
     fn default() -> Self {
-        Self { schedule: ScheduleKind::Bins, cfl: None }
+        Self { schedule: ScheduleKind::Bins, cfl: None, damping: 0.0 }
     }
 }
 

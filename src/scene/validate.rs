@@ -174,7 +174,8 @@ fn remesh(scene: &Scene) -> Check {
 
 fn integrator(integrator: &Integrator) -> Check {
     let cfl = integrator.cfl();
-    require(cfl > 0.0 && cfl <= 1.0, "integrator.cfl", || format!("{cfl:?}"), "a fraction above 0, at most 1")
+    require(cfl > 0.0 && cfl <= 1.0, "integrator.cfl", || format!("{cfl:?}"), "a fraction above 0, at most 1")?;
+    within("integrator.damping", integrator.damping, 0.0..=1e9)
 }
 
 fn contact(contact: &Contact) -> Check {

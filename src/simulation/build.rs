@@ -148,6 +148,7 @@ fn rules(scene: &Scene) -> Rules {
             ContactLaw::Reversal => Law::Reversal,
         },
         force_window: scene.force_window(),
+        damping: scene.integrator.damping,
     }
 }
 

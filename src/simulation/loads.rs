@@ -34,9 +34,9 @@ pub(super) fn marks<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Result<Vec
 
 /// Whether a facet with these corners is one that a load acts on.
 fn is_on(scene: &Scene, load: &Load, corners: &[Vector3]) -> bool {
-    let is_inside = load.within.is_none_or(|region| {
-        corners.iter().all(|x| (0..3).all(|i| (region.low[i]..=region.high[i]).contains(&x[i])))
-    });
+    let is_inside = load
+        .within
+        .is_none_or(|region| corners.iter().all(|x| (0..3).all(|i| (region.low[i]..=region.high[i]).contains(&x[i]))));
     is_inside && load.on.is_none_or(|face| is_face(scene, face, corners)) && !is_axis(scene, corners)
 }
 

@@ -134,6 +134,10 @@ pub struct EnergyReport {
     pub importer: f64,
     /// What kinetic and stored energy change by when the mesh is exchanged.
     pub remesh: f64,
+    /// Work of the pressures on faces.
+    pub load: f64,
+    /// Work of the damping: negative is dissipated.
+    pub damping: f64,
     /// Change of the discrete energy that no account explains.
     pub closure: f64,
     /// Energy at the start.

@@ -192,7 +192,13 @@ fn read_birth<const D: usize>(sizes: &Sizes, (tick, marks): (Tick, &[u8]), mut b
     let mut references = vec![];
     read_all(&mut corner_mass, sizes.born, &mut bytes);
     read_all(&mut references, sizes.references, &mut bytes);
-    Some(Arc::new(Birth::of(tick, (rest, position), (mass, &held), (elements, corner_mass), (references, marks.to_vec()))?))
+    Some(Arc::new(Birth::of(
+        tick,
+        (rest, position),
+        (mass, &held),
+        (elements, corner_mass),
+        (references, marks.to_vec()),
+    )?))
 }
 
 impl Sizes {
@@ -236,8 +242,7 @@ impl<const D: usize> State<D> {
     }
 
     fn small(&self) -> Vec<u8> {
-        let (born, marks) =
-            self.birth.as_ref().map_or((0, &[][..]), |birth| (birth.tick, birth.mesh.marks.as_slice()));
+        let (born, marks) = self.birth.as_ref().map_or((0, &[][..]), |birth| (birth.tick, birth.mesh.marks.as_slice()));
         let small = (self.sizes(), (self.now, born, marks), &self.bodies, &self.ledger, &self.record);
         postcard::to_stdvec(&small).expect("a state is plain numbers")
     }
