@@ -189,13 +189,14 @@ impl<const D: usize> Gelatin<D> {
         if after.is_nan() || after > MOST_GAINED * before {
             return Err(Refused::Gains { before, after });
         }
-        let potential = &self.engine.gel().potential;
-        let references = history::references((potential, old), moved.position, (&proposal, &new));
-        let references = references.ok_or(Refused::Restless)?;
         let facets = boundary::<D>(&proposal.elements);
         let marks = remesh::marks(&old.mesh, (&facets, &new.rest), &proposal.origin);
-        let Transferred { rest, mass, corner_mass, velocity, held, defects, .. } = new;
-        let mesh = Mesh { rest, elements: proposal.elements, facets, held, marks };
+        let (rest, held) = (new.rest.clone(), new.held.clone());
+        let mesh = Mesh { rest, elements: proposal.elements.clone(), facets, held, marks };
+        let (potential, patches) = (&self.engine.gel().potential, self.recipe.patches(&mesh));
+        let references = history::references((potential, old), moved.position, (&proposal, &new, &patches));
+        let references = references.ok_or(Refused::Restless)?;
+        let Transferred { mass, corner_mass, velocity, defects, .. } = new;
         let tick = self.engine.last_tick();
         let birth = Birth { tick, mesh, position: proposal.position, mass, corner_mass, references };
         Ok(Candidate { birth, velocity, quality, defects })

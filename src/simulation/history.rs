@@ -1,9 +1,10 @@
 //! What the elements of a new mesh were at rest: what their nodes say where that is true, else a deformation between the mean
 //! of the old elements that they are made of and what their nodes say (numerics 4.6).
 
+use super::shared::{shares, stays};
 use crate::algebra::{Tensor, Vector, cofactor, cube_root, det};
-use crate::element::{Reference, Section, Simplices};
-use crate::mesh::ElementId;
+use crate::element::{Potential, Reference, Section, Simplices};
+use crate::mesh::{ElementId, Patches};
 use crate::remesh::{Proposal, Same, Source, Transferred};
 use crate::state::Birth;
 
@@ -62,23 +63,27 @@ impl<const D: usize> Strain<D> {
 pub(super) fn references<const D: usize>(
     (potential, old): (&Simplices<D>, &Birth<D>),
     position: &[Vector<D>],
-    (proposal, new): (&Proposal<D>, &Transferred<D>),
+    (proposal, new, patches): (&Proposal<D>, &Transferred<D>, &Patches),
 ) -> Option<Vec<(ElementId, Reference<D>)>> {
     let mut all = vec![];
+    let shares = shares(potential, position);
+    let stays = stays(potential.patches(), patches, &new.same);
     for (element, same) in (0..).map(ElementId).zip(&new.same) {
-        if let Some(same) = same.filter(|same| !potential.is_compatible(same.element)) {
-            all.push((element, turned(&potential.reference(same.element), same)));
+        let Some(same) = *same else { continue };
+        let share = if stays[element.index()] { 1.0 } else { shares[same.element.index()] };
+        if share != 1.0 || !potential.is_compatible(same.element) {
+            all.push((element, turned(&potential.reference(same.element), same).scaled(share)));
         }
     }
     let mut is_known: Vec<bool> = new.same.iter().map(Option::is_some).collect();
-    let laid = laid((potential, old), new);
+    let laid = laid((potential, old, &shares), new);
     for sources in new.sources.chunk_by(|a, b| a.new == b.new) {
         let element = sources[0].new;
         is_known[element.index()] = true;
         let nodes = &proposal.elements[element.index()];
         let told = Reference::of(&new.rest, nodes);
         let now = Reference::of(&proposal.position, nodes);
-        let mean = Mean::of((potential, old), position, sources).and(laid[element.index()]);
+        let mean = Mean::of((potential, old, &shares), position, sources).and(laid[element.index()]);
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
         }
@@ -92,20 +97,23 @@ pub(super) fn references<const D: usize>(
 }
 
 /// The measure at rest of what was laid down on each new element.
-fn laid<const D: usize>((potential, old): (&Simplices<D>, &Birth<D>), new: &Transferred<D>) -> Vec<f64> {
+fn laid<const D: usize>(from: From<'_, D>, new: &Transferred<D>) -> Vec<f64> {
     let mut laid = vec![0.0; new.same.len()];
     for source in &new.laid {
-        laid[source.new.index()] += rest_of((potential, old), source);
+        laid[source.new.index()] += rest_of(from, source);
     }
     laid
 }
 
+/// The old elements, and what each stands for outside of its patch.
+type From<'a, const D: usize> = (&'a Simplices<D>, &'a Birth<D>, &'a [f64]);
+
 /// The part of an old element at rest that is in a new one.
-fn rest_of<const D: usize>((potential, old): (&Simplices<D>, &Birth<D>), source: &Source) -> f64 {
+fn rest_of<const D: usize>((potential, old, shares): From<'_, D>, source: &Source) -> f64 {
     let whole: f64 = old.corner_mass[source.old.index()].iter().sum();
     let reference = potential.reference(source.old);
     let ring = if potential.section() == Section::Axisymmetric { reference.radius } else { 1.0 };
-    source.mass / whole * measure(&reference.edges) * ring
+    source.mass / whole * measure(&reference.edges) * ring * shares[source.old.index()]
 }
 
 /// The reference of an old element whose nodes may stand in another order now.
@@ -116,13 +124,13 @@ fn turned<const D: usize>(reference: &Reference<D>, same: Same) -> Reference<D> 
 }
 
 impl<const D: usize> Mean<D> {
-    fn of((potential, old): (&Simplices<D>, &Birth<D>), x: &[Vector<D>], sources: &[Source]) -> Self {
+    fn of((potential, old, shares): From<'_, D>, x: &[Vector<D>], sources: &[Source]) -> Self {
         let is_ring = potential.section() == Section::Axisymmetric;
         let (mut strain, mut distortion, mut rest, mut mass) = (Strain::zero(), 0.0, 0.0, 0.0);
         for source in sources {
             let (f, out) = potential.deformation(source.old, x);
             let own = Strain { f, out };
-            rest += rest_of((potential, old), source);
+            rest += rest_of((potential, old, shares), source);
             strain = strain.plus(&own, source.mass);
             distortion += own.distortion() * source.mass;
             mass += source.mass;

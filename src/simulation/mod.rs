@@ -14,6 +14,7 @@ mod rehearsal;
 mod renew;
 mod run;
 mod saved;
+mod shared;
 #[cfg(test)]
 mod trips;
 

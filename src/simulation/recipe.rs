@@ -64,11 +64,15 @@ impl Recipe {
 
     /// The elements of a mesh.
     pub fn simplices<const D: usize>(&self, mesh: &Mesh<D>) -> Simplices<D> {
-        let patches = match self.kind {
+        Simplices::in_patches(mesh, self.patches(mesh), (self.material, self.section))
+    }
+
+    /// Which elements of a mesh share their change of volume.
+    pub fn patches<const D: usize>(&self, mesh: &Mesh<D>) -> Patches {
+        match self.kind {
             ElementKind::Plain => Patches::alone(mesh.elements.len()),
             ElementKind::Patch => Patches::grouped(mesh),
-        };
-        Simplices::in_patches(mesh, patches, (self.material, self.section))
+        }
     }
 
     /// The gel of these elements, the nodes of whose mesh are there when it is new, with these masses.

@@ -5,7 +5,7 @@ use super::history;
 use crate::algebra::{Tensor, Tensor3, Vector, cofactor, det};
 use crate::element::{Answer, DEPTH, Potential, Reference, Section, Simplices};
 use crate::material::NeoHookean;
-use crate::mesh::{Block, ElementId, Mesh, Split, block, boundary, shape_quality, uniform};
+use crate::mesh::{Block, ElementId, Mesh, Patches, Split, block, boundary, shape_quality, uniform};
 use crate::remesh::{self, Acceptance, Books, Carried, Defects, Moved, Proposal, Symmetry};
 use crate::scene::RemeshMethod;
 use crate::state::Birth;
@@ -74,7 +74,9 @@ impl<const D: usize> Gel<D> {
             velocity: &self.velocity,
         };
         let new = remesh::transfer(&moved, &carried, &proposal);
-        let references = history::references((&self.simplices(), &self.birth), &self.position, (&proposal, &new));
+        let patches = Patches::alone(proposal.elements.len());
+        let references =
+            history::references((&self.simplices(), &self.birth), &self.position, (&proposal, &new, &patches));
         let references = references.expect("what elements were at rest");
         let facets = boundary::<D>(&proposal.elements);
         let mesh = Mesh { rest: new.rest, elements: proposal.elements, facets, held: new.held, marks: vec![] };
