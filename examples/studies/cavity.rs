@@ -72,7 +72,7 @@ pub fn study() {
 }
 
 fn row(form: Form, size: f64, is_fixed: bool) {
-    let mut keys = vec![("mesh.size", format!("{size}"))];
+    let mut keys = vec![("mesh.size", format!("{size}")), ("remesh.smallest", format!("{size}"))];
     if is_fixed {
         keys.extend(FIXED.map(|(key, value)| (key, value.to_owned())));
     }
