@@ -63,7 +63,7 @@ pub fn study() {
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for form in [Form::Sphere, Form::Cylinder] {
-        for size in [1.32e-3, 0.66e-3] {
+        for size in [1e-3, 0.5e-3] {
             for fixed in [true, false] {
                 row(form, size, fixed);
             }
@@ -112,7 +112,7 @@ fn pressure(scene: &Scene, time: f64) -> f64 {
 /// A slice of a cylinder two cells high instead, its bore blown up by the pressures of the same stretches.
 fn cylinder(size: f64) -> Vec<(&'static str, String)> {
     let height = 4.0 * size;
-    let stretch = |part: f64| 1.0 + 4.1 * part * part * (3.0 - 2.0 * part);
+    let stretch = |part: f64| 1.0 + 4.5 * part * part * (3.0 - 2.0 * part);
     let point = |i: u32| {
         let part = f64::from(i) / 20.0;
         format!("[{}, {}]", 0.2 * part, Form::Cylinder.pressure(stretch(part)))

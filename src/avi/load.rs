@@ -183,10 +183,18 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.scratch.pushed.iter().flat_map(|pushed| pushed.nodes[..D].iter().copied())
     }
 
+    /// Velocity of a node of a loaded facet before the kicks of this tick, m/s. In the fast form one that was still is not active.
+    fn before_loads(&self, node: NodeId) -> Vector<D> {
+        match self.scratch.carriers.binary_search_by_key(&node, |carrier| carrier.node) {
+            Ok(at) if self.blocks.is_some() => self.scratch.carriers[at].before,
+            _ => self.scratch.before[node.index()],
+        }
+    }
+
     /// Posts the work of the pressures, Σ J·(v⁻ + v⁺)/2, once all velocities of the tick are known.
     pub(super) fn book_loads(&mut self) {
         let work = |(node, impulse): (NodeId, Vector<D>)| {
-            let both = self.velocity_before(node) + self.state.velocity[node.index()];
+            let both = self.before_loads(node) + self.state.velocity[node.index()];
             0.5 * impulse.component_mul(&self.gel.free(node.index())).dot(&both)
         };
         let work: f64 = self.scratch.pushed.iter().flat_map(Pushed::impulses).map(work).sum();

@@ -92,3 +92,72 @@ fn to_segment(p: &Vector3, a: &Vector3, b: &Vector3) -> f64 {
     let share = ((p - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
     if share.is_finite() { (p - (a + along * share)).norm() } else { (p - a).norm() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::square;
+    use super::super::{Moved, Proposal, Rules, immerse, propose, propose_in_space};
+    use super::*;
+    use crate::mesh::{Block, Split, block, boundary, facet_measure, uniform};
+
+    /// Marks the first half of the side of least last coordinate with 1, the side of greatest first coordinate with 2.
+    fn marked<const D: usize>(mut mesh: Mesh<D>) -> Mesh<D> {
+        let all = |facet: &Facet, is_there: &dyn Fn(&Vector<D>) -> bool| {
+            facet[..D].iter().all(|node| is_there(&mesh.rest[node.index()]))
+        };
+        let mark = |facet: &Facet| {
+            u8::from(all(facet, &|x| x[D - 1] == 0.0 && x[0] <= 0.5)) + 2 * u8::from(all(facet, &|x| x[0] == 1.0))
+        };
+        mesh.marks = mesh.facets.iter().map(mark).collect();
+        mesh
+    }
+
+    /// What loads act on, at rest, and what a new mesh makes of it: its measure by load.
+    fn loaded<const D: usize>(old: &Mesh<D>, new: &Proposal<D>) -> [f64; 2] {
+        let rest = |origin: &Origin| match origin {
+            Origin::Kept(node) => old.rest[node.index()],
+            Origin::Surface(nodes, weights) => nodes.iter().zip(weights).map(|(n, w)| old.rest[n.index()] * *w).sum(),
+            Origin::Inside => Vector::<D>::zeros(),
+        };
+        let (facets, rest) = (boundary::<D>(&new.elements), new.origin.iter().map(rest).collect::<Vec<_>>());
+        let marks = marks(old, (&facets, &rest), &new.origin);
+        let sum = |bit: u8| {
+            let own = facets.iter().zip(&marks).filter(|(_, mark)| **mark >> bit & 1 == 1);
+            own.map(|(facet, _)| facet_measure(&rest, facet)).sum()
+        };
+        [0, 1].map(sum)
+    }
+
+    #[test]
+    fn loaded_sides_stay_loaded_and_no_others_in_the_plane() {
+        let mesh = marked(square(12));
+        let position: Vec<_> =
+            mesh.rest.iter().map(|x| Vector::<2>::new(x[0] * (1.0 + 0.3 * x[1]), x[1] + 0.2 * x[0] * x[0])).collect();
+        let old = Moved { mesh: &mesh, position: &position };
+        for size in [0.04, 0.11, 0.3] {
+            let sizes = vec![size; position.len()];
+            let retained = propose(&old, &sizes, &Rules::default()).unwrap();
+            let immersed = immerse(&old, &sizes, &Rules::default()).unwrap().proposal;
+            // An immersed body may lose the tip of a corner.
+            for (new, most) in [(retained, 1e-12), (immersed, 0.01)] {
+                let [half, whole] = loaded(&mesh, &new);
+                assert!((half - 0.5).abs() < 1e-12 && (whole - 1.0).abs() < most, "{size}: {half} {whole}");
+            }
+        }
+    }
+
+    #[test]
+    fn loaded_sides_stay_loaded_and_no_others_in_space() {
+        let planes = std::array::from_fn(|_| uniform(0.0, 1.0, 0.125));
+        let mesh = marked(block::<3>(Block { planes, split: Split::Centred, faces: vec![] }));
+        let position: Vec<_> =
+            mesh.rest.iter().map(|x| Vector3::new(x.x * (1.0 + 0.3 * x.z), x.y, x.z * (1.0 + 0.2 * x.y))).collect();
+        let old = Moved { mesh: &mesh, position: &position };
+        for size in [0.07, 0.12, 0.3] {
+            let new = propose_in_space(&old, &vec![size; position.len()], &Rules::default(), &|x| *x).unwrap();
+            let [half, whole] = loaded(&mesh, &new);
+            assert!((half - 0.5).abs() < 1e-9 && (whole - 1.0).abs() < 1e-9, "{size}: {half} {whole}");
+            assert!(new.elements != mesh.elements || size == 0.12, "{size}: nothing was changed");
+        }
+    }
+}

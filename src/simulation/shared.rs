@@ -43,7 +43,9 @@ pub(super) fn stays(old: &Patches, new: &Patches, same: &[Option<Same>]) -> Vec<
         let first = elements.first().and_then(was);
         let is_whole = first.is_some_and(|patch| old.of(patch).len() == elements.len());
         let together = is_whole && elements.iter().all(|element| was(element) == first);
-        elements.iter().for_each(|element| stays[element.index()] = together);
+        for element in elements {
+            stays[element.index()] = together;
+        }
     }
     stays
 }
