@@ -4,6 +4,7 @@
 //! of every formula at once.
 
 use crate::algebra::Vector3;
+use crate::element::Spent;
 use serde::{Deserialize, Serialize};
 
 /// Energy, momentum and angular momentum that entered (positive) or left through each post since the start.
@@ -38,6 +39,12 @@ pub struct EnergyAccounts {
     pub load: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the damping.
     pub damping: f64,
+    /// −Σ Y Δε_p w of plastic flow.
+    pub plastic: f64,
+    /// −Σ q ΔJ w of bulk viscosity.
+    pub viscous: f64,
+    /// What breaks off has taken along.
+    pub splash: f64,
 }
 
 /// Momentum accounts.
@@ -55,6 +62,8 @@ pub struct MomentumAccounts {
     pub load: Vector3,
     /// Of the damping.
     pub damping: Vector3,
+    /// What breaks off has taken along.
+    pub splash: Vector3,
 }
 
 impl EnergyAccounts {
@@ -70,9 +79,30 @@ impl EnergyAccounts {
         self.accounts().iter().map(|account| account.abs()).sum()
     }
 
-    fn accounts(&self) -> [f64; 9] {
-        let Self { contact, friction, contact_bias, integration, external, importer, remesh, load, damping } = *self;
-        [contact, friction, contact_bias, integration, external, importer, remesh, load, damping]
+    /// Books what a patch has lost; the residual of its step, which is made of what it stores, has that, too.
+    pub fn lose(&mut self, spent: &Spent) {
+        self.plastic -= spent.plastic;
+        self.viscous -= spent.viscous;
+        self.integration += spent.plastic + spent.viscous;
+    }
+
+    fn accounts(&self) -> [f64; 12] {
+        let Self { contact, friction, contact_bias, integration, external, importer, .. } = *self;
+        let Self { remesh, load, damping, plastic, viscous, splash, .. } = *self;
+        [
+            contact,
+            friction,
+            contact_bias,
+            integration,
+            external,
+            importer,
+            remesh,
+            load,
+            damping,
+            plastic,
+            viscous,
+            splash,
+        ]
     }
 }
 
@@ -89,8 +119,8 @@ impl MomentumAccounts {
         self.accounts().iter().map(Vector3::norm).sum()
     }
 
-    fn accounts(&self) -> [Vector3; 6] {
-        let Self { restraint, external, importer, remesh, load, damping } = *self;
-        [restraint, external, importer, remesh, load, damping]
+    fn accounts(&self) -> [Vector3; 7] {
+        let Self { restraint, external, importer, remesh, load, damping, splash } = *self;
+        [restraint, external, importer, remesh, load, damping, splash]
     }
 }

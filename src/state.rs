@@ -2,6 +2,7 @@
 
 use crate::algebra::{Vector, Vector3};
 use crate::contact::BodyState;
+use crate::element::Memory;
 use crate::ledger::Ledger;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -33,6 +34,8 @@ pub struct State<const D: usize> {
     pub clocks: Vec<Clock>,
     /// Last and next tick of each group of the queue; the bins need none: their groups fire on the multiples of their steps.
     pub alarms: Vec<Alarm>,
+    /// What elements remember, by element; nothing of those that do not.
+    pub memory: Vec<Memory<D>>,
     /// The mesh, unless it is that of the start.
     pub birth: Option<Arc<Birth<D>>>,
     /// The last tick that was processed.
@@ -78,6 +81,8 @@ pub struct Record {
     pub updates: u64,
     /// Exchanges of the mesh.
     pub remeshes: u64,
+    /// Mass of what has broken off, kg.
+    pub splashed: f64,
     /// Smallest J.
     pub min_jacobian: f64,
     /// Whether a facet was so deep in a body at the last tick that the mesh is worn.
@@ -119,6 +124,7 @@ impl Record {
         Self {
             updates: 0,
             remeshes: 0,
+            splashed: 0.0,
             min_jacobian: 1.0,
             stretched: false,
             synchronous: (f64::INFINITY, 0, 0.0),
@@ -154,6 +160,8 @@ pub struct Sizes {
     pub groups: usize,
     /// Groups of the queue.
     pub alarms: usize,
+    /// Elements that remember.
+    pub memories: usize,
     /// Bodies.
     pub bodies: usize,
     /// Elements of a mesh that is not that of the start.
@@ -173,6 +181,7 @@ impl<const D: usize> State<D> {
             stiffness: vec![],
             clocks: vec![],
             alarms: vec![],
+            memory: vec![],
             birth: None,
             now: None,
             bodies: vec![],
@@ -200,6 +209,8 @@ impl<const D: usize> State<D> {
         )?;
         let begun = self.now.is_some();
         holds(each(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element stands still")?;
+        let memories = self.memory.len() == sizes.memories && self.memory.iter().all(Memory::is_valid);
+        holds(memories, "what an element remembers is missing or no number")?;
         holds(self.bodies.iter().all(BodyState::is_valid), "a number of a body is none")?;
         let ticks = self
             .clocks
@@ -222,13 +233,15 @@ impl<const D: usize> Clone for State<D> {
     }
 
     fn clone_from(&mut self, from: &Self) {
-        let Self { position, velocity, excess, stiffness, clocks, alarms, birth, now, bodies, ledger, record } = from;
+        let Self { position, velocity, excess, stiffness, clocks, alarms, memory, birth, now, bodies, ledger, record } =
+            from;
         self.position.clone_from(position);
         self.velocity.clone_from(velocity);
         self.excess.clone_from(excess);
         self.stiffness.clone_from(stiffness);
         self.clocks.clone_from(clocks);
         self.alarms.clone_from(alarms);
+        self.memory.clone_from(memory);
         self.birth.clone_from(birth);
         self.bodies.clone_from(bodies);
         self.record.clone_from(record);
@@ -242,9 +255,10 @@ impl Clone for Record {
     }
 
     fn clone_from(&mut self, from: &Self) {
-        let Self { updates, remeshes, min_jacobian, stretched, synchronous, pressed, contacts } = from;
+        let Self { updates, remeshes, splashed, min_jacobian, stretched, synchronous, pressed, contacts } = from;
         self.contacts.clone_from(contacts);
-        (self.updates, self.remeshes, self.pressed) = (*updates, *remeshes, *pressed);
+        (self.updates, self.remeshes, self.splashed) = (*updates, *remeshes, *splashed);
+        self.pressed = *pressed;
         (self.min_jacobian, self.stretched, self.synchronous) = (*min_jacobian, *stretched, *synchronous);
     }
 }

@@ -255,8 +255,12 @@ fn the_builtin_scenes_are_the_promised_ones_and_the_first_is_the_default() {
     let graded = ["sphere-graded-4", "sphere-graded-8", "sphere-graded-16"];
     assert_eq!(
         names,
-        [["sphere-block", "sphere-deep", "ball-bounce", "cavity-exact", "ball-square", "l-beam"].as_slice(), &graded]
-            .concat()
+        [
+            ["sphere-block", "sphere-deep", "ball-bounce", "cavity-exact", "ball-square", "fbi-bb", "l-beam"]
+                .as_slice(),
+            &graded
+        ]
+        .concat()
     );
     assert_eq!(scene::builtin("sphere"), None);
 }

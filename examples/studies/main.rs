@@ -8,6 +8,7 @@ mod deep;
 mod deepest;
 mod extremes;
 mod fast_ball;
+mod fbi_bb;
 mod gain;
 mod impacts;
 mod l_beam;
@@ -44,6 +45,11 @@ const STUDIES: [Study; 13] = [
     ("deep", "sphere-deep by mesh size: a ball of 20 m/s in space, its mesh exchanged", deep::study),
     ("remesh", "ball-square by speed and mesh size, on a fixed mesh and on meshes that are exchanged", remesh::study),
     ("thousand", "ball-square with a thousand exchanges of its mesh in a row, by both methods", thousand::study),
+    (
+        "fbi-bb",
+        "the calibration shot: trajectory, depth, forces, energy, by mesh size, grading and speed",
+        fbi_bb::study,
+    ),
     ("extremes", "masses, speeds, a second of rest, and a body inside the gel", extremes::study),
 ];
 

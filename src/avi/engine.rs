@@ -121,14 +121,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         (gel, rules): (Gel<D, P>, Rules),
         bodies: Vec<(Body, BodyState)>,
         nodes: Vec<(Vector<D>, Vector<D>)>,
-        passage: Passage,
+        passage: Passage<D>,
     ) -> Result<Self, NoStep> {
         assert!(!bodies.is_empty(), "there is a body, if only one that touches nothing");
         let (position, velocity): (Vec<_>, Vec<_>) = nodes.into_iter().unzip();
         let (bodies, at): (Vec<_>, Vec<_>) = bodies.into_iter().unzip();
-        let measured = gel.measure(&position);
+        let Passage { tick: origin, grid, ledger, mut record, start, memory } = passage;
+        let memory = memory.unwrap_or_else(|| gel.fresh_memory());
+        let measured = gel.measure(&position, &memory);
         let steps = super::pace::stable_steps(&gel, &measured.stiffness, rules.cfl);
-        let Passage { tick: origin, grid, ledger, mut record, start } = passage;
         let (grid, step) = grid_of(&steps, grid)?;
         record.synchronous = (step, origin, record.synchronous.2);
         let order = order(&gel, &rules, |element| grid.ticks(steps[element.index()]));
@@ -140,6 +141,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             birth: None,
             now: None,
             bodies: at,
+            memory,
             ledger,
             record,
             position,
@@ -253,6 +255,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             slots: self.order.n_slots(),
             groups: self.order.n_groups(),
             alarms: self.rules.schedule.alarms(self.order.n_groups()),
+            memories: self.gel.fresh_memory().len(),
             bodies: self.bodies.len(),
             born: state.birth.as_ref().map_or(0, |birth| birth.mesh.elements.len()),
             references: state.birth.as_ref().map_or(0, |birth| birth.references.len()),

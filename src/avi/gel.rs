@@ -1,6 +1,6 @@
 use super::Loads;
 use crate::algebra::Vector;
-use crate::element::{Answer, DEPTH, Potential};
+use crate::element::{Answer, DEPTH, Memory, Potential};
 use crate::mesh::{ElementId, Facet, Incidence, NodeId};
 
 /// What the engine steps and what does not change while it does: energy, masses, held directions, surface.
@@ -94,21 +94,27 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
         self.held[node] == 0
     }
 
-    /// What the elements answer at these positions.
     /// The stored energy of nodes at these positions, J.
     #[must_use]
-    pub fn stored_energy(&self, x: &[Vector<D>]) -> f64 {
-        let energy = self.measure(x).energy;
+    pub fn stored_energy(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> f64 {
+        let energy = self.measure(x, memory).energy;
         crate::algebra::ordered_sum(energy.len(), 0.0, |patch| energy[patch])
     }
 
-    pub(super) fn measure(&self, x: &[Vector<D>]) -> Measured {
+    /// What elements that have not moved since they were made remember.
+    #[must_use]
+    pub fn fresh_memory(&self) -> Vec<Memory<D>> {
+        vec![Memory::default(); if self.potential.remembers() { self.potential.len() } else { 0 }]
+    }
+
+    /// What the elements answer at these positions.
+    pub(super) fn measure(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
         let patches = self.potential.patches();
         let n = self.potential.len();
         let mut measured = Measured { stiffness: vec![0.0; n], jacobian: vec![1.0; n], energy: vec![] };
         for patch in 0..patches.len() {
             let mut answers = [Answer::default(); DEPTH];
-            measured.energy.push(self.potential.evaluate(patch, x, &mut answers));
+            measured.energy.push(self.potential.evaluate(patch, x, memory, &mut answers));
             for (element, answer) in patches.of(patch).iter().zip(&answers) {
                 measured.stiffness[element.index()] = answer.stiffness;
                 measured.jacobian[element.index()] = answer.jacobian;

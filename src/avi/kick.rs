@@ -89,7 +89,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
             let more = ahead as f64 - behind as f64;
             answers.clear();
-            self.evaluate_group(group as usize, &mut answers);
+            self.evaluate_group((group as usize, 0.0), &mut answers);
             for (element, answer) in &answers {
                 work += self.kick_more((*element, answer), 0.5 * more * self.grid.time(1));
             }

@@ -8,6 +8,8 @@ use super::engine::Engine;
 use super::kick::Taken;
 use super::nodes::NodeSums;
 use super::pace::nodal_limit;
+use super::phase::Phase;
+use super::schedule::Kind;
 use crate::algebra::embed;
 use crate::contact::Law;
 use crate::element::{Answer, DEPTH, GroupAnswer, Potential};
@@ -51,13 +53,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Forces of the firing groups.
-    pub(super) fn evaluate(&mut self) {
+    pub(super) fn evaluate(&mut self, tick: Tick) {
         let mut answers = std::mem::take(&mut self.scratch.reference);
         answers.elements.clear();
         answers.groups.clear();
         for i in 0..self.scratch.due.len() {
             let (group, first) = (self.scratch.due[i] as usize, answers.elements.len());
-            self.scratch.answers[group] = self.evaluate_group(group, &mut answers.elements);
+            self.scratch.answers[group] =
+                self.evaluate_group((group, self.elapsed(group, tick)), &mut answers.elements);
             answers.groups.push(first..answers.elements.len());
             for (element, answer) in &answers.elements[first..] {
                 self.state.stiffness[self.order.slot(*element)] = answer.stiffness;
@@ -66,12 +69,30 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.scratch.reference = answers;
     }
 
-    /// What a group answers where its nodes are; what its elements answer goes to the end of `elements`.
-    pub(super) fn evaluate_group(&self, group: usize, elements: &mut Vec<(ElementId, Answer<D>)>) -> GroupAnswer {
+    /// How long ago a group that fires at this tick has fired last, s.
+    fn elapsed(&self, group: usize, tick: Tick) -> f64 {
+        let elapsed = match self.rules.schedule {
+            _ if self.phase == Phase::First => 0,
+            Kind::Queue => tick - self.state.alarms[group].last,
+            Kind::Bins | Kind::Global => self.moment(tick).behind(self.state.clocks[group].step),
+        };
+        self.grid.time(elapsed)
+    }
+
+    /// What a group answers where its nodes are, so long after it has fired last; what its elements answer goes to the end of
+    /// `elements`, and what they lose to the books.
+    pub(super) fn evaluate_group(
+        &mut self,
+        (group, elapsed): (usize, f64),
+        elements: &mut Vec<(ElementId, Answer<D>)>,
+    ) -> GroupAnswer {
         let mut sum = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
         for patch in self.order.patches(group) {
             let mut answers = [Answer::default(); DEPTH];
-            sum.energy += self.gel.potential.evaluate(*patch as usize, &self.state.position, &mut answers);
+            let remembered = (elapsed, self.state.memory.as_mut_slice());
+            let spent = self.gel.potential.advance(*patch as usize, &self.state.position, remembered, &mut answers);
+            sum.energy += spent.energy;
+            self.state.ledger.energy.lose(&spent);
             for (element, answer) in self.gel.potential.patches().of(*patch as usize).iter().zip(&answers) {
                 let place = self.order.slot(*element) % self.order.width();
                 sum.least_jacobian = sum.least_jacobian.min(answer.jacobian);

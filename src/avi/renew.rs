@@ -5,7 +5,7 @@ use super::phase::Phase;
 use super::{Gel, Kind, Pool, StepError, TickGrid};
 use crate::algebra::Vector;
 use crate::contact::{Body, BodyState};
-use crate::element::Potential;
+use crate::element::{Memory, Potential};
 use crate::ledger::Ledger;
 use crate::mesh::{ElementId, NodeId, Simplex, shape_quality};
 use crate::state::{Birth, Clock, Record, Tick};
@@ -45,18 +45,27 @@ const HALF_WORN: f64 = 0.7;
 const STRETCHED_LIFE: Tick = 200;
 
 /// What goes on from one mesh to the next.
-pub(super) struct Passage {
+pub(super) struct Passage<const D: usize> {
     pub tick: Tick,
     pub grid: Option<TickGrid>,
     pub ledger: Ledger,
     pub record: Record,
     pub start: Option<Start>,
+    /// What the elements remember, if not nothing.
+    pub memory: Option<Vec<Memory<D>>>,
 }
 
-impl Passage {
+impl<const D: usize> Passage<D> {
     /// Nothing: the mesh is the first one.
     pub fn begin(n_bodies: usize) -> Self {
-        Self { tick: 0, grid: None, ledger: Ledger::default(), record: Record::new(n_bodies), start: None }
+        Self {
+            tick: 0,
+            grid: None,
+            ledger: Ledger::default(),
+            record: Record::new(n_bodies),
+            start: None,
+            memory: None,
+        }
     }
 }
 
@@ -156,11 +165,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// [`NoStep`] if a step of the new mesh is no number or shorter than a tick; this engine keeps all it has then.
     pub fn renewed(
         &mut self,
-        gel: Gel<D, P>,
+        (gel, memory): (Gel<D, P>, Option<Vec<Memory<D>>>),
         nodes: Vec<(Vector<D>, Vector<D>)>,
         birth: Option<Arc<Birth<D>>>,
     ) -> Result<Self, NoStep> {
-        let mut new = self.followed(gel, nodes, self.last_tick())?;
+        let mut new = self.followed((gel, memory), nodes, self.last_tick())?;
         let (was, now) =
             (Start::of(&self.gel, &self.bodies, &self.state), Start::of(&new.gel, &new.bodies, &new.state));
         let ledger = &mut new.state.ledger;
@@ -184,7 +193,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         birth: Option<Arc<Birth<D>>>,
     ) -> Result<Self, NoStep> {
         let nodes = position.iter().map(|x| (*x, Vector::<D>::zeros())).collect();
-        let mut other = self.followed(gel, nodes, birth.as_ref().map_or(0, |birth| birth.tick))?;
+        let mut other = self.followed((gel, None), nodes, birth.as_ref().map_or(0, |birth| birth.tick))?;
         other.state.birth = birth;
         Ok(other)
     }
@@ -195,12 +204,22 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.state.record.remeshes += 1;
     }
 
+    /// Counts mass that has broken off, kg.
+    pub fn count_drops(&mut self, mass: f64) {
+        self.state.record.splashed += mass;
+    }
+
     /// Its threads, for another engine.
     pub fn take_pool(&mut self) -> Option<Pool> {
         self.pool.take()
     }
 
-    fn followed(&self, gel: Gel<D, P>, nodes: Vec<(Vector<D>, Vector<D>)>, tick: Tick) -> Result<Self, NoStep> {
+    fn followed(
+        &self,
+        (gel, memory): (Gel<D, P>, Option<Vec<Memory<D>>>),
+        nodes: Vec<(Vector<D>, Vector<D>)>,
+        tick: Tick,
+    ) -> Result<Self, NoStep> {
         let bodies: Vec<(Body, BodyState)> =
             self.bodies.iter().cloned().zip(self.state.bodies.iter().copied()).collect();
         let passage = Passage {
@@ -209,6 +228,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             ledger: self.state.ledger,
             record: self.state.record.clone(),
             start: Some(*self.start()),
+            memory,
         };
         let mut new = Self::assemble((gel, self.rules), bodies, nodes, passage)?;
         new.ends.clone_from(&self.ends);

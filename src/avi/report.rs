@@ -164,7 +164,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     #[must_use]
     pub fn measure_at(&self, t: f64) -> Measured {
         let x: Vec<Vector<D>> = (0..self.gel.mass.len() as u32).map(|a| self.position_at(NodeId(a), t)).collect();
-        self.gel.measure(&x)
+        self.gel.measure(&x, &self.state.memory)
     }
 
     /// Bytes that a gel of this size takes in the engine: elements, nodes, state and what is derived from it.

@@ -168,7 +168,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.find_due(tick);
             self.find_steps_behind(tick);
             self.drift(tick);
-            return self.evaluate();
+            return self.evaluate(tick);
         };
         let sweep = Sweep {
             moment,

@@ -1,5 +1,6 @@
 //! Potential energies made of elements, in patches that share a volume change: what the integrator steps.
 
+mod flow;
 mod lanes;
 mod pressure;
 mod shuffle;
@@ -8,6 +9,7 @@ mod simplices;
 use crate::algebra::Vector;
 use crate::mesh::{ElementId, NodeId, Patches};
 
+pub use flow::{Memory, Spent};
 pub use lanes::{Accumulated, Batch, DEPTH, GroupAnswer, LANES, Lanes, Local, MOST_LOCAL_NODES, Row};
 pub use pressure::{Push, push};
 pub use simplices::{Reference, Section, Simplices};
@@ -44,8 +46,23 @@ pub trait Potential<const D: usize>: Send + Sync {
     fn nodes(&self, element: ElementId) -> &[NodeId];
     /// Which elements share an energy, at most [`DEPTH`] each.
     fn patches(&self) -> &Patches;
-    /// Energy of a patch at the positions `x` of all nodes, J; `answers` receives what its elements answer, in their order.
-    fn evaluate(&self, patch: usize, x: &[Vector<D>], answers: &mut [Answer<D>; DEPTH]) -> f64;
+    /// Energy of a patch at the positions `x` of all nodes, J; `answers` receives what its elements answer, in their order. `memory`
+    /// is what all elements remember, of a potential whose elements do.
+    fn evaluate(&self, patch: usize, x: &[Vector<D>], memory: &[Memory<D>], answers: &mut [Answer<D>; DEPTH]) -> f64;
+    /// The same at the next own tick of the patch, `step` s after the last: what it remembers goes on.
+    fn advance(
+        &self,
+        patch: usize,
+        x: &[Vector<D>],
+        (_, memory): (f64, &mut [Memory<D>]),
+        answers: &mut [Answer<D>; DEPTH],
+    ) -> Spent {
+        Spent { energy: self.evaluate(patch, x, memory, answers), ..Spent::default() }
+    }
+    /// Whether its elements remember how they have come where they are.
+    fn remembers(&self) -> bool {
+        false
+    }
     /// Whether an element is crushed beyond what its material law means (below the continuation).
     fn is_crushed(&self, jacobian: f64) -> bool;
     /// Area or volume of an element with its nodes there, as a part of what it is at rest; of a potential that has meshes.

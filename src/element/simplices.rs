@@ -1,6 +1,6 @@
-use super::{Answer, DEPTH, Lanes, MAX_NODES, Potential};
+use super::{Answer, DEPTH, Lanes, MAX_NODES, Memory, Potential, Spent};
 use crate::algebra::{Tensor, Vector, cofactor, det};
-use crate::material::{NeoHookean, Volumetric};
+use crate::material::{Material, NeoHookean, Volumetric};
 use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex, edges};
 
 /// What the gel's plane or space stands for.
@@ -37,8 +37,8 @@ pub enum Section {
 /// This is the reference: one element after the other, its gradients found anew. [`Lanes`] is the fast form.
 #[derive(Debug, Clone)]
 pub struct Simplices<const D: usize> {
-    material: NeoHookean,
-    section: Section,
+    material: Material,
+    pub(super) section: Section,
     elements: Vec<Simplex>,
     rest: Vec<Vector<D>>,
     /// Of the elements that are not what their nodes say; empty if there are none.
@@ -57,12 +57,12 @@ pub struct Reference<const D: usize> {
 }
 
 /// An element at rest.
-struct Element<const D: usize> {
-    gradients: [Vector<D>; MAX_NODES],
+pub(super) struct Element<const D: usize> {
+    pub gradients: [Vector<D>; MAX_NODES],
     /// w, rest volume, m³.
-    volume: f64,
+    pub volume: f64,
     /// 1/(3R̄) of a ring, 0 otherwise, 1/m.
-    hoop: f64,
+    pub hoop: f64,
     /// Σ_a |∇N_a|², extended for a ring, 1/m².
     spread: f64,
     /// F and λ where its nodes are at rest: 1 if they say what it is.
@@ -71,17 +71,17 @@ struct Element<const D: usize> {
 
 /// F, λ and J of an element.
 #[derive(Clone, Copy)]
-struct Strain<const D: usize> {
-    f: Tensor<D>,
-    cofactor: Tensor<D>,
+pub(super) struct Strain<const D: usize> {
+    pub f: Tensor<D>,
+    pub cofactor: Tensor<D>,
     /// λ, stretch out of the plane.
-    out: f64,
+    pub out: f64,
     /// det F in the plane or in space.
-    inner: f64,
+    pub inner: f64,
 }
 
 impl<const D: usize> Strain<D> {
-    fn jacobian(&self) -> f64 {
+    pub fn jacobian(&self) -> f64 {
         self.inner * self.out
     }
 }
@@ -89,8 +89,8 @@ impl<const D: usize> Strain<D> {
 impl<const D: usize> Simplices<D> {
     /// The elements of a mesh, each by itself.
     #[must_use]
-    pub fn new(mesh: &Mesh<D>, material: NeoHookean, section: Section) -> Self {
-        Self::in_patches(mesh, Patches::alone(mesh.elements.len()), (material, section))
+    pub fn new(mesh: &Mesh<D>, material: impl Into<Material>, section: Section) -> Self {
+        Self::in_patches(mesh, Patches::alone(mesh.elements.len()), (material.into(), section))
     }
 
     /// The elements of a mesh, those of a patch with one volume change.
@@ -98,10 +98,10 @@ impl<const D: usize> Simplices<D> {
     /// # Panics
     /// If a patch has more than [`DEPTH`] elements.
     #[must_use]
-    pub fn in_patches(mesh: &Mesh<D>, patches: Patches, (material, section): (NeoHookean, Section)) -> Self {
+    pub fn in_patches(mesh: &Mesh<D>, patches: Patches, (material, section): (impl Into<Material>, Section)) -> Self {
         assert!(patches.largest() <= DEPTH, "a patch has at most {DEPTH} elements");
         let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
-        Self { material, section, elements, rest, references: vec![], patches }
+        Self { material: material.into(), section, elements, rest, references: vec![], patches }
     }
 
     /// The same where some elements are at rest what these say, not what their nodes do.
@@ -176,7 +176,7 @@ impl<const D: usize> Simplices<D> {
         self.element(element).volume
     }
 
-    fn element(&self, id: ElementId) -> Element<D> {
+    pub(super) fn element(&self, id: ElementId) -> Element<D> {
         let nodes = &self.elements[id.index()];
         let element = Element::new(&self.reference(id), self.section);
         if self.is_compatible(id) {
@@ -187,7 +187,7 @@ impl<const D: usize> Simplices<D> {
         Element { base: (told.edges * inverse, told.radius * 3.0 * element.hoop), ..element }
     }
 
-    fn strain(&self, (id, element): (ElementId, &Element<D>), x: &[Vector<D>]) -> Strain<D> {
+    pub(super) fn strain(&self, (id, element): (ElementId, &Element<D>), x: &[Vector<D>]) -> Strain<D> {
         let moved = |node: &NodeId| x[node.index()] - self.rest[node.index()];
         let nodes = self.nodes(id);
         let first = moved(&nodes[0]);
@@ -202,7 +202,7 @@ impl<const D: usize> Simplices<D> {
         Strain { f, cofactor: cofactor(&f), out, inner: det(&f) }
     }
 
-    fn stiffness(&self, element: &Element<D>, strain: &Strain<D>, u: Volumetric) -> f64 {
+    fn stiffness(&self, mu: f64, (element, strain): (&Element<D>, &Strain<D>), u: Volumetric) -> f64 {
         let s = match self.section {
             Section::Planar { .. } => 1.0,
             Section::Spatial => (2.0 * strain.f.norm_squared()).sqrt(),
@@ -216,12 +216,10 @@ impl<const D: usize> Simplices<D> {
                 b.norm_squared()
             })
             .sum();
-        let mu = self.material.shear_modulus();
         element.volume * ((mu + u.slope.abs() * s) * element.spread + u.curvature * volumetric)
     }
 
-    fn answer(&self, element: &Element<D>, strain: &Strain<D>, u: Volumetric) -> Answer<D> {
-        let mu = self.material.shear_modulus();
+    fn answer(&self, mu: f64, (element, strain): (&Element<D>, &Strain<D>), u: Volumetric) -> Answer<D> {
         let p = strain.f * mu + strain.cofactor * (u.slope * strain.out);
         let hoop = (mu * strain.out + u.slope * strain.inner) * element.hoop;
         let mut forces = [Vector::zeros(); MAX_NODES];
@@ -229,14 +227,50 @@ impl<const D: usize> Simplices<D> {
             *force = p * gradient * -element.volume;
             force[0] -= element.volume * hoop;
         }
-        Answer { forces, stiffness: self.stiffness(element, strain, u), jacobian: strain.jacobian() }
+        Answer { forces, stiffness: self.stiffness(mu, (element, strain), u), jacobian: strain.jacobian() }
     }
 
-    /// μ/2 (|F|² − 3), J/m³.
-    fn shape_energy(&self, strain: &Strain<D>) -> f64 {
-        let out_of_plane = if D == 2 { strain.out * strain.out } else { 0.0 };
-        0.5 * self.material.shear_modulus() * (strain.f.norm_squared() + out_of_plane - 3.0)
+    /// Energy of a patch of an elastic gel, and what its elements answer.
+    fn stretch(&self, gel: &NeoHookean, ids: &[ElementId], x: &[Vector<D>], answers: &mut [Answer<D>; DEPTH]) -> f64 {
+        let mu = gel.shear_modulus();
+        let strained = |id: &ElementId| {
+            let element = self.element(*id);
+            let strain = self.strain((*id, &element), x);
+            (element, strain)
+        };
+        if let [id] = ids {
+            let (element, strain) = strained(id);
+            let u = gel.volumetric(strain.jacobian());
+            let safe = Volumetric { curvature: u.curvature.max(0.0), ..u };
+            answers[0] = self.answer(mu, (&element, &strain), safe);
+            return element.volume * (shape_energy(mu, &strain) + u.energy);
+        }
+        let sums = ids.iter().map(strained).fold((0.0, 0.0), |(volume, now), (element, strain)| {
+            (volume + element.volume, now + element.volume * strain.jacobian())
+        });
+        let shared = gel.shared(sums.1 / sums.0);
+        let mut energy = sums.0 * shared.energy;
+        for (id, answer) in ids.iter().zip(answers) {
+            let (element, strain) = strained(id);
+            let own = gel.own(strain.jacobian());
+            let curvature = own.curvature.max(0.0) + shared.curvature.max(0.0);
+            let both = Volumetric { energy: 0.0, slope: own.slope + shared.slope, curvature };
+            *answer = self.answer(mu, (&element, &strain), both);
+            energy += element.volume * (shape_energy(mu, &strain) + own.energy);
+        }
+        energy
     }
+}
+
+/// μ/2 (|F|² − 3), J/m³.
+fn shape_energy<const D: usize>(mu: f64, strain: &Strain<D>) -> f64 {
+    let out_of_plane = if D == 2 { strain.out * strain.out } else { 0.0 };
+    0.5 * mu * (strain.f.norm_squared() + out_of_plane - 3.0)
+}
+
+/// What the elements of a patch remember.
+fn recalled<const D: usize>(memory: &[Memory<D>], ids: &[ElementId]) -> [Memory<D>; DEPTH] {
+    std::array::from_fn(|k| ids.get(k).map_or_else(Memory::default, |id| memory[id.index()]))
 }
 
 /// Sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|.
@@ -294,33 +328,35 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         &self.patches
     }
 
-    fn evaluate(&self, patch: usize, x: &[Vector<D>], answers: &mut [Answer<D>; DEPTH]) -> f64 {
+    fn evaluate(&self, patch: usize, x: &[Vector<D>], memory: &[Memory<D>], answers: &mut [Answer<D>; DEPTH]) -> f64 {
         let ids = self.patches.of(patch);
-        let strained = |id: &ElementId| {
-            let element = self.element(*id);
-            let strain = self.strain((*id, &element), x);
-            (element, strain)
-        };
-        if let [id] = ids {
-            let (element, strain) = strained(id);
-            let u = self.material.volumetric(strain.jacobian());
-            answers[0] = self.answer(&element, &strain, Volumetric { curvature: u.curvature.max(0.0), ..u });
-            return element.volume * (self.shape_energy(&strain) + u.energy);
+        match &self.material {
+            Material::NeoHookean(gel) => self.stretch(gel, ids, x, answers),
+            Material::Flowing(gel) => self.flow(gel, ids, x, (0.0, &mut recalled(memory, ids)), answers).energy,
         }
-        let sums = ids.iter().map(strained).fold((0.0, 0.0), |(volume, now), (element, strain)| {
-            (volume + element.volume, now + element.volume * strain.jacobian())
-        });
-        let shared = self.material.shared(sums.1 / sums.0);
-        let mut energy = sums.0 * shared.energy;
-        for (id, answer) in ids.iter().zip(answers) {
-            let (element, strain) = strained(id);
-            let own = self.material.own(strain.jacobian());
-            let curvature = own.curvature.max(0.0) + shared.curvature.max(0.0);
-            *answer =
-                self.answer(&element, &strain, Volumetric { energy: 0.0, slope: own.slope + shared.slope, curvature });
-            energy += element.volume * (self.shape_energy(&strain) + own.energy);
+    }
+
+    fn advance(
+        &self,
+        patch: usize,
+        x: &[Vector<D>],
+        (step, memory): (f64, &mut [Memory<D>]),
+        answers: &mut [Answer<D>; DEPTH],
+    ) -> Spent {
+        let ids = self.patches.of(patch);
+        match &self.material {
+            Material::NeoHookean(gel) => Spent { energy: self.stretch(gel, ids, x, answers), ..Spent::default() },
+            Material::Flowing(gel) => {
+                let mut own = recalled(memory, ids);
+                let spent = self.flow(gel, ids, x, (step, &mut own), answers);
+                ids.iter().zip(own).for_each(|(id, own)| memory[id.index()] = own);
+                spent
+            }
         }
-        energy
+    }
+
+    fn remembers(&self) -> bool {
+        matches!(self.material, Material::Flowing(_))
     }
 
     fn is_crushed(&self, jacobian: f64) -> bool {
@@ -328,8 +364,9 @@ impl<const D: usize> Potential<D> for Simplices<D> {
     }
 
     fn compression(&self, element: ElementId, corners: &[Vector<D>; MAX_NODES]) -> f64 {
-        let now = Reference::of(corners, &[0, 1, 2, 3].map(NodeId));
-        det(&now.edges) / det(&self.reference(element).edges)
+        let (now, rest) = (Reference::of(corners, &[0, 1, 2, 3].map(NodeId)), self.reference(element));
+        let ring = self.remembers() && self.section == Section::Axisymmetric;
+        det(&now.edges) / det(&rest.edges) * if ring { now.radius / rest.radius } else { 1.0 }
     }
 
     fn rest(&self) -> &[Vector<D>] {
@@ -337,7 +374,8 @@ impl<const D: usize> Potential<D> for Simplices<D> {
     }
 
     fn lanes(&self, slots: &[Option<ElementId>], depth: usize, local: &[[u16; MAX_NODES]]) -> Option<Lanes<D>> {
-        let mut lanes = Lanes::empty(slots.len(), depth, (self.material, self.section));
+        let Material::NeoHookean(gel) = self.material else { return None };
+        let mut lanes = Lanes::empty(slots.len(), depth, (gel, self.section));
         for (slot, (id, nodes)) in slots.iter().zip(local).enumerate() {
             let Some(id) = id else { continue };
             let element = self.element(*id);
@@ -377,7 +415,7 @@ mod tests {
 
     fn forces<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>]) -> (f64, Answer<D>) {
         let mut answers = [Answer::default(); DEPTH];
-        let energy = simplices.evaluate(0, x, &mut answers);
+        let energy = simplices.evaluate(0, x, &[], &mut answers);
         (energy, answers[0])
     }
 

@@ -1,5 +1,82 @@
 //! Material models: stored energy, stress and stiffness bound, one file each.
 
 mod neo_hookean;
+mod pressure;
+mod strength;
+mod viscosity;
 
 pub use neo_hookean::{NeoHookean, Volumetric};
+pub use pressure::EquationOfState;
+pub use strength::{Returned, Strength};
+pub use viscosity::BulkViscosity;
+
+/// What a gel is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Material {
+    /// Elastic at every strain and rate.
+    NeoHookean(NeoHookean),
+    /// Elastic up to a strength that depends on the rate, then it flows.
+    Flowing(Flowing),
+}
+
+/// A gel that flows: neo-Hookean in shear, pressure by an equation of state, a strength, bulk viscosity (numerics A16, 5b).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Flowing {
+    /// μ, Pa; 0 of a fluid.
+    pub shear_modulus: f64,
+    /// Pressure of a change of volume.
+    pub state: EquationOfState,
+    /// What it bears in shear; none of one that never flows.
+    pub strength: Option<Strength>,
+    /// What spreads shocks over elements and damps their ringing.
+    pub viscosity: BulkViscosity,
+    /// ρ at rest, kg/m³.
+    pub density: f64,
+}
+
+impl Flowing {
+    /// Part of the shear modulus with which elements of a patch resist that one of them gives its volume to another: without it an
+    /// element in a splash is turned inside out while its patch keeps its volume (numerics A16).
+    pub const SHARING: f64 = 0.4;
+
+    /// Speed of the pressure wave at rest without shear, √(K/ρ), m/s.
+    #[must_use]
+    pub fn sound_speed(&self) -> f64 {
+        (self.state.bulk_modulus() / self.density).sqrt()
+    }
+
+    /// −k ln J of each element of a patch, k = [`Self::SHARING`] μ.
+    #[must_use]
+    pub fn own(&self, j: f64) -> Volumetric {
+        pressure::logarithmic(-Self::SHARING * self.shear_modulus, j)
+    }
+
+    /// U(J̄) + k ln J̄ of a patch: with what its elements have of their own never negative, and nothing more where all J are J̄.
+    #[must_use]
+    pub fn shared(&self, mean: f64) -> Volumetric {
+        let (state, own) =
+            (self.state.volumetric(mean), pressure::logarithmic(Self::SHARING * self.shear_modulus, mean));
+        Volumetric {
+            energy: state.energy + own.energy,
+            slope: state.slope + own.slope,
+            curvature: state.curvature + own.curvature,
+        }
+    }
+}
+
+impl From<NeoHookean> for Material {
+    fn from(gel: NeoHookean) -> Self {
+        Self::NeoHookean(gel)
+    }
+}
+
+impl Material {
+    /// λ + 2μ, modulus of the pressure wave at rest, Pa.
+    #[must_use]
+    pub fn wave_modulus(&self) -> f64 {
+        match self {
+            Self::NeoHookean(gel) => gel.wave_modulus(),
+            Self::Flowing(gel) => gel.state.bulk_modulus() + 4.0 / 3.0 * gel.shear_modulus,
+        }
+    }
+}

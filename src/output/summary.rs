@@ -191,7 +191,7 @@ impl Summary {
             energy_defect: energy.energy_defect,
             momentum_error: ending.observation.momentum_error,
             angular_momentum_error: ending.observation.angular_momentum_error,
-            mass_error: run.initial_mass.map(|mass| (ending.frame.mass / mass - 1.0).abs()),
+            mass_error: run.initial_mass.map(|mass| ((ending.frame.mass + cost.splashed) / mass - 1.0).abs()),
             mean_standing_penetration: contact.mean_standing_penetration,
             digest: format!("{:032x}", ending.digest),
             switched_off: scene::switched_off(&run.scene),
@@ -225,7 +225,7 @@ fn as_object<S: serde::Serializer>(accounts: &[Account], serializer: S) -> Resul
 }
 
 /// Every energy account, in the order of the report.
-fn accounts(energy: &EnergyReport) -> [Account; 14] {
+fn accounts(energy: &EnergyReport) -> [Account; 17] {
     let account = |name, value, meaning| Account { name, value, meaning };
     [
         account("initial", energy.initial, "all energy at the start"),
@@ -241,6 +241,9 @@ fn accounts(energy: &EnergyReport) -> [Account; 14] {
         account("remesh", energy.remesh, "what kinetic and stored energy change by when the mesh is exchanged"),
         account("load", energy.load, "work of the pressures on faces"),
         account("damping", energy.damping, "work of the damping; negative is dissipated"),
+        account("plastic", energy.plastic, "lost to plastic flow"),
+        account("viscous", energy.viscous, "lost to bulk viscosity"),
+        account("splash", energy.splash, "taken along by what has broken off"),
         account("closure", energy.closure, "what no account explains"),
     ]
 }

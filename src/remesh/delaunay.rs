@@ -153,6 +153,6 @@ fn numbers(triangle: &Triangle<'_>) -> [usize; 3] {
 impl Surface {
     /// The edges around what is filled anew.
     pub fn around(edges: Vec<[usize; 2]>, cloud: &Cloud) -> Self {
-        Self { near: Near::segments(&edges, &cloud.position), edges, lost: vec![] }
+        Self { near: Near::segments(&edges, &cloud.position), edges, lost: vec![], cleared: 0.0 }
     }
 }

@@ -136,7 +136,7 @@ mod tests {
         let old = Moved { mesh: &mesh, position: &position };
         for size in [0.04, 0.11, 0.3] {
             let sizes = vec![size; position.len()];
-            let retained = propose(&old, &sizes, &Rules::default()).unwrap();
+            let retained = propose(&old, &sizes, &Rules::default(), &|x| *x).unwrap();
             let immersed = immerse(&old, &sizes, &Rules::default()).unwrap().proposal;
             // An immersed body may lose the tip of a corner.
             for (new, most) in [(retained, 1e-12), (immersed, 0.01)] {

@@ -33,6 +33,7 @@ mod polyhedron;
 #[cfg(test)]
 mod samples;
 mod shape;
+mod sheets;
 mod sizing;
 #[cfg(test)]
 mod space;
@@ -68,6 +69,7 @@ pub use marks::marks;
 pub use overlapped::overlapped;
 pub use pairing::Same;
 pub use pieces::Source;
+pub use sheets::sheets;
 pub use sizing::{Range, bends, curved, graded};
 pub use transfer::transfer;
 
@@ -134,18 +136,25 @@ impl Default for Rules {
 /// The sizes should grow no faster than [`graded`] allows. Kept nodes come first and in their old order, then points of the
 /// old boundary, then those inside; elements of the old mesh come first and in their old order, then new ones.
 ///
+/// New points of the boundary are put where `cleared` says, if that is near.
+///
 /// # Errors
 /// If sizes or positions are no numbers to mesh with, or the boundary meets itself.
-pub fn propose(old: &Moved<'_, 2>, size: &[f64], rules: &Rules) -> Result<Proposal<2>, RemeshError> {
+pub fn propose(
+    old: &Moved<'_, 2>,
+    size: &[f64],
+    rules: &Rules,
+    cleared: &dyn Fn(&Vector<2>) -> Vector<2>,
+) -> Result<Proposal<2>, RemeshError> {
     check(old, size, rules)?;
     let limits = Limits { poor: rules.poor, good: rules.good };
     let worst = parts::worst(old);
     let mut cloud = Cloud::new(old, size);
-    let surface = surface::resample(old, &mut cloud, rules)?;
+    let surface = surface::resample(old, &mut cloud, (rules, cleared))?;
     points::keep(old, &worst, &limits, &mut cloud, &surface);
     let parts = parts::divide(old, &worst, &limits, &cloud, &surface);
     let filled = if parts.edges.is_empty() { vec![] } else { fill(old, size, &parts, &mut cloud)? };
-    Ok(cloud.proposal(&parts.joined(old, &filled)))
+    Ok(Proposal { cleared: surface.cleared, ..cloud.proposal(&parts.joined(old, &filled)) })
 }
 
 /// A new mesh of a body in space with these target sizes, m, by node. Where the old mesh is good and has these sizes it stays.

@@ -14,6 +14,8 @@ pub(super) struct Moments {
     pub mixed: [[f64; 4]; 4],
     /// ∫ρ λ_a, kg.
     pub corner_mass: [f64; 4],
+    /// ∫λ_a, as parts of the measure of the old element.
+    pub parts: [f64; 4],
 }
 
 /// Cuts elements along one another.

@@ -6,7 +6,7 @@ use super::locate::Locator;
 use super::overlay::{Cutter, Moments, inertia};
 use super::pairing::Pairing;
 use super::under::Under;
-use super::{Carried, Moved, Proposal};
+use super::{Carried, Moved, Proposal, Symmetry};
 use crate::algebra::Vector;
 use crate::mesh::{ElementId, Simplex};
 
@@ -37,6 +37,8 @@ pub struct Source {
     pub old: ElementId,
     /// Mass of both, kg.
     pub mass: f64,
+    /// Part of the area or volume of the old one, of a ring with its radius.
+    pub part: f64,
 }
 
 impl<const D: usize> Part<D> {
@@ -87,9 +89,10 @@ impl<const D: usize> Parts<D> {
         let all = pairing.changed().zip(&changed).map(|(element, cell)| {
             let mut part = Part { element, inertia: [[0.0; 4]; 4], momentum: [Vector::zeros(); 4] };
             under.near(element, &cell.bounds(), |t| {
-                let mass = gone[t].give(cell, (&mut cutter, &mut part));
+                let (mass, parts) = gone[t].give(cell, (&mut cutter, &mut part));
                 if mass > 0.0 {
-                    sources.push(Source { new: ElementId(element as u32), old: pairing.gone[t], mass });
+                    let part = gone[t].part(carried.symmetry, &parts);
+                    sources.push(Source { new: ElementId(element as u32), old: pairing.gone[t], mass, part });
                 }
             });
             part
@@ -111,7 +114,9 @@ impl<const D: usize> Parts<D> {
             if let Some(place) = changed.nearest(&weighed(&gone.cell.corners, &weights)) {
                 let part = &mut self.all[place.cell];
                 part.add_point(mass, &weighed(&gone.velocity, &weights), &place.weights);
-                self.laid.push(Source { new: ElementId(part.element as u32), old: *old, mass });
+                let whole = gone.heights.iter().sum::<f64>() / (D + 1) as f64;
+                let new = ElementId(part.element as u32);
+                self.laid.push(Source { new, old: *old, mass, part: mass / whole });
             }
         }
     }
@@ -164,20 +169,32 @@ impl<const D: usize> Gone<D> {
         }
     }
 
-    /// Gives a new element what that lies over; an element that is turned inside out has nothing to give. How much mass, kg.
-    fn give(&mut self, new: &Cell<D>, (cutter, part): (&mut Cutter, &mut Part<D>)) -> f64 {
+    /// Gives a new element what that lies over; an element that is turned inside out has nothing to give. How much mass, kg,
+    /// and ∫λ_a over it as parts of its measure.
+    fn give(&mut self, new: &Cell<D>, (cutter, part): (&mut Cutter, &mut Part<D>)) -> (f64, [f64; 4]) {
         if !self.cell.is_upright {
-            return 0.0;
+            return (0.0, [0.0; 4]);
         }
-        let mut mass = 0.0;
+        let (mut mass, mut parts) = (0.0, [0.0; 4]);
         if let Some(moments) = cutter.moments(&self.cell, &self.heights, new) {
             mass = moments.corner_mass.iter().sum();
+            parts = moments.parts;
             part.add(&moments, &self.velocity);
             for (left, given) in self.left.iter_mut().zip(moments.corner_mass) {
                 *left -= given;
             }
         }
-        mass
+        (mass, parts)
+    }
+
+    /// The part of it that these weights say, of a ring with its radius.
+    fn part(&self, symmetry: Symmetry, parts: &[f64; 4]) -> f64 {
+        if symmetry != Symmetry::Axisymmetric {
+            return parts.iter().sum();
+        }
+        let radii = self.cell.corners.map(|corner| corner[0]);
+        let mean = radii[..=D].iter().sum::<f64>() / (D + 1) as f64;
+        parts.iter().zip(radii).map(|(part, radius)| part * radius).sum::<f64>() / mean
     }
 
     fn is_uncovered(&self) -> bool {

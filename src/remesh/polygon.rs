@@ -87,6 +87,9 @@ impl Polygon {
             let part = share(triangle);
             let density = triangle.map(|corner| part * dot(&corner.old, heights));
             sums.add(triangle, &density);
+            for (a, sum) in sums.parts.iter_mut().enumerate() {
+                *sum += part / 3.0 * triangle.iter().map(|corner| corner.old[a]).sum::<f64>();
+            }
         }
         sums.moments()
     }
@@ -118,6 +121,8 @@ struct Sums {
     both_new: [f64; 3],
     /// ∫ρ N_i λ_a, i < 2, a > 0.
     mixed: [[f64; 2]; 2],
+    /// ∫λ_a, as parts of the area.
+    parts: [f64; 3],
 }
 
 impl Sums {
@@ -153,6 +158,7 @@ impl Sums {
             inertia: [[aa, ab, ac, 0.0], [ab, bb, bc, 0.0], [ac, bc, cc, 0.0], none],
             mixed: [padded(mixed[0]), padded(mixed[1]), padded(last), none],
             corner_mass: padded(corner_mass),
+            parts: padded(self.parts),
         }
     }
 }

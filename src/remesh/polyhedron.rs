@@ -223,7 +223,11 @@ fn towards(from: &Corner, beyond: &Corner, face: usize) -> Corner {
 ///
 /// Rows are those of N₀, N₁, N₂ and 1, columns those of N₀, N₁, N₂, 1, λ₁, λ₂ and λ₃; the last is not used.
 #[derive(Default)]
-struct Sums([[f64; 8]; 4]);
+struct Sums {
+    rows: [[f64; 8]; 4],
+    /// ∫λ_a, as parts of the volume.
+    parts: [f64; 4],
+}
 
 impl Sums {
     /// Adds those over a tetrahedron with these corners.
@@ -231,8 +235,11 @@ impl Sums {
     /// The mean of a cubic function is [9 Σ f((c + S)/6) − 16 f(S/4)]/20 with S = Σc, exactly (Keast), of products of three
     /// linear ones therefore [Σ f(2c + S)/6 − f(S)]/80.
     fn add(&mut self, [a, b, c, d]: [&Corner; 4]) {
-        let share = share([a, b, c, d]) / 80.0;
+        let whole = share([a, b, c, d]);
+        let share = whole / 80.0;
         let sum: Corner = std::array::from_fn(|i| (a[i] + b[i]) + (c[i] + d[i]));
+        let old = [4.0 - sum[4] - sum[5] - sum[6], sum[4], sum[5], sum[6]];
+        self.parts.iter_mut().zip(old).for_each(|(part, old)| *part += 0.25 * whole * old);
         let point = |corner: &Corner| -> Corner { std::array::from_fn(|i| 2.0 * corner[i] + sum[i]) };
         let points = [sum, point(a), point(b), point(c), point(d)];
         let mut mass = [-share; 5];
@@ -240,7 +247,7 @@ impl Sums {
         for (mass, point) in mass.iter_mut().zip(&points) {
             *mass *= point[7];
         }
-        for (i, row) in self.0.iter_mut().enumerate() {
+        for (i, row) in self.rows.iter_mut().enumerate() {
             for (mass, point) in mass.iter().zip(&points) {
                 let by = mass * point[i];
                 for (sum, value) in row.iter_mut().zip(point) {
@@ -251,13 +258,13 @@ impl Sums {
     }
 
     fn moments(&self) -> Moments {
-        let rows = &self.0;
+        let rows = &self.rows;
         let one = rows[3];
         let last: [f64; 8] = std::array::from_fn(|i| one[i] - rows[0][i] - rows[1][i] - rows[2][i]);
         let all = [rows[0], rows[1], rows[2], last];
         let inertia = all.map(|row| [row[0], row[1], row[2], row[3] - row[0] - row[1] - row[2]]);
         let parts = |row: [f64; 8]| [row[3] - row[4] - row[5] - row[6], row[4], row[5], row[6]];
-        Moments { inertia, mixed: all.map(parts), corner_mass: parts(one) }
+        Moments { inertia, mixed: all.map(parts), corner_mass: parts(one), parts: self.parts }
     }
 }
 

@@ -14,6 +14,8 @@ const LONG: f64 = 1.4;
 const SHORT: f64 = 0.45;
 /// Cosine of the turn beyond which a node is a corner of the body, 30°.
 const CORNER: f64 = 0.866;
+/// A new point is put clear of a body by less than so many of its sizes.
+const NEAR: f64 = 0.2;
 /// Walks along the boundary that leave out nodes: each can halve the number of edges.
 const WALKS: usize = 12;
 
@@ -26,7 +28,12 @@ pub(super) struct Surface {
     pub lost: Vec<[usize; 2]>,
     /// The new edges by place.
     pub near: Near<2>,
+    /// What the area is less by because new points were put clear of bodies, m².
+    pub cleared: f64,
 }
+
+/// The place nearest to a point that is in no body.
+pub(super) type Cleared<'a> = &'a dyn Fn(&Point) -> Point;
 
 /// The old boundary as chains: the nodes before and after each node that has one of each.
 struct Chain<'a> {
@@ -69,11 +76,15 @@ pub(super) fn turns(old: &Moved<'_, 2>) -> impl Iterator<Item = (usize, f64)> {
     })
 }
 
-/// Chooses the points of the new boundary.
+/// Chooses the points of the new boundary; new ones are put where `cleared` says.
 ///
 /// # Errors
 /// If two edges of the old boundary cross.
-pub(super) fn resample(old: &Moved<'_, 2>, cloud: &mut Cloud, rules: &Rules) -> Result<Surface, RemeshError> {
+pub(super) fn resample(
+    old: &Moved<'_, 2>,
+    cloud: &mut Cloud,
+    (rules, cleared): (&Rules, Cleared<'_>),
+) -> Result<Surface, RemeshError> {
     let mut chain = Chain::new(old);
     if let Some(edges) = crossing(&chain.edges, old.position) {
         return Err(RemeshError::Crossing { edges: edges.map(|e| e.map(|n| NodeId(n as u32))) });
@@ -82,12 +93,13 @@ pub(super) fn resample(old: &Moved<'_, 2>, cloud: &mut Cloud, rules: &Rules) -> 
     if rules.sag > 0.0 {
         (0..WALKS).any(|_| !chain.leave_out(cloud, rules.sag));
     }
-    let mut surface = Surface { edges: vec![], lost: vec![], near: Near::new(&[]) };
+    let mut surface = Surface { edges: vec![], lost: vec![], near: Near::new(&[]), cleared: 0.0 };
     for &edge in &chain.edges {
         if cloud.chosen[edge[0]] {
             surface.take(&chain.stretch(edge), cloud);
         }
     }
+    surface.clear(cloud, old.position.len(), cleared);
     surface.near = Near::segments(&surface.edges, &cloud.position);
     Ok(surface)
 }
@@ -226,6 +238,21 @@ impl<'a> Chain<'a> {
 }
 
 impl Surface {
+    /// Puts the new points where `cleared` says, if that is near: a chord of a wall that lies around a body runs through it.
+    fn clear(&mut self, cloud: &mut Cloud, n_old: usize, cleared: Cleared<'_>) {
+        let area = |edges: &[[usize; 2]], x: &[Point]| -> f64 {
+            edges.iter().map(|[a, b]| 0.5 * (x[*a][0] * x[*b][1] - x[*a][1] * x[*b][0])).sum()
+        };
+        let before = area(&self.edges, &cloud.position);
+        for point in n_old..cloud.position.len() {
+            let there = cleared(&cloud.position[point]);
+            if distance(&there, &cloud.position[point]) < NEAR * cloud.size[point] {
+                cloud.position[point] = there;
+            }
+        }
+        self.cleared = before - area(&self.edges, &cloud.position);
+    }
+
     /// Takes over a stretch of the old boundary, given by its nodes: as one edge, or split evenly along it.
     fn take(&mut self, stretch: &[usize], cloud: &mut Cloud) {
         let [Some(&first), Some(&last)] = [stretch.first(), stretch.last()] else { return };
@@ -270,7 +297,7 @@ mod tests {
         let position = moved(&mesh, |x| Point::new(x[0].powi(3), x[1] + 0.4 * x[1] * (1.0 - x[1])));
         let old = Moved { mesh: &mesh, position: &position };
         for size in [0.03, 0.1, 0.2, 0.4] {
-            let new = propose(&old, &vec![size; position.len()], &Rules::default()).unwrap();
+            let new = propose(&old, &vec![size; position.len()], &Rules::default(), &|x| *x).unwrap();
             judge(&old, &new, &Acceptance { measure: 1e-12, quality: 0.3 }).unwrap();
             let mesh = Mesh::<2>::new(new.position, new.elements);
             for facet in &mesh.facets {
@@ -297,7 +324,7 @@ mod tests {
         let sizes = vec![1.2; position.len()];
         let proposed = |position: &[Point]| {
             let old = Moved { mesh: &mesh, position };
-            let new = propose(&old, &sizes, &Rules::default()).unwrap();
+            let new = propose(&old, &sizes, &Rules::default(), &|x| *x).unwrap();
             judge(&old, &new, &Acceptance { measure: 0.01, quality: 0.0 }).unwrap();
             new.position.contains(&Point::new(2.98, 1.5))
         };

@@ -48,7 +48,7 @@ fn worst_angle(x: &[Vector<2>], elements: &[Simplex]) -> f64 {
 
 fn remeshed(old: &Moved<'_, 2>, size: impl Fn(&Vector<2>) -> f64, rules: &Rules) -> Proposal<2> {
     let sizes: Vec<f64> = old.position.iter().map(size).collect();
-    propose(old, &sizes, rules).unwrap()
+    propose(old, &sizes, rules, &|x| *x).unwrap()
 }
 
 fn settled(new: &Proposal<2>) -> Mesh<2> {
@@ -192,13 +192,13 @@ fn a_boundary_that_crosses_itself_is_an_error() {
     let mesh = square(8);
     let through = moved(&mesh, |x| if *x == at(0.5, 1.0) { at(0.5, -0.3) } else { *x });
     let sizes = vec![0.125; mesh.rest.len()];
-    let found = propose(&Moved { mesh: &mesh, position: &through }, &sizes, &Rules::default());
+    let found = propose(&Moved { mesh: &mesh, position: &through }, &sizes, &Rules::default(), &|x| *x);
     assert!(matches!(found, Err(RemeshError::Crossing { .. })), "{found:?}");
     let touching = moved(&mesh, |x| if *x == at(0.5, 1.0) { at(0.5625, 0.0) } else { *x });
-    let found = propose(&Moved { mesh: &mesh, position: &touching }, &sizes, &Rules::default());
+    let found = propose(&Moved { mesh: &mesh, position: &touching }, &sizes, &Rules::default(), &|x| *x);
     assert!(matches!(found, Err(RemeshError::Blocked { .. })), "{found:?}");
     let meeting = moved(&mesh, |x| if *x == at(0.5, 1.0) { at(0.5, 0.0) } else { *x });
-    let found = propose(&Moved { mesh: &mesh, position: &meeting }, &sizes, &Rules::default());
+    let found = propose(&Moved { mesh: &mesh, position: &meeting }, &sizes, &Rules::default(), &|x| *x);
     assert!(matches!(found, Err(RemeshError::Blocked { .. } | RemeshError::Coincident { .. })), "{found:?}");
 }
 
@@ -207,12 +207,12 @@ fn what_cannot_be_meshed_with_is_refused() {
     let mesh = square(4);
     let with = |size: f64, place: f64| {
         let position = moved(&mesh, |x| if *x == at(0.5, 0.5) { at(place, 0.5) } else { *x });
-        propose(&Moved { mesh: &mesh, position: &position }, &vec![size; mesh.rest.len()], &Rules::default())
+        propose(&Moved { mesh: &mesh, position: &position }, &vec![size; mesh.rest.len()], &Rules::default(), &|x| *x)
     };
     assert!(matches!(with(0.0, 0.5), Err(RemeshError::Size { .. })));
     assert!(matches!(with(0.25, f64::NAN), Err(RemeshError::NotFinite { .. })));
     assert!(matches!(with(1e-9, 0.5), Err(RemeshError::TooMany { .. })));
-    let short = propose(&Moved { mesh: &mesh, position: &mesh.rest }, &[1.0], &Rules::default());
+    let short = propose(&Moved { mesh: &mesh, position: &mesh.rest }, &[1.0], &Rules::default(), &|x| *x);
     assert!(matches!(short, Err(RemeshError::Counts { sizes: 1, .. })));
 }
 
@@ -253,7 +253,7 @@ fn speed() {
         for size in [&sizes, &fine] {
             let timed = || {
                 let start = std::time::Instant::now();
-                (propose(&old, size, &Rules::default()).unwrap(), start.elapsed().as_secs_f64())
+                (propose(&old, size, &Rules::default(), &|x| *x).unwrap(), start.elapsed().as_secs_f64())
             };
             let (new, first) = timed();
             let seconds = (0..4).map(|_| timed().1).fold(first, f64::min);
@@ -290,9 +290,9 @@ proptest! {
         let old = Moved { mesh: &mesh, position: &position };
         let asked: Vec<f64> = (0..position.len()).map(|n| seeds[n % seeds.len()]).collect();
         let size = graded(&old, asked, growth);
-        let filled = propose(&old, &size, &ALL_NODES).unwrap();
+        let filled = propose(&old, &size, &ALL_NODES, &|x| *x).unwrap();
         prop_assert!(judge(&old, &filled, &SAME_AREA).is_ok(), "{:?}", judge(&old, &filled, &SAME_AREA));
-        let fewer = propose(&old, &size, &Rules::default()).unwrap();
+        let fewer = propose(&old, &size, &Rules::default(), &|x| *x).unwrap();
         let limits = Acceptance { measure: 0.02, quality: 0.0 };
         prop_assert!(judge(&old, &fewer, &limits).is_ok(), "{:?}", judge(&old, &fewer, &limits));
     }
@@ -309,7 +309,7 @@ proptest! {
         };
         let position: Vec<Vector<2>> = mesh.rest.iter().enumerate().map(place).collect();
         let old = Moved { mesh: &mesh, position: &position };
-        let new = propose(&old, &vec![0.2; position.len()], &Rules::default());
+        let new = propose(&old, &vec![0.2; position.len()], &Rules::default(), &|x| *x);
         if inside {
             // However the nodes inside are entangled, the body is filled.
             let found = judge(&old, &new.unwrap(), &SAME_AREA);

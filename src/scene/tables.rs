@@ -85,6 +85,15 @@ pub struct Gel {
     pub shear_modulus: f64,
     /// Bulk modulus at rest, Pa.
     pub bulk_modulus: f64,
+    /// What it bears in shear before it flows (`flowing` only); without it, it never flows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strength: Option<StrengthSpec>,
+    /// How its pressure follows its volume (`flowing` only).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub volume: Option<VolumeSpec>,
+    /// What spreads shocks over elements (`flowing` only); nothing if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub viscosity: Option<ViscositySpec>,
     /// Which faces are held; a face that is not named is free.
     #[serde(default)]
     pub supports: Supports,
@@ -147,6 +156,45 @@ pub enum GelShape {
 pub enum MaterialModel {
     /// Compressible neo-Hookean with a C2 continuation below J = 0.2.
     NeoHookean,
+    /// Neo-Hookean in shear up to a strength that depends on the rate, pressure by an equation of state.
+    Flowing,
+}
+
+/// Strength of a gel that flows: Y = Y0 times the rate of plastic strain in 1/s to a power, at least Y0 and at most the cap.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct StrengthSpec {
+    /// Y0, equivalent stress at 1/s, Pa.
+    pub yield_stress: f64,
+    /// Power of the rate, 0 to 1.
+    #[serde(default)]
+    pub rate_exponent: f64,
+    /// Most that it bears at any rate, Pa.
+    pub cap: f64,
+}
+
+/// How the pressure of a gel that flows follows its volume: p = K (1/J - 1), unless a shock speed is given.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct VolumeSpec {
+    /// s of the shock speed c0 + s u; 0 for none.
+    pub hugoniot_slope: f64,
+    /// Tension that it bears before voids open, Pa; any if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tension_limit: Option<f64>,
+}
+
+/// Bulk viscosity of a gel that flows.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct ViscositySpec {
+    /// Part of it that is linear in the rate.
+    pub linear: f64,
+    /// Part of it that is quadratic in the rate, in compression.
+    pub quadratic: f64,
 }
 
 /// How one face of the gel is held.
@@ -278,10 +326,15 @@ pub struct Remesh {
     /// Shortest edge that is asked for, m; half of `mesh.size` if not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smallest: Option<f64>,
-    /// Angle by which displacement or velocity, drawn over the gel, may bend between two elements beside each other, degrees.
+    /// Angle by which displacement or velocity, drawn over the gel, may bend between two elements beside each other, degrees;
+    /// at 180 their bends ask for nothing.
     pub bend: f64,
     /// Edges may grow by so much per length of distance.
     pub growth: f64,
+    /// Sheets of gel thinner than this break off when the mesh is exchanged, and fly on as drops that nothing meets again, m; nothing
+    /// breaks off if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thinnest: Option<f64>,
 }
 
 impl Default for Remesh {
@@ -295,6 +348,7 @@ impl Default for Remesh {
             smallest: None,
             bend: 15.0,
             growth: 0.3,
+            thinnest: None,
         }
     }
 }

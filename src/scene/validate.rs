@@ -144,7 +144,7 @@ fn grown(tree: &Tree, scene: &Scene) -> Check {
 
 fn remesh(scene: &Scene) -> Check {
     let Some(remesh) = &scene.remesh else { return Ok(()) };
-    let Remesh { method, quality, compression, ref times, adaptive: _, smallest, bend, growth } = *remesh;
+    let Remesh { method, quality, compression, ref times, adaptive: _, smallest, bend, growth, thinnest } = *remesh;
     let possible = method == RemeshMethod::Retained || scene.scene.dimension != Dimension::Spatial;
     require(
         possible,
@@ -161,15 +161,15 @@ fn remesh(scene: &Scene) -> Check {
     )?;
     within("remesh.quality", quality, 0.0..=0.6)?;
     within("remesh.compression", compression, 0.0..=0.5)?;
-    within("remesh.bend", bend, 1.0..=90.0)?;
+    within("remesh.bend", bend, 1.0..=180.0)?;
     let ascending = times.windows(2).all(|pair| pair[0] < pair[1]);
     let within_run = times.iter().all(|time| *time > 0.0 && *time <= scene.scene.end_time);
     let expected = format!("ascending times above 0, up to scene.end_time, {:?} s", scene.scene.end_time);
     require(ascending && within_run, "remesh.times", || format!("{times:?}"), &expected)?;
     within("remesh.growth", growth, 0.01..=1.0)?;
-    let Some(smallest) = smallest else { return Ok(()) };
-    let (least, most) = (1e-3 * scene.mesh.size, scene.mesh.size);
-    within("remesh.smallest", smallest, least..=most)
+    let size = scene.mesh.size;
+    smallest.map_or(Ok(()), |smallest| within("remesh.smallest", smallest, 1e-3 * size..=size))?;
+    thinnest.map_or(Ok(()), |thinnest| within("remesh.thinnest", thinnest, 0.0..=size))
 }
 
 fn integrator(integrator: &Integrator) -> Check {

@@ -107,7 +107,7 @@ where
 {
     let recipe = Recipe::of(scene);
     let mesh = Mesh { marks: loads::marks(scene, &mesh)?, ..mesh };
-    let simplices = recipe.simplices(&mesh);
+    let simplices = recipe.simplices((&mesh, &mesh.rest));
     let mass = simplices.lumped_masses(&mesh, scene.gel.density);
     let gel = recipe.gel(simplices, (&mesh, &mesh.rest), mass);
     let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));

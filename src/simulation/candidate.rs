@@ -5,7 +5,7 @@ use super::model::Gelatin;
 use super::recipe::{Recipe, Sizes};
 use crate::algebra::{Vector, embed, restrict};
 use crate::contact::{Body, BodyState};
-use crate::element::Section;
+use crate::element::{Memory, Section};
 use crate::mesh::{Mesh, boundary, shape_quality};
 use crate::remesh::{
     self, Acceptance, Carried, Defects, Moved, Proposal, Quality, Range, Rejected, RemeshError, Rules, Symmetry,
@@ -18,6 +18,8 @@ use crate::state::Birth;
 #[derive(Debug)]
 pub(super) struct Candidate<const D: usize> {
     pub birth: Birth<D>,
+    /// What its elements remember.
+    pub memory: Vec<Memory<D>>,
     pub velocity: Vec<Vector<D>>,
     /// What it was judged to be.
     pub quality: Quality,
@@ -101,15 +103,17 @@ impl Way {
     }
 }
 
-/// The mesh that is made so in the plane; there new points stay where the old boundary was.
+/// The mesh that is made so in the plane; new points of an immersed one stay where the old boundary was.
 pub(super) fn in_plane(
     way: Way,
     moved: &Moved<'_, 2>,
     size: &[f64],
-    _: Cleared<'_, 2>,
+    cleared: Cleared<'_, 2>,
 ) -> Result<(Proposal<2>, f64), RemeshError> {
     match way {
-        Way::Retained { sag } => Ok((remesh::propose(moved, size, &Rules { sag, ..Rules::default() })?, MEASURE)),
+        Way::Retained { sag } => {
+            Ok((remesh::propose(moved, size, &Rules { sag, ..Rules::default() }, cleared)?, MEASURE))
+        }
         Way::Immersed { part } => {
             let size: Vec<f64> = size.iter().map(|size| part * size).collect();
             let steps = remesh::immerse(moved, &size, &Rules::default())?;
@@ -193,13 +197,15 @@ impl<const D: usize> Gelatin<D> {
         let marks = remesh::marks(&old.mesh, (&facets, &new.rest), &proposal.origin);
         let (rest, held) = (new.rest.clone(), new.held.clone());
         let mesh = Mesh { rest, elements: proposal.elements.clone(), facets, held, marks };
-        let (potential, patches) = (&self.engine.gel().potential, self.recipe.patches(&mesh));
-        let references = history::references((potential, old), moved.position, (&proposal, &new, &patches));
-        let references = references.ok_or(Refused::Restless)?;
+        let patches = self.recipe.patches((&mesh, &proposal.position));
+        let past = (&self.engine.gel().potential, old, self.engine.state().memory.as_slice());
+        let past = history::Past::new(past, moved.position);
+        let inherited = history::inherited(&past, moved.position, (&proposal, &new, &patches));
+        let (references, memory) = inherited.ok_or(Refused::Restless)?;
         let Transferred { mass, corner_mass, velocity, defects, .. } = new;
         let tick = self.engine.last_tick();
         let birth = Birth { tick, mesh, position: proposal.position, mass, corner_mass, references };
-        Ok(Candidate { birth, velocity, quality, defects })
+        Ok(Candidate { birth, memory, velocity, quality, defects })
     }
 
     fn carried<'a>(&'a self, old: &'a Birth<D>) -> Carried<'a, D> {

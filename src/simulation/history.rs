@@ -3,7 +3,7 @@
 
 use super::shared::{shares, stays};
 use crate::algebra::{Tensor, Vector, cofactor, cube_root, det};
-use crate::element::{Potential, Reference, Section, Simplices};
+use crate::element::{Memory, Potential, Reference, Section, Simplices};
 use crate::mesh::{ElementId, Patches};
 use crate::remesh::{Proposal, Same, Source, Transferred};
 use crate::state::Birth;
@@ -22,7 +22,11 @@ struct Mean<const D: usize> {
     distortion: f64,
     /// Area or volume, or area times radius of a ring, at rest.
     rest: f64,
+    /// ε_p.
+    plastic: f64,
     is_ring: bool,
+    /// Whether it is of a gel that flows: F is the elastic part then.
+    flows: bool,
 }
 
 /// F and the stretch out of the plane.
@@ -33,6 +37,17 @@ struct Strain<const D: usize> {
 }
 
 impl<const D: usize> Strain<D> {
+    /// Of an old element, or the elastic part where it flows; none of one that is inside out then.
+    fn of(past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
+        let (f, out) = match past.memory.get(element.index()) {
+            Some(memory) => {
+                past.potential.elastic(element, x, memory).unwrap_or_else(|| (Tensor::<D>::identity(), 1.0))
+            }
+            None => past.potential.deformation(element, x),
+        };
+        Self { f, out }
+    }
+
     fn zero() -> Self {
         Self { f: Tensor::<D>::zeros(), out: 0.0 }
     }
@@ -59,33 +74,73 @@ impl<const D: usize> Strain<D> {
     }
 }
 
-/// The elements of a new mesh that are at rest not what their nodes say; `None` if one can be nothing.
-pub(super) fn references<const D: usize>(
-    (potential, old): (&Simplices<D>, &Birth<D>),
+/// What the elements of an old mesh were, and what they remember.
+pub(super) struct Past<'a, const D: usize> {
+    pub potential: &'a Simplices<D>,
+    pub old: &'a Birth<D>,
+    pub memory: &'a [Memory<D>],
+    /// J of each old element as a part of that of its patch; empty where each is a patch by itself.
+    shares: Vec<f64>,
+}
+
+impl<'a, const D: usize> Past<'a, D> {
+    /// With the nodes at these positions.
+    pub fn new((potential, old, memory): (&'a Simplices<D>, &'a Birth<D>, &'a [Memory<D>]), x: &[Vector<D>]) -> Self {
+        let shares = match (potential.remembers(), potential.patches().largest()) {
+            (true, _) => potential.shares(memory),
+            (false, 0 | 1) => vec![],
+            (false, _) => shares(potential, x),
+        };
+        Self { potential, old, memory, shares }
+    }
+}
+
+/// What new elements are at rest where their nodes do not say it.
+type References<const D: usize> = Vec<(ElementId, Reference<D>)>;
+
+/// The elements of a new mesh that are at rest not what their nodes say, and what all remember; `None` if one can be nothing.
+///
+/// Of a gel that flows no node knows what an element is at rest: each is made of the elastic part of what it is made of, and
+/// remembers how far that has flowed, but not in which direction.
+pub(super) fn inherited<const D: usize>(
+    past: &Past<'_, D>,
     position: &[Vector<D>],
     (proposal, new, patches): (&Proposal<D>, &Transferred<D>, &Patches),
-) -> Option<Vec<(ElementId, Reference<D>)>> {
+) -> Option<(References<D>, Vec<Memory<D>>)> {
+    let flows = past.potential.remembers();
+    let mut memory = vec![Memory::default(); if flows { proposal.elements.len() } else { 0 }];
     let mut all = vec![];
-    let shares = shares(potential, position);
-    let stays = stays(potential.patches(), patches, &new.same);
-    for (element, same) in (0..).map(ElementId).zip(&new.same) {
-        let Some(same) = *same else { continue };
-        let share = if stays[element.index()] { 1.0 } else { shares[same.element.index()] };
-        if share != 1.0 || !potential.is_compatible(same.element) {
-            all.push((element, turned(&potential.reference(same.element), same).scaled(share)));
+    let stays = stays(past.potential.patches(), patches, &new.same);
+    let again = (0..).map(ElementId).zip(&new.same).filter_map(|(element, same)| Some((element, (*same)?)));
+    for (element, same) in again {
+        if flows {
+            let whole = past.old.corner_mass[same.element.index()].iter().sum();
+            let mean = Mean::of(past, position, &[Source { new: element, old: same.element, mass: whole, part: 1.0 }]);
+            let now = Reference::of(&proposal.position, &proposal.elements[element.index()]);
+            all.push((element, mean.made(&now, &now)?));
+            memory[element.index()].plastic = mean.plastic;
+            continue;
+        }
+        let alone = if stays[element.index()] { None } else { past.shares.get(same.element.index()) };
+        let share = alone.copied().unwrap_or(1.0);
+        if share != 1.0 || !past.potential.is_compatible(same.element) {
+            all.push((element, turned(&past.potential.reference(same.element), same).scaled(share)));
         }
     }
     let mut is_known: Vec<bool> = new.same.iter().map(Option::is_some).collect();
-    let laid = laid((potential, old, &shares), new);
+    let laid = laid(past, new);
     for sources in new.sources.chunk_by(|a, b| a.new == b.new) {
         let element = sources[0].new;
         is_known[element.index()] = true;
         let nodes = &proposal.elements[element.index()];
         let told = Reference::of(&new.rest, nodes);
         let now = Reference::of(&proposal.position, nodes);
-        let mean = Mean::of((potential, old, &shares), position, sources).and(laid[element.index()]);
+        let mean = Mean::of(past, position, sources).and(laid[element.index()]);
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
+        }
+        if flows {
+            memory[element.index()].plastic = mean.plastic;
         }
     }
     // What is made of nothing rests as it is.
@@ -93,27 +148,35 @@ pub(super) fn references<const D: usize>(
         all.push((element, Reference::of(&proposal.position, nodes)));
     }
     all.sort_by_key(|(element, _)| *element);
-    Some(all)
+    for ((element, reference), memory) in all.iter().zip(&mut memory) {
+        let now = Reference::of(&proposal.position, &proposal.elements[element.index()]);
+        let out = if past.potential.section() == Section::Axisymmetric { now.radius / reference.radius } else { 1.0 };
+        memory.jacobian = det(&now.edges) / det(&reference.edges) * out;
+    }
+    Some((all, memory))
 }
 
 /// The measure at rest of what was laid down on each new element.
-fn laid<const D: usize>(from: From<'_, D>, new: &Transferred<D>) -> Vec<f64> {
+fn laid<const D: usize>(past: &Past<'_, D>, new: &Transferred<D>) -> Vec<f64> {
     let mut laid = vec![0.0; new.same.len()];
     for source in &new.laid {
-        laid[source.new.index()] += rest_of(from, source);
+        laid[source.new.index()] += rest_of(past, source);
     }
     laid
 }
 
-/// The old elements, and what each stands for outside of its patch.
-type From<'a, const D: usize> = (&'a Simplices<D>, &'a Birth<D>, &'a [f64]);
-
-/// The part of an old element at rest that is in a new one.
-fn rest_of<const D: usize>((potential, old, shares): From<'_, D>, source: &Source) -> f64 {
-    let whole: f64 = old.corner_mass[source.old.index()].iter().sum();
+/// The part of an old element at rest that is in a new one. Where pressure is that of a patch, its elements hand on what they would
+/// be at rest with the J of the patch, and by volume: their own, and masses that were laid out anew, would come back as noise in
+/// the pressure of new patches, K times what they are off.
+fn rest_of<const D: usize>(past: &Past<'_, D>, source: &Source) -> f64 {
+    let potential = past.potential;
+    let whole: f64 = past.old.corner_mass[source.old.index()].iter().sum();
     let reference = potential.reference(source.old);
     let ring = if potential.section() == Section::Axisymmetric { reference.radius } else { 1.0 };
-    source.mass / whole * measure(&reference.edges) * ring * shares[source.old.index()]
+    match past.shares.get(source.old.index()) {
+        Some(share) => source.part * measure(&reference.edges) * ring * share,
+        None => source.mass / whole * measure(&reference.edges) * ring,
+    }
 }
 
 /// The reference of an old element whose nodes may stand in another order now.
@@ -124,18 +187,26 @@ fn turned<const D: usize>(reference: &Reference<D>, same: Same) -> Reference<D> 
 }
 
 impl<const D: usize> Mean<D> {
-    fn of((potential, old, shares): From<'_, D>, x: &[Vector<D>], sources: &[Source]) -> Self {
-        let is_ring = potential.section() == Section::Axisymmetric;
+    fn of(past: &Past<'_, D>, x: &[Vector<D>], sources: &[Source]) -> Self {
+        let is_ring = past.potential.section() == Section::Axisymmetric;
         let (mut strain, mut distortion, mut rest, mut mass) = (Strain::zero(), 0.0, 0.0, 0.0);
+        let mut plastic = 0.0;
         for source in sources {
-            let (f, out) = potential.deformation(source.old, x);
-            let own = Strain { f, out };
-            rest += rest_of((potential, old, shares), source);
+            let own = Strain::of(past, x, source.old);
+            plastic += past.memory.get(source.old.index()).map_or(0.0, |memory| memory.plastic) * source.mass;
+            rest += rest_of(past, source);
             strain = strain.plus(&own, source.mass);
             distortion += own.distortion() * source.mass;
             mass += source.mass;
         }
-        Self { strain: Strain::zero().plus(&strain, 1.0 / mass), distortion: distortion / mass, rest, is_ring }
+        Self {
+            strain: Strain::zero().plus(&strain, 1.0 / mass),
+            distortion: distortion / mass,
+            plastic: plastic / mass,
+            rest,
+            is_ring,
+            flows: past.potential.remembers(),
+        }
     }
 
     /// With more of the matter at rest, of which an element takes a tenth more at once at most: what is cut off its neighbourhood
@@ -150,14 +221,16 @@ impl<const D: usize> Mean<D> {
         let whole = measure(&told.edges) * if self.is_ring { told.radius } else { 1.0 };
         let holds = |found: f64, wanted: f64| (found - wanted).abs() < HOLDS * wanted;
         let strain = self.said(told, now);
-        holds(whole, self.rest) && strain.is_some_and(|strain| holds(strain.distortion(), self.distortion))
+        !self.flows
+            && holds(whole, self.rest)
+            && strain.is_some_and(|strain| holds(strain.distortion(), self.distortion))
     }
 
     /// The deformation that the nodes say, if they stand upright at rest.
     fn said(&self, told: &Reference<D>, now: &Reference<D>) -> Option<Strain<D>> {
         let out = if self.is_ring { now.radius / told.radius } else { 1.0 };
         let outside = out > 0.0 && out.is_finite();
-        inverse(&told.edges).filter(|_| outside).map(|inverse| Strain { f: now.edges * inverse, out })
+        inverse(&told.edges).filter(|_| outside && !self.flows).map(|inverse| Strain { f: now.edges * inverse, out })
     }
 
     /// What has the measure at rest of what it is made of, and its distortion: on the way from the mean, which has less, to what

@@ -123,6 +123,7 @@ impl Simulation {
             min_jacobian: self.model.record().min_jacobian,
             crushed_elements,
             remeshes: self.remeshes(),
+            splashed: self.model.record().splashed,
             fallback: self.fallback(),
         }
     }
@@ -147,6 +148,9 @@ fn energy(totals: &Totals, noise: f64) -> EnergyReport {
         remesh: books.remesh,
         load: books.load,
         damping: books.damping,
+        plastic: books.plastic,
+        viscous: books.viscous,
+        splash: books.splash,
         closure: totals.energy_closure.0,
         initial: totals.initial_energy,
         energy_error: totals.energy_closure.1,

@@ -15,6 +15,7 @@ mod renew;
 mod run;
 mod saved;
 mod shared;
+mod splash;
 #[cfg(test)]
 mod trips;
 

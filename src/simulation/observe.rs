@@ -138,6 +138,12 @@ pub struct EnergyReport {
     pub load: f64,
     /// Work of the damping: negative is dissipated.
     pub damping: f64,
+    /// Lost to plastic flow: negative.
+    pub plastic: f64,
+    /// Lost to bulk viscosity: negative.
+    pub viscous: f64,
+    /// Taken along by what has broken off.
+    pub splash: f64,
     /// Change of the discrete energy that no account explains.
     pub closure: f64,
     /// Energy at the start.
@@ -169,6 +175,8 @@ pub struct CostReport {
     pub crushed_elements: usize,
     /// Exchanges of the mesh.
     pub remeshes: u64,
+    /// Mass of what has broken off, kg.
+    pub splashed: f64,
     /// Part of the elements that are at rest not what their nodes say.
     pub fallback: f64,
 }

@@ -4,16 +4,16 @@ use super::loads;
 use crate::algebra::Vector;
 use crate::avi::{Gel, Pressure, Surface, Wear};
 use crate::element::{Potential, Reference, Section, Simplices};
-use crate::material::NeoHookean;
+use crate::material::{BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Strength};
 use crate::mesh::{ElementId, Facet, Mesh, Patches, Simplex, facet_measure, shape_quality};
-use crate::scene::{Dimension, ElementKind, GelShape, Remesh, Scene};
+use crate::scene::{Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene};
 use crate::state::Birth;
 
 /// What a gel is made of.
 #[derive(Debug, Clone)]
 pub(super) struct Recipe {
     pub section: Section,
-    material: NeoHookean,
+    material: Material,
     kind: ElementKind,
     /// kg/m³.
     pub density: f64,
@@ -54,7 +54,7 @@ impl Recipe {
                 Dimension::Axisymmetric => Section::Axisymmetric,
                 Dimension::Spatial => Section::Spatial,
             },
-            material: NeoHookean::new(scene.gel.shear_modulus, scene.gel.bulk_modulus),
+            material: material(&scene.gel),
             kind: scene.mesh.element,
             density: scene.gel.density,
             pressures: loads::pressures(scene),
@@ -62,16 +62,20 @@ impl Recipe {
         }
     }
 
-    /// The elements of a mesh.
-    pub fn simplices<const D: usize>(&self, mesh: &Mesh<D>) -> Simplices<D> {
-        Simplices::in_patches(mesh, self.patches(mesh), (self.material, self.section))
+    /// The elements of a mesh whose nodes are there when it is new.
+    pub fn simplices<const D: usize>(&self, (mesh, position): (&Mesh<D>, &[Vector<D>])) -> Simplices<D> {
+        Simplices::in_patches(mesh, self.patches((mesh, position)), (self.material, self.section))
     }
 
-    /// Which elements of a mesh share their change of volume.
-    pub fn patches<const D: usize>(&self, mesh: &Mesh<D>) -> Patches {
-        match self.kind {
-            ElementKind::Plain => Patches::alone(mesh.elements.len()),
-            ElementKind::Patch => Patches::grouped(mesh),
+    /// Which elements of a mesh, whose nodes are there when it is new, share their change of volume.
+    pub fn patches<const D: usize>(&self, (mesh, position): (&Mesh<D>, &[Vector<D>])) -> Patches {
+        match (self.kind, &self.material) {
+            (ElementKind::Plain, _) => Patches::alone(mesh.elements.len()),
+            (ElementKind::Patch, Material::NeoHookean(_)) => Patches::grouped(mesh),
+            // Of what has flowed the nodes do not say any more what was near what at rest.
+            (ElementKind::Patch, Material::Flowing(_)) => {
+                Patches::grouped(&Mesh { rest: position.to_vec(), ..mesh.clone() })
+            }
         }
     }
 
@@ -127,5 +131,27 @@ impl Recipe {
             area = area.min(potential.compression(element, &nodes.map(|node| position[node.index()])));
         }
         Some(Wear { quality: quality.min(AGED * shape), compression: compression.min(AGED * area) })
+    }
+}
+
+/// What a gel is made of.
+fn material(gel: &GelTable) -> Material {
+    match gel.material {
+        MaterialModel::NeoHookean => NeoHookean::new(gel.shear_modulus, gel.bulk_modulus).into(),
+        MaterialModel::Flowing => {
+            let volume = gel.volume.unwrap_or_default();
+            let viscosity = gel.viscosity.unwrap_or_default();
+            Material::Flowing(Flowing {
+                shear_modulus: gel.shear_modulus,
+                state: EquationOfState::new(
+                    gel.bulk_modulus,
+                    volume.hugoniot_slope,
+                    volume.tension_limit.unwrap_or(f64::INFINITY),
+                ),
+                strength: gel.strength.map(|s| Strength::new(s.yield_stress, s.rate_exponent, s.cap)),
+                viscosity: BulkViscosity { linear: viscosity.linear, quadratic: viscosity.quadratic },
+                density: gel.density,
+            })
+        }
     }
 }

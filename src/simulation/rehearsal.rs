@@ -25,6 +25,8 @@ pub struct Renewal {
     pub momentum: f64,
     /// Kinetic energy before and after, J.
     pub kinetic: [f64; 2],
+    /// What kinetic and stored energy changed by, J.
+    pub energy: f64,
     /// Part of the new elements that are old ones.
     pub unchanged: f64,
     /// How long it took, all attempts, s.
@@ -41,6 +43,7 @@ impl Renewal {
             mass: defects.relative_mass(),
             momentum: defects.momentum_defect().norm(),
             kinetic: [defects.before.kinetic, defects.after.kinetic],
+            energy: 0.0,
             unchanged: defects.unchanged,
             seconds: 0.0,
         }
@@ -120,9 +123,9 @@ impl Gelatin<2> {
     }
 
     fn shown(&self, candidate: Candidate<2>, moved: &Moved<'_, 2>, attempt: usize) -> Successor {
-        let Candidate { birth, velocity, quality, defects } = candidate;
-        let stored =
-            [self.engine.gel().stored_energy(moved.position), self.gel_of(&birth).stored_energy(&birth.position)];
+        let Candidate { birth, memory, velocity, quality, defects } = candidate;
+        let before = self.engine.gel().stored_energy(moved.position, &self.engine.state().memory);
+        let stored = [before, self.gel_of(&birth).stored_energy(&birth.position, &memory)];
         Successor { points: birth.position, elements: birth.mesh.elements, velocity, attempt, quality, defects, stored }
     }
 }

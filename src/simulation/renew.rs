@@ -8,7 +8,7 @@ use super::recipe::Recipe;
 use super::rehearsal::{Rehearsal, Renewal};
 use crate::algebra::Vector;
 use crate::avi::NoStep;
-use crate::element::{Potential, Simplices};
+use crate::element::{Memory, Potential, Simplices};
 use crate::mesh::{ElementId, Mesh};
 use crate::remesh::{self, Moved};
 use crate::state::{Birth, State};
@@ -51,10 +51,13 @@ impl<const D: usize> Gelatin<D> {
     fn renew_by(&mut self, mesher: Mesher<D>) -> Result<(), NoStep> {
         let Some(sizes) = self.recipe.remesh.clone() else { return Ok(()) };
         let begun = Instant::now();
-        let old = self.present();
         if self.engine.state().birth.is_none() {
-            self.first = Some(Arc::clone(&old));
+            self.first = Some(self.present());
         }
+        if let Some(thinnest) = sizes.rules.thinnest {
+            self.shed(thinnest)?;
+        }
+        let old = self.present();
         let position = self.engine.state().position.clone();
         let moved = Moved { mesh: &old.mesh, position: &position };
         let size = self.sizes(&moved, &sizes);
@@ -68,9 +71,11 @@ impl<const D: usize> Gelatin<D> {
                 }
             };
             let renewal = Renewal::of(&candidate, self.engine.now(), attempt);
-            if self.go_on(candidate.birth, candidate.velocity).is_ok() {
+            let booked = self.engine.state().ledger.energy.remesh;
+            if self.go_on(candidate.birth, candidate.memory, candidate.velocity).is_ok() {
                 self.engine.count_exchange();
-                self.renewals.push(Renewal { seconds: begun.elapsed().as_secs_f64(), ..renewal });
+                let energy = self.engine.state().ledger.energy.remesh - booked;
+                self.renewals.push(Renewal { energy, seconds: begun.elapsed().as_secs_f64(), ..renewal });
                 return Ok(());
             }
         }
@@ -82,15 +87,20 @@ impl<const D: usize> Gelatin<D> {
     fn keep(&mut self, old: &Birth<D>) -> Result<(), NoStep> {
         let state = self.engine.state();
         let birth = Birth { tick: self.engine.last_tick(), position: state.position.clone(), ..old.clone() };
-        let velocity = state.velocity.clone();
-        self.go_on(birth, velocity)
+        let (memory, velocity) = (state.memory.clone(), state.velocity.clone());
+        self.go_on(birth, memory, velocity)
     }
 
-    fn go_on(&mut self, birth: Birth<D>, velocity: Vec<Vector<D>>) -> Result<(), NoStep> {
+    pub(super) fn go_on(
+        &mut self,
+        birth: Birth<D>,
+        memory: Vec<Memory<D>>,
+        velocity: Vec<Vector<D>>,
+    ) -> Result<(), NoStep> {
         let birth = Arc::new(birth);
         let gel = self.gel_of(&birth);
         let nodes = birth.position.iter().copied().zip(velocity).collect();
-        self.engine = self.engine.renewed(gel, nodes, Some(Arc::clone(&birth)))?;
+        self.engine = self.engine.renewed((gel, Some(memory)), nodes, Some(Arc::clone(&birth)))?;
         self.dress(&birth);
         Ok(())
     }
@@ -98,7 +108,7 @@ impl<const D: usize> Gelatin<D> {
 
 impl<const D: usize> Gelatin<D> {
     pub fn gel_of(&self, birth: &Birth<D>) -> crate::avi::Gel<D, Simplices<D>> {
-        let simplices = self.recipe.simplices(&birth.mesh).with_references(&birth.references);
+        let simplices = self.recipe.simplices((&birth.mesh, &birth.position)).with_references(&birth.references);
         self.recipe.gel(simplices, (&birth.mesh, &birth.position), birth.mass.clone())
     }
 

@@ -74,9 +74,10 @@ impl<const D: usize> Gel<D> {
             velocity: &self.velocity,
         };
         let new = remesh::transfer(&moved, &carried, &proposal);
-        let patches = Patches::alone(proposal.elements.len());
-        let references =
-            history::references((&self.simplices(), &self.birth), &self.position, (&proposal, &new, &patches));
+        let (simplices, patches) = (self.simplices(), Patches::alone(proposal.elements.len()));
+        let past = history::Past::new((&simplices, &self.birth, &[]), &self.position);
+        let inherited = history::inherited(&past, &self.position, (&proposal, &new, &patches));
+        let references = inherited.map(|(references, _)| references);
         let references = references.expect("what elements were at rest");
         let facets = boundary::<D>(&proposal.elements);
         let mesh = Mesh { rest: new.rest, elements: proposal.elements, facets, held: new.held, marks: vec![] };
@@ -105,7 +106,7 @@ impl<const D: usize> Gel<D> {
         let mut energy = 0.0;
         for patch in 0..simplices.patches().len() {
             let mut answers = [Answer::default(); DEPTH];
-            energy += simplices.evaluate(patch, &self.position, &mut answers);
+            energy += simplices.evaluate(patch, &self.position, &[], &mut answers);
             for (element, answer) in simplices.patches().of(patch).iter().zip(&answers) {
                 for (node, f) in simplices.nodes(*element).iter().zip(&answer.forces) {
                     force[node.index()] += f;

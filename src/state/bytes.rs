@@ -6,7 +6,7 @@ use super::birth::{Birth, numbers, simplex};
 use super::{Alarm, Clock, Record, Sizes, State, Tick};
 use crate::algebra::{Tensor, Vector};
 use crate::contact::BodyState;
-use crate::element::Reference;
+use crate::element::{Memory, Reference};
 use crate::ledger::Ledger;
 use crate::mesh::{ElementId, Simplex};
 use std::sync::Arc;
@@ -152,6 +152,22 @@ impl Plain for Alarm {
     }
 }
 
+impl<const D: usize> Plain for Memory<D> {
+    const SIZE: usize = 8 * (D * D + 4);
+
+    fn put(&self, to: &mut [u8]) {
+        let own = self.inverse.iter().chain([&self.out, &self.plastic, &self.jacobian, &self.rate]);
+        to.chunks_exact_mut(8).zip(own).for_each(|(to, number)| number.put(to));
+    }
+
+    fn take(from: &[u8]) -> Self {
+        let number = |i: usize| f64::take(&from[8 * i..]);
+        let inverse = Tensor::<D>::from_fn(|row, column| number(column * D + row));
+        let [out, plastic, jacobian, rate] = [0, 1, 2, 3].map(|i| number(D * D + i));
+        Self { inverse, out, plastic, jacobian, rate }
+    }
+}
+
 fn first<const N: usize>(from: &[u8]) -> [u8; N] {
     *from.first_chunk().expect("the bytes of a number")
 }
@@ -209,6 +225,7 @@ impl Sizes {
             (self.slots, f64::SIZE),
             (self.groups, Clock::SIZE),
             (self.alarms, Alarm::SIZE),
+            (self.memories, Memory::<D>::SIZE),
             (self.nodes_born(), NODE_BORN + 2 * Vector::<D>::SIZE),
             (self.born, ELEMENT_BORN),
             (self.references, <(ElementId, Reference<D>)>::SIZE),
@@ -235,6 +252,7 @@ impl<const D: usize> State<D> {
             slots: self.stiffness.len(),
             groups: self.clocks.len(),
             alarms: self.alarms.len(),
+            memories: self.memory.len(),
             bodies: self.bodies.len(),
             born: self.birth.as_ref().map_or(0, |birth| birth.mesh.elements.len()),
             references: self.birth.as_ref().map_or(0, |birth| birth.references.len()),
@@ -256,7 +274,7 @@ impl<const D: usize> State<D> {
     /// Hands its bytes to `sink`, run by run.
     pub fn write(&self, sink: &mut impl FnMut(&[u8])) {
         // By name, so that no field is forgotten.
-        let Self { position, velocity, excess, stiffness, clocks, alarms, birth, .. } = self;
+        let Self { position, velocity, excess, stiffness, clocks, alarms, memory, birth, .. } = self;
         let Self { now: _, bodies: _, ledger: _, record: _, .. } = self;
         sink(&self.small());
         write_all(position, sink);
@@ -265,6 +283,7 @@ impl<const D: usize> State<D> {
         write_all(stiffness, sink);
         write_all(clocks, sink);
         write_all(alarms, sink);
+        write_all(memory, sink);
         if let Some(birth) = birth {
             write_all(&birth.mesh.rest, sink);
             write_all(&birth.position, sink);
@@ -290,7 +309,8 @@ impl<const D: usize> State<D> {
         if born == Some(None) {
             return false;
         }
-        let Self { position, velocity, excess, stiffness, clocks, alarms, birth, now, bodies, ledger, record } = self;
+        let Self { position, velocity, excess, stiffness, clocks, alarms, memory, birth, .. } = self;
+        let Self { now, bodies, ledger, record, .. } = self;
         (_, (*now, ..), *bodies, *ledger, *record) = small;
         *birth = born.flatten();
         read_all(position, sizes.nodes, &mut arrays);
@@ -299,6 +319,7 @@ impl<const D: usize> State<D> {
         read_all(stiffness, sizes.slots, &mut arrays);
         read_all(clocks, sizes.groups, &mut arrays);
         read_all(alarms, sizes.alarms, &mut arrays);
+        read_all(memory, sizes.memories, &mut arrays);
         true
     }
 
@@ -378,7 +399,16 @@ mod tests {
 
     #[test]
     fn sizes_that_overflow_are_refused() {
-        let sizes = Sizes { nodes: usize::MAX / 2, slots: 0, groups: 0, alarms: 0, bodies: 0, born: 0, references: 0 };
+        let sizes = Sizes {
+            nodes: usize::MAX / 2,
+            slots: 0,
+            groups: 0,
+            alarms: 0,
+            memories: 0,
+            bodies: 0,
+            born: 0,
+            references: 0,
+        };
         let small: Small = (sizes, (None, 0, vec![]), vec![], Ledger::default(), Record::new(0));
         assert!(!State::<3>::empty().read(&postcard::to_stdvec(&small).unwrap()));
     }

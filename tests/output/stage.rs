@@ -110,6 +110,7 @@ fn cost(time: f64) -> CostReport {
         min_jacobian: 0.6,
         crushed_elements: 0,
         remeshes: 0,
+        splashed: 0.0,
         fallback: 0.0,
     }
 }

@@ -7,7 +7,7 @@
 use ballistic_gel::algebra::{Tensor3, Vector, Vector3};
 use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface, SurfaceNode};
 use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion, Wrench};
-use ballistic_gel::element::{Answer, DEPTH, Potential};
+use ballistic_gel::element::{Answer, DEPTH, Memory, Potential};
 use ballistic_gel::geometry::{HalfSpace, Shape};
 use ballistic_gel::mesh::{ElementId, Incidence, NodeId, Patches};
 use nalgebra::UnitQuaternion;
@@ -51,7 +51,7 @@ impl Potential<2> for Springs {
     }
 
     /// The stiffness matrix k [[1, −1], [−1, 1]] has the eigenvalue 2k.
-    fn evaluate(&self, i: usize, x: &[Vector<2>], answers: &mut [Answer<2>; DEPTH]) -> f64 {
+    fn evaluate(&self, i: usize, x: &[Vector<2>], _: &[Memory<2>], answers: &mut [Answer<2>; DEPTH]) -> f64 {
         let (k, tension) = (self.stiffness[i], self.tension(i, x));
         answers[0].forces[0] = Vector::<2>::new(0.0, tension);
         answers[0].forces[1] = Vector::<2>::new(0.0, -tension);

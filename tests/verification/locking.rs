@@ -75,7 +75,7 @@ impl Punch {
     fn add_forces(&self, x: &Field, weight: f64, result: &mut Field) {
         for patch in 0..self.gel.patches().len() {
             let mut answers = [Answer::default(); DEPTH];
-            self.gel.evaluate(patch, x, &mut answers);
+            self.gel.evaluate(patch, x, &[], &mut answers);
             for (element, answer) in self.gel.patches().of(patch).iter().zip(&answers) {
                 for (node, force) in self.gel.nodes(*element).iter().zip(&answer.forces) {
                     result[node.index()] += force * weight;

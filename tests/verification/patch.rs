@@ -83,7 +83,7 @@ fn defects<const D: usize>(mesh: &Mesh<D>, section: Section, (a, b): (Tensor<D>,
         let f = edges(&x, nodes) * edges(&mesh.rest, nodes).try_inverse().expect("an element has a volume");
         strain = strain.max((f - a).norm() / a.norm());
         let mut answers = [Answer::default(); DEPTH];
-        simplices.evaluate(e, &x, &mut answers);
+        simplices.evaluate(e, &x, &[], &mut answers);
         let h = edges(&mesh.rest, nodes).column_iter().map(|edge| edge.norm()).fold(0.0, f64::max);
         let face = if D == 2 { h } else { h * h };
         for (node, push) in nodes[..=D].iter().zip(&answers[0].forces) {

@@ -1,7 +1,7 @@
 //! The gel: shape, material and supports fit the dimension and each other.
 
-use super::domain::{Check, all_finite, finite, positive, require};
-use crate::scene::{Dimension, Gel, GelShape, Scene, SceneError, Support};
+use super::domain::{Check, all_finite, finite, positive, require, within};
+use crate::scene::{Dimension, Gel, GelShape, MaterialModel, Scene, SceneError, Support};
 
 const LENGTH: &str = "a positive length, m";
 
@@ -121,11 +121,53 @@ fn beam_width(width: Option<f64>, dimension: Dimension) -> Check {
 
 fn material(gel: &Gel) -> Check {
     positive("gel.density", gel.density, "a positive density, kg/m3")?;
+    if gel.material == MaterialModel::Flowing {
+        return flowing(gel);
+    }
+    let tables = [
+        ("strength", gel.strength.is_some()),
+        ("volume", gel.volume.is_some()),
+        ("viscosity", gel.viscosity.is_some()),
+    ];
+    for (table, given) in tables {
+        let expected = "nothing: only a gel of material \"flowing\" has it";
+        require(!given, &format!("gel.{table}"), || "a table".to_owned(), expected)?;
+    }
     positive("gel.shear_modulus", gel.shear_modulus, "a positive modulus, Pa")?;
     positive("gel.bulk_modulus", gel.bulk_modulus, "a positive modulus, Pa")?;
     let least = 2.0 / 3.0 * gel.shear_modulus;
     let expected = format!("more than 2/3 of gel.shear_modulus, {least:?} Pa: Poisson's ratio must be positive");
     require(gel.bulk_modulus > least, "gel.bulk_modulus", || format!("{:?}", gel.bulk_modulus), &expected)
+}
+
+/// A gel that flows: it may be a fluid, without a shear modulus and a strength.
+fn flowing(gel: &Gel) -> Check {
+    let fluid = gel.shear_modulus == 0.0;
+    require(
+        fluid || gel.shear_modulus > 0.0 && gel.shear_modulus.is_finite(),
+        "gel.shear_modulus",
+        || format!("{:?}", gel.shear_modulus),
+        "a modulus of 0 (a fluid) or more, Pa",
+    )?;
+    positive("gel.bulk_modulus", gel.bulk_modulus, "a positive modulus, Pa")?;
+    if let Some(strength) = gel.strength {
+        require(!fluid, "gel.strength", || "the strength of a fluid".to_owned(), "a gel.shear_modulus above 0")?;
+        positive("gel.strength.yield_stress", strength.yield_stress, "a positive stress, Pa")?;
+        let exponent = strength.rate_exponent;
+        let good = (0.0..1.0).contains(&exponent);
+        require(good, "gel.strength.rate_exponent", || format!("{exponent:?}"), "a number from 0 to less than 1")?;
+        let least = format!("at least gel.strength.yield_stress, {:?} Pa", strength.yield_stress);
+        let good = strength.cap >= strength.yield_stress && strength.cap.is_finite();
+        require(good, "gel.strength.cap", || format!("{:?}", strength.cap), &least)?;
+    }
+    let volume = gel.volume.unwrap_or_default();
+    within("gel.volume.hugoniot_slope", volume.hugoniot_slope, 0.0..=10.0)?;
+    if let Some(tension) = volume.tension_limit {
+        positive("gel.volume.tension_limit", tension, "a positive stress, Pa")?;
+    }
+    let viscosity = gel.viscosity.unwrap_or_default();
+    within("gel.viscosity.linear", viscosity.linear, 0.0..=1.0)?;
+    within("gel.viscosity.quadratic", viscosity.quadratic, 0.0..=10.0)
 }
 
 fn supports(gel: &Gel, dimension: Dimension) -> Check {

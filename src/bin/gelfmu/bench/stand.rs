@@ -157,7 +157,7 @@ impl<const D: usize> Stand<D> {
     pub fn evaluate(&self, patches: Range<usize>) -> f64 {
         let (potential, x) = (&self.engine.gel().potential, &self.engine.state().position);
         let mut answers = [Answer::default(); DEPTH];
-        patches.map(|patch| potential.evaluate(patch, x, &mut answers)).sum()
+        patches.map(|patch| potential.evaluate(patch, x, &[], &mut answers)).sum()
     }
 
     /// Patches in all.

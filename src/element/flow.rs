@@ -1,0 +1,285 @@
+//! Elements of a gel that flows: F = F_e F_p, a return to the strength at every update of their own (numerics A16).
+
+use super::simplices::{Element, Strain};
+use super::{Answer, DEPTH, MAX_NODES, Potential, Section, Simplices};
+use crate::algebra::{Tensor, Vector, cofactor, cube_root, det};
+use crate::material::{Flowing, NeoHookean, Returned, Volumetric};
+use crate::mesh::ElementId;
+
+/// What an element that flows remembers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Memory<const D: usize> {
+    /// C̄_p⁻¹ = (F_pᵀF_p)⁻¹, of determinant 1 with `out`; 1 before it has flowed.
+    pub inverse: Tensor<D>,
+    /// Its component out of the plane; 1 in space.
+    pub out: f64,
+    /// ε_p, equivalent plastic strain.
+    pub plastic: f64,
+    /// J at its own last tick.
+    pub jacobian: f64,
+    /// Rate of ε_p when it has flowed last, 1/s.
+    pub rate: f64,
+}
+
+impl<const D: usize> Default for Memory<D> {
+    fn default() -> Self {
+        Self { inverse: Tensor::<D>::identity(), out: 1.0, plastic: 0.0, jacobian: 1.0, rate: 0.0 }
+    }
+}
+
+impl<const D: usize> Memory<D> {
+    /// Whether all of it are numbers.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        self.inverse
+            .iter()
+            .chain([&self.out, &self.plastic, &self.jacobian, &self.rate])
+            .all(|number| number.is_finite())
+    }
+}
+
+/// What a patch stores, and what it has lost since its own last tick.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Spent {
+    /// V, J.
+    pub energy: f64,
+    /// Lost to plastic flow, J.
+    pub plastic: f64,
+    /// Lost to viscosity, J.
+    pub viscous: f64,
+}
+
+/// The elastic part of an isochoric deformation: b̄ = J^(−2/3) F C̄_p⁻¹ Fᵀ, and its component out of the plane.
+#[derive(Clone, Copy)]
+pub(super) struct Elastic<const D: usize> {
+    pub inner: Tensor<D>,
+    pub out: f64,
+}
+
+/// An element on the way to its answer.
+struct Flow<'a, const D: usize> {
+    gel: &'a Flowing,
+    element: &'a Element<D>,
+    strain: &'a Strain<D>,
+    /// J, no less than where the material law is continued.
+    jacobian: f64,
+    /// J^(−2/3).
+    scale: f64,
+}
+
+impl<const D: usize> Elastic<D> {
+    fn trace(&self) -> f64 {
+        self.inner.trace() + if D == 2 { self.out } else { 0.0 }
+    }
+
+    /// b̄ − tr b̄/3.
+    fn deviator(&self) -> Self {
+        let mean = self.trace() / 3.0;
+        Self { inner: self.inner - Tensor::<D>::identity() * mean, out: if D == 2 { self.out - mean } else { 0.0 } }
+    }
+
+    fn norm_squared(&self) -> f64 {
+        self.inner.norm_squared() + if D == 2 { self.out * self.out } else { 0.0 }
+    }
+
+    fn determinant(&self) -> f64 {
+        det(&self.inner) * if D == 2 { self.out } else { 1.0 }
+    }
+
+    /// θ + s d of determinant 1 for a deviator d, which is this one: θ³ − θ s²|d|²/2 + s³ det d = 1.
+    fn isochoric(&self, part: f64, mut mean: f64) -> Self {
+        let (square, cube) = (0.5 * part * part * self.norm_squared(), part * part * part * self.determinant());
+        for _ in 0..8 {
+            mean -= (mean * (mean * mean - square) + cube - 1.0) / (3.0 * mean * mean - square);
+        }
+        let whole = Tensor::<D>::identity() * mean + self.inner * part;
+        Self { inner: whole, out: if D == 2 { mean + self.out * part } else { 1.0 } }
+    }
+}
+
+impl<const D: usize> Simplices<D> {
+    /// Energy of a patch of a gel that flows, and what its elements answer; what has passed since their last tick makes them flow,
+    /// if there was any, and is remembered.
+    pub(super) fn flow(
+        &self,
+        gel: &Flowing,
+        ids: &[ElementId],
+        x: &[Vector<D>],
+        (step, memory): (f64, &mut [Memory<D>; DEPTH]),
+        answers: &mut [Answer<D>; DEPTH],
+    ) -> Spent {
+        let strained: [Option<(Element<D>, Strain<D>)>; DEPTH] = std::array::from_fn(|k| {
+            let id = *ids.get(k)?;
+            let element = self.element(id);
+            let strain = self.strain((id, &element), x);
+            Some((element, strain))
+        });
+        let (mut volume, mut now) = (0.0, 0.0);
+        for (element, strain) in strained.iter().flatten() {
+            volume += element.volume;
+            now += element.volume * strain.jacobian();
+        }
+        let shared = if ids.len() > 1 { gel.shared(now / volume) } else { gel.state.volumetric(now / volume) };
+        let mut spent = Spent { energy: volume * shared.energy, ..Spent::default() };
+        for (((element, strain), memory), answer) in strained.iter().flatten().zip(memory).zip(answers) {
+            let own = gel.own(strain.jacobian());
+            let own = if ids.len() > 1 { own } else { Volumetric { energy: 0.0, slope: 0.0, curvature: 0.0 } };
+            let flow = Flow::new(gel, element, strain);
+            let before = spent;
+            let elastic = flow.elastic((step, memory), &mut spent.plastic);
+            spent.plastic = before.plastic + element.volume * (spent.plastic - before.plastic);
+            let viscous = flow.viscous(step, memory);
+            spent.viscous += element.volume * viscous * (strain.jacobian() - memory.jacobian);
+            memory.jacobian = strain.jacobian();
+            spent.energy += element.volume * (own.energy + 0.5 * gel.shear_modulus * (elastic.trace() - 3.0));
+            let slope = own.slope + shared.slope;
+            let curvature = own.curvature.max(0.0) + shared.curvature.max(0.0);
+            let stiffness = self.bound(&flow, &elastic, (slope + viscous, curvature));
+            *answer = flow.answer(memory, &elastic, (slope + viscous, stiffness));
+        }
+        spent
+    }
+
+    /// κ: the greatest eigenvalue of an element's share of the stiffness, with room for what viscosity takes off the stable step.
+    ///
+    /// With L = δF F⁻¹ = Σ δx_a ⊗ g_a, the gradients g_a being those where the element is now (of a ring with their hoop parts):
+    /// δ²W = μ [L:Lb̄ − 4/3 tr L b̄:L + 2/9 Ī₁ (tr L)² + Ī₁/3 tr(LL)] + U″J² (tr L)² + U′J [(tr L)² − tr(LL)], and the terms with tr L in
+    /// the first bracket are together at most 2 (d:L)²/Ī₁, d = dev b̄. Each is a square of a sum over the nodes, so at most the sum of
+    /// their squares; (tr L)² − tr(LL) is at most s|L|² with s = 1 in the plane, else 2. The return only takes stiffness away.
+    fn bound(&self, flow: &Flow<'_, D>, elastic: &Elastic<D>, (slope, curvature): (f64, f64)) -> f64 {
+        let (deviator, trace) = (elastic.deviator(), elastic.trace());
+        let hoop = flow.element.hoop / flow.strain.out;
+        let j = flow.jacobian;
+        let (mut sheared, mut spread, mut dilated) = (0.0, 0.0, 0.0);
+        for gradient in flow.gradients() {
+            let mut whole = gradient;
+            whole[0] += hoop;
+            sheared += gradient.dot(&(elastic.inner * gradient)) + hoop * hoop * elastic.out;
+            let (inner, out) = ((deviator.inner * gradient).norm_squared(), hoop * deviator.out);
+            sheared += 2.0 / trace * (inner + out * out);
+            spread += gradient.norm_squared() + hoop * hoop;
+            dilated += whole.norm_squared();
+        }
+        let minors = if matches!(self.section, Section::Planar { .. }) { 1.0 } else { 2.0 };
+        let shear = flow.gel.shear_modulus * (sheared + trace / 3.0 * spread);
+        let volumetric = curvature * j * j * dilated + slope.abs() * j * minors * spread;
+        let kappa = flow.element.volume * (shear + volumetric);
+        kappa / flow.damped(kappa, D)
+    }
+
+    /// J of each element as a part of the mean J̄ of its patch, of those whose elements remember.
+    #[must_use]
+    pub fn shares(&self, memory: &[Memory<D>]) -> Vec<f64> {
+        let mut shares = vec![1.0; memory.len()];
+        for patch in self.patches().iter().filter(|ids| ids.len() > 1 && !memory.is_empty()) {
+            let sums = patch.iter().fold((0.0, 0.0), |(volume, now), id| {
+                let own = self.volume(*id);
+                (volume + own, now + own * memory[id.index()].jacobian)
+            });
+            for id in patch {
+                shares[id.index()] = memory[id.index()].jacobian * sums.0 / sums.1;
+            }
+        }
+        shares
+    }
+
+    /// F_e of an element without its rotation as far as a mean needs it: the lower triangle L with LLᵀ = b̄ J^(2/3), and the stretch
+    /// out of the plane; nothing of one that is inside out.
+    #[must_use]
+    pub fn elastic(&self, id: ElementId, x: &[Vector<D>], memory: &Memory<D>) -> Option<(Tensor<D>, f64)> {
+        let element = self.element(id);
+        let strain = self.strain((id, &element), x);
+        let f = strain.f;
+        let squared = f * memory.inverse * f.transpose();
+        let out = strain.out * memory.out.sqrt();
+        nalgebra::Cholesky::new(squared)
+            .map(|lower| (lower.l(), out))
+            .filter(|(lower, out)| det(lower) * out > 0.0 && strain.inner > 0.0)
+    }
+}
+
+impl<'a, const D: usize> Flow<'a, D> {
+    fn new(gel: &'a Flowing, element: &'a Element<D>, strain: &'a Strain<D>) -> Self {
+        let jacobian = strain.jacobian().max(NeoHookean::FLOOR);
+        let root = cube_root(jacobian);
+        Self { gel, element, strain, jacobian, scale: 1.0 / (root * root) }
+    }
+
+    /// b̄ with what was remembered, brought back to the strength if a step has passed and it is beyond; adds what was lost per volume.
+    fn elastic(&self, (step, memory): (f64, &mut Memory<D>), lost: &mut f64) -> Elastic<D> {
+        let f = &self.strain.f;
+        let squared = self.strain.out * self.strain.out;
+        let trial = Elastic {
+            inner: f * memory.inverse * f.transpose() * self.scale,
+            out: if D == 2 { squared * memory.out * self.scale } else { 1.0 },
+        };
+        let upright = self.strain.jacobian() >= NeoHookean::FLOOR;
+        let Some(strength) = self.gel.strength.filter(|_| step > 0.0 && upright) else { return trial };
+        let (deviator, mu) = (trial.deviator(), self.gel.shear_modulus);
+        let stress = mu * (1.5 * deviator.norm_squared()).sqrt();
+        let back = strength.returned(stress, mu * trial.trace(), (step, memory.rate));
+        let Some(Returned { stress: left, strain }) = back else {
+            return trial;
+        };
+        let elastic = deviator.isochoric(left / stress, trial.trace() / 3.0);
+        let inverse = cofactor(f).transpose() / self.strain.inner;
+        memory.inverse = inverse * elastic.inner * inverse.transpose() / self.scale;
+        memory.out = if D == 2 { elastic.out / (squared * self.scale) } else { 1.0 };
+        memory.plastic += strain;
+        memory.rate = strain / step;
+        // What is set free at the strength that is left, not at the mean of that and the trial; q Δε_p forgets that Ī₁ is no
+        // quadratic form, and misses 8 % at q = μ/3 in tension.
+        *lost += mu * (trial.trace() - elastic.trace()) * left / (left + stress);
+        elastic
+    }
+
+    /// η ε̇, the part of U′ that viscosity adds, Pa: per rest volume it takes η ε̇ J̇.
+    fn viscous(&self, step: f64, memory: &Memory<D>) -> f64 {
+        if step == 0.0 {
+            return 0.0;
+        }
+        let rate = (self.strain.jacobian() - memory.jacobian) / (self.jacobian * step);
+        self.resistance(rate) * rate
+    }
+
+    fn resistance(&self, rate: f64) -> f64 {
+        self.gel.viscosity.at(self.gel.density, (self.gel.sound_speed(), self.height()), rate)
+    }
+
+    /// ∇N_a where the element is now.
+    fn gradients(&self) -> impl Iterator<Item = Vector<D>> {
+        let push = self.strain.cofactor * (self.strain.out / self.jacobian);
+        self.element.gradients[..=D].iter().map(move |gradient| push * gradient)
+    }
+
+    /// Least height of the element, m.
+    fn height(&self) -> f64 {
+        1.0 / self.gradients().map(|gradient| gradient.norm_squared()).fold(0.0, f64::max).sqrt()
+    }
+
+    /// What viscosity leaves of the square of the stable step: (√(1 + ξ²) − ξ)² with ξ = b₁ ℓ ω/(2c), ω² = (D + 1) κ/m the bound of
+    /// the element by itself (numerics 1.3g).
+    fn damped(&self, kappa: f64, dimension: usize) -> f64 {
+        let gel = self.gel;
+        let omega = ((dimension + 1) as f64 * kappa / (gel.density * self.element.volume)).sqrt();
+        let stiffness = gel.state.bulk_modulus();
+        let xi = 0.5 * omega * self.resistance(0.0) / stiffness;
+        let left = (1.0 + xi * xi).sqrt() - xi;
+        left * left
+    }
+
+    /// Forces of P = μ J^(−2/3) F C̄_p⁻¹ + (U′ − μ Ī₁/(3J)) ∂J/∂F.
+    fn answer(&self, memory: &Memory<D>, elastic: &Elastic<D>, (slope, stiffness): (f64, f64)) -> Answer<D> {
+        let (strain, element, mu) = (self.strain, self.element, self.gel.shear_modulus);
+        let upright = strain.jacobian() >= NeoHookean::FLOOR;
+        let volumetric = slope - if upright { mu * elastic.trace() / (3.0 * self.jacobian) } else { 0.0 };
+        let p = strain.f * memory.inverse * (mu * self.scale) + strain.cofactor * (volumetric * strain.out);
+        let hoop = (mu * self.scale * strain.out * memory.out + volumetric * strain.inner) * element.hoop;
+        let mut forces = [Vector::zeros(); MAX_NODES];
+        for (force, gradient) in forces.iter_mut().zip(&element.gradients[..=D]) {
+            *force = p * gradient * -element.volume;
+            force[0] -= element.volume * hoop;
+        }
+        Answer { forces, stiffness, jacobian: strain.jacobian() }
+    }
+}

@@ -1,0 +1,166 @@
+use super::{NeoHookean, Volumetric};
+use crate::algebra::ln;
+
+/// Pressure by volume alone: U(J) per volume at rest, p = −U′.
+///
+/// Compression, χ = 1 − J > 0, by the shock speed U_s = c₀ + s u_p that experiments find (Hugoniot of the Rankine–Hugoniot
+/// relations, taken as a function of volume only): p = K χ/(1 − sχ)², K = ρc₀², whence U = K/s² [ln(1 − sχ) + 1/(1 − sχ) − 1].
+/// With s = 0, and always in tension, p = K (1/J − 1): U = K (J − 1 − ln J). Both have the bulk modulus K at rest, and U″ jumps
+/// there only by (2s − 2) K of its slope.
+///
+/// In tension the pressure falls no further than to −`tension`: what is drawn apart more is a void that closes as it has opened.
+/// Where 1 − sχ falls below [`Self::LEAST`], or J below [`NeoHookean::FLOOR`], U goes on as its second-order Taylor polynomial.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EquationOfState {
+    bulk: f64,
+    slope: f64,
+    tension: f64,
+}
+
+impl EquationOfState {
+    /// Least 1 − sχ that is not continued: there p is 20 K for s = 2, far above any shot into gel.
+    pub const LEAST: f64 = 0.2;
+
+    /// From the bulk modulus K, Pa, the slope s of the shock speed, 0 for none, and the greatest tension, Pa, infinite if it
+    /// bears any.
+    ///
+    /// # Panics
+    /// If K or the tension is not positive, or s negative.
+    #[must_use]
+    pub fn new(bulk_modulus: f64, slope: f64, tension: f64) -> Self {
+        assert!(bulk_modulus > 0.0 && slope >= 0.0 && tension > 0.0, "an equation of state needs K > 0, s >= 0, t > 0");
+        Self { bulk: bulk_modulus, slope, tension }
+    }
+
+    /// K at rest, Pa.
+    #[must_use]
+    pub fn bulk_modulus(&self) -> f64 {
+        self.bulk
+    }
+
+    /// U and its derivatives at J.
+    #[must_use]
+    pub fn volumetric(&self, j: f64) -> Volumetric {
+        let floor = self.floor();
+        if j < floor {
+            return continued(&self.regular(floor), j - floor);
+        }
+        self.regular(j)
+    }
+
+    /// J below which U is continued.
+    fn floor(&self) -> f64 {
+        let shock = if self.slope > 0.0 { 1.0 - (1.0 - Self::LEAST) / self.slope } else { 0.0 };
+        shock.max(NeoHookean::FLOOR)
+    }
+
+    fn regular(&self, j: f64) -> Volumetric {
+        if j < 1.0 && self.slope > 0.0 {
+            return self.shocked(1.0 - j);
+        }
+        let torn = 1.0 - self.tension / self.bulk;
+        if torn > 0.0 && j * torn > 1.0 {
+            let (at, energy) = (1.0 / torn, self.soft(1.0 / torn).energy);
+            return Volumetric { energy: energy + self.tension * (j - at), slope: self.tension, curvature: 0.0 };
+        }
+        self.soft(j)
+    }
+
+    /// p = K (1/J − 1).
+    fn soft(&self, j: f64) -> Volumetric {
+        let k = self.bulk;
+        Volumetric { energy: k * (j - 1.0 - ln(j)), slope: k * (1.0 - 1.0 / j), curvature: k / (j * j) }
+    }
+
+    /// p = K χ/(1 − sχ)².
+    fn shocked(&self, x: f64) -> Volumetric {
+        let (k, s) = (self.bulk, self.slope);
+        let rest = 1.0 - s * x;
+        // ln r + 1/r − 1 loses all digits at small strains, where it is (sχ)²/2 + 2(sχ)³/3 + 3(sχ)⁴/4.
+        let strained = s * x;
+        let energy = if strained < 1e-3 {
+            strained * strained * (0.5 + strained * (2.0 / 3.0 + 0.75 * strained))
+        } else {
+            ln(rest) + 1.0 / rest - 1.0
+        };
+        Volumetric {
+            energy: k / (s * s) * energy,
+            slope: -k * x / (rest * rest),
+            curvature: k * (1.0 + s * x) / (rest * rest * rest),
+        }
+    }
+}
+
+/// U + U′d + U″d²/2.
+fn continued(at: &Volumetric, d: f64) -> Volumetric {
+    Volumetric {
+        energy: at.energy + d * (at.slope + 0.5 * d * at.curvature),
+        slope: at.slope + d * at.curvature,
+        curvature: at.curvature,
+    }
+}
+
+/// k ln J and its derivatives, continued below [`NeoHookean::FLOOR`].
+pub(super) fn logarithmic(k: f64, j: f64) -> Volumetric {
+    let at = j.max(NeoHookean::FLOOR);
+    let value = Volumetric { energy: k * ln(at), slope: k / at, curvature: -k / (at * at) };
+    if j < at { continued(&value, j - at) } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn laws() -> [EquationOfState; 3] {
+        [(0.0, f64::INFINITY), (2.0, f64::INFINITY), (2.0, 5e6)].map(|(s, t)| EquationOfState::new(2.38e9, s, t))
+    }
+
+    #[test]
+    fn derivatives_agree_with_central_differences() {
+        let step = 1e-6;
+        for law in laws() {
+            for j in [-0.3, 0.1, 0.3, 0.55, 0.62, 0.9, 0.9996, 1.2, 3.0] {
+                let (a, b, at) = (law.volumetric(j - step), law.volumetric(j + step), law.volumetric(j));
+                assert!(
+                    ((b.energy - a.energy) / (2.0 * step) - at.slope).abs() < 1e-5 * at.slope.abs().max(1e6),
+                    "{j}"
+                );
+                let curvature = (b.slope - a.slope) / (2.0 * step);
+                assert!((curvature - at.curvature).abs() < 1e-4 * at.curvature.abs().max(1e7), "{j}");
+            }
+        }
+    }
+
+    #[test]
+    fn energy_and_pressure_have_no_jump_anywhere() {
+        for law in laws() {
+            let mut before = law.volumetric(-0.5);
+            for i in 1..4000 {
+                let now = law.volumetric(-0.5 + 1e-3 * f64::from(i));
+                let slope = 0.5 * (before.slope + now.slope);
+                let stiffest = 1e-6 * before.curvature.max(now.curvature);
+                assert!((now.energy - before.energy - 1e-3 * slope).abs() <= stiffest, "{i}");
+                before = now;
+            }
+        }
+    }
+
+    #[test]
+    fn the_shock_has_the_speed_that_it_is_made_of() {
+        // Mass and momentum across a shock: 1 − J = u/U, p = ρ U u.
+        let (density, sound, slope) = (1030.0, 1520.0, 2.0);
+        let law = EquationOfState::new(density * sound * sound, slope, f64::INFINITY);
+        for u in [1.0, 50.0, 300.0] {
+            let speed = sound + slope * u;
+            let pressure = -law.volumetric(1.0 - u / speed).slope;
+            assert!((pressure / (density * speed * u) - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn tension_falls_no_further_than_it_may() {
+        let law = EquationOfState::new(1e9, 2.0, 5e6);
+        assert_eq!(law.volumetric(1.5).slope, 5e6);
+        assert!(law.volumetric(1.004).slope < 5e6);
+    }
+}

@@ -1,0 +1,68 @@
+//! Gel so thin that it breaks off: the sheets of a splash and what hangs on them.
+
+use super::Moved;
+use super::cell::edges;
+use crate::mesh::{Facet, facet_measure, neighbours, signed_volume};
+
+/// Which elements break off: those across a sheet thinner than `thinnest`, m, from one of these facets of the surface to a node on
+/// another side of it, and every part of the body but the largest that is left without them. None, if all would.
+///
+/// An element with two facets on the surface is no sheet but a corner, or a bend of a wall that is made of short edges.
+#[must_use]
+pub fn sheets<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet], thinnest: f64) -> Vec<bool> {
+    let elements = &moved.mesh.elements;
+    let mut outer = vec![false; moved.position.len()];
+    facets.iter().flat_map(|facet| &facet[..D]).for_each(|node| outer[node.index()] = true);
+    let across = neighbours::<D>(elements);
+    let mut gone = vec![false; elements.len()];
+    for (e, nodes) in elements.iter().enumerate() {
+        let bare: Vec<usize> = (0..=D).filter(|k| across[e][*k].is_none()).collect();
+        let [opposite] = bare[..] else { continue };
+        let whole = nodes[..=D].iter().all(|node| outer[node.index()]);
+        let base: Facet = [1, 2, 3].map(|k| nodes[(opposite + k) % (D + 1)]);
+        let height = D as f64 * signed_volume(moved.position, nodes) / facet_measure(moved.position, &base);
+        gone[e] = whole && height < thinnest && is_long::<D>(moved, e, height);
+    }
+    if gone.iter().any(|gone| *gone) {
+        leave_largest(moved, &across, &mut gone);
+    }
+    gone
+}
+
+/// A sheet is longer than it is thick: what is as short is a corner.
+fn is_long<const D: usize>(moved: &Moved<'_, D>, element: usize, height: f64) -> bool {
+    let nodes = &moved.mesh.elements[element];
+    let length = |[a, b]: &[usize; 2]| (moved.position[nodes[*a].index()] - moved.position[nodes[*b].index()]).norm();
+    edges::<D>().iter().map(length).fold(0.0, f64::max) > 4.0 * height
+}
+
+/// All but the largest part of what is left goes, too; if nothing is left, nothing goes.
+fn leave_largest<const D: usize>(
+    moved: &Moved<'_, D>,
+    across: &[[Option<crate::mesh::ElementId>; 4]],
+    gone: &mut [bool],
+) {
+    let mut part = vec![usize::MAX; gone.len()];
+    let mut sizes: Vec<f64> = vec![];
+    for start in 0..gone.len() {
+        if gone[start] || part[start] != usize::MAX {
+            continue;
+        }
+        let (mut waiting, mut size) = (vec![start], 0.0);
+        part[start] = sizes.len();
+        while let Some(e) = waiting.pop() {
+            size += signed_volume(moved.position, &moved.mesh.elements[e]);
+            for other in across[e].iter().flatten().map(|other| other.index()) {
+                if !gone[other] && part[other] == usize::MAX {
+                    part[other] = sizes.len();
+                    waiting.push(other);
+                }
+            }
+        }
+        sizes.push(size);
+    }
+    let largest = (0..sizes.len()).max_by(|a, b| sizes[*a].total_cmp(&sizes[*b]));
+    for (e, gone) in gone.iter_mut().enumerate() {
+        *gone = largest.is_some_and(|largest| part[e] != largest);
+    }
+}

@@ -1,0 +1,108 @@
+//! What breaks off a gel and flies on as drops that nothing meets again.
+
+use super::model::Gelatin;
+use crate::algebra::Vector;
+use crate::avi::NoStep;
+use crate::element::Memory;
+use crate::mesh::{ElementId, Facet, Mesh, NodeId, boundary};
+use crate::remesh::{self, Moved};
+use crate::state::Birth;
+
+/// What is left of a mesh.
+struct Left<const D: usize> {
+    birth: Birth<D>,
+    memory: Vec<Memory<D>>,
+    velocity: Vec<Vector<D>>,
+    /// Mass of what is gone, kg.
+    gone: f64,
+}
+
+impl<const D: usize> Gelatin<D> {
+    /// Lets go of gel thinner than `thinnest`, m: its mass, momentum and energy go to their accounts, and what is left goes on as
+    /// it is.
+    ///
+    /// # Errors
+    /// [`NoStep`] if what is left cannot be stepped; then nothing is let go.
+    pub fn shed(&mut self, thinnest: f64) -> Result<(), NoStep> {
+        let old = self.present();
+        let state = self.engine.state();
+        let moved = Moved { mesh: &old.mesh, position: &state.position };
+        let gone = remesh::sheets(&moved, &self.engine.gel().surface.facets, thinnest);
+        if !gone.contains(&true) {
+            return Ok(());
+        }
+        let left = Left::of(&old, self.engine.last_tick(), (&state.position, &state.velocity), &state.memory, &gone);
+        let before = (state.ledger.energy.remesh, state.ledger.momentum.remesh, state.ledger.angular_momentum.remesh);
+        self.go_on(left.birth, left.memory, left.velocity)?;
+        self.engine.count_drops(left.gone);
+        let ledger = self.engine.ledger_mut();
+        ledger.energy.splash += ledger.energy.remesh - before.0;
+        ledger.momentum.splash += ledger.momentum.remesh - before.1;
+        ledger.angular_momentum.splash += ledger.angular_momentum.remesh - before.2;
+        (ledger.energy.remesh, ledger.momentum.remesh, ledger.angular_momentum.remesh) = before;
+        Ok(())
+    }
+}
+
+impl<const D: usize> Left<D> {
+    fn of(
+        old: &Birth<D>,
+        tick: crate::state::Tick,
+        (position, velocity): (&[Vector<D>], &[Vector<D>]),
+        memory: &[Memory<D>],
+        gone: &[bool],
+    ) -> Self {
+        let kept: Vec<usize> = (0..gone.len()).filter(|e| !gone[*e]).collect();
+        let mut mass = old.mass.clone();
+        let mut lost = 0.0;
+        for e in (0..gone.len()).filter(|e| gone[*e]) {
+            for (node, corner) in old.mesh.elements[e][..=D].iter().zip(&old.corner_mass[e]) {
+                mass[node.index()] -= corner;
+                lost += corner;
+            }
+        }
+        let mut number = vec![None; position.len()];
+        kept.iter().flat_map(|e| &old.mesh.elements[*e][..=D]).for_each(|node| number[node.index()] = Some(0));
+        let nodes: Vec<usize> = (0..number.len()).filter(|n| number[*n].is_some()).collect();
+        nodes.iter().zip(0..).for_each(|(n, new)| number[*n] = Some(new));
+        let renamed = |node: NodeId| NodeId(number[node.index()].unwrap_or(0));
+        let elements: Vec<_> = kept.iter().map(|e| old.mesh.elements[*e].map(renamed)).collect();
+        let of_nodes = |all: &[Vector<D>]| nodes.iter().map(|n| all[*n]).collect::<Vec<_>>();
+        let mut place = vec![None; gone.len()];
+        kept.iter().zip(0..).for_each(|(e, new)| place[*e] = Some(ElementId(new)));
+        let references = old.references.iter().filter_map(|(e, own)| Some((place[e.index()]?, *own))).collect();
+        let facets = boundary::<D>(&elements);
+        let held = nodes.iter().map(|n| old.mesh.held[*n]).collect();
+        let marks = marks_of(old, &facets, &nodes);
+        let birth = Birth {
+            tick,
+            mesh: Mesh { rest: of_nodes(&old.mesh.rest), elements, facets, held, marks },
+            position: of_nodes(position),
+            mass: nodes.iter().map(|n| mass[*n]).collect(),
+            corner_mass: kept.iter().map(|e| old.corner_mass[*e]).collect(),
+            references,
+        };
+        let memory = if memory.is_empty() { vec![] } else { kept.iter().map(|e| memory[*e]).collect() };
+        Self { birth, memory, velocity: of_nodes(velocity), gone: lost }
+    }
+}
+
+/// The marks of the facets that are left, nodes being what they were of the old mesh; nothing acts on those that were inside.
+fn marks_of<const D: usize>(old: &Birth<D>, facets: &[Facet], nodes: &[usize]) -> Vec<u8> {
+    if old.mesh.marks.is_empty() {
+        return vec![];
+    }
+    let sorted = |mut facet: Facet| {
+        facet[..D].sort_unstable();
+        let last = facet[D - 1];
+        facet[D - 1..].fill(last);
+        facet
+    };
+    let mut known: Vec<(Facet, u8)> =
+        old.mesh.facets.iter().map(|facet| sorted(*facet)).zip(old.mesh.marks.iter().copied()).collect();
+    known.sort_unstable();
+    let was = |facet: &Facet| sorted(facet.map(|node| NodeId(nodes[node.index()] as u32)));
+    let found =
+        |facet: &Facet| known.binary_search_by_key(&was(facet), |(facet, _)| *facet).map_or(0, |at| known[at].1);
+    facets.iter().map(found).collect()
+}
