@@ -138,8 +138,8 @@ mod tests {
             let sizes = vec![size; position.len()];
             let retained = propose(&old, &sizes, &Rules::default(), &|x| *x).unwrap();
             let immersed = immerse(&old, &sizes, &Rules::default()).unwrap().proposal;
-            // An immersed body may lose the tip of a corner.
-            for (new, most) in [(retained, 1e-12), (immersed, 0.01)] {
+            // An immersed body may lose the tip of a corner, up to an edge.
+            for (new, most) in [(retained, 1e-12), (immersed, 1.1 * size)] {
                 let [half, whole] = loaded(&mesh, &new);
                 assert!((half - 0.5).abs() < 1e-12 && (whole - 1.0).abs() < most, "{size}: {half} {whole}");
             }
