@@ -35,6 +35,10 @@ pub struct EnergyAccounts {
     pub importer: f64,
     /// What kinetic and stored energy change by when a mesh is exchanged.
     pub remesh: f64,
+    /// Σ J·(v⁻ + v⁺)/2 of the pressures on faces.
+    pub load: f64,
+    /// Σ J·(v⁻ + v⁺)/2 of the damping.
+    pub damping: f64,
     /// −Σ Y Δε_p w of plastic flow.
     pub plastic: f64,
     /// −Σ q ΔJ w of bulk viscosity.
@@ -54,6 +58,10 @@ pub struct MomentumAccounts {
     pub importer: Vector3,
     /// What changes when a mesh is exchanged.
     pub remesh: Vector3,
+    /// Of the pressures on faces.
+    pub load: Vector3,
+    /// Of the damping.
+    pub damping: Vector3,
     /// What breaks off has taken along.
     pub splash: Vector3,
 }
@@ -78,10 +86,23 @@ impl EnergyAccounts {
         self.integration += spent.plastic + spent.viscous;
     }
 
-    fn accounts(&self) -> [f64; 10] {
-        let Self { contact, friction, contact_bias, integration, external, importer, remesh, plastic, viscous, splash } =
-            *self;
-        [contact, friction, contact_bias, integration, external, importer, remesh, plastic, viscous, splash]
+    fn accounts(&self) -> [f64; 12] {
+        let Self { contact, friction, contact_bias, integration, external, importer, .. } = *self;
+        let Self { remesh, load, damping, plastic, viscous, splash, .. } = *self;
+        [
+            contact,
+            friction,
+            contact_bias,
+            integration,
+            external,
+            importer,
+            remesh,
+            load,
+            damping,
+            plastic,
+            viscous,
+            splash,
+        ]
     }
 }
 
@@ -89,12 +110,17 @@ impl MomentumAccounts {
     /// Sum of all accounts.
     #[must_use]
     pub fn total(&self) -> Vector3 {
-        self.restraint + self.external + self.importer + self.remesh + self.splash
+        self.accounts().iter().sum()
     }
 
     /// Sum of the sizes of all accounts.
     #[must_use]
     pub fn turnover(&self) -> f64 {
-        self.restraint.norm() + self.external.norm() + self.importer.norm() + self.remesh.norm() + self.splash.norm()
+        self.accounts().iter().map(Vector3::norm).sum()
+    }
+
+    fn accounts(&self) -> [Vector3; 7] {
+        let Self { restraint, external, importer, remesh, load, damping, splash } = *self;
+        [restraint, external, importer, remesh, load, damping, splash]
     }
 }

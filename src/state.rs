@@ -89,6 +89,8 @@ pub struct Record {
     pub stretched: bool,
     /// One global stable step: its length now, ticks; up to which tick it is counted; the updates so far.
     pub synchronous: (f64, Tick, f64),
+    /// Σ |J| of the pressures on faces, N·s.
+    pub pressed: f64,
     /// The contact of each body.
     pub contacts: Vec<ContactRecord>,
 }
@@ -126,6 +128,7 @@ impl Record {
             min_jacobian: 1.0,
             stretched: false,
             synchronous: (f64::INFINITY, 0, 0.0),
+            pressed: 0.0,
             contacts,
         }
     }
@@ -252,9 +255,10 @@ impl Clone for Record {
     }
 
     fn clone_from(&mut self, from: &Self) {
-        let Self { updates, remeshes, splashed, min_jacobian, stretched, synchronous, contacts } = from;
+        let Self { updates, remeshes, splashed, min_jacobian, stretched, synchronous, pressed, contacts } = from;
         self.contacts.clone_from(contacts);
         (self.updates, self.remeshes, self.splashed) = (*updates, *remeshes, *splashed);
+        self.pressed = *pressed;
         (self.min_jacobian, self.stretched, self.synchronous) = (*min_jacobian, *stretched, *synchronous);
     }
 }

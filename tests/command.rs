@@ -146,10 +146,9 @@ fn a_scene_that_does_not_exist_is_refused_with_the_names_that_do() {
     let said = gelfmu(&["check", "nowhere.toml"]);
     assert_eq!(said.status, Some(2));
     assert!(said.err.starts_with("error: scene nowhere.toml: found neither a built-in scene nor a readable file"));
-    assert!(
-        said.err
-            .contains("expected one of sphere-block, sphere-deep, ball-bounce, ball-square, l-beam, sphere-graded-4")
-    );
+    assert!(said.err.contains(
+        "expected one of sphere-block, sphere-deep, ball-bounce, cavity-exact, ball-square, fbi-bb, l-beam, sphere-graded-4"
+    ));
 }
 
 #[test]
@@ -248,7 +247,7 @@ fn schema_is_json_and_knows_every_key() {
          free roller fixed velocity sphere capsule bullet nose ogive cone round flat arc_radius meplat_radius tail edge_radius \
          half-space length normal mass inertia position orientation angular_velocity \
          lattice centred kuhn element plain patch grading core growth largest tree coarsest slope schedule bins queue cfl law moreau reversal restitution bias \
-         frames force_window";
+         load on within pressure ramp table low high inner outer bore shell damping frames force_window";
     for key in keys.split_whitespace() {
         assert!(found.iter().any(|name| name == key), "the schema does not know {key}");
     }

@@ -59,7 +59,7 @@ fn engine<const D: usize>(case: Case, height: f64, (schedule, law): (Kind, Law))
         Section::Planar { .. } => Freedom::PLANAR,
         Section::Axisymmetric => Freedom::AXISYMMETRIC,
     };
-    let rules = Rules { schedule, cfl: 0.8, law, force_window: 1.0 };
+    let rules = Rules { schedule, cfl: 0.8, law, force_window: 1.0, damping: 0.0 };
     Engine::new(gel, vec![ball(freedom, height)], rules, nodes)
 }
 
@@ -247,7 +247,7 @@ fn an_engine_that_ends_and_goes_on_with_the_same_mesh_gives_the_same_motion() {
         let mut ends = 0;
         while engine.advance_to(1.0, &mut exchange).unwrap() == Reached::Worn {
             let nodes = engine.state().position.iter().copied().zip(engine.state().velocity.iter().copied()).collect();
-            engine = engine.renewed(gel::<3>(case), nodes, None).unwrap();
+            engine = engine.renewed((gel::<3>(case), None), nodes, None).unwrap();
             ends += 1;
         }
         let state = engine.state();

@@ -235,7 +235,7 @@ fn an_override_of_an_unknown_key_is_refused_when_the_scene_is_read() {
     );
     not_a_scene(
         &resolved("mesch.size=1"),
-        "line 1: mesch: found the unknown key `mesch`, expected one of `scene`, `gel`, `projectile`, `fragment`, `mesh`, `remesh`, `integrator`, `contact`, `coupling`, `output`",
+        "line 1: mesch: found the unknown key `mesch`, expected one of `scene`, `gel`, `projectile`, `fragment`, `load`, `mesh`, `remesh`, `integrator`, `contact`, `coupling`, `output`",
     );
 }
 
@@ -255,7 +255,12 @@ fn the_builtin_scenes_are_the_promised_ones_and_the_first_is_the_default() {
     let graded = ["sphere-graded-4", "sphere-graded-8", "sphere-graded-16"];
     assert_eq!(
         names,
-        [["sphere-block", "sphere-deep", "ball-bounce", "ball-square", "l-beam"].as_slice(), &graded].concat()
+        [
+            ["sphere-block", "sphere-deep", "ball-bounce", "cavity-exact", "ball-square", "fbi-bb", "l-beam"]
+                .as_slice(),
+            &graded
+        ]
+        .concat()
     );
     assert_eq!(scene::builtin("sphere"), None);
 }

@@ -1,6 +1,7 @@
 //! The studies of the documentation, each printed as a Markdown table: `cargo run --release --example studies -- NAME`.
 
 mod ball_bounce;
+mod cavity;
 mod coupling;
 mod cpu;
 mod deep;
@@ -29,6 +30,11 @@ const STUDIES: [Study; 13] = [
         "ball-bounce",
         "depth and restitution against the reference table, by mesh size and bulk modulus",
         ball_bounce::study,
+    ),
+    (
+        "cavity",
+        "cavity-exact: pressure against stretch, by shape and mesh size, with and without exchanges",
+        cavity::study,
     ),
     ("fast-ball", "sphere-block at 20 m/s, where elements are nearly turned inside out", fast_ball::study),
     ("coupling", "errors against the communication step, by how the importer moves the projectile", coupling::study),

@@ -28,6 +28,8 @@ pub struct Rules {
     pub law: Law,
     /// Width of the window of the peak force, s.
     pub force_window: f64,
+    /// α, by which nodes lose speed as exp(−αt), 1/s.
+    pub damping: f64,
 }
 
 /// A stable step that is no number.

@@ -1,3 +1,4 @@
+use super::Loads;
 use crate::algebra::Vector;
 use crate::element::{Answer, DEPTH, Memory, Potential};
 use crate::mesh::{ElementId, Facet, Incidence, NodeId};
@@ -17,6 +18,8 @@ pub struct Gel<const D: usize, P> {
     pub surface: Surface,
     /// The element that each facet of the surface bounds.
     pub behind: Vec<ElementId>,
+    /// The pressures on it.
+    pub loads: Loads,
 }
 
 /// The nodes and facets that can touch.
@@ -61,7 +64,14 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
             star.of(facet[0]).iter().find(has_all).copied().expect("a facet bounds an element")
         };
         let behind = surface.facets.iter().map(owner).collect();
-        Self { potential, mass, held, star, surface, behind }
+        Self { potential, mass, held, star, surface, behind, loads: Loads::none() }
+    }
+
+    /// The same under these pressures.
+    #[must_use]
+    pub fn with_loads(mut self, loads: Loads) -> Self {
+        self.loads = loads;
+        self
     }
 
     /// P_a: 1 in the free directions of a node, 0 in the held ones.

@@ -52,7 +52,7 @@ impl Taken {
     }
 }
 
-/// A node that a contact may push, and its velocities before the kicks of the tick and before the contact.
+/// A node that a pressure or a contact may push, and its velocities before the kicks of the tick and before these.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Carrier<const D: usize> {
     pub node: NodeId,
@@ -61,13 +61,15 @@ pub(super) struct Carrier<const D: usize> {
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// What is left of the kicks of the fast form after its nodes were kicked, then the contact solve; Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
+    /// What is left of the kicks of the fast form after its nodes were kicked, then the pressures and the contact solve; Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
     pub(super) fn kick_fast(&mut self, tick: Tick, sums: &NodeSums) -> f64 {
         sums.taken.post(&mut self.state.ledger);
+        sums.damped.post(&mut self.state.ledger);
         let all = self.scratch.active.all;
         self.watch.speed = sums.fastest.sqrt().max(if all { 0.0 } else { self.watch.speed });
         let mended = self.mend_kicks();
         self.find_carriers();
+        self.press(tick);
         if let Law::Moreau { restitution, friction, .. } = self.rules.law {
             self.solve(restitution, friction);
         }
@@ -104,8 +106,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let kicked = self.state.velocity[a];
             self.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
             let (first, both) = (kicked - self.scratch.before[a], self.state.velocity[a] - self.scratch.before[a]);
-            // Of p = m Δ the work is p·v⁻ + p·Δ/2, and Q the share of p·Δ.
-            let more = gel.mass[a] * (both.norm_squared() - first.norm_squared());
+            // Of p = m Δ the work is p·v⁻ + p·Δ/2, and Q the share of p·Δ; that of the damping in it is not the element's.
+            let damped = self.drag(a).dot(&(both - first));
+            self.state.ledger.energy.damping += 0.5 * damped;
+            let more = gel.mass[a] * (both.norm_squared() - first.norm_squared()) - damped;
             self.state.excess[a] += self.share_ahead() * more;
             work += gel.mass[a] * (both - first).dot(&self.scratch.before[a]) + (0.5 - self.share_ahead()) * more;
             taken.add(&gel.free(a), self.freedom(), (embed(&self.state.position[a]), embed(&push)));
@@ -133,23 +137,25 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn find_carriers(&mut self) {
         let mut carriers = std::mem::take(&mut self.scratch.carriers);
         carriers.clear();
-        for node in self.scratch.touches.iter().flat_map(Touch::nodes) {
-            let (before, kicked) = (self.velocity_before(*node), self.state.velocity[node.index()]);
-            carriers.push(Carrier { node: *node, before, kicked });
+        for node in self.scratch.touches.iter().flat_map(Touch::nodes).copied().chain(self.pressed()) {
+            let (before, kicked) = (self.velocity_before(node), self.state.velocity[node.index()]);
+            carriers.push(Carrier { node, before, kicked });
         }
         carriers.sort_unstable_by_key(|carrier| carrier.node);
         carriers.dedup_by_key(|carrier| carrier.node);
         self.scratch.carriers = carriers;
     }
 
-    /// What the kicks did more because contact changed the velocity after them, Σ p·(v⁺ − v)/2 with p = m (v − v⁻), less what
-    /// it added to Q.
+    /// What the kicks did more because pressures and contact changed the velocity after them, Σ p·(v⁺ − v)/2 with
+    /// p = m (v − v⁻) without the damping, less what it added to Q.
     fn settle_carriers(&mut self, tick: Tick) -> f64 {
         let mut work = 0.0;
         for i in 0..self.scratch.carriers.len() {
             let Carrier { node, before, kicked } = self.scratch.carriers[i];
             let a = node.index();
-            let more = self.gel.mass[a] * (kicked - before).dot(&(self.state.velocity[a] - kicked));
+            let (drag, changed) = (self.drag(a), self.state.velocity[a] - kicked);
+            let more = ((kicked - before) * self.gel.mass[a] - drag).dot(&changed);
+            self.state.ledger.energy.damping += 0.5 * drag.dot(&changed);
             self.state.excess[a] += self.share_ahead() * more;
             work += (0.5 - self.share_ahead()) * more;
             self.last[a] = tick;
@@ -163,6 +169,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub(super) fn book(&mut self, tick: Tick, work: f64) {
         let residual = if self.blocks.is_some() { self.settle_blocks(tick) } else { self.settle_groups(tick) };
         self.state.ledger.energy.integration += residual + work;
+        self.book_loads();
     }
 
     fn settle_groups(&mut self, tick: Tick) -> f64 {

@@ -1,6 +1,7 @@
 //! The asynchronous variational integrator: every patch of elements at its own time step (numerics 1).
 
 mod blocks;
+mod damping;
 mod engine;
 mod error;
 mod facet;
@@ -8,6 +9,7 @@ mod gel;
 mod grid;
 mod impact;
 mod kick;
+mod load;
 mod near;
 mod nodes;
 mod order;
@@ -29,6 +31,7 @@ pub use engine::{Engine, NoStep, Rules};
 pub use error::StepError;
 pub use gel::{Gel, Measured, Surface, SurfaceNode};
 pub use grid::TickGrid;
+pub use load::{Loaded, Loads, Pressure};
 pub use pool::Pool;
 pub use renew::{Reached, Wear};
 pub use report::{Energies, Totals};

@@ -1,6 +1,7 @@
 //! The node phase of the fast form: every active node drifts, learns its limit and takes its kick, in one pass.
 
 use super::blocks::{Blocks, Due};
+use super::damping::{Damped, fade};
 use super::engine::Engine;
 use super::kick::Taken;
 use super::pace::limit;
@@ -58,6 +59,7 @@ pub(super) struct Node<'a, const D: usize> {
     last: &'a mut Tick,
     limit: &'a mut f64,
     excess: &'a mut f64,
+    fade: &'a mut f64,
 }
 
 /// What is summed over nodes.
@@ -71,11 +73,13 @@ pub(super) struct NodeSums {
     pub fastest: f64,
     /// What held directions take up.
     pub taken: Taken,
+    /// What damping takes.
+    pub damped: Damped,
 }
 
 impl Default for NodeSums {
     fn default() -> Self {
-        Self { limit: f64::INFINITY, work: 0.0, fastest: 0.0, taken: Taken::default() }
+        Self { limit: f64::INFINITY, work: 0.0, fastest: 0.0, taken: Taken::default(), damped: Damped::default() }
     }
 }
 
@@ -86,6 +90,7 @@ impl NodeSums {
             work: self.work + other.work,
             fastest: self.fastest.max(other.fastest),
             taken: self.taken + other.taken,
+            damped: self.damped + other.damped,
         }
     }
 }
@@ -99,14 +104,16 @@ struct Runs<'a, const D: usize> {
     last: &'a mut [Tick],
     limit: &'a mut [f64],
     excess: &'a mut [f64],
+    fade: &'a mut [f64],
     sums: &'a mut [NodeSums],
 }
 
 impl<const D: usize> Runs<'_, D> {
     fn node(&mut self, i: usize) -> Node<'_, D> {
-        let Self { position, velocity, before, last, limit, excess, .. } = self;
+        let Self { position, velocity, before, last, limit, excess, fade, .. } = self;
         let (position, velocity, before) = (&mut position[i], &mut velocity[i], &mut before[i]);
-        Node { position, velocity, before, last: &mut last[i], limit: &mut limit[i], excess: &mut excess[i] }
+        let (last, limit, excess, fade) = (&mut last[i], &mut limit[i], &mut excess[i], &mut fade[i]);
+        Node { position, velocity, before, last, limit, excess, fade }
     }
 
     /// Goes through the active nodes, run by run.
@@ -133,6 +140,7 @@ impl<const D: usize> Cut for Runs<'_, D> {
         let (last, more_last) = self.last.split_at_mut(at);
         let (limit, more_limit) = self.limit.split_at_mut(at);
         let (excess, more_excess) = self.excess.split_at_mut(at);
+        let (fade, more_fade) = self.fade.split_at_mut(at);
         let (sums, more_sums) = self.sums.split_at_mut(runs);
         let more = Self {
             first: self.first + at,
@@ -142,9 +150,10 @@ impl<const D: usize> Cut for Runs<'_, D> {
             last: more_last,
             limit: more_limit,
             excess: more_excess,
+            fade: more_fade,
             sums: more_sums,
         };
-        (Self { first: self.first, position, velocity, before, last, limit, excess, sums }, more)
+        (Self { first: self.first, position, velocity, before, last, limit, excess, fade, sums }, more)
     }
 }
 
@@ -182,10 +191,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Drifts the active nodes, learns their limits and kicks them: v += p/m in the free directions, with p and Σ κ gathered from
-    /// the blocks in their order; held directions take up the rest.
+    /// the blocks in their order, and damps them; held directions take up the rest.
     pub(super) fn advance_nodes(&mut self, tick: Tick) -> NodeSums {
         let (gel, grid, cfl, freedom) = (self.gel.clone(), self.grid, self.rules.cfl, self.freedom());
-        let share = self.share_ahead();
+        let (share, rate) = (self.share_ahead(), self.rules.damping);
         self.over_nodes(|a, node, blocks, sums| {
             let spots = blocks.spots(a);
             let (mut p, mut stiffness) = (Vector::<D>::zeros(), 0.0);
@@ -196,13 +205,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                     (0..D).for_each(|i| p[i] += part[i]);
                 }
             }
-            *node.position += *node.velocity * grid.time(tick - *node.last);
+            let passed = grid.time(tick - *node.last);
+            *node.position += *node.velocity * passed;
             *node.last = tick;
             *node.limit = cfl * limit(stiffness, gel.mass[a]);
             sums.limit = sums.limit.min(*node.limit);
             let before = *node.velocity;
             *node.before = before;
             *node.velocity += if gel.is_free(a) { p } else { p.component_mul(&gel.free(a)) } / gel.mass[a];
+            if rate > 0.0 {
+                *node.fade = fade(rate, passed);
+                *node.velocity += before * *node.fade;
+                let drag = before * (gel.mass[a] * *node.fade);
+                sums.damped.energy += 0.5 * drag.dot(&(before + *node.velocity));
+                sums.damped.add(freedom, (node.position, &drag));
+            }
             let excess = share * p.dot(&(*node.velocity - before));
             sums.work += 0.5 * p.dot(&(before + *node.velocity)) + *node.excess - excess;
             *node.excess = excess;
@@ -232,6 +249,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             last: &mut self.last,
             limit: &mut scratch.limit,
             excess: &mut state.excess,
+            fade: &mut scratch.fade,
             sums: &mut scratch.sums,
         };
         let (active, mut total) = (&scratch.active, NodeSums::default());

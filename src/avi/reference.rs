@@ -3,6 +3,7 @@
 //! It steps the queue, the paper's law of contact and potentials without lanes, and it is what the fast form is held
 //! against.
 
+use super::damping::fade;
 use super::engine::Engine;
 use super::kick::Taken;
 use super::nodes::NodeSums;
@@ -41,7 +42,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
         for a in self.scratch.active.list.iter().map(|a| *a as usize) {
             let velocity = self.state.velocity[a];
-            self.state.position[a] += velocity * self.grid.time(tick - self.last[a]);
+            let passed = self.grid.time(tick - self.last[a]);
+            self.state.position[a] += velocity * passed;
+            if self.rules.damping > 0.0 {
+                self.scratch.fade[a] = fade(self.rules.damping, passed);
+            }
             self.last[a] = tick;
             self.scratch.before[a] = velocity;
         }
@@ -115,7 +120,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// All kicks, then the contact solve; or, by the paper's law, the reversal after each kick.
-    pub(super) fn kick_and_strike(&mut self) {
+    pub(super) fn kick_and_strike(&mut self, tick: Tick) {
         let answers = std::mem::take(&mut self.scratch.reference);
         for (i, elements) in answers.groups.iter().enumerate() {
             for (element, answer) in &answers.elements[elements.clone()] {
@@ -126,6 +131,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
         }
         self.scratch.reference = answers;
+        self.damp();
+        self.press(tick);
         if let Law::Moreau { restitution, friction, .. } = self.rules.law {
             self.solve(restitution, friction);
         }
@@ -145,6 +152,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after all of the tick, J.
     pub(super) fn work(&mut self) -> f64 {
+        self.book_damping();
         let (answers, share) = (&self.scratch.reference, self.share_ahead());
         let mut work: f64 = self.scratch.active.list.iter().map(|a| self.state.excess[*a as usize]).sum();
         self.scratch.active.list.iter().for_each(|a| self.state.excess[*a as usize] = 0.0);

@@ -149,6 +149,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.state.now = Some(tick);
             return Err(error);
         }
+        self.find_loads(tick);
         self.place_bodies(time);
         self.scratch.changed.clear();
         let sums = if self.blocks.is_some() { self.advance_nodes(tick) } else { self.measure_limits() };

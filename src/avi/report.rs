@@ -128,6 +128,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn scales(&self, ledger: &Ledger, start: &Start) -> (f64, f64, f64) {
         let positive = |scale: f64| if scale > 0.0 { scale } else { 1.0 };
         let passed: f64 = self.state.record.contacts.iter().map(|contact| contact.impulse.norm()).sum();
+        let passed = passed + self.state.record.pressed;
         let linear = start.scale.0 + ledger.momentum.turnover() + passed;
         let arm = self.gel.surface.nodes.iter().map(|s| self.state.position[s.node.index()].norm()).fold(0.0, f64::max);
         let turning = start.scale.1 + ledger.angular_momentum.turnover() + passed * arm;

@@ -2,6 +2,7 @@
 
 use super::impact::Touch;
 use super::kick::Carrier;
+use super::load::Pushed;
 use super::nodes::{Active, NodeSums};
 use super::pace::{Change, Nearness};
 use super::reference::Answers;
@@ -20,6 +21,8 @@ pub(super) struct Scratch<const D: usize> {
     pub due: Vec<u32>,
     /// v at the start of the tick, by node, of the active ones.
     pub before: Vec<Vector<D>>,
+    /// What damping adds to it, as a part of it, by node, of the active ones.
+    pub fade: Vec<f64>,
     /// CFL · 2/√λ_a, s, by node, of the active ones.
     pub limit: Vec<f64>,
     /// The same by number within one block.
@@ -54,6 +57,8 @@ pub(super) struct Scratch<const D: usize> {
     pub touches: Vec<Touch<D>>,
     /// The nodes that carry them.
     pub carriers: Vec<Carrier<D>>,
+    /// What pressures do to the facets of what fires.
+    pub pushed: Vec<Pushed<D>>,
     /// Sums over runs of nodes.
     pub sums: Vec<NodeSums>,
 }
@@ -63,6 +68,7 @@ impl<const D: usize> Scratch<D> {
         Self {
             active: Active::new(n_nodes),
             before: vec![Vector::<D>::zeros(); n_nodes],
+            fade: vec![0.0; n_nodes],
             limit: vec![0.0; n_nodes],
             place: vec![u32::MAX; n_surface],
             answers: vec![GroupAnswer::default(); n_groups],

@@ -88,7 +88,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// are then where they were, whatever fires.
     fn skip(&mut self, now: Tick, end: Tick) -> Tick {
         let still = |blocks: &Blocks<D>| blocks.all.iter().all(|block| !block.is_awake() && !block.restless);
-        if self.rules.schedule != Kind::Bins || !self.blocks.as_ref().is_some_and(still) {
+        if self.rules.schedule != Kind::Bins || self.is_loaded() || !self.blocks.as_ref().is_some_and(still) {
             self.quiet = None;
             return now;
         }
@@ -141,6 +141,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.drift_active(tick);
             return Err(error);
         }
+        self.find_loads(tick);
         self.place_bodies(time);
         let sums = if self.blocks.is_some() { self.advance_nodes(tick) } else { self.measure_limits() };
         self.count_synchronous(sums.limit, tick);
@@ -203,7 +204,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             return self.kick_fast(tick, sums);
         }
         self.find_weights(tick);
-        self.kick_and_strike();
+        self.kick_and_strike(tick);
         self.note_speeds();
         self.work()
     }
@@ -237,11 +238,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// The length of the step behind each firing group, s.
     fn find_steps_behind(&mut self, tick: Tick) {
-        let taken = |group: &u32| match self.rules.schedule {
-            Kind::Queue => (tick - self.state.alarms[*group as usize].last) as f64,
-            Kind::Bins | Kind::Global => self.moment(tick).taken(self.state.clocks[*group as usize].step),
-        };
-        let steps = self.scratch.due.iter().map(|group| self.grid.length(taken(group)));
+        let steps = self.scratch.due.iter().map(|group| self.length_behind(*group as usize, tick));
         let steps: Vec<f64> = steps.collect();
         self.scratch.weights.clear();
         self.scratch.weights.extend(steps);

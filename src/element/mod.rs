@@ -2,6 +2,7 @@
 
 mod flow;
 mod lanes;
+mod pressure;
 mod shuffle;
 mod simplices;
 
@@ -10,6 +11,7 @@ use crate::mesh::{ElementId, NodeId, Patches};
 
 pub use flow::{Memory, Spent};
 pub use lanes::{Accumulated, Batch, DEPTH, GroupAnswer, LANES, Lanes, Local, MOST_LOCAL_NODES, Row};
+pub use pressure::{Push, push};
 pub use simplices::{Reference, Section, Simplices};
 
 /// Most nodes that an element may have.

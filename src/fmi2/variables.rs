@@ -253,6 +253,8 @@ fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> S
         Observed::EnergyExternal => scalar(model.books().energy.external),
         Observed::EnergyImporter => scalar(model.books().energy.importer),
         Observed::EnergyRemesh => scalar(model.books().energy.remesh),
+        Observed::EnergyLoad => scalar(model.books().energy.load),
+        Observed::EnergyDamping => scalar(model.books().energy.damping),
         Observed::EnergyPlastic => scalar(model.books().energy.plastic),
         Observed::EnergyViscous => scalar(model.books().energy.viscous),
         Observed::EnergySplash => scalar(model.books().energy.splash),

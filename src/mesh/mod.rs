@@ -15,7 +15,7 @@ pub use axis::{divisible, graded, uniform};
 pub use lattice::{Grid, Split};
 pub use patches::Patches;
 pub use quality::{least_angle, shape_quality};
-pub use shapes::{Block, Face, Hold, block, cylinder, l_beam};
+pub use shapes::{Block, Face, Hold, block, cylinder, l_beam, rays, shell};
 pub(crate) use topology::in_order;
 pub use topology::{FACES, Incidence, boundary, neighbours};
 pub use tree::Tree;
@@ -60,6 +60,8 @@ pub struct Mesh<const D: usize> {
     pub facets: Vec<Facet>,
     /// Which directions of a node are held, by node.
     pub held: Vec<[bool; D]>,
+    /// Which loads act on each facet of the boundary: bit i for the i-th; empty where there are none.
+    pub marks: Vec<u8>,
 }
 
 impl<const D: usize> Mesh<D> {
@@ -75,7 +77,7 @@ impl<const D: usize> Mesh<D> {
         }
         let facets = boundary::<D>(&elements);
         let held = vec![[false; D]; rest.len()];
-        Self { rest, elements, facets, held }
+        Self { rest, elements, facets, held, marks: vec![] }
     }
 
     /// Area or volume of an element at rest, m² or m³.

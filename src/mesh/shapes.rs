@@ -82,6 +82,50 @@ pub fn cylinder(radius: f64, square: Block<3>) -> Mesh<3> {
     mesh
 }
 
+/// Radii from an inner to an outer sphere and angles of a quarter turn, rad: cells as long as they are wide, of this size at the
+/// inner sphere or a little less.
+#[must_use]
+pub fn rays([inner, outer]: [f64; 2], size: f64) -> [Vec<f64>; 2] {
+    let angles = super::uniform(0.0, std::f64::consts::FRAC_PI_2, size / inner);
+    let growth = 1.0 + std::f64::consts::FRAC_PI_2 / (angles.len() - 1) as f64;
+    let mut radii = vec![inner];
+    while radii[radii.len() - 1] * growth < outer {
+        radii.push(radii[radii.len() - 1] * growth);
+    }
+    // The last cell is what is left, or joins the one before it.
+    let least = 0.5 * (growth - 1.0) * outer;
+    if radii.len() > 1 && outer - radii[radii.len() - 1] < least {
+        radii.pop();
+    }
+    radii.push(outer);
+    [radii, angles]
+}
+
+/// The half section of the lower half of a hollow sphere about the origin, in (r, z), from planes of radius and angle: 0 is the
+/// axis below, a quarter turn the plane z = 0. Faces of axis 0 are the spheres, those of axis 1 the axis and that plane.
+#[must_use]
+pub fn shell(rays: Block<2>) -> Mesh<2> {
+    let (radii, angles) = (rays.planes[0].clone(), rays.planes[1].clone());
+    let faces = rays.faces.clone();
+    let mut mesh = block(Block { faces: vec![], ..rays });
+    let (outer, flat) = (radii[radii.len() - 1], angles[angles.len() - 1]);
+    for (x, held) in mesh.rest.iter_mut().zip(&mut mesh.held) {
+        let (radius, angle) = (x[0], x[1]);
+        let (sin, cos) = if angle == flat { (1.0, 0.0) } else { libm::sincos(angle) };
+        *x = Vector::<2>::new(radius * sin, -radius * cos);
+        for face in &faces {
+            let end = [[radii[0], outer], [0.0, flat]][face.axis][usize::from(face.high)];
+            let along = if face.axis == 1 { usize::from(face.high) } else { 0 };
+            match face.hold {
+                _ if [radius, angle][face.axis] != end => {}
+                Hold::All => *held = [true; 2],
+                Hold::Normal => held[along] = true,
+            }
+        }
+    }
+    mesh
+}
+
 /// Two legs at a right angle with the outer corner at the origin: first in the axes of the legs, then turned by
 /// `angle` in the x–z plane and moved to `corner`. The first and the last planes run along the legs.
 ///

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// A column: its name with the unit, and its value.
 type Column = (&'static str, fn(&Observation) -> f64);
 
-const COLUMNS: [Column; 56] = [
+const COLUMNS: [Column; 58] = [
     ("time_s", |o| o.time),
     ("position_x_m", |o| o.projectile().kinematics.position.x),
     ("position_y_m", |o| o.projectile().kinematics.position.y),
@@ -49,6 +49,8 @@ const COLUMNS: [Column; 56] = [
     ("energy_external_J", |o| o.energy.external),
     ("energy_importer_J", |o| o.energy.importer),
     ("energy_remesh_J", |o| o.energy.remesh),
+    ("energy_load_J", |o| o.energy.load),
+    ("energy_damping_J", |o| o.energy.damping),
     ("energy_plastic_J", |o| o.energy.plastic),
     ("energy_viscous_J", |o| o.energy.viscous),
     ("energy_splash_J", |o| o.energy.splash),

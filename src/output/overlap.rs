@@ -20,6 +20,6 @@ fn within<const D: usize>(frame: &Frame, density: impl Fn(&Vector<D>) -> f64) ->
     let position: Vec<Vector<D>> = frame.points.iter().map(restrict::<D>).collect();
     let elements = frame.cells.nodes.iter().map(|nodes| nodes.map(NodeId)).collect();
     let facets = frame.cells.facets.iter().map(|nodes| nodes.map(NodeId)).collect();
-    let mesh = Mesh { rest: position, elements, facets, held: vec![] };
+    let mesh = Mesh { rest: position, elements, facets, held: vec![], marks: vec![] };
     overlapped(&Moved { mesh: &mesh, position: &mesh.rest }, density)
 }

@@ -225,7 +225,7 @@ fn as_object<S: serde::Serializer>(accounts: &[Account], serializer: S) -> Resul
 }
 
 /// Every energy account, in the order of the report.
-fn accounts(energy: &EnergyReport) -> [Account; 15] {
+fn accounts(energy: &EnergyReport) -> [Account; 17] {
     let account = |name, value, meaning| Account { name, value, meaning };
     [
         account("initial", energy.initial, "all energy at the start"),
@@ -239,6 +239,8 @@ fn accounts(energy: &EnergyReport) -> [Account; 15] {
         account("external", energy.external, "work of external forces and of a prescribed motion"),
         account("importer", energy.importer, "jumps of the bodies made by the importer"),
         account("remesh", energy.remesh, "what kinetic and stored energy change by when the mesh is exchanged"),
+        account("load", energy.load, "work of the pressures on faces"),
+        account("damping", energy.damping, "work of the damping; negative is dissipated"),
         account("plastic", energy.plastic, "lost to plastic flow"),
         account("viscous", energy.viscous, "lost to bulk viscosity"),
         account("splash", energy.splash, "taken along by what has broken off"),

@@ -20,6 +20,7 @@ mod immersed;
 mod judge;
 mod local;
 mod locate;
+mod marks;
 mod near;
 mod overlapped;
 mod overlay;
@@ -64,6 +65,7 @@ pub use immersed::{
     Background, Cell, Immersed, Steps, cells, cut_out, distances, immerse, rounding, snapped, triangulated,
 };
 pub use judge::{Acceptance, Quality, Rejected, judge};
+pub use marks::marks;
 pub use overlapped::overlapped;
 pub use pairing::Same;
 pub use pieces::Source;

@@ -43,6 +43,8 @@ struct Chain<'a> {
     before: Vec<Option<usize>>,
     after: Vec<Option<usize>>,
     can_go: Vec<bool>,
+    /// Where loaded faces end.
+    ends: Vec<u8>,
     members: Vec<usize>,
     near: Near<2>,
 }
@@ -50,7 +52,7 @@ struct Chain<'a> {
 /// Why a node of the boundary must stay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Feature {
-    /// A corner of the body at rest, a fork, or the last node that is held in a direction.
+    /// A corner of the body at rest, a fork, or the last node that is held in a direction or loaded.
     Always,
     /// A corner where the boundary is now.
     Now,
@@ -130,6 +132,7 @@ impl<'a> Chain<'a> {
             can_go: vec![false; old.position.len()],
             members: (0..old.position.len()).filter(|&n| !incidence.of(NodeId(n as u32)).is_empty()).collect(),
             near: Near::new(&[]),
+            ends: super::marks::ends(old.mesh),
             edges,
         };
         let is_simple = |n: usize| incidence.of(NodeId(n as u32)).len() == 2;
@@ -165,7 +168,8 @@ impl<'a> Chain<'a> {
             u.dot(&v) < CORNER * u.norm() * v.norm()
         };
         let ends = |other: usize| (0..2).any(|i| held[node][i] && !held[other][i]);
-        if ends(before) || ends(after) || is_corner(&self.old.mesh.rest) {
+        let is_end = self.ends.get(node).is_some_and(|loads| *loads != 0);
+        if ends(before) || ends(after) || is_end || is_corner(&self.old.mesh.rest) {
             return Some(Feature::Always);
         }
         is_corner(self.old.position).then_some(Feature::Now)

@@ -1,9 +1,10 @@
 //! The scenes that come with the program.
 
-const BUILTINS: [(&str, &str); 9] = [
+const BUILTINS: [(&str, &str); 10] = [
     ("sphere-block", include_str!("../../scenes/sphere-block.toml")),
     ("sphere-deep", include_str!("../../scenes/sphere-deep.toml")),
     ("ball-bounce", include_str!("../../scenes/ball-bounce.toml")),
+    ("cavity-exact", include_str!("../../scenes/cavity-exact.toml")),
     ("ball-square", include_str!("../../scenes/ball-square.toml")),
     ("fbi-bb", include_str!("../../scenes/fbi-bb.toml")),
     ("l-beam", include_str!("../../scenes/l-beam.toml")),

@@ -5,6 +5,7 @@ mod builtin;
 mod error;
 mod explain;
 mod files;
+mod load;
 mod overrides;
 mod physics;
 mod places;
@@ -21,8 +22,10 @@ pub use bodies::{MOST_FRAGMENTS, body_name};
 pub use builtin::{builtin, builtins};
 pub use error::{SceneError, SceneErrorKind};
 pub use files::{Files, StlContent, no_files};
+pub use load::*;
 pub use overrides::{Fault, Override, read_with, resolve};
 pub use physics::{modelled, switched_off};
+pub(crate) use places::numbered;
 pub use projectile::*;
 pub use read::{read, read_with_files};
 #[cfg(feature = "cli")]

@@ -1,8 +1,8 @@
 //! What a scene models and what it does not: a scene models only what it asks for.
 
 use super::{
-    BodyShape, ContactLaw, Dimension, ElementKind, GelShape, Lattice, MaterialModel, RemeshMethod, Scene, ScheduleKind,
-    Support, Supports, body_name,
+    BodyShape, ContactLaw, Dimension, ElementKind, Face, GelShape, Lattice, MaterialModel, RemeshMethod, Scene,
+    ScheduleKind, Support, Supports, body_name, numbered,
 };
 use crate::algebra::Vector3;
 use crate::geometry::{Shape, SignedDistance, Solid};
@@ -26,7 +26,30 @@ pub fn modelled(scene: &Scene) -> Vec<String> {
     });
     let general = general.into_iter().chain(renewed);
     let bodies = (0..scene.n_bodies()).flat_map(|body| body_lines(scene, body));
-    general.map(str::to_owned).chain(bodies).collect()
+    general.map(str::to_owned).chain(loads(scene)).chain(damping(scene)).chain(bodies).collect()
+}
+
+/// What presses on the gel, load by load.
+fn loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
+    scene.load.iter().enumerate().map(|(i, load)| {
+        let face = load.on.map_or("the surface", Face::name);
+        let part = if load.within.is_some() { ", within a box" } else { "" };
+        let over = match (load.table.len(), load.ramp) {
+            (0, 0.0) => "from the start".to_owned(),
+            (0, ramp) => format!("risen after {ramp:?} s"),
+            (points, _) => format!("times a table of {points} points"),
+        };
+        format!(
+            "{}: a pressure of {:?} Pa on {face}{part}, {over}; it follows the surface",
+            numbered("load", i),
+            load.pressure
+        )
+    })
+}
+
+fn damping(scene: &Scene) -> Option<String> {
+    let rate = scene.integrator.damping;
+    (rate > 0.0).then(|| format!("damping: in proportion to mass, speeds fade as exp(-t/{:.3e} s)", 1.0 / rate))
 }
 
 fn body_lines(scene: &Scene, i: usize) -> Vec<String> {
@@ -159,7 +182,7 @@ fn depends_on_dimension(dimension: Dimension) -> Option<&'static str> {
     }
 }
 
-fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 6] {
+fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 8] {
     let fixed = scene.remesh.is_none().then_some("remeshing: none, the run stops where the mesh cannot follow");
     let plain = scene.mesh.element == ElementKind::Plain;
     let locking = plain.then_some("locking-free elements: none, plain elements are too stiff near incompressibility");
@@ -167,8 +190,10 @@ fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 6] {
     let inelastic = scene.contact.law == ContactLaw::Moreau && scene.contact.restitution == 0.0;
     let restitution = inelastic.then_some("restitution of surface nodes: none, the gel rebounds by its own elasticity");
     let smooth = (scene.contact.friction == 0.0).then_some("friction: none, the projectile slides freely");
+    let unloaded = scene.load.is_empty().then_some("loads: none, only bodies and supports act on the gel");
+    let undamped = (scene.integrator.damping == 0.0).then_some("damping: none, waves keep their energy");
     let free = is_free(&scene.gel.supports) || matches!(scene.gel.shape, GelShape::LBeam { .. });
-    [fixed, locking, smooth, apart, restitution, free.then_some("supports: none, the gel is free")]
+    [fixed, locking, smooth, apart, restitution, unloaded, undamped, free.then_some("supports: none, the gel is free")]
 }
 
 fn is_free(supports: &Supports) -> bool {

@@ -75,7 +75,7 @@ pub(super) fn join(prefix: &str, name: &str) -> String {
 }
 
 /// The table number `i`, from 0, of a list: `fragment[1]` is the first.
-pub(super) fn numbered(key: &str, i: usize) -> String {
+pub(crate) fn numbered(key: &str, i: usize) -> String {
     format!("{key}[{}]", i + 1)
 }
 

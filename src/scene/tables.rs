@@ -1,6 +1,6 @@
 //! The tables of a scene file. Field docs are the help an editor shows; units are SI.
 
-use super::Projectile;
+use super::{Load, Projectile};
 use serde::{Deserialize, Serialize};
 
 /// A scene: one gel, a projectile and perhaps fragments beside it, and how to compute their meeting.
@@ -17,6 +17,9 @@ pub struct Scene {
     /// Further bodies, each a `[[fragment]]` table with the keys of a projectile. Bodies do not touch each other.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fragment: Vec<Projectile>,
+    /// Pressures on the surface of the gel, each a `[[load]]` table.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub load: Vec<Load>,
     /// How fine the gel is divided.
     pub mesh: MeshSpec,
     /// When and how the mesh is exchanged; never without this table.
@@ -118,6 +121,17 @@ pub enum GelShape {
         radius: f64,
         /// Height, m.
         height: f64,
+        /// Radius of a bore along the axis, m (`axisymmetric` only); none if absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        bore: Option<f64>,
+    },
+    /// The lower half of a hollow sphere about the origin, its flat face at z = 0 (`axisymmetric` only): with rollers at `z_max` it
+    /// stands for all of it. Cells grow with the distance from the middle.
+    Shell {
+        /// Radius of the inner surface, m.
+        inner: f64,
+        /// Radius of the outer surface, m.
+        outer: f64,
     },
     /// Two legs of equal length at a right angle, the outer corner pointing down, standing at `corner`.
     LBeam {
@@ -212,9 +226,9 @@ pub struct Supports {
     pub y_max: Support,
     /// The bottom of a block or cylinder.
     pub z_min: Support,
-    /// The entry surface of a block or cylinder.
+    /// The entry surface of a block or cylinder, the flat face of a shell.
     pub z_max: Support,
-    /// The mantle of a cylinder (`roller` in `axisymmetric` only).
+    /// The mantle of a cylinder (`roller` in `axisymmetric` only), the outer surface of a shell (`fixed` only).
     pub side: Support,
 }
 
@@ -223,7 +237,7 @@ pub struct Supports {
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct MeshSpec {
-    /// Edge of the finest cell, m; cells are made a little shorter where a whole number of them would not fit.
+    /// Edge of the finest cell, m, in a shell that at its inner surface; cells are made a little shorter where a whole number of them would not fit.
     pub size: f64,
     /// Which simplices fill a cell.
     #[serde(default)]
@@ -361,11 +375,13 @@ pub struct Integrator {
     /// Fraction of the stable step that an element takes, at most 1; by default 0.8, in `queue` 0.4.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cfl: Option<f64>,
+    /// Every node of the gel loses speed as exp(-damping t), 1/s, for answers at rest; 0 is none.
+    pub damping: f64,
 }
 
 impl Default for Integrator {
     fn default() -> Self {
-        Self { schedule: ScheduleKind::Bins, cfl: None }
+        Self { schedule: ScheduleKind::Bins, cfl: None, damping: 0.0 }
     }
 }
 

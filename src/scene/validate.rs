@@ -3,6 +3,7 @@
 mod body;
 mod domain;
 mod gel;
+mod load;
 mod motion;
 mod shape;
 
@@ -17,6 +18,7 @@ use domain::{Check, finite, positive, require, within};
 pub(super) fn validate(scene: &Scene) -> Check {
     header(&scene.scene)?;
     gel::check(scene)?;
+    load::check(scene)?;
     check_body(scene)?;
     let most = format!("at most {MOST_FRAGMENTS}");
     require(
@@ -93,8 +95,8 @@ fn resolves(scene: &Scene) -> Check {
 
 fn graded(grading: &Grading, scene: &Scene) -> Check {
     let Grading { core, growth, largest } = *grading;
-    let beam = matches!(scene.gel.shape, GelShape::LBeam { .. });
-    require(!beam, "mesh.grading", || "a table".to_owned(), "nothing: an l-beam has a uniform mesh")?;
+    let expected = own_mesh(&scene.gel.shape);
+    require(expected.is_empty(), "mesh.grading", || "a table".to_owned(), expected)?;
     finite("mesh.grading.core", core)?;
     require(core >= 0.0, "mesh.grading.core", || format!("{core:?}"), "a length of 0 or more, m")?;
     finite("mesh.grading.growth", growth)?;
@@ -105,11 +107,21 @@ fn graded(grading: &Grading, scene: &Scene) -> Check {
     require(largest >= size, "mesh.grading.largest", || format!("{largest:?}"), &expected)
 }
 
+/// Why cells of a shape cannot be asked to grow; empty where they can.
+fn own_mesh(shape: &GelShape) -> &'static str {
+    match shape {
+        GelShape::LBeam { .. } => "nothing: an l-beam has a uniform mesh",
+        GelShape::Shell { .. } => "nothing: the cells of a shell grow with the distance from its middle",
+        GelShape::Cylinder { bore: Some(_), .. } => "nothing: a cylinder with a bore has a uniform mesh",
+        GelShape::Block { .. } | GelShape::Cylinder { bore: None, .. } => "",
+    }
+}
+
 fn grown(tree: &Tree, scene: &Scene) -> Check {
     let Tree { coarsest, core, slope } = *tree;
     let nothing = |good: bool, expected: &str| require(good, "mesh.tree", || "a table".to_owned(), expected);
-    let beam = matches!(scene.gel.shape, GelShape::LBeam { .. });
-    nothing(!beam, "nothing: an l-beam has a uniform mesh")?;
+    let expected = own_mesh(&scene.gel.shape);
+    nothing(expected.is_empty(), expected)?;
     nothing(scene.mesh.grading.is_none(), "nothing beside mesh.grading: cells grow in one way or the other")?;
     let centred = scene.mesh.lattice == Lattice::Centred;
     require(
@@ -162,7 +174,8 @@ fn remesh(scene: &Scene) -> Check {
 
 fn integrator(integrator: &Integrator) -> Check {
     let cfl = integrator.cfl();
-    require(cfl > 0.0 && cfl <= 1.0, "integrator.cfl", || format!("{cfl:?}"), "a fraction above 0, at most 1")
+    require(cfl > 0.0 && cfl <= 1.0, "integrator.cfl", || format!("{cfl:?}"), "a fraction above 0, at most 1")?;
+    within("integrator.damping", integrator.damping, 0.0..=1e9)
 }
 
 fn contact(contact: &Contact) -> Check {

@@ -1,5 +1,6 @@
 //! From a checked scene to an engine at time 0.
 
+use super::loads;
 use super::model::{Erase, Gelatin, Model, overlap};
 use super::recipe::Recipe;
 use super::renew::Renew;
@@ -46,6 +47,15 @@ pub enum BuildError {
         /// The step, s.
         step: f64,
     },
+    /// A load on nothing.
+    #[error(
+        "{key}: no facet of the surface of the gel is on that face and, with all its corners, in that box; \
+         widen {key}.within"
+    )]
+    Unloaded {
+        /// `load[i]`.
+        key: String,
+    },
     /// Gel and a body overlap at the start.
     #[error("{body}.position: at the start the surface of the gel is {depth:.3e} m inside that body; move it out")]
     Overlap {
@@ -79,7 +89,8 @@ pub(super) fn build(scene: &Scene, prescribed: bool, threads: usize) -> Result<B
 fn longest(shape: &GelShape) -> f64 {
     match shape {
         GelShape::Block { size } => size.iter().copied().fold(0.0, f64::max),
-        GelShape::Cylinder { radius, height } => height.max(2.0 * radius),
+        GelShape::Cylinder { radius, height, .. } => height.max(2.0 * radius),
+        GelShape::Shell { outer, .. } => *outer,
         GelShape::LBeam { leg, width, .. } => leg.max(width.unwrap_or(0.0)),
     }
 }
@@ -95,6 +106,7 @@ where
     Gelatin<D>: Renew,
 {
     let recipe = Recipe::of(scene);
+    let mesh = Mesh { marks: loads::marks(scene, &mesh)?, ..mesh };
     let simplices = recipe.simplices((&mesh, &mesh.rest));
     let mass = simplices.lumped_masses(&mesh, scene.gel.density);
     let gel = recipe.gel(simplices, (&mesh, &mesh.rest), mass);
@@ -116,7 +128,8 @@ where
     }
     engine.set_wear(recipe.wear(&engine.gel().potential, &mesh.rest));
     engine.set_exchanges(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
-    Ok(Box::new(Gelatin { engine, facets: mesh.facets, recipe, first: None, renewals: vec![], refusals: vec![] }))
+    let Mesh { facets, marks, .. } = mesh;
+    Ok(Box::new(Gelatin { engine, facets, marks, recipe, first: None, renewals: vec![], refusals: vec![] }))
 }
 
 fn rules(scene: &Scene) -> Rules {
@@ -135,6 +148,7 @@ fn rules(scene: &Scene) -> Rules {
             ContactLaw::Reversal => Law::Reversal,
         },
         force_window: scene.force_window(),
+        damping: scene.integrator.damping,
     }
 }
 
@@ -204,18 +218,30 @@ fn plane_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
             let sides = faces([(0, s.x_min, s.x_max), (1, s.z_min, s.z_max)]);
             Ok(mesh::block(checked(planes, scene, sides)?))
         }
-        GelShape::Cylinder { .. } => unreachable!("a planar gel is no cylinder: the scene was checked"),
+        GelShape::Cylinder { .. } | GelShape::Shell { .. } => {
+            unreachable!("a planar gel is a block or an l-beam: the scene was checked")
+        }
     }
 }
 
 fn section_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
-    let GelShape::Cylinder { radius, height } = scene.gel.shape else {
-        unreachable!("an axisymmetric gel is a cylinder: the scene was checked")
-    };
-    let planes = [axis(scene, radius), down(scene, height)];
     let s = &scene.gel.supports;
-    let sides = faces([(0, Support::Roller, s.side), (1, s.z_min, s.z_max)]);
-    Ok(mesh::block(checked(planes, scene, sides)?))
+    match scene.gel.shape {
+        GelShape::Cylinder { radius, height, bore } => {
+            let across = bore.map_or_else(|| axis(scene, radius), |bore| mesh::uniform(bore, radius, scene.mesh.size));
+            let wall = if bore.is_none() { Support::Roller } else { Support::Free };
+            let sides = faces([(0, wall, s.side), (1, s.z_min, s.z_max)]);
+            Ok(mesh::block(checked([across, down(scene, height)], scene, sides)?))
+        }
+        GelShape::Shell { inner, outer } => {
+            let planes = mesh::rays([inner, outer], scene.mesh.size);
+            let sides = faces([(0, Support::Free, s.side), (1, Support::Roller, s.z_max)]);
+            Ok(mesh::shell(checked(planes, scene, sides)?))
+        }
+        GelShape::Block { .. } | GelShape::LBeam { .. } => {
+            unreachable!("an axisymmetric gel is a cylinder or a shell: the scene was checked")
+        }
+    }
 }
 
 fn space_mesh(scene: &Scene) -> Result<Mesh<3>, BuildError> {
@@ -226,7 +252,8 @@ fn space_mesh(scene: &Scene) -> Result<Mesh<3>, BuildError> {
             let sides = faces([(0, s.x_min, s.x_max), (1, s.y_min, s.y_max), (2, s.z_min, s.z_max)]);
             Ok(mesh::block(checked(planes, scene, sides)?))
         }
-        GelShape::Cylinder { radius, height } => {
+        GelShape::Shell { .. } => unreachable!("a spatial gel is no shell: the scene was checked"),
+        GelShape::Cylinder { radius, height, .. } => {
             let planes = [across(scene, *radius), across(scene, *radius), down(scene, *height)];
             let sides = faces([(0, Support::Free, s.side), (2, s.z_min, s.z_max)]);
             Ok(mesh::cylinder(*radius, checked(planes, scene, sides)?))

@@ -193,12 +193,16 @@ impl<const D: usize> Gelatin<D> {
         if after.is_nan() || after > MOST_GAINED * before {
             return Err(Refused::Gains { before, after });
         }
-        let past = history::Past::new(&self.engine.gel().potential, old, &self.engine.state().memory);
-        let (references, memory) =
-            history::inherited(&past, moved.position, (&proposal, &new)).ok_or(Refused::Restless)?;
         let facets = boundary::<D>(&proposal.elements);
-        let Transferred { rest, mass, corner_mass, velocity, held, defects, .. } = new;
-        let mesh = Mesh { rest, elements: proposal.elements, facets, held };
+        let marks = remesh::marks(&old.mesh, (&facets, &new.rest), &proposal.origin);
+        let (rest, held) = (new.rest.clone(), new.held.clone());
+        let mesh = Mesh { rest, elements: proposal.elements.clone(), facets, held, marks };
+        let patches = self.recipe.patches((&mesh, &proposal.position));
+        let past = (&self.engine.gel().potential, old, self.engine.state().memory.as_slice());
+        let past = history::Past::new(past, moved.position);
+        let inherited = history::inherited(&past, moved.position, (&proposal, &new, &patches));
+        let (references, memory) = inherited.ok_or(Refused::Restless)?;
+        let Transferred { mass, corner_mass, velocity, defects, .. } = new;
         let tick = self.engine.last_tick();
         let birth = Birth { tick, mesh, position: proposal.position, mass, corner_mass, references };
         Ok(Candidate { birth, memory, velocity, quality, defects })

@@ -1,9 +1,10 @@
 //! What the elements of a new mesh were at rest: what their nodes say where that is true, else a deformation between the mean
 //! of the old elements that they are made of and what their nodes say (numerics 4.6).
 
+use super::shared::{shares, stays};
 use crate::algebra::{Tensor, Vector, cofactor, cube_root, det};
 use crate::element::{Memory, Potential, Reference, Section, Simplices};
-use crate::mesh::ElementId;
+use crate::mesh::{ElementId, Patches};
 use crate::remesh::{Proposal, Same, Source, Transferred};
 use crate::state::Birth;
 
@@ -80,13 +81,19 @@ pub(super) struct Past<'a, const D: usize> {
     pub potential: &'a Simplices<D>,
     pub old: &'a Birth<D>,
     pub memory: &'a [Memory<D>],
-    /// J of each old element as a part of that of its patch, where they remember.
+    /// J of each old element as a part of that of its patch; empty where each is a patch by itself.
     shares: Vec<f64>,
 }
 
 impl<'a, const D: usize> Past<'a, D> {
-    pub fn new(potential: &'a Simplices<D>, old: &'a Birth<D>, memory: &'a [Memory<D>]) -> Self {
-        Self { potential, old, memory, shares: potential.shares(memory) }
+    /// With the nodes at these positions.
+    pub fn new((potential, old, memory): (&'a Simplices<D>, &'a Birth<D>, &'a [Memory<D>]), x: &[Vector<D>]) -> Self {
+        let shares = match (potential.remembers(), potential.patches().largest()) {
+            (true, _) => potential.shares(memory),
+            (false, 0 | 1) => vec![],
+            (false, _) => shares(potential, x),
+        };
+        Self { potential, old, memory, shares }
     }
 
     /// Area or volume, or area times radius of a ring, of an old element at rest.
@@ -107,11 +114,12 @@ type References<const D: usize> = Vec<(ElementId, Reference<D>)>;
 pub(super) fn inherited<const D: usize>(
     past: &Past<'_, D>,
     position: &[Vector<D>],
-    (proposal, new): (&Proposal<D>, &Transferred<D>),
+    (proposal, new, patches): (&Proposal<D>, &Transferred<D>, &Patches),
 ) -> Option<(References<D>, Vec<Memory<D>>)> {
     let flows = past.potential.remembers();
     let mut memory = vec![Memory::default(); if flows { proposal.elements.len() } else { 0 }];
     let mut all = vec![];
+    let stays = stays(past.potential.patches(), patches, &new.same);
     let again = (0..).map(ElementId).zip(&new.same).filter_map(|(element, same)| Some((element, (*same)?)));
     for (element, same) in again {
         if flows {
@@ -120,8 +128,12 @@ pub(super) fn inherited<const D: usize>(
             let now = Reference::of(&proposal.position, &proposal.elements[element.index()]);
             all.push((element, mean.made(&now, &now)?));
             memory[element.index()].plastic = mean.plastic;
-        } else if !past.potential.is_compatible(same.element) {
-            all.push((element, turned(&past.potential.reference(same.element), same)));
+            continue;
+        }
+        let alone = if stays[element.index()] { None } else { past.shares.get(same.element.index()) };
+        let share = alone.copied().unwrap_or(1.0);
+        if share != 1.0 || !past.potential.is_compatible(same.element) {
+            all.push((element, turned(&past.potential.reference(same.element), same).scaled(share)));
         }
     }
     let mut is_known: Vec<bool> = new.same.iter().map(Option::is_some).collect();

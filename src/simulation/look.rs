@@ -133,7 +133,7 @@ fn energy(totals: &Totals, noise: f64) -> EnergyReport {
     let (books, energies) = (&totals.ledger.energy, &totals.energies);
     let defect = books.integration.abs() + books.contact_bias.abs() + books.importer.abs() + books.remesh.abs();
     // What was there at the start, and what came in since.
-    let scale = totals.initial_energy.abs() + books.external.abs();
+    let scale = totals.initial_energy.abs() + books.external.abs() + books.load.abs();
     let scale = if scale > noise { scale } else { 1.0 };
     EnergyReport {
         kinetic: energies.gel_kinetic + energies.body_kinetic,
@@ -146,6 +146,8 @@ fn energy(totals: &Totals, noise: f64) -> EnergyReport {
         external: books.external,
         importer: books.importer,
         remesh: books.remesh,
+        load: books.load,
+        damping: books.damping,
         plastic: books.plastic,
         viscous: books.viscous,
         splash: books.splash,

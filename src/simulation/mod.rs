@@ -5,6 +5,7 @@
 mod build;
 mod candidate;
 mod history;
+mod loads;
 mod look;
 mod model;
 mod observe;
@@ -13,6 +14,7 @@ mod rehearsal;
 mod renew;
 mod run;
 mod saved;
+mod shared;
 mod splash;
 #[cfg(test)]
 mod trips;

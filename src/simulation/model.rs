@@ -70,6 +70,8 @@ pub(super) struct Gelatin<const D: usize> {
     pub engine: Engine<D, Simplices<D>>,
     /// The boundary of its mesh.
     pub facets: Vec<Facet>,
+    /// Which loads act on them; empty where there are none.
+    pub marks: Vec<u8>,
     /// What it is made of.
     pub recipe: Recipe,
     /// The mesh of the start, if it is not that of the engine.

@@ -134,6 +134,10 @@ pub struct EnergyReport {
     pub importer: f64,
     /// What kinetic and stored energy change by when the mesh is exchanged.
     pub remesh: f64,
+    /// Work of the pressures on faces.
+    pub load: f64,
+    /// Work of the damping: negative is dissipated.
+    pub damping: f64,
     /// Lost to plastic flow: negative.
     pub plastic: f64,
     /// Lost to bulk viscosity: negative.

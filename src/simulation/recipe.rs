@@ -1,11 +1,12 @@
 //! What a gel is made of, whatever its mesh: what is needed to make it again on another one.
 
+use super::loads;
 use crate::algebra::Vector;
-use crate::avi::{Gel, Surface, Wear};
+use crate::avi::{Gel, Pressure, Surface, Wear};
 use crate::element::{Potential, Reference, Section, Simplices};
 use crate::material::{BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Strength};
 use crate::mesh::{ElementId, Facet, Mesh, Patches, Simplex, facet_measure, shape_quality};
-use crate::scene::{Dimension, ElementKind, Gel as GelTable, MaterialModel, Remesh, Scene};
+use crate::scene::{Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene};
 use crate::state::Birth;
 
 /// What a gel is made of.
@@ -16,6 +17,8 @@ pub(super) struct Recipe {
     kind: ElementKind,
     /// kg/m³.
     pub density: f64,
+    /// What acts on its surface.
+    pressures: Vec<Pressure>,
     /// When and how its mesh is exchanged.
     pub remesh: Option<Sizes>,
 }
@@ -39,7 +42,11 @@ impl Recipe {
         let usual = scene.mesh.size;
         let graded = scene.mesh.grading.map(|grading| grading.largest);
         let doubled = scene.mesh.tree.map(|tree| usual * tree.coarsest as f64);
-        let longest = graded.or(doubled).unwrap_or(usual).max(usual);
+        let round = match scene.gel.shape {
+            GelShape::Shell { inner, outer } => Some(usual * outer / inner),
+            GelShape::Block { .. } | GelShape::Cylinder { .. } | GelShape::LBeam { .. } => None,
+        };
+        let longest = graded.or(doubled).or(round).unwrap_or(usual).max(usual);
         let sizes = |rules: Remesh| Sizes { least: rules.smallest.unwrap_or(0.5 * usual), usual, longest, rules };
         Self {
             section: match scene.scene.dimension {
@@ -50,21 +57,26 @@ impl Recipe {
             material: material(&scene.gel),
             kind: scene.mesh.element,
             density: scene.gel.density,
+            pressures: loads::pressures(scene),
             remesh: scene.remesh.clone().map(sizes),
         }
     }
 
     /// The elements of a mesh whose nodes are there when it is new.
     pub fn simplices<const D: usize>(&self, (mesh, position): (&Mesh<D>, &[Vector<D>])) -> Simplices<D> {
-        let patches = match (self.kind, &self.material) {
+        Simplices::in_patches(mesh, self.patches((mesh, position)), (self.material, self.section))
+    }
+
+    /// Which elements of a mesh, whose nodes are there when it is new, share their change of volume.
+    pub fn patches<const D: usize>(&self, (mesh, position): (&Mesh<D>, &[Vector<D>])) -> Patches {
+        match (self.kind, &self.material) {
             (ElementKind::Plain, _) => Patches::alone(mesh.elements.len()),
             (ElementKind::Patch, Material::NeoHookean(_)) => Patches::grouped(mesh),
             // Of what has flowed the nodes do not say any more what was near what at rest.
             (ElementKind::Patch, Material::Flowing(_)) => {
                 Patches::grouped(&Mesh { rest: position.to_vec(), ..mesh.clone() })
             }
-        };
-        Simplices::in_patches(mesh, patches, (self.material, self.section))
+        }
     }
 
     /// The gel of these elements, the nodes of whose mesh are there when it is new, with these masses.
@@ -74,7 +86,8 @@ impl Recipe {
         (mesh, position): (&Mesh<D>, &[Vector<D>]),
         mass: Vec<f64>,
     ) -> Gel<D, Simplices<D>> {
-        Gel::new(simplices, mass, &mesh.held, self.surface(mesh, position))
+        let gel = Gel::new(simplices, mass, &mesh.held, self.surface(mesh, position));
+        loads::loaded(gel, mesh, (self.section, &self.pressures))
     }
 
     /// All of the boundary but the axis of revolution: areas at rest, sizes where the nodes are.

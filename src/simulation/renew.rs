@@ -146,6 +146,7 @@ impl<const D: usize> Gelatin<D> {
     /// Takes over what is kept of a mesh beside the engine.
     pub fn dress(&mut self, birth: &Birth<D>) {
         self.facets.clone_from(&birth.mesh.facets);
+        self.marks.clone_from(&birth.mesh.marks);
         self.engine.set_wear(self.recipe.wear(&self.engine.gel().potential, &birth.position));
     }
 
@@ -158,7 +159,7 @@ impl<const D: usize> Gelatin<D> {
         let rest = gel.potential.rest().to_vec();
         let elements = gel.potential.elements().to_vec();
         let held = (0..rest.len()).map(|node| gel.held(node)).collect();
-        let mesh = Mesh { rest, elements, facets: self.facets.clone(), held };
+        let mesh = Mesh { rest, elements, facets: self.facets.clone(), held, marks: self.marks.clone() };
         let corner_mass = corner_masses(&gel.potential, &self.recipe);
         Arc::new(Birth {
             tick: 0,

@@ -4,7 +4,7 @@ use super::model::Gelatin;
 use crate::algebra::Vector;
 use crate::avi::NoStep;
 use crate::element::Memory;
-use crate::mesh::{ElementId, Mesh, NodeId, boundary};
+use crate::mesh::{ElementId, Facet, Mesh, NodeId, boundary};
 use crate::remesh::{self, Moved};
 use crate::state::Birth;
 
@@ -73,9 +73,10 @@ impl<const D: usize> Left<D> {
         let references = old.references.iter().filter_map(|(e, own)| Some((place[e.index()]?, *own))).collect();
         let facets = boundary::<D>(&elements);
         let held = nodes.iter().map(|n| old.mesh.held[*n]).collect();
+        let marks = marks_of(old, &facets, &nodes);
         let birth = Birth {
             tick,
-            mesh: Mesh { rest: of_nodes(&old.mesh.rest), elements, facets, held },
+            mesh: Mesh { rest: of_nodes(&old.mesh.rest), elements, facets, held, marks },
             position: of_nodes(position),
             mass: nodes.iter().map(|n| mass[*n]).collect(),
             corner_mass: kept.iter().map(|e| old.corner_mass[*e]).collect(),
@@ -84,4 +85,24 @@ impl<const D: usize> Left<D> {
         let memory = if memory.is_empty() { vec![] } else { kept.iter().map(|e| memory[*e]).collect() };
         Self { birth, memory, velocity: of_nodes(velocity), gone: lost }
     }
+}
+
+/// The marks of the facets that are left, nodes being what they were of the old mesh; nothing acts on those that were inside.
+fn marks_of<const D: usize>(old: &Birth<D>, facets: &[Facet], nodes: &[usize]) -> Vec<u8> {
+    if old.mesh.marks.is_empty() {
+        return vec![];
+    }
+    let sorted = |mut facet: Facet| {
+        facet[..D].sort_unstable();
+        let last = facet[D - 1];
+        facet[D - 1..].fill(last);
+        facet
+    };
+    let mut known: Vec<(Facet, u8)> =
+        old.mesh.facets.iter().map(|facet| sorted(*facet)).zip(old.mesh.marks.iter().copied()).collect();
+    known.sort_unstable();
+    let was = |facet: &Facet| sorted(facet.map(|node| NodeId(nodes[node.index()] as u32)));
+    let found =
+        |facet: &Facet| known.binary_search_by_key(&was(facet), |(facet, _)| *facet).map_or(0, |at| known[at].1);
+    facets.iter().map(found).collect()
 }

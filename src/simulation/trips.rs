@@ -5,7 +5,7 @@ use super::history;
 use crate::algebra::{Tensor, Tensor3, Vector, cofactor, det};
 use crate::element::{Answer, DEPTH, Potential, Reference, Section, Simplices};
 use crate::material::NeoHookean;
-use crate::mesh::{Block, ElementId, Mesh, Split, block, boundary, shape_quality, uniform};
+use crate::mesh::{Block, ElementId, Mesh, Patches, Split, block, boundary, shape_quality, uniform};
 use crate::remesh::{self, Acceptance, Books, Carried, Defects, Moved, Proposal, Symmetry};
 use crate::scene::RemeshMethod;
 use crate::state::Birth;
@@ -74,13 +74,13 @@ impl<const D: usize> Gel<D> {
             velocity: &self.velocity,
         };
         let new = remesh::transfer(&moved, &carried, &proposal);
-        let simplices = self.simplices();
-        let past = history::Past::new(&simplices, &self.birth, &[]);
-        let inherited = history::inherited(&past, &self.position, (&proposal, &new));
+        let (simplices, patches) = (self.simplices(), Patches::alone(proposal.elements.len()));
+        let past = history::Past::new((&simplices, &self.birth, &[]), &self.position);
+        let inherited = history::inherited(&past, &self.position, (&proposal, &new, &patches));
         let references = inherited.map(|(references, _)| references);
         let references = references.expect("what elements were at rest");
         let facets = boundary::<D>(&proposal.elements);
-        let mesh = Mesh { rest: new.rest, elements: proposal.elements, facets, held: new.held };
+        let mesh = Mesh { rest: new.rest, elements: proposal.elements, facets, held: new.held, marks: vec![] };
         let position = proposal.position.clone();
         let (mass, corner_mass) = (new.mass, new.corner_mass);
         let birth = Birth { tick: 0, mesh, position: proposal.position, mass, corner_mass, references };

@@ -29,7 +29,7 @@ impl<const D: usize> Birth<D> {
         (rest, position): (Vec<Vector<D>>, Vec<Vector<D>>),
         (mass, held): (Vec<f64>, &[u8]),
         (elements, corner_mass): (Vec<Simplex>, Vec<[f64; 4]>),
-        references: Vec<(ElementId, Reference<D>)>,
+        (references, marks): (Vec<(ElementId, Reference<D>)>, Vec<u8>),
     ) -> Option<Self> {
         let n = rest.len();
         let whole = |(element, reference): &(ElementId, Reference<D>)| {
@@ -55,7 +55,10 @@ impl<const D: usize> Birth<D> {
         }
         let held = held.iter().map(|held| std::array::from_fn(|i| held >> i & 1 == 1)).collect();
         let facets = boundary::<D>(&elements);
-        Some(Self { tick, mesh: Mesh { rest, elements, facets, held }, position, mass, corner_mass, references })
+        if !marks.is_empty() && marks.len() != facets.len() {
+            return None;
+        }
+        Some(Self { tick, mesh: Mesh { rest, elements, facets, held, marks }, position, mass, corner_mass, references })
     }
 
     /// The held directions of each node: bit i for the i-th.

@@ -15,8 +15,8 @@ use xxhash_rust::xxh3::Xxh3;
 /// Bytes of a run, at most: with what it is made from it stays in a first-level cache of 32 kB.
 const RUN: usize = 8192;
 
-/// All but the arrays.
-type Small = (Sizes, (Option<Tick>, Tick), Vec<BodyState>, Ledger, Record);
+/// All but the arrays. With the tick of a mesh that is not that of the start go the marks of its facets.
+type Small = (Sizes, (Option<Tick>, Tick, Vec<u8>), Vec<BodyState>, Ledger, Record);
 
 /// Plain numbers, of the same number of bytes each.
 trait Plain: Sized {
@@ -196,7 +196,7 @@ const NODE_BORN: usize = f64::SIZE + u8::SIZE;
 const ELEMENT_BORN: usize = Simplex::SIZE + <[f64; 4]>::SIZE;
 
 /// The mesh in these bytes; `None` if they are no mesh.
-fn read_birth<const D: usize>(sizes: &Sizes, tick: Tick, mut bytes: &[u8]) -> Option<Arc<Birth<D>>> {
+fn read_birth<const D: usize>(sizes: &Sizes, (tick, marks): (Tick, &[u8]), mut bytes: &[u8]) -> Option<Arc<Birth<D>>> {
     let (mut rest, mut position, mut mass) = (vec![], vec![], vec![]);
     let (mut held, mut elements) = (Vec::<u8>::new(), vec![]);
     read_all(&mut rest, sizes.nodes, &mut bytes);
@@ -208,7 +208,13 @@ fn read_birth<const D: usize>(sizes: &Sizes, tick: Tick, mut bytes: &[u8]) -> Op
     let mut references = vec![];
     read_all(&mut corner_mass, sizes.born, &mut bytes);
     read_all(&mut references, sizes.references, &mut bytes);
-    Some(Arc::new(Birth::of(tick, (rest, position), (mass, &held), (elements, corner_mass), references)?))
+    Some(Arc::new(Birth::of(
+        tick,
+        (rest, position),
+        (mass, &held),
+        (elements, corner_mass),
+        (references, marks.to_vec()),
+    )?))
 }
 
 impl Sizes {
@@ -254,8 +260,8 @@ impl<const D: usize> State<D> {
     }
 
     fn small(&self) -> Vec<u8> {
-        let born = self.birth.as_ref().map_or(0, |birth| birth.tick);
-        let small = (self.sizes(), (self.now, born), &self.bodies, &self.ledger, &self.record);
+        let (born, marks) = self.birth.as_ref().map_or((0, &[][..]), |birth| (birth.tick, birth.mesh.marks.as_slice()));
+        let small = (self.sizes(), (self.now, born, marks), &self.bodies, &self.ledger, &self.record);
         postcard::to_stdvec(&small).expect("a state is plain numbers")
     }
 
@@ -299,13 +305,13 @@ impl<const D: usize> State<D> {
             return false;
         }
         let end = &arrays[arrays.len() - sizes.bytes_of_birth::<D>()..];
-        let born = (sizes.born > 0).then(|| read_birth(&sizes, small.1.1, end));
+        let born = (sizes.born > 0).then(|| read_birth(&sizes, (small.1.1, &small.1.2), end));
         if born == Some(None) {
             return false;
         }
         let Self { position, velocity, excess, stiffness, clocks, alarms, memory, birth, .. } = self;
         let Self { now, bodies, ledger, record, .. } = self;
-        (_, (*now, _), *bodies, *ledger, *record) = small;
+        (_, (*now, ..), *bodies, *ledger, *record) = small;
         *birth = born.flatten();
         read_all(position, sizes.nodes, &mut arrays);
         read_all(velocity, sizes.nodes, &mut arrays);
@@ -403,7 +409,7 @@ mod tests {
             born: 0,
             references: 0,
         };
-        let small: Small = (sizes, (None, 0), vec![], Ledger::default(), Record::new(0));
+        let small: Small = (sizes, (None, 0, vec![]), vec![], Ledger::default(), Record::new(0));
         assert!(!State::<3>::empty().read(&postcard::to_stdvec(&small).unwrap()));
     }
 }

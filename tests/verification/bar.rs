@@ -119,7 +119,7 @@ impl Bar {
 /// Powers of two, Moreau's law without removal of penetration.
 pub fn rules(pace: Pace) -> Rules {
     let law = Law::Moreau { restitution: pace.restitution, bias: 0.0, friction: 0.0 };
-    Rules { schedule: Kind::Bins, cfl: pace.cfl, law, force_window: 1e-2 }
+    Rules { schedule: Kind::Bins, cfl: pace.cfl, law, force_window: 1e-2, damping: 0.0 }
 }
 
 /// Node 0 is all of the surface.

@@ -121,6 +121,7 @@ pub fn rules() -> Rules {
         cfl: 0.8,
         law: Law::Moreau { restitution: 0.0, bias: 0.1, friction: 0.0 },
         force_window: 1.0,
+        damping: 0.0,
     }
 }
 

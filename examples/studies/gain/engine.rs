@@ -17,7 +17,7 @@ pub fn engine(case: &Case, schedule: Kind) -> Engine<3, Simplices<3>> {
     let Case { scene, mesh, .. } = case;
     let Contact { restitution, bias, friction, .. } = scene.contact;
     let law = Law::Moreau { restitution, bias, friction };
-    let rules = Rules { schedule, cfl: CFL, law, force_window: scene.force_window() };
+    let rules = Rules { schedule, cfl: CFL, law, force_window: scene.force_window(), damping: 0.0 };
     let nodes = mesh.rest.iter().map(|x| (*x, Vector::<3>::zeros())).collect();
     Engine::new(gel(scene, mesh), vec![ball(scene)], rules, nodes)
 }

@@ -87,6 +87,8 @@ fn energy(rows: &[Row]) -> Plot {
         "integration",
         "external",
         "importer",
+        "load",
+        "damping",
         "closure",
     ];
     let curves = names.map(|name| (name.replace('_', " "), format!("energy_{name}_J")));

@@ -7,12 +7,13 @@ use super::ring::Ring;
 /// Draws point `a` to point `b`, if all that comes is better than `enough`; and how good it is.
 ///
 /// A point of the surface goes along the surface only, where that is flat, and to a point that is held wherever it is held
-/// itself. Two points that have the edge and another neighbour in common, but no tetrahedron with all three, would weld what
+/// itself, and along the end of a loaded face from there. Two points that have the edge and another neighbour in common, but no tetrahedron with all three, would weld what
 /// is not one (the link condition).
 pub(super) fn onto(complex: &Complex, (a, b): (u32, u32), enough: f64, flat: &Flat) -> Option<(f64, Change)> {
     let [from, to] = [a, b].map(|point| &complex.points[point as usize]);
     let is_held_less = (0..3).all(|axis| to.held[axis] || !from.held[axis]);
-    if !is_held_less || (from.is_on_surface && !to.is_on_surface) {
+    let leaves_end = from.ends & !to.ends != 0;
+    if !is_held_less || leaves_end || (from.is_on_surface && !to.is_on_surface) {
         return None;
     }
     let change = change(complex, (a, b), from.is_on_surface);

@@ -3,7 +3,7 @@
 use crate::algebra::Vector;
 use crate::mesh::{ElementId, NodeId, Simplex};
 use crate::remesh::bounds::Bounds;
-use crate::remesh::{Moved, Origin, Proposal};
+use crate::remesh::{Moved, Origin, Proposal, marks};
 
 /// A tetrahedron by its points, positively oriented.
 pub(super) type Tet = [u32; 4];
@@ -21,6 +21,8 @@ pub(super) struct Point {
     pub origin: Origin,
     /// Which of its directions are held.
     pub held: [bool; 3],
+    /// The loaded faces whose edge it is on: bit i for the i-th.
+    pub ends: u8,
     pub is_on_surface: bool,
 }
 
@@ -67,12 +69,14 @@ pub(super) fn shape(corners: [&Vector<3>; 4]) -> f64 {
 impl Complex {
     /// Of an old mesh where it is, with these target sizes by node.
     pub fn new(old: &Moved<'_, 3>, size: &[f64]) -> Self {
+        let ends = marks::ends(old.mesh);
         let point = |n: usize| Point {
             x: old.position[n],
             rest: old.mesh.rest[n],
             size: size[n],
             origin: Origin::Kept(NodeId(n as u32)),
             held: old.mesh.held[n],
+            ends: ends.get(n).copied().unwrap_or(0),
             is_on_surface: false,
         };
         let n = old.position.len();

@@ -103,6 +103,7 @@ fn settled(old: &Moved<'_, 3>, new: &Proposal<3>) -> Mesh<3> {
         held: trace::held(&old.mesh.held, &new.origin),
         facets: boundary::<3>(&new.elements),
         elements: new.elements.clone(),
+        marks: vec![],
     }
 }
 

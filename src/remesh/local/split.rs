@@ -45,6 +45,7 @@ fn between(complex: &Complex, (a, b): (u32, u32), is_on_surface: bool) -> Option
         size: 0.5 * (a.size + b.size),
         origin,
         held: std::array::from_fn(|axis| is_on_surface && a.held[axis] && b.held[axis]),
+        ends: if is_on_surface { a.ends & b.ends } else { 0 },
         is_on_surface,
     })
 }

@@ -52,7 +52,8 @@ fn ends((a, b): (u32, u32), [p, q, r]: [u32; 3]) -> [Tet; 2] {
     [[p, q, r, b], [p, r, q, a]]
 }
 
-/// Takes an edge out, if what comes is better than `enough`; and how good it is. At the surface only where that is flat.
+/// Takes an edge out, if what comes is better than `enough`; and how good it is. At the surface only where that is flat
+/// and no loaded face may end.
 pub(super) fn without_edge(complex: &Complex, (a, b): (u32, u32), enough: f64, flat: &Flat) -> Option<(f64, Change)> {
     let ring = Ring::of(complex, a, b)?;
     let n = ring.points.len();
@@ -60,7 +61,8 @@ pub(super) fn without_edge(complex: &Complex, (a, b): (u32, u32), enough: f64, f
     if !(3..=MOST).contains(&n) {
         return None;
     }
-    if ring.is_open && (are_joined(complex, first, last) || !flat.turns(complex, (a, b), (first, last))) {
+    let is_end = complex.points[a as usize].ends & complex.points[b as usize].ends != 0;
+    if ring.is_open && (is_end || are_joined(complex, first, last) || !flat.turns(complex, (a, b), (first, last))) {
         return None;
     }
     let table = Table::of(complex, (a, b), &ring.points);

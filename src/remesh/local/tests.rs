@@ -147,8 +147,8 @@ fn a_surface_that_is_drawn_down_keeps_its_corners_and_its_volume() {
             Origin::Inside => *x,
         });
         let facets = boundary::<3>(&new.elements);
-        mesh =
-            Mesh { rest: rest.collect(), held: vec![[false; 3]; new.position.len()], facets, elements: new.elements };
+        let held = vec![[false; 3]; new.position.len()];
+        mesh = Mesh { rest: rest.collect(), held, facets, elements: new.elements, marks: vec![] };
         position = new.position;
     }
     assert!(last > 0.34);

@@ -123,7 +123,7 @@ fn bottom_under(gel: &GelShape, [x, y, _]: [f64; 3]) -> Option<f64> {
             let under = x.abs() < 0.5 * size[0] && (size.len() == 2 || y.abs() < 0.5 * size[1]);
             under.then(|| -size[size.len() - 1])
         }
-        GelShape::Cylinder { radius, height } => (x.hypot(y) < *radius).then_some(-height),
-        GelShape::LBeam { .. } => None,
+        GelShape::Cylinder { radius, height, bore: None } => (x.hypot(y) < *radius).then_some(-height),
+        GelShape::Cylinder { bore: Some(_), .. } | GelShape::Shell { .. } | GelShape::LBeam { .. } => None,
     }
 }

@@ -18,7 +18,8 @@ pub(super) fn check(scene: &Scene) -> Check {
 pub(super) fn smallest_dimension(shape: &GelShape) -> f64 {
     match shape {
         GelShape::Block { size } => size.iter().copied().fold(f64::INFINITY, f64::min),
-        GelShape::Cylinder { radius, height } => radius.min(*height),
+        GelShape::Cylinder { radius, height, bore } => (radius - bore.unwrap_or(0.0)).min(*height),
+        GelShape::Shell { inner, outer } => inner.min(outer - inner),
         GelShape::LBeam { leg, thickness, width, .. } => leg.min(*thickness).min(width.unwrap_or(f64::INFINITY)),
     }
 }
@@ -27,8 +28,8 @@ pub(super) fn smallest_dimension(shape: &GelShape) -> f64 {
 pub(super) fn shortest_way(shape: &GelShape) -> f64 {
     let (height, sides) = match shape {
         GelShape::Block { size } => size.split_last().expect("a block was checked to have edges"),
-        GelShape::Cylinder { radius, height } => return radius.min(*height),
-        GelShape::LBeam { .. } => unreachable!("an l-beam has no entry surface"),
+        GelShape::Cylinder { radius, height, .. } => return radius.min(*height),
+        GelShape::LBeam { .. } | GelShape::Shell { .. } => unreachable!("its mesh has no tree: the scene was checked"),
     };
     sides.iter().map(|side| 0.5 * side).fold(*height, f64::min)
 }
@@ -36,13 +37,8 @@ pub(super) fn shortest_way(shape: &GelShape) -> f64 {
 fn shape(shape: &GelShape, dimension: Dimension) -> Check {
     match shape {
         GelShape::Block { size } => block(size, dimension),
-        GelShape::Cylinder { radius, height } => {
-            let key = "gel.shape.cylinder";
-            let expected = "a block or an l-beam: a cylinder is axisymmetric or spatial";
-            require(dimension != Dimension::Planar, key, || in_a_scene("a cylinder", dimension), expected)?;
-            positive("gel.shape.cylinder.radius", *radius, LENGTH)?;
-            positive("gel.shape.cylinder.height", *height, LENGTH)
-        }
+        GelShape::Cylinder { radius, height, bore } => cylinder((*radius, *height), *bore, dimension),
+        GelShape::Shell { inner, outer } => shell(*inner, *outer, dimension),
         GelShape::LBeam { .. } => l_beam(shape, dimension),
     }
 }
@@ -68,6 +64,30 @@ fn block(size: &[f64], dimension: Dimension) -> Check {
     let good = size.len() == n && size.iter().all(|&edge| edge.is_finite() && edge > 0.0);
     require(good, "gel.shape.block.size", || format!("{size:?}"), expected)?;
     size.iter().try_for_each(|edge| positive("gel.shape.block.size", *edge, LENGTH))
+}
+
+fn cylinder((radius, height): (f64, f64), bore: Option<f64>, dimension: Dimension) -> Check {
+    let expected = "a block or an l-beam: a cylinder is axisymmetric or spatial";
+    let in_scene = || in_a_scene("a cylinder", dimension);
+    require(dimension != Dimension::Planar, "gel.shape.cylinder", in_scene, expected)?;
+    positive("gel.shape.cylinder.radius", radius, LENGTH)?;
+    positive("gel.shape.cylinder.height", height, LENGTH)?;
+    let Some(bore) = bore else { return Ok(()) };
+    let (key, found) = ("gel.shape.cylinder.bore", || format!("{bore:?}"));
+    let expected = "nothing: a cylinder has a bore in axisymmetric scenes only";
+    require(dimension == Dimension::Axisymmetric, key, found, expected)?;
+    positive(key, bore, LENGTH)?;
+    require(bore < radius, key, found, &format!("less than the radius, {radius:?} m"))
+}
+
+fn shell(inner: f64, outer: f64, dimension: Dimension) -> Check {
+    let expected = "a block, a cylinder or an l-beam: a shell is axisymmetric";
+    let in_scene = || in_a_scene("a shell", dimension);
+    require(dimension == Dimension::Axisymmetric, "gel.shape.shell", in_scene, expected)?;
+    positive("gel.shape.shell.inner", inner, LENGTH)?;
+    positive("gel.shape.shell.outer", outer, LENGTH)?;
+    let expected = format!("more than the inner radius, {inner:?} m");
+    require(outer > inner, "gel.shape.shell.outer", || format!("{outer:?}"), &expected)
 }
 
 fn l_beam(shape: &GelShape, dimension: Dimension) -> Check {
@@ -162,6 +182,10 @@ fn supports(gel: &Gel, dimension: Dimension) -> Check {
         let key = format!("gel.supports.{face}");
         require(held.contains(&face), &key, || format!("{:?}", name(support)), expected)?;
     }
+    let is_shell = matches!(gel.shape, GelShape::Shell { .. });
+    let expected = "\"free\" or \"fixed\": the outer surface of a shell is round";
+    let slides = s.side == Support::Roller && is_shell;
+    require(!slides, "gel.supports.side", || "\"roller\"".to_owned(), expected)?;
     let slides = s.side == Support::Roller && dimension == Dimension::Spatial;
     let expected = "\"free\" or \"fixed\": a mantle slides on rollers only in axisymmetric scenes";
     require(!slides, "gel.supports.side", || "\"roller\"".to_owned(), expected)
@@ -180,6 +204,7 @@ fn held_faces(shape: &GelShape, dimension: Dimension) -> (&'static [&'static str
         GelShape::Cylinder { .. } => {
             (&["z_min", "z_max", "side"], "nothing: a cylinder has the faces z_min, z_max and side")
         }
+        GelShape::Shell { .. } => (&["z_max", "side"], "nothing: of a shell z_max and side are held"),
         GelShape::LBeam { .. } => (&[], "nothing: an l-beam flies free"),
     }
 }

@@ -217,7 +217,7 @@ fn engine<const D: usize>(mesh: &Mesh<D>, kernel: Kernel) -> Engine<D, Simplices
     let mass = simplices.lumped_masses(mesh, 1030.0);
     let surface = Surface::new::<D>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));
     let law = Law::Moreau { restitution: 0.0, bias: 0.0, friction: 0.0 };
-    let rules = Rules { schedule: Kind::Bins, cfl: 0.8, law, force_window: 1.0 };
+    let rules = Rules { schedule: Kind::Bins, cfl: 0.8, law, force_window: 1.0, damping: 0.0 };
     let shear = |x: &Vector<D>| Vector::<D>::from_fn(|i, _| 0.02 * x[(i + 1) % D]);
     let nodes = mesh.rest.iter().map(|x| (x + shear(x), shear(x))).collect();
     Engine::new(Gel::new(simplices, mass, &mesh.held, surface), vec![nobody()], rules, nodes)

@@ -1,0 +1,215 @@
+//! Pressures on faces of the gel: each facet is kicked at the ticks of the element behind it, as if it were part of its energy
+//! (numerics A6), and what it does is booked.
+
+use super::Kind;
+use super::engine::Engine;
+use super::kick::Taken;
+use super::phase::Phase;
+use crate::algebra::{Vector, embed};
+use crate::element::{Potential, Section, push};
+use crate::mesh::{ElementId, Facet, NodeId};
+use crate::state::Tick;
+
+/// A pressure over time: straight between its points, constant before the first and after the last.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pressure(Vec<(f64, f64)>);
+
+impl Pressure {
+    /// From times, s, ascending, and the pressures there, Pa.
+    ///
+    /// # Panics
+    /// If there is no point or the times do not ascend.
+    #[must_use]
+    pub fn new(points: Vec<(f64, f64)>) -> Self {
+        let ascending = points.windows(2).all(|pair| pair[0].0 < pair[1].0);
+        assert!(!points.is_empty() && ascending, "a pressure has points whose times ascend");
+        Self(points)
+    }
+
+    /// The pressure at a time, s, Pa.
+    #[must_use]
+    pub fn at(&self, time: f64) -> f64 {
+        let after = self.0.partition_point(|(t, _)| *t <= time);
+        let [before, next] = [after.saturating_sub(1), after.min(self.0.len() - 1)].map(|i| self.0[i]);
+        if before.0 < next.0 && time > before.0 {
+            before.1 + (next.1 - before.1) * ((time - before.0) / (next.0 - before.0))
+        } else {
+            before.1
+        }
+    }
+}
+
+/// A facet that pressures act on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Loaded {
+    /// Its nodes, outward oriented.
+    pub facet: Facet,
+    /// The element that it bounds.
+    pub behind: ElementId,
+    /// Which pressures: bit i for the i-th.
+    pub mark: u8,
+}
+
+/// The pressures on a gel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loads {
+    /// What a facet of the plane stands for.
+    pub section: Section,
+    /// The pressures.
+    pub pressures: Vec<Pressure>,
+    /// The facets that they act on.
+    pub facets: Vec<Loaded>,
+}
+
+impl Loads {
+    /// Nothing.
+    #[must_use]
+    pub fn none() -> Self {
+        Self { section: Section::Spatial, pressures: vec![], facets: vec![] }
+    }
+
+    /// The sum of the pressures that a mark names, Pa.
+    fn pressure(&self, mark: u8, now: &[f64]) -> f64 {
+        (0..self.pressures.len()).filter(|i| mark >> i & 1 == 1).map(|i| now[i]).sum()
+    }
+}
+
+/// What a pressure does to a facet at a tick.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pushed<const D: usize> {
+    nodes: Facet,
+    forces: [Vector<D>; 3],
+    /// The group of the element behind.
+    group: usize,
+    /// The part of the kick that lies behind, s; all of it once it is known.
+    weight: f64,
+}
+
+impl<const D: usize> Pushed<D> {
+    /// The nodes and the impulses on them, N·s.
+    fn impulses(&self) -> impl Iterator<Item = (NodeId, Vector<D>)> + '_ {
+        self.nodes[..D].iter().zip(&self.forces).map(|(node, force)| (*node, force * self.weight))
+    }
+}
+
+impl<const D: usize, P: Potential<D>> Engine<D, P> {
+    /// Whether pressures act at all.
+    pub(super) fn is_loaded(&self) -> bool {
+        !self.gel.loads.facets.is_empty()
+    }
+
+    /// Finds what pressures do to the facets of the elements that fire, and adds its stiffness to theirs. Before the clocks are
+    /// set.
+    pub(super) fn find_loads(&mut self, tick: Tick) {
+        self.scratch.pushed.clear();
+        if !self.is_loaded() {
+            return;
+        }
+        let (gel, time) = (self.gel.clone(), self.grid.time(tick));
+        let now: Vec<f64> = gel.loads.pressures.iter().map(|pressure| pressure.at(time)).collect();
+        for loaded in &gel.loads.facets {
+            let (group, pressure) = (self.order.group(loaded.behind), gel.loads.pressure(loaded.mark, &now));
+            if pressure == 0.0 || !self.is_firing(group, tick) {
+                continue;
+            }
+            let push = push(gel.loads.section, &loaded.facet.map(|node| self.position_at(node, time)));
+            self.stiffen(loaded.behind, pressure.abs() * push.stiffness);
+            let (forces, weight) = (push.forces.map(|force| force * pressure), self.length_behind(group, tick));
+            self.scratch.pushed.push(Pushed { nodes: loaded.facet, forces, group, weight });
+        }
+    }
+
+    /// Whether a group fires at this tick, before the clocks are set.
+    fn is_firing(&self, group: usize, tick: Tick) -> bool {
+        match self.blocks {
+            Some(_) => self.moment(tick).fires(self.state.clocks[group].step),
+            None => self.scratch.due.binary_search(&(group as u32)).is_ok(),
+        }
+    }
+
+    /// The length of the step behind a group that fires, before the clocks are set, s.
+    pub(super) fn length_behind(&self, group: usize, tick: Tick) -> f64 {
+        self.grid.length(match self.rules.schedule {
+            Kind::Queue => (tick - self.state.alarms[group].last) as f64,
+            Kind::Bins | Kind::Global => self.moment(tick).taken(self.state.clocks[group].step),
+        })
+    }
+
+    /// Adds to the stiffness of an element that has just been evaluated; one that is still and was not keeps what it has.
+    fn stiffen(&mut self, element: ElementId, more: f64) {
+        let slot = self.order.slot(element);
+        let Some(blocks) = &mut self.blocks else {
+            self.state.stiffness[slot] += more;
+            return;
+        };
+        let block = (slot / super::blocks::SLOTS) as u32;
+        if blocks.all[block as usize].report.is_none() {
+            return;
+        }
+        self.state.stiffness[slot] += more;
+        for node in self.gel.potential.nodes(element) {
+            let at = blocks.spots(node.index()).iter().find(|spot| spot.block == block).map(|spot| spot.at as usize);
+            blocks.parts[at.expect("a node of an element is in its block")][3] += more;
+        }
+    }
+
+    /// Kicks the nodes of the loaded facets; held directions take up the rest.
+    pub(super) fn press(&mut self, tick: Tick) {
+        if self.scratch.pushed.is_empty() {
+            return;
+        }
+        let (gel, freedom, mut taken) = (self.gel.clone(), self.freedom(), Taken::default());
+        let mut pushed = std::mem::take(&mut self.scratch.pushed);
+        for pushed in &mut pushed {
+            if self.phase != Phase::Last {
+                pushed.weight = 0.5 * (pushed.weight + self.grid.time(self.ahead(pushed.group, tick)));
+            }
+            for (node, impulse) in pushed.impulses() {
+                let (a, push) = (node.index(), embed(&impulse));
+                self.state.velocity[a] += impulse.component_mul(&gel.free(a)) / gel.mass[a];
+                let at = embed(&self.state.position[a]);
+                taken.add(&gel.free(a), freedom, (at, push));
+                self.state.ledger.momentum.load += freedom.translation(&push);
+                self.state.ledger.angular_momentum.load += freedom.rotation(&at.cross(&push));
+                self.state.record.pressed += push.norm();
+            }
+        }
+        taken.post(&mut self.state.ledger);
+        self.scratch.pushed = pushed;
+    }
+
+    /// The nodes of the loaded facets of this tick.
+    pub(super) fn pressed(&self) -> impl Iterator<Item = NodeId> + '_ {
+        self.scratch.pushed.iter().flat_map(|pushed| pushed.nodes[..D].iter().copied())
+    }
+
+    /// Velocity of a node of a loaded facet before the kicks of this tick, m/s. In the fast form one that was still is not active.
+    fn before_loads(&self, node: NodeId) -> Vector<D> {
+        match self.scratch.carriers.binary_search_by_key(&node, |carrier| carrier.node) {
+            Ok(at) if self.blocks.is_some() => self.scratch.carriers[at].before,
+            _ => self.scratch.before[node.index()],
+        }
+    }
+
+    /// Posts the work of the pressures, Σ J·(v⁻ + v⁺)/2, once all velocities of the tick are known.
+    pub(super) fn book_loads(&mut self) {
+        let work = |(node, impulse): (NodeId, Vector<D>)| {
+            let both = self.before_loads(node) + self.state.velocity[node.index()];
+            0.5 * impulse.component_mul(&self.gel.free(node.index())).dot(&both)
+        };
+        let work: f64 = self.scratch.pushed.iter().flat_map(Pushed::impulses).map(work).sum();
+        self.state.ledger.energy.load += work;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pressure_is_straight_between_its_points_and_constant_outside() {
+        let pressure = Pressure::new(vec![(1.0, 10.0), (2.0, 30.0), (4.0, 0.0)]);
+        let found = [0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0].map(|time| pressure.at(time));
+        assert_eq!(found, [10.0, 10.0, 20.0, 30.0, 15.0, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,126 @@
+//! Where the loads of a scene act: which facets of the first mesh they mark, and what the engine knows of them.
+
+use super::BuildError;
+use crate::algebra::{Vector3, embed};
+use crate::avi::{Gel, Loaded, Loads, Pressure};
+use crate::element::{Section, Simplices};
+use crate::mesh::{Facet, Mesh};
+use crate::scene::{Dimension, Face, GelShape, Load, Scene, numbered};
+
+/// A node is on a round face if it is that near to it, relatively: what mapping leaves of its bits.
+const ROUND: f64 = 1e-9;
+
+/// The marks of the facets of the first mesh of a scene; none if nothing acts.
+///
+/// # Errors
+/// [`BuildError::Unloaded`] if no facet is where a load is.
+pub(super) fn marks<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Result<Vec<u8>, BuildError> {
+    if scene.load.is_empty() {
+        return Ok(vec![]);
+    }
+    let mut marks = vec![0; mesh.facets.len()];
+    for (i, load) in scene.load.iter().enumerate() {
+        let before: u32 = marks.iter().copied().map(u8::count_ones).sum();
+        for (facet, mark) in mesh.facets.iter().zip(&mut marks) {
+            let corners: Vec<Vector3> = facet[..D].iter().map(|node| embed(&mesh.rest[node.index()])).collect();
+            *mark |= u8::from(is_on(scene, load, &corners)) << i;
+        }
+        if marks.iter().copied().map(u8::count_ones).sum::<u32>() == before {
+            return Err(BuildError::Unloaded { key: numbered("load", i) });
+        }
+    }
+    Ok(marks)
+}
+
+/// Whether a facet with these corners is one that a load acts on.
+fn is_on(scene: &Scene, load: &Load, corners: &[Vector3]) -> bool {
+    let is_inside = load
+        .within
+        .is_none_or(|region| corners.iter().all(|x| (0..3).all(|i| (region.low[i]..=region.high[i]).contains(&x[i]))));
+    is_inside && load.on.is_none_or(|face| is_face(scene, face, corners)) && !is_axis(scene, corners)
+}
+
+/// Whether a facet of a section is on its axis.
+fn is_axis(scene: &Scene, corners: &[Vector3]) -> bool {
+    scene.scene.dimension == Dimension::Axisymmetric && corners.iter().all(|x| x.x == 0.0)
+}
+
+fn is_face(scene: &Scene, face: Face, corners: &[Vector3]) -> bool {
+    let all = |is_there: &dyn Fn(&Vector3) -> bool| corners.iter().all(is_there);
+    let shape = &scene.gel.shape;
+    match face {
+        Face::XMin => all(&|x| x.x == -half(shape, 0)),
+        Face::XMax => all(&|x| x.x == half(shape, 0)),
+        Face::YMin => all(&|x| x.y == -half(shape, 1)),
+        Face::YMax => all(&|x| x.y == half(shape, 1)),
+        Face::ZMin => all(&|x| x.z == -height(shape)),
+        Face::ZMax => all(&|x| x.z == 0.0),
+        Face::Side => is_round(shape, outer(shape), corners),
+        Face::Inner => is_round(shape, inner(shape), corners),
+    }
+}
+
+/// Whether corners are on the mantle of a cylinder or on a sphere of this radius; those of an end face are at one height.
+fn is_round(shape: &GelShape, radius: f64, corners: &[Vector3]) -> bool {
+    let is_sphere = matches!(shape, GelShape::Shell { .. });
+    let distance = |x: &Vector3| if is_sphere { x.norm() } else { x.xy().norm() };
+    let rises = is_sphere || corners.iter().any(|x| x.z != corners[0].z);
+    rises && corners.iter().all(|x| (distance(x) - radius).abs() <= ROUND * radius)
+}
+
+/// Half the edge of a block along x or y, m.
+fn half(shape: &GelShape, axis: usize) -> f64 {
+    match shape {
+        GelShape::Block { size } => 0.5 * size[axis],
+        GelShape::Cylinder { .. } | GelShape::Shell { .. } | GelShape::LBeam { .. } => f64::NAN,
+    }
+}
+
+fn height(shape: &GelShape) -> f64 {
+    match shape {
+        GelShape::Block { size } => size[size.len() - 1],
+        GelShape::Cylinder { height, .. } => *height,
+        GelShape::Shell { .. } | GelShape::LBeam { .. } => f64::NAN,
+    }
+}
+
+fn outer(shape: &GelShape) -> f64 {
+    match shape {
+        GelShape::Cylinder { radius, .. } => *radius,
+        GelShape::Shell { outer, .. } => *outer,
+        GelShape::Block { .. } | GelShape::LBeam { .. } => f64::NAN,
+    }
+}
+
+fn inner(shape: &GelShape) -> f64 {
+    match shape {
+        GelShape::Cylinder { bore, .. } => bore.unwrap_or(f64::NAN),
+        GelShape::Shell { inner, .. } => *inner,
+        GelShape::Block { .. } | GelShape::LBeam { .. } => f64::NAN,
+    }
+}
+
+/// The pressures of a scene.
+pub(super) fn pressures(scene: &Scene) -> Vec<Pressure> {
+    scene.load.iter().map(|load| Pressure::new(load.history())).collect()
+}
+
+/// The gel of a mesh under these pressures.
+pub(super) fn loaded<const D: usize>(
+    gel: Gel<D, Simplices<D>>,
+    mesh: &Mesh<D>,
+    (section, pressures): (Section, &[Pressure]),
+) -> Gel<D, Simplices<D>> {
+    if mesh.marks.is_empty() {
+        return gel;
+    }
+    let surface = gel.surface.facets.iter().zip(&gel.behind);
+    let mut behind: Vec<(Facet, _)> = surface.map(|(facet, behind)| (*facet, *behind)).collect();
+    behind.sort_unstable();
+    let of = |(facet, mark): (&Facet, &u8)| {
+        let at = behind.binary_search_by_key(facet, |(facet, _)| *facet).ok()?;
+        (*mark != 0).then(|| Loaded { facet: *facet, behind: behind[at].1, mark: *mark })
+    };
+    let facets = mesh.facets.iter().zip(&mesh.marks).filter_map(of).collect();
+    gel.with_loads(Loads { section, pressures: pressures.to_vec(), facets })
+}
