@@ -10,6 +10,7 @@ mod extremes;
 mod fast_ball;
 mod fbi_bb;
 mod gain;
+mod hydro_drag;
 mod impacts;
 mod l_beam;
 mod leaks;
@@ -24,7 +25,7 @@ mod whole;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 13] = [
+const STUDIES: [Study; 15] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -50,6 +51,7 @@ const STUDIES: [Study; 13] = [
         "the calibration shot: trajectory, depth, forces, energy, by mesh size, grading and speed",
         fbi_bb::study,
     ),
+    ("hydro-drag", "drag and slam of a ball in a fluid, by mesh size and grading", hydro_drag::study),
     ("extremes", "masses, speeds, a second of rest, and a body inside the gel", extremes::study),
 ];
 

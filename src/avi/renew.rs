@@ -11,13 +11,13 @@ use crate::mesh::{ElementId, NodeId, Simplex, shape_quality};
 use crate::state::{Birth, Clock, Record, Tick};
 use std::sync::Arc;
 
-/// When a mesh is worn.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// When a mesh is worn: as soon as one of its elements is.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Wear {
-    /// An element is worse shaped than this where it is, 1 being the best.
-    pub quality: f64,
-    /// An element is compressed to less than this part of its area, or volume in space.
-    pub compression: f64,
+    /// Which shape of each element, 1 being the best, is too bad.
+    pub quality: Vec<f64>,
+    /// To which part of its area, or volume in space, each may be compressed.
+    pub compression: Vec<f64>,
 }
 
 /// What ends a mesh.
@@ -116,26 +116,26 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Whether the mesh is worn at this tick, so many finest steps old.
     fn is_worn(&self, tick: Tick, age: Tick) -> bool {
-        let Some(wear) = self.ends.wear else { return false };
+        let Some(wear) = &self.ends.wear else { return false };
         if self.state.record.stretched && age >= STRETCHED_LIFE {
             return true;
         }
         let part = if age < SHORTEST_LIFE.0 { HALF_WORN } else { 1.0 };
-        let wear = Wear { quality: part * wear.quality, compression: part * wear.compression };
         let time = self.grid.time(tick);
         let fires = |clock: &Clock| self.rules.schedule.fires(clock.step, tick);
         let groups = self.state.clocks.iter().enumerate().filter(|(_, clock)| fires(clock));
         let mut elements = groups.flat_map(|(group, _)| self.order.elements(self.order.slots(group)));
-        elements.any(|element| self.is_element_worn(element, time, &wear))
+        elements.any(|element| self.is_element_worn(element, time, (wear, part)))
     }
 
-    fn is_element_worn(&self, element: ElementId, time: f64, wear: &Wear) -> bool {
+    fn is_element_worn(&self, element: ElementId, time: f64, (wear, part): (&Wear, f64)) -> bool {
         let simplex: Simplex = [0, 1, 2, 3].map(NodeId);
         let mut now = [Vector::<D>::zeros(); 4];
         for (i, node) in self.gel.potential.nodes(element).iter().enumerate() {
             now[i] = self.position_at(*node, time);
         }
-        shape_quality(&now, &simplex) < wear.quality || self.gel.potential.compression(element, &now) < wear.compression
+        let (shape, size) = (shape_quality(&now, &simplex), self.gel.potential.compression(element, &now));
+        shape < part * wear.quality[element.index()] || size < part * wear.compression[element.index()]
     }
 
     /// The last tick of this mesh: every group fires, its kick that of half of the step behind, and what stands on a body is held

@@ -285,3 +285,183 @@ impl<'a, const D: usize> Flow<'a, D> {
         Answer { forces, stiffness, jacobian: strain.jacobian() }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::{BulkViscosity, EquationOfState, Material, Strength};
+    use crate::mesh::{Mesh, NodeId, Patches};
+
+    fn gel() -> Flowing {
+        Flowing {
+            shear_modulus: 4.8,
+            state: EquationOfState::new(60.0, 0.0, 20.0),
+            strength: Some(Strength::new(0.3, 0.2, 1.6)),
+            viscosity: BulkViscosity { linear: 0.1, quadratic: 1.0 },
+            density: 1.0,
+        }
+    }
+
+    /// Two triangles, or two tetrahedra, with a common J.
+    fn pair<const D: usize>(section: Section) -> (Mesh<D>, Simplices<D>) {
+        let corners = [[0.8, 0.1, 0.0], [1.9, 0.3, 0.1], [1.1, 0.2, 1.2], [0.9, 1.3, 0.3], [1.7, 1.2, 1.0]];
+        let flat = [[0.8, 0.1], [1.9, 0.3], [1.1, 1.2], [2.1, 1.4]];
+        let rest: Vec<Vector<D>> = if D == 2 {
+            flat.iter().map(|x| Vector::<D>::from_fn(|i, _| x[i])).collect()
+        } else {
+            corners.iter().map(|x| Vector::<D>::from_fn(|i, _| x[i])).collect()
+        };
+        let ids = |nodes: [u32; 4]| nodes.map(NodeId);
+        let elements = if D == 2 {
+            vec![ids([0, 1, 2, 0]), ids([1, 3, 2, 0])]
+        } else {
+            vec![ids([0, 1, 3, 2]), ids([1, 4, 3, 2])]
+        };
+        let mut mesh = Mesh::new(rest, elements);
+        mesh.held = vec![[false; D]; mesh.rest.len()];
+        let patches = Patches::grouped(&mesh);
+        assert_eq!(patches.of(0).len(), 2);
+        let simplices = Simplices::in_patches(&mesh, patches, (Material::Flowing(gel()), section));
+        (mesh, simplices)
+    }
+
+    fn waved<const D: usize>(mesh: &Mesh<D>, size: f64) -> Vec<Vector<D>> {
+        let wave = |i: usize, a: usize| size * ((7 * a + 3 * i) as f64).sin();
+        mesh.rest.iter().enumerate().map(|(a, x)| x + Vector::<D>::from_fn(|i, _| wave(i, a))).collect()
+    }
+
+    /// What two elements remember that were sheared far in small steps.
+    fn flown<const D: usize>(mesh: &Mesh<D>, simplices: &Simplices<D>) -> Vec<Memory<D>> {
+        let mut memory = vec![Memory::default(); 2];
+        for step in 1..=50 {
+            let x = waved(mesh, 0.004 * f64::from(step));
+            simplices.advance(0, &x, (0.01, &mut memory), &mut [Answer::default(); DEPTH]);
+        }
+        assert!(memory.iter().all(|memory| memory.plastic > 0.01), "{memory:?}");
+        memory
+    }
+
+    /// Energy, and the forces on all nodes.
+    fn pull<const D: usize>(
+        simplices: &Simplices<D>,
+        x: &[Vector<D>],
+        memory: &[Memory<D>],
+    ) -> (f64, Vec<Vector<D>>, f64) {
+        let mut answers = [Answer::default(); DEPTH];
+        let energy = simplices.evaluate(0, x, memory, &mut answers);
+        let mut forces = vec![Vector::<D>::zeros(); x.len()];
+        for (element, answer) in answers[..2].iter().enumerate() {
+            for (node, force) in simplices.nodes(ElementId(element as u32)).iter().zip(&answer.forces) {
+                forces[node.index()] += force;
+            }
+        }
+        (energy, forces, answers[0].stiffness + answers[1].stiffness)
+    }
+
+    fn check_forces<const D: usize>(section: Section) {
+        let (mesh, simplices) = pair::<D>(section);
+        let memory = flown(&mesh, &simplices);
+        let step = 1e-6;
+        for size in [0.0, 0.05, 0.2, 0.25] {
+            let x = waved(&mesh, size);
+            let forces = pull(&simplices, &x, &memory).1;
+            for (a, i) in (0..x.len()).flat_map(|a| (0..D).map(move |i| (a, i))) {
+                let energy = |s: f64| {
+                    let mut moved = x.clone();
+                    moved[a][i] += s;
+                    pull(&simplices, &moved, &memory).0
+                };
+                let slope = (energy(step) - energy(-step)) / (2.0 * step);
+                assert!((slope + forces[a][i]).abs() < 1e-6 * (1.0 + forces[a].norm()), "{section:?} {size} {a} {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn forces_are_minus_the_gradient_of_the_energy_that_is_stored_after_any_flow() {
+        check_forces::<2>(Section::Planar { thickness: 0.7 });
+        check_forces::<2>(Section::Axisymmetric);
+        check_forces::<3>(Section::Spatial);
+    }
+
+    fn check_stiffness<const D: usize>(section: Section) {
+        let (mesh, simplices) = pair::<D>(section);
+        let memory = flown(&mesh, &simplices);
+        let step = 1e-6;
+        for size in [0.0, 0.05, 0.2, 0.25] {
+            let x = waved(&mesh, size);
+            let n = x.len() * D;
+            let stiffness = nalgebra::DMatrix::from_fn(n, n, |row, column| {
+                let probe = |s: f64| {
+                    let mut moved = x.clone();
+                    moved[column / D][column % D] += s;
+                    pull(&simplices, &moved, &memory).1[row / D][row % D]
+                };
+                (probe(-step) - probe(step)) / (2.0 * step)
+            });
+            let greatest = (&stiffness + stiffness.transpose()).symmetric_eigenvalues().max() / 2.0;
+            let bound = pull(&simplices, &x, &memory).2;
+            assert!(greatest <= bound, "{section:?} {size}: {greatest} above the bound {bound}");
+            assert!(greatest > 0.05 * bound, "{section:?} {size}: the bound {bound} is idle against {greatest}");
+        }
+    }
+
+    #[test]
+    fn the_stiffness_bound_holds_after_any_flow() {
+        check_stiffness::<2>(Section::Planar { thickness: 0.7 });
+        check_stiffness::<2>(Section::Axisymmetric);
+        check_stiffness::<3>(Section::Spatial);
+    }
+
+    #[test]
+    fn flow_keeps_the_volume_and_leaves_the_stress_that_the_gel_bears() {
+        let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
+        let mut memory = flown(&mesh, &simplices);
+        let x = waved(&mesh, 0.21);
+        simplices.advance(0, &x, (0.01, &mut memory), &mut [Answer::default(); DEPTH]);
+        for (id, memory) in (0..).map(ElementId).zip(&memory) {
+            assert!((det(&memory.inverse) * memory.out - 1.0).abs() < 1e-12);
+            let (element, gel) = (simplices.element(id), gel());
+            let strain = simplices.strain((id, &element), &x);
+            let flow = Flow::new(&gel, &element, &strain);
+            let elastic = flow.elastic((0.0, &mut memory.clone()), &mut 0.0);
+            let stress = gel.shear_modulus * (1.5 * elastic.deviator().norm_squared()).sqrt();
+            let bears = gel.strength.unwrap().at(memory.rate);
+            assert!((stress / bears - 1.0).abs() < 1e-8, "{stress} {bears}");
+        }
+    }
+
+    /// Work done on a pair that is sheared there and back, less what it stores and has lost, as a part of the work.
+    fn residual(steps: u32) -> f64 {
+        let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
+        let mut memory = vec![Memory::default(); 2];
+        let (mut work, mut lost, mut before) = (0.0, 0.0, (mesh.rest.clone(), vec![Vector::<2>::zeros(); 4]));
+        let mut energy = 0.0;
+        for step in 0..=steps {
+            let along = f64::from(step) / f64::from(steps);
+            let x = waved(&mesh, 0.25 * (std::f64::consts::PI * along).sin());
+            let mut answers = [Answer::default(); DEPTH];
+            let time = if step == 0 { 0.0 } else { 1.0 / f64::from(steps) };
+            let spent = simplices.advance(0, &x, (time, &mut memory), &mut answers);
+            let mut forces = vec![Vector::<2>::zeros(); 4];
+            for (element, answer) in answers[..2].iter().enumerate() {
+                let nodes = simplices.nodes(ElementId(element as u32));
+                nodes.iter().zip(&answer.forces).for_each(|(node, force)| forces[node.index()] += force);
+            }
+            let moved = x.iter().zip(&before.0).zip(forces.iter().zip(&before.1));
+            work -= moved.map(|((x, old), (f, g))| 0.5 * (f + g).dot(&(x - old))).sum::<f64>();
+            assert!(spent.plastic >= 0.0 && spent.viscous >= 0.0);
+            lost += spent.plastic + spent.viscous;
+            energy = spent.energy;
+            before = (x, forces);
+        }
+        assert!(lost > 0.2 * work && energy > 0.0, "{lost} of {work} is lost");
+        (work - energy - lost) / work
+    }
+
+    #[test]
+    fn what_is_lost_is_the_work_that_is_not_stored() {
+        let [coarse, fine] = [400, 1600].map(|steps| residual(steps).abs());
+        assert!(coarse < 3e-3 && fine < 0.3 * coarse, "{coarse:e} {fine:e}");
+    }
+}

@@ -69,7 +69,7 @@ pub use marks::marks;
 pub use overlapped::overlapped;
 pub use pairing::Same;
 pub use pieces::Source;
-pub use sheets::sheets;
+pub use sheets::{sheets, thinned};
 pub use sizing::{Range, bends, curved, graded};
 pub use transfer::transfer;
 

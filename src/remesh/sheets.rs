@@ -2,7 +2,10 @@
 
 use super::Moved;
 use super::cell::edges;
-use crate::mesh::{Facet, facet_measure, neighbours, signed_volume};
+use crate::mesh::{ElementId, Facet, facet_measure, neighbours, signed_volume};
+
+/// Edges of a sheet, in thicknesses, at most.
+const LONGEST: f64 = 4.0;
 
 /// Which elements break off: those across a sheet thinner than `thinnest`, m, from one of these facets of the surface to a node on
 /// another side of it, and every part of the body but the largest that is left without them. None, if all would.
@@ -10,23 +13,45 @@ use crate::mesh::{Facet, facet_measure, neighbours, signed_volume};
 /// An element with two facets on the surface is no sheet but a corner, or a bend of a wall that is made of short edges.
 #[must_use]
 pub fn sheets<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet], thinnest: f64) -> Vec<bool> {
-    let elements = &moved.mesh.elements;
-    let mut outer = vec![false; moved.position.len()];
-    facets.iter().flat_map(|facet| &facet[..D]).for_each(|node| outer[node.index()] = true);
-    let across = neighbours::<D>(elements);
-    let mut gone = vec![false; elements.len()];
-    for (e, nodes) in elements.iter().enumerate() {
-        let bare: Vec<usize> = (0..=D).filter(|k| across[e][*k].is_none()).collect();
-        let [opposite] = bare[..] else { continue };
-        let whole = nodes[..=D].iter().all(|node| outer[node.index()]);
-        let base: Facet = [1, 2, 3].map(|k| nodes[(opposite + k) % (D + 1)]);
-        let height = D as f64 * signed_volume(moved.position, nodes) / facet_measure(moved.position, &base);
-        gone[e] = whole && height < thinnest && is_long::<D>(moved, e, height);
+    let across = neighbours::<D>(&moved.mesh.elements);
+    let mut gone = vec![false; across.len()];
+    for (e, height) in heights(moved, facets, &across) {
+        gone[e] = height < thinnest && is_long::<D>(moved, e, height);
     }
     if gone.iter().any(|gone| *gone) {
         leave_largest(moved, &across, &mut gone);
     }
     gone
+}
+
+/// The target sizes with those of sheets no longer than so many of their thicknesses: the chords of longer edges would run through
+/// their other side, and no element between them could have a shape.
+#[must_use]
+pub fn thinned<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet], mut size: Vec<f64>, least: f64) -> Vec<f64> {
+    for (e, height) in heights(moved, facets, &neighbours::<D>(&moved.mesh.elements)) {
+        for node in &moved.mesh.elements[e][..=D] {
+            let size = &mut size[node.index()];
+            *size = size.min((LONGEST * height).max(least));
+        }
+    }
+    size
+}
+
+/// The elements across a sheet, and its thickness there, m.
+fn heights<const D: usize>(
+    moved: &Moved<'_, D>,
+    facets: &[Facet],
+    across: &[[Option<ElementId>; 4]],
+) -> impl Iterator<Item = (usize, f64)> {
+    let mut outer = vec![false; moved.position.len()];
+    facets.iter().flat_map(|facet| &facet[..D]).for_each(|node| outer[node.index()] = true);
+    moved.mesh.elements.iter().enumerate().filter_map(move |(e, nodes)| {
+        let mut bare = (0..=D).filter(|k| across[e][*k].is_none());
+        let (Some(opposite), None) = (bare.next(), bare.next()) else { return None };
+        let base: Facet = [1, 2, 3].map(|k| nodes[(opposite + k) % (D + 1)]);
+        let height = D as f64 * signed_volume(moved.position, nodes) / facet_measure(moved.position, &base);
+        nodes[..=D].iter().all(|node| outer[node.index()]).then_some((e, height))
+    })
 }
 
 /// A sheet is longer than it is thick: what is as short is a corner.
@@ -37,11 +62,7 @@ fn is_long<const D: usize>(moved: &Moved<'_, D>, element: usize, height: f64) ->
 }
 
 /// All but the largest part of what is left goes, too; if nothing is left, nothing goes.
-fn leave_largest<const D: usize>(
-    moved: &Moved<'_, D>,
-    across: &[[Option<crate::mesh::ElementId>; 4]],
-    gone: &mut [bool],
-) {
+fn leave_largest<const D: usize>(moved: &Moved<'_, D>, across: &[[Option<ElementId>; 4]], gone: &mut [bool]) {
     let mut part = vec![usize::MAX; gone.len()];
     let mut sizes: Vec<f64> = vec![];
     for start in 0..gone.len() {

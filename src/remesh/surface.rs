@@ -16,6 +16,9 @@ const SHORT: f64 = 0.45;
 const CORNER: f64 = 0.866;
 /// A new point is put clear of a body by less than so many of its sizes.
 const NEAR: f64 = 0.2;
+/// Loops that are cut off at most, and edges of each.
+const KNOTS: usize = 64;
+const LOOP: usize = 12;
 /// Walks along the boundary that leave out nodes: each can halve the number of edges.
 const WALKS: usize = 12;
 
@@ -86,14 +89,12 @@ pub(super) fn resample(
     (rules, cleared): (&Rules, Cleared<'_>),
 ) -> Result<Surface, RemeshError> {
     let mut chain = Chain::new(old);
-    if let Some(edges) = crossing(&chain.edges, old.position) {
-        return Err(RemeshError::Crossing { edges: edges.map(|e| e.map(|n| NodeId(n as u32))) });
-    }
     chain.members.iter().for_each(|&node| cloud.chosen[node] = true);
+    let knots = chain.unknot(cloud)?;
     if rules.sag > 0.0 {
         (0..WALKS).any(|_| !chain.leave_out(cloud, rules.sag));
     }
-    let mut surface = Surface { edges: vec![], lost: vec![], near: Near::new(&[]), cleared: 0.0 };
+    let mut surface = Surface { edges: vec![], lost: knots, near: Near::new(&[]), cleared: 0.0 };
     for &edge in &chain.edges {
         if cloud.chosen[edge[0]] {
             surface.take(&chain.stretch(edge), cloud);
@@ -146,6 +147,46 @@ impl<'a> Chain<'a> {
             chain.can_go[node] = chain.feature(node).is_none();
         }
         chain
+    }
+
+    /// Cuts off small loops in which the boundary crosses itself, as the tips of a rough wall do, and names the old edges that are gone.
+    ///
+    /// # Errors
+    /// If it crosses itself in a large one.
+    fn unknot(&mut self, cloud: &mut Cloud) -> Result<Vec<[usize; 2]>, RemeshError> {
+        let mut gone = vec![];
+        for _ in 0..KNOTS {
+            let Some([first, second]) = crossing(&self.edges, self.old.position) else { return Ok(gone) };
+            let [there, back] = [[first, second], [second, first]].map(|[from, to]| self.between(from, to));
+            let shorter = [there, back].into_iter().flatten().min_by_key(Vec::len);
+            let Some(walk) = shorter else {
+                return Err(RemeshError::Crossing { edges: [first, second].map(|e| e.map(|n| NodeId(n as u32))) });
+            };
+            let [start, .., end] = walk[..] else { return Ok(gone) };
+            gone.extend(walk.windows(2).map(|pair| [pair[0], pair[1]]));
+            let removed = &walk[1..walk.len() - 1];
+            removed.iter().for_each(|node| cloud.chosen[*node] = false);
+            self.edges.retain(|edge| !removed.contains(&edge[0]));
+            self.edges.iter_mut().filter(|edge| edge[0] == start).for_each(|edge| edge[1] = end);
+            (self.after[start], self.first_after[start], self.before[end]) = (Some(end), Some(end), Some(start));
+        }
+        match crossing(&self.edges, self.old.position) {
+            Some(edges) => Err(RemeshError::Crossing { edges: edges.map(|e| e.map(|n| NodeId(n as u32))) }),
+            None => Ok(gone),
+        }
+    }
+
+    /// The nodes from the start of an edge to the end of another one that is not far along the boundary, if all between may go.
+    fn between(&self, [start, next]: [usize; 2], [last, end]: [usize; 2]) -> Option<Vec<usize>> {
+        let mut walk = vec![start, next];
+        while *walk.last()? != last {
+            let at = self.after[*walk.last()?]?;
+            (walk.len() < LOOP).then(|| walk.push(at))?;
+        }
+        let may_go = |node: &usize| self.feature(*node) != Some(Feature::Always);
+        (start != end && walk[1..].iter().all(may_go)).then_some(())?;
+        walk.push(end);
+        Some(walk)
     }
 
     /// The old nodes from the start of this edge to the next one that stays.

@@ -1,12 +1,13 @@
 //! The scenes that come with the program.
 
-const BUILTINS: [(&str, &str); 10] = [
+const BUILTINS: [(&str, &str); 11] = [
+    ("fbi-bb", include_str!("../../scenes/fbi-bb.toml")),
+    ("hydro-drag", include_str!("../../scenes/hydro-drag.toml")),
     ("sphere-block", include_str!("../../scenes/sphere-block.toml")),
     ("sphere-deep", include_str!("../../scenes/sphere-deep.toml")),
     ("ball-bounce", include_str!("../../scenes/ball-bounce.toml")),
     ("cavity-exact", include_str!("../../scenes/cavity-exact.toml")),
     ("ball-square", include_str!("../../scenes/ball-square.toml")),
-    ("fbi-bb", include_str!("../../scenes/fbi-bb.toml")),
     ("l-beam", include_str!("../../scenes/l-beam.toml")),
     ("sphere-graded-4", include_str!("../../scenes/sphere-graded-4.toml")),
     ("sphere-graded-8", include_str!("../../scenes/sphere-graded-8.toml")),

@@ -153,6 +153,7 @@ impl<const D: usize> Gelatin<D> {
             let gap = gaps.fold(f64::INFINITY, f64::min).max(0.0);
             *size = size.min(sizes.usual + sizes.rules.growth * gap);
         }
+        let size = remesh::thinned(moved, &self.engine.gel().surface.facets, size, sizes.least);
         remesh::graded(moved, size, sizes.rules.growth)
     }
 

@@ -33,8 +33,8 @@ pub(super) struct Sizes {
     pub longest: f64,
 }
 
-/// A mesh is worn when its worst element is so many times worse than when it was new: what the shape of the body imposes would
-/// otherwise wear it out at once.
+/// An element is worn when it is so many times worse than when it was new: what the shape of the body imposes would otherwise wear
+/// a mesh out at once.
 const AGED: f64 = 0.6;
 
 impl Recipe {
@@ -125,17 +125,19 @@ impl Recipe {
     /// When a mesh is worn whose nodes are there when it is new; never, if it is not exchanged.
     pub fn wear<const D: usize>(&self, potential: &Simplices<D>, position: &[Vector<D>]) -> Option<Wear> {
         let Remesh { quality, compression, .. } = self.remesh.as_ref()?.rules;
-        let (mut shape, mut area) = (f64::INFINITY, f64::INFINITY);
-        for (element, nodes) in (0..).map(ElementId).zip(potential.elements()) {
-            shape = shape.min(shape_quality(position, nodes));
-            area = area.min(potential.compression(element, &nodes.map(|node| position[node.index()])));
-        }
-        Some(Wear { quality: quality.min(AGED * shape), compression: compression.min(AGED * area) })
+        let shape = |nodes: &Simplex| quality.min(AGED * shape_quality(position, nodes));
+        let size = |(element, nodes): (ElementId, &Simplex)| {
+            compression.min(AGED * potential.compression(element, &nodes.map(|node| position[node.index()])))
+        };
+        Some(Wear {
+            quality: potential.elements().iter().map(shape).collect(),
+            compression: (0..).map(ElementId).zip(potential.elements()).map(size).collect(),
+        })
     }
 }
 
 /// What a gel is made of.
-fn material(gel: &GelTable) -> Material {
+pub(super) fn material(gel: &GelTable) -> Material {
     match gel.material {
         MaterialModel::NeoHookean => NeoHookean::new(gel.shear_modulus, gel.bulk_modulus).into(),
         MaterialModel::Flowing => {

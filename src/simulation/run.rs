@@ -4,6 +4,7 @@ use super::build::{BuildError, build, orientation};
 use super::candidate::Refused;
 use super::model::Model;
 use super::observe::Frame;
+use super::recipe::material;
 use super::rehearsal::{Rehearsal, Renewal};
 use super::saved::Saved;
 use super::{CouplingMode, Exchange, Inputs, Kinematics};
@@ -11,7 +12,6 @@ use crate::algebra::Vector3;
 use crate::avi::{Run, StepError};
 use crate::contact::{Body, BodyState, Motion, Wrench};
 use crate::ledger::Ledger;
-use crate::material::NeoHookean;
 use crate::scene::Scene;
 
 /// A saved state that cannot be used here.
@@ -70,7 +70,7 @@ impl Facts {
     fn of(scene: &Scene, mode: CouplingMode, gel_mass: f64) -> Self {
         /// Of a strain of one; a real one is a millionth of that or more.
         const ROUND_OFF: f64 = 1e-14;
-        let material = NeoHookean::new(scene.gel.shear_modulus, scene.gel.bulk_modulus);
+        let material = material(&scene.gel);
         Self {
             origin: xxhash_rust::xxh3::xxh3_64(format!("{scene:?} {mode:?}").as_bytes()),
             end_time: scene.scene.end_time,
