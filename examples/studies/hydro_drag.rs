@@ -49,7 +49,7 @@ fn row((size, growth): (f64, f64)) {
     let drags: Vec<String> = WINDOWS.into_iter().map(|window| format!(" {:.3} |", drag(window))).collect();
     let cost = simulation.cost();
     println!(
-        "| {} | {growth} | {slam:.2} |{} {} | {} | {:.1} | {cpu:.0} |",
+        "| {:.2} | {growth} | {slam:.2} |{} {} | {} | {:.1} | {cpu:.0} |",
         1e3 * size,
         drags.concat(),
         cost.remeshes,

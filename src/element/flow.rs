@@ -102,8 +102,7 @@ impl<const D: usize> Simplices<D> {
     /// if there was any, and is remembered.
     pub(super) fn flow(
         &self,
-        gel: &Flowing,
-        ids: &[ElementId],
+        (gel, ids): (&Flowing, &[ElementId]),
         x: &[Vector<D>],
         (step, memory): (f64, &mut [Memory<D>; DEPTH]),
         answers: &mut [Answer<D>; DEPTH],

@@ -332,7 +332,7 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         let ids = self.patches.of(patch);
         match &self.material {
             Material::NeoHookean(gel) => self.stretch(gel, ids, x, answers),
-            Material::Flowing(gel) => self.flow(gel, ids, x, (0.0, &mut recalled(memory, ids)), answers).energy,
+            Material::Flowing(gel) => self.flow((gel, ids), x, (0.0, &mut recalled(memory, ids)), answers).energy,
         }
     }
 
@@ -348,7 +348,7 @@ impl<const D: usize> Potential<D> for Simplices<D> {
             Material::NeoHookean(gel) => Spent { energy: self.stretch(gel, ids, x, answers), ..Spent::default() },
             Material::Flowing(gel) => {
                 let mut own = recalled(memory, ids);
-                let spent = self.flow(gel, ids, x, (step, &mut own), answers);
+                let spent = self.flow((gel, ids), x, (step, &mut own), answers);
                 ids.iter().zip(own).for_each(|(id, own)| memory[id.index()] = own);
                 spent
             }

@@ -73,9 +73,9 @@ impl Strength {
                 break;
             }
             if over > 0.0 {
-                low = strain
+                low = strain;
             } else {
-                high = strain
+                high = strain;
             }
             let next = strain + over / (stiffness + self.exponent * bears / strain);
             strain = if next > low && next < high { next } else { 0.5 * (low + high) };

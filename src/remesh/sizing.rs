@@ -50,7 +50,9 @@ fn edges_of_nodes<const D: usize>(n_nodes: usize, elements: &[Simplex]) -> (Vec<
     let mut pairs = in_order(&|| edges().flat_map(|[a, b]| [[a, b], [b, a]]), |pair: &[usize; 2]| pair[0]);
     pairs.dedup();
     let mut start = vec![0; n_nodes + 1];
-    pairs.iter().for_each(|pair| start[pair[0] + 1] += 1);
+    for pair in &pairs {
+        start[pair[0] + 1] += 1;
+    }
     (0..n_nodes).for_each(|n| start[n + 1] += start[n]);
     (start, pairs.into_iter().map(|pair| pair[1]).collect())
 }

@@ -165,7 +165,9 @@ impl<'a> Chain<'a> {
             let [start, .., end] = walk[..] else { return Ok(gone) };
             gone.extend(walk.windows(2).map(|pair| [pair[0], pair[1]]));
             let removed = &walk[1..walk.len() - 1];
-            removed.iter().for_each(|node| cloud.chosen[*node] = false);
+            for node in removed {
+                cloud.chosen[*node] = false;
+            }
             self.edges.retain(|edge| !removed.contains(&edge[0]));
             self.edges.iter_mut().filter(|edge| edge[0] == start).for_each(|edge| edge[1] = end);
             (self.after[start], self.first_after[start], self.before[end]) = (Some(end), Some(end), Some(start));

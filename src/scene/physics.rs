@@ -24,7 +24,7 @@ pub fn modelled(scene: &Scene) -> Vec<String> {
             "mesh: exchanged for a new one where it is worn, cut out of the triangulation of a quadtree"
         }
     });
-    let general = general.into_iter().chain(renewed);
+    let general = general.into_iter().chain(renewed).chain(flow(scene).into_iter().flatten());
     let bodies = (0..scene.n_bodies()).flat_map(|body| body_lines(scene, body));
     general.map(str::to_owned).chain(loads(scene)).chain(damping(scene)).chain(bodies).collect()
 }
@@ -108,6 +108,20 @@ fn material(scene: &Scene) -> &'static str {
     }
 }
 
+/// What a gel that flows does beside being elastic.
+fn flow(scene: &Scene) -> [Option<&'static str>; 5] {
+    let (gel, remesh) = (&scene.gel, scene.remesh.as_ref());
+    let shocks = gel.volume.is_some_and(|volume| volume.hugoniot_slope > 0.0);
+    let voids = gel.volume.is_some_and(|volume| volume.tension_limit.is_some());
+    [
+        gel.strength.is_some().then_some("strength: the gel flows where shear is more than it bears at its rate"),
+        shocks.then_some("pressure: by the speed of shocks"),
+        voids.then_some("tension: limited, the gel opens voids that close again"),
+        gel.viscosity.is_some().then_some("bulk viscosity: shocks are spread over elements"),
+        remesh.is_some_and(|remesh| remesh.thinnest.is_some()).then_some("splash: thin sheets break off and fly on"),
+    ]
+}
+
 fn elements(scene: &Scene) -> &'static str {
     if scene.mesh.tree.is_some() {
         return match scene.scene.dimension {
@@ -155,9 +169,18 @@ fn contact(law: ContactLaw) -> &'static str {
 /// Short sentences of the physics that a scene does not compute.
 #[must_use]
 pub fn switched_off(scene: &Scene) -> Vec<String> {
+    let flows = scene.gel.strength.is_some();
     let mut off = vec![
-        "viscosity: none, the gel is elastic at every rate",
-        "strength and failure: none, the gel does not tear",
+        if flows {
+            "viscosity in shear: none beside the strength that rises with the rate"
+        } else {
+            "viscosity: none, the gel is elastic at every rate"
+        },
+        if flows {
+            "failure: none, the gel flows but does not crack"
+        } else {
+            "strength and failure: none, the gel does not tear"
+        },
         "gravity: none",
         "self-contact of the gel: none",
         "heat: none",

@@ -178,13 +178,11 @@ fn laid<const D: usize>(past: &Past<'_, D>, new: &Transferred<D>) -> Vec<f64> {
 /// be at rest with the J of the patch, and by volume: their own, and masses that were laid out anew, would come back as noise in
 /// the pressure of new patches, K times what they are off.
 fn rest_of<const D: usize>(past: &Past<'_, D>, source: &Source) -> f64 {
-    match past.shares.get(source.old.index()) {
-        Some(share) => source.part * past.rest(source.old) * share,
-        None => {
-            let whole: f64 = past.old.corner_mass[source.old.index()].iter().sum();
-            source.mass / whole * past.rest(source.old)
-        }
+    if let Some(share) = past.shares.get(source.old.index()) {
+        return source.part * past.rest(source.old) * share;
     }
+    let whole: f64 = past.old.corner_mass[source.old.index()].iter().sum();
+    source.mass / whole * past.rest(source.old)
 }
 
 /// The reference of an old element whose nodes may stand in another order now.

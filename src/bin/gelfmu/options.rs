@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 /// A block of ballistic gelatin hit by a rigid projectile, packed as an FMI 2.0 co-simulation FMU.
 ///
-/// Without a subcommand the built-in scene `sphere-block` is run.
+/// Without a subcommand the built-in scene `fbi-bb` is run.
 #[derive(Debug, Parser)]
 #[command(name = "gelfmu", version)]
 pub struct Options {
@@ -74,12 +74,12 @@ pub enum Command {
 }
 
 /// Name of the scene that is run and packed if none is named.
-pub const DEFAULT_SCENE: &str = "sphere-block";
+pub const DEFAULT_SCENE: &str = "fbi-bb";
 
 /// How to run a scene.
 #[derive(Debug, Default, Args)]
 pub struct RunOptions {
-    /// Name of a built-in scene, or path of a scene file (`sphere-block` if absent)
+    /// Name of a built-in scene, or path of a scene file (`fbi-bb` if absent)
     pub scene: Option<String>,
     /// Replace a value of the scene, such as mesh.size=2e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]

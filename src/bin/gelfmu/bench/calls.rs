@@ -7,7 +7,7 @@ use super::spent::{Effort, Spent};
 use super::table::Row;
 use crate::failure::Failure;
 use crate::job::RunError;
-use crate::options::{DEFAULT_SCENE, SectionName};
+use crate::options::SectionName;
 use crate::source;
 use crate::through_fmu::Importer;
 use ballistic_gel::scene::Override;
@@ -99,7 +99,7 @@ impl Instance {
     fn new(keys: &[(&str, String)]) -> Result<Self, Failure> {
         let overrides: Vec<Override> =
             keys.iter().map(|(key, value)| Override { key: (*key).to_owned(), value: value.clone() }).collect();
-        let source = source::load(DEFAULT_SCENE, &overrides)?;
+        let source = source::load("sphere-block", &overrides)?;
         let importer = Importer::new((&source.text, &source.folder), &source.scene, "bench")?;
         importer.initialize(1, END)?;
         Ok(Self { importer, now: 0.0 })
