@@ -256,7 +256,7 @@ fn the_builtin_scenes_are_the_promised_ones_and_the_first_is_the_default() {
     assert_eq!(
         names,
         [
-            ["sphere-block", "sphere-deep", "ball-bounce", "cavity-exact", "ball-square", "fbi-bb", "l-beam"]
+            ["fbi-bb", "hydro-drag", "sphere-block", "sphere-deep", "ball-bounce", "cavity-exact", "ball-square", "l-beam"]
                 .as_slice(),
             &graded
         ]
