@@ -16,7 +16,7 @@ material = "viscoelastic"
 density = 1030.0
 shear_modulus = 30e3
 bulk_modulus = 667e3
-branches = [{ shear_modulus = 30e3, time = 1e-3 }, { shear_modulus = 60e3, time = 4e-4 }, { shear_modulus = 20e3, time = 5e-3 }]
+branches = [{ shear_modulus = 30e3, time = 1e-3 }, { shear_modulus = 60e3, time = 4e-4 }, { shear_modulus = 20e3, time = 1e-5 }]
 [projectile]
 shape.sphere.radius = 0.03
 mass = 0.05

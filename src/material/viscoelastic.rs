@@ -10,10 +10,16 @@ pub struct Branch {
 }
 
 impl Branch {
-    /// Part of its stress that is left after a step at a held strain, s.
+    /// Parts of its stress that are left of a step, s: of what it had before by forgetting where the gel was, and of all by forgetting
+    /// where it is now.
+    ///
+    /// With x = Δt/τ their product is e^(−x), that of a held strain, and the second (1 − e^(−x))/x, that of a strain that has grown
+    /// evenly: a branch that forgets much faster than it is looked at is a dashpot.
     #[must_use]
-    pub fn left(&self, step: f64) -> f64 {
-        libm::exp(-step / self.time)
+    pub fn left(&self, step: f64) -> [f64; 2] {
+        let x = step / self.time;
+        let now = if x > 0.0 { -libm::expm1(-x) / x } else { 1.0 };
+        [libm::exp(-x) / now, now]
     }
 }
 
@@ -76,8 +82,9 @@ mod tests {
     #[test]
     fn two_steps_leave_what_one_of_both_leaves() {
         let branch = Branch { shear_modulus: 1.0, time: 3e-3 };
-        assert!((branch.left(1e-3) * branch.left(4e-3) / branch.left(5e-3) - 1.0).abs() < 1e-15);
-        assert_eq!(branch.left(0.0), 1.0);
+        let left = |step: f64| branch.left(step).iter().product::<f64>();
+        assert!((left(1e-3) * left(4e-3) / left(5e-3) - 1.0).abs() < 1e-15);
+        assert_eq!(branch.left(0.0), [1.0; 2]);
     }
 
     #[test]
