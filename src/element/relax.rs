@@ -51,8 +51,8 @@ impl<const D: usize> Simplices<D> {
     pub(super) fn at_hold(
         &self,
         gel: &Viscoelastic,
-        ids: &[ElementId],
-        (x, memory): (&[Vector<D>], &[Memory<D>]),
+        (ids, x): (&[ElementId], &[Vector<D>]),
+        memory: &[Memory<D>],
         answers: &mut [Answer<D>; DEPTH],
     ) -> f64 {
         let elastic = self.stretch(gel.equilibrium(), ids, x, answers);
@@ -68,8 +68,7 @@ impl<const D: usize> Simplices<D> {
     pub(super) fn relaxed(
         &self,
         gel: &Viscoelastic,
-        ids: &[ElementId],
-        x: &[Vector<D>],
+        (ids, x): (&[ElementId], &[Vector<D>]),
         (step, memory): (f64, &mut [Memory<D>]),
         answers: &mut [Answer<D>; DEPTH],
     ) -> Spent {

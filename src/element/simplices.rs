@@ -335,7 +335,7 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         match &self.material {
             Material::NeoHookean(gel) => self.stretch(gel, ids, x, answers),
             Material::Flowing(gel) => self.flow((gel, ids), x, (0.0, &mut recalled(memory, ids)), answers).energy,
-            Material::Viscoelastic(gel) => self.at_hold(gel, ids, (x, memory), answers),
+            Material::Viscoelastic(gel) => self.at_hold(gel, (ids, x), memory, answers),
         }
     }
 
@@ -355,7 +355,7 @@ impl<const D: usize> Potential<D> for Simplices<D> {
                 ids.iter().zip(own).for_each(|(id, own)| memory[id.index()] = own);
                 spent
             }
-            Material::Viscoelastic(gel) => self.relaxed(gel, ids, x, (step, memory), answers),
+            Material::Viscoelastic(gel) => self.relaxed(gel, (ids, x), (step, memory), answers),
         }
     }
 

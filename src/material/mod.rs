@@ -87,6 +87,7 @@ impl Material {
     pub fn contact_modulus(&self) -> f64 {
         match self {
             Self::NeoHookean(gel) => gel.contact_modulus(),
+            Self::Viscoelastic(gel) => gel.instantaneous().contact_modulus(),
             Self::Flowing(gel) => {
                 let (k, mu) = (gel.state.bulk_modulus(), gel.shear_modulus);
                 4.0 * mu * (k + mu / 3.0) / (k + 4.0 / 3.0 * mu)
@@ -100,7 +101,7 @@ impl Material {
         match self {
             Self::NeoHookean(gel) => gel.wave_modulus(),
             Self::Flowing(gel) => gel.state.bulk_modulus() + 4.0 / 3.0 * gel.shear_modulus,
-            Self::Viscoelastic(gel) => gel.wave_modulus(),
+            Self::Viscoelastic(gel) => gel.instantaneous().wave_modulus(),
         }
     }
 }
