@@ -1,4 +1,4 @@
-//! Elements of a viscoelastic gel: elastic ones with branches beside them that forget their strain (numerics 6.3).
+//! Elements of a viscoelastic gel: elastic ones with branches beside them that forget their strain (numerics 6.4).
 
 use super::flow::Elastic;
 use super::simplices::{Element, Strain};

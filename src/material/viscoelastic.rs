@@ -23,7 +23,7 @@ impl Branch {
     }
 }
 
-/// A gel with a memory that fades: neo-Hookean in the long run, with Maxwell branches beside it (numerics 6.3).
+/// A gel with a memory that fades: neo-Hookean in the long run, with Maxwell branches beside it (numerics 6.4).
 ///
 /// ψ = ψ_∞(F) + Σ μ_i/2 (tr b̄_i − 3), b̄_i = F̄ C̄_i⁻¹ F̄ᵀ with F̄ = J^(−1/3) F: each branch has a rest shape C̄_i of its own, of determinant 1.
 /// At a held strain dev b̄_i, and so its Kirchhoff stress, falls as e^(−t/τ_i) while det b̄_i stays 1. On that path
