@@ -5,7 +5,7 @@ use std::io::Write as _;
 /// μ, Pa, and speed, m/s, of `bounce-visco`.
 const SHEAR: f64 = 35e3;
 const SPEED: f64 = 0.05;
-/// tan δ of a standard linear solid at ωτ = 1, ω = π/t_c, and what viscosity leaves of the speed as published.
+/// tan δ of a standard linear solid at ωτ = 1, ω = π/t_c, and what viscosity leaves of the speed by an independent computation of such a foundation.
 const SOLIDS: [(f64, f64); 4] = [(1.0 / 41.0, 0.975), (1.0 / 21.0, 0.953), (1.0 / 11.0, 0.911), (1.0 / 6.0, 0.844)];
 /// A dashpot, Pa·s, beside the spring, as a branch of this time, s, and what an independent axisymmetric code found with the dashpot:
 /// 0.8115 of 0.9592.
@@ -17,17 +17,17 @@ const STEPS: f64 = 40_000.0;
 /// Restitution of `bounce-visco` against that of the elastic gel times that of a foundation of springs.
 pub fn study() {
     println!(
-        "| h, mm | branch, Pa | its time, ms | tan δ | e elastic | foundation | published | product | e | error | viscous, J | defect | seconds |"
+        "| h, mm | branch, Pa | its time, ms | tan δ | e elastic | foundation | reference | product | e | error | viscous, J | defect | seconds |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for size in [2e-3, 1e-3] {
         let Bounce { restitution: elastic, contact, .. } = bounce(size, None);
-        for (loss, published) in SOLIDS {
+        for (loss, reference) in SOLIDS {
             let branch = (2.0 * loss / (1.0 - loss) * SHEAR, contact / PI);
-            row((size, elastic, contact), branch, published);
+            row((size, elastic, contact), branch, reference);
         }
-        let (viscosity, time, published) = DASHPOT;
-        row((size, elastic, contact), (viscosity / time, time), published);
+        let (viscosity, time, reference) = DASHPOT;
+        row((size, elastic, contact), (viscosity / time, time), reference);
     }
 }
 
@@ -62,7 +62,7 @@ fn bounce(size: f64, branch: Option<(f64, f64)>) -> Bounce {
     }
 }
 
-fn row((size, elastic, contact): (f64, f64, f64), branch: (f64, f64), published: f64) {
+fn row((size, elastic, contact): (f64, f64, f64), branch: (f64, f64), reference: f64) {
     let Bounce { restitution: e, viscous, defect, seconds, .. } = bounce(size, Some(branch));
     let (modulus, time) = branch;
     let phase = PI / contact * time;
@@ -70,7 +70,7 @@ fn row((size, elastic, contact): (f64, f64, f64), branch: (f64, f64), published:
     let loss = lossy / (1.0 + lossy * phase);
     let foundation = foundation((modulus / SHEAR, phase));
     println!(
-        "| {} | {modulus:.0} | {:.2} | {loss:.3} | {elastic:.4} | {foundation:.4} | {published} | {:.4} | {e:.4} | {:+.4} | {viscous:.2e} | {defect:.1e} | {seconds:.1} |",
+        "| {} | {modulus:.0} | {:.2} | {loss:.3} | {elastic:.4} | {foundation:.4} | {reference} | {:.4} | {e:.4} | {:+.4} | {viscous:.2e} | {defect:.1e} | {seconds:.1} |",
         1e3 * size,
         1e3 * time,
         elastic * foundation,
