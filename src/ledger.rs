@@ -41,7 +41,7 @@ pub struct EnergyAccounts {
     pub damping: f64,
     /// −Σ Y Δε_p w of plastic flow.
     pub plastic: f64,
-    /// −Σ q ΔJ w of bulk viscosity.
+    /// −Σ q ΔJ w of bulk viscosity, and what branches have stored and forgotten.
     pub viscous: f64,
     /// What breaks off has taken along.
     pub splash: f64,

@@ -256,8 +256,18 @@ fn the_builtin_scenes_are_the_promised_ones_and_the_first_is_the_default() {
     assert_eq!(
         names,
         [
-            ["fbi-bb", "hydro-drag", "sphere-block", "sphere-deep", "ball-bounce", "cavity-exact", "ball-square", "l-beam"]
-                .as_slice(),
+            [
+                "fbi-bb",
+                "hydro-drag",
+                "sphere-block",
+                "sphere-deep",
+                "ball-bounce",
+                "bounce-visco",
+                "cavity-exact",
+                "ball-square",
+                "l-beam"
+            ]
+            .as_slice(),
             &graded
         ]
         .concat()

@@ -1,6 +1,7 @@
 //! The studies of the documentation, each printed as a Markdown table: `cargo run --release --example studies -- NAME`.
 
 mod ball_bounce;
+mod bounce_visco;
 mod cavity;
 mod coupling;
 mod cpu;
@@ -25,12 +26,17 @@ mod whole;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 15] = [
+const STUDIES: [Study; 16] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
         "depth and restitution against the reference table, by mesh size and bulk modulus",
         ball_bounce::study,
+    ),
+    (
+        "bounce-visco",
+        "restitution of a viscoelastic gel against that of the elastic one times what viscosity leaves",
+        bounce_visco::study,
     ),
     (
         "cavity",

@@ -104,7 +104,7 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
     /// What elements that have not moved since they were made remember.
     #[must_use]
     pub fn fresh_memory(&self) -> Vec<Memory<D>> {
-        vec![Memory::default(); if self.potential.remembers() { self.potential.len() } else { 0 }]
+        vec![Memory::default(); self.potential.memories() * self.potential.len()]
     }
 
     /// What the elements answer at these positions.

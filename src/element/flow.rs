@@ -6,10 +6,10 @@ use crate::algebra::{Tensor, Vector, cofactor, cube_root, det};
 use crate::material::{Flowing, NeoHookean, Returned, Volumetric};
 use crate::mesh::ElementId;
 
-/// What an element that flows remembers.
+/// What an element that flows remembers, or one branch of an element that relaxes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Memory<const D: usize> {
-    /// C̄_p⁻¹ = (F_pᵀF_p)⁻¹, of determinant 1 with `out`; 1 before it has flowed.
+    /// C̄_p⁻¹ = (F_pᵀF_p)⁻¹, of determinant 1 with `out`; 1 before it has flowed; of a branch C̄_i⁻¹.
     pub inverse: Tensor<D>,
     /// Its component out of the plane; 1 in space.
     pub out: f64,
@@ -45,7 +45,7 @@ pub struct Spent {
     pub energy: f64,
     /// Lost to plastic flow, J.
     pub plastic: f64,
-    /// Lost to viscosity, J.
+    /// Lost to viscosity, of the bulk or of branches, J.
     pub viscous: f64,
 }
 
@@ -68,12 +68,12 @@ struct Flow<'a, const D: usize> {
 }
 
 impl<const D: usize> Elastic<D> {
-    fn trace(&self) -> f64 {
+    pub fn trace(&self) -> f64 {
         self.inner.trace() + if D == 2 { self.out } else { 0.0 }
     }
 
     /// b̄ − tr b̄/3.
-    fn deviator(&self) -> Self {
+    pub fn deviator(&self) -> Self {
         let mean = self.trace() / 3.0;
         Self { inner: self.inner - Tensor::<D>::identity() * mean, out: if D == 2 { self.out - mean } else { 0.0 } }
     }
@@ -95,6 +95,11 @@ impl<const D: usize> Elastic<D> {
         let whole = Tensor::<D>::identity() * mean + self.inner * part;
         Self { inner: whole, out: if D == 2 { mean + self.out * part } else { 1.0 } }
     }
+}
+
+/// What the elements of a patch remember.
+pub(super) fn recalled<const D: usize>(memory: &[Memory<D>], ids: &[ElementId]) -> [Memory<D>; DEPTH] {
+    std::array::from_fn(|k| ids.get(k).map_or_else(Memory::default, |id| memory[id.index()]))
 }
 
 impl<const D: usize> Simplices<D> {

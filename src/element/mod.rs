@@ -3,6 +3,7 @@
 mod flow;
 mod lanes;
 mod pressure;
+mod relax;
 mod shuffle;
 mod simplices;
 
@@ -47,7 +48,7 @@ pub trait Potential<const D: usize>: Send + Sync {
     /// Which elements share an energy, at most [`DEPTH`] each.
     fn patches(&self) -> &Patches;
     /// Energy of a patch at the positions `x` of all nodes, J; `answers` receives what its elements answer, in their order. `memory`
-    /// is what all elements remember, of a potential whose elements do.
+    /// is what all elements remember, [`Self::memories`] of each, one element after the other.
     fn evaluate(&self, patch: usize, x: &[Vector<D>], memory: &[Memory<D>], answers: &mut [Answer<D>; DEPTH]) -> f64;
     /// The same at the next own tick of the patch, `step` s after the last: what it remembers goes on.
     fn advance(
@@ -59,9 +60,13 @@ pub trait Potential<const D: usize>: Send + Sync {
     ) -> Spent {
         Spent { energy: self.evaluate(patch, x, memory, answers), ..Spent::default() }
     }
-    /// Whether its elements remember how they have come where they are.
+    /// How many memories each element has of how it has come where it is.
+    fn memories(&self) -> usize {
+        0
+    }
+    /// Whether its elements have any.
     fn remembers(&self) -> bool {
-        false
+        self.memories() > 0
     }
     /// Whether an element is crushed beyond what its material law means (below the continuation).
     fn is_crushed(&self, jacobian: f64) -> bool;

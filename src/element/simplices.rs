@@ -1,3 +1,4 @@
+use super::flow::recalled;
 use super::{Answer, DEPTH, Lanes, MAX_NODES, Memory, Potential, Spent};
 use crate::algebra::{Tensor, Vector, cofactor, det};
 use crate::material::{Material, NeoHookean, Volumetric};
@@ -231,7 +232,13 @@ impl<const D: usize> Simplices<D> {
     }
 
     /// Energy of a patch of an elastic gel, and what its elements answer.
-    fn stretch(&self, gel: &NeoHookean, ids: &[ElementId], x: &[Vector<D>], answers: &mut [Answer<D>; DEPTH]) -> f64 {
+    pub(super) fn stretch(
+        &self,
+        gel: &NeoHookean,
+        ids: &[ElementId],
+        x: &[Vector<D>],
+        answers: &mut [Answer<D>; DEPTH],
+    ) -> f64 {
         let mu = gel.shear_modulus();
         let strained = |id: &ElementId| {
             let element = self.element(*id);
@@ -266,11 +273,6 @@ impl<const D: usize> Simplices<D> {
 fn shape_energy<const D: usize>(mu: f64, strain: &Strain<D>) -> f64 {
     let out_of_plane = if D == 2 { strain.out * strain.out } else { 0.0 };
     0.5 * mu * (strain.f.norm_squared() + out_of_plane - 3.0)
-}
-
-/// What the elements of a patch remember.
-fn recalled<const D: usize>(memory: &[Memory<D>], ids: &[ElementId]) -> [Memory<D>; DEPTH] {
-    std::array::from_fn(|k| ids.get(k).map_or_else(Memory::default, |id| memory[id.index()]))
 }
 
 /// Sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|.
@@ -333,6 +335,7 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         match &self.material {
             Material::NeoHookean(gel) => self.stretch(gel, ids, x, answers),
             Material::Flowing(gel) => self.flow((gel, ids), x, (0.0, &mut recalled(memory, ids)), answers).energy,
+            Material::Viscoelastic(gel) => self.at_hold(gel, (ids, x), memory, answers),
         }
     }
 
@@ -352,11 +355,16 @@ impl<const D: usize> Potential<D> for Simplices<D> {
                 ids.iter().zip(own).for_each(|(id, own)| memory[id.index()] = own);
                 spent
             }
+            Material::Viscoelastic(gel) => self.relaxed(gel, (ids, x), (step, memory), answers),
         }
     }
 
-    fn remembers(&self) -> bool {
-        matches!(self.material, Material::Flowing(_))
+    fn memories(&self) -> usize {
+        match &self.material {
+            Material::NeoHookean(_) => 0,
+            Material::Flowing(_) => 1,
+            Material::Viscoelastic(gel) => 1 + gel.branches().len(),
+        }
     }
 
     fn is_crushed(&self, jacobian: f64) -> bool {

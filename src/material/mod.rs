@@ -3,11 +3,13 @@
 mod neo_hookean;
 mod pressure;
 mod strength;
+mod viscoelastic;
 mod viscosity;
 
 pub use neo_hookean::{NeoHookean, Volumetric};
 pub use pressure::EquationOfState;
 pub use strength::{Returned, Strength};
+pub use viscoelastic::{Branch, Viscoelastic};
 pub use viscosity::BulkViscosity;
 
 /// What a gel is made of.
@@ -17,6 +19,8 @@ pub enum Material {
     NeoHookean(NeoHookean),
     /// Elastic up to a strength that depends on the rate, then it flows.
     Flowing(Flowing),
+    /// Elastic in the long run, stiffer the faster it is strained.
+    Viscoelastic(Viscoelastic),
 }
 
 /// A gel that flows: neo-Hookean in shear, pressure by an equation of state, a strength, bulk viscosity (numerics A16, 5b).
@@ -83,6 +87,7 @@ impl Material {
     pub fn contact_modulus(&self) -> f64 {
         match self {
             Self::NeoHookean(gel) => gel.contact_modulus(),
+            Self::Viscoelastic(gel) => gel.instantaneous().contact_modulus(),
             Self::Flowing(gel) => {
                 let (k, mu) = (gel.state.bulk_modulus(), gel.shear_modulus);
                 4.0 * mu * (k + mu / 3.0) / (k + 4.0 / 3.0 * mu)
@@ -96,6 +101,7 @@ impl Material {
         match self {
             Self::NeoHookean(gel) => gel.wave_modulus(),
             Self::Flowing(gel) => gel.state.bulk_modulus() + 4.0 / 3.0 * gel.shear_modulus,
+            Self::Viscoelastic(gel) => gel.instantaneous().wave_modulus(),
         }
     }
 }

@@ -242,7 +242,7 @@ fn accounts(energy: &EnergyReport) -> [Account; 17] {
         account("load", energy.load, "work of the pressures on faces"),
         account("damping", energy.damping, "work of the damping; negative is dissipated"),
         account("plastic", energy.plastic, "lost to plastic flow"),
-        account("viscous", energy.viscous, "lost to bulk viscosity"),
+        account("viscous", energy.viscous, "lost to viscosity"),
         account("splash", energy.splash, "taken along by what has broken off"),
         account("closure", energy.closure, "what no account explains"),
     ]

@@ -1,11 +1,12 @@
 //! The scenes that come with the program.
 
-const BUILTINS: [(&str, &str); 11] = [
+const BUILTINS: [(&str, &str); 12] = [
     ("fbi-bb", include_str!("../../scenes/fbi-bb.toml")),
     ("hydro-drag", include_str!("../../scenes/hydro-drag.toml")),
     ("sphere-block", include_str!("../../scenes/sphere-block.toml")),
     ("sphere-deep", include_str!("../../scenes/sphere-deep.toml")),
     ("ball-bounce", include_str!("../../scenes/ball-bounce.toml")),
+    ("bounce-visco", include_str!("../../scenes/bounce-visco.toml")),
     ("cavity-exact", include_str!("../../scenes/cavity-exact.toml")),
     ("ball-square", include_str!("../../scenes/ball-square.toml")),
     ("l-beam", include_str!("../../scenes/l-beam.toml")),

@@ -104,6 +104,7 @@ fn space(dimension: Dimension) -> &'static str {
 fn material(scene: &Scene) -> &'static str {
     match scene.gel.material {
         MaterialModel::NeoHookean => "material: compressible neo-Hookean, elastic waves in shear and pressure",
+        MaterialModel::Viscoelastic => "material: neo-Hookean in the long run, Maxwell branches in shear",
         MaterialModel::Flowing => "material: neo-Hookean in shear, its pressure by an equation of state",
     }
 }

@@ -1,6 +1,6 @@
 //! The tables of a scene file. Field docs are the help an editor shows; units are SI.
 
-use super::{Load, Projectile};
+use super::{BranchSpec, Load, MaterialModel, Projectile, StrengthSpec, ViscositySpec, VolumeSpec};
 use serde::{Deserialize, Serialize};
 
 /// A scene: one gel, a projectile and perhaps fragments beside it, and how to compute their meeting.
@@ -81,7 +81,7 @@ pub struct Gel {
     pub material: MaterialModel,
     /// Mass density at rest, kg/m3.
     pub density: f64,
-    /// Shear modulus at rest, Pa.
+    /// Shear modulus at rest, Pa; in the long run, of a gel with branches.
     pub shear_modulus: f64,
     /// Bulk modulus at rest, Pa.
     pub bulk_modulus: f64,
@@ -94,6 +94,9 @@ pub struct Gel {
     /// What spreads shocks over elements (`flowing` only); nothing if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub viscosity: Option<ViscositySpec>,
+    /// Maxwell branches, which make it stiffer the faster it is strained (`viscoelastic` only): 1 to 3.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub branches: Vec<BranchSpec>,
     /// Which faces are held; a face that is not named is free.
     #[serde(default)]
     pub supports: Supports,
@@ -147,54 +150,6 @@ pub enum GelShape {
         /// Where the outer corner is, m.
         corner: [f64; 3],
     },
-}
-
-/// Material model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum MaterialModel {
-    /// Compressible neo-Hookean with a C2 continuation below J = 0.2.
-    NeoHookean,
-    /// Neo-Hookean in shear up to a strength that depends on the rate, pressure by an equation of state.
-    Flowing,
-}
-
-/// Strength of a gel that flows: Y = Y0 times the rate of plastic strain in 1/s to a power, at least Y0 and at most the cap.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct StrengthSpec {
-    /// Y0, equivalent stress at 1/s, Pa.
-    pub yield_stress: f64,
-    /// Power of the rate, 0 to 1.
-    #[serde(default)]
-    pub rate_exponent: f64,
-    /// Most that it bears at any rate, Pa.
-    pub cap: f64,
-}
-
-/// How the pressure of a gel that flows follows its volume: p = K (1/J - 1), unless a shock speed is given.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct VolumeSpec {
-    /// s of the shock speed c0 + s u; 0 for none.
-    pub hugoniot_slope: f64,
-    /// Tension that it bears before voids open, Pa; any if absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tension_limit: Option<f64>,
-}
-
-/// Bulk viscosity of a gel that flows.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct ViscositySpec {
-    /// Part of it that is linear in the rate.
-    pub linear: f64,
-    /// Part of it that is quadratic in the rate, in compression.
-    pub quadratic: f64,
 }
 
 /// How one face of the gel is held.

@@ -4,7 +4,7 @@ use super::loads;
 use crate::algebra::Vector;
 use crate::avi::{Gel, Pressure, Surface, Wear};
 use crate::element::{Potential, Reference, Section, Simplices};
-use crate::material::{BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Strength};
+use crate::material::{Branch, BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Strength, Viscoelastic};
 use crate::mesh::{ElementId, Facet, Mesh, Patches, Simplex, facet_measure, shape_quality};
 use crate::scene::{Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene};
 use crate::state::Birth;
@@ -71,7 +71,7 @@ impl Recipe {
     pub fn patches<const D: usize>(&self, (mesh, position): (&Mesh<D>, &[Vector<D>])) -> Patches {
         match (self.kind, &self.material) {
             (ElementKind::Plain, _) => Patches::alone(mesh.elements.len()),
-            (ElementKind::Patch, Material::NeoHookean(_)) => Patches::grouped(mesh),
+            (ElementKind::Patch, Material::NeoHookean(_) | Material::Viscoelastic(_)) => Patches::grouped(mesh),
             // Of what has flowed the nodes do not say any more what was near what at rest.
             (ElementKind::Patch, Material::Flowing(_)) => {
                 Patches::grouped(&Mesh { rest: position.to_vec(), ..mesh.clone() })
@@ -140,6 +140,12 @@ impl Recipe {
 pub(super) fn material(gel: &GelTable) -> Material {
     match gel.material {
         MaterialModel::NeoHookean => NeoHookean::new(gel.shear_modulus, gel.bulk_modulus).into(),
+        MaterialModel::Viscoelastic => {
+            let branches: Vec<Branch> =
+                gel.branches.iter().map(|b| Branch { shear_modulus: b.shear_modulus, time: b.time }).collect();
+            let equilibrium = NeoHookean::new(gel.shear_modulus, gel.bulk_modulus);
+            Material::Viscoelastic(Viscoelastic::new(equilibrium, &branches))
+        }
         MaterialModel::Flowing => {
             let volume = gel.volume.unwrap_or_default();
             let viscosity = gel.viscosity.unwrap_or_default();

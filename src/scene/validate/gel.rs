@@ -1,6 +1,7 @@
 //! The gel: shape, material and supports fit the dimension and each other.
 
 use super::domain::{Check, all_finite, finite, positive, require, within};
+use crate::material::Viscoelastic;
 use crate::scene::{Dimension, Gel, GelShape, MaterialModel, Scene, SceneError, Support};
 
 const LENGTH: &str = "a positive length, m";
@@ -9,6 +10,8 @@ pub(super) fn check(scene: &Scene) -> Check {
     let (gel, dimension) = (&scene.gel, scene.scene.dimension);
     shape(&gel.shape, dimension)?;
     material(gel)?;
+    branches(gel)?;
+    exchange(scene)?;
     supports(gel, dimension)?;
     thickness(gel.thickness, dimension)?;
     all_finite("gel.velocity", &gel.velocity)
@@ -138,6 +141,31 @@ fn material(gel: &Gel) -> Check {
     let least = 2.0 / 3.0 * gel.shear_modulus;
     let expected = format!("more than 2/3 of gel.shear_modulus, {least:?} Pa: Poisson's ratio must be positive");
     require(gel.bulk_modulus > least, "gel.bulk_modulus", || format!("{:?}", gel.bulk_modulus), &expected)
+}
+
+fn branches(gel: &Gel) -> Check {
+    let (n, most) = (gel.branches.len(), Viscoelastic::MOST_BRANCHES);
+    let found = || format!("{n} of them");
+    if gel.material != MaterialModel::Viscoelastic {
+        let expected = "nothing: only a gel of material \"viscoelastic\" has branches";
+        return require(n == 0, "gel.branches", found, expected);
+    }
+    let expected = format!("1 to {most} tables {{ shear_modulus, time }}");
+    require((1..=most).contains(&n), "gel.branches", found, &expected)?;
+    gel.branches.iter().try_for_each(|branch| {
+        positive("gel.branches.shear_modulus", branch.shear_modulus, "a positive modulus, Pa")?;
+        positive("gel.branches.time", branch.time, "a positive time, s")
+    })?;
+    let fast = gel.shear_modulus + gel.branches.iter().map(|branch| branch.shear_modulus).sum::<f64>();
+    let expected = format!("more than 2/3 of all shear moduli together, {:?} Pa", 2.0 / 3.0 * fast);
+    require(gel.bulk_modulus > 2.0 / 3.0 * fast, "gel.bulk_modulus", || format!("{:?}", gel.bulk_modulus), &expected)
+}
+
+fn exchange(scene: &Scene) -> Check {
+    let exchanged = scene.remesh.is_some() && scene.gel.material == MaterialModel::Viscoelastic;
+    let expected =
+        "no such table: a new mesh cannot take over what the branches of a gel of material \"viscoelastic\" remember";
+    require(!exchanged, "remesh", || "a table".to_owned(), expected)
 }
 
 /// A gel that flows: it may be a fluid, without a shear modulus and a strength.

@@ -1,0 +1,64 @@
+//! The tables of what a gel is made of.
+
+use serde::{Deserialize, Serialize};
+
+/// Material model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum MaterialModel {
+    /// Compressible neo-Hookean with a C2 continuation below J = 0.2.
+    NeoHookean,
+    /// Neo-Hookean in shear up to a strength that depends on the rate, pressure by an equation of state.
+    Flowing,
+    /// Neo-Hookean in the long run, with branches whose stress fades.
+    Viscoelastic,
+}
+
+/// A Maxwell branch of a viscoelastic gel.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct BranchSpec {
+    /// What it adds to the shear modulus of a fast strain, Pa.
+    pub shear_modulus: f64,
+    /// Time in which its stress falls to 1/e at a held strain, s.
+    pub time: f64,
+}
+
+/// Strength of a gel that flows: Y = Y0 times the rate of plastic strain in 1/s to a power, at least Y0 and at most the cap.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct StrengthSpec {
+    /// Y0, equivalent stress at 1/s, Pa.
+    pub yield_stress: f64,
+    /// Power of the rate, 0 to 1.
+    #[serde(default)]
+    pub rate_exponent: f64,
+    /// Most that it bears at any rate, Pa.
+    pub cap: f64,
+}
+
+/// How the pressure of a gel that flows follows its volume: p = K (1/J - 1), unless a shock speed is given.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct VolumeSpec {
+    /// s of the shock speed c0 + s u; 0 for none.
+    pub hugoniot_slope: f64,
+    /// Tension that it bears before voids open, Pa; any if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tension_limit: Option<f64>,
+}
+
+/// Bulk viscosity of a gel that flows.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct ViscositySpec {
+    /// Part of it that is linear in the rate.
+    pub linear: f64,
+    /// Part of it that is quadratic in the rate, in compression.
+    pub quadratic: f64,
+}
