@@ -50,7 +50,7 @@ fn plot(shot: &Penetration, title: &'static str, unit: &'static str, curves: Vec
     Plot {
         title,
         unit,
-        height: Height::Linear,
+        height: Height::FromZero,
         across: Across { name: "depth", unit: "m", range: 0.0..depth(shot) },
         curves,
     }

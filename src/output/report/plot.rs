@@ -31,6 +31,8 @@ pub(super) struct Curve {
 pub(super) enum Height {
     /// As they are.
     Linear,
+    /// As they are, from zero up.
+    FromZero,
     /// They are decadic logarithms already.
     Decades,
 }
@@ -96,7 +98,7 @@ impl Plot {
         let (Across { name, unit, range }, values) = (&self.across, self.values());
         let (along, along_prefix) = prefix(range.end);
         let (factor, value_prefix) = match self.height {
-            Height::Linear => prefix(values.start.abs().max(values.end.abs())),
+            Height::Linear | Height::FromZero => prefix(values.start.abs().max(values.end.abs())),
             Height::Decades => (1.0, ""),
         };
         let mut chart = ChartBuilder::on(area)
@@ -106,13 +108,13 @@ impl Plot {
             .y_label_area_size(64 * FINE)
             .build_cartesian_2d(scaled(range, along), self.padded(&scaled(&values, factor)))?;
         let mark = |value: &f64| match self.height {
-            Height::Linear => tick(*value),
+            Height::Linear | Height::FromZero => tick(*value),
             Height::Decades if (value - value.round()).abs() < 1e-6 => format!("1e{value:.0}"),
             Height::Decades => String::new(),
         };
         let mut mesh = chart.configure_mesh();
         mesh.x_desc(format!("{name}, {along_prefix}{unit}")).x_labels(8).y_labels(6);
-        if self.height == Height::Linear {
+        if self.height != Height::Decades {
             mesh.y_desc(format!("{value_prefix}{}", self.unit));
         }
         mesh.axis_style(BLACK.stroke_width(FINE)).set_all_tick_mark_size(5 * FINE);
@@ -134,6 +136,7 @@ impl Plot {
                 let margin = 0.05 * (range.end - range.start);
                 range.start - margin..range.end + margin
             }
+            Height::FromZero => 1.05 * range.start.min(0.0)..1.05 * range.end,
             Height::Decades => range.start.floor().min(range.end.ceil() - 3.0)..range.end.ceil(),
         }
     }
