@@ -74,3 +74,80 @@ fn half_width(pieces: &[Piece]) -> Option<f64> {
     let left = pieces.iter().map(|[a, _]| a.x).filter(|x| *x < 0.0).reduce(f64::max);
     right.zip(left).map(|(right, left)| 0.5 * (right - left))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::openings;
+    use crate::algebra::Vector3;
+    use crate::scene::Dimension;
+    use crate::simulation::{Frame, FrameCells};
+
+    /// A surface of these facets.
+    fn frame(dimension: usize, facets: &[&[[f64; 3]]]) -> Frame {
+        let corners = facets.iter().flat_map(|facet| facet.iter().map(|corner| Vector3::from(*corner)));
+        let facet = |i: usize| [0, 1, 2 * (dimension - 2)].map(|k| (dimension * i + k) as u32);
+        Frame {
+            time: 0.0,
+            dimension,
+            mass: 1.0,
+            points: corners.collect(),
+            velocities: vec![],
+            displacements: vec![],
+            cells: FrameCells {
+                nodes: vec![],
+                step: vec![],
+                jacobian: vec![],
+                energy_density: vec![],
+                facets: (0..facets.len()).map(facet).collect(),
+            },
+            bodies: vec![],
+        }
+    }
+
+    /// A wall at x that goes down to a depth, m.
+    fn wall(x: f64, depth: f64) -> [[f64; 3]; 2] {
+        [[x, 0.0, 0.001], [x, 0.0, -depth]]
+    }
+
+    #[test]
+    fn about_an_axis_it_is_the_least_radius_and_zero_where_there_is_gel_on_the_axis() {
+        let cone = [[0.004, 0.0, 0.0], [0.0, 0.0, -0.004]];
+        let found = openings(Dimension::Axisymmetric, &frame(2, &[&cone, &wall(0.01, 0.1)]), &Vector3::zeros(), 5);
+        for (found, expected) in found.iter().zip([0.003, 0.002, 0.001, 0.0, 0.0]) {
+            assert!((found.unwrap() - expected).abs() < 1e-15, "{found:?}, {expected}");
+        }
+    }
+
+    #[test]
+    fn in_the_plane_it_is_half_of_what_is_open() {
+        let walls = [wall(-0.02, 0.1), wall(-0.001, 0.0025), wall(0.006, 0.0025), wall(0.02, 0.1)];
+        let walls: Vec<&[[f64; 3]]> = walls.iter().map(|wall| &wall[..]).collect();
+        let line = Vector3::new(0.002, 0.0, 0.01);
+        let found = openings(Dimension::Planar, &frame(2, &walls), &line, 4);
+        assert!((found[0].unwrap() - 0.0035).abs() < 1e-15, "{found:?}");
+        assert_eq!((found[2], found[3]), (Some(0.0), Some(0.0)));
+        let one_side = openings(Dimension::Planar, &frame(2, &[&wall(0.02, 0.1), &wall(0.03, 0.1)]), &line, 1);
+        assert_eq!(one_side, [None]);
+    }
+
+    /// The four sides of a shaft of this half width about the z axis, down to a depth, m.
+    fn shaft(a: f64, depth: f64) -> Vec<[[f64; 3]; 3]> {
+        let corners = [[a, a], [-a, a], [-a, -a], [a, -a]];
+        let sides = (0..4).map(|i| (corners[i], corners[(i + 1) % 4]));
+        let at = |[x, y]: [f64; 2], z: f64| [x, y, z];
+        sides
+            .flat_map(|(p, q)| [[at(p, 0.0), at(q, 0.0), at(p, -depth)], [at(q, 0.0), at(q, -depth), at(p, -depth)]])
+            .collect()
+    }
+
+    #[test]
+    fn in_space_it_is_the_distance_of_the_nearest_surface() {
+        let surface: Vec<[[f64; 3]; 3]> = shaft(0.02, 0.1).into_iter().chain(shaft(0.005, 0.0035)).collect();
+        let facets: Vec<&[[f64; 3]]> = surface.iter().map(|facet| &facet[..]).collect();
+        let found = openings(Dimension::Spatial, &frame(3, &facets), &Vector3::new(0.001, 0.0005, 0.0), 4);
+        for opening in &found[..3] {
+            assert!((opening.unwrap() - 0.004).abs() < 1e-15, "{found:?}");
+        }
+        assert_eq!(found[3], Some(0.0));
+    }
+}

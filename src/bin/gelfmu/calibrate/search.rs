@@ -203,3 +203,79 @@ impl Search {
         Next::Try(format!("{within:.4e}").parse::<f64>().map_or(within, |rounded| rounded.min(self.strongest)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Next, Outcome, Search, Trial};
+
+    /// Tries strengths of a law of depth until the search ends.
+    fn searched(target: f64, law: impl Fn(f64) -> Outcome) -> (Search, Next) {
+        let mut search = Search::new(target, 0.1e6, 1.6e6);
+        loop {
+            match search.next() {
+                Next::Try(yield_stress) => search.trials.push(Trial { yield_stress, outcome: law(yield_stress) }),
+                end => return (search, end),
+            }
+        }
+    }
+
+    fn stopped(depth: f64) -> Outcome {
+        Outcome::Stopped { depth, time: 1e-3 }
+    }
+
+    /// 80 mm at 0.1 MPa.
+    fn power(yield_stress: f64) -> Outcome {
+        stopped(0.08 * (yield_stress / 0.1e6).powf(-0.3))
+    }
+
+    #[test]
+    fn a_smooth_depth_is_met_in_a_few_runs() {
+        for target in [0.02, 0.05, 0.08, 0.085, 0.15, 0.4] {
+            let expected: f64 = 0.1e6 * (target / 0.08f64).powf(-1.0 / 0.3);
+            let (search, end) = searched(target, power);
+            if expected > 1.6e6 {
+                assert!(matches!(end, Next::OutOfReach(_)), "{target}: {end:?}");
+                continue;
+            }
+            let (best, depth) = search.best().unwrap();
+            assert_eq!(end, Next::Fitted, "{target}");
+            assert!((depth / target - 1.0).abs() <= 1e-3, "{target}: {depth}");
+            assert!((best.yield_stress / expected - 1.0).abs() < 5e-3, "{target}: {best:?}");
+            assert!(search.trials.len() <= 8, "{target}: {:?}", search.trials);
+        }
+    }
+
+    #[test]
+    fn a_gel_that_is_shot_through_bounds_the_strength() {
+        let law = |y: f64| if y < 0.09e6 { Outcome::Through } else { power(y) };
+        let (search, end) = searched(0.06, law);
+        assert_eq!(end, Next::Fitted, "{:?}", search.trials);
+        let through = |y: f64| if y < 0.5e6 { Outcome::Through } else { power(y) };
+        let (search, end) = searched(0.045, through);
+        assert_eq!(end, Next::Fitted, "{:?}", search.trials);
+    }
+
+    #[test]
+    fn runs_that_fail_are_gone_around() {
+        for (from, to) in [(0.09e6, 0.11e6), (0.05e6, 0.07e6), (0.12e6, 0.2e6)] {
+            let law = |y: f64| if y > from && y < to { Outcome::Failed("inverted".to_owned()) } else { power(y) };
+            let (search, end) = searched(0.0875, law);
+            let expected = 0.1e6 * (0.0875f64 / 0.08).powf(-1.0 / 0.3);
+            let hidden = expected > from && expected < to;
+            assert_eq!(end == Next::Fitted, !hidden, "{from}: {end:?} {:?}", search.trials);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_met_ends_with_a_reason() {
+        let (_, end) = searched(0.01, power);
+        assert!(matches!(&end, Next::OutOfReach(why) if why.contains("its cap (1.6000e6 Pa: 34.8")), "{end:?}");
+        let (_, end) = searched(50.0, power);
+        assert!(matches!(&end, Next::OutOfReach(why) if why.contains("least strength")), "{end:?}");
+        let (search, end) = searched(0.08, |_| Outcome::Failed("inverted".to_owned()));
+        assert!(matches!(&end, Next::GivenUp(why) if why.contains("5 runs that failed")), "{end:?}");
+        assert!(search.best().is_none());
+        let (_, end) = searched(0.08, |y| stopped(if y < 0.123e6 { 0.09 } else { 0.07 }));
+        assert!(matches!(&end, Next::GivenUp(why) if why.contains("jumps")), "{end:?}");
+    }
+}

@@ -32,7 +32,7 @@ fn millimetres(depth: f64) -> String {
 fn end(outcome: &Outcome) -> String {
     match outcome {
         Outcome::Stopped { depth, time } => format!("{} deep after {:.3} ms", millimetres(*depth), 1e3 * time),
-        Outcome::Through => "deeper than that".to_owned(),
+        Outcome::Through => "goes deeper".to_owned(),
         Outcome::Failed(why) => format!("failed: {why}"),
     }
 }
@@ -43,7 +43,11 @@ pub fn text(task: &Task, search: &Search) -> String {
     table.load_style(presets::UTF8_FULL_CONDENSED);
     table.set_header(["run", "yield stress", "projectile stops"]);
     for (i, trial) in search.trials.iter().enumerate() {
-        table.add_row([(i + 1).to_string(), stress(trial.yield_stress), end(&trial.outcome)]);
+        let end = match &trial.outcome {
+            Outcome::Failed(_) => "failed".to_owned(),
+            known => end(known),
+        };
+        table.add_row([(i + 1).to_string(), stress(trial.yield_stress), end]);
     }
     let Some((best, depth)) = search.best() else { return format!("{table}\nNo run stopped the projectile.") };
     let miss = 100.0 * search.miss(depth);
