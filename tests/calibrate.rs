@@ -59,14 +59,13 @@ fn the_strength_that_is_printed_stops_the_bb_at_the_depth() {
 
 #[test]
 fn what_cannot_be_calibrated_is_refused_with_what_was_found() {
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 8] = [
         (&["sphere-block"], "scene sphere-block: gel.strength: found none, expected the strength to begin with"),
         (&["--depth", "0"], "expected a positive length, m"),
         (&["--depth", "deep"], "expected a positive length, m"),
         (&["--depth", "nan"], "expected a positive length, m"),
         (&["--speed", "0"], "expected a positive speed, m/s"),
         (&["--depth", "0.2"], "--depth: found 0.2 m, expected less than the depth of the gel, 0.15 m"),
-        (&["--set", "projectile.fixed=true"], "found a body that is held in place, expected a projectile that runs"),
         (&["--set", "projectile.velocity=[0, 0, 1]"], "found [0.0, 0.0, 1.0], expected a projectile that runs"),
         (&["nowhere.toml"], "scene nowhere.toml: found neither a built-in scene nor a readable file"),
     ];

@@ -112,14 +112,10 @@ impl<'a> Task<'a> {
             let why = format!("found none, expected the strength to begin with, such as gel.strength = {example}");
             return Err(refuse("gel.strength", &why));
         };
-        let body = &scene.projectile;
-        if body.fixed || body.velocity[2] >= 0.0 {
-            let found =
-                if body.fixed { "a body that is held in place".to_owned() } else { format!("{:?}", body.velocity) };
-            let why = format!(
-                "found {found}, expected a projectile that runs into the gel along -z: --speed gives its speed"
-            );
-            return Err(refuse("projectile.velocity", &why));
+        let velocity = scene.projectile.velocity;
+        if velocity[2] >= 0.0 {
+            let expected = "a projectile that runs into the gel along -z: --speed gives its speed";
+            return Err(refuse("projectile.velocity", &format!("found {velocity:?}, expected {expected}")));
         }
         Ok(Self { name, overrides, strength, scene, options })
     }

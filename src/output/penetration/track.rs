@@ -9,6 +9,8 @@ use std::fmt::Write;
 /// Depth over which a force is a mean, m: a communication step of a shot is some millimetres long.
 const WINDOW: f64 = 4e-3;
 const CENTIMETRES: f64 = 100.0;
+/// Depths that differ by less, m, are the same but for round-off.
+const ROUND_OFF: f64 = 1e-9;
 
 /// What is known of the projectile at a depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,8 +64,9 @@ impl Track {
     /// The places of the table: every millimetre, and the greatest depth.
     pub(in crate::output) fn table(&self) -> Vec<Along> {
         let n = (self.depth() * PER_METRE) as usize;
-        let whole =
-            (0..=n).map(|i| i as f64 / PER_METRE).filter(|depth| *depth >= self.first() && *depth < self.depth());
+        let whole = (0..=n)
+            .map(|i| i as f64 / PER_METRE)
+            .filter(|depth| *depth >= self.first() && *depth < self.depth() - ROUND_OFF);
         whole.chain([self.depth()]).map(|depth| self.at(depth)).collect()
     }
 
@@ -75,7 +78,7 @@ impl Track {
 
     /// Energy given to the gel in each centimetre of depth, J; the last one ends at the greatest depth.
     pub(in crate::output) fn energy_per_centimetre(&self) -> Vec<f64> {
-        let n = (self.depth() * CENTIMETRES).ceil() as usize;
+        let n = ((self.depth() - ROUND_OFF) * CENTIMETRES).ceil() as usize;
         let reached = |i: usize| self.at((i as f64 / CENTIMETRES).min(self.depth())).energy;
         (0..n).map(|i| reached(i + 1) - reached(i)).collect()
     }
