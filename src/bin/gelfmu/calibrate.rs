@@ -117,7 +117,7 @@ impl<'a> Task<'a> {
             let expected = "a projectile that runs into the gel along -z: --speed gives its speed";
             return Err(refuse("projectile.velocity", &format!("found {velocity:?}, expected {expected}")));
         }
-        Ok(Self { name, overrides, strength, scene, options })
+        Ok(Self { name, overrides, scene, strength, options })
     }
 
     /// The scene with another strength.
