@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 const STEPS: usize = 50;
 
 /// Keys of `summary.json` that scripts hold on to, in the order of the file.
-const KEYS: [&str; 39] = [
+const KEYS: [&str; 43] = [
     "scene",
     "version",
     "interface",
@@ -47,6 +47,10 @@ const KEYS: [&str; 39] = [
     "peak_force",
     "force_window",
     "total_impulse",
+    "greatest_cavity_diameter",
+    "time_of_greatest_cavity",
+    "final_cavity_diameter",
+    "energy_per_centimetre",
     "fragments",
     "energy",
     "energy_error",

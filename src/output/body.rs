@@ -30,7 +30,8 @@ pub(super) fn solids(scene: &Scene, frame: &Frame, scenery: &Bounds) -> Vec<Soli
     bodies.map(|(i, place)| solid(&scene.shape(i), place, scenery)).collect()
 }
 
-fn solid(shape: &Shape, place: &Place, scenery: &Bounds) -> Solid {
+/// A body where it is; of an unbounded one the plate that is drawn.
+pub(super) fn solid(shape: &Shape, place: &Place, scenery: &Bounds) -> Solid {
     let [w, x, y, z] = place.kinematics.orientation;
     let (turn, to) = (UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)), place.kinematics.position);
     let drawn = |profile: &[(f64, f64)]| placed(lathe(profile), turn, to);

@@ -46,7 +46,7 @@ pub fn claim(folder: &Path) -> Result<Option<File>, OutputError> {
 pub(super) fn clear(folder: &Path) -> Result<(), OutputError> {
     let frames = folder.join("frames");
     fs::create_dir_all(&frames).map_err(naming(&frames))?;
-    for name in ["history.csv", "series.pvd", "summary.json", "report.html"] {
+    for name in ["history.csv", "series.pvd", "summary.json", "report.html", "shot.csv", "cavity.csv"] {
         remove(&folder.join(name))?;
     }
     for entry in fs::read_dir(&frames).map_err(naming(&frames))? {

@@ -173,14 +173,28 @@ impl History {
     pub(super) fn thinned(&self, limit: usize) -> Result<Vec<Row>, OutputError> {
         let stride = self.rows.len().div_ceil(limit).max(1);
         let last = self.rows.len().saturating_sub(1);
-        let read = |file| {
-            let lines = BufReader::new(file).lines().skip(1).enumerate();
-            lines
-                .filter(|(i, _)| (last - i.min(&last)).is_multiple_of(stride))
-                .map(|(_, line)| parse(&line?, self.columns))
-                .collect()
+        let mut rows = vec![];
+        self.read(|i| (last - i.min(last)).is_multiple_of(stride), |row| rows.push(row))?;
+        Ok(rows)
+    }
+
+    /// Shows every row, read back from the file.
+    pub(super) fn each(&self, mut show: impl FnMut(&Row)) -> Result<(), OutputError> {
+        self.read(|_| true, |row| show(&row))
+    }
+
+    /// Takes the rows of these numbers.
+    fn read(&self, wanted: impl Fn(usize) -> bool, mut take: impl FnMut(Row)) -> Result<(), OutputError> {
+        let mut read = |file| {
+            for (i, line) in BufReader::new(file).lines().skip(1).enumerate() {
+                let line = line?;
+                if wanted(i) {
+                    take(parse(&line, self.columns)?);
+                }
+            }
+            Ok(())
         };
-        File::open(&self.path).and_then(read).map_err(naming(&self.path))
+        File::open(&self.path).and_then(&mut read).map_err(naming(&self.path))
     }
 
     fn end(&self) -> u64 {

@@ -6,6 +6,7 @@ mod files;
 mod frames;
 mod history;
 mod overlap;
+mod penetration;
 mod picture;
 mod report;
 mod steps;
@@ -23,18 +24,24 @@ pub use summary::{Account, Interface, Summary};
 
 use frames::FrameSeries;
 use history::History;
+use penetration::{Line, Penetration, Profile};
+use report::Seen;
 use summary::Run;
 
 /// Writes the folder of one run as it goes.
 ///
 /// `history.csv`, `frames/` and `series.pvd` are complete after every call, so that a killed run leaves readable files;
-/// `summary.json` and `report.html` are written by [`Recorder::finish`].
+/// `summary.json` and `report.html`, and of a shot `shot.csv` and `cavity.csv`, are written by [`Recorder::finish`].
 #[derive(Debug)]
 pub struct Recorder {
     folder: std::path::PathBuf,
     run: Run,
     history: History,
     frames: FrameSeries,
+    /// Where a projectile runs into the gel.
+    line: Option<Line>,
+    /// The cavity at each frame.
+    cavities: Vec<Profile>,
     /// Keeps other runs out of the folder.
     _claim: Option<std::fs::File>,
 }
@@ -65,6 +72,8 @@ impl Recorder {
             run: Run::start(scene, interface, threads),
             history: History::create(&folder.join("history.csv"), scene.fragment.len())?,
             frames: FrameSeries::create(folder, scene)?,
+            line: None,
+            cavities: vec![],
             _claim: claim,
         })
     }
@@ -88,9 +97,29 @@ impl Recorder {
     ) -> Result<(), OutputError> {
         self.history.append(observation)?;
         if self.run.initial_mass.is_none() {
-            self.run.initial_mass = Some(frame().mass);
+            self.begin(&frame());
         }
-        if self.frames.is_due(observation.time) { self.frames.append(&frame(), &self.run.scene) } else { Ok(()) }
+        if self.frames.is_due(observation.time) { self.take(&frame()) } else { Ok(()) }
+    }
+
+    /// Notes what is compared with the start.
+    fn begin(&mut self, start: &Frame) {
+        self.run.initial_mass = Some(start.mass);
+        self.line = Line::of(&self.run.scene, start);
+    }
+
+    /// A frame that is due.
+    fn take(&mut self, frame: &Frame) -> Result<(), OutputError> {
+        self.see(frame);
+        self.frames.append(frame, &self.run.scene)
+    }
+
+    /// Notes the cavity of a frame later than those before.
+    fn see(&mut self, frame: &Frame) {
+        let Some(line) = &self.line else { return };
+        if self.cavities.last().is_none_or(|last| last.time < frame.time) {
+            self.cavities.push(Profile::of(line, &self.run.scene, frame));
+        }
     }
 
     /// Forgets rows and frames after `time`, s: an earlier state was restored.
@@ -99,10 +128,11 @@ impl Recorder {
     /// [`OutputError`] when a file cannot be written.
     pub fn rewind(&mut self, time: f64) -> Result<(), OutputError> {
         self.history.rewind(time)?;
+        self.cavities.retain(|cavity| cavity.time <= time);
         self.frames.rewind(time)
     }
 
-    /// Writes `series.pvd`, `summary.json` and `report.html`. `failure` is the diagnosis of a run that stopped early.
+    /// Writes `series.pvd`, `summary.json` and `report.html`, and of a shot `shot.csv` and `cavity.csv`. `failure` is the diagnosis of a run that stopped early.
     ///
     /// # Errors
     /// [`OutputError`] when a file cannot be written.
@@ -117,14 +147,27 @@ impl Recorder {
     /// # Errors
     /// [`OutputError`] when a file cannot be written.
     pub fn conclude(&mut self, ending: &Ending) -> Result<Summary, OutputError> {
-        let summary = Summary::of(&self.run, ending);
+        self.see(ending.frame);
+        let penetration = self.penetration()?;
+        let summary = Summary::of(&self.run, ending, penetration.as_ref());
         if !summary.completed {
             self.frames.append_last(ending.frame, &self.run.scene)?;
         }
         files::write(&self.folder.join("summary.json"), summary.to_json().as_bytes())?;
         let rows = self.history.thinned(report::PLOT_POINTS)?;
-        let page = report::page(&self.run.scene, &summary, &rows, &self.frames.shots());
+        let seen = Seen { rows: &rows, shots: &self.frames.shots(), penetration: penetration.as_ref() };
+        let page = report::page(&self.run.scene, &summary, &seen);
         files::write(&self.folder.join("report.html"), page.as_bytes())?;
         Ok(summary)
+    }
+
+    /// The shot, if it is one; its tables are written.
+    fn penetration(&self) -> Result<Option<Penetration>, OutputError> {
+        let Some(line) = &self.line else { return Ok(None) };
+        let penetration = Penetration::of(line, &self.history, &self.cavities)?;
+        if let Some(penetration) = &penetration {
+            penetration.write(&self.folder, &self.cavities)?;
+        }
+        Ok(penetration)
     }
 }

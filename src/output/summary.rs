@@ -2,6 +2,7 @@
 
 use super::Ending;
 use super::overlap;
+use super::penetration::Penetration;
 use crate::algebra::Vector3;
 use crate::scene::{self, Dimension, Scene};
 use crate::simulation::{BodyReport, EnergyReport, Observation};
@@ -77,6 +78,15 @@ pub struct Summary {
     pub force_window: f64,
     /// Impulse on the projectile, N·s.
     pub total_impulse: [f64; 3],
+    /// Greatest diameter of the cavity deeper than the projectile is long, m; this and the next three only of a projectile that has
+    /// gone deeper than it is long along −z.
+    pub greatest_cavity_diameter: Option<f64>,
+    /// When it was that wide, s.
+    pub time_of_greatest_cavity: Option<f64>,
+    /// Greatest diameter of the cavity at the end, m.
+    pub final_cavity_diameter: Option<f64>,
+    /// Energy given to the gel in each centimetre of depth, J; the last one ends at the greatest depth.
+    pub energy_per_centimetre: Option<Vec<f64>>,
     /// What became of each fragment.
     pub fragments: Vec<FragmentFigures>,
     /// Energy by account, J.
@@ -151,7 +161,7 @@ impl Run {
 }
 
 impl Summary {
-    pub(super) fn of(run: &Run, ending: &Ending) -> Self {
+    pub(super) fn of(run: &Run, ending: &Ending, penetration: Option<&Penetration>) -> Self {
         let Observation { time, energy, cost, .. } = ending.observation;
         let BodyReport { kinematics, depth, contact, .. } = ending.observation.projectile();
         let wall_seconds = run.started.elapsed().as_secs_f64();
@@ -185,6 +195,10 @@ impl Summary {
             peak_force: contact.peak_force,
             force_window: run.scene.force_window(),
             total_impulse: contact.total_impulse.into(),
+            greatest_cavity_diameter: penetration.map(|shot| shot.cavity.greatest.0),
+            time_of_greatest_cavity: penetration.map(|shot| shot.cavity.greatest.1),
+            final_cavity_diameter: penetration.map(|shot| shot.cavity.last_diameter),
+            energy_per_centimetre: penetration.map(|shot| shot.track.energy_per_centimetre()),
             fragments: ending.observation.bodies[1..].iter().map(FragmentFigures::of).collect(),
             accounts: accounts(energy).into(),
             energy_error: energy.energy_error,

@@ -1,6 +1,7 @@
 //! `gelfmu`: runs, checks and packs scenes of a gel block hit by a rigid projectile.
 
 mod bench;
+mod calibrate;
 mod check;
 mod console;
 mod direct;
@@ -43,6 +44,7 @@ fn dispatch(command: Command, console: &Console) -> Result<u8, Failure> {
     match command {
         Command::Run(options) => return run::run(&options, console),
         Command::Bench(options) => return bench::bench(&options, console),
+        Command::Calibrate(options) => return calibrate::calibrate(&options, console),
         Command::Check { scene } => check::check(&scene, console)?,
         Command::Pack(options) => listing::pack(&options, console)?,
         Command::RemeshDemo(options) => remesh_demo::show(&options, console)?,

@@ -42,6 +42,11 @@ pub enum Color {
 pub enum Command {
     /// Run a scene through the packed FMU, as an importer would, and write a folder to look at
     Run(RunOptions),
+    /// Fit the strength of a gel to the depth at which a projectile stopped in it, and print the lines of the scene
+    ///
+    /// The scene is run with one strength after the other until its projectile stops at the measured depth to 0.1 %; only
+    /// gel.strength.yield_stress is changed. Ctrl-C keeps the best strength so far.
+    Calibrate(CalibrateOptions),
     /// Check a scene, and print what it models and what is switched off
     Check {
         /// Name of a built-in scene, or path of a scene file
@@ -96,6 +101,25 @@ pub struct RunOptions {
     /// Step the library without the FMU: same digest
     #[arg(long)]
     pub direct: bool,
+    /// Threads, 0 for all cores; results do not depend on it
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
+    pub threads: usize,
+}
+
+/// What was measured, and in which scene.
+#[derive(Debug, Args)]
+pub struct CalibrateOptions {
+    /// Name of a built-in scene, or path of a scene file, with a gel.strength to begin with (`fbi-bb` if absent)
+    pub scene: Option<String>,
+    /// Depth at which the projectile stopped, from the entry surface to its foremost point, m
+    #[arg(long, value_name = "DEPTH", default_value_t = 85e-3, value_parser = length)]
+    pub depth: f64,
+    /// Speed of the projectile along -z, m/s (projectile.velocity if absent)
+    #[arg(long, value_name = "SPEED", value_parser = speed)]
+    pub speed: Option<f64>,
+    /// Replace a value of the scene, such as mesh.size=0.4e-3; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<Override>,
     /// Threads, 0 for all cores; results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
     pub threads: usize,
@@ -259,9 +283,21 @@ pub struct PackOptions {
 }
 
 fn positive(text: &str) -> Result<f64, String> {
+    above_zero(text, "time, s")
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    above_zero(text, "length, m")
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    above_zero(text, "speed, m/s")
+}
+
+fn above_zero(text: &str, what: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("expected a positive time, s".to_owned()),
+        _ => Err(format!("expected a positive {what}")),
     }
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 pub fn describe(summary: &Value, folder: &Path) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
-    for (name, text) in rows(summary).into_iter().chain(overlap(summary)) {
+    for (name, text) in rows(summary).into_iter().chain(cavity(summary)).chain(overlap(summary)) {
         table.add_row([name, &text]);
     }
     format!("{table}\n{}", files(folder))
@@ -32,6 +32,14 @@ fn rows(s: &Value) -> Vec<(&'static str, String)> {
         ("wall time", quantity(&s["wall_seconds"], "s")),
         ("digest", s["digest"].as_str().unwrap_or("-").to_owned()),
     ]
+}
+
+/// The cavity of a shot.
+fn cavity(s: &Value) -> Option<(&'static str, String)> {
+    s["greatest_cavity_diameter"].as_f64()?;
+    let [greatest, last] = ["greatest_cavity_diameter", "final_cavity_diameter"].map(|key| quantity(&s[key], "m"));
+    let time = quantity(&s["time_of_greatest_cavity"], "s");
+    Some(("cavity", format!("{greatest} wide at {time}, {last} at the end")))
 }
 
 /// What marks a run in which the gel has passed through itself.
@@ -100,10 +108,12 @@ fn small(value: &Value) -> String {
 }
 
 fn files(folder: &Path) -> String {
-    const FILES: [(&str, &str); 4] = [
+    const FILES: [(&str, &str); 6] = [
         ("report.html", "look at this one first, in a browser"),
         ("series.pvd", "the frames, for ParaView"),
         ("history.csv", "one row per communication step"),
+        ("shot.csv", "speed, force and energy by depth"),
+        ("cavity.csv", "radius of the cavity by time and depth"),
         ("summary.json", "the figures above"),
     ];
     let written = FILES.into_iter().filter(|(name, _)| folder.join(name).exists());

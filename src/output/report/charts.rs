@@ -1,11 +1,10 @@
 //! Which curves the report shows.
 
 use super::number::quantity;
-use super::plot::{Curve, Height, Plot};
+use super::plot::{Across, Curve, Height, Plot};
 use crate::algebra::Vector3;
 use crate::output::history::Row;
 use crate::scene::Scene;
-use std::ops::Range;
 
 /// Curves that move less than this share of the liveliest one would lie on top of each other at zero.
 const VISIBLE: f64 = 1e-3;
@@ -31,7 +30,7 @@ fn motion(rows: &[Row]) -> Plot {
         title: "Position of the projectile",
         unit: "m",
         height: Height::Linear,
-        times: span(rows),
+        across: span(rows),
         curves: visible(moving(rows, &curves)),
     }
 }
@@ -42,7 +41,7 @@ fn speed(rows: &[Row]) -> Plot {
         title: "Velocity of the projectile",
         unit: "m/s",
         height: Height::Linear,
-        times: span(rows),
+        across: span(rows),
         curves: visible(moving(rows, &curves)),
     }
 }
@@ -57,7 +56,7 @@ fn force(rows: &[Row], window: f64) -> Plot {
         points: moving_mean(&history, width),
     });
     let curves = curves.into_iter().filter(Curve::varies).collect();
-    Plot { title: "Force on the projectile", unit: "N", height: Height::Linear, times: span(rows), curves }
+    Plot { title: "Force on the projectile", unit: "N", height: Height::Linear, across: span(rows), curves }
 }
 
 /// Mean force over a window of at least this width, s, behind each row; drawn in the middle of the window.
@@ -96,7 +95,7 @@ fn energy(rows: &[Row]) -> Plot {
         title: "Energy accounts",
         unit: "J",
         height: Height::Linear,
-        times: span(rows),
+        across: span(rows),
         curves: visible(moving(rows, &curves)),
     }
 }
@@ -112,15 +111,15 @@ fn closure(rows: &[Row]) -> Plot {
         title: "What no account explains, relative to what went through",
         unit: "",
         height: Height::Decades,
-        times: span(rows),
+        across: span(rows),
         curves,
     }
 }
 
-/// From the first to the last row, s.
-fn span(rows: &[Row]) -> Range<f64> {
+/// From the first to the last row: all plots of a page have the same axis.
+fn span(rows: &[Row]) -> Across {
     let at = |row: Option<&Row>| row.map_or(0.0, |row| row.get("time_s"));
-    at(rows.first())..at(rows.last())
+    Across { name: "time", unit: "s", range: at(rows.first())..at(rows.last()) }
 }
 
 /// The curves that can be told from a line at rest.

@@ -1,6 +1,7 @@
 //! `report.html`: the run on one page that needs nothing else, for a person.
 
 mod charts;
+mod depths;
 mod film;
 mod number;
 mod plot;
@@ -10,6 +11,7 @@ mod words;
 pub(super) use number::{mark, quantity, ratio};
 
 use super::history::Row;
+use super::penetration::Penetration;
 use super::picture::Shot;
 use super::summary::Summary;
 use crate::scene::Scene;
@@ -19,16 +21,27 @@ pub(super) const PLOT_POINTS: usize = 2000;
 
 pub(super) const STYLE: &str = include_str!("style.css");
 
-/// The page. `rows` are the history, thinned to at most [`PLOT_POINTS`].
-pub(super) fn page(scene: &Scene, summary: &Summary, rows: &[Row], shots: &[&Shot]) -> String {
+/// What curves and pictures are made of.
+pub(super) struct Seen<'a> {
+    /// The history, thinned to at most [`PLOT_POINTS`].
+    pub(super) rows: &'a [Row],
+    /// The pictures.
+    pub(super) shots: &'a [&'a Shot],
+    /// What there is along the way of a projectile that has gone deep.
+    pub(super) penetration: Option<&'a Penetration>,
+}
+
+/// The page.
+pub(super) fn page(scene: &Scene, summary: &Summary, seen: &Seen) -> String {
     let name = escape(&summary.scene);
     let title = escape(&scene.scene.title);
     let sections = [
         words::failure(scene, summary),
         words::summary(scene, summary),
         words::key_figures(scene, summary),
-        film::film(charts::fullest(rows), shots),
-        charts::charts(scene, rows),
+        film::film(charts::fullest(seen.rows), seen.shots),
+        seen.penetration.map_or(String::new(), depths::charts),
+        charts::charts(scene, seen.rows),
         tables::fragments(summary),
         tables::energy(summary),
         tables::cost(summary),

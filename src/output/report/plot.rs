@@ -1,4 +1,4 @@
-//! Curves against time as SVG.
+//! Curves against time or depth as SVG.
 
 use super::number::prefix;
 use plotters::prelude::*;
@@ -20,7 +20,7 @@ const COLOURS: [RGBColor; 9] = [
 const FINE: u32 = 8;
 const SIZE: (u32, u32) = (640 * FINE, 300 * FINE);
 
-/// A named curve of (time, s, value).
+/// A named curve of (time, s, or depth, m, and value).
 pub(super) struct Curve {
     pub(super) name: String,
     pub(super) points: Vec<(f64, f64)>,
@@ -31,8 +31,17 @@ pub(super) struct Curve {
 pub(super) enum Height {
     /// As they are.
     Linear,
+    /// As they are, from zero up.
+    FromZero,
     /// They are decadic logarithms already.
     Decades,
+}
+
+/// What curves go along.
+pub(super) struct Across {
+    pub(super) name: &'static str,
+    pub(super) unit: &'static str,
+    pub(super) range: Range<f64>,
 }
 
 /// A plot of curves that share a unit.
@@ -40,8 +49,7 @@ pub(super) struct Plot {
     pub(super) title: &'static str,
     pub(super) unit: &'static str,
     pub(super) height: Height,
-    /// From the first to the last row of the history, s: all plots of a page have the same axis.
-    pub(super) times: Range<f64>,
+    pub(super) across: Across,
     pub(super) curves: Vec<Curve>,
 }
 
@@ -67,10 +75,11 @@ impl Plot {
         });
         let key = key.collect::<Vec<_>>().concat();
         format!(
-            "<figure class=\"plot\"><figcaption>{}</figcaption>\n<div role=\"img\" aria-label=\"{} against time\">{}</div>\n\
+            "<figure class=\"plot\"><figcaption>{}</figcaption>\n<div role=\"img\" aria-label=\"{} against {}\">{}</div>\n\
              <ul class=\"key\">{key}</ul></figure>\n",
             self.title,
             self.title,
+            self.across.name,
             self.svg()
         )
     }
@@ -86,10 +95,10 @@ impl Plot {
         &self,
         area: &DrawingArea<B, plotters::coord::Shift>,
     ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
-        let (times, values) = (&self.times, self.values());
-        let (time_factor, time_prefix) = prefix(times.end);
+        let (Across { name, unit, range }, values) = (&self.across, self.values());
+        let (along, along_prefix) = prefix(range.end);
         let (factor, value_prefix) = match self.height {
-            Height::Linear => prefix(values.start.abs().max(values.end.abs())),
+            Height::Linear | Height::FromZero => prefix(values.start.abs().max(values.end.abs())),
             Height::Decades => (1.0, ""),
         };
         let mut chart = ChartBuilder::on(area)
@@ -97,24 +106,24 @@ impl Plot {
             .margin_right(18 * FINE)
             .x_label_area_size(40 * FINE)
             .y_label_area_size(64 * FINE)
-            .build_cartesian_2d(scaled(times, time_factor), self.padded(&scaled(&values, factor)))?;
-        let name = |value: &f64| match self.height {
-            Height::Linear => tick(*value),
+            .build_cartesian_2d(scaled(range, along), self.padded(&scaled(&values, factor)))?;
+        let mark = |value: &f64| match self.height {
+            Height::Linear | Height::FromZero => tick(*value),
             Height::Decades if (value - value.round()).abs() < 1e-6 => format!("1e{value:.0}"),
             Height::Decades => String::new(),
         };
         let mut mesh = chart.configure_mesh();
-        mesh.x_desc(format!("time, {time_prefix}s")).x_labels(8).y_labels(6);
-        if self.height == Height::Linear {
+        mesh.x_desc(format!("{name}, {along_prefix}{unit}")).x_labels(8).y_labels(6);
+        if self.height != Height::Decades {
             mesh.y_desc(format!("{value_prefix}{}", self.unit));
         }
         mesh.axis_style(BLACK.stroke_width(FINE)).set_all_tick_mark_size(5 * FINE);
         mesh.label_style(("sans-serif", 14 * FINE))
             .light_line_style(TRANSPARENT)
             .bold_line_style(BLACK.mix(0.15).stroke_width(FINE));
-        mesh.x_label_formatter(&|time| tick(*time)).y_label_formatter(&name).draw()?;
+        mesh.x_label_formatter(&|place| tick(*place)).y_label_formatter(&mark).draw()?;
         for (curve, colour) in self.curves.iter().zip(COLOURS) {
-            let points = curve.points.iter().map(|(t, y)| (t * time_factor, y * factor));
+            let points = curve.points.iter().map(|(x, y)| (x * along, y * factor));
             chart.draw_series(LineSeries::new(points, colour.stroke_width(2 * FINE)))?;
         }
         area.present()
@@ -127,6 +136,7 @@ impl Plot {
                 let margin = 0.05 * (range.end - range.start);
                 range.start - margin..range.end + margin
             }
+            Height::FromZero => 1.05 * range.start.min(0.0)..1.05 * range.end,
             Height::Decades => range.start.floor().min(range.end.ceil() - 3.0)..range.end.ceil(),
         }
     }

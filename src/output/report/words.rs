@@ -122,6 +122,10 @@ pub(super) fn key_figures(scene: &Scene, summary: &Summary) -> String {
         ("elements", count(summary.elements as f64)),
         ("element updates", count(summary.element_updates)),
     ];
+    let cavity = summary.greatest_cavity_diameter.zip(summary.final_cavity_diameter).map(|(greatest, last)| {
+        [("temporary cavity", quantity(greatest, "m")), ("cavity at the end", quantity(last, "m"))]
+    });
+    let rest = cavity.into_iter().flatten().chain(rest);
     let mut list = String::from("<section aria-label=\"Key figures\"><dl class=\"figures\">\n");
     for (name, value) in way.into_iter().filter(|_| !scene.projectile.fixed).chain(rest) {
         writeln!(list, "<div><dt>{name}</dt><dd>{value}</dd></div>").expect("a string grows");

@@ -1,0 +1,90 @@
+//! The cavity behind a projectile: how wide the gel is open, by time and depth.
+
+use super::opening::openings;
+use super::{Line, PER_METRE};
+use crate::scene::Scene;
+use crate::simulation::Frame;
+use std::fmt::Write;
+
+/// Radius of the cavity against depth at one time.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::output) struct Profile {
+    /// When, s.
+    pub(in crate::output) time: f64,
+    /// Radius at each millimetre of depth from the first one on, m: 0 where the line of the shot is in the gel, none where there
+    /// is no gel around it.
+    radii: Vec<Option<f64>>,
+}
+
+/// The cavities of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::output) struct Cavity {
+    /// Greatest diameter, m, and when, s.
+    pub(in crate::output) greatest: (f64, f64),
+    /// Greatest diameter at the end, m.
+    pub(in crate::output) last_diameter: f64,
+    /// The temporary cavity: (depth, m, greatest radius of the run there, m).
+    pub(in crate::output) temporary: Vec<(f64, f64)>,
+    /// The cavity when it was widest, as (depth, radius).
+    pub(in crate::output) widest: Vec<(f64, f64)>,
+    /// The cavity at the end, as (depth, radius).
+    pub(in crate::output) last: Vec<(f64, f64)>,
+}
+
+impl Profile {
+    /// That of a frame.
+    pub(in crate::output) fn of(line: &Line, scene: &Scene, frame: &Frame) -> Self {
+        let depths = (line.gel * PER_METRE) as usize;
+        Self { time: frame.time, radii: openings(scene.scene.dimension, frame, &line.at, depths) }
+    }
+
+    /// Greatest diameter, m, deeper than the projectile is long: nearer to the entry it is the crater's.
+    fn diameter(&self, line: &Line) -> f64 {
+        let deep = self.curve().into_iter().filter(|(depth, _)| *depth > line.size);
+        2.0 * deep.map(|(_, radius)| radius).fold(0.0, f64::max)
+    }
+
+    /// (depth, m, radius, m) as far as the cavity reaches, where there is gel around it.
+    fn curve(&self) -> Vec<(f64, f64)> {
+        let end = self.radii.iter().rposition(|radius| radius.is_some_and(|radius| radius > 0.0));
+        let known = self.radii.iter().zip(1..).take(end.map_or(0, |end| end + 1));
+        known.filter_map(|(radius, i)| radius.map(|radius| (f64::from(i) / PER_METRE, radius))).collect()
+    }
+}
+
+impl Cavity {
+    pub(super) fn of(line: &Line, profiles: &[Profile]) -> Self {
+        let diameters: Vec<f64> = profiles.iter().map(|profile| profile.diameter(line)).collect();
+        let widest = (0..profiles.len()).reduce(|a, b| if diameters[b] > diameters[a] { b } else { a });
+        let curve = |i: Option<usize>| i.map_or(vec![], |i| profiles[i].curve());
+        Self {
+            greatest: widest.map_or((0.0, 0.0), |i| (diameters[i], profiles[i].time)),
+            last_diameter: diameters.last().copied().unwrap_or(0.0),
+            temporary: envelope(profiles).curve(),
+            widest: curve(widest),
+            last: curve(profiles.len().checked_sub(1)),
+        }
+    }
+}
+
+/// The greatest radius at each depth.
+fn envelope(profiles: &[Profile]) -> Profile {
+    let wider = |a: Option<f64>, b: Option<f64>| match (a, b) {
+        (Some(a), Some(b)) => Some(a.max(b)),
+        (a, b) => a.or(b),
+    };
+    let n = profiles.iter().map(|profile| profile.radii.len()).max().unwrap_or(0);
+    let radius = |i: usize| profiles.iter().map(|profile| profile.radii.get(i).copied().flatten()).fold(None, wider);
+    Profile { time: 0.0, radii: (0..n).map(radius).collect() }
+}
+
+/// `cavity.csv`: each profile as far as the cavity reaches.
+pub(super) fn csv(profiles: &[Profile]) -> String {
+    let mut text = String::from("time_s,depth_m,radius_m\n");
+    for profile in profiles {
+        for (depth, radius) in profile.curve() {
+            writeln!(text, "{:e},{depth:e},{radius:e}", profile.time).expect("a string grows");
+        }
+    }
+    text
+}

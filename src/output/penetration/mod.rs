@@ -1,0 +1,82 @@
+//! What is to be seen of a shot: how the projectile slows down on its way through the gel, and the cavity that it leaves.
+
+mod cavity;
+mod opening;
+mod track;
+
+pub(super) use cavity::{Cavity, Profile};
+pub(super) use track::{Along, Track};
+
+use super::body;
+use super::bounds::Bounds;
+use super::files::{self, OutputError};
+use super::history::History;
+use crate::algebra::Vector3;
+use crate::scene::Scene;
+use crate::simulation::Frame;
+use std::path::Path;
+
+/// Depths of a table in a metre: their distance is that of a fine measurement.
+const PER_METRE: f64 = 1e3;
+/// A projectile that drifts sideways by more than this part of its way does not run along −z.
+const STRAIGHT: f64 = 0.1;
+
+/// The line along which a projectile runs into the gel, downwards.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Line {
+    /// A point of it.
+    at: Vector3,
+    /// How far the projectile reaches along it, m.
+    size: f64,
+    /// How deep the gel is at rest, m.
+    gel: f64,
+}
+
+impl Line {
+    /// That of a bounded projectile that moves along −z at the start; of another there is none.
+    pub(super) fn of(scene: &Scene, start: &Frame) -> Option<Self> {
+        let scenery = Bounds::around(start.points.iter().copied());
+        let projectile = start.bodies[0];
+        let solid = body::solid(&scene.shape(0), &projectile, &scenery);
+        let velocity = projectile.kinematics.velocity;
+        let runs = velocity.z < 0.0 && velocity.xy().norm() <= STRAIGHT * -velocity.z;
+        if !(runs && solid.bounded && projectile.active) {
+            return None;
+        }
+        let extent = Bounds::around(solid.points);
+        let size = extent.upper.z - extent.lower.z;
+        Some(Self { at: projectile.kinematics.position, size, gel: -scenery.lower.z })
+    }
+
+    /// Tables go down to here, m: a projectile that has left the gel meets nothing.
+    fn end(&self) -> f64 {
+        self.gel + self.size
+    }
+}
+
+/// A shot: a projectile that has gone deeper than it is long.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Penetration {
+    /// The way of the projectile.
+    pub(super) track: Track,
+    /// The cavity.
+    pub(super) cavity: Cavity,
+}
+
+impl Penetration {
+    /// That of the run so far; none if the projectile has not gone deeper than it is long.
+    ///
+    /// # Errors
+    /// [`OutputError`] when the history cannot be read back.
+    pub(super) fn of(line: &Line, history: &History, profiles: &[Profile]) -> Result<Option<Self>, OutputError> {
+        let track = Track::of(line, history)?;
+        let deep = track.depth() > line.size;
+        Ok(deep.then(|| Self { cavity: Cavity::of(line, profiles), track }))
+    }
+
+    /// Writes `shot.csv` and `cavity.csv`.
+    pub(super) fn write(&self, folder: &Path, profiles: &[Profile]) -> Result<(), OutputError> {
+        files::write(&folder.join("shot.csv"), self.track.csv().as_bytes())?;
+        files::write(&folder.join("cavity.csv"), cavity::csv(profiles).as_bytes())
+    }
+}

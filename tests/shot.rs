@@ -1,0 +1,156 @@
+//! What a run leaves of a shot: tables by depth, the cavity, and their figures, from a motion and a cavity in closed form.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+#[path = "output/stage.rs"]
+mod stage;
+
+use ballistic_gel::algebra::Vector3;
+use ballistic_gel::output::{Ending, Interface, Recorder};
+use ballistic_gel::scene::Scene;
+use ballistic_gel::simulation::{Frame, FrameCells, Observation};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const SPEED: f64 = 5.0;
+/// Deceleration, m/s²: 30 mm and 1 m/s after 10 ms.
+const SLOWING: f64 = 400.0;
+const STEPS: usize = 50;
+const END: f64 = 0.01;
+const MASS: f64 = 0.033;
+
+fn depth(t: f64) -> f64 {
+    SPEED * t - 0.5 * SLOWING * t * t
+}
+
+/// Radius of the cavity, m: 10 mm after 8 ms, 8.5 mm at the end.
+fn radius(t: f64) -> f64 {
+    0.010 - 0.0075 * (t / END - 0.8).abs()
+}
+
+/// The ball slows down evenly, `part` of the way.
+fn observation(scene: &Scene, t: f64, part: f64) -> Observation {
+    let mut seen = stage::observation(scene, t);
+    let (step, body) = (scene.scene.communication_step, &mut seen.bodies[0]);
+    body.depth = part * depth(t);
+    body.kinematics.position.z = 0.01 - body.depth;
+    body.kinematics.velocity = Vector3::new(0.0, 0.0, -part * (SPEED - SLOWING * t));
+    body.exchange.impulse =
+        if t > 0.0 { Vector3::new(0.0, 0.0, part * MASS * SLOWING * step) } else { Vector3::zeros() };
+    seen
+}
+
+/// A cylinder with a bore as deep as the ball.
+fn frame(scene: &Scene, t: f64, part: f64) -> Frame {
+    let (a, d) = (radius(t), (part * depth(t)).max(1e-6));
+    let points = [(a, 0.0), (0.05, 0.0), (0.05, -d), (0.05, -0.05), (0.0, -0.05), (0.0, -d), (a, -d)];
+    let points: Vec<Vector3> = points.iter().map(|(x, z)| Vector3::new(*x, 0.0, *z)).collect();
+    let nodes = vec![[6, 2, 1, 0], [6, 1, 0, 0], [5, 4, 6, 0], [4, 3, 6, 0], [3, 2, 6, 0]];
+    let facets = (0..7).map(|i| [(i + 1) % 7, i, 0]).collect();
+    let rest = vec![Vector3::zeros(); 7];
+    let mut bodies = stage::frame(scene, t).bodies;
+    bodies[0].kinematics = observation(scene, t, part).bodies[0].kinematics;
+    let cells = FrameCells { nodes, step: vec![1e-6; 5], jacobian: vec![1.0; 5], energy_density: vec![0.0; 5], facets };
+    Frame { time: t, dimension: 2, mass: 1.0, points, velocities: rest.clone(), displacements: rest, cells, bodies }
+}
+
+fn record(recorder: &mut Recorder, scene: &Scene, steps: std::ops::RangeInclusive<usize>, part: f64) {
+    for step in steps {
+        let t = END * step as f64 / STEPS as f64;
+        recorder.record_observation(&observation(scene, t, part), || frame(scene, t, part)).unwrap();
+    }
+}
+
+fn conclude(recorder: &mut Recorder, scene: &Scene, part: f64) {
+    let (o, f) = (observation(scene, END, part), frame(scene, END, part));
+    recorder.conclude(&Ending { observation: &o, frame: &f, digest: 1, failure: None }).unwrap();
+}
+
+fn run(name: &str, part: f64) -> PathBuf {
+    let (scene, folder) =
+        (stage::scene("axisymmetric"), Path::new(env!("CARGO_TARGET_TMPDIR")).join("shot").join(name));
+    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
+    record(&mut recorder, &scene, 0..=STEPS, part);
+    conclude(&mut recorder, &scene, part);
+    folder
+}
+
+/// The rows of a table of numbers, and its head.
+fn table(file: &Path) -> (String, Vec<Vec<f64>>) {
+    let text = fs::read_to_string(file).unwrap();
+    let numbers = |line: &str| line.split(',').map(|value| value.parse().unwrap()).collect();
+    (text.lines().next().unwrap().to_owned(), text.lines().skip(1).map(numbers).collect())
+}
+
+fn summary(folder: &Path) -> serde_json::Value {
+    serde_json::from_slice(&fs::read(folder.join("summary.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn speed_force_and_energy_stand_by_depth() {
+    let (head, rows) = table(&run("track", 1.0).join("shot.csv"));
+    assert_eq!(head, "depth_m,time_s,velocity_m_per_s,force_N,energy_J");
+    assert_eq!((rows.len(), rows[30][0]), (31, depth(END)), "every millimetre");
+    for row in &rows {
+        let [x, t, v, force, energy] = row[..] else { panic!("five columns") };
+        let speed = (SPEED * SPEED - 2.0 * SLOWING * x).sqrt();
+        assert!((v / speed - 1.0).abs() < 1e-9, "{x}: {v}, {speed}");
+        assert!((t - (SPEED - speed) / SLOWING).abs() < 1e-5, "{x}: {t}");
+        assert!((force / (MASS * SLOWING) - 1.0).abs() < 1e-9, "{x}: {force}");
+        assert!((energy - MASS * SLOWING * x).abs() < 1e-12, "{x}: {energy}");
+    }
+}
+
+#[test]
+fn energy_is_given_for_each_centimetre() {
+    let summary = summary(&run("centimetres", 1.0));
+    let energies: Vec<f64> =
+        summary["energy_per_centimetre"].as_array().unwrap().iter().map(|energy| energy.as_f64().unwrap()).collect();
+    assert_eq!(energies.len(), 3);
+    assert!(energies.iter().all(|energy| (energy - MASS * SLOWING * 0.01).abs() < 1e-12), "{energies:?}");
+}
+
+#[test]
+fn the_cavity_is_as_wide_as_the_bore() {
+    let folder = run("cavity", 1.0);
+    let (head, rows) = table(&folder.join("cavity.csv"));
+    assert_eq!(head, "time_s,depth_m,radius_m");
+    for row in &rows {
+        assert!(row[1] <= depth(row[0]) && (row[2] - radius(row[0])).abs() < 1e-15, "{row:?}");
+    }
+    let last = rows.iter().filter(|row| row[0] == END).count();
+    assert!((29..=30).contains(&last), "{last} millimetres of 30 at the end");
+    let summary = summary(&folder);
+    let figure = |key: &str| summary[key].as_f64().unwrap();
+    assert!((figure("greatest_cavity_diameter") - 0.02).abs() < 1e-12);
+    assert!((figure("time_of_greatest_cavity") - 0.8 * END).abs() < 1e-12);
+    assert!((figure("final_cavity_diameter") - 0.017).abs() < 1e-12);
+}
+
+#[test]
+fn a_ball_that_goes_less_deep_than_its_diameter_is_no_shot() {
+    let folder = run("shallow", 0.5);
+    assert!(!folder.join("shot.csv").exists() && !folder.join("cavity.csv").exists());
+    let (shallow, deep) = (summary(&folder), run("deep", 1.0));
+    assert_eq!(shallow["greatest_cavity_diameter"], serde_json::Value::Null);
+    assert_eq!(shallow["energy_per_centimetre"], serde_json::Value::Null);
+    let page = |folder: &Path| fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(!page(&folder).contains("Along the way") && page(&deep).contains("Along the way"));
+    for title in ["Speed of the projectile by depth", "Radius of the cavity by depth", "temporary cavity"] {
+        assert!(page(&deep).contains(title), "{title}");
+    }
+}
+
+#[test]
+fn rewinding_and_repeating_leaves_the_tables_of_a_straight_run() {
+    let straight = run("straight", 1.0);
+    let (scene, folder) = (stage::scene("axisymmetric"), straight.with_file_name("rewound"));
+    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
+    record(&mut recorder, &scene, 0..=37, 1.0);
+    recorder.rewind(END * 12.0 / STEPS as f64).unwrap();
+    record(&mut recorder, &scene, 13..=STEPS, 1.0);
+    conclude(&mut recorder, &scene, 1.0);
+    for file in ["shot.csv", "cavity.csv"] {
+        assert_eq!(fs::read(folder.join(file)).unwrap(), fs::read(straight.join(file)).unwrap(), "{file}");
+    }
+}
