@@ -39,7 +39,7 @@ pub struct EnergyAccounts {
     pub load: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the damping.
     pub damping: f64,
-    /// −Σ Y Δε_p w of plastic flow.
+    /// What plastic flow sets free at the strength that is left, negative (numerics 6.2).
     pub plastic: f64,
     /// −Σ q ΔJ w of bulk viscosity, and what branches have stored and forgotten.
     pub viscous: f64,

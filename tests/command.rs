@@ -56,7 +56,7 @@ fn scenes_lists_every_builtin_scene_with_its_title() {
     }
     let rows = json(&gelfmu(&["scenes", "--json"]).out);
     assert_eq!(rows.as_array().map(Vec::len), Some(scene::builtins().count()));
-    assert_eq!(rows[0]["dimension"], "spatial");
+    assert_eq!(rows[0]["dimension"], "axisymmetric");
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn a_failure_is_json_too_where_json_is_wanted() {
     let said = gelfmu(&["run", "--set", "mesh.size=0", "--json"]);
     assert_eq!(said.status, Some(2));
     let error = &json(&said.out)["error"];
-    assert_eq!(error, "scene sphere-block with --set mesh.size=0: mesh.size: found 0.0, expected a positive length, m");
+    assert_eq!(error, "scene fbi-bb with --set mesh.size=0: mesh.size: found 0.0, expected a positive length, m");
 }
 
 #[test]
@@ -155,7 +155,7 @@ fn a_scene_that_does_not_exist_is_refused_with_the_names_that_do() {
 fn an_override_at_fault_is_named_and_a_fault_of_the_file_keeps_its_line() {
     refused(
         &["run", "--set", "mesh.sizes=1"],
-        "scene sphere-block with --set mesh.sizes=1: mesh.sizes: found the unknown key `sizes`, \
+        "scene fbi-bb with --set mesh.sizes=1: mesh.sizes: found the unknown key `sizes`, \
          expected one of `size`, `lattice`, `element`, `grading`, `tree`",
     );
     refused(
@@ -184,7 +184,7 @@ fn a_command_line_that_makes_no_sense_is_bad_input() {
         (&["bench", "--only", "speed"], "[possible values: memory, bandwidth, kernels, phases, steps, schedules, "),
         (&["bench", "--element", "brick"], "[possible values: plain, patch]"),
         (&["bench", "--threads", "5000"], "expected 0 for all cores, or a number of threads up to 1024"),
-        (&["run", "--step", "1e-20"], "expected at most 1e9: a step of 1.000e-11 s or more"),
+        (&["run", "sphere-block", "--step", "1e-20"], "expected at most 1e9: a step of 1.000e-11 s or more"),
     ];
     for (arguments, message) in cases {
         let said = gelfmu(arguments);
@@ -372,7 +372,7 @@ fn a_run_whose_mesh_fails_says_why_and_keeps_what_it_has() {
 #[test]
 fn a_mesh_that_is_too_fine_is_bad_input() {
     let folder = folder();
-    let said = gelfmu_in(folder.path(), &["run", "--direct", "--set", "mesh.size=1e-5"]);
+    let said = gelfmu_in(folder.path(), &["run", "sphere-block", "--direct", "--set", "mesh.size=1e-5"]);
     assert_eq!(said.status, Some(2), "{}", said.err);
     assert!(said.err.contains("raise mesh.size"), "{}", said.err);
 }

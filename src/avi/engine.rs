@@ -11,7 +11,7 @@ use super::watch::Watch;
 use super::{Gel, Pool, TickGrid};
 use crate::algebra::{Vector, embed};
 use crate::contact::{Body, BodyState, Freedom, Law};
-use crate::element::{LANES, Potential};
+use crate::element::{LANES, Memory, Potential};
 use crate::ledger::Ledger;
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Alarm, Clock, MOST_TICKS, Sizes, State, Tick};
@@ -129,7 +129,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let Passage { tick: origin, grid, ledger, mut record, start, memory } = passage;
         let memory = memory.unwrap_or_else(|| gel.fresh_memory());
         let measured = gel.measure(&position, &memory);
-        let steps = super::pace::stable_steps(&gel, &measured.stiffness, rules.cfl);
+        let steps = first_steps(&gel, &measured, (&position, &memory), rules.cfl);
         let (grid, step) = grid_of(&steps, grid)?;
         record.synchronous = (step, origin, record.synchronous.2);
         let order = order(&gel, &rules, |element| grid.ticks(steps[element.index()]));
@@ -147,15 +147,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             position,
             velocity,
         };
-        let (n_nodes, n_groups) = (state.position.len(), order.n_groups());
-        let scratch = Scratch::new(n_nodes, gel.surface.nodes.len(), n_groups);
+        let scratch = Scratch::new(state.position.len(), gel.surface.nodes.len(), order.n_groups());
         let gel = Arc::new(gel);
-        let fast = rules.law != Law::Reversal && rules.schedule != Kind::Queue;
-        let blocks = fast.then(|| Blocks::new(&gel, &order)).flatten();
+        let blocks = blocks(&gel, &order, &rules);
         let watch = Watch::new(&gel.surface, (0.0, 0.0), |node| embed(&state.position[node]));
         let start = start.unwrap_or_else(|| Start::of(&gel, &bodies, &state));
         let mut engine = Self {
-            last: vec![origin; n_nodes],
+            last: vec![origin; state.position.len()],
             order: Arc::new(order),
             pool: None,
             queue: Queue::default(),
@@ -374,6 +372,27 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let a = node.index();
         if self.scratch.active.has(a) { self.scratch.before[a] } else { self.state.velocity[a] }
     }
+}
+
+/// The fast form, if there can be one.
+fn blocks<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, order: &Order, rules: &Rules) -> Option<Blocks<D>> {
+    let fast = rules.law != Law::Reversal && rules.schedule != Kind::Queue;
+    fast.then(|| Blocks::new(gel, order)).flatten()
+}
+
+/// The stable steps of elements that remember nothing: what stands with what, and the ticks, must be the same where a mesh is taken
+/// up again with what it has come to remember since.
+fn first_steps<const D: usize, P: Potential<D>>(
+    gel: &Gel<D, P>,
+    measured: &Measured,
+    (position, memory): (&[Vector<D>], &[Memory<D>]),
+    cfl: f64,
+) -> Vec<f64> {
+    let fresh = gel.fresh_memory();
+    if fresh == memory {
+        return super::pace::stable_steps(gel, &measured.stiffness, cfl);
+    }
+    super::pace::stable_steps(gel, &gel.measure(position, &fresh).stiffness, cfl)
 }
 
 /// The grid of these stable steps, unless there is one, and the shortest of them, ticks.

@@ -1,10 +1,13 @@
 //! Elements of a gel that flows: F = F_e F_p, a return to the strength at every update of their own (numerics A16).
 
 use super::simplices::{Element, Strain};
-use super::{Answer, DEPTH, MAX_NODES, Potential, Section, Simplices};
+use super::{Answer, DEPTH, MAX_NODES, Section, Simplices};
 use crate::algebra::{Tensor, Vector, cofactor, cube_root, det};
-use crate::material::{Flowing, NeoHookean, Returned, Volumetric};
+use crate::material::{Flowing, Material, NeoHookean, Returned, Volumetric};
 use crate::mesh::ElementId;
+
+/// Newton's steps for the mean of an isochoric deformation, far more than it takes.
+const NEWTON: usize = 64;
 
 /// What an element that flows remembers, or one branch of an element that relaxes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,8 +92,12 @@ impl<const D: usize> Elastic<D> {
     /// θ + s d of determinant 1 for a deviator d, which is this one: θ³ − θ s²|d|²/2 + s³ det d = 1.
     fn isochoric(&self, part: f64, mut mean: f64) -> Self {
         let (square, cube) = (0.5 * part * part * self.norm_squared(), part * part * part * self.determinant());
-        for _ in 0..8 {
-            mean -= (mean * (mean * mean - square) + cube - 1.0) / (3.0 * mean * mean - square);
+        for _ in 0..NEWTON {
+            let less = (mean * (mean * mean - square) + cube - 1.0) / (3.0 * mean * mean - square);
+            mean -= less;
+            if less.abs() <= f64::EPSILON * mean {
+                break;
+            }
         }
         let whole = Tensor::<D>::identity() * mean + self.inner * part;
         Self { inner: whole, out: if D == 2 { mean + self.out * part } else { 1.0 } }
@@ -132,13 +139,13 @@ impl<const D: usize> Simplices<D> {
             let before = spent;
             let elastic = flow.elastic((step, memory), &mut spent.plastic);
             spent.plastic = before.plastic + element.volume * (spent.plastic - before.plastic);
-            let viscous = flow.viscous(step, memory);
+            let (rate, viscous) = flow.viscous(step, memory);
             spent.viscous += element.volume * viscous * (strain.jacobian() - memory.jacobian);
             memory.jacobian = strain.jacobian();
             spent.energy += element.volume * (own.energy + 0.5 * gel.shear_modulus * (elastic.trace() - 3.0));
             let slope = own.slope + shared.slope;
             let curvature = own.curvature.max(0.0) + shared.curvature.max(0.0);
-            let stiffness = self.bound(&flow, &elastic, (slope + viscous, curvature));
+            let stiffness = self.bound(&flow, &elastic, (slope + viscous, curvature, rate));
             *answer = flow.answer(memory, &elastic, (slope + viscous, stiffness));
         }
         spent
@@ -150,7 +157,7 @@ impl<const D: usize> Simplices<D> {
     /// δ²W = μ [L:Lb̄ − 4/3 tr L b̄:L + 2/9 Ī₁ (tr L)² + Ī₁/3 tr(LL)] + U″J² (tr L)² + U′J [(tr L)² − tr(LL)], and the terms with tr L in
     /// the first bracket are together at most 2 (d:L)²/Ī₁, d = dev b̄. Each is a square of a sum over the nodes, so at most the sum of
     /// their squares; (tr L)² − tr(LL) is at most s|L|² with s = 1 in the plane, else 2. The return only takes stiffness away.
-    fn bound(&self, flow: &Flow<'_, D>, elastic: &Elastic<D>, (slope, curvature): (f64, f64)) -> f64 {
+    fn bound(&self, flow: &Flow<'_, D>, elastic: &Elastic<D>, (slope, curvature, rate): (f64, f64, f64)) -> f64 {
         let (deviator, trace) = (elastic.deviator(), elastic.trace());
         let hoop = flow.element.hoop / flow.strain.out;
         let j = flow.jacobian;
@@ -167,28 +174,11 @@ impl<const D: usize> Simplices<D> {
         let minors = if matches!(self.section, Section::Planar { .. }) { 1.0 } else { 2.0 };
         let shear = flow.gel.shear_modulus * (sheared + trace / 3.0 * spread);
         let volumetric = curvature * j * j * dilated + slope.abs() * j * minors * spread;
-        let kappa = flow.element.volume * (shear + volumetric);
-        kappa / flow.damped(kappa, D)
-    }
-
-    /// J of each element as a part of the mean J̄ of its patch, of those whose elements remember.
-    #[must_use]
-    pub fn shares(&self, memory: &[Memory<D>]) -> Vec<f64> {
-        let mut shares = vec![1.0; memory.len()];
-        for patch in self.patches().iter().filter(|ids| ids.len() > 1 && !memory.is_empty()) {
-            let sums = patch.iter().fold((0.0, 0.0), |(volume, now), id| {
-                let own = self.volume(*id);
-                (volume + own, now + own * memory[id.index()].jacobian)
-            });
-            for id in patch {
-                shares[id.index()] = memory[id.index()].jacobian * sums.0 / sums.1;
-            }
-        }
-        shares
+        flow.damped(flow.element.volume * (shear + volumetric), dilated, rate)
     }
 
     /// The isochoric part of F_e of an element without its rotation as far as a mean needs it: the lower triangle L with LLᵀ = b̄, and the
-    /// stretch out of the plane; nothing of one that is inside out.
+    /// stretch out of the plane; nothing of one that is inside out, or of a fluid.
     ///
     /// Means of such triangles of determinant 1 have a determinant of 1 or more, and so never more distortion than the mean of it.
     #[must_use]
@@ -196,6 +186,9 @@ impl<const D: usize> Simplices<D> {
         let element = self.element(id);
         let strain = self.strain((id, &element), x);
         let f = strain.f;
+        if matches!(&self.material, Material::Flowing(gel) if gel.shear_modulus == 0.0) {
+            return None;
+        }
         let out = strain.out * memory.out.sqrt();
         let lower = nalgebra::Cholesky::new(f * memory.inverse * f.transpose())?.l();
         let jacobian = det(&lower) * out;
@@ -239,13 +232,13 @@ impl<'a, const D: usize> Flow<'a, D> {
         elastic
     }
 
-    /// η ε̇, the part of U′ that viscosity adds, Pa: per rest volume it takes η ε̇ J̇.
-    fn viscous(&self, step: f64, memory: &Memory<D>) -> f64 {
+    /// ε̇, and η ε̇, the part of U′ that viscosity adds, Pa: per rest volume it takes η ε̇ J̇.
+    fn viscous(&self, step: f64, memory: &Memory<D>) -> (f64, f64) {
         if step == 0.0 {
-            return 0.0;
+            return (0.0, 0.0);
         }
         let rate = (self.strain.jacobian() - memory.jacobian) / (self.jacobian * step);
-        self.resistance(rate) * rate
+        (rate, self.resistance(rate) * rate)
     }
 
     fn resistance(&self, rate: f64) -> f64 {
@@ -263,15 +256,17 @@ impl<'a, const D: usize> Flow<'a, D> {
         1.0 / self.gradients().map(|gradient| gradient.norm_squared()).fold(0.0, f64::max).sqrt()
     }
 
-    /// What viscosity leaves of the square of the stable step: (√(1 + ξ²) − ξ)² with ξ = b₁ ℓ ω/(2c), ω² = (D + 1) κ/m the bound of
-    /// the element by itself (numerics 1.3g).
-    fn damped(&self, kappa: f64, dimension: usize) -> f64 {
-        let gel = self.gel;
-        let omega = ((dimension + 1) as f64 * kappa / (gel.density * self.element.volume)).sqrt();
-        let stiffness = gel.state.bulk_modulus();
-        let xi = 0.5 * omega * self.resistance(0.0) / stiffness;
-        let left = (1.0 + xi * xi).sqrt() - xi;
-        left * left
+    /// The stiffness without viscosity that would ask for the step that this one, κ, leaves with it.
+    ///
+    /// The viscous forces are −C v with |C| ≤ c = w η J Σ|b|², twice that of a part that grows with the square of the rate; with the
+    /// velocity of half a step before, a node of mass m is stable up to (2/ω)(√(1 + ξ²) − ξ), ω² = κ/m, ξ = c/(2mω) (numerics 1.3g), which
+    /// is 2√m/(√(κ + s²) + s) with s = c/(2√m).
+    fn damped(&self, kappa: f64, dilated: f64, rate: f64) -> f64 {
+        let c = self.element.volume * self.resistance(2.0 * rate) * self.jacobian * dilated;
+        let mass = self.gel.density * self.element.volume / (D + 1) as f64;
+        let s = 0.5 * c / mass.sqrt();
+        let root = (kappa + s * s).sqrt() + s;
+        root * root
     }
 
     /// Forces of P = μ J^(−2/3) F C̄_p⁻¹ + (U′ − μ Ī₁/(3J)) ∂J/∂F.
@@ -293,7 +288,8 @@ impl<'a, const D: usize> Flow<'a, D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::{BulkViscosity, EquationOfState, Material, Strength};
+    use crate::element::Potential;
+    use crate::material::{BulkViscosity, EquationOfState, Strength};
     use crate::mesh::{Mesh, NodeId, Patches};
 
     fn gel() -> Flowing {

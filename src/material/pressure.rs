@@ -5,8 +5,8 @@ use crate::algebra::ln;
 ///
 /// Compression, χ = 1 − J > 0, by the shock speed U_s = c₀ + s u_p that experiments find (Hugoniot of the Rankine–Hugoniot
 /// relations, taken as a function of volume only): p = K χ/(1 − sχ)², K = ρc₀², whence U = K/s² [ln(1 − sχ) + 1/(1 − sχ) − 1].
-/// With s = 0, and always in tension, p = K (1/J − 1): U = K (J − 1 − ln J). Both have the bulk modulus K at rest, and U″ jumps
-/// there only by (2s − 2) K of its slope.
+/// With s = 0, and always in tension, p = K (1/J − 1): U = K (J − 1 − ln J). Both have the bulk modulus K at rest, and only the slope of U″ jumps
+/// there, by (4s − 2) K.
 ///
 /// In tension the pressure falls no further than to −`tension`: what is drawn apart more is a void that closes as it has opened.
 /// Where 1 − sχ falls below [`Self::LEAST`], or J below [`NeoHookean::FLOOR`], U goes on as its second-order Taylor polynomial.
@@ -18,7 +18,7 @@ pub struct EquationOfState {
 }
 
 impl EquationOfState {
-    /// Least 1 − sχ that is not continued: there p is 20 K for s = 2, far above any shot into gel.
+    /// Least 1 − sχ that is not continued: there p is 10 K for s = 2, far above any shot into gel.
     pub const LEAST: f64 = 0.2;
 
     /// From the bulk modulus K, Pa, the slope s of the shock speed, 0 for none, and the greatest tension, Pa, infinite if it
@@ -79,12 +79,12 @@ impl EquationOfState {
         // ln r + 1/r − 1 loses all digits at small strains, where it is (sχ)²/2 + 2(sχ)³/3 + 3(sχ)⁴/4.
         let strained = s * x;
         let energy = if strained < 1e-3 {
-            strained * strained * (0.5 + strained * (2.0 / 3.0 + 0.75 * strained))
+            x * x * (0.5 + strained * (2.0 / 3.0 + 0.75 * strained))
         } else {
-            ln(rest) + 1.0 / rest - 1.0
+            (ln(rest) + 1.0 / rest - 1.0) / (s * s)
         };
         Volumetric {
-            energy: k / (s * s) * energy,
+            energy: k * energy,
             slope: -k * x / (rest * rest),
             curvature: k * (1.0 + s * x) / (rest * rest * rest),
         }

@@ -52,7 +52,7 @@ impl Strength {
     #[must_use]
     pub fn returned(&self, trial: f64, stiffness: f64, (step, rate): (f64, f64)) -> Option<Returned> {
         let least = (trial - self.yield_stress) / stiffness;
-        if least <= 0.0 {
+        if !(least > 0.0 && least.is_finite()) {
             return None;
         }
         let back = |strain: f64| Some(Returned { stress: trial - stiffness * strain, strain });

@@ -37,6 +37,12 @@ impl Cloud {
         self.position.len() - 1
     }
 
+    /// Whether a new point is on an edge both of whose ends are held along an axis.
+    pub fn stays(&self, point: usize, axis: usize, held: &[[bool; 2]]) -> bool {
+        let Origin::Surface(ends, _) = self.origin[point] else { return false };
+        ends.iter().all(|end| held[end.index()][axis])
+    }
+
     /// The mesh of these elements: its nodes are the points they use, old ones first and in their old order.
     pub fn proposal(&self, elements: &[[usize; 3]]) -> Proposal<2> {
         let mut number = vec![u32::MAX; self.position.len()];

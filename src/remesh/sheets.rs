@@ -45,12 +45,14 @@ fn heights<const D: usize>(
 ) -> impl Iterator<Item = (usize, f64)> {
     let mut outer = vec![false; moved.position.len()];
     facets.iter().flat_map(|facet| &facet[..D]).for_each(|node| outer[node.index()] = true);
-    moved.mesh.elements.iter().enumerate().filter_map(move |(e, nodes)| {
+    // In space a tetrahedron at an edge of a block is no sheet, and tells itself from one by nothing that is known here.
+    let elements = if D == 2 { moved.mesh.elements.as_slice() } else { &[] };
+    elements.iter().enumerate().filter_map(move |(e, nodes)| {
         let mut bare = (0..=D).filter(|k| across[e][*k].is_none());
         let (Some(opposite), None) = (bare.next(), bare.next()) else { return None };
         let base: Facet = [1, 2, 3].map(|k| nodes[(opposite + k) % (D + 1)]);
         let height = D as f64 * signed_volume(moved.position, nodes) / facet_measure(moved.position, &base);
-        nodes[..=D].iter().all(|node| outer[node.index()]).then_some((e, height))
+        (height > 0.0 && nodes[..=D].iter().all(|node| outer[node.index()])).then_some((e, height))
     })
 }
 
@@ -58,7 +60,7 @@ fn heights<const D: usize>(
 fn is_long<const D: usize>(moved: &Moved<'_, D>, element: usize, height: f64) -> bool {
     let nodes = &moved.mesh.elements[element];
     let length = |[a, b]: &[usize; 2]| (moved.position[nodes[*a].index()] - moved.position[nodes[*b].index()]).norm();
-    edges::<D>().iter().map(length).fold(0.0, f64::max) > 4.0 * height
+    edges::<D>().iter().map(length).fold(0.0, f64::max) > LONGEST * height
 }
 
 /// All but the largest part of what is left goes, too; if nothing is left, nothing goes.

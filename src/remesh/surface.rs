@@ -100,7 +100,7 @@ pub(super) fn resample(
             surface.take(&chain.stretch(edge), cloud);
         }
     }
-    surface.clear(cloud, old.position.len(), cleared);
+    surface.clear(cloud, &old.mesh.held, cleared);
     surface.near = Near::segments(&surface.edges, &cloud.position);
     Ok(surface)
 }
@@ -169,7 +169,7 @@ impl<'a> Chain<'a> {
                 cloud.chosen[*node] = false;
             }
             self.edges.retain(|edge| !removed.contains(&edge[0]));
-            self.edges.iter_mut().filter(|edge| edge[0] == start).for_each(|edge| edge[1] = end);
+            self.edges.iter_mut().filter(|edge| **edge == [start, walk[1]]).for_each(|edge| edge[1] = end);
             (self.after[start], self.first_after[start], self.before[end]) = (Some(end), Some(end), Some(start));
         }
         match crossing(&self.edges, self.old.position) {
@@ -186,7 +186,8 @@ impl<'a> Chain<'a> {
             (walk.len() < LOOP).then(|| walk.push(at))?;
         }
         let may_go = |node: &usize| self.feature(*node) != Some(Feature::Always);
-        (start != end && walk[1..].iter().all(may_go)).then_some(())?;
+        let simple = self.before[start].is_some() && self.after[end].is_some() && start != end;
+        (simple && walk[1..].iter().all(may_go)).then_some(())?;
         walk.push(end);
         Some(walk)
     }
@@ -283,13 +284,18 @@ impl<'a> Chain<'a> {
 
 impl Surface {
     /// Puts the new points where `cleared` says, if that is near: a chord of a wall that lies around a body runs through it.
-    fn clear(&mut self, cloud: &mut Cloud, n_old: usize, cleared: Cleared<'_>) {
+    fn clear(&mut self, cloud: &mut Cloud, held: &[[bool; 2]], cleared: Cleared<'_>) {
         let area = |edges: &[[usize; 2]], x: &[Point]| -> f64 {
             edges.iter().map(|[a, b]| 0.5 * (x[*a][0] * x[*b][1] - x[*a][1] * x[*b][0])).sum()
         };
         let before = area(&self.edges, &cloud.position);
-        for point in n_old..cloud.position.len() {
-            let there = cleared(&cloud.position[point]);
+        for point in held.len()..cloud.position.len() {
+            let mut there = cleared(&cloud.position[point]);
+            for axis in 0..2 {
+                if cloud.stays(point, axis, held) {
+                    there[axis] = cloud.position[point][axis];
+                }
+            }
             if distance(&there, &cloud.position[point]) < NEAR * cloud.size[point] {
                 cloud.position[point] = there;
             }

@@ -82,6 +82,8 @@ const FAIR: f64 = 0.1;
 
 /// A mesh may have so many times the kinetic energy of the old one at most: finer ones hold a few per cent more of short waves.
 const MOST_GAINED: f64 = 1.1;
+/// No better than this need a mesh in the plane be, if the old one was: a needle of 10°.
+const WORN: f64 = 0.3;
 /// What the splitting of long edges may leave in space where nothing makes it better.
 const SPLIT: f64 = 0.2;
 
@@ -97,7 +99,7 @@ impl Way {
     /// The worst shape that a mesh made so may have, if the old one has this worst shape.
     fn worst<const D: usize>(self, old: f64) -> f64 {
         match self {
-            Self::Retained { .. } => old.min(if D == 3 { SPLIT } else { 1.0 }),
+            Self::Retained { .. } => old.min(if D == 3 { SPLIT } else { WORN }),
             Self::Immersed { .. } => old.min(FAIR),
         }
     }

@@ -88,11 +88,8 @@ pub(super) struct Past<'a, const D: usize> {
 impl<'a, const D: usize> Past<'a, D> {
     /// With the nodes at these positions.
     pub fn new((potential, old, memory): (&'a Simplices<D>, &'a Birth<D>, &'a [Memory<D>]), x: &[Vector<D>]) -> Self {
-        let shares = match (potential.remembers(), potential.patches().largest()) {
-            (true, _) => potential.shares(memory),
-            (false, 0 | 1) => vec![],
-            (false, _) => shares(potential, x),
-        };
+        let apart = potential.patches().largest() < 2 && !potential.remembers();
+        let shares = if apart { vec![] } else { shares(potential, x) };
         Self { potential, old, memory, shares }
     }
 

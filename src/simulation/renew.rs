@@ -55,7 +55,8 @@ impl<const D: usize> Gelatin<D> {
             self.first = Some(self.present());
         }
         if let Some(thinnest) = sizes.rules.thinnest {
-            self.shed(thinnest)?;
+            // What cannot be stepped without its sheets goes on with them.
+            let _ = self.shed(thinnest);
         }
         let old = self.present();
         let position = self.engine.state().position.clone();

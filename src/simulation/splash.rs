@@ -3,7 +3,7 @@
 use super::model::Gelatin;
 use crate::algebra::Vector;
 use crate::avi::NoStep;
-use crate::element::Memory;
+use crate::element::{Memory, Potential};
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, boundary};
 use crate::remesh::{self, Moved};
 use crate::state::Birth;
@@ -32,15 +32,36 @@ impl<const D: usize> Gelatin<D> {
             return Ok(());
         }
         let left = Left::of(&old, self.engine.last_tick(), (&state.position, &state.velocity), &state.memory, &gone);
-        let before = (state.ledger.energy.remesh, state.ledger.momentum.remesh, state.ledger.angular_momentum.remesh);
+        let carried = self.energy_of(&old, &gone);
+        let before = (state.ledger.momentum.remesh, state.ledger.angular_momentum.remesh);
         self.go_on(left.birth, left.memory, left.velocity)?;
         self.engine.count_drops(left.gone);
         let ledger = self.engine.ledger_mut();
-        ledger.energy.splash += ledger.energy.remesh - before.0;
-        ledger.momentum.splash += ledger.momentum.remesh - before.1;
-        ledger.angular_momentum.splash += ledger.angular_momentum.remesh - before.2;
-        (ledger.energy.remesh, ledger.momentum.remesh, ledger.angular_momentum.remesh) = before;
+        // What the rest stores otherwise, in patches anew, is the doing of the mesh.
+        ledger.energy.splash -= carried;
+        ledger.momentum.splash += ledger.momentum.remesh - before.0;
+        ledger.angular_momentum.splash += ledger.angular_momentum.remesh - before.1;
+        ledger.energy.remesh += carried;
+        (ledger.momentum.remesh, ledger.angular_momentum.remesh) = before;
         Ok(())
+    }
+
+    /// Kinetic and stored energy of these elements of the mesh as it is now, J; of a patch by volume.
+    fn energy_of(&self, old: &Birth<D>, gone: &[bool]) -> f64 {
+        let (velocity, potential) = (&self.engine.state().velocity, &self.engine.gel().potential);
+        let moving = |e: usize| -> f64 {
+            let nodes = old.mesh.elements[e][..=D].iter().zip(&old.corner_mass[e]);
+            nodes.map(|(node, mass)| 0.5 * mass * velocity[node.index()].norm_squared()).sum()
+        };
+        let kinetic: f64 = (0..gone.len()).filter(|e| gone[*e]).map(moving).sum();
+        let energy = self.engine.measure_at(self.engine.now()).energy;
+        let stored = potential.patches().iter().zip(energy).map(|(patch, energy)| {
+            let volume =
+                |ids: &mut dyn Iterator<Item = &ElementId>| -> f64 { ids.map(|id| potential.volume(*id)).sum() };
+            let whole = volume(&mut patch.iter());
+            energy * volume(&mut patch.iter().filter(|id| gone[id.index()])) / whole
+        });
+        kinetic + stored.sum::<f64>()
     }
 }
 
