@@ -72,3 +72,26 @@ fn bits_do_not_depend_on_communication_steps_threads_or_where_a_shot_is_taken_up
     other.step(&inputs, scene.scene.end_time).unwrap();
     assert_eq!(other.digest(), whole.digest());
 }
+
+#[test]
+fn a_run_is_taken_up_again_after_an_exchange_that_was_refused() {
+    let scene = shot(&["scene.end_time=1.2e-4", "remesh.quality=0.45"]);
+    let mut on = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
+    let inputs = on.inputs();
+    let mut states = vec![];
+    for step in 1..=60 {
+        on.step(&inputs, scene.scene.end_time * f64::from(step) / 60.0).unwrap();
+        // The first state after the old mesh went on, which has flowed already.
+        if states.is_empty() && !on.refusals().is_empty() {
+            let mut bytes = vec![];
+            on.save().write(&mut |run| bytes.extend_from_slice(run));
+            states.push(bytes);
+        }
+    }
+    let mut saved = Saved::empty();
+    assert!(saved.read(states.first().expect("an exchange that is refused")));
+    let mut other = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
+    other.restore(&saved).unwrap();
+    other.step(&inputs, scene.scene.end_time).unwrap();
+    assert_eq!(other.digest(), on.digest());
+}

@@ -37,13 +37,14 @@ pub fn study() {
     );
     println!("|---|{}---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|", "---|".repeat(TIMES.len()));
     for (name, keys) in RUNS {
-        row(name, keys);
+        row("fbi-bb", name, keys);
     }
+    row("sphere-720", "4.8 mm at 720 m/s, not fitted anew", &[]);
 }
 
-fn row(name: &str, keys: &[(&str, &str)]) {
+fn row(shot: &str, name: &str, keys: &Keys) {
     let keys: Vec<(&str, String)> = keys.iter().map(|(key, value)| (*key, (*value).to_owned())).collect();
-    let scene = scene("fbi-bb", &keys);
+    let scene = scene(shot, &keys);
     let begun = seconds();
     let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
     let inputs = simulation.inputs();
