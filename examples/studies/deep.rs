@@ -1,7 +1,7 @@
 //! The ball of `sphere-deep` in space, its mesh exchanged on the way, by mesh size; and the same ball about an axis.
 
 use super::cpu::seconds;
-use super::run::scene;
+use super::run::{scene, tell_refusals};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use std::time::Instant;
 
@@ -45,13 +45,7 @@ fn row(size: f64) {
     let n = renewals.len().max(1) as f64;
     let kept = renewals.iter().map(|renewal| renewal.unchanged).sum::<f64>() / n;
     let attempts: usize = renewals.iter().map(|renewal| renewal.attempt).sum();
-    for (time, why) in simulation.refusals() {
-        eprintln!(
-            "no mesh at {:.3} ms: {}",
-            1e3 * time,
-            why.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
-        );
-    }
+    tell_refusals(&format!("{} mm", 1e3 * size), &simulation);
     println!(
         "| {} |{seen_at} {:.2} | {:.2} | {end} | {} | {} | {:.0} | {attempts} | {:.3} | {:+.2} | {:+.2} | {:.0e} | {:.0e} | {:.0e} | {:.0} | {cpu:.0} |",
         1e3 * size,

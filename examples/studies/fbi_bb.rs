@@ -1,7 +1,7 @@
 //! The FBI calibration shot by mesh size, grading and speed of the wave.
 
 use super::cpu::seconds;
-use super::run::scene;
+use super::run::{scene, tell_refusals};
 use ballistic_gel::simulation::{CouplingMode, Observation, Simulation};
 
 /// Times at which the nose is compared, ms; Poncelet's law, fitted to the shot, has it at 16, 30, 60 and 83 mm there.
@@ -64,13 +64,7 @@ fn row(shot: &str, name: &str, keys: &Keys) {
     let part = |energy: f64| 100.0 * energy / seen.energy.initial;
     let renewals = simulation.renewals();
     let kinetic: f64 = renewals.iter().map(|renewal| renewal.kinetic[1] - renewal.kinetic[0]).sum();
-    for (time, why) in simulation.refusals() {
-        eprintln!(
-            "{name}: no mesh at {:.4} ms: {}",
-            1e3 * time,
-            why.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
-        );
-    }
+    tell_refusals(name, &simulation);
     println!(
         "| {name} |{seen_at} {:.2} | {:.3} | {} | {} | {} | {:.1} | {:+.2} | {:+.2} | {:+.2} | {:+.2} | {:+.2} | {:+.2} | {:+.2} | {:.0e} | {cpu:.1} | {:.1} |",
         1e3 * depth,

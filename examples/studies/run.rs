@@ -27,6 +27,14 @@ pub fn scene_with_files(name: &str, replaced: &[(&str, String)], files: &scene::
     scene::read_with_files(&resolved, files).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
+/// Says on standard error when no new mesh was taken, and why not.
+pub fn tell_refusals(name: &str, simulation: &Simulation) {
+    for (time, why) in simulation.refusals() {
+        let reasons: Vec<String> = why.iter().map(ToString::to_string).collect();
+        eprintln!("{name}: no mesh at {:.4} ms: {}", 1e3 * time, reasons.join("; "));
+    }
+}
+
 /// Runs a scene to its end on all cores, looking at it `looks` times.
 pub fn run(scene: &Scene, looks: u32, mut look: impl FnMut(&Simulation)) -> Run {
     let begun = Instant::now();

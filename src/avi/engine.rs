@@ -253,7 +253,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             slots: self.order.n_slots(),
             groups: self.order.n_groups(),
             alarms: self.rules.schedule.alarms(self.order.n_groups()),
-            memories: self.gel.fresh_memory().len(),
+            memories: self.gel.n_memories(),
             bodies: self.bodies.len(),
             born: state.birth.as_ref().map_or(0, |birth| birth.mesh.elements.len()),
             references: state.birth.as_ref().map_or(0, |birth| birth.references.len()),

@@ -104,7 +104,13 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
     /// What elements that have not moved since they were made remember.
     #[must_use]
     pub fn fresh_memory(&self) -> Vec<Memory<D>> {
-        vec![Memory::default(); self.potential.memories() * self.potential.len()]
+        vec![Memory::default(); self.n_memories()]
+    }
+
+    /// How many memories all elements have.
+    #[must_use]
+    pub fn n_memories(&self) -> usize {
+        self.potential.memories() * self.potential.len()
     }
 
     /// What the elements answer at these positions.

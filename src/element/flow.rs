@@ -1,13 +1,10 @@
 //! Elements of a gel that flows: F = F_e F_p, a return to the strength at every update of their own (numerics A16).
 
-use super::simplices::{Element, Strain};
-use super::{Answer, DEPTH, MAX_NODES, Section, Simplices};
-use crate::algebra::{Tensor, Vector, cofactor, cube_root, det};
-use crate::material::{Flowing, Material, NeoHookean, Returned, Volumetric};
+use super::simplex::{Elastic, Element, Placed, Strain};
+use super::{Answer, DEPTH, Section, Simplices};
+use crate::algebra::{Tensor, Vector, cube_root, det};
+use crate::material::{Flowing, Material, Returned, Volumetric};
 use crate::mesh::ElementId;
-
-/// Newton's steps for the mean of an isochoric deformation, far more than it takes.
-const NEWTON: usize = 64;
 
 /// What an element that flows remembers, or one branch of an element that relaxes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,56 +49,10 @@ pub struct Spent {
     pub viscous: f64,
 }
 
-/// The elastic part of an isochoric deformation: b̄ = J^(−2/3) F C̄_p⁻¹ Fᵀ, and its component out of the plane.
-#[derive(Clone, Copy)]
-pub(super) struct Elastic<const D: usize> {
-    pub inner: Tensor<D>,
-    pub out: f64,
-}
-
 /// An element on the way to its answer.
 struct Flow<'a, const D: usize> {
     gel: &'a Flowing,
-    element: &'a Element<D>,
-    strain: &'a Strain<D>,
-    /// J, no less than where the material law is continued.
-    jacobian: f64,
-    /// J^(−2/3).
-    scale: f64,
-}
-
-impl<const D: usize> Elastic<D> {
-    pub fn trace(&self) -> f64 {
-        self.inner.trace() + if D == 2 { self.out } else { 0.0 }
-    }
-
-    /// b̄ − tr b̄/3.
-    pub fn deviator(&self) -> Self {
-        let mean = self.trace() / 3.0;
-        Self { inner: self.inner - Tensor::<D>::identity() * mean, out: if D == 2 { self.out - mean } else { 0.0 } }
-    }
-
-    fn norm_squared(&self) -> f64 {
-        self.inner.norm_squared() + if D == 2 { self.out * self.out } else { 0.0 }
-    }
-
-    fn determinant(&self) -> f64 {
-        det(&self.inner) * if D == 2 { self.out } else { 1.0 }
-    }
-
-    /// θ + s d of determinant 1 for a deviator d, which is this one: θ³ − θ s²|d|²/2 + s³ det d = 1.
-    fn isochoric(&self, part: f64, mut mean: f64) -> Self {
-        let (square, cube) = (0.5 * part * part * self.norm_squared(), part * part * part * self.determinant());
-        for _ in 0..NEWTON {
-            let less = (mean * (mean * mean - square) + cube - 1.0) / (3.0 * mean * mean - square);
-            mean -= less;
-            if less.abs() <= f64::EPSILON * mean {
-                break;
-            }
-        }
-        let whole = Tensor::<D>::identity() * mean + self.inner * part;
-        Self { inner: whole, out: if D == 2 { mean + self.out * part } else { 1.0 } }
-    }
+    at: Placed<'a, D>,
 }
 
 /// What the elements of a patch remember.
@@ -135,10 +86,9 @@ impl<const D: usize> Simplices<D> {
         for (((element, strain), memory), answer) in strained.iter().flatten().zip(memory).zip(answers) {
             let own = gel.own(strain.jacobian());
             let own = if ids.len() > 1 { own } else { Volumetric { energy: 0.0, slope: 0.0, curvature: 0.0 } };
-            let flow = Flow::new(gel, element, strain);
-            let before = spent;
-            let elastic = flow.elastic((step, memory), &mut spent.plastic);
-            spent.plastic = before.plastic + element.volume * (spent.plastic - before.plastic);
+            let flow = Flow { gel, at: Placed::new(element, strain) };
+            let (elastic, lost) = flow.returned(step, memory);
+            spent.plastic += element.volume * lost;
             let (rate, viscous) = flow.viscous(step, memory);
             spent.viscous += element.volume * viscous * (strain.jacobian() - memory.jacobian);
             memory.jacobian = strain.jacobian();
@@ -153,28 +103,21 @@ impl<const D: usize> Simplices<D> {
 
     /// κ: the greatest eigenvalue of an element's share of the stiffness, with room for what viscosity takes off the stable step.
     ///
-    /// With L = δF F⁻¹ = Σ δx_a ⊗ g_a, the gradients g_a being those where the element is now (of a ring with their hoop parts):
-    /// δ²W = μ [L:Lb̄ − 4/3 tr L b̄:L + 2/9 Ī₁ (tr L)² + Ī₁/3 tr(LL)] + U″J² (tr L)² + U′J [(tr L)² − tr(LL)], and the terms with tr L in
-    /// the first bracket are together at most 2 (d:L)²/Ī₁, d = dev b̄. Each is a square of a sum over the nodes, so at most the sum of
-    /// their squares; (tr L)² − tr(LL) is at most s|L|² with s = 1 in the plane, else 2. The return only takes stiffness away.
+    /// To that of the shear ([`Placed::shear_bound`]) comes δ²U = U″J² (tr L)² + U′J [(tr L)² − tr(LL)], the bracket being at most s|L|² with
+    /// s = 1 in the plane, else 2. The return only takes stiffness away.
     fn bound(&self, flow: &Flow<'_, D>, elastic: &Elastic<D>, (slope, curvature, rate): (f64, f64, f64)) -> f64 {
-        let (deviator, trace) = (elastic.deviator(), elastic.trace());
-        let hoop = flow.element.hoop / flow.strain.out;
-        let j = flow.jacobian;
-        let (mut sheared, mut spread, mut dilated) = (0.0, 0.0, 0.0);
-        for gradient in flow.gradients() {
+        let (hoop, j) = (flow.at.hoop(), flow.at.jacobian);
+        let (mut spread, mut dilated) = (0.0, 0.0);
+        for gradient in flow.at.gradients() {
             let mut whole = gradient;
             whole[0] += hoop;
-            sheared += gradient.dot(&(elastic.inner * gradient)) + hoop * hoop * elastic.out;
-            let (inner, out) = ((deviator.inner * gradient).norm_squared(), hoop * deviator.out);
-            sheared += 2.0 / trace * (inner + out * out);
             spread += gradient.norm_squared() + hoop * hoop;
             dilated += whole.norm_squared();
         }
         let minors = if matches!(self.section, Section::Planar { .. }) { 1.0 } else { 2.0 };
-        let shear = flow.gel.shear_modulus * (sheared + trace / 3.0 * spread);
+        let shear = flow.gel.shear_modulus * flow.at.shear_bound(elastic);
         let volumetric = curvature * j * j * dilated + slope.abs() * j * minors * spread;
-        flow.damped(flow.element.volume * (shear + volumetric), dilated, rate)
+        flow.damped(flow.at.element.volume * (shear + volumetric), dilated, rate)
     }
 
     /// The isochoric part of F_e of an element without its rotation as far as a mean needs it: the lower triangle L with LLᵀ = b̄, and the
@@ -197,39 +140,26 @@ impl<const D: usize> Simplices<D> {
     }
 }
 
-impl<'a, const D: usize> Flow<'a, D> {
-    fn new(gel: &'a Flowing, element: &'a Element<D>, strain: &'a Strain<D>) -> Self {
-        let jacobian = strain.jacobian().max(NeoHookean::FLOOR);
-        let root = cube_root(jacobian);
-        Self { gel, element, strain, jacobian, scale: 1.0 / (root * root) }
-    }
-
-    /// b̄ with what was remembered, brought back to the strength if a step has passed and it is beyond; adds what was lost per volume.
-    fn elastic(&self, (step, memory): (f64, &mut Memory<D>), lost: &mut f64) -> Elastic<D> {
-        let f = &self.strain.f;
-        let squared = self.strain.out * self.strain.out;
-        let trial = Elastic {
-            inner: f * memory.inverse * f.transpose() * self.scale,
-            out: if D == 2 { squared * memory.out * self.scale } else { 1.0 },
-        };
-        let upright = self.strain.jacobian() >= NeoHookean::FLOOR;
-        let Some(strength) = self.gel.strength.filter(|_| step > 0.0 && upright) else { return trial };
-        let (deviator, mu) = (trial.deviator(), self.gel.shear_modulus);
+impl<const D: usize> Flow<'_, D> {
+    /// b̄ with what was remembered, brought back to the strength if a step has passed and it is beyond; and what was lost, J/m³.
+    fn returned(&self, step: f64, memory: &mut Memory<D>) -> (Elastic<D>, f64) {
+        let (strain, scale, mu) = (self.at.strain, self.at.scale, self.gel.shear_modulus);
+        let trial = self.at.elastic(memory);
+        let flows = step > 0.0 && self.at.is_upright();
+        let Some(strength) = self.gel.strength.filter(|_| flows) else { return (trial, 0.0) };
+        let deviator = trial.deviator();
         let stress = mu * (1.5 * deviator.norm_squared()).sqrt();
         let back = strength.returned(stress, mu * trial.trace(), (step, memory.rate));
-        let Some(Returned { stress: left, strain }) = back else {
-            return trial;
-        };
+        let Some(Returned { stress: left, strain: flown }) = back else { return (trial, 0.0) };
         let elastic = deviator.isochoric(left / stress, trial.trace() / 3.0);
-        let inverse = cofactor(f).transpose() / self.strain.inner;
-        memory.inverse = inverse * elastic.inner * inverse.transpose() / self.scale;
-        memory.out = if D == 2 { elastic.out / (squared * self.scale) } else { 1.0 };
-        memory.plastic += strain;
-        memory.rate = strain / step;
+        let inverse = strain.cofactor.transpose() / strain.inner;
+        memory.inverse = inverse * elastic.inner * inverse.transpose() / scale;
+        memory.out = if D == 2 { elastic.out / (strain.out * strain.out * scale) } else { 1.0 };
+        memory.plastic += flown;
+        memory.rate = flown / step;
         // What is set free at the strength that is left, not at the mean of that and the trial; q Δε_p forgets that Ī₁ is no
         // quadratic form, and misses 8 % at q = μ/3 in tension.
-        *lost += mu * (trial.trace() - elastic.trace()) * left / (left + stress);
-        elastic
+        (elastic, mu * (trial.trace() - elastic.trace()) * left / (left + stress))
     }
 
     /// ε̇, and η ε̇, the part of U′ that viscosity adds, Pa: per rest volume it takes η ε̇ J̇.
@@ -237,7 +167,7 @@ impl<'a, const D: usize> Flow<'a, D> {
         if step == 0.0 {
             return (0.0, 0.0);
         }
-        let rate = (self.strain.jacobian() - memory.jacobian) / (self.jacobian * step);
+        let rate = (self.at.strain.jacobian() - memory.jacobian) / (self.at.jacobian * step);
         (rate, self.resistance(rate) * rate)
     }
 
@@ -245,15 +175,9 @@ impl<'a, const D: usize> Flow<'a, D> {
         self.gel.viscosity.at(self.gel.density, (self.gel.sound_speed(), self.height()), rate)
     }
 
-    /// ∇N_a where the element is now.
-    fn gradients(&self) -> impl Iterator<Item = Vector<D>> {
-        let push = self.strain.cofactor * (self.strain.out / self.jacobian);
-        self.element.gradients[..=D].iter().map(move |gradient| push * gradient)
-    }
-
     /// Least height of the element, m.
     fn height(&self) -> f64 {
-        1.0 / self.gradients().map(|gradient| gradient.norm_squared()).fold(0.0, f64::max).sqrt()
+        1.0 / self.at.gradients().map(|gradient| gradient.norm_squared()).fold(0.0, f64::max).sqrt()
     }
 
     /// The stiffness without viscosity that would ask for the step that this one, κ, leaves with it.
@@ -262,8 +186,8 @@ impl<'a, const D: usize> Flow<'a, D> {
     /// velocity of half a step before, a node of mass m is stable up to (2/ω)(√(1 + ξ²) − ξ), ω² = κ/m, ξ = c/(2mω) (numerics 1.3g), which
     /// is 2√m/(√(κ + s²) + s) with s = c/(2√m).
     fn damped(&self, kappa: f64, dilated: f64, rate: f64) -> f64 {
-        let c = self.element.volume * self.resistance(2.0 * rate) * self.jacobian * dilated;
-        let mass = self.gel.density * self.element.volume / (D + 1) as f64;
+        let c = self.at.element.volume * self.resistance(2.0 * rate) * self.at.jacobian * dilated;
+        let mass = self.gel.density * self.at.element.volume / (D + 1) as f64;
         let s = 0.5 * c / mass.sqrt();
         let root = (kappa + s * s).sqrt() + s;
         root * root
@@ -271,16 +195,11 @@ impl<'a, const D: usize> Flow<'a, D> {
 
     /// Forces of P = μ J^(−2/3) F C̄_p⁻¹ + (U′ − μ Ī₁/(3J)) ∂J/∂F.
     fn answer(&self, memory: &Memory<D>, elastic: &Elastic<D>, (slope, stiffness): (f64, f64)) -> Answer<D> {
-        let (strain, element, mu) = (self.strain, self.element, self.gel.shear_modulus);
-        let upright = strain.jacobian() >= NeoHookean::FLOOR;
-        let volumetric = slope - if upright { mu * elastic.trace() / (3.0 * self.jacobian) } else { 0.0 };
-        let p = strain.f * memory.inverse * (mu * self.scale) + strain.cofactor * (volumetric * strain.out);
-        let hoop = (mu * self.scale * strain.out * memory.out + volumetric * strain.inner) * element.hoop;
-        let mut forces = [Vector::zeros(); MAX_NODES];
-        for (force, gradient) in forces.iter_mut().zip(&element.gradients[..=D]) {
-            *force = p * gradient * -element.volume;
-            force[0] -= element.volume * hoop;
-        }
+        let (strain, mu, scale) = (self.at.strain, self.gel.shear_modulus, self.at.scale);
+        let sheared = if self.at.is_upright() { mu * elastic.trace() / (3.0 * self.at.jacobian) } else { 0.0 };
+        let volumetric = slope - sheared;
+        let p = strain.f * memory.inverse * (mu * scale) + strain.cofactor * (volumetric * strain.out);
+        let forces = self.at.element.forces(&p, mu * scale * strain.out * memory.out + volumetric * strain.inner);
         Answer { forces, stiffness, jacobian: strain.jacobian() }
     }
 }
@@ -423,8 +342,7 @@ mod tests {
             assert!((det(&memory.inverse) * memory.out - 1.0).abs() < 1e-12);
             let (element, gel) = (simplices.element(id), gel());
             let strain = simplices.strain((id, &element), &x);
-            let flow = Flow::new(&gel, &element, &strain);
-            let elastic = flow.elastic((0.0, &mut memory.clone()), &mut 0.0);
+            let elastic = Placed::new(&element, &strain).elastic(memory);
             let stress = gel.shear_modulus * (1.5 * elastic.deviator().norm_squared()).sqrt();
             let bears = gel.strength.unwrap().at(memory.rate);
             assert!((stress / bears - 1.0).abs() < 1e-8, "{stress} {bears}");

@@ -5,6 +5,7 @@ mod lanes;
 mod pressure;
 mod relax;
 mod shuffle;
+mod simplex;
 mod simplices;
 
 use crate::algebra::Vector;

@@ -1,7 +1,6 @@
 //! Elements of a viscoelastic gel: elastic ones with branches beside them that forget their strain (numerics 6.4).
 
-use super::flow::Elastic;
-use super::simplices::{Element, Strain};
+use super::simplex::{Element, Placed, Strain, isochoric};
 use super::{Answer, DEPTH, Memory, Potential, Simplices, Spent};
 use crate::algebra::{Tensor, Vector, cofactor, cube_root, det};
 use crate::material::{Branch, NeoHookean, Viscoelastic};
@@ -10,17 +9,9 @@ use crate::mesh::ElementId;
 /// What an element of a viscoelastic gel remembers: first C̄⁻¹ and J at its own last tick, then the C̄_i⁻¹ of its branches.
 const MOST_MEMORIES: usize = 1 + Viscoelastic::MOST_BRANCHES;
 
-/// Newton's steps to the determinant of 1 at most; stretched ninefold it takes 12 (from θ = 27 each of the first takes a third off).
-const STEPS: usize = 60;
-
 /// What the branches of an element do together.
 struct Branches<'a, const D: usize> {
-    element: &'a Element<D>,
-    strain: &'a Strain<D>,
-    /// J, no less than where the material law is continued.
-    jacobian: f64,
-    /// J^(−2/3).
-    scale: f64,
+    at: Placed<'a, D>,
     /// Σ μ_i C̄_i⁻¹, and its component out of the plane, Pa.
     pull: (Tensor<D>, f64),
     /// Σ μ_i tr b̄_i, Pa.
@@ -163,79 +154,39 @@ fn draw_back<const D: usize>(branch: &mut Memory<D>, place: &Memory<D>, left: f6
     (3.0 * (before - after), deviator)
 }
 
-/// The greatest root θ of θ³ − aθ + c = 1, from above: there Newton's steps only fall, until rounding stops them.
-fn isochoric(above: f64, (a, c): (f64, f64)) -> f64 {
-    let mut mean = above;
-    for _ in 0..STEPS {
-        let next = mean - (mean * (mean * mean - a) + (c - 1.0)) / (3.0 * mean * mean - a);
-        let settled = next >= mean;
-        mean = next;
-        if settled {
-            break;
-        }
-    }
-    mean
-}
-
 impl<'a, const D: usize> Branches<'a, D> {
     fn new(element: &'a Element<D>, strain: &'a Strain<D>) -> Self {
-        let jacobian = strain.jacobian().max(NeoHookean::FLOOR);
-        let root = cube_root(jacobian);
         let pull = (Tensor::<D>::zeros(), 0.0);
-        Self { element, strain, jacobian, scale: 1.0 / (root * root), pull, trace: 0.0, stiffness: 0.0 }
-    }
-
-    fn is_upright(&self) -> bool {
-        self.strain.jacobian() >= NeoHookean::FLOOR
+        Self { at: Placed::new(element, strain), pull, trace: 0.0, stiffness: 0.0 }
     }
 
     /// Takes up a branch with its rest shape; returns what it stores, J/m³.
     fn add(&mut self, branch: &Branch, own: &Memory<D>) -> f64 {
-        let (mu, f) = (branch.shear_modulus, &self.strain.f);
-        let out = if D == 2 { self.strain.out * self.strain.out * own.out * self.scale } else { 1.0 };
-        let elastic = Elastic { inner: f * own.inverse * f.transpose() * self.scale, out };
+        let (mu, elastic) = (branch.shear_modulus, self.at.elastic(own));
         let trace = elastic.trace();
         self.pull.0 += own.inverse * mu;
         self.pull.1 += own.out * mu;
         self.trace += mu * trace;
-        let curvature = if self.is_upright() { self.upright(&elastic) } else { self.continued(own) };
-        self.stiffness += self.element.volume * mu * curvature;
+        let curvature = if self.at.is_upright() { self.at.shear_bound(&elastic) } else { self.continued(own) };
+        self.stiffness += self.at.element.volume * mu * curvature;
         0.5 * mu * (trace - 3.0)
     }
 
-    /// κ/(w μ_i) of a branch: the greatest eigenvalue of δ²W/μ = L:Lb̄ − 4/3 tr L b̄:L + 2/9 Ī₁ (tr L)² + Ī₁/3 tr(LL) with L = δF F⁻¹, as
-    /// for a gel that flows.
-    fn upright(&self, elastic: &Elastic<D>) -> f64 {
-        let (deviator, trace) = (elastic.deviator(), elastic.trace());
-        let hoop = self.element.hoop / self.strain.out;
-        let push = self.strain.cofactor * (self.strain.out / self.jacobian);
-        let mut sum = 0.0;
-        for gradient in &self.element.gradients[..=D] {
-            let g = push * gradient;
-            let (inner, out) = ((deviator.inner * g).norm_squared(), hoop * deviator.out);
-            sum += g.dot(&(elastic.inner * g)) + hoop * hoop * elastic.out;
-            sum += 2.0 / trace * (inner + out * out) + trace / 3.0 * (g.norm_squared() + hoop * hoop);
-        }
-        sum
-    }
-
-    /// The same where J^(−2/3) is held at the continuation: then W is quadratic.
+    /// The curvature of a branch where J^(−2/3) is held at the continuation: then W is quadratic.
     fn continued(&self, own: &Memory<D>) -> f64 {
-        let hoop = self.element.hoop * self.element.hoop * own.out;
+        let element = self.at.element;
+        let hoop = element.hoop * element.hoop * own.out;
         let of = |gradient: &Vector<D>| gradient.dot(&(own.inverse * gradient)) + hoop;
-        self.scale * self.element.gradients[..=D].iter().map(of).sum::<f64>()
+        self.at.scale * element.gradients[..=D].iter().map(of).sum::<f64>()
     }
 
     /// Adds the forces of P = Σ μ_i [J^(−2/3) F C̄_i⁻¹ − tr b̄_i/(3J) ∂J/∂F], and κ.
     fn answer(&self, answer: &mut Answer<D>) {
-        let (strain, element) = (self.strain, self.element);
-        let volumetric = if self.is_upright() { -self.trace / (3.0 * self.jacobian) } else { 0.0 };
-        let p = strain.f * self.pull.0 * self.scale + strain.cofactor * (volumetric * strain.out);
-        let hoop = (self.scale * strain.out * self.pull.1 + volumetric * strain.inner) * element.hoop;
-        for (force, gradient) in answer.forces.iter_mut().zip(&element.gradients[..=D]) {
-            *force -= p * gradient * element.volume;
-            force[0] -= element.volume * hoop;
-        }
+        let (strain, scale) = (self.at.strain, self.at.scale);
+        let volumetric = if self.at.is_upright() { -self.trace / (3.0 * self.at.jacobian) } else { 0.0 };
+        let p = strain.f * self.pull.0 * scale + strain.cofactor * (volumetric * strain.out);
+        let forces = self.at.element.forces(&p, scale * strain.out * self.pull.1 + volumetric * strain.inner);
+        answer.forces.iter_mut().zip(forces).for_each(|(force, own)| *force += own);
         answer.stiffness += self.stiffness;
     }
 }

@@ -1,4 +1,5 @@
 use super::flow::recalled;
+use super::simplex::{Element, Strain};
 use super::{Answer, DEPTH, Lanes, MAX_NODES, Memory, Potential, Spent};
 use crate::algebra::{Tensor, Vector, cofactor, det};
 use crate::material::{Material, NeoHookean, Volumetric};
@@ -55,36 +56,6 @@ pub struct Reference<const D: usize> {
     pub edges: Tensor<D>,
     /// R̄ of a ring, m.
     pub radius: f64,
-}
-
-/// An element at rest.
-pub(super) struct Element<const D: usize> {
-    pub gradients: [Vector<D>; MAX_NODES],
-    /// w, rest volume, m³.
-    pub volume: f64,
-    /// 1/(3R̄) of a ring, 0 otherwise, 1/m.
-    pub hoop: f64,
-    /// Σ_a |∇N_a|², extended for a ring, 1/m².
-    spread: f64,
-    /// F and λ where its nodes are at rest: 1 if they say what it is.
-    base: (Tensor<D>, f64),
-}
-
-/// F, λ and J of an element.
-#[derive(Clone, Copy)]
-pub(super) struct Strain<const D: usize> {
-    pub f: Tensor<D>,
-    pub cofactor: Tensor<D>,
-    /// λ, stretch out of the plane.
-    pub out: f64,
-    /// det F in the plane or in space.
-    pub inner: f64,
-}
-
-impl<const D: usize> Strain<D> {
-    pub fn jacobian(&self) -> f64 {
-        self.inner * self.out
-    }
 }
 
 impl<const D: usize> Simplices<D> {
@@ -222,12 +193,7 @@ impl<const D: usize> Simplices<D> {
 
     fn answer(&self, mu: f64, (element, strain): (&Element<D>, &Strain<D>), u: Volumetric) -> Answer<D> {
         let p = strain.f * mu + strain.cofactor * (u.slope * strain.out);
-        let hoop = (mu * strain.out + u.slope * strain.inner) * element.hoop;
-        let mut forces = [Vector::zeros(); MAX_NODES];
-        for (force, gradient) in forces.iter_mut().zip(&element.gradients[..=D]) {
-            *force = p * gradient * -element.volume;
-            force[0] -= element.volume * hoop;
-        }
+        let forces = element.forces(&p, mu * strain.out + u.slope * strain.inner);
         Answer { forces, stiffness: self.stiffness(mu, (element, strain), u), jacobian: strain.jacobian() }
     }
 
@@ -289,32 +255,6 @@ impl<const D: usize> Reference<D> {
         let radius = nodes[..=D].iter().map(|n| rest[n.index()][0]).sum::<f64>() / (D + 1) as f64;
         Self { edges: edges(rest, nodes), radius }
     }
-}
-
-impl<const D: usize> Element<D> {
-    fn new(reference: &Reference<D>, section: Section) -> Self {
-        let measure = det(&reference.edges) / if D == 2 { 2.0 } else { 6.0 };
-        let radius = reference.radius;
-        let (volume, hoop) = match section {
-            Section::Planar { thickness } => (measure * thickness, 0.0),
-            Section::Axisymmetric => (std::f64::consts::TAU * radius * measure, 1.0 / (3.0 * radius)),
-            Section::Spatial => (measure, 0.0),
-        };
-        let gradients = shape_gradients(&reference.edges);
-        let spread = gradients[..=D].iter().map(|g| g.norm_squared() + hoop * hoop).sum();
-        Self { gradients, volume, hoop, spread, base: (Tensor::<D>::identity(), 1.0) }
-    }
-}
-
-/// ∇N_a at rest: the rows of the inverse of the edge matrix, and minus their sum for the first node.
-fn shape_gradients<const D: usize>(edges: &Tensor<D>) -> [Vector<D>; MAX_NODES] {
-    let inverse_transpose = cofactor(edges) / det(edges);
-    let mut gradients = [Vector::<D>::zeros(); MAX_NODES];
-    for a in 0..D {
-        gradients[a + 1] = inverse_transpose.column(a).into_owned();
-        gradients[0] -= inverse_transpose.column(a);
-    }
-    gradients
 }
 
 impl<const D: usize> Potential<D> for Simplices<D> {

@@ -16,8 +16,8 @@ pub use lattice::{Grid, Split};
 pub use patches::Patches;
 pub use quality::{least_angle, shape_quality};
 pub use shapes::{Block, Face, Hold, block, cylinder, l_beam, rays, shell};
-pub(crate) use topology::in_order;
 pub use topology::{FACES, Incidence, boundary, neighbours};
+pub(crate) use topology::{in_order, sorted};
 pub use tree::Tree;
 
 /// Index of a node.

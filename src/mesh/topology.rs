@@ -59,7 +59,8 @@ fn facet<const D: usize>(simplex: &Simplex, opposite: usize) -> Facet {
     facets[opposite].map(|corner| simplex[corner])
 }
 
-fn sorted<const D: usize>(facet: Facet) -> Facet {
+/// The nodes of a facet in a form that does not depend on where it begins or which way it faces.
+pub(crate) fn sorted<const D: usize>(facet: Facet) -> Facet {
     let mut key = facet;
     key[..D].sort_unstable();
     if D == 2 {

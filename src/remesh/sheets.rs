@@ -10,7 +10,7 @@ const LONGEST: f64 = 4.0;
 /// Which elements break off: those across a sheet thinner than `thinnest`, m, from one of these facets of the surface to a node on
 /// another side of it, and every part of the body but the largest that is left without them. None, if all would.
 ///
-/// An element with two facets on the surface is no sheet but a corner, or a bend of a wall that is made of short edges.
+/// Of a body in the plane. An element with two facets on the surface is no sheet but a corner, or a bend of a wall that is made of short edges.
 #[must_use]
 pub fn sheets<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet], thinnest: f64) -> Vec<bool> {
     let across = neighbours::<D>(&moved.mesh.elements);
@@ -25,9 +25,13 @@ pub fn sheets<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet], thinnest: 
 }
 
 /// The target sizes with those of sheets no longer than so many of their thicknesses: the chords of longer edges would run through
-/// their other side, and no element between them could have a shape.
+/// their other side, and no element between them could have a shape. In the plane: a tetrahedron at an edge of a block is no sheet, and
+/// tells itself from one by nothing that is known here.
 #[must_use]
 pub fn thinned<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet], mut size: Vec<f64>, least: f64) -> Vec<f64> {
+    if D == 3 {
+        return size;
+    }
     for (e, height) in heights(moved, facets, &neighbours::<D>(&moved.mesh.elements)) {
         for node in &moved.mesh.elements[e][..=D] {
             let size = &mut size[node.index()];
@@ -45,9 +49,7 @@ fn heights<const D: usize>(
 ) -> impl Iterator<Item = (usize, f64)> {
     let mut outer = vec![false; moved.position.len()];
     facets.iter().flat_map(|facet| &facet[..D]).for_each(|node| outer[node.index()] = true);
-    // In space a tetrahedron at an edge of a block is no sheet, and tells itself from one by nothing that is known here.
-    let elements = if D == 2 { moved.mesh.elements.as_slice() } else { &[] };
-    elements.iter().enumerate().filter_map(move |(e, nodes)| {
+    moved.mesh.elements.iter().enumerate().filter_map(move |(e, nodes)| {
         let mut bare = (0..=D).filter(|k| across[e][*k].is_none());
         let (Some(opposite), None) = (bare.next(), bare.next()) else { return None };
         let base: Facet = [1, 2, 3].map(|k| nodes[(opposite + k) % (D + 1)]);

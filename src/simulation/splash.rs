@@ -4,7 +4,7 @@ use super::model::Gelatin;
 use crate::algebra::Vector;
 use crate::avi::NoStep;
 use crate::element::{Memory, Potential};
-use crate::mesh::{ElementId, Facet, Mesh, NodeId, boundary};
+use crate::mesh::{ElementId, Facet, Mesh, NodeId, boundary, sorted};
 use crate::remesh::{self, Moved};
 use crate::state::Birth;
 
@@ -113,16 +113,10 @@ fn marks_of<const D: usize>(old: &Birth<D>, facets: &[Facet], nodes: &[usize]) -
     if old.mesh.marks.is_empty() {
         return vec![];
     }
-    let sorted = |mut facet: Facet| {
-        facet[..D].sort_unstable();
-        let last = facet[D - 1];
-        facet[D - 1..].fill(last);
-        facet
-    };
     let mut known: Vec<(Facet, u8)> =
-        old.mesh.facets.iter().map(|facet| sorted(*facet)).zip(old.mesh.marks.iter().copied()).collect();
+        old.mesh.facets.iter().map(|facet| sorted::<D>(*facet)).zip(old.mesh.marks.iter().copied()).collect();
     known.sort_unstable();
-    let was = |facet: &Facet| sorted(facet.map(|node| NodeId(nodes[node.index()] as u32)));
+    let was = |facet: &Facet| sorted::<D>(facet.map(|node| NodeId(nodes[node.index()] as u32)));
     let found =
         |facet: &Facet| known.binary_search_by_key(&was(facet), |(facet, _)| *facet).map_or(0, |at| known[at].1);
     facets.iter().map(found).collect()
