@@ -1,8 +1,9 @@
 //! Elements laid out for vector units: eight patches side by side, every quantity of the eight in one vector.
 //!
-//! The arithmetic is that of [`super::Simplices`] written per lane in plain operations, so that every instruction set
-//! gives the same bits: no fused multiply-add, no call. What is gathered and scattered goes through rows of eight numbers
-//! per node, turned by eight-by-eight transpositions.
+//! The arithmetic is that of [`super::Simplices`] written per lane, so that every instruction set gives the same bits: products are
+//! fused into sums where they are written so and nowhere else (numerics A9). AVX2 and AVX-512 have an instruction for that; a
+//! processor that has neither calls a function, and is slow. What is gathered and scattered goes through rows of eight numbers per
+//! node, turned four by four.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
@@ -11,7 +12,7 @@ use super::shuffle::{gather, scatter};
 use super::{MAX_NODES, Section};
 use crate::algebra::{Number, Vector};
 use crate::material::NeoHookean;
-use fearless_simd::{Level, Select, Simd, SimdBase, dispatch, f64x8};
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, dispatch, f64x8};
 use std::ops::Range;
 
 /// Patches side by side.
@@ -36,6 +37,8 @@ pub struct Batch<const D: usize> {
     gradients: [[Wide; D]; D],
     /// w, rest volume, m³; 0 in an empty lane.
     volume: Wide,
+    /// Σ_a |∇N_a|², without the share of a ring, 1/m².
+    spread: Wide,
     /// Numbers of the nodes within the block.
     nodes: [[u16; LANES]; MAX_NODES],
 }
@@ -43,9 +46,14 @@ pub struct Batch<const D: usize> {
 /// The nodes of one block while it is swept.
 #[derive(Debug)]
 pub struct Local {
-    rows: Box<[Row; MOST_LOCAL_NODES]>,
-    accumulated: Box<[Accumulated; MOST_LOCAL_NODES]>,
+    rows: Box<Aligned<Row>>,
+    accumulated: Box<Aligned<Accumulated>>,
 }
+
+/// What belongs to the nodes of a block, each in one line of the cache.
+#[derive(Debug)]
+#[repr(align(64))]
+pub(super) struct Aligned<T>(pub [T; MOST_LOCAL_NODES]);
 
 /// What a group of patches answers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -103,30 +111,26 @@ struct Slopes<V> {
 
 impl Local {
     /// Room for the nodes of any block.
-    ///
-    /// # Panics
-    /// Never: there are as many rows as there may be nodes.
     #[must_use]
     pub fn new() -> Self {
-        let boxed = |rows: Vec<Row>| rows.into_boxed_slice().try_into().expect("as many as there may be");
-        let sums = vec![[0.0; 4]; MOST_LOCAL_NODES].into_boxed_slice().try_into().expect("as many as there may be");
-        Self { rows: boxed(vec![[0.0; 8]; MOST_LOCAL_NODES]), accumulated: sums }
+        let rows = Box::new(Aligned([[0.0; 8]; MOST_LOCAL_NODES]));
+        Self { rows, accumulated: Box::new(Aligned([[0.0; 4]; MOST_LOCAL_NODES])) }
     }
 
     /// Sets displacement and velocity of a node, and nothing accumulated.
     #[inline]
     pub fn load<const D: usize>(&mut self, node: usize, displacement: &Vector<D>, velocity: &Vector<D>) {
-        let row = &mut self.rows[node];
+        let row = &mut self.rows.0[node];
         for i in 0..D {
             (row[i], row[4 + i]) = (displacement[i], velocity[i]);
         }
-        self.accumulated[node] = [0.0; 4];
+        self.accumulated.0[node] = [0.0; 4];
     }
 
     /// What the sweep left at the first nodes.
     #[must_use]
     pub fn accumulated(&self, n_nodes: usize) -> &[Accumulated] {
-        &self.accumulated[..n_nodes]
+        &self.accumulated.0[..n_nodes]
     }
 }
 
@@ -139,7 +143,12 @@ impl Default for Local {
 impl<const D: usize> Batch<D> {
     /// Nothing in any lane.
     fn empty() -> Self {
-        Self { gradients: [[[0.0; LANES]; D]; D], volume: [0.0; LANES], nodes: [[0; LANES]; MAX_NODES] }
+        Self {
+            gradients: [[[0.0; LANES]; D]; D],
+            volume: [0.0; LANES],
+            spread: [0.0; LANES],
+            nodes: [[0; LANES]; MAX_NODES],
+        }
     }
 }
 
@@ -164,6 +173,8 @@ impl<const D: usize> Lanes<D> {
             }
         }
         batch.volume[lane] = volume;
+        let first = std::array::from_fn::<f64, D, _>(|i| gradients.iter().map(|gradient| gradient[i]).sum());
+        batch.spread[lane] = gradients.iter().chain([&first]).flatten().map(|component| component * component).sum();
         for (wide, node) in batch.nodes.iter_mut().zip(nodes) {
             wide[lane] = node;
         }
@@ -207,13 +218,8 @@ impl<const D: usize> Lanes<D> {
         for (batch, stiffness) in batches.iter().zip(stiffness.chunks_exact(LANES)) {
             // Loops: as a chain of iterators this takes six times as long.
             let mut add = |a: usize, lane: usize| part[usize::from(batch.nodes[a][lane])][3] += stiffness[lane];
-            for lane in 0..LANES {
-                add(0, lane);
-                add(1, lane);
-            }
-            for lane in 0..LANES {
-                add(2, lane);
-                (3..=D).for_each(|a| add(a, lane));
+            for a in 0..=D {
+                (0..LANES).for_each(|lane| add(a, lane));
             }
         }
     }
@@ -267,10 +273,12 @@ impl<const D: usize> Lanes<D> {
     ) -> GroupAnswer {
         // Loops, here and below: a closure is not compiled for the vector unit that its caller is compiled for.
         let zero = f64x8::splat(simd, 0.0);
-        let mut rows = [[[zero; 8]; MAX_NODES]; N];
+        let mut rows = [gather::<D, S>(simd, &batches[0].nodes, &local.rows); N];
         let mut strains = [Strains::at_rest(zero); N];
         for k in 0..N {
-            gather::<D, S>(&batches[k].nodes, &local.rows, &mut rows[k]);
+            if k > 0 {
+                rows[k] = gather::<D, S>(simd, &batches[k].nodes, &local.rows);
+            }
             self.strain((&batches[k], bases.get(k)), &rows[k], &mut strains[k]);
         }
         let mut slopes = [Slopes { slope: zero, curvature: zero }; N];
@@ -284,10 +292,10 @@ impl<const D: usize> Lanes<D> {
             (energy, power) = (energy + sums.0, power + sums.1);
             scatter::<D, S>(&batches[k].nodes, &kicks, &mut local.accumulated);
             kicks[0][3].store_slice(&mut stiffness[k * LANES..(k + 1) * LANES]);
-            note(&mut answer, k, strains[k].jacobian.into());
+            note(&mut answer, k, strains[k].jacobian);
         }
-        answer.energy = sum(energy.into());
-        answer.power = sum(power.into());
+        answer.energy = sum(energy);
+        answer.power = sum(power);
         answer
     }
 
@@ -300,11 +308,18 @@ impl<const D: usize> Lanes<D> {
         s: &mut Strains<D, f64x8<S>>,
     ) {
         let simd = rows[0][0].simd;
+        let mut edges = [[rows[0][0]; D]; D];
+        for a in 0..D {
+            for i in 0..D {
+                edges[a][i] = rows[a + 1][i] - rows[0][i];
+            }
+        }
         for i in 0..D {
             for j in 0..D {
-                let mut f = (rows[1][i] - rows[0][i]) * wide(simd, &batch.gradients[0][j]);
+                let gradient = |a: usize| wide(simd, &batch.gradients[a][j]);
+                let mut f = edges[0][i] * gradient(0);
                 for a in 1..D {
-                    f += (rows[a + 1][i] - rows[0][i]) * wide(simd, &batch.gradients[a][j]);
+                    f = fused(edges[a][i], gradient(a), f);
                 }
                 s.f[i][j] = match base {
                     Some(base) => f + wide(simd, &base.f[i][j]),
@@ -371,50 +386,51 @@ impl<const D: usize> Lanes<D> {
         let zero = f64x8::splat(simd, 0.0);
         let volume = wide(simd, &batch.volume);
         let (shape, pressure) = (volume * -mu, -(volume * u.slope));
-        let (mut square, mut spread, mut volumetric, mut power) = (zero, zero, zero, zero);
+        let (mut square, mut volumetric, mut power) = (zero, zero, zero);
         // What the ring adds to every node along r: to its force and to ∂J/∂x_a.
-        let around = (shape * s.out + pressure * s.inner) * s.hoop;
+        let around = fused(pressure, s.inner, shape * s.out) * s.hoop;
         let beside = s.inner * s.hoop;
         for i in 0..D {
             let ring = D == 2 && i == 0;
-            let (mut rest, mut push, mut turned) = (zero, zero, zero);
+            // −w P and λ cof F. At rest w μ and −w μ cancel: the sum comes before any product that would be rounded.
+            let (mut stress, mut area) = ([zero; D], [zero; D]);
+            for j in 0..D {
+                area[j] = if D == 2 { s.cofactor[i][j] * s.out } else { s.cofactor[i][j] };
+                stress[j] = fused(pressure, area[j], shape * s.f[i][j]);
+                square = fused(s.f[i][j], s.f[i][j], square);
+            }
+            let (mut push, mut turned) = (zero, zero);
             for a in 0..D {
-                let mut fg = s.f[i][0] * wide(simd, &batch.gradients[a][0]);
-                let mut cg = s.cofactor[i][0] * wide(simd, &batch.gradients[a][0]);
+                let (mut force, mut b) =
+                    (stress[0] * wide(simd, &batch.gradients[a][0]), area[0] * wide(simd, &batch.gradients[a][0]));
                 for j in 1..D {
-                    fg += s.f[i][j] * wide(simd, &batch.gradients[a][j]);
-                    cg += s.cofactor[i][j] * wide(simd, &batch.gradients[a][j]);
+                    force = fused(stress[j], wide(simd, &batch.gradients[a][j]), force);
+                    b = fused(area[j], wide(simd, &batch.gradients[a][j]), b);
                 }
-                let cg = if D == 2 { cg * s.out } else { cg };
-                let force = shape * fg + pressure * cg;
-                let gradient = wide(simd, &batch.gradients[a][i]);
-                (push, turned, rest) = (push - force, turned - cg, rest + gradient);
-                spread += gradient * gradient;
-                let (force, b) = if ring { (force + around, cg + beside) } else { (force, cg) };
-                volumetric += b * b;
-                power += force * rows[a + 1][4 + i];
+                (push, turned) = (push - force, turned - b);
+                let (force, b) = if ring { (force + around, b + beside) } else { (force, b) };
+                volumetric = fused(b, b, volumetric);
+                power = fused(force, rows[a + 1][4 + i], power);
                 kicks[a + 1][i] = force * weight;
             }
             let (force, b) = if ring { (push + around, turned + beside) } else { (push, turned) };
-            volumetric += b * b;
-            spread += rest * rest;
-            power += force * rows[0][4 + i];
+            volumetric = fused(b, b, volumetric);
+            power = fused(force, rows[0][4 + i], power);
             kicks[0][i] = force * weight;
-            for j in 0..D {
-                square += s.f[i][j] * s.f[i][j];
-            }
         }
         let turn = match self.section {
             Section::Planar { .. } => zero + 1.0,
             Section::Spatial => (square + square).root(),
             Section::Axisymmetric => two_largest(square, s.inner, s.out),
         };
-        let spread = if D == 2 { spread + s.hoop * s.hoop * 3.0 } else { spread };
-        let stiffness = volume * ((u.slope.absolute() * turn + mu) * spread + u.curvature * volumetric);
+        let spread = wide(simd, &batch.spread);
+        let spread = if D == 2 { fused(s.hoop * s.hoop, zero + 3.0, spread) } else { spread };
+        let turning = fused(u.slope.absolute(), turn, zero + mu);
+        let stiffness = volume * fused(u.curvature, volumetric, turning * spread);
         for a in 0..=D {
             kicks[a][3] = stiffness;
         }
-        let square = if D == 2 { square + s.out * s.out } else { square };
+        let square = if D == 2 { fused(s.out, s.out, square) } else { square };
         (volume * (square - 3.0) * (0.5 * mu), power)
     }
 }
@@ -453,37 +469,46 @@ fn two_largest<V: Number>(square: V, inner: V, out: V) -> V {
 
 /// cof F; returns det F.
 #[inline(always)]
-fn cofactor<const D: usize, V: Number>(f: &[[V; D]; D], c: &mut [[V; D]; D]) -> V {
+fn cofactor<const D: usize, S: Simd>(f: &[[f64x8<S>; D]; D], c: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {
     if D == 2 {
         (c[0][0], c[0][1], c[1][0], c[1][1]) = (f[1][1], -f[1][0], -f[0][1], f[0][0]);
-        return f[0][0] * f[1][1] - f[0][1] * f[1][0];
+        return fused(f[0][0], f[1][1], -(f[0][1] * f[1][0]));
     }
     for i in 0..D {
         for j in 0..D {
             let (k, l, m, n) = ((i + 1) % D, (i + 2) % D, (j + 1) % D, (j + 2) % D);
-            c[i][j] = f[k][m] * f[l][n] - f[k][n] * f[l][m];
+            c[i][j] = fused(f[k][m], f[l][n], -(f[k][n] * f[l][m]));
         }
     }
-    f[0][0] * c[0][0] + f[0][1] * c[0][1] + f[0][2 % D] * c[0][2 % D]
+    fused(f[0][0], c[0][0], fused(f[0][1], c[0][1], f[0][2 % D] * c[0][2 % D]))
+}
+
+/// a b + c, rounded once.
+#[inline(always)]
+fn fused<S: Simd>(a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> {
+    a.simd.mul_add_precise_f64x8(a, b, c)
 }
 
 /// Enters J of the k-th elements.
 #[inline(always)]
-fn note(answer: &mut GroupAnswer, k: usize, jacobian: Wide) {
-    for l in 0..LANES {
-        let j = jacobian[l];
-        answer.least_jacobian = if j < answer.least_jacobian { j } else { answer.least_jacobian };
-        answer.inverted |= u32::from(j <= 0.0) << (k * LANES + l);
-        answer.crushed += u32::from(j < NeoHookean::FLOOR);
-    }
+fn note<S: Simd>(answer: &mut GroupAnswer, k: usize, jacobian: f64x8<S>) {
+    let simd = jacobian.simd;
+    let inverted = simd.to_bitmask_mask64x8(jacobian.simd_le(f64x8::splat(simd, 0.0))) as u32;
+    let crushed = simd.to_bitmask_mask64x8(jacobian.simd_lt(f64x8::splat(simd, NeoHookean::FLOOR)));
+    let (low, high) = jacobian.split();
+    let (low, high) = low.min(high).split();
+    let [a, b] = low.min(high).into();
+    let least = if a < b { a } else { b };
+    answer.least_jacobian = if least < answer.least_jacobian { least } else { answer.least_jacobian };
+    answer.inverted |= inverted << (k * LANES);
+    answer.crushed += crushed.count_ones();
 }
 
-/// In the order of the lanes.
+/// Σ over the lanes: halves first.
 #[inline(always)]
-fn sum(wide: Wide) -> f64 {
-    let mut sum = 0.0;
-    for l in 0..LANES {
-        sum += wide[l];
-    }
-    sum
+fn sum<S: Simd>(eight: f64x8<S>) -> f64 {
+    let (low, high) = eight.split();
+    let (low, high) = (low + high).split();
+    let [a, b] = (low + high).into();
+    a + b
 }

@@ -3,47 +3,52 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::MAX_NODES;
-use super::lanes::{Accumulated, LANES, MOST_LOCAL_NODES, Row};
+use super::lanes::{Accumulated, Aligned, LANES, Row};
 use fearless_simd::{Simd, SimdBase, SimdSplit, f64x4, f64x8};
 
 /// The rows of the nodes of eight elements, turned: component by component, eight lanes each.
 #[inline(always)]
 pub(super) fn gather<const D: usize, S: Simd>(
+    simd: S,
     numbers: &[[u16; LANES]; MAX_NODES],
-    rows: &[Row; MOST_LOCAL_NODES],
-    gathered: &mut [[f64x8<S>; 8]; MAX_NODES],
-) {
-    let simd = gathered[0][0].simd;
-    for a in 0..=D {
-        // By itself, not in place: these eight stay in registers.
-        let mut eight = gathered[0];
-        for l in 0..LANES {
-            eight[l] = f64x8::from_slice(simd, &rows[place(numbers[a][l])]);
-        }
-        transpose(simd, &mut eight);
-        gathered[a] = eight;
-    }
+    rows: &Aligned<Row>,
+) -> [[f64x8<S>; 8]; MAX_NODES] {
+    // Written out: what a loop fills would be set to zero before.
+    let first = turned(simd, &numbers[0], rows);
+    let last = if D == 3 { turned(simd, &numbers[3], rows) } else { first };
+    [first, turned(simd, &numbers[1], rows), turned(simd, &numbers[2], rows), last]
 }
 
-/// Adds what eight elements give to their nodes, one lane after the other.
+/// The rows of one node of each of eight elements, turned.
+#[inline(always)]
+fn turned<S: Simd>(simd: S, numbers: &[u16; LANES], rows: &Aligned<Row>) -> [f64x8<S>; 8] {
+    let zero = f64x8::splat(simd, 0.0);
+    let mut halves = [[zero; 4]; 2];
+    for r in 0..4 {
+        let (low, high) = (&rows.0[usize::from(numbers[lane(r, 0)])], &rows.0[usize::from(numbers[lane(r, 1)])]);
+        for half in 0..2 {
+            let low = f64x4::from_slice(simd, &low[4 * half..4 * half + 4]);
+            halves[half][r] = simd.combine_f64x4(low, f64x4::from_slice(simd, &high[4 * half..4 * half + 4]));
+        }
+    }
+    let ([x, y, z, gap], [vx, vy, vz, more]) = (columns(simd, halves[0]), columns(simd, halves[1]));
+    [x, y, z, gap, vx, vy, vz, more]
+}
+
+/// Adds what eight elements give to their nodes: node by node, one lane after the other.
 #[inline(always)]
 pub(super) fn scatter<const D: usize, S: Simd>(
     numbers: &[[u16; LANES]; MAX_NODES],
     kicks: &[[f64x8<S>; 4]; MAX_NODES],
-    accumulated: &mut [Accumulated; MOST_LOCAL_NODES],
+    accumulated: &mut Aligned<Accumulated>,
 ) {
     let simd = kicks[0][0].simd;
-    for pair in 0..MAX_NODES / 2 {
-        let (a, b) = (2 * pair, 2 * pair + 1);
-        let mut both =
-            [kicks[a][0], kicks[a][1], kicks[a][2], kicks[a][3], kicks[b][0], kicks[b][1], kicks[b][2], kicks[b][3]];
-        transpose(simd, &mut both);
+    for a in 0..=D {
+        let four = rows_of(simd, kicks[a]);
         for l in 0..LANES {
-            let (first, second) = both[l].split();
-            add(simd, &mut accumulated[place(numbers[a][l])], first);
-            if b <= D {
-                add(simd, &mut accumulated[place(numbers[b][l])], second);
-            }
+            // Lane l = 4 r₀ + 2 r₁ + h.
+            let (low, high) = four[(l & 2) + (l >> 2)].split();
+            add(simd, &mut accumulated.0[usize::from(numbers[a][l])], if l & 1 == 0 { low } else { high });
         }
     }
 }
@@ -53,20 +58,35 @@ fn add<S: Simd>(simd: S, sum: &mut Accumulated, part: f64x4<S>) {
     (f64x4::from_slice(simd, sum) + part).store_slice(sum);
 }
 
-/// A number within the block; the mask tells the compiler that it is in bounds.
+/// Which lane comes to stand in half h of the r-th of four vectors.
 #[inline(always)]
-fn place(node: u16) -> usize {
-    usize::from(node) & (MOST_LOCAL_NODES - 1)
+fn lane(r: usize, h: usize) -> usize {
+    4 * (r & 1) + 2 * (r >> 1) + h
 }
 
-/// Rows and columns of eight times eight numbers exchanged: three rounds of shuffling, as three bits of an index turn.
+/// From four vectors, each with the rows of two lanes, to the four columns, lane by lane: where a number stands, bits (r₁ r₀) of the
+/// vector and (h c₁ c₀) in it, each round takes the last bit off and puts one of the vector's in front: (c₁ c₀) and (r₀ r₁ h).
 #[inline(always)]
-fn transpose<S: Simd>(simd: S, r: &mut [f64x8<S>; 8]) {
-    for _ in 0..3 {
-        let last = *r;
-        for i in 0..4 {
-            r[2 * i] = simd.zip_low_f64x8(last[i], last[i + 4]);
-            r[2 * i + 1] = simd.zip_high_f64x8(last[i], last[i + 4]);
-        }
-    }
+fn columns<S: Simd>(simd: S, r: [f64x8<S>; 4]) -> [f64x8<S>; 4] {
+    let even = [simd.unzip_low_f64x8(r[0], r[2]), simd.unzip_low_f64x8(r[1], r[3])];
+    let odd = [simd.unzip_high_f64x8(r[0], r[2]), simd.unzip_high_f64x8(r[1], r[3])];
+    [
+        simd.unzip_low_f64x8(even[0], even[1]),
+        simd.unzip_low_f64x8(odd[0], odd[1]),
+        simd.unzip_high_f64x8(even[0], even[1]),
+        simd.unzip_high_f64x8(odd[0], odd[1]),
+    ]
+}
+
+/// The way back of [`columns`].
+#[inline(always)]
+fn rows_of<S: Simd>(simd: S, c: [f64x8<S>; 4]) -> [f64x8<S>; 4] {
+    let even = [simd.zip_low_f64x8(c[0], c[2]), simd.zip_high_f64x8(c[0], c[2])];
+    let odd = [simd.zip_low_f64x8(c[1], c[3]), simd.zip_high_f64x8(c[1], c[3])];
+    [
+        simd.zip_low_f64x8(even[0], odd[0]),
+        simd.zip_low_f64x8(even[1], odd[1]),
+        simd.zip_high_f64x8(even[0], odd[0]),
+        simd.zip_high_f64x8(even[1], odd[1]),
+    ]
 }
