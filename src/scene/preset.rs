@@ -26,7 +26,7 @@ pub struct Fact {
     pub value: &'static str,
     /// Materials that it is of.
     pub of: Materials,
-    /// Where it is from, or what it was fitted to.
+    /// Where it is from, or what it was fitted to: the tags are those of `docs/materials.md`.
     pub source: &'static str,
 }
 
@@ -37,6 +37,10 @@ pub enum Materials {
     All,
     /// `neo-hookean`, and `viscoelastic` in the long run: slow and shallow contact.
     Slow,
+    /// `neo-hookean`.
+    NeoHookean,
+    /// `viscoelastic`.
+    Viscoelastic,
     /// `flowing`: penetration.
     Flowing,
 }
@@ -47,7 +51,9 @@ impl Materials {
     pub fn includes(self, model: &str) -> bool {
         match self {
             Self::All => true,
-            Self::Slow => ["neo-hookean", "viscoelastic"].contains(&model),
+            Self::Slow => Self::NeoHookean.includes(model) || Self::Viscoelastic.includes(model),
+            Self::NeoHookean => model == "neo-hookean",
+            Self::Viscoelastic => model == "viscoelastic",
             Self::Flowing => model == "flowing",
         }
     }
@@ -84,133 +90,119 @@ impl Preset {
     }
 }
 
-const fn all(key: &'static str, value: &'static str, source: &'static str) -> Fact {
-    Fact { key, value, of: Materials::All, source }
+const fn fact((key, value): (&'static str, &'static str), of: Materials, source: &'static str) -> Fact {
+    Fact { key, value, of, source }
 }
 
-const fn slow(key: &'static str, value: &'static str, source: &'static str) -> Fact {
-    Fact { key, value, of: Materials::Slow, source }
-}
-
-const fn flowing(key: &'static str, value: &'static str, source: &'static str) -> Fact {
-    Fact { key, value, of: Materials::Flowing, source }
-}
-
-const MATERIAL: Fact =
-    all("gel.material", "\"flowing\"", "of the models of this program the one that lets a projectile in");
-const EXPONENT: Fact = flowing(
-    "gel.strength.rate_exponent",
-    "0.23",
-    "proposed, with 10 % gelatin in mind: from 0.1 MPa at rest to the strengths that the FBI's BB and a 4.8 mm sphere of 720 m/s ask for",
+const MATERIAL: Fact = fact(
+    ("gel.material", "\"flowing\""),
+    Materials::All,
+    "of the models of this program the one that lets a projectile in",
 );
-const TENSION: Fact = flowing(
-    "gel.volume.tension_limit",
-    "5e6",
-    "assumed: above what cavities open at (0.1 to 0.3 MPa proposed), so that it acts in shocks only",
+const SHEAR: &str = "[D] proposed: three times the cap of the strength";
+const SOFT: &str = "of the method: 100 shear moduli; more changes the dent of a ball by 0.2 % [D]";
+const CAP: &str = "fitted with the yield stress: 11.6 of it, as in gelatin-10";
+const EXPONENT: Fact = fact(
+    ("gel.strength.rate_exponent", "0.23"),
+    Materials::Flowing,
+    "[D] proposed for 10 % gelatin: from 0.1 MPa at rest to what a BB of 180 m/s and a sphere of 720 m/s ask for",
 );
-const LINEAR: Fact = flowing("gel.viscosity.linear", "0.1", "of the method: damps the ringing behind shocks");
-const QUADRATIC: Fact = flowing("gel.viscosity.quadratic", "1.2", "of the method: 1.2 to 1.5 are usual");
+const TENSION: Fact = fact(
+    ("gel.volume.tension_limit", "5e6"),
+    Materials::Flowing,
+    "assumed, not measured: it acts in shocks only; cavities in gels open at less, 0.1 to 0.3 MPa [D] proposed",
+);
+const LINEAR: Fact =
+    fact(("gel.viscosity.linear", "0.1"), Materials::Flowing, "of the method: damps the ringing behind shocks");
+const QUADRATIC: Fact =
+    fact(("gel.viscosity.quadratic", "1.2"), Materials::Flowing, "of the method: 1.2 to 1.5 are usual");
 
-const GELATIN_10: [Fact; 13] = [
+const GELATIN_10: [Fact; 15] = [
     MATERIAL,
-    all("gel.density", "1030.0", "Wen and others 2013, recalled"),
-    slow(
-        "gel.shear_modulus",
-        "20e3",
-        "10 to 35 kPa at 4 °C: Cronin and Falzon 2011 and Jussila, recalled with low confidence",
+    fact(("gel.density", "1030.0"), Materials::All, "[M-H: Wen 2013]"),
+    fact(("gel.shear_modulus", "20e3"), Materials::Slow, "10 to 35 kPa at 4 °C [M-L: Cronin and Falzon 2011; Jussila]"),
+    fact(("gel.bulk_modulus", "2e6"), Materials::NeoHookean, SOFT),
+    fact(("gel.bulk_modulus", "33e6"), Materials::Viscoelastic, "of the method: 100 times all shear moduli together"),
+    fact(
+        (
+            "gel.branches",
+            "[{ shear_modulus = 30e3, time = 1e-3 }, { shear_modulus = 80e3, time = 1e-4 }, \
+             { shear_modulus = 200e3, time = 1e-5 }]",
+        ),
+        Materials::Viscoelastic,
+        "[D] proposed, not measured",
     ),
-    slow(
-        "gel.bulk_modulus",
-        "2e6",
-        "of the method: 100 shear moduli, which changes the dent of a ball by 0.2 % against more",
+    fact(("gel.shear_modulus", "4.8e6"), Materials::Flowing, SHEAR),
+    fact(
+        ("gel.bulk_modulus", "2.38e9"),
+        Materials::Flowing,
+        "C1 of the pressure [M-H: Wen 2013], a sound speed of 1520 m/s",
     ),
-    flowing("gel.shear_modulus", "4.8e6", "proposed: three times the cap of the strength"),
-    flowing(
-        "gel.bulk_modulus",
-        "2.38e9",
-        "density times the square of 1520 m/s, the speed of sound: Wen and others 2013, recalled",
-    ),
-    flowing(
-        "gel.volume.hugoniot_slope",
-        "2.0",
-        "shock speed 1520 m/s + 2.0 u: Nagayama 2006, recalled with medium confidence",
-    ),
+    fact(("gel.volume.hugoniot_slope", "2.0"), Materials::Flowing, "shocks of 1520 m/s + 2.0 u [M-M: Nagayama 2006]"),
     TENSION,
-    flowing(
-        "gel.strength.yield_stress",
-        "0.138e6",
-        "fitted to the FBI's calibration shot, a BB of 179.8 m/s 85 mm deep (scene fbi-bb)",
+    fact(
+        ("gel.strength.yield_stress", "0.138e6"),
+        Materials::Flowing,
+        "fitted to 85 mm of a BB of 179.8 m/s [R1], in the scene fbi-bb",
     ),
     EXPONENT,
-    flowing("gel.strength.cap", "1.6e6", "proposed: what the power law reaches at 1.5e5/s"),
+    fact(("gel.strength.cap", "1.6e6"), Materials::Flowing, "[D] proposed with the exponent"),
     LINEAR,
     QUADRATIC,
 ];
 
 const GELATIN_20: [Fact; 13] = [
     MATERIAL,
-    all("gel.density", "1060.0", "1060 to 1070: Cunniff 2014"),
-    slow("gel.shear_modulus", "60e3", "assumed: the upper end of 25 kPa (room temperature) to 60 kPa (10 °C)"),
-    slow(
-        "gel.bulk_modulus",
-        "6e6",
-        "of the method: 100 shear moduli, which changes the dent of a ball by 0.2 % against more",
+    fact(("gel.density", "1060.0"), Materials::All, "1060, or 1070 [R11]"),
+    fact(
+        ("gel.shear_modulus", "60e3"),
+        Materials::Slow,
+        "assumed: the end at 10 °C of 25 to 60 kPa; 26 kPa at room temperature [R10→D]",
     ),
-    flowing("gel.shear_modulus", "9.9e6", "proposed: three times the cap of the strength"),
-    flowing(
-        "gel.bulk_modulus",
-        "2.61e9",
-        "density times the square of 1570 m/s: gelatin of 25 %, Shepherd 2009, recalled with medium confidence",
+    fact(("gel.bulk_modulus", "6e6"), Materials::Slow, SOFT),
+    fact(("gel.shear_modulus", "9.9e6"), Materials::Flowing, SHEAR),
+    fact(
+        ("gel.bulk_modulus", "2.61e9"),
+        Materials::Flowing,
+        "a sound speed of 1570 m/s: gelatin of 25 % [M-M: Shepherd 2009]",
     ),
-    flowing(
-        "gel.volume.hugoniot_slope",
-        "1.77",
-        "shock speed 1570 m/s + 1.77 u: gelatin of 25 %, Shepherd 2009, recalled with medium confidence",
+    fact(
+        ("gel.volume.hugoniot_slope", "1.77"),
+        Materials::Flowing,
+        "shocks of 1570 m/s + 1.77 u: gelatin of 25 % [M-M: Shepherd 2009]",
     ),
     TENSION,
-    flowing(
-        "gel.strength.yield_stress",
-        "0.285e6",
-        "fitted with the cap to a BB of 179.8 m/s 49.7 mm deep (Maiden 2015: 49.7 ± 1.5 mm, 285 Bloom, 10 °C, 180 m/s)",
+    fact(
+        ("gel.strength.yield_stress", "0.2845e6"),
+        Materials::Flowing,
+        "fitted to 49.7 mm of a BB of 180 m/s at 10 °C (49.7 ± 1.5 mm [R2]), in the scene fbi-bb",
     ),
     EXPONENT,
-    flowing("gel.strength.cap", "3.3e6", "fitted: 11.6 times the yield stress, as in gelatin-10"),
+    fact(("gel.strength.cap", "3.3e6"), Materials::Flowing, CAP),
     LINEAR,
     QUADRATIC,
 ];
 
 const SYNTHETIC_CLEAR: [Fact; 13] = [
     MATERIAL,
-    all(
-        "gel.density",
-        "880.0",
-        "styrene copolymer and oil, Bracq and others 2017, recalled with medium confidence; products are sold from 820 on",
-    ),
-    slow("gel.shear_modulus", "50e3", "assumed: 30 to 100 kPa are in use for this kind of gel"),
-    slow(
-        "gel.bulk_modulus",
-        "5e6",
-        "of the method: 100 shear moduli, which changes the dent of a ball by 0.2 % against more",
-    ),
-    flowing("gel.shear_modulus", "13.65e6", "proposed: three times the cap of the strength"),
-    flowing(
-        "gel.bulk_modulus",
-        "1.82e9",
-        "density times the square of 1440 m/s: 1430 to 1450, recalled with low confidence",
-    ),
-    flowing(
-        "gel.volume.hugoniot_slope",
-        "1.92",
-        "assumed: that of water (Marsh); there is one of Perma-Gel that we could not read",
+    fact(("gel.density", "880.0"), Materials::All, "[M-M: Bracq 2017]; 820 to 890 are sold"),
+    fact(("gel.shear_modulus", "50e3"), Materials::Slow, "assumed: 30 to 100 kPa are in use for such gels"),
+    fact(("gel.bulk_modulus", "5e6"), Materials::Slow, SOFT),
+    fact(("gel.shear_modulus", "13.74e6"), Materials::Flowing, SHEAR),
+    fact(("gel.bulk_modulus", "1.82e9"), Materials::Flowing, "a sound speed of 1440 m/s, 1430 to 1450 [M-L]"),
+    fact(
+        ("gel.volume.hugoniot_slope", "1.92"),
+        Materials::Flowing,
+        "assumed: that of water [M-H: Marsh]; that of Perma-Gel [R16] could not be read",
     ),
     TENSION,
-    flowing(
-        "gel.strength.yield_stress",
-        "0.392e6",
-        "fitted with the cap to a BB of 179.8 m/s 38.1 mm deep (predicted for clear gel of 20 % in a study of 2024; its maker's window is 31.75 to 44.45 mm)",
+    fact(
+        ("gel.strength.yield_stress", "0.395e6"),
+        Materials::Flowing,
+        "fitted to 38.1 mm of a BB of 179.8 m/s (predicted, maker's window 31.75 to 44.45 mm [R4]), in the scene fbi-bb",
     ),
     EXPONENT,
-    flowing("gel.strength.cap", "4.55e6", "fitted: 11.6 times the yield stress, as in gelatin-10"),
+    fact(("gel.strength.cap", "4.58e6"), Materials::Flowing, CAP),
     LINEAR,
     QUADRATIC,
 ];
