@@ -18,7 +18,7 @@ pub struct Sheared<const D: usize> {
     pub energy: f64,
     /// ∂ψ_s/∂F, Pa.
     pub stress: Tensor<D>,
-    /// The same by the stretch out of the plane, Pa; 0 in space.
+    /// The same by the stretch out of the plane, Pa; not looked at in space.
     pub out: f64,
     /// a and b of a bound of the curvature, Pa: d²ψ_s(F + tH)/dt² ≤ a|H|² + b(F:H)² for every H.
     pub curvature: [f64; 2],

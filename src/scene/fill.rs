@@ -65,7 +65,7 @@ fn value_of<T: for<'de> Deserialize<'de>>(table: &DeTable<'_>, key: &str) -> Opt
 /// Writes a value at a path below a table, unless there is one; whether it did.
 fn put<'a>(table: &mut DeTable<'a>, (path, value): (&[&'static str], &'a str), place: Range<usize>) -> bool {
     let (first, rest) = path.split_first().expect("a key has a name");
-    let name = || Spanned::new(place.clone(), Cow::Borrowed(*first).into());
+    let name = || Spanned::new(place.clone(), Cow::Borrowed(*first));
     if rest.is_empty() {
         let is_free = table.get(*first).is_none();
         if is_free {
