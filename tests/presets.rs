@@ -83,7 +83,7 @@ fn presets_are_refused_by_name_and_a_gel_without_one_must_say_what_it_is() {
             "line 9: gel.preset: found \"gelatin-12\", expected one of `gelatin-10`, `gelatin-20`",
         ),
         (&["gel.strength=3.0"], "gel.strength: found 3.0, expected a table"),
-        (&["gel.material=ogden"], "gel.shear_modulus: found nothing, expected this key"),
+        (&["gel.material=ogden"], "gel.bulk_modulus: found nothing, expected this key"),
         (&["gel.strength.cap=1e3"], "gel.strength.cap: found 1000.0, expected at least gel.strength.yield_stress"),
     ] {
         let error = read(NAMED, changes).unwrap_err();

@@ -46,16 +46,14 @@ pub(super) fn shear_modulus(scene: &DeTable<'_>) -> Option<String> {
     }
     let modulus = match gel.get("material")?.get_ref().as_str()? {
         "mooney-rivlin" => {
-            let ConstantsSpec { c1, c2 } = value_of(gel, "constants")?;
-            MooneyRivlin::shear_modulus_of([c1, c2])
+            value_of(gel, "constants").map(|ConstantsSpec { c1, c2 }| MooneyRivlin::shear_modulus_of([c1, c2]))
         }
-        "ogden" => {
-            let terms: Vec<TermSpec> = value_of(gel, "terms")?;
-            Ogden::shear_modulus_of(&terms.iter().map(Term::from).collect::<Vec<_>>())
-        }
+        "ogden" => value_of(gel, "terms")
+            .map(|terms: Vec<TermSpec>| Ogden::shear_modulus_of(&terms.iter().map(Term::from).collect::<Vec<_>>())),
         _ => return None,
     };
-    Some(format!("{modulus:?}"))
+    // Without good constants it is those that are wrong, not the modulus.
+    Some(modulus.filter(|modulus| !modulus.is_nan()).map_or_else(|| "nan".to_owned(), |modulus| format!("{modulus:?}")))
 }
 
 fn value_of<T: for<'de> Deserialize<'de>>(table: &DeTable<'_>, key: &str) -> Option<T> {

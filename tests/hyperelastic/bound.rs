@@ -24,7 +24,7 @@ fn greatest<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>], size: f64
 }
 
 /// An upright element with its least height, a third of them slivers, and where its nodes have gone: stretches of up to e^±1.2 in any
-/// direction, some turned inside out.
+/// direction, in space some turned inside out.
 fn random<const D: usize>(numbers: &mut Numbers) -> (Vec<Vector<D>>, Vec<Vector<D>>, f64) {
     let flat = if numbers.next() < 0.33 { numbers.between(0.01, 0.1) } else { 1.0 };
     let first = Vector::<D>::from_fn(|i, _| if i == 0 { numbers.between(0.5, 2.0) } else { 0.0 });

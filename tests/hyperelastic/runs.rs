@@ -120,7 +120,8 @@ fn an_unstable_gel_is_refused_with_the_constant_that_makes_it_so() {
             "gel.terms.exponent: found 0.0, expected a number of a magnitude",
         ),
         ("terms = []", "gel.terms: found 0 of them, expected 1 to 3 tables { modulus, exponent }"),
-        ("", "gel.shear_modulus: found nothing, expected"),
+        ("", "gel.terms: found 0 of them, expected 1 to 3"),
+        ("terms = [{ modulus = nan, exponent = 2.0 }]", "gel.terms.modulus: found NaN, expected a finite number"),
     ] {
         let error = ogden(terms).expect_err(terms);
         assert!(error.contains(said), "{terms}: {error}");
