@@ -1,5 +1,7 @@
 //! Gels beyond neo-Hookean: closed forms, the bound of their stiffness, what a bounce and a new mesh keep, and what is refused.
 
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
 #[path = "hyperelastic/bound.rs"]
 mod bound;
 #[path = "hyperelastic/closed.rs"]

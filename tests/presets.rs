@@ -1,5 +1,7 @@
 //! Gels that are known by name: what they fill, what a scene sets over them, and that the documentation says the same.
 
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
 use ballistic_gel::scene::{self, Fact, Materials, Override, Preset, Scene};
 
 /// A gel of which only the shape is said, and its name.
