@@ -4,8 +4,10 @@
 //! between the two. Everything here gives the same bits on every platform: no libm call, no fused multiply-add.
 
 mod number;
+mod spectral;
 
 pub use number::{Number, ln};
+pub use spectral::spectral;
 
 /// A vector of the gel's space.
 pub type Vector<const D: usize> = nalgebra::SVector<f64, D>;

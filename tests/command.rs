@@ -245,6 +245,7 @@ fn schema_is_json_and_knows_every_key() {
          planar axisymmetric spatial shape block cylinder l-beam size radius height leg thickness width angle corner \
          material neo-hookean density shear_modulus bulk_modulus supports x_min x_max y_min y_max z_min z_max side \
          free roller fixed velocity sphere capsule bullet nose ogive cone round flat arc_radius meplat_radius tail edge_radius \
+         preset gelatin-10 gelatin-20 synthetic-clear mooney-rivlin constants c1 c2 ogden terms modulus exponent \
          half-space length normal mass inertia position orientation angular_velocity \
          lattice centred kuhn element plain patch grading core growth largest tree coarsest slope schedule bins queue cfl law moreau reversal restitution bias \
          load on within pressure ramp table low high inner outer bore shell damping frames force_window";

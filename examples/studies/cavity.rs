@@ -14,10 +14,14 @@ const FIXED: [(&str, &str); 2] = [("remesh.quality", "0"), ("remesh.compression"
 /// Looks at a run.
 const LOOKS: u32 = 400;
 
-/// The cavity of a shell, or the bore of a cylinder that keeps its length.
+/// C₂/(C₁ + C₂) of the Mooney–Rivlin gel.
+const SECOND: f64 = 0.1;
+
+/// The cavity of a shell, also of a Mooney–Rivlin one, or the bore of a cylinder that keeps its length.
 #[derive(Clone, Copy, PartialEq)]
 enum Form {
     Sphere,
+    MooneyRivlin,
     Cylinder,
 }
 
@@ -26,15 +30,19 @@ impl Form {
     fn h(self, stretch: f64) -> f64 {
         match self {
             Self::Sphere => 2.0 / stretch + 0.5 / stretch.powi(4),
+            Self::MooneyRivlin => {
+                let second = 1.0 / (stretch * stretch) - 2.0 * stretch;
+                (1.0 - SECOND) * Self::Sphere.h(stretch) + SECOND * second
+            }
             Self::Cylinder => 0.5 / (stretch * stretch) - stretch.ln(),
         }
     }
 
     fn power(self) -> i32 {
-        if self == Self::Sphere { 3 } else { 2 }
+        if self == Self::Cylinder { 2 } else { 3 }
     }
 
-    /// p/G of an incompressible neo-Hookean wall at this stretch of its inner radius.
+    /// p/G of an incompressible wall at this stretch of its inner radius.
     fn pressure(self, stretch: f64) -> f64 {
         let swelling = (stretch.powi(self.power()) - 1.0) * (RADII[0] / RADII[1]).powi(self.power());
         self.h((1.0 + swelling).powf(1.0 / f64::from(self.power()))) - self.h(stretch)
@@ -43,10 +51,10 @@ impl Form {
     /// Volume of the cavity, m³: Σ π Δz (r₀² + r₀r₁ + r₁²)/3 over the facets that were nearer to its wall than to the outer one.
     fn volume(self, frame: &Frame) -> f64 {
         let rest = |node: u32| frame.points[node as usize] - frame.displacements[node as usize];
-        let radius = |x: Vector3| if self == Self::Sphere { x.norm() } else { x.x };
+        let radius = |x: Vector3| if self == Self::Cylinder { x.x } else { x.norm() };
         let is_inner = |facet: &&[u32; 3]| {
             let within = facet[..2].iter().all(|node| radius(rest(*node)) < 2.0 * RADII[0]);
-            within && (self == Self::Sphere || facet[..2].iter().any(|node| rest(*node).z != rest(facet[0]).z))
+            within && (self != Self::Cylinder || facet[..2].iter().any(|node| rest(*node).z != rest(facet[0]).z))
         };
         let part = |facet: &[u32; 3]| {
             let [a, b] = [0, 1].map(|k| frame.points[facet[k] as usize]);
@@ -62,7 +70,7 @@ pub fn study() {
         "| shape | h, mm | meshes | elements | p/p exact − 1, %, at λ = 1.5 | 2 | 3 | 4 | 5 | greatest to 5 | closure | defect | seconds |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
-    for form in [Form::Sphere, Form::Cylinder] {
+    for form in [Form::Sphere, Form::MooneyRivlin, Form::Cylinder] {
         for size in [1e-3, 0.5e-3] {
             for fixed in [true, false] {
                 row(form, size, fixed);
@@ -76,8 +84,10 @@ fn row(form: Form, size: f64, is_fixed: bool) {
     if is_fixed {
         keys.extend(FIXED.map(|(key, value)| (key, value.to_owned())));
     }
-    if form == Form::Cylinder {
-        keys.extend(cylinder(size));
+    match form {
+        Form::Sphere => {}
+        Form::MooneyRivlin => keys.extend(mooney_rivlin()),
+        Form::Cylinder => keys.extend(cylinder(size)),
     }
     let scene = scene("cavity-exact", &keys);
     let (mut start, mut seen) = (None, vec![]);
@@ -87,7 +97,12 @@ fn row(form: Form, size: f64, is_fixed: bool) {
         let stretch = (volume / *start.get_or_insert(volume)).powf(1.0 / f64::from(form.power()));
         seen.push((stretch, pressure(&scene, frame.time) / SHEAR / form.pressure(stretch) - 1.0));
     });
-    let (name, meshes) = (if form == Form::Sphere { "sphere" } else { "cylinder" }, done.last.cost.remeshes + 1);
+    let name = match form {
+        Form::Sphere => "sphere",
+        Form::MooneyRivlin => "sphere, Mooney-Rivlin",
+        Form::Cylinder => "cylinder",
+    };
+    let meshes = done.last.cost.remeshes + 1;
     print!("| {name} | {} | {meshes} | {} ", 1e3 * size, done.last.cost.elements);
     for shown in SHOWN {
         let error =
@@ -112,15 +127,29 @@ fn pressure(scene: &Scene, time: f64) -> f64 {
 /// A slice of a cylinder two cells high instead, its bore blown up by the pressures of the same stretches.
 fn cylinder(size: f64) -> Vec<(&'static str, String)> {
     let height = 4.0 * size;
-    let stretch = |part: f64| 1.0 + 4.5 * part * part * (3.0 - 2.0 * part);
-    let point = |i: u32| {
-        let part = f64::from(i) / 20.0;
-        format!("[{}, {}]", 0.2 * part, Form::Cylinder.pressure(stretch(part)))
-    };
-    let table = (0..=20).map(point).collect::<Vec<_>>().join(", ");
     vec![
         ("gel.shape", format!("{{ cylinder = {{ radius = {}, height = {height}, bore = {} }} }}", RADII[1], RADII[0])),
         ("gel.supports", "{ z_min = \"roller\", z_max = \"roller\" }".to_owned()),
-        ("load[1].table", format!("[{table}]")),
+        ("load[1].table", table(Form::Cylinder)),
     ]
+}
+
+/// The same shell of a gel of two constants, blown up by the pressures of the same stretches.
+fn mooney_rivlin() -> Vec<(&'static str, String)> {
+    let [c1, c2] = [1.0 - SECOND, SECOND].map(|part| 0.5 * SHEAR * part);
+    vec![
+        ("gel.material", "\"mooney-rivlin\"".to_owned()),
+        ("gel.constants", format!("{{ c1 = {c1}, c2 = {c2} }}")),
+        ("load[1].table", table(Form::MooneyRivlin)),
+    ]
+}
+
+/// p/G over time of a stretch from 1 to 5.5 that begins and ends at rest.
+fn table(form: Form) -> String {
+    let stretch = |part: f64| 1.0 + 4.5 * part * part * (3.0 - 2.0 * part);
+    let point = |i: u32| {
+        let part = f64::from(i) / 20.0;
+        format!("[{}, {}]", 0.2 * part, form.pressure(stretch(part)))
+    };
+    format!("[{}]", (0..=20).map(point).collect::<Vec<_>>().join(", "))
 }

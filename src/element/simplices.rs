@@ -2,7 +2,7 @@ use super::flow::recalled;
 use super::simplex::{Element, Strain};
 use super::{Answer, DEPTH, Lanes, MAX_NODES, Memory, Potential, Spent};
 use crate::algebra::{Tensor, Vector, cofactor, det};
-use crate::material::{Material, NeoHookean, Volumetric};
+use crate::material::{Hyperelastic, Material, NeoHookean, Sheared, Volumetric};
 use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex, edges};
 
 /// What the gel's plane or space stands for.
@@ -27,13 +27,15 @@ pub enum Section {
 /// −w P_θθ/(3R̄) added along r. Strains come from displacements, so that a gel at rest has no force at all, not one of
 /// rounding: F = 1 + Σ (x_a − X_a) ⊗ ∇N_a.
 ///
-/// The elements of a patch share their volume change (numerics 5): V_P = Σ w [μ/2 (|F|² − 3) − μ ln J] + W λ/2 (ln J̄)²
+/// The elements of a patch share their volume change (numerics 5): V_P = Σ w [ψ_s(F) − m ln J] + W Λ/2 (ln J̄)², neo-Hookean
+/// ψ_s = μ/2 (|F|² − 3), m = μ, Λ = λ,
 /// with W = Σ w and J̄ = Σ w J/W. An element that is a patch by itself is the plain one, J̄ = J.
 ///
 /// Stiffness bound (rigorous, 1.3e and A2):
-/// κ = w {[μ + |U′| s] Σ_a |∇N_a|² + max(U″, 0) Σ_a |b_a|²}, where |2 det δF| and its kin are bounded by s |δF|²:
+/// κ = w {[a + |U′| s] Σ_a |∇N_a|² + b Σ_a |F∇N_a|² + max(U″, 0) Σ_a |b_a|²}, where δ²ψ_s ≤ a |δF|² + b (F:δF)² (neo-Hookean: a = μ,
+/// b = 0), and |2 det δF| and its kin are bounded by s |δF|²:
 /// s = 1 in the plane, √2 |F| ≥ s₁ + s₂ in space, the sum of the two largest of s₁, s₂, |λ| for a ring; b_a = ∂J/∂x_a.
-/// For a ring |∇N_a|² is extended by 1/(9R̄²). In a patch U′ and U″ are the sums of the element's own and the patch's:
+/// For a ring |∇N_a|² is extended by 1/(9R̄²), F∇N_a by λ/(3R̄) along r. In a patch U′ and U″ are the sums of the element's own and the patch's:
 /// the patch's volume change is a mean, and the square of a mean is at most the mean of the squares.
 ///
 /// This is the reference: one element after the other, its gradients found anew. [`Lanes`] is the fast form.
@@ -174,7 +176,7 @@ impl<const D: usize> Simplices<D> {
         Strain { f, cofactor: cofactor(&f), out, inner: det(&f) }
     }
 
-    fn stiffness(&self, mu: f64, (element, strain): (&Element<D>, &Strain<D>), u: Volumetric) -> f64 {
+    fn stiffness(&self, [even, along]: [f64; 2], (element, strain): (&Element<D>, &Strain<D>), u: Volumetric) -> f64 {
         let s = match self.section {
             Section::Planar { .. } => 1.0,
             Section::Spatial => (2.0 * strain.f.norm_squared()).sqrt(),
@@ -188,24 +190,32 @@ impl<const D: usize> Simplices<D> {
                 b.norm_squared()
             })
             .sum();
-        element.volume * ((mu + u.slope.abs() * s) * element.spread + u.curvature * volumetric)
+        let mut stretched = 0.0;
+        if along > 0.0 {
+            for gradient in &element.gradients[..=D] {
+                let mut pull = strain.f * gradient;
+                pull[0] += strain.out * element.hoop;
+                stretched += along * pull.norm_squared();
+            }
+        }
+        element.volume * ((even + u.slope.abs() * s) * element.spread + stretched + u.curvature * volumetric)
     }
 
-    fn answer(&self, mu: f64, (element, strain): (&Element<D>, &Strain<D>), u: Volumetric) -> Answer<D> {
-        let p = strain.f * mu + strain.cofactor * (u.slope * strain.out);
-        let forces = element.forces(&p, mu * strain.out + u.slope * strain.inner);
-        Answer { forces, stiffness: self.stiffness(mu, (element, strain), u), jacobian: strain.jacobian() }
+    fn answer(&self, s: &Sheared<D>, (element, strain): (&Element<D>, &Strain<D>), u: Volumetric) -> Answer<D> {
+        let p = s.stress + strain.cofactor * (u.slope * strain.out);
+        let forces = element.forces(&p, s.out + u.slope * strain.inner);
+        Answer { forces, stiffness: self.stiffness(s.curvature, (element, strain), u), jacobian: strain.jacobian() }
     }
 
     /// Energy of a patch of an elastic gel, and what its elements answer.
     pub(super) fn stretch(
         &self,
-        gel: &NeoHookean,
+        gel: &impl Hyperelastic,
         ids: &[ElementId],
         x: &[Vector<D>],
         answers: &mut [Answer<D>; DEPTH],
     ) -> f64 {
-        let mu = gel.shear_modulus();
+        let volume = gel.volume();
         let strained = |id: &ElementId| {
             let element = self.element(*id);
             let strain = self.strain((*id, &element), x);
@@ -213,32 +223,26 @@ impl<const D: usize> Simplices<D> {
         };
         if let [id] = ids {
             let (element, strain) = strained(id);
-            let u = gel.volumetric(strain.jacobian());
+            let (u, sheared) = (volume.volumetric(strain.jacobian()), gel.sheared(&strain.f, strain.out));
             let safe = Volumetric { curvature: u.curvature.max(0.0), ..u };
-            answers[0] = self.answer(mu, (&element, &strain), safe);
-            return element.volume * (shape_energy(mu, &strain) + u.energy);
+            answers[0] = self.answer(&sheared, (&element, &strain), safe);
+            return element.volume * (sheared.energy + u.energy);
         }
-        let sums = ids.iter().map(strained).fold((0.0, 0.0), |(volume, now), (element, strain)| {
-            (volume + element.volume, now + element.volume * strain.jacobian())
+        let sums = ids.iter().map(strained).fold((0.0, 0.0), |(whole, now), (element, strain)| {
+            (whole + element.volume, now + element.volume * strain.jacobian())
         });
-        let shared = gel.shared(sums.1 / sums.0);
+        let shared = volume.shared(sums.1 / sums.0);
         let mut energy = sums.0 * shared.energy;
         for (id, answer) in ids.iter().zip(answers) {
             let (element, strain) = strained(id);
-            let own = gel.own(strain.jacobian());
+            let (own, sheared) = (volume.own(strain.jacobian()), gel.sheared(&strain.f, strain.out));
             let curvature = own.curvature.max(0.0) + shared.curvature.max(0.0);
             let both = Volumetric { energy: 0.0, slope: own.slope + shared.slope, curvature };
-            *answer = self.answer(mu, (&element, &strain), both);
-            energy += element.volume * (shape_energy(mu, &strain) + own.energy);
+            *answer = self.answer(&sheared, (&element, &strain), both);
+            energy += element.volume * (sheared.energy + own.energy);
         }
         energy
     }
-}
-
-/// μ/2 (|F|² − 3), J/m³.
-fn shape_energy<const D: usize>(mu: f64, strain: &Strain<D>) -> f64 {
-    let out_of_plane = if D == 2 { strain.out * strain.out } else { 0.0 };
-    0.5 * mu * (strain.f.norm_squared() + out_of_plane - 3.0)
 }
 
 /// Sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|.
@@ -274,6 +278,8 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         let ids = self.patches.of(patch);
         match &self.material {
             Material::NeoHookean(gel) => self.stretch(gel, ids, x, answers),
+            Material::MooneyRivlin(gel) => self.stretch(gel, ids, x, answers),
+            Material::Ogden(gel) => self.stretch(gel, ids, x, answers),
             Material::Flowing(gel) => self.flow((gel, ids), x, (0.0, &mut recalled(memory, ids)), answers).energy,
             Material::Viscoelastic(gel) => self.at_hold(gel, (ids, x), memory, answers),
         }
@@ -288,7 +294,9 @@ impl<const D: usize> Potential<D> for Simplices<D> {
     ) -> Spent {
         let ids = self.patches.of(patch);
         match &self.material {
-            Material::NeoHookean(gel) => Spent { energy: self.stretch(gel, ids, x, answers), ..Spent::default() },
+            Material::NeoHookean(_) | Material::MooneyRivlin(_) | Material::Ogden(_) => {
+                Spent { energy: self.evaluate(patch, x, memory, answers), ..Spent::default() }
+            }
             Material::Flowing(gel) => {
                 let mut own = recalled(memory, ids);
                 let spent = self.flow((gel, ids), x, (step, &mut own), answers);
@@ -301,7 +309,7 @@ impl<const D: usize> Potential<D> for Simplices<D> {
 
     fn memories(&self) -> usize {
         match &self.material {
-            Material::NeoHookean(_) => 0,
+            Material::NeoHookean(_) | Material::MooneyRivlin(_) | Material::Ogden(_) => 0,
             Material::Flowing(_) => 1,
             Material::Viscoelastic(gel) => 1 + gel.branches().len(),
         }

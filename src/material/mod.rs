@@ -1,12 +1,18 @@
 //! Material models: stored energy, stress and stiffness bound, one file each.
 
+mod hyperelastic;
+mod mooney_rivlin;
 mod neo_hookean;
+mod ogden;
 mod pressure;
 mod strength;
 mod viscoelastic;
 mod viscosity;
 
+pub use hyperelastic::{Hyperelastic, Logarithmic, Sheared};
+pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::{NeoHookean, Volumetric};
+pub use ogden::{Ogden, Term};
 pub use pressure::EquationOfState;
 pub use strength::{Returned, Strength};
 pub use viscoelastic::{Branch, Viscoelastic};
@@ -17,6 +23,10 @@ pub use viscosity::BulkViscosity;
 pub enum Material {
     /// Elastic at every strain and rate.
     NeoHookean(NeoHookean),
+    /// Elastic at every strain and rate, in two constants.
+    MooneyRivlin(MooneyRivlin),
+    /// Elastic at every strain and rate, in powers of the stretches.
+    Ogden(Ogden),
     /// Elastic up to a strength that depends on the rate, then it flows.
     Flowing(Flowing),
     /// Elastic in the long run, stiffer the faster it is strained.
@@ -88,10 +98,9 @@ impl Material {
         match self {
             Self::NeoHookean(gel) => gel.contact_modulus(),
             Self::Viscoelastic(gel) => gel.instantaneous().contact_modulus(),
-            Self::Flowing(gel) => {
-                let (k, mu) = (gel.state.bulk_modulus(), gel.shear_modulus);
-                4.0 * mu * (k + mu / 3.0) / (k + 4.0 / 3.0 * mu)
-            }
+            Self::Flowing(gel) => contact_modulus(gel.state.bulk_modulus(), gel.shear_modulus),
+            Self::MooneyRivlin(gel) => contact_modulus(gel.bulk_modulus(), gel.shear_modulus()),
+            Self::Ogden(gel) => contact_modulus(gel.bulk_modulus(), gel.shear_modulus()),
         }
     }
 
@@ -101,7 +110,14 @@ impl Material {
         match self {
             Self::NeoHookean(gel) => gel.wave_modulus(),
             Self::Flowing(gel) => gel.state.bulk_modulus() + 4.0 / 3.0 * gel.shear_modulus,
+            Self::MooneyRivlin(gel) => gel.bulk_modulus() + 4.0 / 3.0 * gel.shear_modulus(),
+            Self::Ogden(gel) => gel.bulk_modulus() + 4.0 / 3.0 * gel.shear_modulus(),
             Self::Viscoelastic(gel) => gel.instantaneous().wave_modulus(),
         }
     }
+}
+
+/// E/(1 − ν²) of K and μ.
+fn contact_modulus(k: f64, mu: f64) -> f64 {
+    4.0 * mu * (k + mu / 3.0) / (k + 4.0 / 3.0 * mu)
 }

@@ -1,6 +1,7 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use crate::algebra::{Number, ln};
+use super::hyperelastic::{Hyperelastic, Logarithmic, Sheared, across};
+use crate::algebra::{Number, Tensor, ln};
 
 /// Compressible neo-Hookean solid whose volumetric energy is continued below J₀.
 ///
@@ -83,9 +84,25 @@ impl NeoHookean {
     }
 }
 
+impl Hyperelastic for NeoHookean {
+    fn volume(&self) -> Logarithmic {
+        Logarithmic { rest: self.shear, lambda: self.lambda }
+    }
+
+    fn sheared<const D: usize>(&self, f: &Tensor<D>, out: f64) -> Sheared<D> {
+        let mu = self.shear;
+        Sheared {
+            energy: 0.5 * mu * (f.norm_squared() + across::<D>(out) - 3.0),
+            stress: f * mu,
+            out: mu * out,
+            curvature: [mu, 0.0],
+        }
+    }
+}
+
 /// The logarithmic energy, continued below J₀; written without a branch, for vector units.
 #[inline(always)]
-fn continued<T: Number>(mu: f64, lambda: f64, j: T) -> Volumetric<T> {
+pub(super) fn continued<T: Number>(mu: f64, lambda: f64, j: T) -> Volumetric<T> {
     let Volumetric { energy, slope, curvature } = logarithmic(mu, lambda, j.at_least(NeoHookean::FLOOR));
     let d = (j - NeoHookean::FLOOR).at_most(0.0);
     Volumetric { energy: energy + d * (slope + d * 0.5 * curvature), slope: slope + d * curvature, curvature }

@@ -1,5 +1,7 @@
 //! The tables of what a gel is made of.
 
+use super::Gel;
+use crate::material::Term;
 use serde::{Deserialize, Serialize};
 
 /// Material model.
@@ -9,10 +11,37 @@ use serde::{Deserialize, Serialize};
 pub enum MaterialModel {
     /// Compressible neo-Hookean with a C2 continuation below J = 0.2.
     NeoHookean,
+    /// Mooney-Rivlin: two constants.
+    MooneyRivlin,
+    /// Ogden: one to three powers of the stretches.
+    Ogden,
     /// Neo-Hookean in shear up to a strength that depends on the rate, pressure by an equation of state.
     Flowing,
     /// Neo-Hookean in the long run, with branches whose stress fades.
     Viscoelastic,
+}
+
+/// Constants of a Mooney-Rivlin gel: the shear modulus at rest is 2 (c1 + c2).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct ConstantsSpec {
+    /// C1, of |F|^2, Pa.
+    pub c1: f64,
+    /// C2, of |cof F|^2, Pa; with 0 the gel is neo-Hookean.
+    pub c2: f64,
+}
+
+/// A term modulus/exponent (l1^exponent + l2^exponent + l3^exponent - 3) of an Ogden gel: the shear modulus at rest is half the sum
+/// of modulus times exponent.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct TermSpec {
+    /// mu, Pa, of the sign of the exponent.
+    pub modulus: f64,
+    /// alpha, of a magnitude of 0.1 to 30.
+    pub exponent: f64,
 }
 
 /// A Maxwell branch of a viscoelastic gel.
@@ -61,4 +90,18 @@ pub struct ViscositySpec {
     pub linear: f64,
     /// Part of it that is quadratic in the rate, in compression.
     pub quadratic: f64,
+}
+
+impl From<&TermSpec> for Term {
+    fn from(term: &TermSpec) -> Self {
+        Self { modulus: term.modulus, exponent: term.exponent }
+    }
+}
+
+impl Gel {
+    /// The terms of an Ogden gel.
+    #[must_use]
+    pub fn ogden_terms(&self) -> Vec<Term> {
+        self.terms.iter().map(Term::from).collect()
+    }
 }

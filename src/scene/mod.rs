@@ -5,11 +5,13 @@ mod builtin;
 mod error;
 mod explain;
 mod files;
+mod fill;
 mod load;
 mod material;
 mod overrides;
 mod physics;
 mod places;
+mod preset;
 mod projectile;
 mod read;
 #[cfg(feature = "cli")]
@@ -23,11 +25,13 @@ pub use bodies::{MOST_FRAGMENTS, body_name};
 pub use builtin::{builtin, builtins};
 pub use error::{SceneError, SceneErrorKind};
 pub use files::{Files, StlContent, no_files};
+pub use fill::from_preset;
 pub use load::*;
 pub use material::*;
 pub use overrides::{Fault, Override, read_with, resolve};
 pub use physics::{modelled, switched_off};
 pub(crate) use places::numbered;
+pub use preset::{Fact, Materials, Preset};
 pub use projectile::*;
 pub use read::{read, read_with_files};
 #[cfg(feature = "cli")]

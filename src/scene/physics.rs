@@ -104,6 +104,8 @@ fn space(dimension: Dimension) -> &'static str {
 fn material(scene: &Scene) -> &'static str {
     match scene.gel.material {
         MaterialModel::NeoHookean => "material: compressible neo-Hookean, elastic waves in shear and pressure",
+        MaterialModel::MooneyRivlin => "material: compressible Mooney-Rivlin, elastic in two constants",
+        MaterialModel::Ogden => "material: compressible Ogden, elastic in powers of the stretches",
         MaterialModel::Viscoelastic => "material: neo-Hookean in the long run, Maxwell branches in shear",
         MaterialModel::Flowing => "material: neo-Hookean in shear, its pressure by an equation of state",
     }

@@ -2,8 +2,9 @@
 
 use super::places::{Places, join, numbered};
 use super::validate::validate;
-use super::{Files, Scene, SceneError, explain, files, no_files};
-use toml::de::{DeTable, DeValue};
+use super::{Files, Scene, SceneError, explain, files, fill, no_files};
+use serde::Deserialize;
+use toml::de::{DeTable, DeValue, Deserializer};
 
 /// Reads and checks a scene that names no files.
 ///
@@ -32,7 +33,11 @@ pub fn read(text: &str) -> Result<Scene, SceneError> {
 pub fn read_with_files(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
     let table = DeTable::parse(text).map_err(|error| explain::syntax(text, error.span(), error.message()))?;
     let places = Places::of(text, table.get_ref());
-    let mut scene: Scene = toml::from_str(text).map_err(|error| explain::content(text, &places, &error))?;
+    let shear_modulus = fill::shear_modulus(table.get_ref());
+    let mut whole = table.clone();
+    fill::fill(whole.get_mut(), shear_modulus.as_deref());
+    let scene = Scene::deserialize(Deserializer::from(whole));
+    let mut scene = scene.map_err(|error| explain::content(text, &places, &error))?;
     let checked = same_lengths(table.get_ref(), &scene)
         .and_then(|()| files::attach(&mut scene, files))
         .and_then(|()| validate(&scene));

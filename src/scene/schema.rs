@@ -1,6 +1,7 @@
 //! JSON schema of a scene, with which editors complete and check.
 
 use super::Scene;
+use serde_json::json;
 
 /// JSON schema of a scene file.
 ///
@@ -11,5 +12,8 @@ use super::Scene;
 /// ```
 #[must_use]
 pub fn schema() -> serde_json::Value {
-    schemars::schema_for!(Scene).to_value()
+    let mut schema = schemars::schema_for!(Scene).to_value();
+    // All other keys of a gel may be those of its preset.
+    schema["$defs"]["Gel"]["required"] = json!(["shape"]);
+    schema
 }

@@ -1,6 +1,9 @@
 //! The tables of a scene file. Field docs are the help an editor shows; units are SI.
 
-use super::{BranchSpec, Load, MaterialModel, Projectile, StrengthSpec, ViscositySpec, VolumeSpec};
+use super::{
+    BranchSpec, ConstantsSpec, Load, MaterialModel, Preset, Projectile, StrengthSpec, TermSpec, ViscositySpec,
+    VolumeSpec,
+};
 use serde::{Deserialize, Serialize};
 
 /// A scene: one gel, a projectile and perhaps fragments beside it, and how to compute their meeting.
@@ -77,11 +80,15 @@ pub enum Dimension {
 pub struct Gel {
     /// Shape and size; the entry surface of a block or cylinder is z = 0, the gel below.
     pub shape: GelShape,
-    /// Material model.
+    /// A gel known by name: what it is known by fills the keys of this table that are not set.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<Preset>,
+    /// Material model; of a preset `flowing` if it is not set.
     pub material: MaterialModel,
     /// Mass density at rest, kg/m3.
     pub density: f64,
-    /// Shear modulus at rest, Pa; in the long run, of a gel with branches.
+    /// Shear modulus at rest, Pa; in the long run, of a gel with branches. That of `mooney-rivlin` and `ogden` follows from their
+    /// constants.
     pub shear_modulus: f64,
     /// Bulk modulus at rest, Pa.
     pub bulk_modulus: f64,
@@ -94,6 +101,12 @@ pub struct Gel {
     /// What spreads shocks over elements (`flowing` only); nothing if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub viscosity: Option<ViscositySpec>,
+    /// C1 and C2 (`mooney-rivlin` only).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub constants: Option<ConstantsSpec>,
+    /// Powers of the stretches (`ogden` only): 1 to 3.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub terms: Vec<TermSpec>,
     /// Maxwell branches, which make it stiffer the faster it is strained (`viscoelastic` only): 1 to 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub branches: Vec<BranchSpec>,

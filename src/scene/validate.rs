@@ -3,6 +3,7 @@
 mod body;
 mod domain;
 mod gel;
+mod hyperelastic;
 mod load;
 mod motion;
 mod shape;

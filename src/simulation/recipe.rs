@@ -4,9 +4,11 @@ use super::loads;
 use crate::algebra::Vector;
 use crate::avi::{Gel, Pressure, Surface, Wear};
 use crate::element::{Potential, Reference, Section, Simplices};
-use crate::material::{Branch, BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Strength, Viscoelastic};
+use crate::material::{
+    Branch, BulkViscosity, EquationOfState, Flowing, Material, MooneyRivlin, NeoHookean, Ogden, Strength, Viscoelastic,
+};
 use crate::mesh::{ElementId, Facet, Mesh, Patches, Simplex, facet_measure, shape_quality};
-use crate::scene::{Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene};
+use crate::scene::{ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene};
 use crate::state::Birth;
 
 /// What a gel is made of.
@@ -71,7 +73,10 @@ impl Recipe {
     pub fn patches<const D: usize>(&self, (mesh, position): (&Mesh<D>, &[Vector<D>])) -> Patches {
         match (self.kind, &self.material) {
             (ElementKind::Plain, _) => Patches::alone(mesh.elements.len()),
-            (ElementKind::Patch, Material::NeoHookean(_) | Material::Viscoelastic(_)) => Patches::grouped(mesh),
+            (
+                ElementKind::Patch,
+                Material::NeoHookean(_) | Material::MooneyRivlin(_) | Material::Ogden(_) | Material::Viscoelastic(_),
+            ) => Patches::grouped(mesh),
             // Of what has flowed the nodes do not say any more what was near what at rest.
             (ElementKind::Patch, Material::Flowing(_)) => {
                 Patches::grouped(&Mesh { rest: position.to_vec(), ..mesh.clone() })
@@ -140,6 +145,11 @@ impl Recipe {
 pub(super) fn material(gel: &GelTable) -> Material {
     match gel.material {
         MaterialModel::NeoHookean => NeoHookean::new(gel.shear_modulus, gel.bulk_modulus).into(),
+        MaterialModel::MooneyRivlin => {
+            let ConstantsSpec { c1, c2 } = gel.constants.expect("a checked Mooney-Rivlin gel has constants");
+            Material::MooneyRivlin(MooneyRivlin::new([c1, c2], gel.bulk_modulus))
+        }
+        MaterialModel::Ogden => Material::Ogden(Ogden::new(&gel.ogden_terms(), gel.bulk_modulus)),
         MaterialModel::Viscoelastic => {
             let branches: Vec<Branch> =
                 gel.branches.iter().map(|b| Branch { shear_modulus: b.shear_modulus, time: b.time }).collect();

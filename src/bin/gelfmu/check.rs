@@ -2,31 +2,47 @@
 
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::source;
-use ballistic_gel::scene;
-use serde_json::json;
+use crate::source::{self, Source};
+use ballistic_gel::scene::{self, Fact, Preset};
+use serde_json::{Value, json};
 
 pub fn check(name: &str, console: &Console) -> Result<(), Failure> {
-    let scene = source::load(name, &[])?.scene;
+    let Source { scene, text, .. } = source::load(name, &[])?;
     let (modelled, off) = (scene::modelled(&scene), scene::switched_off(&scene));
-    let value = json!({
+    let given = scene::from_preset(&text);
+    let result = json!({
         "scene": scene.scene.name,
         "title": scene.scene.title,
         "valid": true,
         "modelled": modelled,
         "switched_off": off,
+        "preset": scene.gel.preset.map(Preset::name),
+        "from_preset": given.iter().map(|fact| value(fact)).collect::<Vec<_>>(),
     });
     let text = format!(
-        "{}: {}\n\n{}\n{}\n\n{}\n{}\n\nThe scene is good. Run it with: gelfmu run {name}",
+        "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{}The scene is good. Run it with: gelfmu run {name}",
         scene.scene.name,
         scene.scene.title,
         console.heading("models"),
         bullets(&modelled),
         console.heading("switched off"),
-        bullets(&off)
+        bullets(&off),
+        presets(scene.gel.preset, &given, console)
     );
-    console.result(&value, &text);
+    console.result(&result, &text);
     Ok(())
+}
+
+fn value(fact: &Fact) -> Value {
+    json!({ "key": fact.key, "value": fact.value, "source": fact.source })
+}
+
+/// What a preset gave, and where that is from; nothing without one.
+fn presets(preset: Option<Preset>, given: &[&Fact], console: &Console) -> String {
+    let Some(preset) = preset else { return String::new() };
+    let lines: Vec<String> =
+        given.iter().map(|fact| format!("{} = {}: {}", fact.key, fact.value, fact.source)).collect();
+    format!("{}\n{}\n\n", console.heading(&format!("from the preset {}", preset.name())), bullets(&lines))
 }
 
 fn bullets(lines: &[String]) -> String {

@@ -1,6 +1,7 @@
 //! The gel: shape, material and supports fit the dimension and each other.
 
 use super::domain::{Check, all_finite, finite, positive, require, within};
+use super::hyperelastic;
 use crate::material::Viscoelastic;
 use crate::scene::{Dimension, Gel, GelShape, MaterialModel, Scene, SceneError, Support};
 
@@ -124,6 +125,7 @@ fn beam_width(width: Option<f64>, dimension: Dimension) -> Check {
 
 fn material(gel: &Gel) -> Check {
     positive("gel.density", gel.density, "a positive density, kg/m3")?;
+    hyperelastic::belongs(gel)?;
     if gel.material == MaterialModel::Flowing {
         return flowing(gel);
     }
@@ -136,6 +138,7 @@ fn material(gel: &Gel) -> Check {
         let expected = "nothing: only a gel of material \"flowing\" has it";
         require(!given, &format!("gel.{table}"), || "a table".to_owned(), expected)?;
     }
+    hyperelastic::check(gel)?;
     positive("gel.shear_modulus", gel.shear_modulus, "a positive modulus, Pa")?;
     positive("gel.bulk_modulus", gel.bulk_modulus, "a positive modulus, Pa")?;
     let least = 2.0 / 3.0 * gel.shear_modulus;

@@ -1,0 +1,66 @@
+use super::Volumetric;
+use super::neo_hookean::continued;
+use crate::algebra::Tensor;
+
+/// An elastic gel without a memory: ψ = ψ_s(F) + U(J), an isotropic energy of the stretches that is defined for every F, turned inside
+/// out or not, and one of the volume that keeps it upright.
+pub trait Hyperelastic {
+    /// U.
+    fn volume(&self) -> Logarithmic;
+    /// ψ_s at F, and at the stretch out of the plane, which is 1 in the plane and not looked at in space.
+    fn sheared<const D: usize>(&self, f: &Tensor<D>, out: f64) -> Sheared<D>;
+}
+
+/// What the energy of the stretches of a gel is at one of its states.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sheared<const D: usize> {
+    /// ψ_s, J/m³.
+    pub energy: f64,
+    /// ∂ψ_s/∂F, Pa.
+    pub stress: Tensor<D>,
+    /// The same by the stretch out of the plane, Pa; not looked at in space.
+    pub out: f64,
+    /// a and b of a bound of the curvature, Pa: d²ψ_s(F + tH)/dt² ≤ a|H|² + b(F:H)² for every H.
+    pub curvature: [f64; 2],
+}
+
+/// U(J) = −m ln J + Λ/2 (ln J)², continued below [`NeoHookean::FLOOR`](super::NeoHookean::FLOOR) by its second-order Taylor polynomial.
+///
+/// m is what takes the stress of ψ_s from a gel at rest: ∂ψ_s/∂F = m 1 there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Logarithmic {
+    /// m, Pa.
+    pub rest: f64,
+    /// Λ, Pa.
+    pub lambda: f64,
+}
+
+impl Logarithmic {
+    /// U and its derivatives at J.
+    #[must_use]
+    pub fn volumetric(&self, j: f64) -> Volumetric {
+        continued(self.rest, self.lambda, j)
+    }
+
+    /// −m ln J, the part of U that stays with each element of a patch that shares its volume change.
+    #[must_use]
+    pub fn own(&self, j: f64) -> Volumetric {
+        continued(self.rest, 0.0, j)
+    }
+
+    /// Λ/2 (ln J̄)², the part of U that acts on the volume change J̄ of a patch.
+    #[must_use]
+    pub fn shared(&self, mean: f64) -> Volumetric {
+        continued(0.0, self.lambda, mean)
+    }
+}
+
+/// C = FᵀF.
+pub(super) fn right<const D: usize>(f: &Tensor<D>) -> Tensor<D> {
+    f.transpose() * f
+}
+
+/// The square of a stretch out of the plane; none in space.
+pub(super) fn across<const D: usize>(out: f64) -> f64 {
+    if D == 2 { out * out } else { 0.0 }
+}

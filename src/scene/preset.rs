@@ -1,0 +1,208 @@
+//! Gels that are known by name: what is known of them, and from where.
+
+use serde::{Deserialize, Serialize};
+
+/// A gel that is known by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum Preset {
+    /// Ballistic gelatin of 10 % by weight at 4 °C, the FBI's.
+    #[serde(rename = "gelatin-10")]
+    Gelatin10,
+    /// Ballistic gelatin of 20 % by weight at 10 °C.
+    #[serde(rename = "gelatin-20")]
+    Gelatin20,
+    /// Clear synthetic gel (styrene copolymer and mineral oil) sold as 20 %.
+    #[serde(rename = "synthetic-clear")]
+    SyntheticClear,
+}
+
+/// One value of a preset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fact {
+    /// The key that it fills, such as `gel.density`.
+    pub key: &'static str,
+    /// Its value, as TOML, SI units.
+    pub value: &'static str,
+    /// Materials that it is of.
+    pub of: Materials,
+    /// Where it is from, or what it was fitted to: the tags are those of `docs/materials.md`.
+    pub source: &'static str,
+}
+
+/// Materials that a value of a preset is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Materials {
+    /// All.
+    All,
+    /// `neo-hookean`, and `viscoelastic` in the long run: slow and shallow contact.
+    Slow,
+    /// `neo-hookean`.
+    NeoHookean,
+    /// `viscoelastic`.
+    Viscoelastic,
+    /// `flowing`: penetration.
+    Flowing,
+}
+
+impl Materials {
+    /// Whether a material of this name is among them.
+    #[must_use]
+    pub fn includes(self, model: &str) -> bool {
+        match self {
+            Self::All => true,
+            Self::Slow => Self::NeoHookean.includes(model) || Self::Viscoelastic.includes(model),
+            Self::NeoHookean => model == "neo-hookean",
+            Self::Viscoelastic => model == "viscoelastic",
+            Self::Flowing => model == "flowing",
+        }
+    }
+}
+
+impl Preset {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Gelatin10, Self::Gelatin20, Self::SyntheticClear];
+
+    /// Its name in a scene.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gelatin10 => "gelatin-10",
+            Self::Gelatin20 => "gelatin-20",
+            Self::SyntheticClear => "synthetic-clear",
+        }
+    }
+
+    /// The preset of a name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|preset| preset.name() == name)
+    }
+
+    /// What is known of it, `gel.material` first.
+    #[must_use]
+    pub fn facts(self) -> &'static [Fact] {
+        match self {
+            Self::Gelatin10 => &GELATIN_10,
+            Self::Gelatin20 => &GELATIN_20,
+            Self::SyntheticClear => &SYNTHETIC_CLEAR,
+        }
+    }
+}
+
+const fn fact((key, value): (&'static str, &'static str), of: Materials, source: &'static str) -> Fact {
+    Fact { key, value, of, source }
+}
+
+const MATERIAL: Fact = fact(
+    ("gel.material", "\"flowing\""),
+    Materials::All,
+    "of the models of this program the one that lets a projectile in",
+);
+const SHEAR: &str = "[D] proposed: three times the cap of the strength";
+const SOFT: &str = "of the method: 100 shear moduli; more changes the dent of a ball by 0.2 % [D]";
+const CAP: &str = "fitted with the yield stress: 11.6 of it, as in gelatin-10";
+const EXPONENT: Fact = fact(
+    ("gel.strength.rate_exponent", "0.23"),
+    Materials::Flowing,
+    "[D] proposed for 10 % gelatin: from 0.1 MPa at rest to what a BB of 180 m/s and a sphere of 720 m/s ask for",
+);
+const TENSION: Fact = fact(
+    ("gel.volume.tension_limit", "5e6"),
+    Materials::Flowing,
+    "assumed, not measured: it acts in shocks only; cavities in gels open at less, 0.1 to 0.3 MPa [D] proposed",
+);
+const LINEAR: Fact =
+    fact(("gel.viscosity.linear", "0.1"), Materials::Flowing, "of the method: damps the ringing behind shocks");
+const QUADRATIC: Fact =
+    fact(("gel.viscosity.quadratic", "1.2"), Materials::Flowing, "of the method: 1.2 to 1.5 are usual");
+
+const GELATIN_10: [Fact; 15] = [
+    MATERIAL,
+    fact(("gel.density", "1030.0"), Materials::All, "[M-H: Wen 2013]"),
+    fact(("gel.shear_modulus", "20e3"), Materials::Slow, "10 to 35 kPa at 4 °C [M-L: Cronin and Falzon 2011; Jussila]"),
+    fact(("gel.bulk_modulus", "2e6"), Materials::NeoHookean, SOFT),
+    fact(("gel.bulk_modulus", "33e6"), Materials::Viscoelastic, "of the method: 100 times all shear moduli together"),
+    fact(
+        (
+            "gel.branches",
+            "[{ shear_modulus = 30e3, time = 1e-3 }, { shear_modulus = 80e3, time = 1e-4 }, \
+             { shear_modulus = 200e3, time = 1e-5 }]",
+        ),
+        Materials::Viscoelastic,
+        "[D] proposed, not measured",
+    ),
+    fact(("gel.shear_modulus", "4.8e6"), Materials::Flowing, SHEAR),
+    fact(
+        ("gel.bulk_modulus", "2.38e9"),
+        Materials::Flowing,
+        "C1 of the pressure [M-H: Wen 2013], a sound speed of 1520 m/s",
+    ),
+    fact(("gel.volume.hugoniot_slope", "2.0"), Materials::Flowing, "shocks of 1520 m/s + 2.0 u [M-M: Nagayama 2006]"),
+    TENSION,
+    fact(
+        ("gel.strength.yield_stress", "0.138e6"),
+        Materials::Flowing,
+        "fitted to 85 mm of a BB of 179.8 m/s [R1], in the scene fbi-bb",
+    ),
+    EXPONENT,
+    fact(("gel.strength.cap", "1.6e6"), Materials::Flowing, "[D] proposed with the exponent"),
+    LINEAR,
+    QUADRATIC,
+];
+
+const GELATIN_20: [Fact; 13] = [
+    MATERIAL,
+    fact(("gel.density", "1060.0"), Materials::All, "1060, or 1070 [R11]"),
+    fact(
+        ("gel.shear_modulus", "60e3"),
+        Materials::Slow,
+        "assumed: the end at 10 °C of 25 to 60 kPa; 26 kPa at room temperature [R10→D]",
+    ),
+    fact(("gel.bulk_modulus", "6e6"), Materials::Slow, SOFT),
+    fact(("gel.shear_modulus", "9.9e6"), Materials::Flowing, SHEAR),
+    fact(
+        ("gel.bulk_modulus", "2.61e9"),
+        Materials::Flowing,
+        "a sound speed of 1570 m/s: gelatin of 25 % [M-M: Shepherd 2009]",
+    ),
+    fact(
+        ("gel.volume.hugoniot_slope", "1.77"),
+        Materials::Flowing,
+        "shocks of 1570 m/s + 1.77 u: gelatin of 25 % [M-M: Shepherd 2009]",
+    ),
+    TENSION,
+    fact(
+        ("gel.strength.yield_stress", "0.2845e6"),
+        Materials::Flowing,
+        "fitted to 49.7 mm of a BB of 180 m/s at 10 °C (49.7 ± 1.5 mm [R2]), in the scene fbi-bb",
+    ),
+    EXPONENT,
+    fact(("gel.strength.cap", "3.3e6"), Materials::Flowing, CAP),
+    LINEAR,
+    QUADRATIC,
+];
+
+const SYNTHETIC_CLEAR: [Fact; 13] = [
+    MATERIAL,
+    fact(("gel.density", "880.0"), Materials::All, "[M-M: Bracq 2017]; 820 to 890 are sold"),
+    fact(("gel.shear_modulus", "50e3"), Materials::Slow, "assumed: 30 to 100 kPa are in use for such gels"),
+    fact(("gel.bulk_modulus", "5e6"), Materials::Slow, SOFT),
+    fact(("gel.shear_modulus", "13.74e6"), Materials::Flowing, SHEAR),
+    fact(("gel.bulk_modulus", "1.82e9"), Materials::Flowing, "a sound speed of 1440 m/s, 1430 to 1450 [M-L]"),
+    fact(
+        ("gel.volume.hugoniot_slope", "1.92"),
+        Materials::Flowing,
+        "assumed: that of water [M-H: Marsh]; that of Perma-Gel [R16] could not be read",
+    ),
+    TENSION,
+    fact(
+        ("gel.strength.yield_stress", "0.395e6"),
+        Materials::Flowing,
+        "fitted to 38.1 mm of a BB of 179.8 m/s (predicted, maker's window 31.75 to 44.45 mm [R4]), in the scene fbi-bb",
+    ),
+    EXPONENT,
+    fact(("gel.strength.cap", "4.58e6"), Materials::Flowing, CAP),
+    LINEAR,
+    QUADRATIC,
+];

@@ -1,0 +1,131 @@
+//! Gels that are known by name: what they fill, what a scene sets over them, and that the documentation says the same.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+use ballistic_gel::scene::{self, Fact, Materials, Override, Preset, Scene};
+
+/// A gel of which only the shape is said, and its name.
+const NAMED: &str = r#"
+[scene]
+name = "named"
+dimension = "axisymmetric"
+end_time = 1e-4
+communication_step = 1e-5
+[gel]
+shape.cylinder = { radius = 0.05, height = 0.1 }
+preset = "gelatin-10"
+[projectile]
+shape.sphere.radius = 5e-3
+mass = 4e-3
+position = [0.0, 0.0, 5e-3]
+[mesh]
+size = 5e-3
+"#;
+const DOCUMENT: &str = include_str!("../docs/materials.md");
+
+fn read(text: &str, changes: &[&str]) -> Result<Scene, String> {
+    let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
+    scene::read(&scene::resolve(text, &changes).unwrap()).map_err(|error| error.to_string())
+}
+
+/// Whether a scene has the value of a fact.
+fn has(scene: &Scene, fact: &Fact) -> bool {
+    let mut found = toml::Value::try_from(scene).unwrap();
+    for name in fact.key.split('.') {
+        found = found[name].clone();
+    }
+    let told: toml::Table = toml::from_str(&format!("value = {}", fact.value)).unwrap();
+    found == told["value"]
+}
+
+const MODELS: [&str; 3] = ["flowing", "neo-hookean", "viscoelastic"];
+
+#[test]
+fn a_preset_fills_what_a_scene_does_not_set() {
+    for preset in Preset::ALL {
+        for model in MODELS {
+            let needed = ["gel.branches=[{shear_modulus=1e3, time=1e-3}]"];
+            let branches = if model == "viscoelastic" && preset != Preset::Gelatin10 { &needed[..] } else { &[] };
+            let (named, made) = (format!("gel.preset={}", preset.name()), format!("gel.material={model}"));
+            let changes = [&[named.as_str(), &made], branches].concat();
+            let scene = read(NAMED, &changes).unwrap();
+            let facts: Vec<&Fact> = preset.facts().iter().filter(|fact| fact.of.includes(model)).collect();
+            assert!(facts.len() >= 4, "{model}: {facts:?}");
+            for fact in facts.into_iter().filter(|fact| fact.key != "gel.material") {
+                assert!(has(&scene, fact), "{}, {model}: {fact:?}", preset.name());
+            }
+        }
+        assert!(
+            preset
+                .facts()
+                .iter()
+                .all(|fact| fact.key == "gel.material" || fact.of != Materials::All || fact.key == "gel.density")
+        );
+    }
+}
+
+#[test]
+fn what_a_scene_sets_stays_as_it_is_at_any_depth() {
+    let scene = read(NAMED, &["gel.strength.yield_stress=0.2e6", "gel.density=1000.0"]).unwrap();
+    let strength = scene.gel.strength.unwrap();
+    assert_eq!((strength.yield_stress, strength.cap, scene.gel.density), (0.2e6, 1.6e6, 1000.0));
+    let text = scene::resolve(NAMED, &["gel.density=1000.0".parse().unwrap()]).unwrap();
+    let given = scene::from_preset(&text);
+    assert!(
+        given.iter().any(|fact| fact.key == "gel.strength.cap") && given.iter().all(|fact| fact.key != "gel.density")
+    );
+    assert_eq!(read(&toml::to_string(&scene).unwrap(), &[]).unwrap(), scene);
+}
+
+#[test]
+fn presets_are_refused_by_name_and_a_gel_without_one_must_say_what_it_is() {
+    for (changes, said) in [
+        (
+            &["gel.preset=gelatin-12"][..],
+            "line 9: gel.preset: found \"gelatin-12\", expected one of `gelatin-10`, `gelatin-20`",
+        ),
+        (&["gel.strength=3.0"], "gel.strength: found 3.0, expected a table"),
+        (&["gel.material=ogden"], "gel.bulk_modulus: found nothing, expected this key"),
+        (&["gel.strength.cap=1e3"], "gel.strength.cap: found 1000.0, expected at least gel.strength.yield_stress"),
+    ] {
+        let error = read(NAMED, changes).unwrap_err();
+        assert!(error.contains(said), "{changes:?}: {error}");
+    }
+    let error = scene::read(&NAMED.replace("preset = \"gelatin-10\"\n", "")).unwrap_err();
+    assert!(error.to_string().contains("gel.material: found nothing"), "{error}");
+}
+
+#[test]
+fn the_gels_of_both_shots_are_those_that_they_were_measured_with() {
+    for (name, bulk, volume, quadratic) in
+        [("fbi-bb", 370.8e6, (0.0, 2e6), 0.0), ("sphere-720", 2.38e9, (2.0, 5e6), 1.2)]
+    {
+        let gel = scene::read(scene::builtin(name).unwrap()).unwrap().gel;
+        let (strength, own, viscosity) = (gel.strength.unwrap(), gel.volume.unwrap(), gel.viscosity.unwrap());
+        assert_eq!((gel.density, gel.shear_modulus, gel.bulk_modulus), (1030.0, 4.8e6, bulk), "{name}");
+        assert_eq!((strength.yield_stress, strength.rate_exponent, strength.cap), (0.138e6, 0.23, 1.6e6), "{name}");
+        assert_eq!((own.hugoniot_slope, own.tension_limit.unwrap()), volume, "{name}");
+        assert_eq!((viscosity.linear, viscosity.quadratic), (0.1, quadratic), "{name}");
+    }
+}
+
+/// The rows of the table of a preset.
+fn rows(preset: Preset) -> Vec<String> {
+    let of = |fact: &Fact| match fact.of {
+        Materials::All => "all",
+        Materials::Slow => "neo-hookean, viscoelastic",
+        Materials::NeoHookean => "neo-hookean",
+        Materials::Viscoelastic => "viscoelastic",
+        Materials::Flowing => "flowing",
+    };
+    preset.facts().iter().map(|f| format!("| `{}` | `{}` | {} | {} |", f.key, f.value, of(f), f.source)).collect()
+}
+
+#[test]
+fn the_document_lists_every_value_with_its_source() {
+    for preset in Preset::ALL {
+        let heading = format!("### `{}`\n\n| key | value | materials | source |\n|---|---|---|---|\n", preset.name());
+        let expected = heading + &rows(preset).join("\n") + "\n";
+        assert!(DOCUMENT.contains(&expected), "docs/materials.md should have\n{expected}");
+    }
+}
