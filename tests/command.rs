@@ -200,6 +200,11 @@ fn ports_for_more_fragments_than_the_scene_has_are_refused() {
     refused_pack(&["--scene", scene, "--fragments", "3"], "--fragments: found 3, expected ");
 }
 
+#[test]
+fn ports_for_more_sensors_than_the_scene_has_are_refused() {
+    refused_pack(&["--sensors", "2"], "--sensors: found 2, expected at most the [[sensor]] tables of the scene, 0");
+}
+
 #[track_caller]
 fn refused_pack(arguments: &[&str], message: &str) {
     let folder = folder();

@@ -14,6 +14,7 @@ mod projectile;
 mod read;
 #[cfg(feature = "cli")]
 mod schema;
+mod sensor;
 mod shape;
 mod stl;
 mod tables;
@@ -32,5 +33,6 @@ pub use projectile::*;
 pub use read::{read, read_with_files};
 #[cfg(feature = "cli")]
 pub use schema::schema;
+pub use sensor::*;
 pub use tables::*;
 pub use validate::MOST_STEPS;

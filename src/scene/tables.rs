@@ -1,6 +1,6 @@
 //! The tables of a scene file. Field docs are the help an editor shows; units are SI.
 
-use super::{BranchSpec, Load, MaterialModel, Projectile, StrengthSpec, ViscositySpec, VolumeSpec};
+use super::{BranchSpec, Load, MaterialModel, Projectile, Sensor, StrengthSpec, ViscositySpec, VolumeSpec};
 use serde::{Deserialize, Serialize};
 
 /// A scene: one gel, a projectile and perhaps fragments beside it, and how to compute their meeting.
@@ -20,6 +20,9 @@ pub struct Scene {
     /// Pressures on the surface of the gel, each a `[[load]]` table.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub load: Vec<Load>,
+    /// What measures the gel, each a `[[sensor]]` table.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensor: Vec<Sensor>,
     /// How fine the gel is divided.
     pub mesh: MeshSpec,
     /// When and how the mesh is exchanged; never without this table.

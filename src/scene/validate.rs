@@ -5,6 +5,7 @@ mod domain;
 mod gel;
 mod load;
 mod motion;
+mod sensor;
 mod shape;
 
 use super::{
@@ -19,6 +20,7 @@ pub(super) fn validate(scene: &Scene) -> Check {
     header(&scene.scene)?;
     gel::check(scene)?;
     load::check(scene)?;
+    sensor::check(scene)?;
     check_body(scene)?;
     let most = format!("at most {MOST_FRAGMENTS}");
     require(
