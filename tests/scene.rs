@@ -264,6 +264,7 @@ fn the_builtin_scenes_are_the_promised_ones_and_the_first_is_the_default() {
                 "sphere-deep",
                 "ball-bounce",
                 "bounce-visco",
+                "backface-dent",
                 "cavity-exact",
                 "ball-square",
                 "l-beam"

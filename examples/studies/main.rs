@@ -1,5 +1,6 @@
 //! The studies of the documentation, each printed as a Markdown table: `cargo run --release --example studies -- NAME`.
 
+mod backface_dent;
 mod ball_bounce;
 mod bounce_visco;
 mod cavity;
@@ -26,7 +27,7 @@ mod whole;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 16] = [
+const STUDIES: [Study; 17] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -37,6 +38,11 @@ const STUDIES: [Study; 16] = [
         "bounce-visco",
         "restitution of a viscoelastic gel against that of the elastic one times what viscosity leaves",
         bounce_visco::study,
+    ),
+    (
+        "backface-dent",
+        "pressure 50 and 100 mm deep, dent and viscous criterion, by body and mesh size",
+        backface_dent::study,
     ),
     (
         "cavity",

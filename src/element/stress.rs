@@ -25,7 +25,8 @@ impl<const D: usize> Simplices<D> {
         let (strain, mean) = (strained(element).1, now / rest);
         let (jacobian, alone) = (strain.jacobian(), ids.len() == 1);
         let elastic = |gel: &NeoHookean| {
-            let slope = if alone { gel.volumetric(jacobian).slope } else { gel.own(jacobian).slope + gel.shared(mean).slope };
+            let slope =
+                if alone { gel.volumetric(jacobian).slope } else { gel.own(jacobian).slope + gel.shared(mean).slope };
             let across = if D == 2 { strain.out * strain.out } else { 0.0 };
             let stretch = strain.f.norm_squared() + across;
             -slope - gel.shear_modulus() * stretch / (3.0 * jacobian.max(NeoHookean::FLOOR))
@@ -96,7 +97,11 @@ mod tests {
         let x = |node: NodeId| squeeze * mesh.rest[node.index()];
         for gel in gels() {
             let of = |patches: Patches, patch: usize| {
-                Simplices::in_patches(&mesh, patches, (gel, Section::Planar { thickness: 1.0 })).pressure(ElementId(1), patch, x)
+                Simplices::in_patches(&mesh, patches, (gel, Section::Planar { thickness: 1.0 })).pressure(
+                    ElementId(1),
+                    patch,
+                    x,
+                )
             };
             let (alone, pair) = (of(Patches::alone(2), 1), of(Patches::grouped(&mesh), 0));
             assert!((alone - pair).abs() < 1e-12 * alone.abs() && alone > 1.0, "{alone} {pair}");

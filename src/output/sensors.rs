@@ -126,7 +126,8 @@ mod tests {
         {
             seen.see(time, &[pressure, 0.0, 0.0, height, 0.0, 0.0, velocity]);
         }
-        let found = [seen.pressure, seen.rate, seen.dent, seen.criterion].map(|greatest| (greatest.value, greatest.time));
+        let found =
+            [seen.pressure, seen.rate, seen.dent, seen.criterion].map(|greatest| (greatest.value, greatest.time));
         assert_eq!(found, [(5.0, 3.0), (3.0, 0.5), (0.3, 3.0), (0.3, 3.0)]);
     }
 }

@@ -22,11 +22,7 @@ pub(super) struct Place {
 /// The element of a mesh with its nodes at `x` that is nearest to a point, and the weights of its corners there; of those that hold it
 /// the first. None if there is no element.
 #[must_use]
-pub fn nearest<const D: usize>(
-    x: &[Vector<D>],
-    elements: &[Simplex],
-    p: &Vector<D>,
-) -> Option<(ElementId, [f64; 4])> {
+pub fn nearest<const D: usize>(x: &[Vector<D>], elements: &[Simplex], p: &Vector<D>) -> Option<(ElementId, [f64; 4])> {
     let places = elements.iter().enumerate().map(|(cell, nodes)| Cell::of(x, nodes).nearest(p, cell));
     let place = places.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
     Some((ElementId(place.cell as u32), place.weights))

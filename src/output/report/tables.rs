@@ -47,7 +47,11 @@ pub(super) fn sensors(summary: &Summary) -> String {
         });
         let pressure = quantity(sensor.peak_pressure, "Pa");
         let (time, rate) = (quantity(sensor.time_of_peak_pressure, "s"), quantity(sensor.peak_pressure_rate, "Pa/s"));
-        row(&mut rows, &numbered("sensor", i), &[&format!("{x}, {y}, {z}"), &pressure, &time, &rate, &dent[0], &dent[1]]);
+        row(
+            &mut rows,
+            &numbered("sensor", i),
+            &[&format!("{x}, {y}, {z}"), &pressure, &time, &rate, &dent[0], &dent[1]],
+        );
     }
     let heads = ["sensor", "at rest at", "greatest pressure", "after", "greatest rise", "dent", "viscous criterion"];
     format!("<section><h2>Sensors</h2>\n{}</section>\n", table("What the sensors have measured", &heads, &rows))

@@ -13,7 +13,7 @@ pub(super) fn check(scene: &Scene) -> Check {
         let key = numbered("sensor", i) + ".position";
         all_finite(&key, &sensor.position)?;
         let (inside, expected) = place(scene, sensor.position);
-        let expected = format!("a point of the gel at rest, {expected}");
+        let expected = format!("a point of the gel at rest, {expected}: move the sensor into it");
         require(inside, &key, || format!("{:?}", sensor.position), &expected)
     })
 }
@@ -39,8 +39,7 @@ fn place(scene: &Scene, [x, y, z]: [f64; 3]) -> (bool, String) {
         }
         GelShape::Shell { inner, outer } => {
             let distance = x.hypot(z);
-            let inside =
-                flat && x >= 0.0 && z <= 0.0 && is_within(distance, *outer) && is_within(*inner, distance);
+            let inside = flat && x >= 0.0 && z <= 0.0 && is_within(distance, *outer) && is_within(*inner, distance);
             (inside, format!("{inner:?} to {outer:?} m from the origin, x >= 0 the radius, y = 0, z <= 0"))
         }
         GelShape::LBeam { leg, thickness, width, angle, corner } => {
