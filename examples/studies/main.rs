@@ -2,6 +2,7 @@
 
 mod backface_dent;
 mod ball_bounce;
+mod behind_plate;
 mod bounce_visco;
 mod cavity;
 mod coupling;
@@ -25,9 +26,15 @@ mod thousand;
 mod touch;
 mod whole;
 
+#[path = "../partners/plate.rs"]
+mod plate;
+#[allow(dead_code, reason = "it is shared with what packs the partners")]
+#[path = "../partners/table.rs"]
+mod table;
+
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 17] = [
+const STUDIES: [Study; 18] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -62,6 +69,11 @@ const STUDIES: [Study; 17] = [
         "fbi-bb",
         "the calibration shot: trajectory, depth, forces, energy, by mesh size, grading and speed",
         fbi_bb::study,
+    ),
+    (
+        "behind-plate",
+        "fbi-bb behind a plate that it perforates, against shots at the speed that is left",
+        behind_plate::study,
     ),
     ("hydro-drag", "drag and slam of a ball in a fluid, by mesh size and grading", hydro_drag::study),
     ("extremes", "masses, speeds, a second of rest, and a body inside the gel", extremes::study),

@@ -1,4 +1,4 @@
-//! What sensors measure: pressure, displacement and velocity of the gel that was at a point at rest (numerics 7.4).
+//! What sensors measure: pressure, displacement and velocity of the gel that was at a point at rest (numerics 7).
 
 use super::model::Gelatin;
 use super::observe::SensorReport;
