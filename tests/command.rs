@@ -147,7 +147,7 @@ fn a_scene_that_does_not_exist_is_refused_with_the_names_that_do() {
     assert_eq!(said.status, Some(2));
     assert!(said.err.starts_with("error: scene nowhere.toml: found neither a built-in scene nor a readable file"));
     assert!(said.err.contains(
-        "expected one of fbi-bb, sphere-720, hydro-drag, sphere-block, sphere-deep, ball-bounce, bounce-visco, cavity-exact, ball-square, l-beam, sphere-graded-4"
+        "expected one of fbi-bb, sphere-720, hydro-drag, sphere-block, sphere-deep, ball-bounce, bounce-visco, backface-dent, cavity-exact, ball-square, l-beam, sphere-graded-4"
     ));
 }
 
@@ -198,6 +198,11 @@ fn ports_for_more_fragments_than_the_scene_has_are_refused() {
     refused_pack(&["--fragments", "1"], "--fragments: found 1, expected ");
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/conformance/fragments.toml");
     refused_pack(&["--scene", scene, "--fragments", "3"], "--fragments: found 3, expected ");
+}
+
+#[test]
+fn ports_for_more_sensors_than_the_scene_has_are_refused() {
+    refused_pack(&["--sensors", "2"], "--sensors: found 2, expected at most the [[sensor]] tables of the scene, 0");
 }
 
 #[track_caller]

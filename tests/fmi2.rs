@@ -16,6 +16,8 @@ mod host;
 mod order;
 #[path = "fmi2/refusal.rs"]
 mod refusal;
+#[path = "fmi2/sensors.rs"]
+mod sensors;
 #[allow(dead_code, reason = "they are shared with the tests of their geometry")]
 #[path = "solid/bodies.rs"]
 mod solids;

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 const STEPS: usize = 50;
 
 /// Keys of `summary.json` that scripts hold on to, in the order of the file.
-const KEYS: [&str; 43] = [
+const KEYS: [&str; 44] = [
     "scene",
     "version",
     "interface",
@@ -52,6 +52,7 @@ const KEYS: [&str; 43] = [
     "final_cavity_diameter",
     "energy_per_centimetre",
     "fragments",
+    "sensors",
     "energy",
     "energy_error",
     "energy_defect",

@@ -235,7 +235,7 @@ fn an_override_of_an_unknown_key_is_refused_when_the_scene_is_read() {
     );
     not_a_scene(
         &resolved("mesch.size=1"),
-        "line 1: mesch: found the unknown key `mesch`, expected one of `scene`, `gel`, `projectile`, `fragment`, `load`, `mesh`, `remesh`, `integrator`, `contact`, `coupling`, `output`",
+        "line 1: mesch: found the unknown key `mesch`, expected one of `scene`, `gel`, `projectile`, `fragment`, `load`, `sensor`, `mesh`, `remesh`, `integrator`, `contact`, `coupling`, `output`",
     );
 }
 
@@ -264,6 +264,7 @@ fn the_builtin_scenes_are_the_promised_ones_and_the_first_is_the_default() {
                 "sphere-deep",
                 "ball-bounce",
                 "bounce-visco",
+                "backface-dent",
                 "cavity-exact",
                 "ball-square",
                 "l-beam"

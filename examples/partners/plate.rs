@@ -13,6 +13,9 @@
 //! good: the elastic rest is booked as plastic. The bulge never goes back behind the plate, h ≥ 0. Friction, tilt and offset
 //! are not modelled, and every number is illustrative: a plate that a 33 g ball at 20 m/s perforates.
 //!
+//! A plate that is perforated has taken E = Y T and what its bulge has: where that is heavy beside the projectile, what is left of the
+//! speed is v² = v₀² − 2YT/M, the energy law of a plate without a plug (Recht & Ipson 1963).
+//!
 //! Inside a step the projectile moves on as M s̈ = −R says, from the state that is given. That is all the plate knows of
 //! it, and the mean of R over the step is the force that it gives back. What it gives belongs to the step that it has just
 //! made: mean force, bulge at the start, mean rates. So it steps first, if the importer has an order; else the gel is a
@@ -29,10 +32,16 @@ pub const MODEL: Model = Model {
     step,
 };
 
-const VARIABLES: [Variable; 36] = [
+const VARIABLES: [Variable; 37] = [
     Variable::parameter("projectile_mass", "kg", &[0.033], "Mass of the projectile, M"),
     Variable::parameter("nose", "m", &[0.010], "Distance of the projectile's nose from its centre of mass"),
-    Variable::parameter("thickness", "m", &[5e-3], "Thickness of the plate; its back is at z = 0"),
+    Variable::parameter("thickness", "m", &[5e-3], "Thickness of the plate"),
+    Variable::parameter(
+        "stand_off",
+        "m",
+        &[0.0],
+        "Height of the plate's back above z = 0, the entry surface of the gel",
+    ),
     Variable::parameter("yield_force", "N", &[400.0], "Resistance of the plate to perforation, Y (illustrative)"),
     Variable::parameter("stiffness", "N/m", &[1e6], "Elastic stiffness of the plate under the nose, k (illustrative)"),
     Variable::parameter("bulge_mass", "kg", &[0.020], "Mass that moves with the bulge, m (illustrative)"),
@@ -76,6 +85,7 @@ const VARIABLES: [Variable; 36] = [
 const PROJECTILE_MASS: usize = place(&VARIABLES, "projectile_mass");
 const NOSE: usize = place(&VARIABLES, "nose");
 const THICKNESS: usize = place(&VARIABLES, "thickness");
+const STAND_OFF: usize = place(&VARIABLES, "stand_off");
 const YIELD_FORCE: usize = place(&VARIABLES, "yield_force");
 const STIFFNESS: usize = place(&VARIABLES, "stiffness");
 const BULGE_MASS: usize = place(&VARIABLES, "bulge_mass");
@@ -122,7 +132,7 @@ const POSITIVE: [usize; 8] = [
     LONGEST_SUBSTEP,
 ];
 /// Parameters that must not be negative.
-const NOT_NEGATIVE: [usize; 4] = [NOSE, INITIAL_HEIGHT, INITIAL_RADIUS, SPREAD];
+const NOT_NEGATIVE: [usize; 5] = [NOSE, STAND_OFF, INITIAL_HEIGHT, INITIAL_RADIUS, SPREAD];
 
 /// Most substeps of a communication step: they take a quarter of a second. The default substep makes 10⁴ of a step of 1 ms.
 const MOST_SUBSTEPS: f64 = 1e7;
@@ -167,7 +177,7 @@ fn check(values: &[f64], index: usize, right: bool, expected: &str) -> Result<()
 
 fn step(values: &mut [f64], h: f64) -> Result<(), String> {
     let mut motion = Motion {
-        advance: values[THICKNESS] + values[NOSE] - values[PROJECTILE_POSITION + 2],
+        advance: values[STAND_OFF] + values[THICKNESS] + values[NOSE] - values[PROJECTILE_POSITION + 2],
         advance_rate: -values[PROJECTILE_VELOCITY + 2],
         height: values[HEIGHT],
         height_rate: values[HEIGHT_RATE],

@@ -1,6 +1,8 @@
 //! The studies of the documentation, each printed as a Markdown table: `cargo run --release --example studies -- NAME`.
 
+mod backface_dent;
 mod ball_bounce;
+mod behind_plate;
 mod bounce_visco;
 mod cavity;
 mod coupling;
@@ -24,9 +26,15 @@ mod thousand;
 mod touch;
 mod whole;
 
+#[path = "../partners/plate.rs"]
+mod plate;
+#[allow(dead_code, reason = "it is shared with what packs the partners")]
+#[path = "../partners/table.rs"]
+mod table;
+
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 16] = [
+const STUDIES: [Study; 18] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -37,6 +45,11 @@ const STUDIES: [Study; 16] = [
         "bounce-visco",
         "restitution of a viscoelastic gel against that of the elastic one times what viscosity leaves",
         bounce_visco::study,
+    ),
+    (
+        "backface-dent",
+        "pressure 50 and 100 mm deep, dent and viscous criterion, by body and mesh size",
+        backface_dent::study,
     ),
     (
         "cavity",
@@ -56,6 +69,11 @@ const STUDIES: [Study; 16] = [
         "fbi-bb",
         "the calibration shot: trajectory, depth, forces, energy, by mesh size, grading and speed",
         fbi_bb::study,
+    ),
+    (
+        "behind-plate",
+        "fbi-bb behind a plate that it perforates, against shots at the speed that is left",
+        behind_plate::study,
     ),
     ("hydro-drag", "drag and slam of a ball in a fluid, by mesh size and grading", hydro_drag::study),
     ("extremes", "masses, speeds, a second of rest, and a body inside the gel", extremes::study),

@@ -7,6 +7,7 @@ mod relax;
 mod shuffle;
 mod simplex;
 mod simplices;
+mod stress;
 
 use crate::algebra::Vector;
 use crate::mesh::{ElementId, NodeId, Patches};

@@ -161,8 +161,17 @@ impl<const D: usize> Simplices<D> {
         Element { base: (told.edges * inverse, told.radius * 3.0 * element.hoop), ..element }
     }
 
-    pub(super) fn strain(&self, (id, element): (ElementId, &Element<D>), x: &[Vector<D>]) -> Strain<D> {
-        let moved = |node: &NodeId| x[node.index()] - self.rest[node.index()];
+    pub(super) fn strain(&self, placed: (ElementId, &Element<D>), x: &[Vector<D>]) -> Strain<D> {
+        self.strain_where(placed, |node| x[node.index()])
+    }
+
+    /// The same, with the nodes where `x` says.
+    pub(super) fn strain_where(
+        &self,
+        (id, element): (ElementId, &Element<D>),
+        x: impl Fn(NodeId) -> Vector<D>,
+    ) -> Strain<D> {
+        let moved = |node: &NodeId| x(*node) - self.rest[node.index()];
         let nodes = self.nodes(id);
         let first = moved(&nodes[0]);
         let (mut f, mut radii) = (Tensor::<D>::zeros(), first[0]);

@@ -66,6 +66,14 @@ pub enum CallError {
         /// Fragments that there are.
         there: usize,
     },
+    /// A variable of a sensor that the scene does not have.
+    #[error("{name}: there is no such sensor; [[sensor]] tables in the scene: {there}")]
+    NoSensor {
+        /// The variable.
+        name: String,
+        /// Sensors that there are.
+        there: usize,
+    },
     /// A value outside its domain.
     #[error("{name} = {found}: expected {expected}")]
     Value {
@@ -137,6 +145,7 @@ impl CallError {
             | Self::UnknownReference { .. }
             | Self::NotSettable { .. }
             | Self::NoBody { .. }
+            | Self::NoSensor { .. }
             | Self::Value { .. }
             | Self::NoScene { .. }
             | Self::Scene { .. }

@@ -54,6 +54,12 @@ impl Instance {
         let acted = self.inputs.acted.get(scalar.body).copied().unwrap_or_default();
         let model = self.model()?;
         model.expect_body(&scalar)?;
+        if variable.source == Source::Observed(Observed::SensorDisplacement) {
+            return Ok(model.sensor(scalar.body).velocity[component]);
+        }
+        if variable.is_of_sensors() {
+            return Ok(0.0);
+        }
         let (body, simulation) = (scalar.body, &model.simulation);
         let force = simulation.exchanges()[body].mean_force();
         Ok(match variable.source {
@@ -71,6 +77,9 @@ impl Instance {
         let of = known(unknown, Kind::Real)?;
         let model = self.model()?;
         model.expect_body(&of)?;
+        if of.variable.is_of_sensors() {
+            return Ok(0.0);
+        }
         let contact = model.contact(of.body);
         let mut sum = 0.0;
         for &(reference, seed) in seeds {

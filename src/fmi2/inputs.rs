@@ -2,7 +2,7 @@
 
 use super::call::CallError;
 use super::instance::{Instance, Model, Values};
-use super::scalar::{Scalar, scalars};
+use super::scalar::{Ports, Scalar, scalars};
 use super::table::{Input, Source, VARIABLES, row};
 use crate::algebra::Vector3;
 use crate::scene::{Dimension, body_name};
@@ -57,9 +57,9 @@ impl InputValues {
     }
 }
 
-/// What the inputs start with in a scene with so many fragments.
-pub(super) fn starts(n_fragments: usize, scene: &toml::Table) -> Values {
-    let inputs = scalars(n_fragments).filter(|scalar| matches!(scalar.variable.source, Source::Input(_)));
+/// What the inputs start with in a scene with these ports.
+pub(super) fn starts(ports: Ports, scene: &toml::Table) -> Values {
+    let inputs = scalars(ports).filter(|scalar| matches!(scalar.variable.source, Source::Input(_)));
     inputs.filter_map(|scalar| Some((scalar.reference(), scalar.start(scene)?))).collect()
 }
 

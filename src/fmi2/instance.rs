@@ -6,7 +6,7 @@ use super::lifecycle::{Call, Phase};
 use super::logger::Log;
 use super::parameters::{Packed, Resolved, Settings};
 use super::recording::Recording;
-use super::scalar::{Scalar, table_of};
+use super::scalar::{Ports, Scalar, table_of};
 use super::seen::Seen;
 use super::status::Status;
 use crate::scene::Scene;
@@ -168,12 +168,16 @@ impl Model {
             Err(error) => return Err(CallError::Build { origin, error }),
         };
         let table = table_of(&scene);
-        let starts = inputs::starts(scene.fragment.len(), &table);
+        let starts = inputs::starts(Ports::of(&scene), &table);
         Ok(Self { origin, text, scene, table, starts, simulation, seen: Seen::default() })
     }
 
-    /// The scene must have the body that a scalar belongs to.
+    /// The scene must have the body or the sensor that a scalar belongs to.
     pub(super) fn expect_body(&self, scalar: &Scalar) -> Result<(), CallError> {
+        if scalar.variable.is_of_sensors() {
+            let there = self.scene.sensor.len();
+            return if scalar.body < there { Ok(()) } else { Err(CallError::NoSensor { name: scalar.name(), there }) };
+        }
         let there = self.scene.fragment.len();
         if scalar.body <= there { Ok(()) } else { Err(CallError::NoBody { name: scalar.name(), there }) }
     }

@@ -28,7 +28,7 @@ pub use call::CallError;
 pub use logger::CATEGORIES;
 pub use parameters::{files_in, most_threads};
 pub use recording::folder_name;
-pub use scalar::{Scalar, scalars, table_of};
+pub use scalar::{Ports, Scalar, scalars, table_of};
 pub use status::Status;
 pub use table::{Causality, ENUMERATIONS, Enumeration, GUID, Item, Kind, Start, UNITS, Unit, VARIABLES, Variable};
 

@@ -2,7 +2,7 @@
 
 use super::call::CallError;
 use super::instance::{Instance, Values};
-use super::scalar::{Scalar, scalars, table_of};
+use super::scalar::{Ports, Scalar, scalars, table_of};
 use super::table::{Setting, Source, row};
 use super::uri;
 use crate::scene::{self, MOST_FRAGMENTS, Override, Scene, body_name};
@@ -178,7 +178,8 @@ fn blamed(origin: String, overrides: &[Override]) -> String {
 /// Name of the parameter that overrides a scene key.
 fn parameter_of(key: &str) -> String {
     let overriding = |s: &Scalar| s.variable.source == Source::Scene && s.keys().any(|own| own == key);
-    scalars(MOST_FRAGMENTS).find(overriding).map_or_else(|| key.to_owned(), |scalar| scalar.row_name())
+    let ports = Ports { fragments: MOST_FRAGMENTS, sensors: 0 };
+    scalars(ports).find(overriding).map_or_else(|| key.to_owned(), |scalar| scalar.row_name())
 }
 
 /// The overrides that differ from their starts, as scene keys and TOML values.

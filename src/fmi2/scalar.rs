@@ -1,9 +1,10 @@
 //! Scalar variables: one component of a row of the table, of one of the bodies, and where its start stands in a scene.
 
 use super::table::{BLOCK, ENUMERATIONS, Item, Start, VARIABLES, Variable};
-use crate::scene::{Scene, body_name};
+use crate::scene::{Scene, body_name, numbered};
 
-/// A scalar variable. Body 0 is the projectile, from 1 on the fragments; what belongs to no body is of body 0.
+/// A scalar variable. Body 0 is the projectile, from 1 on the fragments; what belongs to no body is of body 0. Of a variable of sensors,
+/// `body` is the sensor, from 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scalar {
     /// Its row of the table.
@@ -27,7 +28,7 @@ impl Scalar {
         let row = VARIABLES.partition_point(|v| v.reference <= local).checked_sub(1)?;
         let variable = &VARIABLES[row];
         let component = (local - variable.reference) as usize;
-        let exists = component < variable.size() && (body == 0 || variable.each);
+        let exists = component < variable.size() && (body == 0 || variable.each || variable.is_of_sensors());
         exists.then_some(Self { variable, component, body: body as usize })
     }
 
@@ -41,6 +42,9 @@ impl Scalar {
     #[must_use]
     pub fn row_name(&self) -> String {
         let name = self.variable.name;
+        if let Some(own) = self.variable.of_sensor() {
+            return format!("{}.{own}", numbered("sensor", self.body));
+        }
         if self.body == 0 { name.to_owned() } else { format!("{}.{}", body_name(self.body), own(name)) }
     }
 
@@ -116,10 +120,36 @@ fn own(name: &str) -> &str {
     name.strip_prefix("projectile.").unwrap_or(name)
 }
 
-/// Every scalar of an FMU with so many fragments, by ascending value reference.
-pub fn scalars(n_fragments: usize) -> impl Iterator<Item = Scalar> {
-    let rows = |body: usize| VARIABLES.iter().filter(move |v| body == 0 || v.each).map(move |v| (v, body));
-    (0..=n_fragments).flat_map(rows).flat_map(|(variable, body)| Scalar::of(variable, body))
+/// How many of the fragments and sensors of a scene have variables of their own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ports {
+    /// Of its fragments.
+    pub fragments: usize,
+    /// Of its sensors.
+    pub sensors: usize,
+}
+
+impl Ports {
+    /// All of a scene.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
+        Self { fragments: scene.fragment.len(), sensors: scene.sensor.len() }
+    }
+
+    /// Whether a variable is there in this block of references.
+    fn have(&self, variable: &Variable, block: usize) -> bool {
+        match (variable.is_of_sensors(), variable.each) {
+            (true, _) => block < self.sensors,
+            (false, true) => block <= self.fragments,
+            (false, false) => block == 0,
+        }
+    }
+}
+
+/// Every scalar of an FMU with these ports, by ascending value reference.
+pub fn scalars(ports: Ports) -> impl Iterator<Item = Scalar> {
+    let rows = move |block: usize| VARIABLES.iter().filter(move |v| ports.have(v, block)).map(move |v| (v, block));
+    (0..=ports.fragments.max(ports.sensors)).flat_map(rows).flat_map(|(variable, block)| Scalar::of(variable, block))
 }
 
 /// The scene as a table of TOML, every default filled in.
@@ -161,7 +191,7 @@ mod tests {
     #[test]
     fn every_reference_finds_its_own_scalar() {
         let mut last = 0;
-        for scalar in scalars(3) {
+        for scalar in scalars(Ports { fragments: 3, sensors: 5 }) {
             assert_eq!(Scalar::find(scalar.reference()), Some(scalar));
             assert!(scalar.reference() > last);
             last = scalar.reference();
@@ -182,6 +212,14 @@ mod tests {
         let expected = ["position[3]", "contact.impulse[1]", "coupling.energy_residual", "mass"];
         assert_eq!(names, expected.map(|name| format!("fragment[2].{name}")));
         assert!(Scalar::find(20_119).unwrap().description().starts_with("Whether fragment 2 takes part"));
+    }
+
+    #[test]
+    fn a_sensor_has_its_own_place_in_a_block_and_no_more_are_there_than_asked_for() {
+        let names = [400, 10_403, 10_404].map(|reference| Scalar::find(reference).unwrap().name());
+        assert_eq!(names, ["sensor[1].pressure", "sensor[2].displacement[3]", "sensor[2].velocity[1]"]);
+        let count = |sensors| scalars(Ports { fragments: 0, sensors }).filter(|s| s.variable.is_of_sensors()).count();
+        assert_eq!([0, 1, 3].map(count), [0, 7, 21]);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What was looked at since the last step: each report is made when a variable of it is first read.
 
 use super::instance::Model;
-use crate::simulation::{Books, ContactReport, CostReport, Observation};
+use crate::simulation::{Books, ContactReport, CostReport, Observation, SensorReport};
 
 /// The reports that go over the mesh.
 #[derive(Debug, Default)]
@@ -10,12 +10,13 @@ pub(super) struct Seen {
     cost: Option<CostReport>,
     /// By body, as far as they were looked at.
     contacts: Vec<Option<ContactReport>>,
+    sensors: Option<Vec<SensorReport>>,
 }
 
 impl Seen {
     /// What it was is over.
     pub(super) fn forget(&mut self) {
-        (self.books, self.cost) = (None, None);
+        (self.books, self.cost, self.sensors) = (None, None, None);
         self.contacts.clear();
     }
 
@@ -23,6 +24,7 @@ impl Seen {
     fn note(&mut self, observation: &Observation) {
         self.books = Some(observation.books());
         self.cost = Some(observation.cost);
+        self.sensors = Some(observation.sensors.clone());
         self.contacts.clear();
         self.contacts.extend(observation.bodies.iter().map(|body| Some(body.contact.clone())));
     }
@@ -43,6 +45,11 @@ impl Model {
     pub(super) fn contact(&mut self, body: usize) -> &ContactReport {
         self.seen.contacts.resize(self.simulation.n_bodies(), None);
         self.seen.contacts[body].get_or_insert_with(|| self.simulation.contact(body))
+    }
+
+    /// What a sensor that there is measures.
+    pub(super) fn sensor(&mut self, sensor: usize) -> &SensorReport {
+        &self.seen.sensors.get_or_insert_with(|| self.simulation.sensors())[sensor]
     }
 
     /// Everything there is to see now.

@@ -132,6 +132,17 @@ impl Variable {
         self.length.max(1) as usize
     }
 
+    /// Whether every sensor has it.
+    #[must_use]
+    pub fn is_of_sensors(&self) -> bool {
+        self.of_sensor().is_some()
+    }
+
+    /// Its name behind `sensor.`, if every sensor has it.
+    pub(super) fn of_sensor(&self) -> Option<&'static str> {
+        self.name.strip_prefix("sensor.")
+    }
+
     /// What it is; `{x|y|z}` stands for the component.
     #[must_use]
     pub fn description(&self) -> &'static str {

@@ -218,7 +218,8 @@ fn check_range(scalar: &Scalar, value: f64) -> Result<(), CallError> {
 
 /// What goes over the mesh is asked of `model`, which keeps it until the next step; all else is at hand in the simulation.
 fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> Sample {
-    let exchange = model.simulation.exchanges()[body];
+    // A sensor exchanges nothing.
+    let exchange = model.simulation.exchanges().get(body).copied().unwrap_or_default();
     match observed {
         Observed::Time => scalar(now),
         Observed::ProjectileEffectiveMass => scalar(body::mass(&model.simulation, body)),
@@ -244,6 +245,9 @@ fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> S
         Observed::CouplingEnergyResidual => scalar(exchange.energy_residual),
         Observed::CouplingStepAdvice => scalar(model.contact(body).step_advice),
         Observed::CouplingStepMin => scalar(model.contact(body).step_min),
+        Observed::SensorPressure => scalar(model.sensor(body).pressure),
+        Observed::SensorDisplacement => vector(model.sensor(body).displacement),
+        Observed::SensorVelocity => vector(model.sensor(body).velocity),
         Observed::EnergyKinetic => scalar(model.books().energy.kinetic),
         Observed::EnergyElastic => scalar(model.books().energy.elastic),
         Observed::EnergyContact => scalar(model.books().energy.contact),

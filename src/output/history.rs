@@ -1,7 +1,8 @@
 //! `history.csv`: one row per communication step, complete on disk after each row.
 
 use super::files::{OutputError, naming};
-use crate::simulation::{BodyReport, Observation};
+use crate::scene::Scene;
+use crate::simulation::{BodyReport, Observation, SensorReport};
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -98,16 +99,33 @@ const FRAGMENT_COLUMNS: [FragmentColumn; 22] = [
     ("bulge_radius_impulse_N_s", |b| b.exchange.bulge_impulse[1]),
 ];
 
-fn names(n_fragments: usize) -> String {
+/// A column of each sensor, behind those; its name follows `sensor1_`, `sensor2_`, …
+type SensorColumn = (&'static str, fn(&SensorReport) -> f64);
+
+const SENSOR_COLUMNS: [SensorColumn; 7] = [
+    ("pressure_Pa", |s| s.pressure),
+    ("displacement_x_m", |s| s.displacement.x),
+    ("displacement_y_m", |s| s.displacement.y),
+    ("displacement_z_m", |s| s.displacement.z),
+    ("velocity_x_m_per_s", |s| s.velocity.x),
+    ("velocity_y_m_per_s", |s| s.velocity.y),
+    ("velocity_z_m_per_s", |s| s.velocity.z),
+];
+
+fn names(n_fragments: usize, n_sensors: usize) -> String {
     let own = COLUMNS.iter().map(|(name, _)| (*name).to_owned());
     let fragment = |i: usize| FRAGMENT_COLUMNS.iter().map(move |(name, _)| format!("fragment{i}_{name}"));
-    own.chain((1..=n_fragments).flat_map(fragment)).collect::<Vec<_>>().join(",")
+    let sensor = |i: usize| SENSOR_COLUMNS.iter().map(move |(name, _)| format!("sensor{i}_{name}"));
+    let others = (1..=n_fragments).flat_map(fragment).chain((1..=n_sensors).flat_map(sensor));
+    own.chain(others).collect::<Vec<_>>().join(",")
 }
 
 fn values(observation: &Observation) -> String {
     let own = COLUMNS.iter().map(|(_, value)| value(observation));
     let of_fragment = |fragment| FRAGMENT_COLUMNS.iter().map(move |(_, value)| value(fragment));
+    let of_sensor = |sensor| SENSOR_COLUMNS.iter().map(move |(_, value)| value(sensor));
     let all = own.chain(observation.bodies[1..].iter().flat_map(of_fragment));
+    let all = all.chain(observation.sensors.iter().flat_map(of_sensor));
     all.map(|value| format!("{value:e}")).collect::<Vec<_>>().join(",")
 }
 
@@ -119,6 +137,12 @@ impl Row {
     pub(super) fn get(&self, name: &str) -> f64 {
         let column = COLUMNS.iter().position(|(known, _)| *known == name);
         self.0[column.unwrap_or_else(|| panic!("history has no column {name}"))]
+    }
+
+    /// The columns of sensor `i`, of `n`, from 0, as they are written: what stands last in a row.
+    pub(super) fn sensor(&self, i: usize, n: usize) -> &[f64] {
+        let first = self.0.len() - (n - i) * SENSOR_COLUMNS.len();
+        &self.0[first..first + SENSOR_COLUMNS.len()]
     }
 
     /// The x, y and z columns of a vector: `triple("position_", "_m")`.
@@ -141,8 +165,8 @@ pub(super) struct History {
 
 impl History {
     /// An empty history with its header.
-    pub(super) fn create(path: &Path, n_fragments: usize) -> Result<Self, OutputError> {
-        let names = names(n_fragments) + "\n";
+    pub(super) fn create(path: &Path, scene: &Scene) -> Result<Self, OutputError> {
+        let names = names(scene.fragment.len(), scene.sensor.len()) + "\n";
         let open = || {
             let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(true).open(path)?;
             file.write_all(names.as_bytes())?;

@@ -9,6 +9,7 @@ mod overlap;
 mod penetration;
 mod picture;
 mod report;
+mod sensors;
 mod steps;
 mod summary;
 mod vtu;
@@ -19,6 +20,7 @@ use std::path::Path;
 
 pub use files::{OutputError, claim};
 pub use picture::model_picture;
+pub use sensors::{Dent, SensorFigures};
 pub use steps::{Figures, draw as draw_steps};
 pub use summary::{Account, Interface, Summary};
 
@@ -70,7 +72,7 @@ impl Recorder {
         Ok(Self {
             folder: folder.to_path_buf(),
             run: Run::start(scene, interface, threads),
-            history: History::create(&folder.join("history.csv"), scene.fragment.len())?,
+            history: History::create(&folder.join("history.csv"), scene)?,
             frames: FrameSeries::create(folder, scene)?,
             line: None,
             cavities: vec![],
@@ -149,7 +151,8 @@ impl Recorder {
     pub fn conclude(&mut self, ending: &Ending) -> Result<Summary, OutputError> {
         self.see(ending.frame);
         let penetration = self.penetration()?;
-        let summary = Summary::of(&self.run, ending, penetration.as_ref());
+        let sensors = sensors::figures(&self.run.scene, &self.history)?;
+        let summary = Summary { sensors, ..Summary::of(&self.run, ending, penetration.as_ref()) };
         if !summary.completed {
             self.frames.append_last(ending.frame, &self.run.scene)?;
         }

@@ -3,6 +3,7 @@
 use super::Ending;
 use super::overlap;
 use super::penetration::Penetration;
+use super::sensors::SensorFigures;
 use crate::algebra::Vector3;
 use crate::scene::{self, Dimension, Scene};
 use crate::simulation::{BodyReport, EnergyReport, Observation};
@@ -89,6 +90,8 @@ pub struct Summary {
     pub energy_per_centimetre: Option<Vec<f64>>,
     /// What became of each fragment.
     pub fragments: Vec<FragmentFigures>,
+    /// What each sensor has measured.
+    pub sensors: Vec<SensorFigures>,
     /// Energy by account, J.
     #[serde(rename = "energy", serialize_with = "as_object")]
     pub accounts: Vec<Account>,
@@ -200,6 +203,7 @@ impl Summary {
             final_cavity_diameter: penetration.map(|shot| shot.cavity.last_diameter),
             energy_per_centimetre: penetration.map(|shot| shot.track.energy_per_centimetre()),
             fragments: ending.observation.bodies[1..].iter().map(FragmentFigures::of).collect(),
+            sensors: vec![],
             accounts: accounts(energy).into(),
             energy_error: energy.energy_error,
             energy_defect: energy.energy_defect,

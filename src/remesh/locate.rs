@@ -3,6 +3,7 @@
 use super::bounds::{Bounds, along_curve};
 use super::cell::Cell;
 use crate::algebra::Vector;
+use crate::mesh::{ElementId, Simplex};
 
 /// Elements per leaf.
 const LEAF: usize = 4;
@@ -16,6 +17,15 @@ pub(super) struct Place {
     pub weights: [f64; 4],
     /// Squared distance from the point that was asked for, m².
     pub distance: f64,
+}
+
+/// The element of a mesh with its nodes at `x` that is nearest to a point, and the weights of its corners there; of those that hold it
+/// the first. None if there is no element.
+#[must_use]
+pub fn nearest<const D: usize>(x: &[Vector<D>], elements: &[Simplex], p: &Vector<D>) -> Option<(ElementId, [f64; 4])> {
+    let places = elements.iter().enumerate().map(|(cell, nodes)| Cell::of(x, nodes).nearest(p, cell));
+    let place = places.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
+    Some((ElementId(place.cell as u32), place.weights))
 }
 
 /// A search tree over elements.

@@ -65,6 +65,7 @@ pub use immersed::{
     Background, Cell, Immersed, Steps, cells, cut_out, distances, immerse, rounding, snapped, triangulated,
 };
 pub use judge::{Acceptance, Quality, Rejected, judge};
+pub use locate::nearest;
 pub use marks::marks;
 pub use overlapped::overlapped;
 pub use pairing::Same;

@@ -1,6 +1,6 @@
 //! The scenes that come with the program.
 
-const BUILTINS: [(&str, &str); 13] = [
+const BUILTINS: [(&str, &str); 14] = [
     ("fbi-bb", include_str!("../../scenes/fbi-bb.toml")),
     ("sphere-720", include_str!("../../scenes/sphere-720.toml")),
     ("hydro-drag", include_str!("../../scenes/hydro-drag.toml")),
@@ -8,6 +8,7 @@ const BUILTINS: [(&str, &str); 13] = [
     ("sphere-deep", include_str!("../../scenes/sphere-deep.toml")),
     ("ball-bounce", include_str!("../../scenes/ball-bounce.toml")),
     ("bounce-visco", include_str!("../../scenes/bounce-visco.toml")),
+    ("backface-dent", include_str!("../../scenes/backface-dent.toml")),
     ("cavity-exact", include_str!("../../scenes/cavity-exact.toml")),
     ("ball-square", include_str!("../../scenes/ball-square.toml")),
     ("l-beam", include_str!("../../scenes/l-beam.toml")),

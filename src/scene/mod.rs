@@ -16,6 +16,7 @@ mod projectile;
 mod read;
 #[cfg(feature = "cli")]
 mod schema;
+mod sensor;
 mod shape;
 mod stl;
 mod tables;
@@ -36,5 +37,6 @@ pub use projectile::*;
 pub use read::{read, read_with_files};
 #[cfg(feature = "cli")]
 pub use schema::schema;
+pub use sensor::*;
 pub use tables::*;
 pub use validate::MOST_STEPS;

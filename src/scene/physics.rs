@@ -26,7 +26,7 @@ pub fn modelled(scene: &Scene) -> Vec<String> {
     });
     let general = general.into_iter().chain(renewed).chain(flow(scene).into_iter().flatten());
     let bodies = (0..scene.n_bodies()).flat_map(|body| body_lines(scene, body));
-    general.map(str::to_owned).chain(loads(scene)).chain(damping(scene)).chain(bodies).collect()
+    general.map(str::to_owned).chain(loads(scene)).chain(damping(scene)).chain(bodies).chain(sensors(scene)).collect()
 }
 
 /// What presses on the gel, load by load.
@@ -44,6 +44,14 @@ fn loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
             numbered("load", i),
             load.pressure
         )
+    })
+}
+
+/// What is measured, sensor by sensor.
+fn sensors(scene: &Scene) -> impl Iterator<Item = String> + '_ {
+    scene.sensor.iter().enumerate().map(|(i, sensor)| {
+        let name = numbered("sensor", i);
+        format!("{name}: pressure, displacement and velocity of the gel that is at {:?} m at rest", sensor.position)
     })
 }
 

@@ -1,7 +1,7 @@
 //! The tables of a scene file. Field docs are the help an editor shows; units are SI.
 
 use super::{
-    BranchSpec, ConstantsSpec, Load, MaterialModel, Preset, Projectile, StrengthSpec, TermSpec, ViscositySpec,
+    BranchSpec, ConstantsSpec, Load, MaterialModel, Preset, Projectile, Sensor, StrengthSpec, TermSpec, ViscositySpec,
     VolumeSpec,
 };
 use serde::{Deserialize, Serialize};
@@ -23,6 +23,9 @@ pub struct Scene {
     /// Pressures on the surface of the gel, each a `[[load]]` table.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub load: Vec<Load>,
+    /// What measures the gel, each a `[[sensor]]` table.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensor: Vec<Sensor>,
     /// How fine the gel is divided.
     pub mesh: MeshSpec,
     /// When and how the mesh is exchanged; never without this table.

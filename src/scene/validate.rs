@@ -6,6 +6,7 @@ mod gel;
 mod hyperelastic;
 mod load;
 mod motion;
+mod sensor;
 mod shape;
 
 use super::{
@@ -20,6 +21,7 @@ pub(super) fn validate(scene: &Scene) -> Check {
     header(&scene.scene)?;
     gel::check(scene)?;
     load::check(scene)?;
+    sensor::check(scene)?;
     check_body(scene)?;
     let most = format!("at most {MOST_FRAGMENTS}");
     require(

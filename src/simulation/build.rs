@@ -4,6 +4,7 @@ use super::loads;
 use super::model::{Erase, Gelatin, Model, overlap};
 use super::recipe::Recipe;
 use super::renew::Renew;
+use super::sensors::seats;
 use crate::algebra::{Tensor3, Vector, Vector3, restrict};
 use crate::avi::{Engine, Kind, NoStep, Pool, Rules};
 use crate::contact::{Body, BodyState, Bulge, Freedom, Law, Motion, Wrench};
@@ -129,7 +130,8 @@ where
     engine.set_wear(recipe.wear(&engine.gel().potential, &mesh.rest));
     engine.set_exchanges(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
     let Mesh { facets, marks, .. } = mesh;
-    Ok(Box::new(Gelatin { engine, facets, marks, recipe, first: None, renewals: vec![], refusals: vec![] }))
+    let seats = seats(&engine, &recipe.sensors);
+    Ok(Box::new(Gelatin { engine, facets, marks, seats, recipe, first: None, renewals: vec![], refusals: vec![] }))
 }
 
 fn rules(scene: &Scene) -> Rules {

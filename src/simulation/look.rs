@@ -1,6 +1,6 @@
 //! Looking at a simulation: each report by itself, because what they cost differs by orders of magnitude.
 
-use super::observe::{BodyReport, Books, ContactReport, CostReport, EnergyReport, Observation};
+use super::observe::{BodyReport, Books, ContactReport, CostReport, EnergyReport, Observation, SensorReport};
 use super::{CouplingMode, Simulation};
 use crate::algebra::Vector3;
 use crate::avi::Totals;
@@ -13,6 +13,7 @@ impl Simulation {
         Observation {
             time: self.time,
             bodies: (0..self.n_bodies()).map(|body| self.report(body)).collect(),
+            sensors: self.sensors(),
             energy: books.energy,
             momentum_closure: books.momentum_closure,
             angular_momentum_closure: books.angular_momentum_closure,
@@ -52,6 +53,12 @@ impl Simulation {
     #[must_use]
     pub fn depth(&self, body: usize) -> f64 {
         self.model.body(body).0.depth(&self.now(body))
+    }
+
+    /// What the sensors measure, in their order.
+    #[must_use]
+    pub fn sensors(&self) -> Vec<SensorReport> {
+        self.model.sensors(self.time)
     }
 
     /// Impulse on a body since the start, N·s.

@@ -14,6 +14,7 @@ mod rehearsal;
 mod renew;
 mod run;
 mod saved;
+mod sensors;
 mod shared;
 mod splash;
 #[cfg(test)]
@@ -26,7 +27,9 @@ pub use crate::contact::{Bulge, Exchange, Wrench};
 pub use crate::scene::CouplingMode;
 pub use build::BuildError;
 pub use candidate::Refused;
-pub use observe::{BodyReport, Books, ContactReport, CostReport, EnergyReport, Frame, FrameCells, Observation, Place};
+pub use observe::{
+    BodyReport, Books, ContactReport, CostReport, EnergyReport, Frame, FrameCells, Observation, Place, SensorReport,
+};
 pub use rehearsal::{Rehearsal, Renewal, Successor};
 pub use run::{RestoreError, Simulation};
 pub use saved::{Saved, SavedState};

@@ -1,10 +1,11 @@
 //! A gel of either dimension behind one interface.
 
 use super::candidate::Refused;
-use super::observe::{Frame, FrameCells, Place};
+use super::observe::{Frame, FrameCells, Place, SensorReport};
 use super::recipe::Recipe;
 use super::rehearsal::{Rehearsal, Renewal};
 use super::renew::Renew;
+use super::sensors::Seat;
 use super::{RestoreError, SavedState};
 use crate::algebra::{Vector3, embed};
 use crate::avi::{Engine, Gel, NoStep, Reached, Run, StepError, SurfaceNode, Totals};
@@ -57,6 +58,8 @@ pub(super) trait Model: Send {
     fn steps(&self) -> (f64, f64);
     fn synchronous_updates(&self, t: f64) -> f64;
     fn frame(&self, t: f64) -> Frame;
+    /// What the sensors measure at time `t`.
+    fn sensors(&self, t: f64) -> Vec<SensorReport>;
     /// Writes the state over another one, in its memory if it is of the same dimension.
     fn save(&self, to: &mut SavedState);
     fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError>;
@@ -72,6 +75,8 @@ pub(super) struct Gelatin<const D: usize> {
     pub facets: Vec<Facet>,
     /// Which loads act on them; empty where there are none.
     pub marks: Vec<u8>,
+    /// Where the sensors are in its mesh.
+    pub seats: Vec<Seat<D>>,
     /// What it is made of.
     pub recipe: Recipe,
     /// The mesh of the start, if it is not that of the engine.
@@ -264,6 +269,10 @@ where
             cells: self.cells(t),
             bodies: (0..self.n_bodies()).map(place).collect(),
         }
+    }
+
+    fn sensors(&self, t: f64) -> Vec<SensorReport> {
+        self.measured(t)
     }
 
     fn save(&self, to: &mut SavedState) {

@@ -10,6 +10,8 @@ pub struct Observation {
     pub time: f64,
     /// The projectile, then the fragments.
     pub bodies: Vec<BodyReport>,
+    /// The sensors.
+    pub sensors: Vec<SensorReport>,
     /// Energy by account.
     pub energy: EnergyReport,
     /// Linear momentum that no account explains, N·s (world; zero in directions the dimension does not conserve).
@@ -74,6 +76,19 @@ impl Observation {
     pub fn projectile(&self) -> &BodyReport {
         &self.bodies[0]
     }
+}
+
+/// What a sensor measures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SensorReport {
+    /// Where its gel is, m.
+    pub position: Vector3,
+    /// How far that is from where it is at rest, m.
+    pub displacement: Vector3,
+    /// Its velocity, m/s.
+    pub velocity: Vector3,
+    /// p = −tr σ/3, Pa.
+    pub pressure: f64,
 }
 
 /// The contact between gel and a body.

@@ -1,7 +1,7 @@
 //! What a gel is made of, whatever its mesh: what is needed to make it again on another one.
 
 use super::loads;
-use crate::algebra::Vector;
+use crate::algebra::{Vector, Vector3};
 use crate::avi::{Gel, Pressure, Surface, Wear};
 use crate::element::{Potential, Reference, Section, Simplices};
 use crate::material::{
@@ -21,6 +21,8 @@ pub(super) struct Recipe {
     pub density: f64,
     /// What acts on its surface.
     pressures: Vec<Pressure>,
+    /// Where its sensors are at rest, m.
+    pub sensors: Vec<Vector3>,
     /// When and how its mesh is exchanged.
     pub remesh: Option<Sizes>,
 }
@@ -60,6 +62,7 @@ impl Recipe {
             kind: scene.mesh.element,
             density: scene.gel.density,
             pressures: loads::pressures(scene),
+            sensors: scene.sensor.iter().map(|sensor| sensor.position.into()).collect(),
             remesh: scene.remesh.clone().map(sizes),
         }
     }

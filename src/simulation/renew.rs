@@ -6,6 +6,7 @@ use super::model::Gelatin;
 use super::observe::Frame;
 use super::recipe::Recipe;
 use super::rehearsal::{Rehearsal, Renewal};
+use super::sensors::seats;
 use crate::algebra::Vector;
 use crate::avi::NoStep;
 use crate::element::{Memory, Potential, Simplices};
@@ -148,6 +149,7 @@ impl<const D: usize> Gelatin<D> {
     pub fn dress(&mut self, birth: &Birth<D>) {
         self.facets.clone_from(&birth.mesh.facets);
         self.marks.clone_from(&birth.mesh.marks);
+        self.seats = seats(&self.engine, &self.recipe.sensors);
         self.engine.set_wear(self.recipe.wear(&self.engine.gel().potential, &birth.position));
     }
 

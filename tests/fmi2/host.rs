@@ -1,8 +1,8 @@
 //! A minimal importer: one instance, its log, and checked calls of the exported functions.
 
 use ballistic_gel::fmi2::abi::*;
-use ballistic_gel::fmi2::{Callbacks, GUID, scalars};
-use ballistic_gel::scene::{self, MOST_FRAGMENTS};
+use ballistic_gel::fmi2::{Callbacks, GUID, Ports, scalars};
+use ballistic_gel::scene::{self, MOST_FRAGMENTS, MOST_SENSORS};
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::{Path, PathBuf};
 use std::ptr;
@@ -66,7 +66,10 @@ pub fn coarse() -> String {
 
 /// Value reference of `name` or `name[i]`.
 pub fn reference(name: &str) -> u32 {
-    scalars(MOST_FRAGMENTS).find(|scalar| scalar.name() == name).expect(name).reference()
+    scalars(Ports { fragments: MOST_FRAGMENTS, sensors: MOST_SENSORS })
+        .find(|scalar| scalar.name() == name)
+        .expect(name)
+        .reference()
 }
 
 impl Host {
@@ -157,7 +160,10 @@ impl Host {
 
     /// Every Real, bit by bit.
     pub fn bits(&mut self) -> Vec<u64> {
-        let names: Vec<String> = scalars(0).filter(|s| s.variable.unit.is_some()).map(|s| s.name()).collect();
+        let names: Vec<String> = scalars(Ports { fragments: 0, sensors: 0 })
+            .filter(|s| s.variable.unit.is_some())
+            .map(|s| s.name())
+            .collect();
         names.iter().map(|name| self.get(name).to_bits()).collect()
     }
 

@@ -60,6 +60,7 @@ pub fn observation(scene: &Scene, time: f64) -> Observation {
     Observation {
         time,
         bodies: vec![body],
+        sensors: vec![],
         energy: energy(&projectile),
         momentum_closure: Vector3::new(1e-18, 0.0, -2e-18),
         angular_momentum_closure: Vector3::zeros(),

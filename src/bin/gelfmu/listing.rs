@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::job::RunError;
 use crate::options::{Options, PackOptions};
 use crate::{pack, source};
+use ballistic_gel::fmi2::Ports;
 use ballistic_gel::scene;
 use clap::CommandFactory;
 use clap_complete::Shell;
@@ -61,13 +62,12 @@ pub fn completions(shell: Shell, console: &Console) {
 /// Writes the FMU.
 pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
     let source = source::load(&options.scene, &options.set)?;
-    let there = source.scene.fragment.len();
-    let fragments = options.fragments.unwrap_or(there);
-    if fragments > there {
-        let expected = format!("at most the [[fragment]] tables of the scene, {there}: a port needs a body");
-        return Err(Failure::BadInput(format!("--fragments: found {fragments}, expected {expected}")));
-    }
-    let packed = pack::pack((&source.text, &source.folder), fragments, &options.out).map_err(|error| match error {
+    let there = Ports::of(&source.scene);
+    let ports = Ports {
+        fragments: most(("fragment", "body"), options.fragments, there.fragments)?,
+        sensors: most(("sensor", "sensor"), options.sensors, there.sensors)?,
+    };
+    let packed = pack::pack((&source.text, &source.folder), ports, &options.out).map_err(|error| match error {
         RunError::File { path, source, .. } => Failure::BadInput(format!(
             "--out {}: found {source} at {}, expected a file that can be written",
             options.out.display(),
@@ -80,4 +80,15 @@ pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
     let text = format!("{file}: {} bytes, scene {}, for {}", packed.bytes, source.scene.scene.name, packed.platform);
     console.result(&value, &text);
     Ok(())
+}
+
+/// How many ports of a kind there are to be: as many as asked for, of those that there can be.
+fn most((table, needs): (&str, &str), asked: Option<usize>, there: usize) -> Result<usize, Failure> {
+    match asked {
+        Some(asked) if asked > there => {
+            let expected = format!("at most the [[{table}]] tables of the scene, {there}: a port needs a {needs}");
+            Err(Failure::BadInput(format!("--{table}s: found {asked}, expected {expected}")))
+        }
+        asked => Ok(asked.unwrap_or(there)),
+    }
 }

@@ -277,6 +277,9 @@ pub struct PackOptions {
     /// Fragments with variables of their own (all of the scene if absent); the others move by themselves
     #[arg(long, value_name = "N")]
     pub fragments: Option<usize>,
+    /// Sensors with variables of their own (all of the scene if absent)
+    #[arg(long, value_name = "N")]
+    pub sensors: Option<usize>,
     /// File to write
     #[arg(long, value_name = "FILE.fmu", default_value = "BallisticGel.fmu")]
     pub out: PathBuf,

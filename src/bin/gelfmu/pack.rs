@@ -6,7 +6,7 @@ mod requirement;
 mod resources;
 
 use crate::job::RunError;
-use ballistic_gel::fmi2;
+use ballistic_gel::fmi2::{self, Ports};
 use ballistic_gel::output::model_picture;
 use ballistic_gel::scene::{self, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
@@ -36,10 +36,10 @@ pub struct Packed {
 /// Path and bytes of each file in the archive, sorted.
 type Entries = BTreeMap<String, Vec<u8>>;
 
-/// Writes the FMU of a scene, a text and the folder of its files, with ports for so many of its fragments, for this host.
+/// Writes the FMU of a scene, a text and the folder of its files, with these ports, for this host.
 /// The same scene gives the same bytes.
-pub fn pack(scene: (&str, &Path), fragments: usize, file: &Path) -> Result<Packed, RunError> {
-    let entries = entries(scene, fragments)?;
+pub fn pack(scene: (&str, &Path), ports: Ports, file: &Path) -> Result<Packed, RunError> {
+    let entries = entries(scene, ports)?;
     let archive = archive(&entries).map_err(|e| written(file, std::io::Error::other(e)))?;
     if let Some(folder) = file.parent() {
         fs::create_dir_all(folder).map_err(|e| written(folder, e))?;
@@ -54,7 +54,7 @@ pub fn has_library() -> bool {
     embedded::LIBRARY.is_some()
 }
 
-fn entries((text, folder): (&str, &Path), fragments: usize) -> Result<Entries, RunError> {
+fn entries((text, folder): (&str, &Path), ports: Ports) -> Result<Entries, RunError> {
     let files = fmi2::files_in(folder);
     let scene = scene::read_with_files(text, &files)?;
     let (text, carried) = resources::of((text, &scene), &files)?;
@@ -65,8 +65,8 @@ fn entries((text, folder): (&str, &Path), fragments: usize) -> Result<Entries, R
     let frame = Simulation::new(&scene, CouplingMode::Integrated, 1)?.frame();
     let mut entries = Entries::from([
         ("model.png".to_owned(), model_picture(&frame, &scene)),
-        ("modelDescription.xml".to_owned(), described(&scene, fragments)?.into_bytes()),
-        ("documentation/index.html".to_owned(), documentation::page(&scene, fragments, library).into_bytes()),
+        ("modelDescription.xml".to_owned(), described(&scene, ports)?.into_bytes()),
+        ("documentation/index.html".to_owned(), documentation::page(&scene, ports, library).into_bytes()),
         ("resources/scene.toml".to_owned(), text.into_bytes()),
         (embedded::LIBRARY_PATH.to_owned(), library.to_vec()),
     ]);
@@ -77,8 +77,8 @@ fn entries((text, folder): (&str, &Path), fragments: usize) -> Result<Entries, R
     Ok(entries)
 }
 
-fn described(scene: &Scene, fragments: usize) -> Result<String, RunError> {
-    description::xml(scene, fragments)
+fn described(scene: &Scene, ports: Ports) -> Result<String, RunError> {
+    description::xml(scene, ports)
         .map_err(|e| RunError::Component { call: "pack", reason: format!("modelDescription.xml: {e}") })
 }
 

@@ -3,7 +3,7 @@
 use crate::interrupt;
 use crate::job::{Ending, Job, Progress, RunError};
 use crate::pack::pack;
-use ballistic_gel::fmi2;
+use ballistic_gel::fmi2::{self, Ports};
 use ballistic_gel::scene::Scene;
 use fmi_rs::fmi2::log::Logger;
 use fmi_rs::fmi2::types::fmi2Status;
@@ -59,7 +59,7 @@ impl Importer {
         let folder = tempfile::tempdir().map_err(|e| file("create", &std::env::temp_dir(), e))?;
         interrupt::remove_on_exit(folder.path());
         let (archive, unpacked) = (folder.path().join("BallisticGel.fmu"), folder.path().join("unpacked"));
-        pack(text, scene.fragment.len(), &archive)?;
+        pack(text, Ports::of(scene), &archive)?;
         let log = Arc::new(Messages::default());
         let made = extract_zip_archive(&archive, &unpacked)
             .map_err(SimulationError::from)

@@ -124,7 +124,8 @@ impl Patches {
     }
 
     /// The patch that each element is in.
-    fn patch_of_elements(&self) -> Vec<ElementId> {
+    #[must_use]
+    pub fn patch_of_elements(&self) -> Vec<ElementId> {
         let mut patch = vec![ElementId(0); self.members.len()];
         for (p, elements) in (0..).map(ElementId).zip(self.iter()) {
             for element in elements {

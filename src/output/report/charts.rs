@@ -4,7 +4,7 @@ use super::number::quantity;
 use super::plot::{Across, Curve, Height, Plot};
 use crate::algebra::Vector3;
 use crate::output::history::Row;
-use crate::scene::Scene;
+use crate::scene::{Scene, numbered};
 
 /// Curves that move less than this share of the liveliest one would lie on top of each other at zero.
 const VISIBLE: f64 = 1e-3;
@@ -14,6 +14,11 @@ const FLOOR: f64 = 1e-18;
 /// All plots; one whose curves stand still is left out.
 pub(super) fn charts(scene: &Scene, rows: &[Row]) -> String {
     let plots = [motion(rows), speed(rows), force(rows, scene.force_window()), energy(rows), closure(rows)];
+    let sensed = [
+        sensed(scene, rows, ("Pressure at the sensors", "Pa", 0)),
+        sensed(scene, rows, ("Displacement along z at the sensors", "m", 3)),
+    ];
+    let plots: Vec<Plot> = sensed.into_iter().chain(plots).collect();
     let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(Plot::figure).collect();
     if figures.is_empty() { figures } else { format!("<section><h2>In time</h2>\n{figures}</section>\n") }
 }
@@ -98,6 +103,15 @@ fn energy(rows: &[Row]) -> Plot {
         across: span(rows),
         curves: visible(moving(rows, &curves)),
     }
+}
+
+/// One of the columns of all sensors.
+fn sensed(scene: &Scene, rows: &[Row], (title, unit, column): (&'static str, &'static str, usize)) -> Plot {
+    let n = scene.sensor.len();
+    let points = |i: usize| rows.iter().map(|row| (row.get("time_s"), row.sensor(i, n)[column])).collect();
+    let curves = (0..n).map(|i| Curve { name: numbered("sensor", i), points: points(i) });
+    let curves = curves.filter(Curve::varies).take(Plot::MOST_CURVES).collect();
+    Plot { title, unit, height: Height::Linear, across: span(rows), curves }
 }
 
 fn closure(rows: &[Row]) -> Plot {

@@ -43,6 +43,7 @@ pub(super) fn page(scene: &Scene, summary: &Summary, seen: &Seen) -> String {
         seen.penetration.map_or(String::new(), depths::charts),
         charts::charts(scene, seen.rows),
         tables::fragments(summary),
+        tables::sensors(summary),
         tables::energy(summary),
         tables::cost(summary),
         tables::switched_off(summary),

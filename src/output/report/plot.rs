@@ -68,6 +68,9 @@ impl Curve {
 }
 
 impl Plot {
+    /// As many curves as there are colours.
+    pub(super) const MOST_CURVES: usize = COLOURS.len();
+
     /// The plot with its title and a legend.
     pub(super) fn figure(&self) -> String {
         let key = self.curves.iter().zip(COLOURS).map(|(curve, RGBColor(r, g, b))| {

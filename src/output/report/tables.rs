@@ -4,7 +4,7 @@ use super::escape;
 use super::number::{count, percent, quantity, ratio};
 use crate::algebra::Vector3;
 use crate::output::summary::{FragmentFigures, Summary};
-use crate::scene::body_name;
+use crate::scene::{body_name, numbered};
 use std::fmt::Write;
 
 /// What became of each fragment; nothing if there is none.
@@ -32,6 +32,29 @@ fn fragment_cells(fragment: &FragmentFigures) -> [String; 6] {
         quantity(fragment.peak_force, "N"),
         quantity(length(fragment.total_impulse), "N s"),
     ]
+}
+
+/// What each sensor has measured; nothing if there is none.
+pub(super) fn sensors(summary: &Summary) -> String {
+    if summary.sensors.is_empty() {
+        return String::new();
+    }
+    let mut rows = String::new();
+    for (i, sensor) in summary.sensors.iter().enumerate() {
+        let [x, y, z] = sensor.position.map(|length| quantity(length, "m"));
+        let dent = sensor.dent.map_or(["–".to_string(), "–".to_string()], |dent| {
+            [quantity(dent.depth, "m"), quantity(dent.viscous_criterion, "m/s")]
+        });
+        let pressure = quantity(sensor.peak_pressure, "Pa");
+        let (time, rate) = (quantity(sensor.time_of_peak_pressure, "s"), quantity(sensor.peak_pressure_rate, "Pa/s"));
+        row(
+            &mut rows,
+            &numbered("sensor", i),
+            &[&format!("{x}, {y}, {z}"), &pressure, &time, &rate, &dent[0], &dent[1]],
+        );
+    }
+    let heads = ["sensor", "at rest at", "greatest pressure", "after", "greatest rise", "dent", "viscous criterion"];
+    format!("<section><h2>Sensors</h2>\n{}</section>\n", table("What the sensors have measured", &heads, &rows))
 }
 
 /// The energy accounts at the end, and how well they close.

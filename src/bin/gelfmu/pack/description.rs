@@ -1,6 +1,6 @@
 //! `modelDescription.xml`.
 
-use ballistic_gel::fmi2::{self, Causality, Kind, Scalar, Start};
+use ballistic_gel::fmi2::{self, Causality, Kind, Ports, Scalar, Start};
 use ballistic_gel::scene::Scene;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
@@ -8,9 +8,9 @@ use std::io;
 
 type Xml = Writer<Vec<u8>>;
 
-/// The description of the FMU with this scene packed and variables for so many of its fragments.
-pub fn xml(scene: &Scene, fragments: usize) -> io::Result<String> {
-    let (table, scalars) = (fmi2::table_of(scene), fmi2::scalars(fragments).collect::<Vec<Scalar>>());
+/// The description of the FMU with this scene packed and these ports.
+pub fn xml(scene: &Scene, ports: Ports) -> io::Result<String> {
+    let (table, scalars) = (fmi2::table_of(scene), fmi2::scalars(ports).collect::<Vec<Scalar>>());
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     xml.create_element("fmiModelDescription")

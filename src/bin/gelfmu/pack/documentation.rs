@@ -1,7 +1,7 @@
 //! `documentation/index.html`: how to wire the FMU, in which frames, within which limits, and every variable.
 
 use super::requirement;
-use ballistic_gel::fmi2::{self, Causality, Kind, Variable};
+use ballistic_gel::fmi2::{self, Causality, Kind, Ports, Variable};
 use ballistic_gel::scene::{Dimension, Scene};
 use std::fmt::Write as _;
 
@@ -82,8 +82,8 @@ torque, and on the rates of height and radius of a dome. Output derivatives are 
 </ul>
 ";
 
-/// The page of the FMU with this scene packed and variables for so many of its fragments.
-pub fn page(scene: &Scene, fragments: usize, library: &[u8]) -> String {
+/// The page of the FMU with this scene packed and these ports.
+pub fn page(scene: &Scene, ports: Ports, library: &[u8]) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{model}</title>\n\
          <style>{STYLE}</style></head><body>\n<h1>{model} {version}</h1>\n<p>{about}.</p>\n",
@@ -96,7 +96,7 @@ pub fn page(scene: &Scene, fragments: usize, library: &[u8]) -> String {
     page += FRAMES;
     page += LIMITS;
     page += &requirement::sentence(library);
-    page += &table(fragments);
+    page += &table(ports);
     page += "<p>Licences of this library, of every crate linked into it and of the standard library of its language are in the folder <code>licenses</code>.</p>\n";
     page += "</body></html>\n";
     page
@@ -123,8 +123,8 @@ fn packed(scene: &Scene) -> String {
     )
 }
 
-fn table(fragments: usize) -> String {
-    let mut rows = String::from("<h2>Variables</h2>\n");
+fn table(ports: Ports) -> String {
+    let (mut rows, Ports { fragments, sensors }) = (String::from("<h2>Variables</h2>\n"), ports);
     if fragments > 0 {
         let _ = writeln!(
             rows,
@@ -134,9 +134,17 @@ fn table(fragments: usize) -> String {
              higher by 10000 i.</p>"
         );
     }
+    if sensors > 0 {
+        let _ = writeln!(
+            rows,
+            "<p>It has variables for {sensors} of the sensors of its scene: those named <code>sensor.&hellip;</code> below are \
+             <code>sensor[i].&hellip;</code>, such as <code>sensor[1].pressure</code>; of sensor i their references are higher by \
+             10000 (i &minus; 1). A sensor goes with the gel that is at its point at rest, whatever the mesh.</p>"
+        );
+    }
     rows += "<table>\n<tr><th>name</th><th>reference</th><th>causality</th><th>type</th><th>unit</th>\
          <th>meaning</th></tr>\n";
-    for variable in fmi2::VARIABLES {
+    for variable in fmi2::VARIABLES.iter().filter(|variable| sensors > 0 || !variable.is_of_sensors()) {
         let last = variable.reference + variable.size() as u32 - 1;
         let (name, reference) = match variable.length {
             0 => (variable.name.to_owned(), variable.reference.to_string()),
@@ -188,7 +196,7 @@ mod tests {
     #[test]
     fn the_page_names_every_variable_and_the_scene() {
         let scene = scene::read(scene::builtin("sphere-block").unwrap()).unwrap();
-        let page = page(&scene, 0, b"\0GLIBC_2.4\0");
+        let page = page(&scene, Ports { fragments: 0, sensors: 1 }, b"\0GLIBC_2.4\0");
         for variable in fmi2::VARIABLES {
             assert!(page.contains(variable.name), "{}", variable.name);
         }

@@ -1,0 +1,110 @@
+//! The pressure in an element: what its material says where its nodes are.
+
+use super::{Potential, Simplices};
+use crate::algebra::Vector;
+use crate::material::{Material, NeoHookean};
+use crate::mesh::{ElementId, NodeId};
+
+impl<const D: usize> Simplices<D> {
+    /// p = −tr σ/3 of an element of this patch, Pa, with the nodes where `x` says; positive in compression.
+    ///
+    /// With U′ at J̄ of the patch and the element's own part at J, a neo-Hookean gel has σ = μ b/J + U′ 1: p = −U′ − μ I₁/(3J).
+    /// The shear of a gel that flows and the branches of a viscoelastic one are without a trace: p = −U′ of the first, and that of what the
+    /// second is in the long run. What bulk viscosity adds, which is there to spread shocks over elements, is left out.
+    #[must_use]
+    pub fn pressure(&self, element: ElementId, patch: usize, x: impl Fn(NodeId) -> Vector<D> + Copy) -> f64 {
+        let strained = |id: ElementId| {
+            let element = self.element(id);
+            (element.volume, self.strain_where((id, &element), x))
+        };
+        let ids = self.patches().of(patch);
+        let (rest, now) = ids.iter().fold((0.0, 0.0), |(rest, now), id| {
+            let (volume, strain) = strained(*id);
+            (rest + volume, now + volume * strain.jacobian())
+        });
+        let (strain, mean) = (strained(element).1, now / rest);
+        let (jacobian, alone) = (strain.jacobian(), ids.len() == 1);
+        let elastic = |gel: &NeoHookean| {
+            let slope =
+                if alone { gel.volumetric(jacobian).slope } else { gel.own(jacobian).slope + gel.shared(mean).slope };
+            let across = if D == 2 { strain.out * strain.out } else { 0.0 };
+            let stretch = strain.f.norm_squared() + across;
+            -slope - gel.shear_modulus() * stretch / (3.0 * jacobian.max(NeoHookean::FLOOR))
+        };
+        match &self.material {
+            Material::NeoHookean(gel) => elastic(gel),
+            Material::Viscoelastic(gel) => elastic(gel.equilibrium()),
+            Material::Flowing(gel) if alone => -gel.state.volumetric(jacobian).slope,
+            Material::Flowing(gel) => -(gel.own(jacobian).slope + gel.shared(mean).slope),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::Tensor;
+    use crate::element::{Answer, DEPTH, Memory, Section};
+    use crate::material::{Branch, BulkViscosity, EquationOfState, Flowing, Viscoelastic};
+    use crate::mesh::{Mesh, Patches};
+
+    fn gels() -> [Material; 3] {
+        let rest = NeoHookean::new(3.0, 40.0);
+        let flowing = Flowing {
+            shear_modulus: 3.0,
+            state: EquationOfState::new(40.0, 2.0, f64::INFINITY),
+            strength: None,
+            viscosity: BulkViscosity { linear: 0.0, quadratic: 0.0 },
+            density: 1.0,
+        };
+        let branch = Branch { shear_modulus: 2.0, time: 1.0 };
+        [rest.into(), Material::Viscoelastic(Viscoelastic::new(rest, &[branch])), Material::Flowing(flowing)]
+    }
+
+    /// The virial Σ f_a·x_a = −∫ tr σ dv of one element by itself says the same, in space and about an axis.
+    fn check<const D: usize>(rest: Vec<Vector<D>>, section: Section) {
+        let nodes = if D == 2 { [0, 1, 2, 0] } else { [0, 1, 2, 3] };
+        let mesh = Mesh::new(rest, vec![nodes.map(NodeId)]);
+        let wave = |i: usize, a: usize| 0.15 * ((7 * a + 3 * i) as f64).sin();
+        let x: Vec<_> =
+            mesh.rest.iter().enumerate().map(|(a, x)| x * 0.9 + Vector::<D>::from_fn(|i, _| wave(i, a))).collect();
+        for gel in gels() {
+            let simplices = Simplices::in_patches(&mesh, Patches::alone(1), (gel, section));
+            let memory = vec![Memory::default(); simplices.memories()];
+            let mut answers = [Answer::default(); DEPTH];
+            simplices.evaluate(0, &x, &memory, &mut answers);
+            let virial: f64 = answers[0].forces[..=D].iter().zip(&x).map(|(f, x)| f.dot(x)).sum();
+            let now = simplices.volume(ElementId(0)) * answers[0].jacobian;
+            let pressure = simplices.pressure(ElementId(0), 0, |node| x[node.index()]);
+            assert!((virial / (3.0 * now) - pressure).abs() < 1e-12 * pressure.abs(), "{pressure}");
+            assert!(pressure.abs() > 1.0);
+        }
+    }
+
+    #[test]
+    fn pressure_is_that_of_the_forces_on_the_nodes() {
+        let flat = [[0.8, 0.1], [1.9, 0.3], [1.1, 1.2]].map(Vector::<2>::from);
+        check(flat.to_vec(), Section::Axisymmetric);
+        let solid = [[0.0, 0.1, 0.0], [1.2, 0.0, 0.1], [0.2, 0.9, -0.1], [0.1, 0.3, 1.1]].map(Vector::<3>::from);
+        check(solid.to_vec(), Section::Spatial);
+    }
+
+    #[test]
+    fn a_patch_that_is_compressed_evenly_has_the_pressure_of_its_elements_by_themselves() {
+        let corners = [[0.8, 0.1], [1.9, 0.3], [1.1, 1.2], [2.1, 1.4]].map(Vector::<2>::from);
+        let mesh = Mesh::new(corners.to_vec(), vec![[0, 1, 2, 0].map(NodeId), [1, 3, 2, 0].map(NodeId)]);
+        let squeeze = Tensor::<2>::new(0.97, 0.02, 0.01, 0.95);
+        let x = |node: NodeId| squeeze * mesh.rest[node.index()];
+        for gel in gels() {
+            let of = |patches: Patches, patch: usize| {
+                Simplices::in_patches(&mesh, patches, (gel, Section::Planar { thickness: 1.0 })).pressure(
+                    ElementId(1),
+                    patch,
+                    x,
+                )
+            };
+            let (alone, pair) = (of(Patches::alone(2), 1), of(Patches::grouped(&mesh), 0));
+            assert!((alone - pair).abs() < 1e-12 * alone.abs() && alone > 1.0, "{alone} {pair}");
+        }
+    }
+}

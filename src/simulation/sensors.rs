@@ -1,0 +1,77 @@
+//! What sensors measure: pressure, displacement and velocity of the gel that was at a point at rest (numerics 7).
+
+use super::model::Gelatin;
+use super::observe::SensorReport;
+use crate::algebra::{Vector, Vector3, embed, restrict};
+use crate::avi::Engine;
+use crate::element::{Potential, Simplices};
+use crate::mesh::{ElementId, NodeId};
+use crate::remesh;
+
+/// Where a sensor is in the mesh.
+pub(super) struct Seat<const D: usize> {
+    /// Its point at rest, m.
+    rest: Vector<D>,
+    /// The corners of the element that holds it.
+    corners: Vec<Corner>,
+}
+
+/// A corner of the element that holds a sensor.
+struct Corner {
+    node: NodeId,
+    /// Its part in what is measured.
+    weight: f64,
+    /// The elements around it, each with its patch and its part of their volume at rest.
+    around: Vec<(ElementId, usize, f64)>,
+}
+
+/// Where points of the gel at rest are in the mesh: in the element that holds them at rest, or where the rest of an exchanged mesh has
+/// none, in the nearest.
+pub(super) fn seats<const D: usize>(engine: &Engine<D, Simplices<D>>, points: &[Vector3]) -> Vec<Seat<D>> {
+    if points.is_empty() {
+        return vec![];
+    }
+    let potential = &engine.gel().potential;
+    let patch_of = potential.patches().patch_of_elements();
+    let around = |node: NodeId| {
+        let elements = engine.gel().star.of(node);
+        let whole: f64 = elements.iter().map(|element| potential.volume(*element)).sum();
+        let part = |element: ElementId| (element, patch_of[element.index()].index(), potential.volume(element) / whole);
+        elements.iter().map(|element| part(*element)).collect()
+    };
+    let seat = |point: &Vector3| {
+        let rest = restrict::<D>(point);
+        let (element, weights) =
+            remesh::nearest(potential.rest(), potential.elements(), &rest).expect("a gel has elements");
+        let corner = |(node, weight): (&NodeId, f64)| Corner { node: *node, weight, around: around(*node) };
+        Seat { rest, corners: potential.nodes(element).iter().zip(weights).map(corner).collect() }
+    };
+    points.iter().map(seat).collect()
+}
+
+impl<const D: usize> Gelatin<D> {
+    /// What the sensors measure at time `t`, s.
+    pub(super) fn measured(&self, t: f64) -> Vec<SensorReport> {
+        self.seats.iter().map(|seat| self.measure(seat, t)).collect()
+    }
+
+    /// Straight between the corners, whose pressure is the mean of the elements around them by volume at rest: that of one element
+    /// jumps to the next.
+    fn measure(&self, seat: &Seat<D>, t: f64) -> SensorReport {
+        let (gel, velocities) = (&self.engine.gel().potential, &self.engine.state().velocity);
+        let x = |node: NodeId| self.engine.position_at(node, t);
+        let (mut position, mut velocity, mut pressure) = (Vector::<D>::zeros(), Vector::<D>::zeros(), 0.0);
+        for corner in seat.corners.iter().filter(|corner| corner.weight > 0.0) {
+            position += x(corner.node) * corner.weight;
+            velocity += velocities[corner.node.index()] * corner.weight;
+            let part = |(element, patch, part): &(ElementId, usize, f64)| part * gel.pressure(*element, *patch, x);
+            pressure += corner.weight * corner.around.iter().map(part).sum::<f64>();
+        }
+        SensorReport {
+            position: embed(&position),
+            displacement: embed(&(position - seat.rest)),
+            velocity: embed(&velocity),
+            pressure,
+        }
+    }
+}
