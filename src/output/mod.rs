@@ -20,7 +20,7 @@ use std::path::Path;
 pub use files::{OutputError, claim};
 pub use picture::model_picture;
 pub use steps::{Figures, draw as draw_steps};
-pub use summary::{Account, Interface, Summary};
+pub use summary::{Account, Interface, Summary, rebound};
 
 use frames::FrameSeries;
 use history::History;

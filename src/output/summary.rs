@@ -263,7 +263,8 @@ fn accounts(energy: &EnergyReport) -> [Account; 17] {
 }
 
 /// Speed against the initial velocity once the last impulse is past by 10 % of the contact, m/s (numerics A14).
-fn rebound(observation: &Observation, initial: Vector3) -> Option<f64> {
+#[must_use]
+pub fn rebound(observation: &Observation, initial: Vector3) -> Option<f64> {
     let (first, last) = observation.projectile().contact.first.zip(observation.projectile().contact.last)?;
     let direction = initial.try_normalize(0.0)?;
     let over = observation.time - last > 0.1 * (last - first);

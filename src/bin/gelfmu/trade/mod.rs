@@ -1,0 +1,92 @@
+//! `gelfmu trade`: what accuracy costs, knob by knob.
+
+mod curve;
+mod front;
+mod importer;
+mod ladder;
+mod paper;
+mod richardson;
+mod row;
+mod work;
+
+pub use importer::Importer;
+pub use row::print as row;
+
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::options::TradeOptions;
+use crate::progress::Bar;
+use crate::source::{self, Source};
+use ballistic_gel::scene::{Override, Scene};
+use curve::{Curve, Run};
+use ladder::{HasFailed, Rung};
+use std::path::{Path, PathBuf};
+use work::{Work, named};
+
+/// What the first Ctrl-C is answered with.
+const WAITING: &str = "interrupted: finished runs are kept, the others are left; the same command goes on from there";
+
+/// Measures the curve, writes it, and says with which status to end.
+pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, Failure> {
+    let task = Task::read(options)?;
+    let note = console.listener();
+    if let Err(error) = interrupt::listen(move || note(WAITING)) {
+        console.note(&format!("Ctrl-C will not keep what was computed: {error}"));
+    }
+    let base = &task.scene.scene;
+    console.note(&format!("{}: {} ({} processes, into {})", base.name, base.title, options.jobs, task.folder.display()));
+    let curve = Curve::of(task.runs(console)?);
+    paper::write(&task.folder, &curve)?;
+    console.result(&paper::value(&base.name, &curve), &paper::text(&curve, &task.folder, console));
+    if interrupt::asked() {
+        console.error(&format!("interrupted; finished runs are kept in {}", task.folder.display()));
+        return Ok(interrupt::INTERRUPTED);
+    }
+    Ok(0)
+}
+
+/// The scene whose curve is measured.
+struct Task<'a> {
+    options: &'a TradeOptions,
+    scene: Scene,
+    folder: PathBuf,
+}
+
+impl<'a> Task<'a> {
+    fn read(options: &'a TradeOptions) -> Result<Self, Failure> {
+        let scene = source::load(&options.scene, &options.set)?.scene;
+        let own = || Path::new("gelfmu-out").join(format!("{}-trade", scene.scene.name));
+        let folder = options.out.clone().unwrap_or_else(own);
+        Ok(Self { options, scene, folder })
+    }
+
+    /// The scene as it comes, and then what is around it.
+    fn runs(&self, console: &Console) -> Result<Vec<Run>, Failure> {
+        let bar = Bar::new(console.is_quiet());
+        let folder = self.folder.join("rows");
+        if self.options.afresh && folder.exists() {
+            std::fs::remove_dir_all(&folder).map_err(named("empty", &folder))?;
+        }
+        let work = Work { folder, jobs: self.options.jobs, bar: &bar };
+        let mut runs = work.all(vec![self.with(Rung::base())])?;
+        let failed = runs.iter().any(|run| run.row.as_ref().map_or(true, |row| row.failure.is_some()));
+        let has_failed = if failed { HasFailed::Yes } else { HasFailed::No };
+        let rungs = ladder::ladder(&self.scene, self.options.finer, has_failed);
+        let wanted = rungs.into_iter().filter(|rung| self.wants(rung.knob));
+        runs.extend(work.all(wanted.map(|rung| self.with(rung)).collect())?);
+        bar.clear();
+        Ok(runs)
+    }
+
+    fn wants(&self, knob: &str) -> bool {
+        let only = &self.options.only;
+        only.is_empty() || knob.starts_with(ladder::MESH) || only.iter().any(|name| name == knob)
+    }
+
+    fn with(&self, rung: Rung) -> (Rung, Result<Source, Failure>) {
+        let overrides: Vec<Override> = self.options.set.iter().chain(&rung.overrides).cloned().collect();
+        let source = source::load(&self.options.scene, &overrides);
+        (rung, source)
+    }
+}
