@@ -4,7 +4,7 @@ use super::Ending;
 use super::overlap;
 use super::penetration::Penetration;
 use crate::algebra::Vector3;
-use crate::scene::{self, Dimension, Scene};
+use crate::scene::{self, Dimension, Fidelity, Scene};
 use crate::simulation::{BodyReport, EnergyReport, Observation};
 use serde::Serialize;
 use std::time::Instant;
@@ -28,6 +28,10 @@ pub struct Summary {
     pub version: &'static str,
     /// How the simulation was driven.
     pub interface: Interface,
+    /// How accurate it was to be.
+    pub fidelity: Fidelity,
+    /// Greatest relative error of the motion of the projectile that was measured at this level, if the scene is as it was then.
+    pub expected_error: Option<f64>,
     /// Whether it reached the end time of the scene.
     pub completed: bool,
     /// Time that it reached, s.
@@ -170,6 +174,8 @@ impl Summary {
             scene: run.scene.scene.name.clone(),
             version: env!("CARGO_PKG_VERSION"),
             interface: run.interface,
+            fidelity: run.scene.scene.fidelity,
+            expected_error: run.scene.fidelity.get(run.scene.scene.fidelity).and_then(|level| level.error),
             completed: ending.failure.is_none() && *time >= end * (1.0 - 1e-9),
             end_time: *time,
             wall_seconds,

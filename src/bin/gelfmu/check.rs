@@ -2,7 +2,7 @@
 
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::source;
+use crate::{level, source};
 use ballistic_gel::scene;
 use serde_json::json;
 
@@ -15,9 +15,16 @@ pub fn check(name: &str, console: &Console) -> Result<(), Failure> {
         "valid": true,
         "modelled": modelled,
         "switched_off": off,
+        "fidelity": scene.fidelity,
     });
+    let levels = scene.fidelity.known().map(|(fidelity, level)| {
+        let set = if level.set.is_empty() { String::new() } else { format!(" ({})", level.set.join(" ")) };
+        format!("{}: {}{set}", fidelity.as_str(), level::expectation(level))
+    });
+    let levels: Vec<String> = levels.collect();
+    let levels = if levels.is_empty() { String::new() } else { format!("\n\n{}\n{}", console.heading("fidelity"), bullets(&levels)) };
     let text = format!(
-        "{}: {}\n\n{}\n{}\n\n{}\n{}\n\nThe scene is good. Run it with: gelfmu run {name}",
+        "{}: {}\n\n{}\n{}\n\n{}\n{}{levels}\n\nThe scene is good. Run it with: gelfmu run {name}",
         scene.scene.name,
         scene.scene.title,
         console.heading("models"),

@@ -8,6 +8,7 @@ mod direct;
 mod failure;
 mod interrupt;
 mod job;
+mod level;
 mod listing;
 mod options;
 mod pack;

@@ -2,7 +2,7 @@
 
 use crate::trade::Importer;
 use ballistic_gel::fmi2;
-use ballistic_gel::scene::Override;
+use ballistic_gel::scene::{Fidelity, Override};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
@@ -99,6 +99,8 @@ pub struct RunOptions {
     /// Replace a value of the scene, such as mesh.size=2e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
+    #[command(flatten)]
+    pub level: LevelOptions,
     /// Folder for the results (`gelfmu-out/SCENE` if absent)
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -114,6 +116,17 @@ pub struct RunOptions {
     /// Threads, 0 for all cores; results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
     pub threads: usize,
+}
+
+/// How accurate a run is to be.
+#[derive(Debug, Default, Args)]
+pub struct LevelOptions {
+    /// Level of the scene: draft, coarse, standard, fine or reference, or 0 to 4; --set is stronger
+    #[arg(long, value_name = "LEVEL")]
+    pub fidelity: Option<Fidelity>,
+    /// Cheapest level whose error is known to be no greater, such as 2%
+    #[arg(long, value_name = "PERCENT", conflicts_with = "fidelity", value_parser = accuracy)]
+    pub accuracy: Option<f64>,
 }
 
 /// What was measured, and in which scene.
@@ -295,6 +308,10 @@ pub struct TradeOptions {
     /// Folder for the curve and its runs (`gelfmu-out/SCENE-trade` if absent)
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Draw the runs of other codes beside ours: a CSV file with the columns run, cpu_seconds and some of those of trade.csv, such
+    /// as peak_depth
+    #[arg(long, value_name = "FILE")]
+    pub with: Option<PathBuf>,
     /// Make every run again, also those that are kept in the folder
     #[arg(long)]
     pub afresh: bool,
@@ -358,6 +375,11 @@ fn elements(text: &str) -> Result<usize, String> {
         Ok(n) if (least..=most).contains(&n) => Ok(n),
         _ => Err(format!("expected a number of elements from {least} to {most}")),
     }
+}
+
+/// A part of one.
+fn accuracy(text: &str) -> Result<f64, String> {
+    above_zero(text.trim().trim_end_matches('%').trim_end(), "error in percent, such as 2%").map(|percent| 0.01 * percent)
 }
 
 fn jobs(text: &str) -> Result<usize, String> {

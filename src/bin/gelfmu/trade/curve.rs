@@ -7,22 +7,34 @@ use super::row::Row;
 
 /// A figure of a run that has an error.
 pub struct Quantity {
-    /// As in `summary.json`.
+    /// Name in files.
     pub key: &'static str,
     /// For people.
     pub name: &'static str,
     /// What it is shown in, and how many of them make one of the SI.
     pub unit: (&'static str, f64),
     get: fn(&Row) -> Option<f64>,
+    /// What its errors are relative to, where that is not itself.
+    scale: fn(&Row) -> Option<f64>,
 }
 
-/// What is compared: what `summary.json` says of the motion of the projectile.
+/// What is compared: how deep, how long, how fast back (of the speed at the start: its own may be next to nothing), how hard.
 pub const QUANTITIES: [Quantity; 4] = [
-    Quantity { key: "peak_depth", name: "depth", unit: ("mm", 1e3), get: |row| Some(row.peak_depth) },
-    Quantity { key: "contact_duration", name: "contact", unit: ("ms", 1e3), get: |row| row.contact_duration },
-    Quantity { key: "rebound_velocity", name: "rebound", unit: ("m/s", 1.0), get: |row| row.rebound_velocity },
-    Quantity { key: "peak_force", name: "force", unit: ("N", 1.0), get: |row| Some(row.peak_force) },
+    Quantity { key: "peak_depth", name: "depth", unit: ("mm", 1e3), get: |row| Some(row.peak_depth), scale: itself },
+    Quantity { key: "contact_duration", name: "contact", unit: ("ms", 1e3), get: |row| row.contact_duration, scale: itself },
+    Quantity {
+        key: "final_speed",
+        name: "rebound",
+        unit: ("m/s", 1.0),
+        get: |row| Some(row.final_speed),
+        scale: |row| (row.initial_speed > 0.0).then_some(row.initial_speed),
+    },
+    Quantity { key: "peak_force", name: "force", unit: ("N", 1.0), get: |row| Some(row.peak_force), scale: itself },
 ];
+
+fn itself(_: &Row) -> Option<f64> {
+    None
+}
 
 impl Quantity {
     /// Its value, SI; nothing of a run that failed or has none.
@@ -93,18 +105,14 @@ impl Curve {
         let assessed = all.map(|((((run, errors), error), held), best)| Assessed { run, errors, error, held, best });
         Self { references, runs: assessed.collect() }
     }
-
-    /// The scene as it comes, if it ran.
-    pub fn base(&self) -> Option<&Assessed> {
-        self.runs.iter().find(|assessed| assessed.run.rung.knob.is_empty())
-    }
 }
 
 /// The limit of the three finest meshes: of the scene's own, else of those that are exchanged.
 fn reference(quantity: &Quantity, runs: &[Run]) -> Reference {
     let families = [MESH, REMESHED].map(|family| (family, finest(quantity, runs, family)));
     let enough = families.into_iter().find_map(|(family, three)| three.map(|three| (family, three)));
-    enough.map_or(Reference::Missing, |(family, three)| match limit(three) {
+    let scale = runs.iter().find_map(|run| (quantity.scale)(run.row.as_ref().ok()?));
+    enough.map_or(Reference::Missing, |(family, three)| match limit(three, scale) {
         Ok(limit) => Reference::Limit(limit, family),
         Err(why) => Reference::Refused(why),
     })
@@ -122,7 +130,7 @@ fn finest(quantity: &Quantity, runs: &[Run], family: &str) -> Option<[(f64, f64)
 
 fn errors(run: &Run, references: &[Reference; 4]) -> [Option<f64>; 4] {
     std::array::from_fn(|i| match (&references[i], &run.row) {
-        (Reference::Limit(limit, _), Ok(row)) => QUANTITIES[i].of(row).map(|value| (value / limit.value - 1.0).abs()),
+        (Reference::Limit(limit, _), Ok(row)) => QUANTITIES[i].of(row).map(|value| (value - limit.value).abs() / limit.scale),
         (Reference::Limit(..) | Reference::Refused(_) | Reference::Missing, _) => None,
     })
 }
@@ -148,7 +156,8 @@ pub mod tests {
             wall_seconds: size.powi(-3),
             peak_depth: 0.01 * (1.0 - 0.01 * size),
             contact_duration: None,
-            rebound_velocity: Some(3.0 + (9.0 * size).sin()),
+            final_speed: 3.0 + (9.0 * size).sin(),
+            initial_speed: 5.0,
             peak_force: 100.0 * (1.0 + 0.005 * size * size),
             energy_defect: 1e-4,
             digest: String::new(),

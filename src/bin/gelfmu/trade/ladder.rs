@@ -179,10 +179,8 @@ fn time(scene: &Scene) -> Vec<Rung> {
 }
 
 fn schedule(scene: &Scene) -> Vec<Rung> {
-    let one = |name: &str, guess: f64| rung("schedule", 1.0, vec![set("integrator.schedule", name)], guess);
-    let queue = scene.remesh.is_none().then(|| one("queue", 4.0));
-    let global = (scene.integrator.schedule == ScheduleKind::Bins).then(|| one("global", 4.0));
-    global.into_iter().chain(queue).collect()
+    let bins = scene.integrator.schedule == ScheduleKind::Bins;
+    bins.then(|| rung("schedule", 1.0, vec![set("integrator.schedule", "global")], 4.0)).into_iter().collect()
 }
 
 fn element(scene: &Scene) -> Vec<Rung> {

@@ -4,7 +4,10 @@ mod curve;
 mod front;
 mod importer;
 mod ladder;
+mod levels;
+mod others;
 mod paper;
+mod picture;
 mod richardson;
 mod row;
 mod work;
@@ -37,7 +40,8 @@ pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, Failure> {
     let base = &task.scene.scene;
     console.note(&format!("{}: {} ({} processes, into {})", base.name, base.title, options.jobs, task.folder.display()));
     let curve = Curve::of(task.runs(console)?);
-    paper::write(&task.folder, &curve)?;
+    let others = options.with.as_deref().map_or(Ok(vec![]), |path| others::read(path, &curve))?;
+    paper::write(&task.folder, &curve, picture::svg(&base.name, &curve, &others))?;
     console.result(&paper::value(&base.name, &curve), &paper::text(&curve, &task.folder, console));
     if interrupt::asked() {
         console.error(&format!("interrupted; finished runs are kept in {}", task.folder.display()));

@@ -1,5 +1,6 @@
 //! The curve on paper: a table for the console, Markdown, CSV and JSON.
 
+use super::levels;
 use super::curve::{Assessed, Curve, QUANTITIES, Reference};
 use super::row::Row;
 use super::work::named;
@@ -10,9 +11,10 @@ use serde_json::{Map, Value, json};
 use std::fs;
 use std::path::Path;
 
-/// Writes `trade.md` and `trade.csv`.
-pub fn write(folder: &Path, curve: &Curve) -> Result<(), Failure> {
-    for (name, text) in [("trade.md", markdown(curve)), ("trade.csv", csv(curve))] {
+/// Writes `trade.md`, `trade.csv` and, if there is one, the picture.
+pub fn write(folder: &Path, curve: &Curve, picture: Option<String>) -> Result<(), Failure> {
+    let tables = [("trade.md", markdown(curve)), ("trade.csv", csv(curve))];
+    for (name, text) in tables.into_iter().chain(picture.map(|picture| ("trade.svg", picture))) {
         let path = folder.join(name);
         fs::write(&path, text).map_err(named("write", &path))?;
     }
@@ -113,7 +115,9 @@ pub fn text(curve: &Curve, folder: &Path, console: &Console) -> String {
     let lists = [("references", references(curve)), ("did not reach their end", failures(curve))];
     let lists = lists.into_iter().filter(|(_, lines)| !lines.is_empty());
     let lists: Vec<String> = lists.map(|(name, lines)| format!("{}\n  {}", console.heading(name), lines.join("\n  "))).collect();
-    format!("{table}\n{LEGEND}\n\n{}\n\n{}", lists.join("\n\n"), folder.join("trade.md").display())
+    let levels = format!("{}\n{}", console.heading("levels, as lines of the scene"), levels::lines(&levels::choose(curve)));
+    let files = ["trade.md", "trade.csv", "trade.svg"].map(|name| folder.join(name).display().to_string());
+    format!("{table}\n{LEGEND}\n\n{}\n\n{levels}\n{}", lists.join("\n\n"), files.join("\n"))
 }
 
 fn markdown(curve: &Curve) -> String {
@@ -127,7 +131,9 @@ fn markdown(curve: &Curve) -> String {
     let rows = curve.runs.iter().map(|assessed| line(&pad(cells(assessed))));
     let lists = [references(curve), failures(curve)].concat();
     let lists: String = lists.iter().map(|sentence| format!("- {sentence}\n")).collect();
-    format!("{}{}{}\n{LEGEND}.\n\n{lists}", line(&header), line(&rule), rows.collect::<String>())
+    let levels = levels::lines(&levels::choose(curve));
+    let table = format!("{}{}{}", line(&header), line(&rule), rows.collect::<String>());
+    format!("{table}\n{LEGEND}.\n\n{lists}\n```toml\n{levels}```\n")
 }
 
 /// All figures, SI, a line per run.
@@ -178,7 +184,10 @@ pub fn value(scene: &str, curve: &Curve) -> Value {
     };
     let references: Map<String, Value> =
         QUANTITIES.iter().zip(&curve.references).map(|(q, r)| (q.key.to_owned(), reference(r))).collect();
-    json!({ "scene": scene, "references": references, "runs": curve.runs.iter().map(run).collect::<Vec<_>>() })
+    let runs: Vec<Value> = curve.runs.iter().map(run).collect();
+    let levels: Map<String, Value> =
+        levels::choose(curve).into_iter().map(|(fidelity, level)| (fidelity.as_str().to_owned(), json!(level))).collect();
+    json!({ "scene": scene, "references": references, "runs": runs, "levels": levels })
 }
 
 fn run(assessed: &Assessed) -> Value {

@@ -7,7 +7,9 @@ pub struct Limit {
     pub value: f64,
     /// Observed order p.
     pub order: f64,
-    /// Distance of the finest of the three from it, relative to it: how far it may itself be wrong.
+    /// What errors are relative to.
+    pub scale: f64,
+    /// Distance of the finest of the three from it, of the scale: how far it may itself be wrong.
     pub reach: f64,
 }
 
@@ -28,21 +30,21 @@ pub enum NoLimit {
     /// The finest is still far away.
     #[error("not converged: the finest is {:.0} % away", 100.0 * .reach)]
     Far {
-        /// Its distance, relative to the limit.
+        /// Its distance, of the scale.
         reach: f64,
     },
 }
 
 /// Orders between which three values tell of a limit: below, it is mostly extrapolation, above, mostly chance.
 const ORDERS: (f64, f64) = (0.5, 6.0);
-/// Greatest distance of the finest value from a limit, relative to it.
+/// Greatest distance of the finest value from a limit, of the scale.
 const REACH: f64 = 0.1;
 
-/// Limit of f(h) = f₀ + C hᵖ through three sizes h, finest last (Richardson).
+/// Limit of f(h) = f₀ + C hᵖ through three sizes h, finest last (Richardson); errors are relative to `scale`, or to f₀.
 ///
 /// # Errors
 /// [`NoLimit`] where the values are not monotone, p is out of range, or f₀ lies far beyond the finest value.
-pub fn limit([a, b, c]: [(f64, f64); 3]) -> Result<Limit, NoLimit> {
+pub fn limit([a, b, c]: [(f64, f64); 3], scale: Option<f64>) -> Result<Limit, NoLimit> {
     let ratio = (a.1 - b.1) / (b.1 - c.1);
     if !(ratio > 0.0 && ratio.is_finite()) {
         return Err(NoLimit::NotMonotone);
@@ -58,8 +60,9 @@ pub fn limit([a, b, c]: [(f64, f64); 3]) -> Result<Limit, NoLimit> {
     }
     let constant = (b.1 - c.1) / (b.0.powf(low) - c.0.powf(low));
     let value = c.1 - constant * c.0.powf(low);
-    let reach = (c.1 / value - 1.0).abs();
-    if reach > REACH { Err(NoLimit::Far { reach }) } else { Ok(Limit { value, order: low, reach }) }
+    let scale = scale.unwrap_or(value.abs());
+    let reach = (c.1 - value).abs() / scale;
+    if reach > REACH { Err(NoLimit::Far { reach }) } else { Ok(Limit { value, order: low, scale, reach }) }
 }
 
 #[cfg(test)]
@@ -67,7 +70,7 @@ mod tests {
     use super::{NoLimit, limit};
 
     fn of(f: impl Fn(f64) -> f64, sizes: [f64; 3]) -> Result<super::Limit, NoLimit> {
-        limit(sizes.map(|h| (h, f(h))))
+        limit(sizes.map(|h| (h, f(h))), None)
     }
 
     #[test]
@@ -77,19 +80,21 @@ mod tests {
             assert!((found.order - order).abs() < 1e-9, "{found:?}");
             assert!((found.value - 14.5).abs() < 1e-10, "{found:?}");
             assert!((found.reach - 0.03 / 14.5 * sizes[2].powf(order)).abs() < 1e-10, "{found:?}");
+            let of_another = limit(sizes.map(|h| (h, 14.5 - 0.03 * h.powf(order))), Some(29.0)).unwrap();
+            assert!((of_another.reach - 0.5 * found.reach).abs() < 1e-12, "{of_another:?}");
         }
     }
 
     #[test]
     fn what_goes_up_and_down_or_stands_still_has_no_limit() {
-        assert_eq!(limit([(4.0, 1.0), (2.0, 2.0), (1.0, 1.5)]), Err(NoLimit::NotMonotone));
-        assert_eq!(limit([(4.0, 1.0), (2.0, 1.0), (1.0, 1.0)]), Err(NoLimit::NotMonotone));
-        assert_eq!(limit([(4.0, 1.0), (2.0, f64::NAN), (1.0, 1.0)]), Err(NoLimit::NotMonotone));
+        assert_eq!(limit([(4.0, 1.0), (2.0, 2.0), (1.0, 1.5)], None), Err(NoLimit::NotMonotone));
+        assert_eq!(limit([(4.0, 1.0), (2.0, 1.0), (1.0, 1.0)], None), Err(NoLimit::NotMonotone));
+        assert_eq!(limit([(4.0, 1.0), (2.0, f64::NAN), (1.0, 1.0)], None), Err(NoLimit::NotMonotone));
     }
 
     #[test]
     fn what_goes_away_faster_and_faster_or_ends_far_away_has_no_limit() {
-        assert!(matches!(limit([(4.0, 1.0), (2.0, 2.0), (1.0, 4.0)]), Err(NoLimit::NoOrder { .. })));
+        assert!(matches!(limit([(4.0, 1.0), (2.0, 2.0), (1.0, 4.0)], None), Err(NoLimit::NoOrder { .. })));
         assert!(matches!(of(|h| 1.0 - 0.5 * h, [4.0, 2.0, 1.0]), Err(NoLimit::Far { reach }) if (reach - 0.5).abs() < 1e-9));
     }
 }

@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::job::RunError;
 use crate::options::RowOptions;
 use crate::source;
+use ballistic_gel::algebra::Vector3;
 use ballistic_gel::output;
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{Observation, Simulation};
@@ -29,10 +30,12 @@ pub struct Row {
     pub wall_seconds: f64,
     /// Greatest depth, m.
     pub peak_depth: f64,
-    /// From the first to the last impulse, s.
+    /// From the first to the last impulse, s; nothing while in contact.
     pub contact_duration: Option<f64>,
-    /// Speed against the velocity at the start once it has left, m/s.
-    pub rebound_velocity: Option<f64>,
+    /// Speed at the end against the velocity at the start, m/s: once it has left, the rebound.
+    pub final_speed: f64,
+    /// Speed at the start, m/s.
+    pub initial_speed: f64,
     /// Greatest mean force over the window of the scene, N.
     pub peak_force: f64,
     /// The method's own error of the energy.
@@ -63,7 +66,8 @@ fn run(scene: &Scene, importer: Importer) -> Result<Row, Failure> {
 
 impl Row {
     fn of(seen: &Observation, scene: &Scene, failure: Option<String>) -> Self {
-        let contact = &seen.projectile().contact;
+        let (contact, start) = (&seen.projectile().contact, Vector3::from(scene.projectile.velocity));
+        let lasted = contact.first.zip(contact.last).map(|(first, last)| last - first);
         Self {
             end_time: seen.time,
             elements: seen.cost.elements,
@@ -72,8 +76,9 @@ impl Row {
             cpu_seconds: 0.0,
             wall_seconds: 0.0,
             peak_depth: contact.peak_depth.0,
-            contact_duration: contact.first.zip(contact.last).map(|(first, last)| last - first),
-            rebound_velocity: output::rebound(seen, scene.projectile.velocity.into()),
+            contact_duration: lasted.filter(|_| output::rebound(seen, start).is_some()),
+            final_speed: start.try_normalize(0.0).map_or(0.0, |way| -seen.projectile().kinematics.velocity.dot(&way)),
+            initial_speed: start.norm(),
             peak_force: contact.peak_force,
             energy_defect: seen.energy.energy_defect,
             digest: String::new(),
