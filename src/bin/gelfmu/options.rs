@@ -312,6 +312,9 @@ pub struct TradeOptions {
     /// as peak_depth
     #[arg(long, value_name = "FILE")]
     pub with: Option<PathBuf>,
+    /// Measure what each option that the scene leaves out costs when it is on, and when it is off, instead of the curve
+    #[arg(long, conflicts_with_all = ["only", "with", "finer"])]
+    pub options: bool,
     /// Make every run again, also those that are kept in the folder
     #[arg(long)]
     pub afresh: bool,
@@ -328,6 +331,9 @@ pub struct RowOptions {
     /// Who moves the projectile
     #[arg(long, value_enum, default_value_t)]
     pub importer: Importer,
+    /// How often it is run; the least time counts
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub repeat: usize,
 }
 
 /// What to pack.

@@ -96,6 +96,8 @@ impl Curve {
         let cost = |run: &Run| run.row.as_ref().map_or(f64::INFINITY, |row| row.element_updates);
         let point = |(run, error): (&Run, &Option<f64>)| {
             let Rung { knob, place, .. } = run.rung;
+            // The scene as it comes is one of its own mesh.
+            let knob = if knob.is_empty() { MESH } else { knob };
             Point { knob, place, cost: cost(run), error: *error }
         };
         let points: Vec<Point> = runs.iter().zip(&worst).map(|pair| point(pair)).collect();

@@ -185,13 +185,19 @@ fn schedule(scene: &Scene) -> Vec<Rung> {
 
 fn element(scene: &Scene) -> Vec<Rung> {
     let (other, place) = match scene.mesh.element {
-        ElementKind::Plain => ("patch", 1.0),
-        ElementKind::Patch => ("plain", -1.0),
+        ElementKind::Plain => ("patch", 0.125),
+        ElementKind::Patch => ("plain", -0.125),
     };
     let round = scene.scene.dimension == Dimension::Spatial && matches!(scene.gel.shape, GelShape::Cylinder { .. });
     let plain = scene.mesh.tree.is_none() && scene.mesh.lattice == Lattice::Centred && !round;
     let lattice = plain.then(|| rung("lattice", -1.0, vec![set("mesh.lattice", "kuhn")], 0.5));
-    [rung("element", place, vec![set("mesh.element", other)], 1.0)].into_iter().chain(lattice).collect()
+    // An element that meets the limit by chance on one mesh misses it on a finer one.
+    let sizes = [-1.0, 0.0, 1.0].map(|finer: f64| (place + finer, 2f64.powf(-0.5 * finer)));
+    let one = |(place, f): (f64, f64)| {
+        let other = set("mesh.element", other);
+        rung("element", place, [other].into_iter().chain(scaled(scene, f)).collect(), cost_of(scene, f))
+    };
+    sizes.map(one).into_iter().chain(lattice).collect()
 }
 
 fn contact(scene: &Scene) -> Vec<Rung> {
@@ -220,7 +226,9 @@ fn dimension(scene: &Scene) -> Vec<Rung> {
     let core = scene.mesh.grading.map_or(10.0 * size, |grading| grading.core);
     let grading = format!("{{core = {core:?}, growth = 1.5, largest = {:?}}}", length(radius / 6.0));
     let grading = Override { key: "mesh.grading".to_owned(), value: grading };
-    vec![rung("dimension", -1.0, vec![set("scene.dimension", "spatial"), set("mesh.size", size), grading], 15.0)]
+    // Tetrahedra by themselves lock.
+    let patch = set("mesh.element", "patch");
+    vec![rung("dimension", -1.0, vec![set("scene.dimension", "spatial"), patch, set("mesh.size", size), grading], 15.0)]
 }
 
 fn remeshing(scene: &Scene) -> Vec<Rung> {

@@ -3,14 +3,14 @@
 use super::curve::{Assessed, Curve};
 use ballistic_gel::scene::{Fidelity, Level};
 
-/// Errors that are asked of a level, in those of the scene as it comes.
-fn part(fidelity: Fidelity) -> f64 {
+/// What a level may cost, in element updates of the scene as it comes.
+fn budget(fidelity: Fidelity) -> f64 {
     match fidelity {
-        Fidelity::Draft => 4.0,
-        Fidelity::Coarse => 2.0,
+        Fidelity::Draft => 0.15,
+        Fidelity::Coarse => 0.4,
         Fidelity::Standard => 1.0,
-        Fidelity::Fine => 0.5,
-        Fidelity::Reference => 0.25,
+        Fidelity::Fine => 4.0,
+        Fidelity::Reference => 16.0,
     }
 }
 
@@ -20,23 +20,22 @@ const OTHERS: [&str; 6] = ["bulk modulus", "restitution", "dimension", "coupling
 /// A level, its cost and its error.
 type Chosen<'a> = (Fidelity, &'a Assessed, f64, f64);
 
-/// The levels that the curve gives: of the runs worth their cost the cheapest with 4, 2, ½ and ¼ of the error of the scene as it
-/// comes, which is the standard; where there is none as good as ¼, the best. Dearer levels are always the more accurate.
+/// The levels that the curve gives: the most accurate runs for 0.15, 0.4, 4 and 16 of the cost of the scene as it comes, which is the
+/// standard. Dearer levels are always the more accurate.
 pub fn choose(curve: &Curve) -> Vec<(Fidelity, Level)> {
     let Some(base) = curve.runs.iter().find(|assessed| assessed.run.rung.knob.is_empty()) else { return vec![] };
     let Some((cost, error)) = figures(base) else { return vec![] };
     let mut chosen: Vec<Chosen<'_>> = vec![(Fidelity::Standard, base, cost, error)];
     for fidelity in [Fidelity::Coarse, Fidelity::Draft] {
-        let below = chosen[0];
-        let fits = |cost: f64, error: f64| cost < below.2 && error > below.3;
-        let found = cheapest(curve, part(fidelity) * error, fits).or_else(|| best(curve, fits));
-        chosen.splice(0..0, found.map(|(run, cost, error)| (fidelity, run, cost, error)));
+        let above = chosen[0];
+        let fits = |own: f64, error: f64| own <= budget(fidelity) * cost && own < above.2 && error > above.3;
+        let found = best(curve, fits).map(|(run, cost, error)| (fidelity, run, cost, error));
+        chosen.splice(0..0, found);
     }
     for fidelity in [Fidelity::Fine, Fidelity::Reference] {
-        let above = chosen[chosen.len() - 1];
-        let fits = |cost: f64, error: f64| cost > above.2 && error < above.3;
-        let found = cheapest(curve, part(fidelity) * error, fits).or_else(|| best(curve, fits));
-        chosen.extend(found.map(|(run, cost, error)| (fidelity, run, cost, error)));
+        let below = chosen[chosen.len() - 1];
+        let fits = |own: f64, error: f64| own <= budget(fidelity) * cost && own > below.2 && error < below.3;
+        chosen.extend(best(curve, fits).map(|(run, cost, error)| (fidelity, run, cost, error)));
     }
     chosen.into_iter().map(|(fidelity, run, cost, error)| (fidelity, level(run, cost, error))).collect()
 }
@@ -48,17 +47,11 @@ fn figures(assessed: &Assessed) -> Option<(f64, f64)> {
     Some((row.element_updates, assessed.held?))
 }
 
-fn candidates(curve: &Curve, fits: impl Fn(f64, f64) -> bool) -> impl Iterator<Item = (&Assessed, f64, f64)> {
-    let known = |run| figures(run).map(|(cost, error)| (run, cost, error));
-    curve.runs.iter().filter_map(known).filter(move |&(_, cost, error)| fits(cost, error))
-}
-
-fn cheapest(curve: &Curve, most: f64, fits: impl Fn(f64, f64) -> bool) -> Option<(&Assessed, f64, f64)> {
-    candidates(curve, fits).filter(|(_, _, error)| *error <= most).min_by(|a, b| a.1.total_cmp(&b.1))
-}
-
+/// The run of least error among those that fit.
 fn best(curve: &Curve, fits: impl Fn(f64, f64) -> bool) -> Option<(&Assessed, f64, f64)> {
-    candidates(curve, fits).min_by(|a, b| a.2.total_cmp(&b.2))
+    let known = |run| figures(run).map(|(cost, error)| (run, cost, error));
+    let fitting = curve.runs.iter().filter_map(known).filter(|&(_, cost, error)| fits(cost, error));
+    fitting.min_by(|a, b| a.2.total_cmp(&b.2))
 }
 
 fn level(assessed: &Assessed, cost: f64, error: f64) -> Level {
@@ -98,14 +91,14 @@ mod tests {
     }
 
     #[test]
-    fn levels_have_four_two_one_half_and_a_quarter_of_the_error() {
-        let found = levels(&[6.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.7, 0.5, 0.3, 0.25, 0.2]);
-        let expected = [0.04, 0.02, 0.01, 0.005, 0.0025];
+    fn a_level_is_the_best_for_its_cost() {
+        let found = levels(&[6.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.8, 0.7, 0.5, 0.4, 0.3]);
+        let expected = [0.02, 0.015, 0.01, 0.007, 0.004];
         assert_eq!(found, Fidelity::ALL.into_iter().zip(expected).collect::<Vec<_>>());
     }
 
     #[test]
-    fn where_nothing_is_as_good_the_best_is_taken_and_where_nothing_is_left_none() {
+    fn where_no_run_is_left_there_is_no_level() {
         let found = levels(&[1.4, 1.0, 0.8, 0.7]);
         assert_eq!(found.iter().map(|level| level.0).collect::<Vec<_>>(), [Fidelity::Coarse, Fidelity::Standard, Fidelity::Fine]);
     }

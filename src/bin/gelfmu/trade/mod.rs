@@ -10,6 +10,7 @@ mod paper;
 mod picture;
 mod richardson;
 mod row;
+mod switches;
 mod work;
 
 pub use importer::Importer;
@@ -39,15 +40,16 @@ pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, Failure> {
     }
     let base = &task.scene.scene;
     console.note(&format!("{}: {} ({} processes, into {})", base.name, base.title, options.jobs, task.folder.display()));
-    let curve = Curve::of(task.runs(console)?);
+    if options.options {
+        let runs = task.work(console, switches::REPEATS, |work| work.all(task.all(switches::rungs(&task.scene))))?;
+        switches::show(&task, &runs, console)?;
+        return Ok(task.status(console));
+    }
+    let curve = Curve::of(task.work(console, 1, |work| task.runs(work))?);
     let others = options.with.as_deref().map_or(Ok(vec![]), |path| others::read(path, &curve))?;
     paper::write(&task.folder, &curve, picture::svg(&base.name, &curve, &others))?;
     console.result(&paper::value(&base.name, &curve), &paper::text(&curve, &task.folder, console));
-    if interrupt::asked() {
-        console.error(&format!("interrupted; finished runs are kept in {}", task.folder.display()));
-        return Ok(interrupt::INTERRUPTED);
-    }
-    Ok(0)
+    Ok(task.status(console))
 }
 
 /// The scene whose curve is measured.
@@ -65,22 +67,39 @@ impl<'a> Task<'a> {
         Ok(Self { options, scene, folder })
     }
 
-    /// The scene as it comes, and then what is around it.
-    fn runs(&self, console: &Console) -> Result<Vec<Run>, Failure> {
+    /// Has work done, with a bar; each run so many times.
+    fn work(
+        &self,
+        console: &Console,
+        repeats: usize,
+        work: impl FnOnce(&Work<'_>) -> Result<Vec<Run>, Failure>,
+    ) -> Result<Vec<Run>, Failure> {
         let bar = Bar::new(console.is_quiet());
         let folder = self.folder.join("rows");
         if self.options.afresh && folder.exists() {
             std::fs::remove_dir_all(&folder).map_err(named("empty", &folder))?;
         }
-        let work = Work { folder, jobs: self.options.jobs, bar: &bar };
-        let mut runs = work.all(vec![self.with(Rung::base())])?;
+        let runs = work(&Work { folder, jobs: self.options.jobs, repeats, bar: &bar });
+        bar.clear();
+        runs
+    }
+
+    /// The scene as it comes, and then what is around it.
+    fn runs(&self, work: &Work<'_>) -> Result<Vec<Run>, Failure> {
+        let mut runs = work.all(self.all(vec![Rung::base()]))?;
         let failed = runs.iter().any(|run| run.row.as_ref().map_or(true, |row| row.failure.is_some()));
         let has_failed = if failed { HasFailed::Yes } else { HasFailed::No };
         let rungs = ladder::ladder(&self.scene, self.options.finer, has_failed);
-        let wanted = rungs.into_iter().filter(|rung| self.wants(rung.knob));
-        runs.extend(work.all(wanted.map(|rung| self.with(rung)).collect())?);
-        bar.clear();
+        runs.extend(work.all(self.all(rungs.into_iter().filter(|rung| self.wants(rung.knob)).collect()))?);
         Ok(runs)
+    }
+
+    fn status(&self, console: &Console) -> u8 {
+        if !interrupt::asked() {
+            return 0;
+        }
+        console.error(&format!("interrupted; finished runs are kept in {}", self.folder.display()));
+        interrupt::INTERRUPTED
     }
 
     fn wants(&self, knob: &str) -> bool {
@@ -88,9 +107,13 @@ impl<'a> Task<'a> {
         only.is_empty() || knob.starts_with(ladder::MESH) || only.iter().any(|name| name == knob)
     }
 
-    fn with(&self, rung: Rung) -> (Rung, Result<Source, Failure>) {
-        let overrides: Vec<Override> = self.options.set.iter().chain(&rung.overrides).cloned().collect();
-        let source = source::load(&self.options.scene, &overrides);
-        (rung, source)
+    /// Rungs with their scenes.
+    fn all(&self, rungs: Vec<Rung>) -> Vec<(Rung, Result<Source, Failure>)> {
+        let with = |rung: Rung| {
+            let overrides: Vec<Override> = self.options.set.iter().chain(&rung.overrides).cloned().collect();
+            let source = source::load(&self.options.scene, &overrides);
+            (rung, source)
+        };
+        rungs.into_iter().map(with).collect()
     }
 }

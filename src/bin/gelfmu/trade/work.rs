@@ -8,6 +8,7 @@ use crate::interrupt;
 use crate::job::RunError;
 use crate::progress::Bar;
 use crate::source::Source;
+use ballistic_gel::scene::Levels;
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -23,6 +24,8 @@ pub struct Work<'a> {
     pub folder: PathBuf,
     /// Processes at once.
     pub jobs: usize,
+    /// How often each run is made; the least CPU time counts.
+    pub repeats: usize,
     /// Progress.
     pub bar: &'a Bar,
 }
@@ -34,6 +37,7 @@ struct Task {
     file: PathBuf,
     text: PathBuf,
     folder: PathBuf,
+    repeats: usize,
 }
 
 impl Work<'_> {
@@ -46,7 +50,7 @@ impl Work<'_> {
                 Err(refused) => runs.push((index, Run { rung, row: Err(refused.to_string()) })),
                 Ok(source) => match self.kept(&rung, &source)? {
                     (Some(row), _) => runs.push((index, Run { rung, row })),
-                    (None, file) => tasks.push(write_scene(index, rung, file, &source)?),
+                    (None, file) => tasks.push(self.task(index, rung, file, &source)?),
                 },
             }
         }
@@ -58,13 +62,19 @@ impl Work<'_> {
 
     /// The row of a run that was made before, and the file for it.
     fn kept(&self, rung: &Rung, source: &Source) -> Result<(Option<Result<Row, String>>, PathBuf), Failure> {
-        let file = self.folder.join(format!("{:032x}.json", key(rung, source)));
+        let file = self.folder.join(format!("{:032x}.json", key(rung, source, self.repeats)));
         match fs::read_to_string(&file) {
             // A file that was cut off is made again.
             Ok(text) => Ok((serde_json::from_str::<Result<Row, String>>(&text).ok(), file)),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok((None, file)),
             Err(error) => Err(named("read", &file)(error)),
         }
+    }
+
+    fn task(&self, index: usize, rung: Rung, file: PathBuf, source: &Source) -> Result<Task, Failure> {
+        let text = file.with_extension("toml");
+        fs::write(&text, &source.text).map_err(named("write", &text))?;
+        Ok(Task { index, rung, file, text, folder: source.folder.clone(), repeats: self.repeats })
     }
 
     fn make(&self, tasks: Vec<Task>) -> Result<Vec<(usize, Run)>, Failure> {
@@ -101,18 +111,16 @@ impl Work<'_> {
 }
 
 /// Hash of what decides a row: the scene with every default, who moves the projectile, and the version.
-fn key(rung: &Rung, source: &Source) -> u128 {
-    let scene = serde_json::to_string(&source.scene).expect("a scene consists of tables, numbers and text");
+fn key(rung: &Rung, source: &Source, repeats: usize) -> u128 {
+    let mut scene = source.scene.clone();
+    // What was measured before changes nothing.
+    scene.fidelity = Levels::default();
+    let scene = serde_json::to_string(&scene).expect("a scene consists of tables, numbers and text");
     let files: Vec<Vec<u8>> =
         source.scene.files().iter().filter_map(|(_, name)| fs::read(source.folder.join(name)).ok()).collect();
-    let all = format!("{} {} {scene} {files:?}", env!("CARGO_PKG_VERSION"), rung.importer.as_str());
+    let again = if repeats == 1 { String::new() } else { repeats.to_string() };
+    let all = format!("{}{again} {} {scene} {files:?}", env!("CARGO_PKG_VERSION"), rung.importer.as_str());
     xxhash_rust::xxh3::xxh3_128(all.as_bytes())
-}
-
-fn write_scene(index: usize, rung: Rung, file: PathBuf, source: &Source) -> Result<Task, Failure> {
-    let text = file.with_extension("toml");
-    fs::write(&text, &source.text).map_err(named("write", &text))?;
-    Ok(Task { index, rung, file, text, folder: source.folder.clone() })
 }
 
 impl Task {
@@ -120,7 +128,7 @@ impl Task {
         let program = std::env::current_exe().map_err(named("find", Path::new("gelfmu")))?;
         let mut command = Command::new(program);
         command.arg("trade-row").arg(&self.text).arg("--folder").arg(self.folder.join("."));
-        command.args(["--importer", self.rung.importer.as_str()]);
+        command.args(["--importer", self.rung.importer.as_str(), "--repeat", &self.repeats.to_string()]);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         command.spawn().map_err(named("start a run of", &self.text))
     }
