@@ -71,7 +71,12 @@ fn json(text: &str) -> Value {
 }
 
 fn run_of<'a>(value: &'a Value, label: &str) -> &'a Value {
-    value["runs"].as_array().unwrap().iter().find(|run| run["run"] == label).unwrap_or_else(|| panic!("no {label}: {value}"))
+    value["runs"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|run| run["run"] == label)
+        .unwrap_or_else(|| panic!("no {label}: {value}"))
 }
 
 #[test]
@@ -103,7 +108,21 @@ fn a_curve_is_measured_written_and_taken_up_again() {
 fn runs_that_fail_are_shown_and_meshes_that_are_exchanged_go_on() {
     let folder = folder(SCENE);
     let set = "projectile.velocity=[0, 0, -60]";
-    let words = ["trade", "tiny.toml", "--set", set, "--only", "cfl", "--finer", "1", "--jobs", "2", "--out", "curve", "--json"];
+    let words = [
+        "trade",
+        "tiny.toml",
+        "--set",
+        set,
+        "--only",
+        "cfl",
+        "--finer",
+        "1",
+        "--jobs",
+        "2",
+        "--out",
+        "curve",
+        "--json",
+    ];
     let said = gelfmu(folder.path(), &words);
     let value = json(&said.out);
     let failure = run_of(&value, "as it comes")["row"]["failure"].as_str().unwrap();
@@ -158,7 +177,11 @@ fn a_level_or_an_accuracy_picks_a_setting_and_says_what_to_expect() {
         (said, summary(&folder.path().join(out)))
     };
     let (said, coarse) = run(&["--accuracy", "10%"], "a");
-    assert!(said.err.contains("fidelity coarse: expect an error of 8 %, 0.001 million element updates"), "{}", said.err);
+    assert!(
+        said.err.contains("fidelity coarse: expect an error of 8 %, 0.001 million element updates"),
+        "{}",
+        said.err
+    );
     assert_eq!((&coarse["fidelity"], coarse["expected_error"].as_f64()), (&Value::from("coarse"), Some(0.08)));
     let (_, fine) = run(&["--fidelity", "3"], "b");
     assert!(fine["elements"].as_u64() > coarse["elements"].as_u64());
@@ -180,9 +203,15 @@ fn an_accuracy_that_no_curve_knows_is_refused_with_a_remedy() {
     let beyond = refused(&["run", "tiny.toml", "--accuracy", "0.1%"]);
     assert!(beyond.contains("--accuracy 0.1%: found nothing so accurate, expected at least 0.5%"), "{beyond}");
     let other = refused(&["run", "tiny.toml", "--accuracy", "5%", "--set", "gel.density=900.0"]);
-    assert!(other.contains("found scene tiny.toml without a curve") && other.contains("gelfmu trade tiny.toml"), "{other}");
+    assert!(
+        other.contains("found scene tiny.toml without a curve") && other.contains("gelfmu trade tiny.toml"),
+        "{other}"
+    );
     let none = refused(&["run", "tiny.toml", "--fidelity", "draft"]);
-    assert!(none.contains("scene.fidelity: found \"draft\", expected \"standard\", or a table fidelity.draft"), "{none}");
+    assert!(
+        none.contains("scene.fidelity: found \"draft\", expected \"standard\", or a table fidelity.draft"),
+        "{none}"
+    );
     let unknown = refused(&["run", "tiny.toml", "--fidelity", "best"]);
     assert!(unknown.contains("expected draft, coarse, standard, fine or reference"), "{unknown}");
 }
@@ -191,6 +220,10 @@ fn an_accuracy_that_no_curve_knows_is_refused_with_a_remedy() {
 fn check_prints_the_levels() {
     let folder = folder(&format!("{SCENE}{LEVELS}"));
     let said = gelfmu(folder.path(), &["check", "tiny.toml"]);
-    assert!(said.out.contains("fine (mesh.size=3e-3)") || said.out.contains("fine: expect an error of 0.5 %"), "{}", said.out);
+    assert!(
+        said.out.contains("fine (mesh.size=3e-3)") || said.out.contains("fine: expect an error of 0.5 %"),
+        "{}",
+        said.out
+    );
     assert_eq!(json(&gelfmu(folder.path(), &["check", "tiny.toml", "--json"]).out)["fidelity"]["fine"]["error"], 0.005);
 }

@@ -120,7 +120,8 @@ pub(super) fn levelled(text: &str, scene: &Scene) -> Result<Option<String>, Scen
     let fidelity = scene.scene.fidelity;
     let name = fidelity.as_str();
     let Some(level) = scene.fidelity.get(fidelity) else {
-        let expected = format!("\"standard\", or a table fidelity.{name}: `gelfmu trade` measures it and prints the lines");
+        let expected =
+            format!("\"standard\", or a table fidelity.{name}: `gelfmu trade` measures it and prints the lines");
         let unknown = SceneError::value("scene.fidelity", format!("{name:?}"), expected);
         return if fidelity == Fidelity::Standard { Ok(None) } else { Err(unknown) };
     };
@@ -150,7 +151,8 @@ mod tests {
     use super::Fidelity;
     use crate::scene::{Override, Scene, SceneError, builtin, builtins, read, resolve};
 
-    const LEVELS: &str = "\n[fidelity.draft]\nset = [\"mesh.size=10e-3\", \"integrator.cfl=1.0\"]\nerror = 0.05\nupdates = 1e6\n";
+    const LEVELS: &str =
+        "\n[fidelity.draft]\nset = [\"mesh.size=10e-3\", \"integrator.cfl=1.0\"]\nerror = 0.05\nupdates = 1e6\n";
 
     fn text() -> String {
         let plain = builtin("sphere-block").unwrap();
@@ -198,7 +200,8 @@ mod tests {
     fn the_levels_of_builtin_scenes_are_scenes_that_cost_more_and_miss_by_less() {
         for (name, text) in builtins() {
             let levels = read(text).unwrap().fidelity;
-            let known: Vec<_> = levels.known().map(|(_, level)| (level.updates.unwrap(), level.error.unwrap())).collect();
+            let known: Vec<_> =
+                levels.known().map(|(_, level)| (level.updates.unwrap(), level.error.unwrap())).collect();
             assert!(known.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 > pair[1].1), "{name}: {known:?}");
             for (fidelity, _) in levels.known() {
                 let choice: Override = format!("scene.fidelity={}", fidelity.as_str()).parse().unwrap();

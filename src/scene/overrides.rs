@@ -131,7 +131,9 @@ fn beat_levels(document: &mut DocumentMut, key: &str) {
             level.remove(measured);
         }
         if let Some(set) = level.get_mut("set").and_then(Item::as_array_mut) {
-            set.retain(|entry| !entry.as_str().is_some_and(|entry| touches(entry.split('=').next().unwrap_or("").trim(), key)));
+            set.retain(|entry| {
+                !entry.as_str().is_some_and(|entry| touches(entry.split('=').next().unwrap_or("").trim(), key))
+            });
         }
     }
 }

@@ -22,7 +22,11 @@ pub fn check(name: &str, console: &Console) -> Result<(), Failure> {
         format!("{}: {}{set}", fidelity.as_str(), level::expectation(level))
     });
     let levels: Vec<String> = levels.collect();
-    let levels = if levels.is_empty() { String::new() } else { format!("\n\n{}\n{}", console.heading("fidelity"), bullets(&levels)) };
+    let levels = if levels.is_empty() {
+        String::new()
+    } else {
+        format!("\n\n{}\n{}", console.heading("fidelity"), bullets(&levels))
+    };
     let text = format!(
         "{}: {}\n\n{}\n{}\n\n{}\n{}{levels}\n\nThe scene is good. Run it with: gelfmu run {name}",
         scene.scene.name,

@@ -29,11 +29,14 @@ fn cheapest(name: &str, scene: &Scene, accuracy: f64) -> Result<Fidelity, Failur
     let known: Vec<(Fidelity, f64, f64)> = known.collect();
     let Some(best) = known.iter().map(|level| level.1).reduce(f64::min) else {
         let found = format!("scene {name} without a curve that was measured with these values");
-        let expected = format!("one with fidelity tables: `gelfmu trade {name}` measures them, with the same --set, and prints the lines");
+        let expected = format!(
+            "one with fidelity tables: `gelfmu trade {name}` measures them, with the same --set, and prints the lines"
+        );
         return refuse(&found, &expected);
     };
     let fit = known.iter().filter(|level| level.1 <= accuracy).min_by(|a, b| a.2.total_cmp(&b.2));
-    let least = || format!("at least {}%, the best of its curve, or a finer one (`gelfmu trade --finer`)", percent(best));
+    let least =
+        || format!("at least {}%, the best of its curve, or a finer one (`gelfmu trade --finer`)", percent(best));
     fit.map_or_else(|| refuse("nothing so accurate", &least()), |level| Ok(level.0))
 }
 
@@ -43,7 +46,11 @@ pub fn expectation(level: &Level) -> String {
     let updates = level.updates.map(|updates| format!("{:.3} million element updates", 1e-6 * updates));
     let seconds = level.cpu_seconds.map(|seconds| format!("{seconds} CPU seconds where it was measured"));
     let all: Vec<String> = error.into_iter().chain(updates).chain(seconds).collect();
-    if all.is_empty() { "nothing was measured with these values".to_owned() } else { format!("expect {}", all.join(", ")) }
+    if all.is_empty() {
+        "nothing was measured with these values".to_owned()
+    } else {
+        format!("expect {}", all.join(", "))
+    }
 }
 
 /// A part in percent, in three digits.

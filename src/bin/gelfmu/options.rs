@@ -385,7 +385,8 @@ fn elements(text: &str) -> Result<usize, String> {
 
 /// A part of one.
 fn accuracy(text: &str) -> Result<f64, String> {
-    above_zero(text.trim().trim_end_matches('%').trim_end(), "error in percent, such as 2%").map(|percent| 0.01 * percent)
+    above_zero(text.trim().trim_end_matches('%').trim_end(), "error in percent, such as 2%")
+        .map(|percent| 0.01 * percent)
 }
 
 fn jobs(text: &str) -> Result<usize, String> {

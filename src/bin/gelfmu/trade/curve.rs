@@ -21,7 +21,13 @@ pub struct Quantity {
 /// What is compared: how deep, how long, how fast back (of the speed at the start: its own may be next to nothing), how hard.
 pub const QUANTITIES: [Quantity; 4] = [
     Quantity { key: "peak_depth", name: "depth", unit: ("mm", 1e3), get: |row| Some(row.peak_depth), scale: itself },
-    Quantity { key: "contact_duration", name: "contact", unit: ("ms", 1e3), get: |row| row.contact_duration, scale: itself },
+    Quantity {
+        key: "contact_duration",
+        name: "contact",
+        unit: ("ms", 1e3),
+        get: |row| row.contact_duration,
+        scale: itself,
+    },
     Quantity {
         key: "final_speed",
         name: "rebound",
@@ -132,7 +138,9 @@ fn finest(quantity: &Quantity, runs: &[Run], family: &str) -> Option<[(f64, f64)
 
 fn errors(run: &Run, references: &[Reference; 4]) -> [Option<f64>; 4] {
     std::array::from_fn(|i| match (&references[i], &run.row) {
-        (Reference::Limit(limit, _), Ok(row)) => QUANTITIES[i].of(row).map(|value| (value - limit.value).abs() / limit.scale),
+        (Reference::Limit(limit, _), Ok(row)) => {
+            QUANTITIES[i].of(row).map(|value| (value - limit.value).abs() / limit.scale)
+        }
         (Reference::Limit(..) | Reference::Refused(_) | Reference::Missing, _) => None,
     })
 }
@@ -172,7 +180,14 @@ pub mod tests {
         let mut failed = run("cfl", -1.0, 1.0);
         failed.row.as_mut().unwrap().failure = Some("inverted".to_owned());
         let refused = Run { row: Err("too coarse".to_owned()), ..run(MESH, -2.0, 2.0) };
-        Curve::of(vec![run("", 0.0, 1.0), run(MESH, -1.0, 1.4), run(MESH, 1.0, 0.7), run(MESH, 2.0, 0.5), failed, refused])
+        Curve::of(vec![
+            run("", 0.0, 1.0),
+            run(MESH, -1.0, 1.4),
+            run(MESH, 1.0, 0.7),
+            run(MESH, 2.0, 0.5),
+            failed,
+            refused,
+        ])
     }
 
     #[test]

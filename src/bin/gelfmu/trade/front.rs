@@ -39,7 +39,8 @@ mod tests {
 
     #[test]
     fn only_what_is_beaten_in_nothing_is_on_the_front() {
-        let points = [(1.0, Some(8.0)), (2.0, Some(4.0)), (2.0, Some(5.0)), (3.0, Some(4.0)), (4.0, Some(1.0)), (0.5, None)];
+        let points =
+            [(1.0, Some(8.0)), (2.0, Some(4.0)), (2.0, Some(5.0)), (3.0, Some(4.0)), (4.0, Some(1.0)), (0.5, None)];
         assert_eq!(pareto(&points), [true, true, false, false, true, false]);
     }
 

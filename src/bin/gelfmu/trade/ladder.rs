@@ -3,7 +3,8 @@
 use super::importer::Importer;
 use ballistic_gel::geometry::SignedDistance;
 use ballistic_gel::scene::{
-    ContactLaw, Dimension, ElementKind, GelShape, Grading, Lattice, Override, Remesh, RemeshMethod, Scene, ScheduleKind, Tree,
+    ContactLaw, Dimension, ElementKind, GelShape, Grading, Lattice, Override, Remesh, RemeshMethod, Scene,
+    ScheduleKind, Tree,
 };
 
 /// A run that is asked for.
@@ -211,7 +212,8 @@ fn contact(scene: &Scene) -> Vec<Rung> {
 /// Slower pressure waves: a gel that is softer in volume than it should be takes longer steps.
 fn bulk(scene: &Scene) -> Vec<Rung> {
     let own = scene.gel.bulk_modulus;
-    let one = |place: f64, f: f64| rung("bulk modulus", place, vec![set("gel.bulk_modulus", length(f * own))], f.sqrt());
+    let one =
+        |place: f64, f: f64| rung("bulk modulus", place, vec![set("gel.bulk_modulus", length(f * own))], f.sqrt());
     vec![one(-2.0, 0.25), one(-1.0, 0.5), one(1.0, 2.0)]
 }
 
@@ -237,7 +239,8 @@ fn remeshing(scene: &Scene) -> Vec<Rung> {
     let flat = scene.scene.dimension != Dimension::Spatial;
     let cut = flat && remesh.method == RemeshMethod::Retained && remesh.thinnest.is_none();
     let cut = cut.then(|| rung("remesh", -3.0, vec![set("remesh.method", "immersed")], 1.0));
-    let quality = [(-1.0, 0.667), (1.0, 1.333)].map(|(place, f)| one(place, "remesh.quality", length(f * remesh.quality)));
+    let quality =
+        [(-1.0, 0.667), (1.0, 1.333)].map(|(place, f)| one(place, "remesh.quality", length(f * remesh.quality)));
     let bend = (remesh.adaptive && remesh.bend < 120.0).then(|| one(-2.0, "remesh.bend", 180.0));
     quality.into_iter().chain(bend).chain(cut).collect()
 }

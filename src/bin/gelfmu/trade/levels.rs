@@ -85,7 +85,9 @@ mod tests {
     use ballistic_gel::scene::{Fidelity, Levels};
 
     fn levels(sizes: &[f64]) -> Vec<(Fidelity, f64)> {
-        let of = |size: &f64| run(if *size == 1.0 { "" } else { MESH }, (1.0 - size).signum() * (1.0 / size).ln().abs(), *size);
+        let of = |size: &f64| {
+            run(if *size == 1.0 { "" } else { MESH }, (1.0 - size).signum() * (1.0 / size).ln().abs(), *size)
+        };
         let chosen = choose(&Curve::of(sizes.iter().map(of).collect()));
         chosen.into_iter().map(|(fidelity, level)| (fidelity, level.error.unwrap())).collect()
     }
@@ -100,7 +102,10 @@ mod tests {
     #[test]
     fn where_no_run_is_left_there_is_no_level() {
         let found = levels(&[1.4, 1.0, 0.8, 0.7]);
-        assert_eq!(found.iter().map(|level| level.0).collect::<Vec<_>>(), [Fidelity::Coarse, Fidelity::Standard, Fidelity::Fine]);
+        assert_eq!(
+            found.iter().map(|level| level.0).collect::<Vec<_>>(),
+            [Fidelity::Coarse, Fidelity::Standard, Fidelity::Fine]
+        );
     }
 
     #[test]

@@ -39,7 +39,13 @@ pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, Failure> {
         console.note(&format!("Ctrl-C will not keep what was computed: {error}"));
     }
     let base = &task.scene.scene;
-    console.note(&format!("{}: {} ({} processes, into {})", base.name, base.title, options.jobs, task.folder.display()));
+    console.note(&format!(
+        "{}: {} ({} processes, into {})",
+        base.name,
+        base.title,
+        options.jobs,
+        task.folder.display()
+    ));
     if options.options {
         let runs = task.work(console, switches::REPEATS, |work| work.all(task.all(switches::rungs(&task.scene))))?;
         switches::show(&task, &runs, console)?;

@@ -39,7 +39,8 @@ pub fn read(path: &Path, curve: &Curve) -> Result<Vec<Other>, Failure> {
         if cells.len() != header.len() {
             return Err(refuse(&place, &format!("{} cells", cells.len()), &format!("{}, as in line 1", header.len())));
         }
-        let value = |key: &str| header.iter().position(|known| *known == key).and_then(|i| cells[i].parse::<f64>().ok());
+        let value =
+            |key: &str| header.iter().position(|known| *known == key).and_then(|i| cells[i].parse::<f64>().ok());
         let seconds = cells[cost].parse::<f64>().ok().filter(|seconds| *seconds > 0.0);
         let cpu_seconds = seconds.ok_or_else(|| refuse(&place, cells[cost], "CPU seconds, a positive number"))?;
         Ok(Other { name: cells[name].to_owned(), cpu_seconds, error: error(value, curve) })
@@ -76,7 +77,11 @@ mod tests {
 
     #[test]
     fn what_is_no_such_table_is_refused_with_its_line() {
-        assert!(said("run,depth\na,1\n").unwrap_err().contains("line 1: found the columns run, depth, expected a column cpu_seconds"));
+        assert!(
+            said("run,depth\na,1\n")
+                .unwrap_err()
+                .contains("line 1: found the columns run, depth, expected a column cpu_seconds")
+        );
         assert!(said("run,cpu_seconds\n\na,soon\n").unwrap_err().contains("line 3: found soon"));
         assert!(said("run,cpu_seconds\na\n").unwrap_err().contains("line 2: found 1 cells, expected 2"));
     }

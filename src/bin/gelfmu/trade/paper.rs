@@ -1,7 +1,7 @@
 //! The curve on paper: a table for the console, Markdown, CSV and JSON.
 
-use super::levels;
 use super::curve::{Assessed, Curve, QUANTITIES, Reference};
+use super::levels;
 use super::row::Row;
 use super::work::named;
 use crate::console::Console;
@@ -92,7 +92,9 @@ fn failures(curve: &Curve) -> Vec<String> {
     let sentence = |assessed: &Assessed| {
         let label = assessed.run.rung.label();
         match &assessed.run.row {
-            Ok(row) => row.failure.as_ref().map(|why| format!("{label}: failed after {:.4} ms: {why}", 1e3 * row.end_time)),
+            Ok(row) => {
+                row.failure.as_ref().map(|why| format!("{label}: failed after {:.4} ms: {why}", 1e3 * row.end_time))
+            }
             Err(why) => Some(format!("{label}: refused: {why}")),
         }
     };
@@ -114,8 +116,10 @@ pub fn text(curve: &Curve, folder: &Path, console: &Console) -> String {
     table.column_iter_mut().skip(2).for_each(|column| column.set_cell_alignment(CellAlignment::Right));
     let lists = [("references", references(curve)), ("did not reach their end", failures(curve))];
     let lists = lists.into_iter().filter(|(_, lines)| !lines.is_empty());
-    let lists: Vec<String> = lists.map(|(name, lines)| format!("{}\n  {}", console.heading(name), lines.join("\n  "))).collect();
-    let levels = format!("{}\n{}", console.heading("levels, as lines of the scene"), levels::lines(&levels::choose(curve)));
+    let lists: Vec<String> =
+        lists.map(|(name, lines)| format!("{}\n  {}", console.heading(name), lines.join("\n  "))).collect();
+    let levels =
+        format!("{}\n{}", console.heading("levels, as lines of the scene"), levels::lines(&levels::choose(curve)));
     let files = ["trade.md", "trade.csv", "trade.svg"].map(|name| folder.join(name).display().to_string());
     format!("{table}\n{LEGEND}\n\n{}\n\n{levels}\n{}", lists.join("\n\n"), files.join("\n"))
 }
@@ -185,15 +189,20 @@ pub fn value(scene: &str, curve: &Curve) -> Value {
     let references: Map<String, Value> =
         QUANTITIES.iter().zip(&curve.references).map(|(q, r)| (q.key.to_owned(), reference(r))).collect();
     let runs: Vec<Value> = curve.runs.iter().map(run).collect();
-    let levels: Map<String, Value> =
-        levels::choose(curve).into_iter().map(|(fidelity, level)| (fidelity.as_str().to_owned(), json!(level))).collect();
+    let levels: Map<String, Value> = levels::choose(curve)
+        .into_iter()
+        .map(|(fidelity, level)| (fidelity.as_str().to_owned(), json!(level)))
+        .collect();
     json!({ "scene": scene, "references": references, "runs": runs, "levels": levels })
 }
 
 fn run(assessed: &Assessed) -> Value {
     let rung = &assessed.run.rung;
-    let errors: Map<String, Value> =
-        QUANTITIES.iter().zip(assessed.errors).map(|(quantity, error)| (quantity.key.to_owned(), json!(error))).collect();
+    let errors: Map<String, Value> = QUANTITIES
+        .iter()
+        .zip(assessed.errors)
+        .map(|(quantity, error)| (quantity.key.to_owned(), json!(error)))
+        .collect();
     json!({
         "knob": rung.knob,
         "run": rung.label(),

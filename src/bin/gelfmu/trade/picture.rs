@@ -49,7 +49,8 @@ enum Kind {
 /// The picture, with the runs of other codes beside ours; nothing if no run has an error.
 pub fn svg(scene: &str, curve: &Curve, others: &[Other]) -> Option<String> {
     let knobs = knobs(curve);
-    let by_updates: Vec<Mark> = curve.runs.iter().filter_map(|run| mark(run, &knobs, |row| row.element_updates)).collect();
+    let by_updates: Vec<Mark> =
+        curve.runs.iter().filter_map(|run| mark(run, &knobs, |row| row.element_updates)).collect();
     let by_time = curve.runs.iter().filter_map(|run| mark(run, &knobs, |row| row.cpu_seconds));
     let by_time: Vec<Mark> = by_time.chain(others.iter().filter_map(other)).collect();
     let errors = span(by_updates.iter().chain(&by_time).filter_map(|mark| mark.place.1))?;
@@ -71,7 +72,12 @@ pub fn svg(scene: &str, curve: &Curve, others: &[Other]) -> Option<String> {
 fn knobs(curve: &Curve) -> Vec<&'static str> {
     let mut all: Vec<&'static str> = curve.runs.iter().map(|assessed| name_of(assessed)).collect();
     let mut seen = vec![];
-    all.retain(|knob| !seen.contains(knob) && { seen.push(*knob); true });
+    all.retain(|knob| {
+        !seen.contains(knob) && {
+            seen.push(*knob);
+            true
+        }
+    });
     all
 }
 
@@ -95,14 +101,20 @@ fn mark(assessed: &Assessed, knobs: &[&'static str], cost: impl Fn(&super::row::
 
 fn other(other: &Other) -> Option<Mark> {
     let error = other.error.map(|error| 100.0 * error)?;
-    Some(Mark { place: (other.cpu_seconds, Some(error)), colour: BLACK, kind: Kind::Other, name: Some(other.name.clone()) })
+    Some(Mark {
+        place: (other.cpu_seconds, Some(error)),
+        colour: BLACK,
+        kind: Kind::Other,
+        name: Some(other.name.clone()),
+    })
 }
 
 /// From the least to the greatest, with room on both sides; nothing of nothing.
 fn span(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
     /// An error of nothing has no logarithm.
     const LEAST: f64 = 1e-3;
-    let (least, most) = values.map(|value| value.max(LEAST)).fold((f64::INFINITY, 0.0), |(a, b), x| (x.min(a), x.max(b)));
+    let (least, most) =
+        values.map(|value| value.max(LEAST)).fold((f64::INFINITY, 0.0), |(a, b), x| (x.min(a), x.max(b)));
     least.is_finite().then(|| 0.7 * least..2.0 * most)
 }
 

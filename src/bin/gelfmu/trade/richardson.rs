@@ -75,7 +75,9 @@ mod tests {
 
     #[test]
     fn a_power_law_gives_back_its_order_and_limit_for_any_three_sizes() {
-        for (order, sizes) in [(1.0, [4.0, 2.0, 1.0]), (2.0, [5.0, 3.57, 2.5]), (0.7, [2.0, 1.41, 1.0]), (1.5, [3.0, 2.0, 1.0])] {
+        for (order, sizes) in
+            [(1.0, [4.0, 2.0, 1.0]), (2.0, [5.0, 3.57, 2.5]), (0.7, [2.0, 1.41, 1.0]), (1.5, [3.0, 2.0, 1.0])]
+        {
             let found = of(|h| 14.5 - 0.03 * h.powf(order), sizes).unwrap();
             assert!((found.order - order).abs() < 1e-9, "{found:?}");
             assert!((found.value - 14.5).abs() < 1e-10, "{found:?}");
@@ -95,6 +97,8 @@ mod tests {
     #[test]
     fn what_goes_away_faster_and_faster_or_ends_far_away_has_no_limit() {
         assert!(matches!(limit([(4.0, 1.0), (2.0, 2.0), (1.0, 4.0)], None), Err(NoLimit::NoOrder { .. })));
-        assert!(matches!(of(|h| 1.0 - 0.5 * h, [4.0, 2.0, 1.0]), Err(NoLimit::Far { reach }) if (reach - 0.5).abs() < 1e-9));
+        assert!(
+            matches!(of(|h| 1.0 - 0.5 * h, [4.0, 2.0, 1.0]), Err(NoLimit::Far { reach }) if (reach - 0.5).abs() < 1e-9)
+        );
     }
 }

@@ -53,7 +53,11 @@ fn switches(scene: &Scene) -> Vec<Switch> {
         all.push(switch("a viscous branch", None, &["gel.material=\"viscoelastic\"", branch]));
         let flows = ["gel.material=\"flowing\"", "gel.strength={yield_stress=1e9, rate_exponent=0.0, cap=2e9}"];
         all.push(switch("strength, not reached", None, &flows));
-        all.push(switch("bulk viscosity, and that strength", None, &[flows[0], flows[1], "gel.viscosity={linear=0.1}"]));
+        all.push(switch(
+            "bulk viscosity, and that strength",
+            None,
+            &[flows[0], flows[1], "gel.viscosity={linear=0.1}"],
+        ));
     }
     all
 }
@@ -64,7 +68,10 @@ fn far_fragment(scene: &Scene) -> String {
         BodyShape::Sphere { radius } => radius,
         _ => 0.0,
     });
-    format!("fragment=[{{shape={{sphere={{radius={radius:?}}}}}, mass=1.0, position=[0.0, 0.0, {:?}]}}]", 100.0 * radius)
+    format!(
+        "fragment=[{{shape={{sphere={{radius={radius:?}}}}}, mass=1.0, position=[0.0, 0.0, {:?}]}}]",
+        100.0 * radius
+    )
 }
 
 fn overrides(sets: &[String]) -> Vec<Override> {
@@ -81,7 +88,8 @@ pub fn rungs(scene: &Scene) -> Vec<Rung> {
     [Rung::base()].into_iter().chain(switches(scene).into_iter().flat_map(both)).collect()
 }
 
-const HEADER: [&str; 7] = ["option", "run", "M updates", "of the scene", "ns per update", "of the scene", "CPU s of the scene"];
+const HEADER: [&str; 7] =
+    ["option", "run", "M updates", "of the scene", "ns per update", "of the scene", "CPU s of the scene"];
 
 /// A line of the table: figures, and those of the scene as it comes.
 fn cells(run: &Run, base: &Row) -> Vec<String> {
@@ -120,12 +128,14 @@ pub fn show(task: &Task<'_>, runs: &[Run], console: &Console) -> Result<(), Fail
     table.column_iter_mut().skip(2).for_each(|column| column.set_cell_alignment(CellAlignment::Right));
     let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
     let rule = HEADER.map(|_| "---".to_owned());
-    let markdown: String = [HEADER.map(str::to_owned).to_vec(), rule.to_vec()].iter().chain(&lines).map(|cells| line(cells)).collect();
+    let markdown: String =
+        [HEADER.map(str::to_owned).to_vec(), rule.to_vec()].iter().chain(&lines).map(|cells| line(cells)).collect();
     let path = task.folder.join("options.md");
     std::fs::write(&path, markdown).map_err(named("write", &path))?;
     let value = |run: &Run| json!({ "option": run.rung.knob, "run": run.rung.label(), "row": run.row.as_ref().ok(), "refused": run.row.as_ref().err() });
     let values: Vec<Value> = runs.iter().map(value).collect();
-    console.result(&json!({ "scene": task.scene.scene.name, "options": values }), &format!("{table}\n{}", path.display()));
+    console
+        .result(&json!({ "scene": task.scene.scene.name, "options": values }), &format!("{table}\n{}", path.display()));
     Ok(())
 }
 
@@ -140,7 +150,12 @@ mod tests {
             let text = scene::builtin(name).unwrap();
             for rung in rungs(&scene::read(text).unwrap()) {
                 let read = scene::resolve(text, &rung.overrides).and_then(|text| scene::read(&text));
-                assert!(read.is_ok() || rung.label().contains("z_max"), "{name}: {}: {}", rung.label(), read.unwrap_err());
+                assert!(
+                    read.is_ok() || rung.label().contains("z_max"),
+                    "{name}: {}: {}",
+                    rung.label(),
+                    read.unwrap_err()
+                );
             }
         }
     }

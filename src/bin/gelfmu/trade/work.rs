@@ -136,13 +136,18 @@ impl Task {
     /// What the process said; kept in the folder, so that it is not run again, unless it was ended from outside.
     fn end(&self, child: &mut Child) -> Result<Result<Row, String>, Failure> {
         let (mut out, mut complaint) = (String::new(), String::new());
-        for (pipe, to) in [(child.stdout.as_mut().map(|p| p as &mut dyn Read), &mut out), (child.stderr.as_mut().map(|p| p as _), &mut complaint)] {
+        for (pipe, to) in [
+            (child.stdout.as_mut().map(|p| p as &mut dyn Read), &mut out),
+            (child.stderr.as_mut().map(|p| p as _), &mut complaint),
+        ] {
             pipe.map_or(Ok(0), |pipe| pipe.read_to_string(to)).map_err(named("read from", &self.text))?;
         }
         let status = child.wait().map_err(named("wait for", &self.text))?;
         let row = match serde_json::from_str::<Row>(&out) {
             Ok(row) => Ok(row),
-            Err(_) if status.code().is_none() => return Ok(Err(format!("its process was ended from outside: {status}"))),
+            Err(_) if status.code().is_none() => {
+                return Ok(Err(format!("its process was ended from outside: {status}")));
+            }
             Err(_) => Err(complaint.trim().trim_start_matches("error: ").to_owned()),
         };
         let text = serde_json::to_string_pretty(&row).expect("numbers and text can be written");
