@@ -243,7 +243,17 @@ fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 9] {
     let undamped = (scene.integrator.damping == 0.0).then_some("damping: none, waves keep their energy");
     let free = is_free(&scene.gel.supports) || matches!(scene.gel.shape, GelShape::LBeam { .. });
     let alone = scene.fragment.is_empty().then_some("fragments: none, the projectile is alone");
-    [alone, fixed, locking, smooth, apart, restitution, unloaded, undamped, free.then_some("supports: none, the gel is free")]
+    [
+        alone,
+        fixed,
+        locking,
+        smooth,
+        apart,
+        restitution,
+        unloaded,
+        undamped,
+        free.then_some("supports: none, the gel is free"),
+    ]
 }
 
 fn is_free(supports: &Supports) -> bool {

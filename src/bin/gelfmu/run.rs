@@ -24,7 +24,9 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
     usable(&folder, options)?;
     let way = if options.direct { "by the library" } else { "through the packed FMU" };
     console.note(&format!("{}: {} ({way}, into {})", header.name, header.title, folder.display()));
-    expected.iter().for_each(|expected| console.note(expected));
+    if let Some(expected) = expected {
+        console.note(&expected);
+    }
     let job = Job { scene: (source.text, source.folder), folder, step: options.step, threads: options.threads };
     let ending = watch(&job, options.direct, console)?;
     let (text, summary) = read_summary(&job.folder)?;

@@ -95,8 +95,8 @@ pub struct Curve {
 
 impl Curve {
     /// Of finished runs.
-    pub fn of(runs: Vec<Run>) -> Self {
-        let references = QUANTITIES.map(|quantity| reference(&quantity, &runs));
+    pub fn of(runs: &[Run]) -> Self {
+        let references = QUANTITIES.map(|quantity| reference(&quantity, runs));
         let errors: Vec<[Option<f64>; 4]> = runs.iter().map(|run| errors(run, &references)).collect();
         let worst: Vec<Option<f64>> = errors.iter().map(|all| worst(all)).collect();
         let cost = |run: &Run| run.row.as_ref().map_or(f64::INFINITY, |row| row.element_updates);
@@ -106,7 +106,7 @@ impl Curve {
             let knob = if knob.is_empty() { MESH } else { knob };
             Point { knob, place, cost: cost(run), error: *error }
         };
-        let points: Vec<Point> = runs.iter().zip(&worst).map(|pair| point(pair)).collect();
+        let points: Vec<Point> = runs.iter().zip(&worst).map(point).collect();
         let held = held(&points);
         let best = pareto(&points.iter().zip(&held).map(|(point, held)| (point.cost, *held)).collect::<Vec<_>>());
         let all = runs.iter().cloned().zip(errors).zip(worst).zip(held).zip(best);
@@ -180,14 +180,7 @@ pub mod tests {
         let mut failed = run("cfl", -1.0, 1.0);
         failed.row.as_mut().unwrap().failure = Some("inverted".to_owned());
         let refused = Run { row: Err("too coarse".to_owned()), ..run(MESH, -2.0, 2.0) };
-        Curve::of(vec![
-            run("", 0.0, 1.0),
-            run(MESH, -1.0, 1.4),
-            run(MESH, 1.0, 0.7),
-            run(MESH, 2.0, 0.5),
-            failed,
-            refused,
-        ])
+        Curve::of(&[run("", 0.0, 1.0), run(MESH, -1.0, 1.4), run(MESH, 1.0, 0.7), run(MESH, 2.0, 0.5), failed, refused])
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Which runs of a curve become the levels of `scene.fidelity`.
 
 use super::curve::{Assessed, Curve};
+use super::ladder::{MESH, REMESHED};
 use ballistic_gel::scene::{Fidelity, Level};
 
 /// What a level may cost, in element updates of the scene as it comes.
@@ -47,10 +48,20 @@ fn figures(assessed: &Assessed) -> Option<(f64, f64)> {
     Some((row.element_updates, assessed.held?))
 }
 
+/// Whether its error is no chance: the reference is of its own family, or a finer run of its knob was made.
+fn is_confirmed(assessed: &Assessed, curve: &Curve) -> bool {
+    let rung = &assessed.run.rung;
+    let finer = |other: &Assessed| {
+        other.run.rung.knob == rung.knob && other.run.rung.place > rung.place && other.error.is_some()
+    };
+    ["", MESH, REMESHED].contains(&rung.knob) || curve.runs.iter().any(finer)
+}
+
 /// The run of least error among those that fit.
 fn best(curve: &Curve, fits: impl Fn(f64, f64) -> bool) -> Option<(&Assessed, f64, f64)> {
     let known = |run| figures(run).map(|(cost, error)| (run, cost, error));
-    let fitting = curve.runs.iter().filter_map(known).filter(|&(_, cost, error)| fits(cost, error));
+    let confirmed = curve.runs.iter().filter(|run| is_confirmed(run, curve));
+    let fitting = confirmed.filter_map(known).filter(|&(_, cost, error)| fits(cost, error));
     fitting.min_by(|a, b| a.2.total_cmp(&b.2))
 }
 
@@ -79,8 +90,8 @@ pub fn lines(levels: &[(Fidelity, Level)]) -> String {
 #[cfg(test)]
 mod tests {
     use super::{choose, lines};
-    use crate::trade::curve::Curve;
     use crate::trade::curve::tests::run;
+    use crate::trade::curve::{Curve, Run};
     use crate::trade::ladder::MESH;
     use ballistic_gel::scene::{Fidelity, Levels};
 
@@ -88,7 +99,7 @@ mod tests {
         let of = |size: &f64| {
             run(if *size == 1.0 { "" } else { MESH }, (1.0 - size).signum() * (1.0 / size).ln().abs(), *size)
         };
-        let chosen = choose(&Curve::of(sizes.iter().map(of).collect()));
+        let chosen = choose(&Curve::of(&sizes.iter().map(of).collect::<Vec<_>>()));
         chosen.into_iter().map(|(fidelity, level)| (fidelity, level.error.unwrap())).collect()
     }
 
@@ -97,6 +108,17 @@ mod tests {
         let found = levels(&[6.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.8, 0.7, 0.5, 0.4, 0.3]);
         let expected = [0.02, 0.015, 0.01, 0.007, 0.004];
         assert_eq!(found, Fidelity::ALL.into_iter().zip(expected).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn what_no_finer_run_confirms_is_no_level() {
+        let mesh = [run("", 0.0, 1.0), run(MESH, 1.0, 0.7), run(MESH, 2.0, 0.5)];
+        let fine = |more: &[Run]| {
+            let levels = choose(&Curve::of(&[mesh.as_slice(), more].concat()));
+            levels.into_iter().find(|level| level.0 == Fidelity::Fine).unwrap().1.error
+        };
+        assert_eq!(fine(&[run("grading", 1.0, 0.65)]), Some(0.007));
+        assert_eq!(fine(&[run("grading", 1.0, 0.65), run("grading", 2.0, 0.6)]), Some(0.0065));
     }
 
     #[test]

@@ -51,7 +51,7 @@ pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, Failure> {
         switches::show(&task, &runs, console)?;
         return Ok(task.status(console));
     }
-    let curve = Curve::of(task.work(console, 1, |work| task.runs(work))?);
+    let curve = Curve::of(&task.work(console, 1, |work| task.runs(work))?);
     let others = options.with.as_deref().map_or(Ok(vec![]), |path| others::read(path, &curve))?;
     paper::write(&task.folder, &curve, picture::svg(&base.name, &curve, &others))?;
     console.result(&paper::value(&base.name, &curve), &paper::text(&curve, &task.folder, console));

@@ -48,7 +48,7 @@ fn cost(row: &Row) -> [String; 3] {
 fn figures(assessed: &Assessed, row: &Row) -> impl Iterator<Item = String> {
     let percent = |error: Option<f64>| error.map_or("-".to_owned(), |error| digits(100.0 * error));
     let held = match (assessed.error, assessed.held) {
-        (Some(own), Some(held)) if held > own => format!("{} ({})", digits(100.0 * own), digits(100.0 * held)),
+        (Some(own), Some(held)) if held > 1.001 * own => format!("{} ({})", digits(100.0 * own), digits(100.0 * held)),
         (own, _) => percent(own),
     };
     let best = if assessed.best { "*" } else { "" };
@@ -134,10 +134,10 @@ fn markdown(curve: &Curve) -> String {
     };
     let rows = curve.runs.iter().map(|assessed| line(&pad(cells(assessed))));
     let lists = [references(curve), failures(curve)].concat();
-    let lists: String = lists.iter().map(|sentence| format!("- {sentence}\n")).collect();
+    let lists: Vec<String> = lists.iter().map(|sentence| format!("- {sentence}")).collect();
     let levels = levels::lines(&levels::choose(curve));
     let table = format!("{}{}{}", line(&header), line(&rule), rows.collect::<String>());
-    format!("{table}\n{LEGEND}.\n\n{lists}\n```toml\n{levels}```\n")
+    format!("{table}\n{LEGEND}.\n\n{}\n\n```toml\n{levels}```\n", lists.join("\n"))
 }
 
 /// All figures, SI, a line per run.

@@ -115,7 +115,7 @@ fn span(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
     const LEAST: f64 = 1e-3;
     let (least, most) =
         values.map(|value| value.max(LEAST)).fold((f64::INFINITY, 0.0), |(a, b), x| (x.min(a), x.max(b)));
-    least.is_finite().then(|| 0.7 * least..2.0 * most)
+    least.is_finite().then_some(0.7 * least..2.0 * most)
 }
 
 fn draw(panel: &Area, (caption, across): (&str, &str), marks: &[Mark], errors: &Range<f64>) {

@@ -91,7 +91,9 @@ impl Work<'_> {
             }
             std::thread::sleep(LOOK);
             if interrupt::asked() {
-                going.iter_mut().for_each(|(_, child)| stop(child));
+                for (_, child) in &mut going {
+                    stop(child);
+                }
                 return Ok(runs);
             }
             let names: Vec<String> = going.iter().map(|(task, _)| task.rung.label()).collect();
