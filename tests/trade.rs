@@ -1,5 +1,7 @@
 //! `gelfmu trade`, and the levels of fidelity that it measures, as a user meets them.
 
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

@@ -52,7 +52,9 @@ pub fn svg(scene: &str, curve: &Curve, others: &[Other]) -> Option<String> {
     let by_updates: Vec<Mark> =
         curve.runs.iter().filter_map(|run| mark(run, &knobs, |row| row.element_updates)).collect();
     let by_time = curve.runs.iter().filter_map(|run| mark(run, &knobs, |row| row.cpu_seconds));
-    let by_time: Vec<Mark> = by_time.chain(others.iter().filter_map(other)).collect();
+    let mut others: Vec<Mark> = others.iter().filter_map(other).collect();
+    others.sort_by(|a, b| b.place.0.total_cmp(&a.place.0));
+    let by_time: Vec<Mark> = by_time.chain(others).collect();
     let errors = span(by_updates.iter().chain(&by_time).filter_map(|mark| mark.place.1))?;
     let mut text = String::new();
     {
@@ -90,7 +92,7 @@ fn name_of(assessed: &Assessed) -> &'static str {
 fn mark(assessed: &Assessed, knobs: &[&'static str], cost: impl Fn(&super::row::Row) -> f64) -> Option<Mark> {
     let row = assessed.run.row.as_ref().ok()?;
     let number = knobs.iter().position(|knob| *knob == name_of(assessed))?;
-    let error = assessed.error.map(|error| 100.0 * error);
+    let error = assessed.held.map(|error| 100.0 * error);
     if error.is_none() && row.failure.is_none() {
         return None;
     }
@@ -129,13 +131,18 @@ fn draw(panel: &Area, (caption, across): (&str, &str), marks: &[Mark], errors: &
         .build_cartesian_2d(costs.log_scale(), errors.clone().log_scale())
         .expect("a panel");
     let mut mesh = chart.configure_mesh();
-    mesh.x_desc(format!("{across}; x: failed")).y_desc("worst error, %").x_labels(6).y_labels(8).max_light_lines(0);
-    mesh.y_label_formatter(&|y| format!("{y}"));
+    mesh.x_desc(format!("{across}; x: failed"))
+        .y_desc("error that holds, %")
+        .x_labels(6)
+        .y_labels(8)
+        .max_light_lines(0);
+    mesh.x_label_formatter(&|x| tick(*x)).y_label_formatter(&|y| tick(*y));
     mesh.axis_style(BLACK.stroke_width(FINE)).label_style(("sans-serif", 12 * FINE));
     mesh.bold_line_style(BLACK.mix(0.12).stroke_width(FINE)).draw().expect("a grid");
     let mut front: Vec<(f64, f64)> = marks.iter().filter(|mark| mark.kind == Kind::Best).filter_map(place).collect();
     front.sort_by(|a, b| a.0.total_cmp(&b.0));
     chart.draw_series(LineSeries::new(front, BLACK.mix(0.35).stroke_width(FINE))).expect("a curve");
+    let mut n_others = 0;
     for mark in marks {
         // What has failed has no error: it stands at the upper edge.
         let (at, size) = (place(mark).unwrap_or((mark.place.0, 0.95 * errors.end)), 4 * FINE.cast_signed());
@@ -147,10 +154,20 @@ fn draw(panel: &Area, (caption, across): (&str, &str), marks: &[Mark], errors: &
             (Some(_), Kind::Other) => plotting.draw(&TriangleMarker::new(at, size, mark.colour.filled())),
         };
         drawn.expect("a mark");
-        let style = ("sans-serif", 11 * FINE).into_font();
-        let label = |name: &String| EmptyElement::at(at) + Text::new(name.clone(), (2 * size, -size), style.clone());
-        mark.name.iter().for_each(|name| plotting.draw(&label(name)).expect("a name"));
+        // Names of other codes stand above each other: their marks lie side by side.
+        n_others += i32::from(mark.kind == Kind::Other);
+        let up = if mark.kind == Kind::Other { -(12 * n_others + 8) * FINE.cast_signed() } else { -size };
+        if let Some(name) = &mark.name {
+            let line = PathElement::new(vec![(0, 0), (0, up)], BLACK.mix(0.3).stroke_width(FINE / 2));
+            let text = Text::new(name.clone(), (2 * size, up), ("sans-serif", 11 * FINE).into_font());
+            plotting.draw(&(EmptyElement::at(at) + line + text)).expect("a name");
+        }
     }
+}
+
+/// A number on an axis: 0.1, 1, 10; 1e6.
+fn tick(value: f64) -> String {
+    if (1e-3..1e4).contains(&value) { format!("{value}") } else { format!("{value:e}") }
 }
 
 fn place(mark: &Mark) -> Option<(f64, f64)> {
