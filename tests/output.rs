@@ -18,10 +18,12 @@ use std::path::{Path, PathBuf};
 const STEPS: usize = 50;
 
 /// Keys of `summary.json` that scripts hold on to, in the order of the file.
-const KEYS: [&str; 44] = [
+const KEYS: [&str; 46] = [
     "scene",
     "version",
     "interface",
+    "fidelity",
+    "expected_error",
     "completed",
     "end_time",
     "wall_seconds",

@@ -72,6 +72,16 @@ def depth_errors(depth):
     return f"depth error {cases.error(depth):+.2f} mm, {word} than the peers' {cases.error(cases.PEERS):+.2f} mm"
 
 
+def csv(results):
+    """The peers as `gelfmu trade sphere-block --with` reads them: SI, the least CPU seconds."""
+    yield "run,peak_depth,final_speed,cpu_seconds"
+    for case, runs in results:
+        if not case.is_ours:
+            answer = runs[0]
+            name = f"{case.name} in steps of {1e6 * case.step:g} µs"
+            yield f"{name},{answer['depth']:.6f},{answer['rebound']:.4f},{least(runs, 'cpu_s'):.2f}"
+
+
 def markdown(results):
     """Machine, table and verdict."""
     rows = [line(cells(case, runs)) for case, runs in results]

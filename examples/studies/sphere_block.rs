@@ -1,4 +1,9 @@
+#[path = "../../src/bin/gelfmu/trade/richardson.rs"]
+#[allow(dead_code, reason = "the command says more of a limit")]
+mod richardson;
+
 use super::run::{Run, run, scene};
+use richardson::{Limit, limit};
 use std::io::Write as _;
 
 /// Cells along the edge of 0.1 m of the block; its height of 0.05 m has half as many. With fewer than 16 the ball of 20 mm
@@ -19,9 +24,9 @@ pub fn study() {
         for (name, pick) in [("depth, mm", 0), ("v at 10 ms, m/s", 1)] {
             let values = [three[0], three[1], three[2]].map(|f| (f.size, f.values[pick]));
             let sizes = values.map(|v| format!("{:.2}", 1e3 * v.0)).join(" ");
-            match richardson(values) {
-                Some((order, limit)) => println!("| {sizes} | {name} | {order:.2} | {limit:.3} |"),
-                None => println!("| {sizes} | {name} | not monotone | – |"),
+            match limit(values, None) {
+                Ok(Limit { order, value, .. }) => println!("| {sizes} | {name} | {order:.2} | {value:.3} |"),
+                Err(why) => println!("| {sizes} | {name} | {why} | – |"),
             }
         }
     }
@@ -53,23 +58,4 @@ fn row(lattice: &str, n: u32) -> Figures {
     );
     std::io::stdout().flush().expect("a terminal");
     Figures { size, values: [1e3 * depth, v] }
-}
-
-/// Order p and limit of f(h) = f₀ + C hᵖ through three sizes, finest last; `None` unless they are monotone.
-fn richardson([a, b, c]: [(f64, f64); 3]) -> Option<(f64, f64)> {
-    let ratio = (a.1 - b.1) / (b.1 - c.1);
-    if ratio <= 0.0 || !ratio.is_finite() {
-        return None;
-    }
-    let misfit = |p: f64| (a.0.powf(p) - b.0.powf(p)) / (b.0.powf(p) - c.0.powf(p)) - ratio;
-    let (mut low, mut high) = (0.05, 8.0);
-    if misfit(low) * misfit(high) > 0.0 {
-        return None;
-    }
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if misfit(middle) * misfit(low) > 0.0 { low = middle } else { high = middle }
-    }
-    let constant = (b.1 - c.1) / (b.0.powf(low) - c.0.powf(low));
-    Some((low, c.1 - constant * c.0.powf(low)))
 }

@@ -22,7 +22,7 @@ pub use files::{OutputError, claim};
 pub use picture::model_picture;
 pub use sensors::{Dent, SensorFigures};
 pub use steps::{Figures, draw as draw_steps};
-pub use summary::{Account, Interface, Summary};
+pub use summary::{Account, Interface, Summary, rebound};
 
 use frames::FrameSeries;
 use history::History;

@@ -5,7 +5,7 @@ use super::overlap;
 use super::penetration::Penetration;
 use super::sensors::SensorFigures;
 use crate::algebra::Vector3;
-use crate::scene::{self, Dimension, Scene};
+use crate::scene::{self, Dimension, Fidelity, Scene};
 use crate::simulation::{BodyReport, EnergyReport, Observation};
 use serde::Serialize;
 use std::time::Instant;
@@ -29,6 +29,10 @@ pub struct Summary {
     pub version: &'static str,
     /// How the simulation was driven.
     pub interface: Interface,
+    /// How accurate it was to be.
+    pub fidelity: Fidelity,
+    /// Greatest relative error of the motion of the projectile that was measured at this level, if the scene is as it was then.
+    pub expected_error: Option<f64>,
     /// Whether it reached the end time of the scene.
     pub completed: bool,
     /// Time that it reached, s.
@@ -173,6 +177,8 @@ impl Summary {
             scene: run.scene.scene.name.clone(),
             version: env!("CARGO_PKG_VERSION"),
             interface: run.interface,
+            fidelity: run.scene.scene.fidelity,
+            expected_error: run.scene.fidelity.get(run.scene.scene.fidelity).and_then(|level| level.error),
             completed: ending.failure.is_none() && *time >= end * (1.0 - 1e-9),
             end_time: *time,
             wall_seconds,
@@ -267,7 +273,8 @@ fn accounts(energy: &EnergyReport) -> [Account; 17] {
 }
 
 /// Speed against the initial velocity once the last impulse is past by 10 % of the contact, m/s (numerics A14).
-fn rebound(observation: &Observation, initial: Vector3) -> Option<f64> {
+#[must_use]
+pub fn rebound(observation: &Observation, initial: Vector3) -> Option<f64> {
     let (first, last) = observation.projectile().contact.first.zip(observation.projectile().contact.last)?;
     let direction = initial.try_normalize(0.0)?;
     let over = observation.time - last > 0.1 * (last - first);

@@ -92,12 +92,50 @@ fn touches(a: &str, b: &str) -> bool {
 /// # Errors
 /// [`SceneError`] if the text is not TOML, or an override is not a dotted key and a TOML value.
 pub fn resolve(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
+    change(text, overrides, |document, override_| {
+        write(document, override_)?;
+        beat_levels(document, &override_.key);
+        Ok(())
+    })
+}
+
+/// The same without a word to the levels of `scene.fidelity`.
+pub(super) fn written(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
+    change(text, overrides, write)
+}
+
+fn change(
+    text: &str,
+    overrides: &[Override],
+    each: impl Fn(&mut DocumentMut, &Override) -> Result<(), SceneError>,
+) -> Result<String, SceneError> {
     let parsed = text.parse::<DocumentMut>();
     let mut document = parsed.map_err(|error| explain::syntax(text, error.span(), error.message()))?;
-    for change in overrides {
-        write(&mut document, change)?;
-    }
+    overrides.iter().try_for_each(|override_| each(&mut document, override_))?;
     Ok(document.to_string())
+}
+
+/// Keys that change neither what comes out nor what it costs, and those of the levels themselves.
+const HARMLESS: [&str; 6] =
+    ["fidelity", "output", "scene.fidelity", "scene.name", "scene.title", "scene.communication_step"];
+
+/// An override is stronger than a level, which must not set the key again; and what was measured no longer holds.
+fn beat_levels(document: &mut DocumentMut, key: &str) {
+    let levels = document.get_mut("fidelity").and_then(Item::as_table_like_mut);
+    if HARMLESS.iter().any(|harmless| *harmless == key || key.starts_with(&format!("{harmless}."))) {
+        return;
+    }
+    for (_, level) in levels.into_iter().flat_map(|levels| levels.iter_mut()) {
+        let Some(level) = level.as_table_like_mut() else { continue };
+        for measured in ["error", "updates", "cpu_seconds"] {
+            level.remove(measured);
+        }
+        if let Some(set) = level.get_mut("set").and_then(Item::as_array_mut) {
+            set.retain(|entry| {
+                !entry.as_str().is_some_and(|entry| touches(entry.split('=').next().unwrap_or("").trim(), key))
+            });
+        }
+    }
 }
 
 fn write(document: &mut DocumentMut, change: &Override) -> Result<(), SceneError> {

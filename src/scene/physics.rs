@@ -183,11 +183,6 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
     let flows = scene.gel.strength.is_some();
     let mut off = vec![
         if flows {
-            "viscosity in shear: none beside the strength that rises with the rate"
-        } else {
-            "viscosity: none, the gel is elastic at every rate"
-        },
-        if flows {
             "failure: none, the gel flows but does not crack"
         } else {
             "strength and failure: none, the gel does not tear"
@@ -195,12 +190,42 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
         "gravity: none",
         "self-contact of the gel: none",
         "heat: none",
+        "air: none, neither around the gel nor in the cavity",
+        "deformation of the bodies: none, they are rigid",
     ];
+    off.extend(viscosity(scene));
+    off.extend(pressure(scene).into_iter().flatten());
     off.extend(depends_on_dimension(scene.scene.dimension));
     off.extend(depends_on_tables(scene).into_iter().flatten());
     let fixed = scene.bodies().enumerate().filter(|(_, body)| body.fixed).map(|(i, _)| name(i));
     let still = fixed.map(|name| format!("motion of {name}: none, it is fixed"));
     off.into_iter().map(str::to_owned).chain(still).collect()
+}
+
+/// What a gel lacks whose stress does not depend on the rate.
+fn viscosity(scene: &Scene) -> Option<&'static str> {
+    match scene.gel.material {
+        MaterialModel::Viscoelastic => None,
+        MaterialModel::NeoHookean | MaterialModel::Flowing => Some(if scene.gel.strength.is_some() {
+            "viscosity in shear: none beside the strength that rises with the rate"
+        } else {
+            "viscosity: none, the gel is elastic at every rate"
+        }),
+    }
+}
+
+/// What the pressure of the gel, and its surface where that is exchanged, do not know.
+fn pressure(scene: &Scene) -> [Option<&'static str>; 4] {
+    let (gel, remesh) = (&scene.gel, scene.remesh.as_ref());
+    let shocks = gel.volume.is_some_and(|volume| volume.hugoniot_slope > 0.0);
+    let voids = gel.volume.is_some_and(|volume| volume.tension_limit.is_some());
+    let splash = remesh.is_some_and(|remesh| remesh.thinnest.is_none());
+    [
+        (!shocks).then_some("speed of shocks: that of sound, the equation of state has no slope"),
+        (!voids).then_some("voids: none, the gel bears any tension"),
+        gel.viscosity.is_none().then_some("bulk viscosity: none, shocks ring from element to element"),
+        splash.then_some("splash: none, thin sheets stay with the gel"),
+    ]
 }
 
 /// A body in a sentence.
@@ -216,7 +241,7 @@ fn depends_on_dimension(dimension: Dimension) -> Option<&'static str> {
     }
 }
 
-fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 8] {
+fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 9] {
     let fixed = scene.remesh.is_none().then_some("remeshing: none, the run stops where the mesh cannot follow");
     let plain = scene.mesh.element == ElementKind::Plain;
     let locking = plain.then_some("locking-free elements: none, plain elements are too stiff near incompressibility");
@@ -227,7 +252,18 @@ fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 8] {
     let unloaded = scene.load.is_empty().then_some("loads: none, only bodies and supports act on the gel");
     let undamped = (scene.integrator.damping == 0.0).then_some("damping: none, waves keep their energy");
     let free = is_free(&scene.gel.supports) || matches!(scene.gel.shape, GelShape::LBeam { .. });
-    [fixed, locking, smooth, apart, restitution, unloaded, undamped, free.then_some("supports: none, the gel is free")]
+    let alone = scene.fragment.is_empty().then_some("fragments: none, the projectile is alone");
+    [
+        alone,
+        fixed,
+        locking,
+        smooth,
+        apart,
+        restitution,
+        unloaded,
+        undamped,
+        free.then_some("supports: none, the gel is free"),
+    ]
 }
 
 fn is_free(supports: &Supports) -> bool {
@@ -249,6 +285,19 @@ mod tests {
         let off = off("sphere-block");
         for physics in ["friction", "viscosity", "strength and failure", "gravity", "remeshing", "locking-free"] {
             assert!(off.iter().any(|line| line.starts_with(physics)), "{physics} is not in {off:?}");
+        }
+    }
+
+    #[test]
+    fn what_a_gel_has_is_not_switched_off() {
+        let visco = off("bounce-visco");
+        assert!(!visco.iter().any(|line| line.starts_with("viscosity")), "{visco:?}");
+        let (shot, block) = (off("fbi-bb"), off("sphere-block"));
+        for physics in ["voids", "bulk viscosity", "splash"] {
+            assert!(!shot.iter().any(|line| line.starts_with(physics)), "{physics}: {shot:?}");
+        }
+        for physics in ["voids", "bulk viscosity", "speed of shocks", "fragments", "air", "deformation of the bodies"] {
+            assert!(block.iter().any(|line| line.starts_with(physics)), "{physics}: {block:?}");
         }
     }
 

@@ -1,5 +1,6 @@
 //! Scene text to checked scene.
 
+use super::fidelity::{levelled, misfit};
 use super::places::{Places, join, numbered};
 use super::validate::validate;
 use super::{Files, Scene, SceneError, explain, files, fill, no_files};
@@ -31,6 +32,23 @@ pub fn read(text: &str) -> Result<Scene, SceneError> {
 /// # Errors
 /// As [`read`]; also for the first file that cannot be read, or does not hold what it should.
 pub fn read_with_files(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
+    let scene = as_it_stands(text, files)?;
+    match levelled(text, &scene) {
+        Ok(None) => Ok(scene),
+        Ok(Some(other)) => as_it_stands(&other, files).map_err(|error| placed(text, misfit(&scene, &error))),
+        Err(error) => Err(placed(text, error)),
+    }
+}
+
+/// An error with the line on which its key is set.
+fn placed(text: &str, error: SceneError) -> SceneError {
+    let table = DeTable::parse(text);
+    let line = table.ok().and_then(|table| Places::of(text, table.get_ref()).line_of(&error.key));
+    SceneError { line, ..error }
+}
+
+/// Reads and checks a scene, whatever its level.
+fn as_it_stands(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
     let table = DeTable::parse(text).map_err(|error| explain::syntax(text, error.span(), error.message()))?;
     let places = Places::of(text, table.get_ref());
     let shear_modulus = fill::shear_modulus(table.get_ref());

@@ -1,8 +1,8 @@
 //! The tables of a scene file. Field docs are the help an editor shows; units are SI.
 
 use super::{
-    BranchSpec, ConstantsSpec, Load, MaterialModel, Preset, Projectile, Sensor, StrengthSpec, TermSpec, ViscositySpec,
-    VolumeSpec,
+    BranchSpec, ConstantsSpec, Fidelity, Levels, Load, MaterialModel, Preset, Projectile, Sensor, StrengthSpec, TermSpec,
+    ViscositySpec, VolumeSpec,
 };
 use serde::{Deserialize, Serialize};
 
@@ -43,6 +43,9 @@ pub struct Scene {
     /// What is written.
     #[serde(default)]
     pub output: Output,
+    /// What the levels of `scene.fidelity` are.
+    #[serde(default, skip_serializing_if = "Levels::is_empty")]
+    pub fidelity: Levels,
 }
 
 /// Name, dimension and duration of a scene.
@@ -61,6 +64,9 @@ pub struct Header {
     pub end_time: f64,
     /// Step at which kinematics and impulse are exchanged, s.
     pub communication_step: f64,
+    /// How accurate, and how costly: a level other than `standard` writes the values of its `fidelity` table over the scene.
+    #[serde(default)]
+    pub fidelity: Fidelity,
 }
 
 /// The space the gel lives in.

@@ -2,6 +2,7 @@
 
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::level;
 use crate::source::{self, Source};
 use ballistic_gel::scene::{self, Fact, Preset};
 use serde_json::{Value, json};
@@ -18,9 +19,20 @@ pub fn check(name: &str, console: &Console) -> Result<(), Failure> {
         "switched_off": off,
         "preset": scene.gel.preset.map(Preset::name),
         "from_preset": given.iter().map(|fact| value(fact)).collect::<Vec<_>>(),
+        "fidelity": scene.fidelity,
     });
+    let levels = scene.fidelity.known().map(|(fidelity, level)| {
+        let set = if level.set.is_empty() { String::new() } else { format!(" ({})", level.set.join(" ")) };
+        format!("{}: {}{set}", fidelity.as_str(), level::expectation(level))
+    });
+    let levels: Vec<String> = levels.collect();
+    let levels = if levels.is_empty() {
+        String::new()
+    } else {
+        format!("{}\n{}\n\n", console.heading("fidelity"), bullets(&levels))
+    };
     let text = format!(
-        "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{}The scene is good. Run it with: gelfmu run {name}",
+        "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{}{levels}The scene is good. Run it with: gelfmu run {name}",
         scene.scene.name,
         scene.scene.title,
         console.heading("models"),

@@ -89,15 +89,19 @@ impl Job {
         scene::read_with_files(text, &fmi2::files_in(folder))
     }
 
-    /// Ends of the communication steps, s: multiples of the step, the last one at the end time.
+    /// Ends of the communication steps, s.
     pub fn times(&self, scene: &Scene) -> impl Iterator<Item = f64> + use<> {
-        /// A last step shorter than this part of a whole one is round-off.
-        const ROUND_OFF: f64 = 1e-6;
-        let end = scene.scene.end_time;
-        let step = self.step.unwrap_or(scene.scene.communication_step);
-        let n_steps = (end / step - ROUND_OFF).ceil().max(1.0) as u64;
-        (1..=n_steps).map(move |k| if k == n_steps { end } else { k as f64 * step })
+        times(scene, self.step.unwrap_or(scene.scene.communication_step))
     }
+}
+
+/// Ends of communication steps of a scene, s: multiples of the step, the last one at the end time.
+pub fn times(scene: &Scene, step: f64) -> impl Iterator<Item = f64> + use<> {
+    /// A last step shorter than this part of a whole one is round-off.
+    const ROUND_OFF: f64 = 1e-6;
+    let end = scene.scene.end_time;
+    let n_steps = (end / step - ROUND_OFF).ceil().max(1.0) as u64;
+    (1..=n_steps).map(move |k| if k == n_steps { end } else { k as f64 * step })
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ mod direct;
 mod failure;
 mod interrupt;
 mod job;
+mod level;
 mod listing;
 mod options;
 mod pack;
@@ -17,6 +18,7 @@ mod run;
 mod source;
 mod summary;
 mod through_fmu;
+mod trade;
 
 use clap::Parser;
 use console::Console;
@@ -45,6 +47,8 @@ fn dispatch(command: Command, console: &Console) -> Result<u8, Failure> {
         Command::Run(options) => return run::run(&options, console),
         Command::Bench(options) => return bench::bench(&options, console),
         Command::Calibrate(options) => return calibrate::calibrate(&options, console),
+        Command::Trade(options) => return trade::trade(&options, console),
+        Command::TradeRow(options) => trade::row(&options)?,
         Command::Check { scene } => check::check(&scene, console)?,
         Command::Pack(options) => listing::pack(&options, console)?,
         Command::RemeshDemo(options) => remesh_demo::show(&options, console)?,

@@ -1,7 +1,8 @@
 //! The command line.
 
+use crate::trade::Importer;
 use ballistic_gel::fmi2;
-use ballistic_gel::scene::Override;
+use ballistic_gel::scene::{Fidelity, Override};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
@@ -64,6 +65,15 @@ pub enum Command {
     /// distance, the gel immersed and cut out, and the velocity on the old mesh and on the new ones of both methods.
     /// `index.html` shows them in order with their figures.
     RemeshDemo(DemoOptions),
+    /// Measure what accuracy costs: run a scene with every knob that buys speed turned both ways, and print error against cost
+    ///
+    /// Errors are those of the motion of the projectile, relative to the limit of refinement of the same scene, and are refused where
+    /// that is not monotone. Table, CSV and picture are written into the folder, and finished runs are kept there: the same
+    /// command goes on where it was interrupted.
+    Trade(TradeOptions),
+    /// Run one scene of a ladder and print its row
+    #[command(hide = true)]
+    TradeRow(RowOptions),
     /// List the built-in scenes, or print one
     Scenes {
         /// Name of the scene to print
@@ -89,6 +99,8 @@ pub struct RunOptions {
     /// Replace a value of the scene, such as mesh.size=2e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
+    #[command(flatten)]
+    pub level: LevelOptions,
     /// Folder for the results (`gelfmu-out/SCENE` if absent)
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -104,6 +116,17 @@ pub struct RunOptions {
     /// Threads, 0 for all cores; results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
     pub threads: usize,
+}
+
+/// How accurate a run is to be.
+#[derive(Debug, Default, Args)]
+pub struct LevelOptions {
+    /// Level of the scene: draft, coarse, standard, fine or reference, or 0 to 4; --set is stronger
+    #[arg(long, value_name = "LEVEL")]
+    pub fidelity: Option<Fidelity>,
+    /// Cheapest level whose error is known to be no greater, such as 2%
+    #[arg(long, value_name = "PERCENT", conflicts_with = "fidelity", value_parser = accuracy)]
+    pub accuracy: Option<f64>,
 }
 
 /// What was measured, and in which scene.
@@ -265,6 +288,54 @@ impl SectionName {
     }
 }
 
+/// Whose curve to measure.
+#[derive(Debug, Args)]
+pub struct TradeOptions {
+    /// Name of a built-in scene, or path of a scene file
+    pub scene: String,
+    /// Replace a value of the scene in every run, such as remesh.quality=0.3; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<Override>,
+    /// Turn these knobs alone, beside the mesh, such as cfl,element
+    #[arg(long, value_name = "KNOB,...", value_delimiter = ',')]
+    pub only: Vec<String>,
+    /// How often all edges are refined by √2 beyond those of the scene
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=6))]
+    pub finer: u32,
+    /// Processes at once, each of one thread
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = jobs)]
+    pub jobs: usize,
+    /// Folder for the curve and its runs (`gelfmu-out/SCENE-trade` if absent)
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Draw the runs of other codes beside ours: a CSV file with the columns run, cpu_seconds and some of those of trade.csv, such
+    /// as peak_depth
+    #[arg(long, value_name = "FILE")]
+    pub with: Option<PathBuf>,
+    /// Measure what each option that the scene leaves out costs when it is on, and when it is off, instead of the curve
+    #[arg(long, conflicts_with_all = ["only", "with", "finer"])]
+    pub options: bool,
+    /// Make every run again, also those that are kept in the folder
+    #[arg(long)]
+    pub afresh: bool,
+}
+
+/// One run of a ladder.
+#[derive(Debug, Args)]
+pub struct RowOptions {
+    /// Path of the scene file
+    pub scene: PathBuf,
+    /// Folder to which the names of its files are relative
+    #[arg(long, value_name = "DIR", default_value = "")]
+    pub folder: PathBuf,
+    /// Who moves the projectile
+    #[arg(long, value_enum, default_value_t)]
+    pub importer: Importer,
+    /// How often it is run; the least time counts
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub repeat: usize,
+}
+
 /// What to pack.
 #[derive(Debug, Args)]
 pub struct PackOptions {
@@ -312,6 +383,20 @@ fn elements(text: &str) -> Result<usize, String> {
     match text.parse::<usize>() {
         Ok(n) if (least..=most).contains(&n) => Ok(n),
         _ => Err(format!("expected a number of elements from {least} to {most}")),
+    }
+}
+
+/// A part of one.
+fn accuracy(text: &str) -> Result<f64, String> {
+    above_zero(text.trim().trim_end_matches('%').trim_end(), "error in percent, such as 2%")
+        .map(|percent| 0.01 * percent)
+}
+
+fn jobs(text: &str) -> Result<usize, String> {
+    let most = fmi2::most_threads();
+    match text.parse::<usize>() {
+        Ok(n) if (1..=most).contains(&n) => Ok(n),
+        _ => Err(format!("expected a number of processes from 1 to {most}")),
     }
 }
 

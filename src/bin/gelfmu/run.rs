@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::job::{Ending, Job, RunError, check_step};
 use crate::options::{DEFAULT_SCENE, RunOptions};
 use crate::progress::Bar;
-use crate::{direct, interrupt, source, summary, through_fmu};
+use crate::{direct, interrupt, level, summary, through_fmu};
 use ballistic_gel::output;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -17,13 +17,16 @@ const WAITING: &str =
 /// Runs a scene, shows how it went, and says with which status to end.
 pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
     let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
-    let source = source::load(name, &options.set)?;
+    let (source, expected) = level::load(name, &options.set, &options.level)?;
     options.step.map_or(Ok(()), |step| check_step(step, &source.scene))?;
     let header = source.scene.scene;
     let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(&header.name));
     usable(&folder, options)?;
     let way = if options.direct { "by the library" } else { "through the packed FMU" };
     console.note(&format!("{}: {} ({way}, into {})", header.name, header.title, folder.display()));
+    if let Some(expected) = expected {
+        console.note(&expected);
+    }
     let job = Job { scene: (source.text, source.folder), folder, step: options.step, threads: options.threads };
     let ending = watch(&job, options.direct, console)?;
     let (text, summary) = read_summary(&job.folder)?;

@@ -29,6 +29,14 @@ pub fn load(name: &str, overrides: &[Override]) -> Result<Source, Failure> {
     }
 }
 
+/// The scene of a file whose names of files are relative to a folder.
+pub fn load_from(path: &Path, folder: &Path) -> Result<Scene, Failure> {
+    let name = path.display().to_string();
+    let text = std::fs::read_to_string(path).map_err(|error| unreadable(&name, &error))?;
+    let read = scene::read_with_files(&text, &fmi2::files_in(folder));
+    read.map_err(|error| Failure::BadInput(format!("scene {name}: {error}")))
+}
+
 fn unreadable(name: &str, error: &std::io::Error) -> Failure {
     let known: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
     Failure::BadInput(format!(

@@ -29,6 +29,7 @@ fn rows(s: &Value) -> Vec<(&'static str, String)> {
         ("total impulse", quantity(&s["total_impulse"], "N s")),
         ("energy", format!("closure {}, defect {}", small(&s["energy_error"]), small(&s["energy_defect"]))),
         ("momentum", format!("{}, angular {}", small(&s["momentum_error"]), small(&s["angular_momentum_error"]))),
+        ("expected error", percent(&s["expected_error"])),
         ("wall time", quantity(&s["wall_seconds"], "s")),
         ("digest", s["digest"].as_str().unwrap_or("-").to_owned()),
     ]
@@ -101,6 +102,10 @@ fn count(value: &Value) -> String {
     value
         .as_f64()
         .map_or("-".to_owned(), |n| if n < 1e6 { format!("{n:.0}") } else { format!("{:.3} million", n * 1e-6) })
+}
+
+fn percent(value: &Value) -> String {
+    value.as_f64().map_or("not measured with these values".to_owned(), |part| format!("{:.2} %", 100.0 * part))
 }
 
 fn small(value: &Value) -> String {

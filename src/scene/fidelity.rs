@@ -1,0 +1,221 @@
+//! One knob for all that buys speed: what its levels write over a scene, and what was measured of them.
+
+use super::overrides::{Override, written};
+use super::{Scene, SceneError};
+use serde::{Deserialize, Serialize};
+use std::str::FromStr;
+
+/// How accurate a run is, and how costly. `standard` is the scene as it stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum Fidelity {
+    /// The cheapest.
+    Draft,
+    /// Between `draft` and `standard`.
+    Coarse,
+    /// The scene as it stands.
+    #[default]
+    Standard,
+    /// Between `standard` and `reference`.
+    Fine,
+    /// The most accurate that was measured.
+    Reference,
+}
+
+/// What the levels of `scene.fidelity` are: `gelfmu trade` measures them and prints this table.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Levels {
+    /// Level 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub draft: Option<Level>,
+    /// Level 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coarse: Option<Level>,
+    /// Level 2, which sets nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standard: Option<Level>,
+    /// Level 3.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fine: Option<Level>,
+    /// Level 4.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Level>,
+}
+
+/// A level: what it sets, and what a run then is expected to cost and to miss by. The figures hold for the scene as it stands; an
+/// override of it takes them away, and what it sets itself.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct Level {
+    /// Keys and values written over the scene, such as "mesh.size=2e-3".
+    pub set: Vec<String>,
+    /// Greatest relative error of the motion of the projectile, from the limit of refinement.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<f64>,
+    /// Element updates of a run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub updates: Option<f64>,
+    /// CPU time of a run on one thread of the machine that measured it, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cpu_seconds: Option<f64>,
+}
+
+impl Fidelity {
+    /// From the cheapest to the most accurate.
+    pub const ALL: [Self; 5] = [Self::Draft, Self::Coarse, Self::Standard, Self::Fine, Self::Reference];
+
+    /// As in a scene.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Draft => "draft",
+            Self::Coarse => "coarse",
+            Self::Standard => "standard",
+            Self::Fine => "fine",
+            Self::Reference => "reference",
+        }
+    }
+}
+
+impl FromStr for Fidelity {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let known = Self::ALL.into_iter().enumerate();
+        let found = known.into_iter().find(|(number, level)| level.as_str() == text || number.to_string() == text);
+        let expected = || "expected draft, coarse, standard, fine or reference, or their numbers, 0 to 4".to_owned();
+        found.map(|(_, level)| level).ok_or_else(expected)
+    }
+}
+
+impl Levels {
+    /// What is known of a level.
+    #[must_use]
+    pub fn get(&self, fidelity: Fidelity) -> Option<&Level> {
+        match fidelity {
+            Fidelity::Draft => self.draft.as_ref(),
+            Fidelity::Coarse => self.coarse.as_ref(),
+            Fidelity::Standard => self.standard.as_ref(),
+            Fidelity::Fine => self.fine.as_ref(),
+            Fidelity::Reference => self.reference.as_ref(),
+        }
+    }
+
+    /// Levels of which something is known, from the cheapest to the most accurate.
+    pub fn known(&self) -> impl Iterator<Item = (Fidelity, &Level)> {
+        Fidelity::ALL.into_iter().filter_map(|fidelity| Some((fidelity, self.get(fidelity)?)))
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.known().next().is_none()
+    }
+}
+
+/// The text of a scene with its level written over it; nothing if that changes nothing.
+pub(super) fn levelled(text: &str, scene: &Scene) -> Result<Option<String>, SceneError> {
+    let fidelity = scene.scene.fidelity;
+    let name = fidelity.as_str();
+    let Some(level) = scene.fidelity.get(fidelity) else {
+        let expected =
+            format!("\"standard\", or a table fidelity.{name}: `gelfmu trade` measures it and prints the lines");
+        let unknown = SceneError::value("scene.fidelity", format!("{name:?}"), expected);
+        return if fidelity == Fidelity::Standard { Ok(None) } else { Err(unknown) };
+    };
+    if fidelity == Fidelity::Standard && !level.set.is_empty() {
+        let expected = "nothing: the standard is the scene as it stands";
+        return Err(SceneError::value("fidelity.standard.set", format!("{:?}", level.set), expected));
+    }
+    let parsed: Result<Vec<Override>, SceneError> = level.set.iter().map(|set| set.parse()).collect();
+    let made = parsed.and_then(|overrides| written(text, &overrides));
+    made.map(|text| (!level.set.is_empty()).then_some(text)).map_err(|error| of_level(fidelity, level, &error))
+}
+
+/// A level that cannot be written over its scene.
+pub(super) fn misfit(scene: &Scene, error: &SceneError) -> SceneError {
+    let fidelity = scene.scene.fidelity;
+    of_level(fidelity, scene.fidelity.get(fidelity).unwrap_or(&Level::default()), error)
+}
+
+fn of_level(fidelity: Fidelity, level: &Level, error: &SceneError) -> SceneError {
+    let at = SceneError { line: None, ..error.clone() };
+    let key = format!("fidelity.{}.set", fidelity.as_str());
+    SceneError::value(&key, format!("{:?} ({at})", level.set), "values that this scene can have")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Fidelity;
+    use crate::scene::{Override, Scene, SceneError, builtin, builtins, read, resolve};
+
+    const LEVELS: &str =
+        "\n[fidelity.draft]\nset = [\"mesh.size=10e-3\", \"integrator.cfl=1.0\"]\nerror = 0.05\nupdates = 1e6\n";
+
+    fn text() -> String {
+        let plain = builtin("sphere-block").unwrap();
+        plain.split("\n[fidelity").next().unwrap().to_owned() + LEVELS
+    }
+
+    fn with(set: &[&str]) -> Result<Scene, SceneError> {
+        let overrides: Vec<Override> = set.iter().map(|set| set.parse().unwrap()).collect();
+        read(&resolve(&text(), &overrides)?)
+    }
+
+    #[test]
+    fn a_level_is_written_over_the_scene_and_an_override_over_both() {
+        let size_and_cfl = |set: &[&str]| with(set).map(|scene| (scene.mesh.size, scene.integrator.cfl())).unwrap();
+        assert_eq!(size_and_cfl(&[]), (5e-3, 0.8));
+        assert_eq!(size_and_cfl(&["scene.fidelity=draft"]), (10e-3, 1.0));
+        for set in [["scene.fidelity=draft", "mesh.size=4e-3"], ["mesh.size=4e-3", "scene.fidelity=draft"]] {
+            assert_eq!(size_and_cfl(&set), (4e-3, 1.0));
+        }
+    }
+
+    #[test]
+    fn what_was_measured_holds_for_the_scene_as_it_stands_alone() {
+        let error = |set: &[&str]| with(set).unwrap().fidelity.draft.unwrap().error;
+        assert_eq!(error(&["scene.fidelity=draft", "output.frames=1", "scene.communication_step=1e-5"]), Some(0.05));
+        assert_eq!(error(&["projectile.velocity=[0, 0, -4]"]), None);
+    }
+
+    #[test]
+    fn a_level_that_is_not_there_or_does_not_fit_is_refused_with_its_key() {
+        let refused = |set: &[&str]| with(set).unwrap_err();
+        let unknown = refused(&["scene.fidelity=fine"]);
+        assert!(unknown.line.is_some() && unknown.to_string().contains("gelfmu trade"), "{unknown}");
+        assert_eq!(unknown.key, "scene.fidelity");
+        for set in ["mesh.size=-1", "mesh", "mesh.siez=1"] {
+            let misfit = refused(&["scene.fidelity=draft", &format!("fidelity.draft.set=[{set:?}]")]);
+            assert_eq!(misfit.key, "fidelity.draft.set");
+            assert!(misfit.to_string().contains(set), "{misfit}");
+        }
+        let standard = refused(&["fidelity.standard.set=[\"mesh.size=1e-3\"]"]);
+        assert_eq!(standard.key, "fidelity.standard.set");
+    }
+
+    #[test]
+    fn the_levels_of_builtin_scenes_are_scenes_that_cost_more_and_miss_by_less() {
+        for (name, text) in builtins() {
+            let levels = read(text).unwrap().fidelity;
+            let known: Vec<_> =
+                levels.known().map(|(_, level)| (level.updates.unwrap(), level.error.unwrap())).collect();
+            assert!(known.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 > pair[1].1), "{name}: {known:?}");
+            for (fidelity, _) in levels.known() {
+                let choice: Override = format!("scene.fidelity={}", fidelity.as_str()).parse().unwrap();
+                let read = resolve(text, &[choice]).and_then(|text| read(&text));
+                assert_eq!(read.map(|scene| scene.scene.fidelity), Ok(fidelity), "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_level_has_a_name_and_a_number() {
+        for (number, level) in Fidelity::ALL.into_iter().enumerate() {
+            assert_eq!([level.as_str().parse(), number.to_string().parse()], [Ok(level), Ok(level)]);
+        }
+        assert!("5".parse::<Fidelity>().is_err());
+    }
+}
