@@ -15,6 +15,7 @@ mod hydro_drag;
 mod impacts;
 mod l_beam;
 mod leaks;
+mod limits;
 mod remesh;
 mod rest;
 mod run;
@@ -58,7 +59,7 @@ const STUDIES: [Study; 16] = [
         fbi_bb::study,
     ),
     ("hydro-drag", "drag and slam of a ball in a fluid, by mesh size and grading", hydro_drag::study),
-    ("extremes", "masses, speeds, a second of rest, and a body inside the gel", extremes::study),
+    ("extremes", "every limit against what is known beforehand; masses, speeds, a second of rest", extremes::study),
 ];
 
 fn main() -> std::process::ExitCode {
