@@ -4,7 +4,9 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-const COARSE: [&str; 8] = ["run", "ball-square", "--direct", "--quiet", "--set", "mesh.size=5e-3", "--set", "output.frames=2000"];
+const COARSE: [&str; 6] = ["run", "ball-square", "--direct", "--quiet", "--set", "mesh.size=5e-3"];
+/// Rows and frames enough to stop in the middle of them.
+const MANY: [&str; 4] = ["--set", "scene.communication_step=1e-6", "--set", "output.frames=2000"];
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
@@ -40,9 +42,10 @@ fn a_folder_that_cannot_be_written_is_named_before_anything_is_computed() {
 fn a_full_disk_ends_the_run_in_words_and_leaves_what_was_written() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let script = "trap '' XFSZ; ulimit -f 64; exec \"$0\" \"$@\"";
+    let script = "trap '' XFSZ; ulimit -f 128; exec \"$0\" \"$@\"";
     let mut command = Command::new("bash");
-    command.args(["-c", script, env!("CARGO_BIN_EXE_gelfmu")]).args(COARSE).args(["--out", out.to_str().unwrap()]);
+    command.args(["-c", script, env!("CARGO_BIN_EXE_gelfmu")]).args(COARSE);
+    command.args(["--set", "scene.communication_step=1e-6", "--set", "output.frames=2", "--out", out.to_str().unwrap()]);
     let Output { status, stderr, .. } = command.output().unwrap();
     let said = text(&stderr);
     assert!(!status.success() && said.contains("cannot write") && said.contains("space left"), "{status}: {said}");
@@ -55,7 +58,7 @@ fn a_run_that_is_killed_leaves_whole_rows_and_frames() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let mut command = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
-    command.args(COARSE).args(["--set", "scene.communication_step=1e-6", "--out", out.to_str().unwrap()]);
+    command.args(COARSE).args(MANY).args(["--out", out.to_str().unwrap()]);
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let frames = out.join("frames");
     while std::fs::read_dir(&frames).map_or(0, Iterator::count) < 20 {

@@ -10,9 +10,15 @@ use ballistic_gel::simulation::{CouplingMode, RestoreError, Saved, SavedState, S
 #[test]
 fn a_step_beyond_the_ticks_that_are_exact_is_refused() {
     for step in [1e18, 1e300, f64::MAX] {
-        let mut host = Host::started();
+        let mut host = Host::with(&coarse());
         // SAFETY: a live component.
-        assert_eq!(unsafe { fmi2DoStep(host.c, 0.0, step, 0) }, ERROR);
+        let status = unsafe {
+            assert_eq!(fmi2SetupExperiment(host.c, 0, 0.0, 0.0, 0, 0.0), OK);
+            assert_eq!(fmi2EnterInitializationMode(host.c), OK);
+            assert_eq!(fmi2ExitInitializationMode(host.c), OK);
+            fmi2DoStep(host.c, 0.0, step, 0)
+        };
+        assert_eq!(status, ERROR);
         let said = host.one_line();
         assert!(said.starts_with("communicationStepSize = ") && said.contains("ticks"), "{said}");
         // SAFETY: a live component.
@@ -70,13 +76,9 @@ fn a_state_whose_times_and_ticks_contradict_each_other_is_refused() {
         |saved| saved.time = f64::NAN,
         |saved| saved.time = -1e300,
         |saved| planar(saved).bodies[0].time = 1e300,
-        |saved| planar(saved).bodies[0].velocity.x = f64::MAX,
+        |saved| planar(saved).bodies[0].time = -1e-6,
     ];
     for (i, change) in changes.into_iter().enumerate() {
-        let late = |saved: &mut Saved| {
-            change(saved);
-            planar(saved).bodies[0].time *= if i == 4 { -1e9 } else { 1.0 };
-        };
-        assert!(matches!(restored(late), Err(RestoreError::Inconsistent { .. })), "change {i}");
+        assert!(matches!(restored(change), Err(RestoreError::Inconsistent { .. })), "change {i}");
     }
 }

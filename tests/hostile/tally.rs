@@ -1,8 +1,8 @@
 //! What comes of hostile inputs: how many were taken, refused, and what should not have happened.
 
-use std::cell::RefCell;
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
+use std::cell::{Cell, RefCell};
+use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+use std::sync::{Arc, Once};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 const LONGEST: f64 = 60.0;
 
 thread_local! {
+    static TRYING: Cell<bool> = const { Cell::new(false) };
     static SAID: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
@@ -42,7 +43,9 @@ impl Tally {
     /// Tries one input: a panic, a long time and an `Err` are findings.
     pub fn attempt(&mut self, seed: u64, input: impl FnOnce() -> Result<Fate, String>) {
         let begun = Instant::now();
+        TRYING.set(true);
         let outcome = catch_unwind(AssertUnwindSafe(input));
+        TRYING.set(false);
         let seconds = begun.elapsed().as_secs_f64();
         let story = match outcome {
             Err(_) => SAID.with_borrow(|said| format!("panic: {said}")),
@@ -89,9 +92,15 @@ impl Tally {
     }
 }
 
-/// Keeps what a panic says instead of printing it.
+/// Keeps what a panic in an input says, instead of printing it.
 fn listen() {
-    std::panic::set_hook(Box::new(|panic| SAID.set(panic.to_string().replace('\n', " "))));
+    static LISTENING: Once = Once::new();
+    LISTENING.call_once(|| {
+        let others = take_hook();
+        set_hook(Box::new(move |panic| {
+            if TRYING.get() { SAID.set(panic.to_string().replace('\n', " ")) } else { others(panic) }
+        }));
+    });
 }
 
 /// Where the seed under way is to be put; one that stays there is named, in case it never ends.
