@@ -1,3 +1,4 @@
+use super::limits;
 use super::rest;
 use super::run::{Run, run};
 use super::shot::{Space, shot};
@@ -12,8 +13,11 @@ const RATIOS: [f64; 9] = [1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
 const SPEEDS: [(f64, f64); 8] =
     [(0.01, 0.06), (0.1, 0.04), (1.0, 0.02), (10.0, 0.01), (30.0, 0.01), (50.0, 0.01), (100.0, 0.01), (300.0, 0.01)];
 
-/// Masses and speeds far from the ordinary, a body at rest on the gel, a body inside it.
+/// The table of extremes, then masses and speeds far from the ordinary, a body at rest on the gel, a body inside it.
 pub fn study() {
+    let cases = [&limits::QUICK[..], &limits::LONG[..]].concat();
+    let missed = limits::table(&cases);
+    println!("\n{} rows missed what was expected.\n", missed.len());
     masses();
     speeds();
     rest::study();

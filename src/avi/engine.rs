@@ -261,6 +261,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if state.birth != self.state.birth {
             return Err("it is of another mesh");
         }
+        if !self.bodies.iter().zip(&state.bodies).all(|(body, its)| body.admits(its)) {
+            return Err("a body has left its plane or axis, or is no longer what it was");
+        }
         let begun = state.birth.as_ref().map_or(0, |birth| birth.tick);
         let now = state.now.unwrap_or(begun);
         if begun > now || begun >= MOST_TICKS || state.record.synchronous.1 > now {
@@ -268,6 +271,22 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
         let fits = |clock: &Clock| self.rules.schedule != Kind::Bins || clock.step == 0 || clock.step.is_power_of_two();
         if state.clocks.iter().all(fits) { Ok(()) } else { Err("a step is none of the bins") }
+    }
+
+    /// Whether a state can have come to time `t`, s: at most its longest step beyond its last tick, and its bodies as far.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check_time(&self, state: &State<D>, t: f64) -> Result<(), &'static str> {
+        let longest = state.clocks.iter().map(|clock| clock.step).fold(0, Tick::max).min(MOST_TICKS);
+        let begun = state.birth.as_ref().map_or(0, |birth| birth.tick);
+        let latest = self.grid.time(state.now.unwrap_or(begun).min(MOST_TICKS) + longest);
+        let past = |time: f64| (0.0..=latest).contains(&time);
+        if !past(t) || !state.bodies.iter().all(|body| past(body.time)) {
+            return Err("its times and ticks contradict each other");
+        }
+        let numbers = self.bodies.iter().zip(&state.bodies).all(|(fixed, body)| body.at(fixed, t).is_valid());
+        if numbers { Ok(()) } else { Err("a body moves beyond all numbers") }
     }
 
     /// Continues from another state of the same gel.

@@ -126,7 +126,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Throughputs that closures are relative to: what was there, what came and went, what passed between gel and body.
     fn scales(&self, ledger: &Ledger, start: &Start) -> (f64, f64, f64) {
-        let positive = |scale: f64| if scale > 0.0 { scale } else { 1.0 };
+        /// Below it, products lose digits: a closure has none to be relative to.
+        const LEAST: f64 = f64::MIN_POSITIVE / f64::EPSILON;
+        let positive = |scale: f64| if scale > LEAST { scale } else { 1.0 };
         let passed: f64 = self.state.record.contacts.iter().map(|contact| contact.impulse.norm()).sum();
         let passed = passed + self.state.record.pressed;
         let linear = start.scale.0 + ledger.momentum.turnover() + passed;

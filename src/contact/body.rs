@@ -1,4 +1,4 @@
-use super::BodyState;
+use super::{BodyState, Wrench};
 use crate::algebra::{Tensor3, Vector, Vector3};
 use crate::geometry::{Gap, Shape, SignedDistance};
 
@@ -87,6 +87,24 @@ impl Body {
     pub fn fixed(shape: Shape, freedom: Freedom) -> Self {
         let (inertia, inverse_inertia) = (Tensor3::identity(), Tensor3::zeros());
         Self { shape, motion: Motion::Fixed, freedom, mass: f64::INFINITY, inertia, inverse_inertia }
+    }
+
+    /// Whether a state can be one of this body: in its plane or on its axis, turned by a unit quaternion, and a dome only if the body
+    /// is one.
+    #[must_use]
+    pub fn admits(&self, state: &BodyState) -> bool {
+        /// Of the norm of a quaternion: rounding over a long run.
+        const SLACK: f64 = 1e-6;
+        let Wrench { force, torque, force_rate, torque_rate } = &state.wrench;
+        let along = [&state.position, &state.velocity, force, force_rate];
+        let about = [&self.angular_velocity(state), torque, torque_rate];
+        let q = state.orientation.quaternion();
+        let turned = [q.w, q.i, q.j, q.k];
+        along.into_iter().all(|v| self.freedom.translation(v) == *v)
+            && about.into_iter().all(|v| self.freedom.rotation(v) == *v)
+            && self.freedom.turns(turned) == turned
+            && (q.norm() - 1.0).abs() <= SLACK
+            && state.bulge.is_some() == matches!(self.shape, Shape::Dome(_))
     }
 
     /// φ and n at a world point.

@@ -50,6 +50,7 @@ impl Instance {
         self.refuse_after_failure()?;
         let end = self.clock.end_of(current, step)?;
         let since_start = (end - self.clock.start).max(0.0);
+        self.refuse_beyond_ticks(step, since_start)?;
         self.step_inputs(step)?;
         let model = self.model.as_mut().expect("the inputs were checked against it");
         let begun = model.simulation.time();
@@ -77,6 +78,16 @@ impl Instance {
     /// Whether the simulation has stopped by itself.
     pub(super) fn has_stopped(&self) -> bool {
         self.failure().is_some()
+    }
+
+    /// Refuses a step that ends where ticks are no longer exact.
+    fn refuse_beyond_ticks(&mut self, step: f64, since_start: f64) -> Result<(), CallError> {
+        let latest = self.model()?.simulation.latest();
+        if since_start <= latest {
+            return Ok(());
+        }
+        let expected = format!("a step that ends at most {latest:e} s after the start: the ticks of later times are not exact");
+        Err(CallError::value("communicationStepSize", step, expected))
     }
 
     fn failure(&self) -> Option<String> {

@@ -14,14 +14,23 @@ pub struct OutputError {
     pub source: io::Error,
 }
 
+/// Extension of a file that is not yet whole.
+const PART: &str = "part";
+
 /// Names the file that an I/O error is about.
 pub(super) fn naming(path: &Path) -> impl FnOnce(io::Error) -> OutputError + '_ {
     |source| OutputError { path: path.to_path_buf(), source }
 }
 
-/// Writes a whole file.
+/// Writes a whole file: the old one is there until the new one is whole, also for who kills the run in between.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    fs::write(path, bytes).map_err(naming(path))
+    let part = path.with_extension(PART);
+    let written = fs::write(&part, bytes).and_then(|()| fs::rename(&part, path));
+    written.map_err(|source| {
+        // What cannot be written cannot always be removed, either; the first error says why.
+        drop(fs::remove_file(&part));
+        naming(path)(source)
+    })
 }
 
 /// Makes the folder and holds it for one run, as long as the handle lives.
@@ -48,6 +57,7 @@ pub(super) fn clear(folder: &Path) -> Result<(), OutputError> {
     fs::create_dir_all(&frames).map_err(naming(&frames))?;
     for name in ["history.csv", "series.pvd", "summary.json", "report.html", "shot.csv", "cavity.csv"] {
         remove(&folder.join(name))?;
+        remove(&folder.join(name).with_extension(PART))?;
     }
     for entry in fs::read_dir(&frames).map_err(naming(&frames))? {
         let path = entry.map_err(naming(&frames))?.path();
@@ -68,6 +78,6 @@ pub(super) fn remove(path: &Path) -> Result<(), OutputError> {
 
 fn is_frame(path: &Path) -> bool {
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
-    path.extension().is_some_and(|extension| extension == "vtu")
+    path.extension().is_some_and(|extension| extension == "vtu" || extension == PART)
         && (stem.starts_with("frame_") || stem.starts_with("projectile_"))
 }

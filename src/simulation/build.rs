@@ -72,7 +72,7 @@ const MOST_CELLS: f64 = 2e6;
 /// Cells along an axis if all had the least size.
 const MOST_PLANES: f64 = 1e5;
 /// A tick times q ≤ 31 stays below 2⁵³ (numerics A3).
-const MOST_TICKS: f64 = 2.8e14;
+pub(super) const MOST_TICKS: f64 = 2.8e14;
 
 /// The engine of a scene. `prescribed` says that the motion of the bodies is given from outside.
 pub(super) fn build(scene: &Scene, prescribed: bool, threads: usize) -> Result<Box<dyn Model>, BuildError> {

@@ -1,5 +1,6 @@
 //! A gel of either dimension behind one interface.
 
+use super::build::MOST_TICKS;
 use super::candidate::Refused;
 use super::observe::{Frame, FrameCells, Place, SensorReport};
 use super::recipe::Recipe;
@@ -62,7 +63,10 @@ pub(super) trait Model: Send {
     fn sensors(&self, t: f64) -> Vec<SensorReport>;
     /// Writes the state over another one, in its memory if it is of the same dimension.
     fn save(&self, to: &mut SavedState);
-    fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError>;
+    /// Continues from a saved state that has come to `time`, s.
+    fn restore(&mut self, saved: &SavedState, time: f64) -> Result<(), RestoreError>;
+    /// Until when ticks are exact, s.
+    fn latest(&self) -> f64;
     fn digest(&self) -> u128;
     fn bytes(&self) -> usize;
     fn runs(&self) -> Vec<Run<'_>>;
@@ -282,9 +286,14 @@ where
         }
     }
 
-    fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
+    fn restore(&mut self, saved: &SavedState, time: f64) -> Result<(), RestoreError> {
         let state = State::<D>::recall(saved).ok_or(RestoreError::Foreign)?;
+        self.engine.check_time(state, time).map_err(|what| RestoreError::Inconsistent { what })?;
         self.go_back(state)
+    }
+
+    fn latest(&self) -> f64 {
+        self.engine.grid().length(MOST_TICKS)
     }
 
     fn digest(&self) -> u128 {

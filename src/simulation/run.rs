@@ -112,6 +112,12 @@ impl Simulation {
         self.time
     }
 
+    /// Time since the start up to which it can be stepped, s: the ticks of later ones would not be exact.
+    #[must_use]
+    pub fn latest(&self) -> f64 {
+        self.model.latest()
+    }
+
     /// Number of bodies: the projectile, and the fragments after it.
     #[must_use]
     pub fn n_bodies(&self) -> usize {
@@ -163,7 +169,8 @@ impl Simulation {
     /// now is no step.
     ///
     /// # Panics
-    /// If inputs are missing, not finite, or move a body out of the plane or off the axis of the scene, or a dome is none.
+    /// If inputs are missing, not finite, or move a body out of the plane or off the axis of the scene, or a dome is none; or if
+    /// `end` is after [`Simulation::latest`].
     ///
     /// # Errors
     /// [`StepError`] when the mesh or the numbers fail; the state stays at the last consistent tick, and each later
@@ -173,6 +180,7 @@ impl Simulation {
             return Err(failure.clone());
         }
         assert_eq!(inputs.len(), self.n_bodies(), "every body has its inputs");
+        assert!(end <= self.latest(), "a step ends no later than the ticks are exact");
         let end = end.max(self.time);
         for (body, inputs) in inputs.iter().enumerate() {
             self.check(body, inputs, end - self.time);
@@ -390,7 +398,7 @@ impl Simulation {
         if saved.exchanges.len() != self.n_bodies() {
             return Err(RestoreError::Inconsistent { what: "a body is missing" });
         }
-        self.model.restore(&saved.state)?;
+        self.model.restore(&saved.state, saved.time)?;
         self.time = saved.time;
         self.exchanges.clone_from(&saved.exchanges);
         self.failure.clone_from(&saved.failure);

@@ -1,0 +1,49 @@
+//! Hostile use, in short; for as long as wanted it is `cargo run --release --example hostile`.
+#![allow(unsafe_code)] // the interface is one of pointers
+#![allow(clippy::unwrap_used)] // a test that cannot go on fails
+
+#[path = "hostile/calls.rs"]
+mod calls;
+#[path = "hostile/files.rs"]
+mod files;
+#[path = "hostile/found.rs"]
+mod found;
+#[path = "fmi2/host.rs"]
+#[allow(dead_code, reason = "the tests of the interface use more of it")]
+mod host;
+#[path = "hostile/random.rs"]
+mod random;
+#[path = "hostile/scenes.rs"]
+#[allow(dead_code, reason = "the command shows single scenes")]
+mod scenes;
+#[path = "hostile/states.rs"]
+mod states;
+#[path = "hostile/tally.rs"]
+#[allow(dead_code, reason = "the command goes on for minutes")]
+mod tally;
+
+use tally::Tally;
+
+#[track_caller]
+fn nothing_found(tally: &Tally) {
+    assert!(tally.found.is_empty(), "{:#?}", tally.found);
+    assert!(tally.taken > 0 && tally.refused > 0, "{tally:?}");
+}
+
+#[test]
+fn scenes_that_nobody_wrote_are_run_or_refused_in_words() {
+    let seeds = scenes::seeds();
+    nothing_found(&Tally::of(1, 300, |seed| scenes::attempt(&seeds, seed)));
+}
+
+#[test]
+fn damaged_and_forged_states_are_restored_or_refused_in_words() {
+    let states = states::States::of(&scenes::seeds());
+    nothing_found(&Tally::of(1, 200, |seed| states::attempt(&states, seed)));
+}
+
+#[test]
+fn calls_in_any_order_with_any_arguments_lose_no_instance() {
+    let stage = calls::Stage::of(&scenes::seeds());
+    nothing_found(&Tally::of(1, 60, |seed| calls::attempt(&stage, seed)));
+}

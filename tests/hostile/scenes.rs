@@ -1,0 +1,208 @@
+//! Scenes that nobody wrote: built-in ones with bytes, numbers, lines and tables changed, read, built and stepped.
+
+use super::random::Random;
+use super::tally::Fate;
+use ballistic_gel::scene::{self, GelShape, Override, Scene};
+use ballistic_gel::simulation::{CouplingMode, Observation, Simulation};
+
+/// Larger meshes are read but not built.
+const MOST_CELLS: f64 = 3000.0;
+/// Smallest steps that a scene is stepped by.
+const STEPS: f64 = 24.0;
+
+/// Lines that a scene may have.
+const LINES: [&str; 34] = [
+    "lattice = \"kuhn\"",
+    "lattice = \"centred\"",
+    "element = \"patch\"",
+    "element = \"plain\"",
+    "grading = { core = 5e-3, growth = 1.2, largest = 2e-2 }",
+    "tree = { coarsest = 2, core = 2e-3, slope = 0.25 }",
+    "material = \"flowing\"",
+    "material = \"viscoelastic\"",
+    "material = \"neo-hookean\"",
+    "branches = [{ shear_modulus = 7e3, time = 12e-3 }]",
+    "strength = { yield_stress = 0.138e6, rate_exponent = 0.23, cap = 1.6e6 }",
+    "volume = { tension_limit = 2e6 }",
+    "viscosity = { linear = 0.1 }",
+    "velocity = [0.0, 0.0, -3.0]",
+    "supports.z_min = \"roller\"",
+    "supports.side = \"fixed\"",
+    "thickness = 0.5",
+    "fixed = true",
+    "active = false",
+    "angular_velocity = [0.0, 20.0, 0.0]",
+    "shape.capsule = { radius = 0.02, length = 0.05 }",
+    "shape.half-space.normal = [0.0, 0.0, 1.0]",
+    "shape.dome = { height = 0.0, radius = 0.03 }",
+    "[remesh]",
+    "quality = 0.3",
+    "times = [1e-6, 1e-5]",
+    "[integrator]",
+    "schedule = \"queue\"",
+    "schedule = \"global\"",
+    "cfl = 0.3",
+    "[contact]",
+    "law = \"reversal\"",
+    "[[load]]",
+    "[[fragment]]",
+];
+
+/// What numbers become.
+const VALUES: [&str; 24] = [
+    "0", "-0.0", "-1", "1e-300", "1e300", "nan", "inf", "-inf", "1e15", "1e16", "1e-15", "5e-324", "9223372036854775807",
+    "-9223372036854775808", "1e999", "0x10", "true", "\"x\"", "[]", "{}", "[1, 2]", "1979-05-27", "''", "1e-9",
+];
+
+/// The scenes that the others are made from: built in, on coarse meshes.
+pub fn seeds() -> Vec<String> {
+    let coarse = |name: &str, keys: &[(&str, &str)]| {
+        let keys: Vec<Override> =
+            keys.iter().map(|(key, value)| Override { key: (*key).into(), value: (*value).into() }).collect();
+        scene::resolve(scene::builtin(name).expect("it is built in"), &keys).expect("it is TOML")
+    };
+    let small = "{ radius = 0.02, height = 0.02 }";
+    vec![
+        coarse("sphere-block", &[("mesh.size", "10e-3")]),
+        coarse("ball-square", &[("mesh.size", "8e-3"), ("remesh.quality", "0.3")]),
+        coarse("ball-bounce", &[("mesh.size", "6e-3"), ("gel.shape.cylinder.radius", "0.05")]),
+        coarse("bounce-visco", &[("mesh.size", "6e-3"), ("gel.shape.cylinder.radius", "0.05")]),
+        coarse("l-beam", &[("mesh.size", "25e-3")]),
+        coarse("fbi-bb", &[("mesh.size", "1e-3"), ("gel.shape.cylinder", small), ("mesh.tree.coarsest", "4")]),
+        coarse("cavity-exact", &[]),
+    ]
+}
+
+/// Makes a scene and tries it; taken if it could be stepped.
+pub fn attempt(seeds: &[String], seed: u64) -> Result<Fate, String> {
+    let mut random = Random(seed);
+    let mut text = random.pick(seeds).clone();
+    for _ in 0..=random.below(5) {
+        text = change(&text, seeds, &mut random);
+    }
+    let files = |name: &str| -> std::io::Result<Vec<u8>> {
+        if name.len() % 2 == 0 { Ok(name.as_bytes().repeat(40)) } else { Err(std::io::ErrorKind::NotFound.into()) }
+    };
+    match scene::read_with_files(&text, &files) {
+        Err(error) if error.to_string().trim().is_empty() => Err("an error without words".to_owned()),
+        Err(_) => Ok(Fate::Refused),
+        Ok(scene) if cells(&scene) > MOST_CELLS => Ok(Fate::Taken),
+        Ok(scene) => stepped(&scene),
+    }
+}
+
+/// The scene of a seed, to look at.
+pub fn text(seeds: &[String], seed: u64) -> String {
+    let mut random = Random(seed);
+    let mut text = random.pick(seeds).clone();
+    for _ in 0..=random.below(5) {
+        text = change(&text, seeds, &mut random);
+    }
+    text
+}
+
+fn change(text: &str, seeds: &[String], random: &mut Random) -> String {
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    if lines.is_empty() {
+        return random.pick(&LINES).to_string();
+    }
+    let at = random.below(lines.len());
+    match random.below(12) {
+        0 => drop(lines.remove(at)),
+        1 => lines.insert(at, lines[random.below(lines.len())].clone()),
+        2 | 3 => lines.insert(at, random.pick(&LINES).to_string()),
+        4 => {
+            let other: Vec<&str> = random.pick(seeds).lines().collect();
+            lines.truncate(at);
+            lines.extend(other[random.below(other.len())..].iter().map(ToString::to_string));
+        }
+        5 => lines[at] = scrambled(&lines[at], random),
+        _ => return renumbered(text, random),
+    }
+    lines.join("\n")
+}
+
+/// A character more, less, or another.
+fn scrambled(line: &str, random: &mut Random) -> String {
+    let mut characters: Vec<char> = line.chars().collect();
+    let strange = *random.pick(&['"', '\'', '[', ']', '{', '}', '=', '.', ',', '#', '\\', '\u{0}', 'é', '\u{10ffff}', '9', '-']);
+    let at = random.below(characters.len() + 1);
+    match random.below(3) {
+        0 => characters.insert(at, strange),
+        1 if at < characters.len() => drop(characters.remove(at)),
+        _ if at < characters.len() => characters[at] = strange,
+        _ => characters.push(strange),
+    }
+    characters.into_iter().collect()
+}
+
+/// One number of the text becomes another, or something else.
+fn renumbered(text: &str, random: &mut Random) -> String {
+    let bytes = text.as_bytes();
+    let starts = |at: &usize| bytes[*at].is_ascii_digit() && !bytes[at.saturating_sub(1)].is_ascii_alphanumeric();
+    let places: Vec<usize> = (1..bytes.len()).filter(starts).collect();
+    if places.is_empty() {
+        return text.to_owned();
+    }
+    let from = *random.pick(&places);
+    let belongs = |byte: &u8| byte.is_ascii_digit() || b".eE-+_".contains(byte);
+    let to = from + bytes[from..].iter().take_while(|byte| belongs(byte)).count();
+    let was: f64 = text[from..to].parse().unwrap_or(1.0);
+    let now = match random.below(6) {
+        0 => random.pick(&VALUES).to_string(),
+        1 => format!("{:e}", random.real()),
+        _ => format!("{:e}", was * random.factor()),
+    };
+    format!("{}{now}{}", &text[..from], &text[to..])
+}
+
+/// About how many cells a mesh would have.
+fn cells(scene: &Scene) -> f64 {
+    let size = scene.mesh.size;
+    match &scene.gel.shape {
+        GelShape::Block { size: edges } => edges.iter().map(|edge| (edge / size).ceil()).product(),
+        GelShape::Cylinder { radius, height, .. } if format!("{:?}", scene.scene.dimension) == "Spatial" => {
+            (2.0 * radius / size).ceil().powi(2) * (height / size).ceil()
+        }
+        GelShape::Cylinder { radius, height, .. } => (radius / size).ceil() * (height / size).ceil(),
+        GelShape::Shell { inner, outer } => ((outer - inner) / size).ceil() * (4.0 * outer / inner.min(size)).ceil(),
+        GelShape::LBeam { leg, thickness, width, .. } => {
+            2.0 * [*leg, *thickness, width.unwrap_or(size)].iter().map(|edge| (edge / size).ceil()).product::<f64>()
+        }
+    }
+}
+
+/// Builds and steps a scene that was read.
+fn stepped(scene: &Scene) -> Result<Fate, String> {
+    let Ok(mut simulation) = Simulation::new(scene, CouplingMode::Integrated, 1) else { return Ok(Fate::Refused) };
+    let seen = simulation.observe();
+    let step = seen.cost.smallest_step;
+    sound(&seen)?;
+    let end = (STEPS * step).min(scene.scene.end_time);
+    for i in 1..=4 {
+        let inputs = simulation.inputs();
+        let outcome = simulation.step(&inputs, end * f64::from(i) / 4.0);
+        sound(&simulation.observe())?;
+        if outcome.is_err() {
+            return Ok(Fate::Refused);
+        }
+    }
+    Ok(Fate::Taken)
+}
+
+/// The books close, and what is seen are numbers.
+pub fn sound(seen: &Observation) -> Result<(), String> {
+    /// Rounding at the edges of what is allowed (1e±15): far above 1e-10, far below what a wrong sign would make.
+    const ROUND_OFF: f64 = 1e-6;
+    let energy = seen.energy;
+    let body = seen.projectile().kinematics;
+    let moved = body.position.iter().chain(&body.velocity).chain(&body.angular_velocity);
+    let numbers = [energy.kinetic, energy.elastic, energy.contact, energy.closure, energy.energy_error, seen.momentum_error];
+    if !moved.chain(&numbers).all(|number| number.is_finite()) {
+        return Err(format!("not a number is seen: {numbers:?} {body:?}"));
+    }
+    if energy.energy_error > ROUND_OFF || seen.momentum_error > ROUND_OFF {
+        return Err(format!("the books do not close: energy {:e}, momentum {:e}", energy.energy_error, seen.momentum_error));
+    }
+    Ok(())
+}
