@@ -2,12 +2,14 @@
 
 mod neo_hookean;
 mod pressure;
+mod softening;
 mod strength;
 mod viscoelastic;
 mod viscosity;
 
 pub use neo_hookean::{NeoHookean, Volumetric};
 pub use pressure::EquationOfState;
+pub use softening::Softening;
 pub use strength::{Returned, Strength};
 pub use viscoelastic::{Branch, Viscoelastic};
 pub use viscosity::BulkViscosity;
@@ -32,6 +34,8 @@ pub struct Flowing {
     pub state: EquationOfState,
     /// What it bears in shear; none of one that never flows.
     pub strength: Option<Strength>,
+    /// What flow leaves of both; all if none.
+    pub softening: Option<Softening>,
     /// What spreads shocks over elements and damps their ringing.
     pub viscosity: BulkViscosity,
     /// ρ at rest, kg/m³.

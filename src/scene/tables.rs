@@ -1,6 +1,6 @@
 //! The tables of a scene file. Field docs are the help an editor shows; units are SI.
 
-use super::{BranchSpec, Load, MaterialModel, Projectile, StrengthSpec, ViscositySpec, VolumeSpec};
+use super::{BranchSpec, Load, MaterialModel, Projectile, SofteningSpec, StrengthSpec, ViscositySpec, VolumeSpec};
 use serde::{Deserialize, Serialize};
 
 /// A scene: one gel, a projectile and perhaps fragments beside it, and how to compute their meeting.
@@ -88,6 +88,9 @@ pub struct Gel {
     /// What it bears in shear before it flows (`flowing` only); without it, it never flows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strength: Option<StrengthSpec>,
+    /// How gel that has flowed softens (`flowing` only); not at all if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub softening: Option<SofteningSpec>,
     /// How its pressure follows its volume (`flowing` only).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume: Option<VolumeSpec>,
