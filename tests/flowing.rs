@@ -43,6 +43,7 @@ fn the_beginning_of_the_calibration_shot_is_that_of_the_law_of_its_depth() {
     assert!(seen.energy.energy_defect < 0.03, "defect {}", seen.energy.energy_defect);
     let whole = done.frame().mass + seen.cost.splashed;
     assert!((whole / mass - 1.0).abs() < 1e-12, "mass {:e}", whole / mass - 1.0);
+    assert!(seen.energy.damage < 0.0, "what softens loses what it stores: {:?}", seen.energy);
     assert!(
         seen.energy.plastic < -0.2 * seen.energy.initial,
         "most of what is lost is lost to flow: {:?}",

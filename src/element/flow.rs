@@ -377,7 +377,7 @@ mod tests {
         let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
         let mut memory = vec![Memory::default(); 2];
         let (mut work, mut lost, mut before) = (0.0, 0.0, (mesh.rest.clone(), vec![Vector::<2>::zeros(); 4]));
-        let mut energy = 0.0;
+        let (mut energy, mut damage) = (0.0, 0.0);
         for step in 0..=steps {
             let along = f64::from(step) / f64::from(steps);
             let x = waved(&mesh, 0.25 * (std::f64::consts::PI * along).sin());
@@ -391,13 +391,42 @@ mod tests {
             }
             let moved = x.iter().zip(&before.0).zip(forces.iter().zip(&before.1));
             work -= moved.map(|((x, old), (f, g))| 0.5 * (f + g).dot(&(x - old))).sum::<f64>();
-            assert!(spent.plastic >= 0.0 && spent.viscous >= 0.0);
-            lost += spent.plastic + spent.viscous;
+            assert!(spent.plastic >= 0.0 && spent.viscous >= 0.0 && spent.damage >= 0.0);
+            damage += spent.damage;
+            lost += spent.plastic + spent.viscous + spent.damage;
             energy = spent.energy;
             before = (x, forces);
         }
-        assert!(lost > 0.2 * work && energy > 0.0, "{lost} of {work} is lost");
+        assert!(lost > 0.2 * work && energy > 0.0 && damage > 0.01 * work, "{lost}, {damage} of {work} is lost");
         (work - energy - lost) / work
+    }
+
+    #[test]
+    fn a_gel_that_is_strained_there_and_back_softens_and_never_heals() {
+        let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
+        let (mut memory, mut left) = (vec![Memory::default(); 2], [1.0; 2]);
+        for step in 1..=200 {
+            let x = waved(&mesh, 0.25 * (f64::from(step) * 0.0314).sin());
+            simplices.advance(0, &x, (0.01, &mut memory), &mut [Answer::default(); DEPTH]);
+            assert!(memory.iter().zip(left).all(|(memory, left)| memory.left <= left && memory.left > 0.05));
+            left = [memory[0].left, memory[1].left];
+        }
+        assert!(left.iter().all(|left| *left < 0.3), "{left:?}");
+    }
+
+    #[test]
+    fn softening_takes_the_same_part_of_all_stress_in_shear_and_moves_no_flow() {
+        let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
+        let memory = flown(&mesh, &simplices);
+        let sound: Vec<Memory<2>> = memory.iter().map(|memory| Memory { left: 1.0, ..*memory }).collect();
+        let gone: Vec<Memory<2>> = memory.iter().map(|memory| Memory { left: 0.0, ..*memory }).collect();
+        let half: Vec<Memory<2>> = memory.iter().map(|memory| Memory { left: 0.5, ..*memory }).collect();
+        let x = waved(&mesh, 0.2);
+        let [sound, gone, half] = [sound, gone, half].map(|memory| pull(&simplices, &x, &memory));
+        assert!((half.0 - 0.5 * (sound.0 + gone.0)).abs() < 1e-12 * sound.0 && gone.0 < sound.0);
+        for ((half, sound), gone) in half.1.iter().zip(&sound.1).zip(&gone.1) {
+            assert!((half - (sound + gone) * 0.5).norm() < 1e-12 * sound.norm());
+        }
     }
 
     #[test]

@@ -55,7 +55,11 @@ impl Strength {
         if rate <= self.reference || self.exponent == 0.0 {
             return self.yield_stress;
         }
-        if rate >= self.fastest { self.cap } else { self.yield_stress * libm::pow(rate / self.reference, self.exponent) }
+        if rate >= self.fastest {
+            self.cap
+        } else {
+            self.yield_stress * libm::pow(rate / self.reference, self.exponent)
+        }
     }
 
     /// Where a trial stress, Pa, comes back to in a step, s, if it is more than the gel bears: q = q_trial − 3μ̄ Δε = Y(Δε/Δt), an
