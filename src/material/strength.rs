@@ -114,12 +114,16 @@ mod tests {
         assert_eq!((gel.at(0.0), gel.at(1.0)), (0.133e6, 0.133e6));
         assert!((gel.at(1e3) / (0.133e6 * 1e3_f64.powf(0.23)) - 1.0).abs() < 1e-14);
         assert_eq!(gel.at(1e9), 1.6e6);
+        let later = gel.from_rate(500.0);
+        assert_eq!((later.at(500.0), later.at(1e9)), (0.133e6, 1.6e6));
+        assert!((later.at(5e5) / gel.at(1e3) - 1.0).abs() < 1e-14);
     }
 
     #[test]
     fn the_stress_that_is_left_is_what_the_gel_bears_at_the_rate_of_the_return() {
-        let (gel, stiffness) = (gel(), 3.0 * 4.8e6);
-        for step in [1e-9, 1e-7, 1e-5, 1e-2, 10.0] {
+        let stiffness = 3.0 * 4.8e6;
+        let laws = [gel(), gel().from_rate(500.0)];
+        for (gel, step) in [1e-9, 1e-7, 1e-5, 1e-2, 10.0].iter().flat_map(|step| laws.map(|law| (law, *step))) {
             for rate in [0.0, 1e3, 1e9] {
                 for trial in [0.14e6, 0.5e6, 1.5e6, 1.7e6, 5e6, 5e7] {
                     let Returned { stress, strain } = gel.returned(trial, stiffness, (step, rate)).unwrap();
@@ -128,6 +132,6 @@ mod tests {
                 }
             }
         }
-        assert_eq!(gel.returned(0.13e6, stiffness, (1e-6, 0.0)), None);
+        assert_eq!(gel().returned(0.13e6, stiffness, (1e-6, 0.0)), None);
     }
 }
