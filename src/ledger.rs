@@ -45,6 +45,8 @@ pub struct EnergyAccounts {
     pub viscous: f64,
     /// What breaks off has taken along.
     pub splash: f64,
+    /// Stored energy lost to softening, negative (numerics 6.2).
+    pub damage: f64,
 }
 
 /// Momentum accounts.
@@ -83,12 +85,13 @@ impl EnergyAccounts {
     pub fn lose(&mut self, spent: &Spent) {
         self.plastic -= spent.plastic;
         self.viscous -= spent.viscous;
-        self.integration += spent.plastic + spent.viscous;
+        self.damage -= spent.damage;
+        self.integration += spent.plastic + spent.viscous + spent.damage;
     }
 
-    fn accounts(&self) -> [f64; 12] {
+    fn accounts(&self) -> [f64; 13] {
         let Self { contact, friction, contact_bias, integration, external, importer, .. } = *self;
-        let Self { remesh, load, damping, plastic, viscous, splash, .. } = *self;
+        let Self { remesh, load, damping, plastic, viscous, splash, damage, .. } = *self;
         [
             contact,
             friction,
@@ -102,6 +105,7 @@ impl EnergyAccounts {
             plastic,
             viscous,
             splash,
+            damage,
         ]
     }
 }

@@ -51,10 +51,15 @@ fn the_beginning_of_the_calibration_shot_is_that_of_the_law_of_its_depth() {
 }
 
 #[test]
-fn bits_do_not_depend_on_communication_steps_threads_or_where_a_shot_is_taken_up_again() {
-    let scene = shot(&["scene.end_time=6e-5"]);
+fn bits_of_a_gel_that_softens_do_not_depend_on_communication_steps_threads_or_where_a_shot_is_taken_up_again() {
+    let scene = shot(&["scene.end_time=6e-5", "gel.softening={strain=0.3,residual=0.05,time=2e-5}"]);
     let whole = run(&scene, 1, 1);
-    assert!(whole.observe().cost.remeshes > 2);
+    let seen = whole.observe();
+    assert!(
+        seen.cost.remeshes > 2 && seen.energy.damage < 0.0 && seen.energy.energy_error < 1e-10,
+        "{:?}",
+        seen.energy
+    );
     assert_eq!(run(&scene, 7, 3).digest(), whole.digest());
     let half = {
         let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();

@@ -2,16 +2,21 @@
 
 use super::cpu::seconds;
 use super::run::{scene, tell_refusals};
+use ballistic_gel::output::{Ending, Interface, Recorder};
+use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Observation, Simulation};
 
 /// Times at which the nose is compared, ms; Poncelet's law, fitted to the shot, has it at 16, 30, 60 and 83 mm there.
 const TIMES: [f64; 4] = [0.1, 0.2, 0.5, 1.0];
 
+/// How often the cavity is looked at, s.
+const STEP: f64 = 1e-5;
+
 /// Keys of a scene and what they are instead.
 type Keys = [(&'static str, &'static str)];
 
-/// Runs of the shot, and what is changed in each: the mesh, the step and the wave, then the speed.
-const RUNS: [(&str, &Keys); 14] = [
+/// Runs of the shot, and what is changed in each: the mesh, the step and the wave, then the law of the strength, then the speed.
+const RUNS: [(&str, &Keys); 21] = [
     ("as it comes: R/8, growth 0.1", &[]),
     ("cells of R/5", &[("mesh.size", "0.43e-3"), ("remesh.smallest", "0.2e-3")]),
     ("cells of R/12", &[("mesh.size", "0.18e-3"), ("remesh.smallest", "0.09e-3")]),
@@ -20,6 +25,31 @@ const RUNS: [(&str, &Keys); 14] = [
     ("R/12, growth 0.05", &[("mesh.size", "0.18e-3"), ("remesh.smallest", "0.09e-3"), ("remesh.growth", "0.05")]),
     ("half the step", &[("integrator.cfl", "0.4")]),
     ("wave of 1500 m/s", &[("gel.bulk_modulus", "2317.5e6")]),
+    ("power 0.23 of the rate", &[("gel.strength", "{ yield_stress = 0.138e6, rate_exponent = 0.23, cap = 1.6e6 }")]),
+    (
+        "the same, softened at once",
+        &[
+            ("gel.strength", "{ yield_stress = 0.138e6, rate_exponent = 0.23, cap = 1.6e6 }"),
+            ("gel.softening", "{ strain = 0.3, residual = 0.05 }"),
+        ],
+    ),
+    (
+        "softened in 50 µs",
+        &[
+            ("gel.strength", "{ yield_stress = 0.138e6, rate_exponent = 0.23, cap = 1.6e6 }"),
+            ("gel.softening", "{ strain = 0.3, residual = 0.05, time = 50e-6 }"),
+        ],
+    ),
+    (
+        "stronger, softened in 10 µs",
+        &[
+            ("gel.strength", "{ yield_stress = 0.25e6, rate_exponent = 0.23, cap = 20e6 }"),
+            ("gel.softening", "{ strain = 0.2, residual = 0.1, time = 10e-6 }"),
+        ],
+    ),
+    ("as it comes, softened in 0.1 ms", &[("gel.softening", "{ strain = 0.5, residual = 0.1, time = 1e-4 }")]),
+    ("power 0.5", &[("gel.strength", "{ yield_stress = 0.0105e6, rate_exponent = 0.5, cap = 20e6 }")]),
+    ("power 0.7", &[("gel.strength", "{ yield_stress = 0.0012e6, rate_exponent = 0.7, cap = 20e6 }")]),
     ("75 m/s", &[("projectile.velocity", "[0, 0, -75]")]),
     ("100 m/s", &[("projectile.velocity", "[0, 0, -100]")]),
     ("150 m/s", &[("projectile.velocity", "[0, 0, -150]")]),
@@ -32,10 +62,13 @@ const RUNS: [(&str, &Keys); 14] = [
 pub fn study() {
     let times: Vec<String> = TIMES.iter().map(|time| format!(" {time} ms: mm |")).collect();
     println!(
-        "| |{} depth, mm | at, ms | meshes | refused | elements | M updates | plastic, % of E₀ | viscous | remesh | of it kinetic | integration | bias | splash | closure | CPU s | exchanging, s |",
+        "| |{} depth, mm | at, ms | cavity, mm | at, ms | at the end, mm | meshes | refused | elements | M updates | plastic, % of E₀ | damage | viscous | remesh | of it kinetic | integration | bias | splash | closure | CPU s | exchanging, s |",
         times.concat()
     );
-    println!("|---|{}---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|", "---|".repeat(TIMES.len()));
+    println!(
+        "|---|{}---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+        "---|".repeat(TIMES.len())
+    );
     for (name, keys) in RUNS {
         row("fbi-bb", name, keys);
     }
@@ -45,42 +78,63 @@ pub fn study() {
 fn row(shot: &str, name: &str, keys: &Keys) {
     let keys: Vec<(&str, String)> = keys.iter().map(|(key, value)| (*key, (*value).to_owned())).collect();
     let scene = scene(shot, &keys);
-    let begun = seconds();
     let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
-    let inputs = simulation.inputs();
-    let mut seen_at = vec![];
-    let mut end = Ok(());
-    for time in TIMES.iter().map(|time| 1e-3 * time) {
-        end = end.and_then(|()| simulation.step(&inputs, time));
-        seen_at.push(format!(" {:.2} |", 1e3 * simulation.depth(0)));
-    }
-    let end = end.and_then(|()| simulation.step(&inputs, scene.scene.end_time));
-    if let Err(why) = end {
-        eprintln!("{name}: {why}");
-    }
-    let (cpu, seen_at) = (seconds() - begun, seen_at.concat());
+    let (seen_at, cavity, cpu) = fly(name, &scene, &mut simulation);
     let seen: Observation = simulation.observe();
     let (depth, at) = seen.projectile().contact.peak_depth;
-    let part = |energy: f64| 100.0 * energy / seen.energy.initial;
     let renewals = simulation.renewals();
     let kinetic: f64 = renewals.iter().map(|renewal| renewal.kinetic[1] - renewal.kinetic[0]).sum();
+    let energy = &seen.energy;
+    let parts = [
+        energy.plastic,
+        energy.damage,
+        energy.viscous,
+        energy.remesh,
+        kinetic,
+        energy.integration,
+        energy.contact_bias,
+        energy.splash,
+    ]
+    .map(|part| format!(" {:+.2} |", 100.0 * part / energy.initial));
     tell_refusals(name, &simulation);
     println!(
-        "| {name} |{seen_at} {:.2} | {:.3} | {} | {} | {} | {:.1} | {:+.2} | {:+.2} | {:+.2} | {:+.2} | {:+.2} | {:+.2} | {:+.2} | {:.0e} | {cpu:.1} | {:.1} |",
+        "| {name} |{seen_at} {:.2} | {:.3} |{cavity} {} | {} | {} | {:.1} |{} {:.0e} | {cpu:.1} | {:.1} |",
         1e3 * depth,
         1e3 * at,
         seen.cost.remeshes,
         simulation.refusals().len(),
         seen.cost.elements,
         1e-6 * seen.cost.element_updates,
-        part(seen.energy.plastic),
-        part(seen.energy.viscous),
-        part(seen.energy.remesh),
-        part(kinetic),
-        part(seen.energy.integration),
-        part(seen.energy.contact_bias),
-        part(seen.energy.splash),
-        seen.energy.energy_error,
+        parts.concat(),
+        energy.energy_error,
         renewals.iter().map(|renewal| renewal.seconds).sum::<f64>(),
     );
+}
+
+/// A shot to its end: where the nose was at the times, the cavity, and the CPU time of the steps, s.
+fn fly(name: &str, scene: &Scene, simulation: &mut Simulation) -> (String, String, f64) {
+    let folder = tempfile::tempdir().expect("a folder of its own");
+    let mut recorder = Recorder::create(folder.path(), scene, Interface::Direct, 1).expect("a run's folder");
+    recorder.record(simulation).expect("a row of history");
+    let inputs = simulation.inputs();
+    let (mut seen_at, mut cpu) = (String::new(), 0.0);
+    for step in 1..=(scene.scene.end_time / STEP).round() as u32 {
+        let begun = seconds();
+        let end = simulation.step(&inputs, STEP * f64::from(step));
+        cpu += seconds() - begun;
+        recorder.record(simulation).expect("a row of history");
+        if TIMES.iter().any(|time| (1e-3 * time / STEP).round() as u32 == step) {
+            seen_at += &format!(" {:.2} |", 1e3 * simulation.depth(0));
+        }
+        if let Err(why) = end {
+            eprintln!("{name}: {why}");
+            break;
+        }
+    }
+    let (observation, frame) = (&simulation.observe(), &simulation.frame());
+    let ending = Ending { observation, frame, digest: simulation.digest(), failure: None };
+    let seen = recorder.conclude(&ending).expect("a summary");
+    let cavity = [seen.greatest_cavity_diameter, seen.time_of_greatest_cavity, seen.final_cavity_diameter]
+        .map(|figure| format!(" {:.2} |", 1e3 * figure.unwrap_or(f64::NAN)));
+    (seen_at, cavity.concat(), cpu)
 }

@@ -19,11 +19,13 @@ pub struct Memory<const D: usize> {
     pub jacobian: f64,
     /// Rate of ε_p when it has flowed last, 1/s.
     pub rate: f64,
+    /// g, the part of its stress in shear that softening has left.
+    pub left: f64,
 }
 
 impl<const D: usize> Default for Memory<D> {
     fn default() -> Self {
-        Self { inverse: Tensor::<D>::identity(), out: 1.0, plastic: 0.0, jacobian: 1.0, rate: 0.0 }
+        Self { inverse: Tensor::<D>::identity(), out: 1.0, plastic: 0.0, jacobian: 1.0, rate: 0.0, left: 1.0 }
     }
 }
 
@@ -33,7 +35,7 @@ impl<const D: usize> Memory<D> {
     pub fn is_valid(&self) -> bool {
         self.inverse
             .iter()
-            .chain([&self.out, &self.plastic, &self.jacobian, &self.rate])
+            .chain([&self.out, &self.plastic, &self.jacobian, &self.rate, &self.left])
             .all(|number| number.is_finite())
     }
 }
@@ -47,6 +49,8 @@ pub struct Spent {
     pub plastic: f64,
     /// Lost to viscosity, of the bulk or of branches, J.
     pub viscous: f64,
+    /// Stored energy lost to softening, J.
+    pub damage: f64,
 }
 
 /// An element on the way to its answer.
@@ -87,16 +91,22 @@ impl<const D: usize> Simplices<D> {
             let own = gel.own(strain.jacobian());
             let own = if ids.len() > 1 { own } else { Volumetric { energy: 0.0, slope: 0.0, curvature: 0.0 } };
             let flow = Flow { gel, at: Placed::new(element, strain) };
+            let sound = memory.left;
             let (elastic, lost) = flow.returned(step, memory);
-            spent.plastic += element.volume * lost;
+            let left = gel.softening.map_or(sound, |softening| softening.left(sound, memory.plastic, step));
+            memory.left = left;
+            let sheared = 0.5 * gel.shear_modulus * (elastic.trace() - 3.0);
+            spent.plastic += element.volume * lost * (0.5 * (sound + left));
+            spent.damage += element.volume * sheared * (sound - left);
             let (rate, viscous) = flow.viscous(step, memory);
             spent.viscous += element.volume * viscous * (strain.jacobian() - memory.jacobian);
             memory.jacobian = strain.jacobian();
-            spent.energy += element.volume * (own.energy + 0.5 * gel.shear_modulus * (elastic.trace() - 3.0));
+            spent.energy += element.volume * (own.energy + sheared * left);
             let slope = own.slope + shared.slope;
             let curvature = own.curvature.max(0.0) + shared.curvature.max(0.0);
-            let stiffness = self.bound(&flow, &elastic, (slope + viscous, curvature, rate));
-            *answer = flow.answer(memory, &elastic, (slope + viscous, stiffness));
+            let mu = gel.shear_modulus * left;
+            let stiffness = self.bound((&flow, &elastic), mu, (slope + viscous, curvature, rate));
+            *answer = flow.answer(memory, (&elastic, mu), (slope + viscous, stiffness));
         }
         spent
     }
@@ -104,8 +114,13 @@ impl<const D: usize> Simplices<D> {
     /// κ: the greatest eigenvalue of an element's share of the stiffness, with room for what viscosity takes off the stable step.
     ///
     /// To that of the shear ([`Placed::shear_bound`]) comes δ²U = U″J² (tr L)² + U′J [(tr L)² − tr(LL)], the bracket being at most s|L|² with
-    /// s = 1 in the plane, else 2. The return only takes stiffness away.
-    fn bound(&self, flow: &Flow<'_, D>, elastic: &Elastic<D>, (slope, curvature, rate): (f64, f64, f64)) -> f64 {
+    /// s = 1 in the plane, else 2. The return, and what it softens, only take stiffness away. μ is what is left of it.
+    fn bound(
+        &self,
+        (flow, elastic): (&Flow<'_, D>, &Elastic<D>),
+        mu: f64,
+        (slope, curvature, rate): (f64, f64, f64),
+    ) -> f64 {
         let (hoop, j) = (flow.at.hoop(), flow.at.jacobian);
         let (mut spread, mut dilated) = (0.0, 0.0);
         for gradient in flow.at.gradients() {
@@ -115,7 +130,7 @@ impl<const D: usize> Simplices<D> {
             dilated += whole.norm_squared();
         }
         let minors = if matches!(self.section, Section::Planar { .. }) { 1.0 } else { 2.0 };
-        let shear = flow.gel.shear_modulus * flow.at.shear_bound(elastic);
+        let shear = mu * flow.at.shear_bound(elastic);
         let volumetric = curvature * j * j * dilated + slope.abs() * j * minors * spread;
         flow.damped(flow.at.element.volume * (shear + volumetric), dilated, rate)
     }
@@ -142,6 +157,8 @@ impl<const D: usize> Simplices<D> {
 
 impl<const D: usize> Flow<'_, D> {
     /// b̄ with what was remembered, brought back to the strength if a step has passed and it is beyond; and what was lost, J/m³.
+    ///
+    /// In the stress of the sound gel: softening takes the same part of stress and strength (numerics 6.2).
     fn returned(&self, step: f64, memory: &mut Memory<D>) -> (Elastic<D>, f64) {
         let (strain, scale, mu) = (self.at.strain, self.at.scale, self.gel.shear_modulus);
         let trial = self.at.elastic(memory);
@@ -193,9 +210,14 @@ impl<const D: usize> Flow<'_, D> {
         root * root
     }
 
-    /// Forces of P = μ J^(−2/3) F C̄_p⁻¹ + (U′ − μ Ī₁/(3J)) ∂J/∂F.
-    fn answer(&self, memory: &Memory<D>, elastic: &Elastic<D>, (slope, stiffness): (f64, f64)) -> Answer<D> {
-        let (strain, mu, scale) = (self.at.strain, self.gel.shear_modulus, self.at.scale);
+    /// Forces of P = μ J^(−2/3) F C̄_p⁻¹ + (U′ − μ Ī₁/(3J)) ∂J/∂F, μ being what is left of it.
+    fn answer(
+        &self,
+        memory: &Memory<D>,
+        (elastic, mu): (&Elastic<D>, f64),
+        (slope, stiffness): (f64, f64),
+    ) -> Answer<D> {
+        let (strain, scale) = (self.at.strain, self.at.scale);
         let sheared = if self.at.is_upright() { mu * elastic.trace() / (3.0 * self.at.jacobian) } else { 0.0 };
         let volumetric = slope - sheared;
         let p = strain.f * memory.inverse * (mu * scale) + strain.cofactor * (volumetric * strain.out);
@@ -208,7 +230,7 @@ impl<const D: usize> Flow<'_, D> {
 mod tests {
     use super::*;
     use crate::element::Potential;
-    use crate::material::{BulkViscosity, EquationOfState, Strength};
+    use crate::material::{BulkViscosity, EquationOfState, Softening, Strength};
     use crate::mesh::{Mesh, NodeId, Patches};
 
     fn gel() -> Flowing {
@@ -216,6 +238,7 @@ mod tests {
             shear_modulus: 4.8,
             state: EquationOfState::new(60.0, 0.0, 20.0),
             strength: Some(Strength::new(0.3, 0.2, 1.6)),
+            softening: Some(Softening::new(0.1, 0.05, 0.1)),
             viscosity: BulkViscosity { linear: 0.1, quadratic: 1.0 },
             density: 1.0,
         }
@@ -354,7 +377,7 @@ mod tests {
         let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
         let mut memory = vec![Memory::default(); 2];
         let (mut work, mut lost, mut before) = (0.0, 0.0, (mesh.rest.clone(), vec![Vector::<2>::zeros(); 4]));
-        let mut energy = 0.0;
+        let (mut energy, mut damage) = (0.0, 0.0);
         for step in 0..=steps {
             let along = f64::from(step) / f64::from(steps);
             let x = waved(&mesh, 0.25 * (std::f64::consts::PI * along).sin());
@@ -368,13 +391,42 @@ mod tests {
             }
             let moved = x.iter().zip(&before.0).zip(forces.iter().zip(&before.1));
             work -= moved.map(|((x, old), (f, g))| 0.5 * (f + g).dot(&(x - old))).sum::<f64>();
-            assert!(spent.plastic >= 0.0 && spent.viscous >= 0.0);
-            lost += spent.plastic + spent.viscous;
+            assert!(spent.plastic >= 0.0 && spent.viscous >= 0.0 && spent.damage >= 0.0);
+            damage += spent.damage;
+            lost += spent.plastic + spent.viscous + spent.damage;
             energy = spent.energy;
             before = (x, forces);
         }
-        assert!(lost > 0.2 * work && energy > 0.0, "{lost} of {work} is lost");
+        assert!(lost > 0.2 * work && energy > 0.0 && damage > 0.01 * work, "{lost}, {damage} of {work} is lost");
         (work - energy - lost) / work
+    }
+
+    #[test]
+    fn a_gel_that_is_strained_there_and_back_softens_and_never_heals() {
+        let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
+        let (mut memory, mut left) = (vec![Memory::default(); 2], [1.0; 2]);
+        for step in 1..=200 {
+            let x = waved(&mesh, 0.25 * (f64::from(step) * 0.0314).sin());
+            simplices.advance(0, &x, (0.01, &mut memory), &mut [Answer::default(); DEPTH]);
+            assert!(memory.iter().zip(left).all(|(memory, left)| memory.left <= left && memory.left > 0.05));
+            left = [memory[0].left, memory[1].left];
+        }
+        assert!(left.iter().all(|left| *left < 0.3), "{left:?}");
+    }
+
+    #[test]
+    fn softening_takes_the_same_part_of_all_stress_in_shear_and_moves_no_flow() {
+        let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
+        let memory = flown(&mesh, &simplices);
+        let sound: Vec<Memory<2>> = memory.iter().map(|memory| Memory { left: 1.0, ..*memory }).collect();
+        let gone: Vec<Memory<2>> = memory.iter().map(|memory| Memory { left: 0.0, ..*memory }).collect();
+        let half: Vec<Memory<2>> = memory.iter().map(|memory| Memory { left: 0.5, ..*memory }).collect();
+        let x = waved(&mesh, 0.2);
+        let [sound, gone, half] = [sound, gone, half].map(|memory| pull(&simplices, &x, &memory));
+        assert!((half.0 - 0.5 * (sound.0 + gone.0)).abs() < 1e-12 * sound.0 && gone.0 < sound.0);
+        for ((half, sound), gone) in half.1.iter().zip(&sound.1).zip(&gone.1) {
+            assert!((half - (sound + gone) * 0.5).norm() < 1e-12 * sound.norm());
+        }
     }
 
     #[test]

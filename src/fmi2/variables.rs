@@ -262,6 +262,7 @@ fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> S
         Observed::EnergyPlastic => scalar(model.books().energy.plastic),
         Observed::EnergyViscous => scalar(model.books().energy.viscous),
         Observed::EnergySplash => scalar(model.books().energy.splash),
+        Observed::EnergyDamage => scalar(model.books().energy.damage),
         Observed::EnergyClosure => scalar(model.books().energy.closure),
         Observed::MomentumClosure => vector(model.books().momentum_closure),
         Observed::AngularMomentumClosure => vector(model.books().angular_momentum_closure),

@@ -5,6 +5,7 @@ mod mooney_rivlin;
 mod neo_hookean;
 mod ogden;
 mod pressure;
+mod softening;
 mod strength;
 mod viscoelastic;
 mod viscosity;
@@ -14,6 +15,7 @@ pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::{NeoHookean, Volumetric};
 pub use ogden::{Ogden, Term};
 pub use pressure::EquationOfState;
+pub use softening::Softening;
 pub use strength::{Returned, Strength};
 pub use viscoelastic::{Branch, Viscoelastic};
 pub use viscosity::BulkViscosity;
@@ -42,6 +44,8 @@ pub struct Flowing {
     pub state: EquationOfState,
     /// What it bears in shear; none of one that never flows.
     pub strength: Option<Strength>,
+    /// What flow leaves of both; all if none.
+    pub softening: Option<Softening>,
     /// What spreads shocks over elements and damps their ringing.
     pub viscosity: BulkViscosity,
     /// ρ at rest, kg/m³.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// A column: its name with the unit, and its value.
 type Column = (&'static str, fn(&Observation) -> f64);
 
-const COLUMNS: [Column; 58] = [
+const COLUMNS: [Column; 59] = [
     ("time_s", |o| o.time),
     ("position_x_m", |o| o.projectile().kinematics.position.x),
     ("position_y_m", |o| o.projectile().kinematics.position.y),
@@ -55,6 +55,7 @@ const COLUMNS: [Column; 58] = [
     ("energy_plastic_J", |o| o.energy.plastic),
     ("energy_viscous_J", |o| o.energy.viscous),
     ("energy_splash_J", |o| o.energy.splash),
+    ("energy_damage_J", |o| o.energy.damage),
     ("energy_closure_J", |o| o.energy.closure),
     ("energy_error", |o| o.energy.energy_error),
     ("momentum_closure_x_N_s", |o| o.momentum_closure.x),

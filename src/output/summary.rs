@@ -249,7 +249,7 @@ fn as_object<S: serde::Serializer>(accounts: &[Account], serializer: S) -> Resul
 }
 
 /// Every energy account, in the order of the report.
-fn accounts(energy: &EnergyReport) -> [Account; 17] {
+fn accounts(energy: &EnergyReport) -> [Account; 18] {
     let account = |name, value, meaning| Account { name, value, meaning };
     [
         account("initial", energy.initial, "all energy at the start"),
@@ -268,6 +268,7 @@ fn accounts(energy: &EnergyReport) -> [Account; 17] {
         account("plastic", energy.plastic, "lost to plastic flow"),
         account("viscous", energy.viscous, "lost to viscosity"),
         account("splash", energy.splash, "taken along by what has broken off"),
+        account("damage", energy.damage, "stored energy lost to softening"),
         account("closure", energy.closure, "what no account explains"),
     ]
 }

@@ -55,18 +55,46 @@ pub struct BranchSpec {
     pub time: f64,
 }
 
-/// Strength of a gel that flows: Y = Y0 times the rate of plastic strain in 1/s to a power, at least Y0 and at most the cap.
+/// Strength of a gel that flows: Y = Y0 times the rate of plastic strain by that of reference to a power, at least Y0 and at most
+/// the cap.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct StrengthSpec {
-    /// Y0, equivalent stress at 1/s, Pa.
+    /// Y0, equivalent stress at the rate of reference and below, Pa.
     pub yield_stress: f64,
+    /// Rate up to which it bears Y0, 1/s: 1 if absent.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub reference_rate: f64,
     /// Power of the rate, 0 to 1.
     #[serde(default)]
     pub rate_exponent: f64,
     /// Most that it bears at any rate, Pa.
     pub cap: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
+fn is_one(number: &f64) -> bool {
+    *number == 1.0
+}
+
+/// How gel that has flowed softens: of its shear modulus and its strength the part r + (1 - r)/(1 + (plastic strain/strain)^2)
+/// is left.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct SofteningSpec {
+    /// Plastic strain at which half of what is lost in the end is lost.
+    pub strain: f64,
+    /// r, what is left in the end: above 0, to 1.
+    pub residual: f64,
+    /// Time in which it is lost to 1/e, s: at once if absent.
+    #[serde(default)]
+    pub time: f64,
 }
 
 /// How the pressure of a gel that flows follows its volume: p = K (1/J - 1), unless a shock speed is given.

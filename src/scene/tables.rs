@@ -1,8 +1,8 @@
 //! The tables of a scene file. Field docs are the help an editor shows; units are SI.
 
 use super::{
-    BranchSpec, ConstantsSpec, Fidelity, Levels, Load, MaterialModel, Preset, Projectile, Sensor, StrengthSpec, TermSpec,
-    ViscositySpec, VolumeSpec,
+    BranchSpec, ConstantsSpec, Fidelity, Levels, Load, MaterialModel, Preset, Projectile, Sensor, SofteningSpec,
+    StrengthSpec, TermSpec, ViscositySpec, VolumeSpec,
 };
 use serde::{Deserialize, Serialize};
 
@@ -104,6 +104,9 @@ pub struct Gel {
     /// What it bears in shear before it flows (`flowing` only); without it, it never flows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strength: Option<StrengthSpec>,
+    /// How gel that has flowed softens (`flowing` only); not at all if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub softening: Option<SofteningSpec>,
     /// How its pressure follows its volume (`flowing` only).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume: Option<VolumeSpec>,

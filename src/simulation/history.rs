@@ -26,6 +26,8 @@ struct Mean<const D: usize> {
     rest: f64,
     /// ε_p.
     plastic: f64,
+    /// g.
+    left: f64,
     is_ring: bool,
     /// Whether it is of a gel that flows: F is the elastic part then.
     flows: bool,
@@ -124,7 +126,7 @@ pub(super) fn inherited<const D: usize>(
             let mean = Mean::of(past, position, &[Source { new: element, old: same.element, mass: whole, part: 1.0 }]);
             let now = Reference::of(&proposal.position, &proposal.elements[element.index()]);
             all.push((element, mean.made(&now, &now)?));
-            memory[element.index()].plastic = mean.plastic;
+            mean.recall(&mut memory[element.index()]);
             continue;
         }
         let alone = if stays[element.index()] { None } else { past.shares.get(same.element.index()) };
@@ -146,7 +148,7 @@ pub(super) fn inherited<const D: usize>(
             all.push((element, mean.made(&told, &now)?));
         }
         if flows {
-            memory[element.index()].plastic = mean.plastic;
+            mean.recall(&mut memory[element.index()]);
         }
     }
     // What is made of nothing rests as it is.
@@ -193,21 +195,29 @@ impl<const D: usize> Mean<D> {
     fn of(past: &Past<'_, D>, x: &[Vector<D>], sources: &[Source]) -> Self {
         let is_ring = past.potential.section() == Section::Axisymmetric;
         let (mut strain, mut distortion, mut rest, mut mass) = (Strain::zero(), 0.0, 0.0, 0.0);
-        let (mut plastic, mut stored) = (0.0, 0.0);
+        let (mut plastic, mut left, mut stored) = (0.0, 0.0, 0.0);
         for source in sources {
             let own = Strain::of(past, x, source.old);
-            plastic += past.memory.get(source.old.index()).map_or(0.0, |memory| memory.plastic) * source.mass;
+            let memory = past.memory.get(source.old.index()).copied().unwrap_or_default();
+            plastic += memory.plastic * source.mass;
+            left += memory.left * source.mass;
             rest += rest_of(past, source);
             strain = strain.plus(&own, source.mass);
             distortion += own.distortion() * source.mass;
             mass += source.mass;
-            stored += (own.distortion() - UNDISTORTED) * source.part * past.rest(source.old);
+            stored += (own.distortion() - UNDISTORTED) * source.part * past.rest(source.old) * memory.left;
         }
         let flows = past.potential.remembers();
+        let left = left / mass;
         // By what is stored, not by mass: where patches hand on volumes that their elements did not have, the two differ.
-        let distortion = if flows { UNDISTORTED + (stored / rest).max(0.0) } else { distortion / mass };
+        let distortion = if flows { UNDISTORTED + (stored / rest / left).max(0.0) } else { distortion / mass };
         let strain = Strain::zero().plus(&strain, 1.0 / mass);
-        Self { strain, distortion, plastic: plastic / mass, rest, is_ring, flows }
+        Self { strain, distortion, plastic: plastic / mass, left, rest, is_ring, flows }
+    }
+
+    /// What its element remembers.
+    fn recall(&self, memory: &mut Memory<D>) {
+        (memory.plastic, memory.left) = (self.plastic, self.left);
     }
 
     /// With more of the matter at rest, of which an element takes a tenth more at once at most: what is cut off its neighbourhood

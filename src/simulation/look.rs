@@ -158,6 +158,7 @@ fn energy(totals: &Totals, noise: f64) -> EnergyReport {
         plastic: books.plastic,
         viscous: books.viscous,
         splash: books.splash,
+        damage: books.damage,
         closure: totals.energy_closure.0,
         initial: totals.initial_energy,
         energy_error: totals.energy_closure.1,

@@ -159,6 +159,8 @@ pub struct EnergyReport {
     pub viscous: f64,
     /// Taken along by what has broken off.
     pub splash: f64,
+    /// Stored energy lost to softening: negative.
+    pub damage: f64,
     /// Change of the discrete energy that no account explains.
     pub closure: f64,
     /// Energy at the start.

@@ -5,7 +5,8 @@ use crate::algebra::{Vector, Vector3};
 use crate::avi::{Gel, Pressure, Surface, Wear};
 use crate::element::{Potential, Reference, Section, Simplices};
 use crate::material::{
-    Branch, BulkViscosity, EquationOfState, Flowing, Material, MooneyRivlin, NeoHookean, Ogden, Strength, Viscoelastic,
+    Branch, BulkViscosity, EquationOfState, Flowing, Material, MooneyRivlin, NeoHookean, Ogden, Softening, Strength,
+    Viscoelastic,
 };
 use crate::mesh::{ElementId, Facet, Mesh, Patches, Simplex, facet_measure, shape_quality};
 use crate::scene::{ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene};
@@ -169,7 +170,10 @@ pub(super) fn material(gel: &GelTable) -> Material {
                     volume.hugoniot_slope,
                     volume.tension_limit.unwrap_or(f64::INFINITY),
                 ),
-                strength: gel.strength.map(|s| Strength::new(s.yield_stress, s.rate_exponent, s.cap)),
+                strength: gel
+                    .strength
+                    .map(|s| Strength::new(s.yield_stress, s.rate_exponent, s.cap).from_rate(s.reference_rate)),
+                softening: gel.softening.map(|s| Softening::new(s.strain, s.residual, s.time)),
                 viscosity: BulkViscosity { linear: viscosity.linear, quadratic: viscosity.quadratic },
                 density: gel.density,
             })

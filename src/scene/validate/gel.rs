@@ -131,6 +131,7 @@ fn material(gel: &Gel) -> Check {
     }
     let tables = [
         ("strength", gel.strength.is_some()),
+        ("softening", gel.softening.is_some()),
         ("volume", gel.volume.is_some()),
         ("viscosity", gel.viscosity.is_some()),
     ];
@@ -184,12 +185,21 @@ fn flowing(gel: &Gel) -> Check {
     if let Some(strength) = gel.strength {
         require(!fluid, "gel.strength", || "the strength of a fluid".to_owned(), "a gel.shear_modulus above 0")?;
         positive("gel.strength.yield_stress", strength.yield_stress, "a positive stress, Pa")?;
+        positive("gel.strength.reference_rate", strength.reference_rate, "a positive rate, 1/s")?;
         let exponent = strength.rate_exponent;
         let good = (0.0..1.0).contains(&exponent);
         require(good, "gel.strength.rate_exponent", || format!("{exponent:?}"), "a number from 0 to less than 1")?;
         let least = format!("at least gel.strength.yield_stress, {:?} Pa", strength.yield_stress);
         let good = strength.cap >= strength.yield_stress && strength.cap.is_finite();
         require(good, "gel.strength.cap", || format!("{:?}", strength.cap), &least)?;
+    }
+    if let Some(softening) = gel.softening {
+        let expected = "a gel.strength: what never flows does not soften";
+        require(gel.strength.is_some(), "gel.softening", || "softening without a strength".to_owned(), expected)?;
+        positive("gel.softening.strain", softening.strain, "a positive plastic strain")?;
+        positive("gel.softening.residual", softening.residual, "a part above 0, to 1")?;
+        within("gel.softening.residual", softening.residual, 0.0..=1.0)?;
+        within("gel.softening.time", softening.time, 0.0..=1.0)?;
     }
     let volume = gel.volume.unwrap_or_default();
     within("gel.volume.hugoniot_slope", volume.hugoniot_slope, 0.0..=10.0)?;
