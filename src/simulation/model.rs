@@ -12,6 +12,7 @@ use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Potential, Simplices};
 use crate::ledger::Ledger;
 use crate::mesh::{Facet, NodeId};
+use crate::remesh::Neighbours;
 use crate::state::{Birth, Clock, Record, State, Tick};
 use std::sync::Arc;
 
@@ -72,6 +73,8 @@ pub(super) struct Gelatin<const D: usize> {
     pub facets: Vec<Facet>,
     /// Which loads act on them; empty where there are none.
     pub marks: Vec<u8>,
+    /// The neighbours of its elements, if an exchange has found them.
+    pub across: Option<Neighbours>,
     /// What it is made of.
     pub recipe: Recipe,
     /// The mesh of the start, if it is not that of the engine.
