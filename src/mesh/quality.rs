@@ -22,13 +22,16 @@ pub fn least_of<const D: usize>(x: &[Vector<D>], simplices: &[Simplex]) -> f64 {
     let (mut least, mut tangent) = (180.0_f64, f64::INFINITY);
     for simplex in simplices {
         let normals = normals(x, simplex);
+        let squares = normals.map(|normal| normal.norm_squared());
         for (i, j) in (0..=D).flat_map(|i| (0..i).map(move |j| (i, j))) {
-            let (across, along) = (normals[i].cross(&normals[j]), -normals[i].dot(&normals[j]));
-            let square = across.norm_squared();
-            let is_greater = square > tangent * along * along * (1.0 + CLOSE) || along <= 0.0 && tangent < f64::INFINITY;
-            if is_greater {
+            let along = -normals[i].dot(&normals[j]);
+            // |n × m|² = |n|²|m|² − (n·m)², where rounding leaves so much of it.
+            let (both, bound) = (squares[i] * squares[j], along * along * (1.0 + tangent * (1.0 + CLOSE)));
+            if both * (1.0 - CLOSE) > bound || along <= 0.0 && tangent < f64::INFINITY {
                 continue;
             }
+            let across = normals[i].cross(&normals[j]);
+            let square = across.norm_squared();
             least = least.min(across.norm().atan2(along).to_degrees());
             if along > 0.0 {
                 tangent = tangent.min(square / (along * along));

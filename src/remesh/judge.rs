@@ -148,11 +148,7 @@ pub fn judge_known<const D: usize>(
 
 /// The numbers of parts of the body and of its boundary, if they are those of the old mesh, and the boundary is free of
 /// crossings, or in space has the handles that it had.
-fn compare<const D: usize>(
-    old: &Moved<'_, D>,
-    new: &Proposal<D>,
-    facets: &[Facet],
-) -> Result<[usize; 2], Rejected> {
+fn compare<const D: usize>(old: &Moved<'_, D>, new: &Proposal<D>, facets: &[Facet]) -> Result<[usize; 2], Rejected> {
     let count = |elements: &[Simplex], n_nodes: usize| components(elements.iter().map(|e| &e[..=D]), n_nodes);
     let parts = [count(&old.mesh.elements, old.position.len()), count(&new.elements, new.position.len())];
     if parts[0] != parts[1] {

@@ -92,7 +92,8 @@ mod tests {
             let new = propose_in_space(&old, &sizes, &Rules::default(), &|x| *x).unwrap();
             let stay = check(&solid, &new);
             assert!(stay > 0 && stay < new.elements.len(), "{stay} of {} stay", new.elements.len());
-            let position: Vec<_> = flat.rest.iter().map(|x| Vector::<2>::new(x[0] * (1.0 + 0.3 * x[1]), x[1])).collect();
+            let position: Vec<_> =
+                flat.rest.iter().map(|x| Vector::<2>::new(x[0] * (1.0 + 0.3 * x[1]), x[1])).collect();
             let sizes: Vec<f64> = position.iter().map(|x| fine + 0.1 * x[0]).collect();
             let old = Moved { mesh: &flat, position: &position };
             check(&flat, &propose(&old, &sizes, &Rules::default(), &|x| *x).unwrap());

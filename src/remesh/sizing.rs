@@ -166,7 +166,7 @@ fn raise<const D: usize>(
             for (a, b) in slopes[e].iter().zip(&slopes[other]) {
                 let known = bends[e].tangent.min(bends[other].tangent);
                 let (apart, along) = normals(a, b);
-                if known >= most || along > 0.0 && apart <= known * (along * along) * (1.0 - CLOSE) {
+                if known > most || along > 0.0 && apart <= known * (along * along) * (1.0 - CLOSE) {
                     continue;
                 }
                 let angle = libm::atan2(apart.sqrt(), along);
@@ -315,6 +315,38 @@ mod tests {
         }
         let plane = curved(&old, &bends(&old, &[&field(&|x| 3.0 * x.x + x.y - 2.0 * x.z)]), 0.2, &range);
         assert!(plane.iter().all(|h| (h - 2.0 * edge).abs() < 1e-12));
+    }
+
+    #[test]
+    fn bends_are_the_greatest_angles_of_all_neighbours_however_steep_fields_are() {
+        let mesh = cube(4);
+        let old = Moved { mesh: &mesh, position: &mesh.rest };
+        let across = neighbours::<3>(&mesh.elements);
+        for steep in [1e-3, 0.1, 1.0, 20.0] {
+            let wavy = |x: &Vector3| Vector3::new((9.0 * x.x).sin(), (7.0 * x.y * x.z).cos() + x.x, x.z * x.z * x.z);
+            // One node far away leaves the others a small part of the range.
+            let mut field: Vec<Vector3> = mesh.rest.iter().map(wavy).collect();
+            field[7] = Vector3::repeat(10.0 / steep);
+            let slopes = slopes(&old, &field);
+            let angle = |e: usize, other: usize| {
+                let angles = slopes[e].iter().zip(&slopes[other]).map(|(a, b)| normals(a, b));
+                angles.map(|(apart, along)| libm::atan2(apart.sqrt(), along)).fold(0.0, f64::max)
+            };
+            let greatest = |(e, around): (usize, &[Option<ElementId>; 4])| {
+                around
+                    .iter()
+                    .flatten()
+                    .map(|other| angle(e.min(other.index()), e.max(other.index())))
+                    .fold(0.0, f64::max)
+            };
+            let wanted: Vec<f64> = across.iter().enumerate().map(greatest).collect();
+            assert_eq!(bends(&old, &[&field]), wanted);
+            let within = bends_within(&old, &[&field], (&across, [0.2, 0.8]));
+            for (found, wanted) in within.iter().zip(&wanted) {
+                let holds = if *wanted < 0.2 { *found < 0.2 } else { found == wanted || found.min(*wanted) > 0.8 };
+                assert!(holds, "{found} for {wanted}");
+            }
+        }
     }
 
     #[test]

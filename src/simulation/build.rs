@@ -130,7 +130,16 @@ where
     engine.set_wear(recipe.wear(&engine.gel().potential, &mesh.rest, &shapes));
     engine.set_exchanges(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
     let Mesh { facets, marks, .. } = mesh;
-    Ok(Box::new(Gelatin { engine, facets, marks, across: None, recipe, first: None, renewals: vec![], refusals: vec![] }))
+    Ok(Box::new(Gelatin {
+        engine,
+        facets,
+        marks,
+        across: None,
+        recipe,
+        first: None,
+        renewals: vec![],
+        refusals: vec![],
+    }))
 }
 
 fn rules(scene: &Scene) -> Rules {
