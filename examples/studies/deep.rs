@@ -15,9 +15,9 @@ pub fn study() {
     let times: Vec<String> = TIMES.iter().map(|t| format!(" {t} ms: mm, m/s |")).collect();
     let times = times.concat();
     println!(
-        "| cells, mm |{times} depth, mm | at, ms | end | meshes | elements | kept, % | attempts | least J | remesh, % of E₀ | bias, % | closure | momentum | mass | exchanging, % of the time | CPU s |"
+        "| cells, mm |{times} depth, mm | at, ms | end | meshes | elements | kept, % | attempts | least J | remesh, % of E₀ | bias, % | closure | momentum | mass | exchanging, % of the time | 1000 elements/s | CPU s |"
     );
-    println!("|---|{}---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|", "---|".repeat(TIMES.len()));
+    println!("|---|{}---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|", "---|".repeat(TIMES.len()));
     SIZES.into_iter().for_each(row);
 }
 
@@ -44,10 +44,11 @@ fn row(size: f64) {
     let renewals = simulation.renewals();
     let n = renewals.len().max(1) as f64;
     let kept = renewals.iter().map(|renewal| renewal.unchanged).sum::<f64>() / n;
+    let exchanging: f64 = renewals.iter().map(|renewal| renewal.seconds).sum();
     let attempts: usize = renewals.iter().map(|renewal| renewal.attempt).sum();
     tell_refusals(&format!("{} mm", 1e3 * size), &simulation);
     println!(
-        "| {} |{seen_at} {:.2} | {:.2} | {end} | {} | {} | {:.0} | {attempts} | {:.3} | {:+.2} | {:+.2} | {:.0e} | {:.0e} | {:.0e} | {:.0} | {cpu:.0} |",
+        "| {} |{seen_at} {:.2} | {:.2} | {end} | {} | {} | {:.0} | {attempts} | {:.3} | {:+.2} | {:+.2} | {:.0e} | {:.0e} | {:.0e} | {:.0} | {:.0} | {cpu:.0} |",
         1e3 * size,
         1e3 * depth,
         1e3 * at,
@@ -60,6 +61,7 @@ fn row(size: f64) {
         seen.energy.energy_error,
         seen.momentum_error,
         (simulation.frame().mass / mass - 1.0).abs(),
-        100.0 * renewals.iter().map(|renewal| renewal.seconds).sum::<f64>() / wall,
+        100.0 * exchanging / wall,
+        1e-3 * renewals.iter().map(|renewal| renewal.elements).sum::<usize>() as f64 / exchanging,
     );
 }

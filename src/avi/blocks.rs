@@ -107,6 +107,13 @@ pub(super) struct Front {
     stirred: AtomicBool,
 }
 
+/// In which block, from 1, a node was met last, and its number there.
+#[derive(Debug, Clone, Copy, Default)]
+struct Mark {
+    block: u32,
+    number: u16,
+}
+
 /// All blocks.
 #[derive(Debug)]
 pub(super) struct Blocks<const D: usize> {
@@ -134,7 +141,9 @@ impl<const D: usize> Blocks<D> {
         let slots: Vec<Option<ElementId>> = (0..order.n_slots()).map(|slot| order.element(slot)).collect();
         let mut local = vec![[0; MAX_NODES]; slots.len()];
         let runs = slots.chunks(SLOTS).zip(local.chunks_mut(SLOTS));
-        let mut blocks: Vec<Block> = runs.map(|(slots, local)| Block::new(gel, slots, local)).collect();
+        let mut marks = vec![Mark::default(); gel.mass.len()];
+        let mut blocks: Vec<Block> =
+            runs.zip(1..).map(|((slots, local), block)| Block::new(gel, slots, local, (block, &mut marks))).collect();
         let mut n_parts = 0;
         for block in &mut blocks {
             block.first = n_parts;
@@ -255,17 +264,22 @@ impl Block {
         gel: &Gel<D, P>,
         slots: &[Option<ElementId>],
         local: &mut [[u16; MAX_NODES]],
+        (block, marks): (u32, &mut [Mark]),
     ) -> Self {
         let elements = || slots.iter().flatten();
-        let mut nodes: Vec<NodeId> = elements().flat_map(|element| gel.potential.nodes(*element)).copied().collect();
+        let mut nodes: Vec<NodeId> = vec![];
+        for node in elements().flat_map(|element| gel.potential.nodes(*element)) {
+            if std::mem::replace(&mut marks[node.index()].block, block) != block {
+                nodes.push(*node);
+            }
+        }
         nodes.sort_unstable();
-        nodes.dedup();
         nodes.shrink_to_fit();
-        let number = |node: &NodeId| nodes.binary_search(node).expect("a node of the block") as u16;
+        nodes.iter().zip(0..).for_each(|(node, number)| marks[node.index()].number = number);
         for (slot, local) in slots.iter().zip(local) {
             let own = slot.map(|element| gel.potential.nodes(element)).unwrap_or_default();
             for (local, node) in local.iter_mut().zip(own) {
-                *local = number(node);
+                *local = marks[node.index()].number;
             }
         }
         let on_surface = |(i, node): (usize, &NodeId)| Some((i as u16, gel.surface.of[node.index()]?));

@@ -7,7 +7,7 @@ use crate::algebra::Vector;
 use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Memory, Potential};
 use crate::ledger::Ledger;
-use crate::mesh::{ElementId, NodeId, Simplex, shape_quality};
+use crate::mesh::{ElementId, NodeId, Simplex, is_worse};
 use crate::state::{Birth, Clock, Record, Tick};
 use std::sync::Arc;
 
@@ -134,8 +134,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for (i, node) in self.gel.potential.nodes(element).iter().enumerate() {
             now[i] = self.position_at(*node, time);
         }
-        let (shape, size) = (shape_quality(&now, &simplex), self.gel.potential.compression(element, &now));
-        shape < part * wear.quality[element.index()] || size < part * wear.compression[element.index()]
+        is_worse(&now, &simplex, part * wear.quality[element.index()])
+            || self.gel.potential.compression(element, &now) < part * wear.compression[element.index()]
     }
 
     /// The last tick of this mesh: every group fires, its kick that of half of the step behind, and what stands on a body is held

@@ -14,10 +14,10 @@ use crate::algebra::Vector;
 pub use axis::{divisible, graded, uniform};
 pub use lattice::{Grid, Split};
 pub use patches::Patches;
-pub use quality::{least_angle, shape_quality};
+pub use quality::{is_worse, least_angle, least_of, poor_quality, shape_quality};
 pub use shapes::{Block, Face, Hold, block, cylinder, l_beam, rays, shell};
-pub use topology::{FACES, Incidence, boundary, neighbours};
-pub(crate) use topology::{in_order, sorted};
+pub use topology::{FACES, Incidence, boundary, neighbours, outer};
+pub(crate) use topology::{facet, sorted};
 pub use tree::Tree;
 
 /// Index of a node.
@@ -31,6 +31,7 @@ pub struct ElementId(pub u32);
 impl NodeId {
     /// Position in the arrays of nodes.
     #[must_use]
+    #[inline]
     pub fn index(self) -> usize {
         self.0 as usize
     }
@@ -39,6 +40,7 @@ impl NodeId {
 impl ElementId {
     /// Position in the arrays of elements.
     #[must_use]
+    #[inline]
     pub fn index(self) -> usize {
         self.0 as usize
     }

@@ -12,6 +12,16 @@ pub fn boundary<const D: usize>(elements: &[Simplex]) -> Vec<Facet> {
     outer.into_iter().map(|side| facet::<D>(&elements[side as usize / 4], side as usize % 4)).collect()
 }
 
+/// The same where the neighbours are known.
+#[must_use]
+pub fn outer<const D: usize>(elements: &[Simplex], across: &[[Option<ElementId>; 4]]) -> Vec<Facet> {
+    let bare = |(simplex, across): (&'_ Simplex, &'_ [Option<ElementId>; 4])| {
+        let (simplex, across) = (*simplex, *across);
+        (0..=D).filter(move |k| across[*k].is_none()).map(move |k| facet::<D>(&simplex, k))
+    };
+    elements.iter().zip(across).flat_map(bare).collect()
+}
+
 /// The facets of all elements, equal ones beside each other, and whose side each is: 4 × element + opposite node.
 fn sides<const D: usize>(elements: &[Simplex]) -> Vec<(Facet, u32)> {
     let of = |(e, simplex)| (0..=D).map(move |k| (sorted::<D>(facet::<D>(simplex, k)), (4 * e + k) as u32));
@@ -23,7 +33,7 @@ fn sides<const D: usize>(elements: &[Simplex]) -> Vec<(Facet, u32)> {
 ///
 /// # Panics
 /// Unless the same ones come each time that they are asked for.
-pub fn in_order<T: Copy + Default + Ord, I: Iterator<Item = T>>(
+fn in_order<T: Copy + Default + Ord, I: Iterator<Item = T>>(
     all: &dyn Fn() -> I,
     number: impl Fn(&T) -> usize,
 ) -> Vec<T> {
@@ -51,7 +61,7 @@ pub fn in_order<T: Copy + Default + Ord, I: Iterator<Item = T>>(
 pub const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
 /// The facet of a positively oriented simplex opposite one of its nodes, outward oriented.
-fn facet<const D: usize>(simplex: &Simplex, opposite: usize) -> Facet {
+pub(crate) fn facet<const D: usize>(simplex: &Simplex, opposite: usize) -> Facet {
     let facets: &[[usize; 3]] = match D {
         2 => &[[1, 2, 2], [2, 0, 0], [0, 1, 1]],
         _ => &FACES,

@@ -3,7 +3,7 @@
 use super::surface::crossing;
 use super::{Moved, Proposal};
 use crate::algebra::{Vector, ordered_sum};
-use crate::mesh::{Facet, NodeId, Simplex, boundary, least_angle, shape_quality, signed_volume};
+use crate::mesh::{Facet, NodeId, Simplex, boundary, least_of, shape_quality, signed_volume};
 
 /// What a new mesh must satisfy.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,47 +100,69 @@ pub enum Rejected {
 /// # Errors
 /// The first thing it does not satisfy.
 pub fn judge<const D: usize>(old: &Moved<'_, D>, new: &Proposal<D>, limits: &Acceptance) -> Result<Quality, Rejected> {
+    let shapes: Vec<f64> = new.elements.iter().map(|e| shape_quality(&new.position, e)).collect();
+    judge_known(old, new, (limits, &Known { shapes: &shapes, facets: &boundary::<D>(&new.elements) }))
+}
+
+/// What is known of a new mesh before it is judged.
+#[derive(Debug, Clone, Copy)]
+pub struct Known<'a> {
+    /// The quality of each element ([`shape_quality`]), infinite of those that are better than some others.
+    pub shapes: &'a [f64],
+    /// The boundary ([`boundary`]).
+    pub facets: &'a [Facet],
+}
+
+/// The same where that is known.
+///
+/// # Errors
+/// The first thing that the new mesh does not satisfy.
+pub fn judge_known<const D: usize>(
+    old: &Moved<'_, D>,
+    new: &Proposal<D>,
+    (limits, known): (&Acceptance, &Known<'_>),
+) -> Result<Quality, Rejected> {
     if new.elements.is_empty() {
         return Err(Rejected::Empty);
     }
     let x = &new.position;
-    let whole =
-        |x: &[Vector<D>], elements: &[Simplex]| ordered_sum(elements.len(), 0.0, |e| signed_volume(x, &elements[e]));
-    if let Some(element) = new.elements.iter().position(|e| signed_volume(x, e).is_nan() || signed_volume(x, e) <= 0.0)
-    {
-        return Err(Rejected::Inverted { element, measure: signed_volume(x, &new.elements[element]) });
+    let measures: Vec<f64> = new.elements.iter().map(|e| signed_volume(x, e)).collect();
+    if let Some(element) = measures.iter().position(|measure| measure.is_nan() || *measure <= 0.0) {
+        return Err(Rejected::Inverted { element, measure: measures[element] });
     }
-    let least = new.elements.iter().map(|e| shape_quality(x, e)).fold(f64::MAX, f64::min);
+    let least = known.shapes.iter().copied().fold(f64::INFINITY, f64::min);
+    let exactly = || new.elements.iter().map(|e| shape_quality(x, e)).fold(f64::MAX, f64::min);
+    let least = if least < f64::INFINITY { least } else { exactly() };
     if least < limits.quality {
         return Err(Rejected::Poor { found: least, least: limits.quality });
     }
-    let change = (whole(x, &new.elements) + new.cleared) / whole(old.position, &old.mesh.elements) - 1.0;
+    let before = ordered_sum(old.mesh.elements.len(), 0.0, |e| signed_volume(old.position, &old.mesh.elements[e]));
+    let change = (ordered_sum(measures.len(), 0.0, |e| measures[e]) + new.cleared) / before - 1.0;
     if change.is_nan() || change.abs() > limits.measure {
         return Err(Rejected::Measure { change, most: limits.measure });
     }
-    let [parts, loops] = compare(old, new)?;
-    let angle = new.elements.iter().map(|e| least_angle(x, e)).fold(180.0, f64::min);
+    let [parts, loops] = compare(old, new, known.facets)?;
+    let angle = least_of(x, &new.elements);
     Ok(Quality { least, angle, change, parts, loops })
 }
 
 /// The numbers of parts of the body and of its boundary, if they are those of the old mesh, and the boundary is free of
 /// crossings, or in space has the handles that it had.
-fn compare<const D: usize>(old: &Moved<'_, D>, new: &Proposal<D>) -> Result<[usize; 2], Rejected> {
-    let facets = boundary::<D>(&new.elements);
+fn compare<const D: usize>(old: &Moved<'_, D>, new: &Proposal<D>, facets: &[Facet]) -> Result<[usize; 2], Rejected> {
     let count = |elements: &[Simplex], n_nodes: usize| components(elements.iter().map(|e| &e[..=D]), n_nodes);
     let parts = [count(&old.mesh.elements, old.position.len()), count(&new.elements, new.position.len())];
     if parts[0] != parts[1] {
         return Err(Rejected::Parts { before: parts[0], after: parts[1] });
     }
-    let loops = [(&old.mesh.facets, old.position.len()), (&facets, new.position.len())]
+    let loops = [(old.mesh.facets.as_slice(), old.position.len()), (facets, new.position.len())]
         .map(|(facets, n_nodes)| components(facets.iter().map(|f| &f[..D]), n_nodes));
     if loops[0] != loops[1] {
         return Err(Rejected::Loops { before: loops[0], after: loops[1] });
     }
     if D == 2 {
-        free_of_crossings(&facets, &new.position)?;
+        free_of_crossings(facets, &new.position)?;
     } else {
-        let [before, after] = [&old.mesh.facets, &facets].map(|facets| characteristic(facets));
+        let [before, after] = [&old.mesh.facets, facets].map(characteristic);
         if before != after {
             return Err(Rejected::Genus { before, after });
         }
@@ -177,6 +199,9 @@ fn components<'a>(groups: impl Iterator<Item = &'a [NodeId]>, n_nodes: usize) ->
             if above[node] == usize::MAX {
                 above[node] = node;
                 count += 1;
+            }
+            if above[node] == above[group[0].index()] {
+                continue;
             }
             let [first, other] = [group[0].index(), node].map(|n| root(&mut above, n));
             if first != other {

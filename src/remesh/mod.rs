@@ -22,6 +22,7 @@ mod local;
 mod locate;
 mod marks;
 mod near;
+mod next;
 mod overlapped;
 mod overlay;
 mod pairing;
@@ -64,15 +65,16 @@ pub use error::RemeshError;
 pub use immersed::{
     Background, Cell, Immersed, Steps, cells, cut_out, distances, immerse, rounding, snapped, triangulated,
 };
-pub use judge::{Acceptance, Quality, Rejected, judge};
+pub use judge::{Acceptance, Known, Quality, Rejected, judge, judge_known};
 pub use locate::nearest;
 pub use marks::marks;
+pub use next::{Neighbours, neighbours_after};
 pub use overlapped::overlapped;
-pub use pairing::Same;
+pub use pairing::{Pairing, Same};
 pub use pieces::Source;
 pub use sheets::{sheets, thinned};
-pub use sizing::{Range, bends, curved, graded};
-pub use transfer::transfer;
+pub use sizing::{Range, bends, bends_within, curved, graded};
+pub use transfer::{transfer, transfer_paired};
 
 /// A mesh where its nodes are.
 #[derive(Debug, Clone, Copy)]

@@ -33,7 +33,7 @@ impl Same {
 
 /// How two meshes agree.
 #[derive(Debug)]
-pub(super) struct Pairing {
+pub struct Pairing {
     /// By new element, the old one that it is.
     pub same: Vec<Option<Same>>,
     /// The old elements that are gone.
@@ -42,12 +42,27 @@ pub(super) struct Pairing {
     pub unchanged: Vec<Option<NodeId>>,
 }
 
+/// How many old elements beyond the last one found are looked at before an element is looked for around its nodes.
+const AHEAD: usize = 8;
+
 impl Pairing {
     /// Of an old mesh and a new one: an element is the same if its nodes are the same and turn the same way.
+    #[must_use]
     pub fn of<const D: usize>(old: &Mesh<D>, new: &Proposal<D>) -> Self {
         let around = Incidence::new(old.rest.len(), old.elements.iter().map(|nodes| &nodes[..=D]));
-        let same: Vec<Option<Same>> =
-            new.elements.iter().map(|nodes| same::<D>(&kept(new, nodes)?, &around, &old.elements)).collect();
+        // Most that stay stand in their old order.
+        let mut next = 0;
+        let mut pair = |nodes: &Simplex| {
+            let kept = kept(new, nodes)?;
+            let ahead = old.elements[next..].iter().take(AHEAD).position(|own| own[..=D] == kept[..=D]);
+            let same = match ahead {
+                Some(ahead) => Some(Same { element: ElementId((next + ahead) as u32), corners: [0, 1, 2, 3] }),
+                None => same::<D>(&kept, &around, &old.elements),
+            }?;
+            next = same.element.index() + 1;
+            Some(same)
+        };
+        let same: Vec<Option<Same>> = new.elements.iter().map(&mut pair).collect();
         let mut is_gone = vec![true; old.elements.len()];
         for same in same.iter().flatten() {
             is_gone[same.element.index()] = false;
@@ -55,6 +70,15 @@ impl Pairing {
         let gone = (0..old.elements.len() as u32).map(ElementId).filter(|e| is_gone[e.index()]).collect();
         let unchanged = unchanged(new, &same, &around);
         Self { same, gone, unchanged }
+    }
+
+    /// What is known of the old elements, of those that are there again with their corners in the same order; the rest is made.
+    pub fn carried<T: Copy>(&self, known: &[T], mut made: impl FnMut(usize) -> T) -> Vec<T> {
+        let one = |(e, same): (usize, &Option<Same>)| match same {
+            Some(Same { element, corners: [0, 1, 2, 3] }) => known[element.index()],
+            Some(_) | None => made(e),
+        };
+        self.same.iter().enumerate().map(one).collect()
     }
 
     /// The new elements that are not old ones.

@@ -1,6 +1,9 @@
 //! Where an old tetrahedron lies over a new one.
 
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+
 use super::overlay::{Moments, dot};
+use fearless_simd::{Level, dispatch};
 
 /// A corner of an overlap, known by its weights in both tetrahedra, so that all that is linear in either is at hand: N of the
 /// first three corners of the new one, 1, λ of the last three of the old one, and the density times the volume of the old one,
@@ -24,12 +27,20 @@ struct Polyhedron {
 }
 
 /// Cuts old tetrahedra along new ones.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct Polyhedra {
+    /// The widest vector unit there is; results do not depend on it.
+    level: Level,
     /// What two tetrahedra have in common.
     common: Box<Polyhedron>,
     /// What it was before the last cut.
     uncut: Box<Polyhedron>,
+}
+
+impl Default for Polyhedra {
+    fn default() -> Self {
+        Self { level: Level::new(), common: Box::default(), uncut: Box::default() }
+    }
 }
 
 impl Polyhedra {
@@ -40,6 +51,11 @@ impl Polyhedra {
     /// The old tetrahedron is cut along the faces of the new one, N_i = 0, one after the other. An old sliver is then as good
     /// as any other tetrahedron.
     pub fn moments(&mut self, in_old: &[[f64; 4]; 4], in_new: &[[f64; 4]; 4], heights: &[f64; 4]) -> Option<Moments> {
+        dispatch!(self.level, _simd => self.found(in_old, in_new, heights))
+    }
+
+    #[inline(always)]
+    fn found(&mut self, in_old: &[[f64; 4]; 4], in_new: &[[f64; 4]; 4], heights: &[f64; 4]) -> Option<Moments> {
         let mut sums = Sums::default();
         if in_old.iter().flatten().all(|weight| *weight >= 0.0) {
             let corners: [Corner; 4] = std::array::from_fn(|i| corner(&unit(i), &in_old[i], heights));
@@ -64,10 +80,12 @@ impl Polyhedra {
 }
 
 /// The weights of the corner of this number.
+#[inline(always)]
 fn unit(i: usize) -> [f64; 4] {
     std::array::from_fn(|a| f64::from(u8::from(a == i)))
 }
 
+#[inline(always)]
 fn corner(new: &[f64; 4], old: &[f64; 4], heights: &[f64; 4]) -> Corner {
     [new[0], new[1], new[2], 1.0, old[1], old[2], old[3], dot(old, heights)]
 }
@@ -79,16 +97,19 @@ impl Default for Polyhedron {
 }
 
 /// The corner that a way comes from.
+#[inline(always)]
 fn start(way: Way) -> usize {
     usize::from(way / 4)
 }
 
 /// The next way out of the same corner, in order about it.
+#[inline(always)]
 fn next(way: Way) -> Way {
     if way % 4 == 2 { way - 2 } else { way + 1 }
 }
 
 impl Polyhedron {
+    #[inline(always)]
     fn become_tetrahedron(&mut self, corners: &[Corner; 4]) {
         self.corners[..4].copy_from_slice(corners);
         // From 0 to 1, 2, 3; from 1 to 0, 3, 2; from 2 to 0, 1, 3; from 3 to 0, 2, 1.
@@ -99,11 +120,13 @@ impl Polyhedron {
     }
 
     /// The way after this one around the face on its side.
+    #[inline(always)]
     fn around(&self, way: Way) -> Way {
         next(self.back[usize::from(way)])
     }
 
     /// The corners where the weight of this corner of the new tetrahedron is not negative, by bits.
+    #[inline(always)]
     fn before(&self, face: usize) -> u64 {
         let corners = self.corners[..self.n_corners].iter().enumerate();
         corners.fold(0, |bits, (n, corner)| bits | u64::from(weight(corner, face) >= 0.0) << n)
@@ -112,6 +135,7 @@ impl Polyhedron {
     /// Writes the part before a face, of which the corners that stay are given.
     ///
     /// Only who stays decides who is joined to whom, so that rounding cannot tear the surface.
+    #[inline(always)]
     fn cut(&self, (face, stays): (usize, u64), part: &mut Self) {
         // The number of each corner that stays, and of each new one, by the way that it is on.
         let (mut number, mut met) = ([0; MOST], [0; 4 * MOST]);
@@ -139,6 +163,7 @@ impl Polyhedron {
     }
 
     /// From a way out of what stays, around the face on its side, the way that leads back into it, the other way round.
+    #[inline(always)]
     fn beyond(&self, way: Way, stays: u64) -> Way {
         let mut on = self.around(way);
         loop {
@@ -150,11 +175,13 @@ impl Polyhedron {
         }
     }
 
+    #[inline(always)]
     fn join(&mut self, way: Way, back: Way) {
         self.back[usize::from(way)] = back;
         self.back[usize::from(back)] = way;
     }
 
+    #[inline(always)]
     fn push(&mut self, corner: Corner) -> Way {
         self.corners[self.n_corners] = corner;
         self.n_corners += 1;
@@ -162,6 +189,7 @@ impl Polyhedron {
     }
 
     /// Visits tetrahedra that make it up: from its first corner to the triangles of the faces that do not meet there.
+    #[inline(always)]
     fn tetrahedra(&self, mut visit: impl FnMut([&Corner; 4])) {
         let mut is_seen = [false; 4 * MOST];
         // Those of the faces about the first corner.
@@ -181,6 +209,7 @@ impl Polyhedron {
     }
 
     /// Visits the corners of a face, unless it was seen.
+    #[inline(always)]
     fn walk(&self, mut way: Way, is_seen: &mut [bool; 4 * MOST], mut visit: impl FnMut(usize)) {
         while !std::mem::replace(&mut is_seen[usize::from(way)], true) {
             visit(start(way));
@@ -190,6 +219,7 @@ impl Polyhedron {
 }
 
 /// The places of the ones of a number.
+#[inline(always)]
 fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let lowest = (bits != 0).then(|| bits.trailing_zeros() as usize);
@@ -199,16 +229,19 @@ fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
 }
 
 /// The ways out of a corner.
+#[inline(always)]
 fn ways(corner: usize) -> std::ops::Range<Way> {
     4 * corner as Way..4 * corner as Way + 3
 }
 
 /// N of a corner of the new tetrahedron, at a corner of the overlap.
+#[inline(always)]
 fn weight(corner: &Corner, of: usize) -> f64 {
     if of < 3 { corner[of] } else { 1.0 - corner[0] - corner[1] - corner[2] }
 }
 
 /// Where the way to a corner beyond a face meets the face.
+#[inline(always)]
 fn towards(from: &Corner, beyond: &Corner, face: usize) -> Corner {
     let (here, there) = (weight(from, face), weight(beyond, face));
     let t = here / (here - there);
@@ -234,6 +267,7 @@ impl Sums {
     ///
     /// The mean of a cubic function is [9 Σ f((c + S)/6) − 16 f(S/4)]/20 with S = Σc, exactly (Keast), of products of three
     /// linear ones therefore [Σ f(2c + S)/6 − f(S)]/80.
+    #[inline(always)]
     fn add(&mut self, [a, b, c, d]: [&Corner; 4]) {
         let whole = share([a, b, c, d]);
         let share = whole / 80.0;
@@ -257,6 +291,7 @@ impl Sums {
         }
     }
 
+    #[inline(always)]
     fn moments(&self) -> Moments {
         let rows = &self.rows;
         let one = rows[3];
@@ -269,6 +304,7 @@ impl Sums {
 }
 
 /// Volume of a tetrahedron as a part of that of the old one.
+#[inline(always)]
 fn share([a, b, c, d]: [&Corner; 4]) -> f64 {
     let [u, v, w] = [b, c, d].map(|other| [other[4] - a[4], other[5] - a[5], other[6] - a[6]]);
     u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0]) + u[2] * (v[0] * w[1] - v[1] * w[0])

@@ -3,9 +3,10 @@
 use super::Moved;
 use super::cell::edges;
 use crate::algebra::{Tensor, Vector, cofactor, det, embed};
-use crate::mesh::{self, ElementId, Simplex, in_order, neighbours};
+use crate::mesh::{self, ElementId, Incidence, NodeId, Simplex, neighbours};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::f64::consts::FRAC_PI_2;
 
 /// What target sizes are limited to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,16 +25,25 @@ pub struct Range {
 pub fn graded<const D: usize>(old: &Moved<'_, D>, mut size: Vec<f64>, growth: f64) -> Vec<f64> {
     assert_eq!(size.len(), old.position.len(), "one size per node is needed");
     assert!(size.iter().all(|h| *h > 0.0), "sizes are positive");
-    let (start, across) = edges_of_nodes::<D>(size.len(), &old.mesh.elements);
+    let elements = &old.mesh.elements;
+    let limit = |h: f64, a: usize, b: usize| h + growth * (old.position[a] - old.position[b]).norm();
     // Positive numbers have the order of their bits.
-    let mut waiting: BinaryHeap<_> = size.iter().enumerate().map(|(n, h)| Reverse((h.to_bits(), n))).collect();
+    let mut waiting: BinaryHeap<_> = too_great::<D>(elements, &size, limit).into_iter().map(Reverse).collect();
+    if waiting.is_empty() {
+        return size;
+    }
+    let around = Incidence::new(size.len(), elements.iter().map(|nodes| &nodes[..=D]));
     while let Some(Reverse((bits, node))) = waiting.pop() {
         let h = f64::from_bits(bits);
         if h > size[node] {
             continue;
         }
-        for &other in &across[start[node]..start[node + 1]] {
-            let limit = h + growth * (old.position[node] - old.position[other]).norm();
+        let star = around.of(NodeId(node as u32)).iter();
+        for other in star.flat_map(|element| &elements[element.index()][..=D]).map(|other| other.index()) {
+            if size[other] <= h {
+                continue;
+            }
+            let limit = limit(h, node, other);
             if limit < size[other] {
                 size[other] = limit;
                 waiting.push(Reverse((limit.to_bits(), other)));
@@ -43,18 +53,24 @@ pub fn graded<const D: usize>(old: &Moved<'_, D>, mut size: Vec<f64>, growth: f6
     size
 }
 
-/// The nodes across the edges of each node: those of node n stand from `start[n]` to `start[n + 1]`.
-fn edges_of_nodes<const D: usize>(n_nodes: usize, elements: &[Simplex]) -> (Vec<usize>, Vec<usize>) {
-    let edges =
-        || elements.iter().flat_map(|e| edges::<D>().iter().map(move |edge| edge.map(|corner| e[corner].index())));
-    let mut pairs = in_order(&|| edges().flat_map(|[a, b]| [[a, b], [b, a]]), |pair: &[usize; 2]| pair[0]);
-    pairs.dedup();
-    let mut start = vec![0; n_nodes + 1];
-    for pair in &pairs {
-        start[pair[0] + 1] += 1;
+/// The nodes that one at the other end of an edge is too great for, and the bits of their sizes.
+fn too_great<const D: usize>(
+    elements: &[Simplex],
+    size: &[f64],
+    limit: impl Fn(f64, usize, usize) -> f64,
+) -> Vec<(u64, usize)> {
+    let mut found = vec![false; size.len()];
+    for nodes in elements {
+        for edge in edges::<D>() {
+            let [a, b] = edge.map(|corner| nodes[corner].index());
+            let [less, more] = if size[a] < size[b] { [a, b] } else { [b, a] };
+            if size[less] < size[more] && !found[less] {
+                found[less] = limit(size[less], less, more) < size[more];
+            }
+        }
     }
-    (0..n_nodes).for_each(|n| start[n + 1] += start[n]);
-    (start, pairs.into_iter().map(|pair| pair[1]).collect())
+    let found = found.iter().enumerate().filter(|(_, found)| **found);
+    found.map(|(node, _)| (size[node].to_bits(), node)).collect()
 }
 
 /// How far nodal fields bend at each element, rad (numerics 4.3).
@@ -67,17 +83,45 @@ fn edges_of_nodes<const D: usize>(n_nodes: usize, elements: &[Simplex]) -> (Vec<
 /// Unless every field has one value per node.
 #[must_use]
 pub fn bends<const D: usize>(old: &Moved<'_, D>, fields: &[&[Vector<D>]]) -> Vec<f64> {
-    let elements = &old.mesh.elements;
-    let mut bend = vec![0.0_f64; elements.len()];
-    let across = neighbours::<D>(elements);
+    bends_within(old, fields, (&neighbours::<D>(&old.mesh.elements), [0.0, FRAC_PI_2]))
+}
+
+/// The same with these neighbours, where only so much is asked for: of an element that bends by less than the first angle, rad, some
+/// angle below that, and of one by more than the second, some angle above that.
+///
+/// # Panics
+/// Unless every field has one value per node, and the angles are between 0 and π/2.
+#[must_use]
+pub fn bends_within<const D: usize>(
+    old: &Moved<'_, D>,
+    fields: &[&[Vector<D>]],
+    (across, [least, most]): (&[[Option<ElementId>; 4]], [f64; 2]),
+) -> Vec<f64> {
+    assert!((0.0..=FRAC_PI_2).contains(&least) && (least..=FRAC_PI_2).contains(&most), "angles are acute");
+    let mut bends = vec![Bend { angle: 0.0, tangent: square_of_tangent(least) * (1.0 - CLOSE) }; across.len()];
+    let most = if most < FRAC_PI_2 { square_of_tangent(most) * (1.0 + CLOSE) } else { f64::INFINITY };
     for field in fields {
         assert_eq!(field.len(), old.position.len(), "one value per node is needed");
-        for component in 0..D {
-            let values: Vec<f64> = field.iter().map(|v| v[component]).collect();
-            raise(&mut bend, &slopes(old, &values), &across);
-        }
+        raise(&mut bends, &slopes(old, field), (across, most));
     }
-    bend
+    bends.into_iter().map(|bend| bend.angle).collect()
+}
+
+/// How far an element bends.
+#[derive(Clone, Copy)]
+struct Bend {
+    /// The greatest angle found, rad.
+    angle: f64,
+    /// tan² of it, or of the least that is asked for; infinite if it is not acute.
+    tangent: f64,
+}
+
+/// Squares of tangents that are closer than this, as a part, may be those of either angle.
+const CLOSE: f64 = 1e-9;
+
+fn square_of_tangent(angle: f64) -> f64 {
+    let tangent = libm::tan(angle);
+    tangent * tangent
 }
 
 /// Target sizes of the nodes from the bends of the elements: h·clamp(θ*/θ, ½, 2), h being the mean edge and θ* = `angle`, rad; a
@@ -105,38 +149,73 @@ fn mean_edge<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
     edges::<D>().iter().map(length).sum::<f64>() / edges::<D>().len() as f64
 }
 
-/// Raises the bend of each element to the greatest angle between its normal and that of a neighbour; each pair is seen once.
-fn raise<const D: usize>(bend: &mut [f64], slopes: &[Vector<D>], across: &[[Option<ElementId>; 4]]) {
+/// Raises the bend of each element to the greatest angle between its normals and those of a neighbour, until its tan² is `most`; each
+/// pair is seen once.
+fn raise<const D: usize>(
+    bends: &mut [Bend],
+    slopes: &[[Vector<D>; D]],
+    (across, most): (&[[Option<ElementId>; 4]], f64),
+) {
+    let steepest: Vec<f64> =
+        slopes.iter().map(|slopes| slopes.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max)).collect();
     for (e, around) in across.iter().enumerate() {
         for other in around.iter().flatten().map(|other| other.index()).filter(|other| *other > e) {
-            let angle = between(&slopes[e], &slopes[other]);
-            (bend[e], bend[other]) = (bend[e].max(angle), bend[other].max(angle));
+            if is_flat(steepest[e].max(steepest[other]), bends[e].tangent.min(bends[other].tangent)) {
+                continue;
+            }
+            for (a, b) in slopes[e].iter().zip(&slopes[other]) {
+                let known = bends[e].tangent.min(bends[other].tangent);
+                let (apart, along) = normals(a, b);
+                if known > most || along > 0.0 && apart <= known * (along * along) * (1.0 - CLOSE) {
+                    continue;
+                }
+                let angle = libm::atan2(apart.sqrt(), along);
+                let tangent = if along > 0.0 { apart / (along * along) } else { f64::INFINITY };
+                for bend in [e, other] {
+                    let bend = &mut bends[bend];
+                    *bend = Bend { angle: bend.angle.max(angle), tangent: bend.tangent.max(tangent) };
+                }
+            }
         }
     }
 }
 
-/// Angle between the normals (−a, 1) and (−b, 1) of two graphs, rad: tan θ = √(|a − b|² + |a × b|²)/(a·b + 1).
-fn between<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> f64 {
-    let apart = (a - b).norm_squared() + embed(a).cross(&embed(b)).norm_squared();
-    libm::atan2(apart.sqrt(), a.dot(b) + 1.0)
+/// Whether no normals of graphs with at most this slope, squared, can have an angle whose tan² is more: |a − b|² ≤ 4|a|²,
+/// |a × b|² ≤ |a|⁴ and a·b ≥ −|a|², if |a| ≥ |b|.
+fn is_flat(steepest: f64, tangent: f64) -> bool {
+    let along = 1.0 - steepest;
+    along > 0.0 && steepest * (4.0 + steepest) <= tangent * (along * along) * (1.0 - CLOSE)
 }
 
-/// s ∇f of a field over each element; none over flat elements and of constant fields.
-fn slopes<const D: usize>(old: &Moved<'_, D>, values: &[f64]) -> Vec<Vector<D>> {
+/// Of the normals (−a, 1) and (−b, 1) of two graphs what their angle θ follows from, tan²θ = apart/along²:
+/// |a − b|² + |a × b|² and a·b + 1.
+fn normals<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> (f64, f64) {
+    let apart = (a - b).norm_squared() + embed(a).cross(&embed(b)).norm_squared();
+    (apart, a.dot(b) + 1.0)
+}
+
+/// s ∇f of the components of a field over each element; none over flat elements and of constant ones.
+fn slopes<const D: usize>(old: &Moved<'_, D>, field: &[Vector<D>]) -> Vec<[Vector<D>; D]> {
     let ends = |values: &mut dyn Iterator<Item = f64>| {
         values.fold([f64::MAX, -f64::MAX], |[low, high], v| [low.min(v), high.max(v)])
     };
     let extent =
         (0..D).map(|i| ends(&mut old.position.iter().map(|x| x[i]))).map(|[low, high]| high - low).fold(0.0, f64::max);
-    let [low, high] = ends(&mut values.iter().copied());
-    let is_constant = high - low <= 1e-9 * low.abs().max(high.abs());
-    let scale = if is_constant { 0.0 } else { extent / (high - low) };
+    let scales: [f64; D] = std::array::from_fn(|component| {
+        let [low, high] = ends(&mut field.iter().map(|v| v[component]));
+        let is_constant = high - low <= 1e-9 * low.abs().max(high.abs());
+        if is_constant { 0.0 } else { extent / (high - low) }
+    });
     let slope = |simplex: &Simplex| {
         let sides: Tensor<D> = mesh::edges(old.position, simplex);
-        let first = values[simplex[0].index()];
-        let rise = Vector::<D>::from_fn(|i, _| values[simplex[i + 1].index()] - first);
-        let slope = cofactor(&sides) * rise / det(&sides) * scale;
-        if slope.norm_squared().is_finite() { slope } else { Vector::zeros() }
+        let (cofactor, det) = (cofactor(&sides), det(&sides));
+        let [first, others] = [&simplex[..1], &simplex[1..=D]];
+        std::array::from_fn(|component| {
+            let first = field[first[0].index()][component];
+            let rise = Vector::<D>::from_fn(|i, _| field[others[i].index()][component] - first);
+            let slope = cofactor * rise / det * scales[component];
+            if slope.norm_squared().is_finite() { slope } else { Vector::zeros() }
+        })
     };
     old.mesh.elements.iter().map(slope).collect()
 }
@@ -239,12 +318,45 @@ mod tests {
     }
 
     #[test]
+    fn bends_are_the_greatest_angles_of_all_neighbours_however_steep_fields_are() {
+        let mesh = cube(4);
+        let old = Moved { mesh: &mesh, position: &mesh.rest };
+        let across = neighbours::<3>(&mesh.elements);
+        for steep in [1e-3, 0.1, 1.0, 20.0] {
+            let wavy = |x: &Vector3| Vector3::new((9.0 * x.x).sin(), (7.0 * x.y * x.z).cos() + x.x, x.z * x.z * x.z);
+            // One node far away leaves the others a small part of the range.
+            let mut field: Vec<Vector3> = mesh.rest.iter().map(wavy).collect();
+            field[7] = Vector3::repeat(10.0 / steep);
+            let slopes = slopes(&old, &field);
+            let angle = |e: usize, other: usize| {
+                let angles = slopes[e].iter().zip(&slopes[other]).map(|(a, b)| normals(a, b));
+                angles.map(|(apart, along)| libm::atan2(apart.sqrt(), along)).fold(0.0, f64::max)
+            };
+            let greatest = |(e, around): (usize, &[Option<ElementId>; 4])| {
+                around
+                    .iter()
+                    .flatten()
+                    .map(|other| angle(e.min(other.index()), e.max(other.index())))
+                    .fold(0.0, f64::max)
+            };
+            let wanted: Vec<f64> = across.iter().enumerate().map(greatest).collect();
+            assert_eq!(bends(&old, &[&field]), wanted);
+            let within = bends_within(&old, &[&field], (&across, [0.2, 0.8]));
+            for (found, wanted) in within.iter().zip(&wanted) {
+                let holds = if *wanted < 0.2 { *found < 0.2 } else { found == wanted || found.min(*wanted) > 0.8 };
+                assert!(holds, "{found} for {wanted}");
+            }
+        }
+    }
+
+    #[test]
     fn the_angle_between_graphs_is_that_of_their_normals() {
+        let between = |(apart, along): (f64, f64)| libm::atan2(apart.sqrt(), along);
         let (a, b) = (Vector::<2>::new(0.3, -0.8), Vector::<2>::new(-1.1, 0.4));
         let [n, m] = [a, b].map(|a| Vector3::new(-a[0], -a[1], 1.0));
-        assert!((between(&a, &b) - n.angle(&m)).abs() < 1e-14);
+        assert!((between(normals(&a, &b)) - n.angle(&m)).abs() < 1e-14);
         // In space as in the plane, where both slopes lie in one.
         let [a, b] = [a, b].map(|a| Vector3::new(a[0], 0.0, a[1]));
-        assert!((between(&a, &b) - n.angle(&m)).abs() < 1e-14);
+        assert!((between(normals(&a, &b)) - n.angle(&m)).abs() < 1e-14);
     }
 }

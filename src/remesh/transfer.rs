@@ -21,7 +21,16 @@ use crate::algebra::Vector;
 /// back to the free nodes of changed elements, as a rotation about their centre of mass.
 #[must_use]
 pub fn transfer<const D: usize>(old: &Moved<'_, D>, carried: &Carried<'_, D>, new: &Proposal<D>) -> Transferred<D> {
-    let pairing = Pairing::of(old.mesh, new);
+    transfer_paired(old, carried, (new, Pairing::of(old.mesh, new)))
+}
+
+/// The same where it is known which elements are old ones.
+#[must_use]
+pub fn transfer_paired<const D: usize>(
+    old: &Moved<'_, D>,
+    carried: &Carried<'_, D>,
+    (new, pairing): (&Proposal<D>, Pairing),
+) -> Transferred<D> {
     let gone = under::gone(old, &pairing);
     let under = Under::new(old, new, (&pairing, &gone));
     let traces = Traces::of(old, new, (&pairing.gone, &under));

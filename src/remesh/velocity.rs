@@ -6,7 +6,7 @@ use super::overlay::inertia;
 use super::pairing::{Pairing, Same};
 use super::pieces::Part;
 use crate::algebra::Vector;
-use crate::mesh::Simplex;
+use crate::mesh::{NodeId, Simplex};
 
 /// Sweeps: one from the guess and three corrections (numerics 4.5).
 const SWEEPS: usize = 4;
@@ -31,8 +31,9 @@ impl<const D: usize> Balance<'_, D> {
     /// Returns the b − M v of the last sweep in the held directions, N·s: what they took from the momentum.
     pub fn sweep(&self, velocity: &mut [Vector<D>]) -> Vec<Vector<D>> {
         let mut taken = vec![Vector::zeros(); velocity.len()];
+        let was = self.old_nodes(velocity.len());
         for _ in 0..SWEEPS {
-            taken = self.missing(velocity);
+            taken = self.missing(velocity, &was);
             for (i, v) in velocity.iter_mut().enumerate() {
                 for axis in (0..D).filter(|axis| !self.held[i][*axis]) {
                     v[axis] += self.kick(i, std::mem::take(&mut taken[i][axis]));
@@ -47,12 +48,27 @@ impl<const D: usize> Balance<'_, D> {
         if missing == 0.0 || self.mass[node] <= 0.0 { -0.0 } else { missing / self.mass[node] }
     }
 
-    /// b − M v, N·s. Of an unchanged element that is M (v_old − v), which is exactly nothing where v is the old one.
-    fn missing(&self, velocity: &[Vector<D>]) -> Vec<Vector<D>> {
-        let mut missing = vec![Vector::<D>::zeros(); velocity.len()];
+    /// The old nodes of those of unchanged elements.
+    fn old_nodes(&self, n_nodes: usize) -> Vec<Option<NodeId>> {
+        let mut was = vec![None; n_nodes];
         for (nodes, same) in self.new.0.iter().zip(&self.new.1.same) {
-            let Some(same) = same else { continue };
-            let lag = self.lag(nodes, *same, velocity);
+            let old = same.map(|same| same.turned(&self.old.0[same.element.index()]));
+            for (node, old) in nodes[..=D].iter().zip(old.iter().flatten()) {
+                was[node.index()] = Some(*old);
+            }
+        }
+        was
+    }
+
+    /// b − M v, N·s. Of an unchanged element that is M (v_old − v), which is exactly nothing where v is the old one.
+    fn missing(&self, velocity: &[Vector<D>], was: &[Option<NodeId>]) -> Vec<Vector<D>> {
+        let mut missing = vec![Vector::<D>::zeros(); velocity.len()];
+        let lags =
+            |(v, was): (&Vector<D>, &Option<NodeId>)| was.is_some_and(|was| self.old.1.velocity[was.index()] != *v);
+        let lags: Vec<bool> = velocity.iter().zip(was).map(lags).collect();
+        for (nodes, same) in self.new.0.iter().zip(&self.new.1.same) {
+            let Some(same) = same.filter(|_| nodes[..=D].iter().any(|node| lags[node.index()])) else { continue };
+            let lag = self.lag(nodes, same, velocity);
             if lag == [Vector::<D>::zeros(); 4] {
                 continue;
             }

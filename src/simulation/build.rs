@@ -108,7 +108,7 @@ where
 {
     let recipe = Recipe::of(scene);
     let mesh = Mesh { marks: loads::marks(scene, &mesh)?, ..mesh };
-    let simplices = recipe.simplices((&mesh, &mesh.rest));
+    let simplices = recipe.simplices(&mesh, recipe.patches((&mesh, &mesh.rest)));
     let mass = simplices.lumped_masses(&mesh, scene.gel.density);
     let gel = recipe.gel(simplices, (&mesh, &mesh.rest), mass);
     let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));
@@ -127,11 +127,22 @@ where
     if ticks > MOST_TICKS {
         return Err(BuildError::TooLong { ticks, limit: MOST_TICKS });
     }
-    engine.set_wear(recipe.wear(&engine.gel().potential, &mesh.rest));
+    let shapes = recipe.shapes(&mesh.elements, &mesh.rest);
+    engine.set_wear(recipe.wear(&engine.gel().potential, &mesh.rest, &shapes));
     engine.set_exchanges(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
     let Mesh { facets, marks, .. } = mesh;
     let seats = seats(&engine, &recipe.sensors);
-    Ok(Box::new(Gelatin { engine, facets, marks, seats, recipe, first: None, renewals: vec![], refusals: vec![] }))
+    Ok(Box::new(Gelatin {
+        engine,
+        facets,
+        marks,
+        seats,
+        across: None,
+        recipe,
+        first: None,
+        renewals: vec![],
+        refusals: vec![],
+    }))
 }
 
 fn rules(scene: &Scene) -> Rules {

@@ -6,13 +6,14 @@ use super::recipe::{Recipe, Sizes};
 use crate::algebra::{Vector, embed, restrict};
 use crate::contact::{Body, BodyState};
 use crate::element::{Memory, Section};
-use crate::mesh::{Mesh, boundary, shape_quality};
+use crate::mesh::{Mesh, Patches, neighbours, outer};
 use crate::remesh::{
-    self, Acceptance, Carried, Defects, Moved, Proposal, Quality, Range, Rejected, RemeshError, Rules, Symmetry,
-    Transferred,
+    self, Acceptance, Carried, Defects, Moved, Neighbours, Pairing, Proposal, Quality, Range, Rejected, RemeshError,
+    Rules, Symmetry, Transferred,
 };
 use crate::scene::RemeshMethod;
 use crate::state::Birth;
+use std::f64::consts::FRAC_PI_2;
 
 /// A mesh that may replace another one, and the velocities of its nodes.
 #[derive(Debug)]
@@ -25,6 +26,18 @@ pub(super) struct Candidate<const D: usize> {
     pub quality: Quality,
     /// What the transfer changed.
     pub defects: Defects<D>,
+    /// What follows from the mesh.
+    pub known: Known,
+}
+
+/// What follows from a mesh and the places of its nodes, and is found once.
+#[derive(Debug, Clone)]
+pub(super) struct Known {
+    pub patches: Patches,
+    /// Quality of each element, infinite of those that are too good to matter.
+    pub shapes: Vec<f64>,
+    /// Neighbours of each element, if anybody has asked.
+    pub across: Option<Neighbours>,
 }
 
 /// Why a mesh may not replace another one.
@@ -143,12 +156,17 @@ pub(super) fn in_space(
 impl<const D: usize> Gelatin<D> {
     /// Target sizes of the nodes: fine where displacement and velocity bend and where a body is near; those of the scene, if they
     /// are not to adapt.
-    pub fn sizes(&self, moved: &Moved<'_, D>, sizes: &Sizes) -> Vec<f64> {
+    pub fn sizes(&self, moved: &Moved<'_, D>, (sizes, across): (&Sizes, &Neighbours)) -> Vec<f64> {
         if !sizes.rules.adaptive {
             return vec![sizes.usual; moved.position.len()];
         }
         let range = Range { least: sizes.least, greatest: sizes.longest };
-        let mut size = remesh::curved(moved, &self.bends(moved), sizes.rules.bend.to_radians(), &range);
+        // Sizes are halved or doubled at most.
+        let angle = sizes.rules.bend.to_radians();
+        let asked = [0.5 * angle, 2.0 * angle].map(|angle| angle.min(FRAC_PI_2));
+        let displacement = displacement(moved);
+        let bends = remesh::bends_within(moved, &[&displacement, &self.engine.state().velocity], (across, asked));
+        let mut size = remesh::curved(moved, &bends, angle, &range);
         let bodies = self.active_bodies();
         for (size, x) in size.iter_mut().zip(moved.position) {
             let gaps = bodies.iter().map(|(body, at)| body.gap(at, &embed(x)).distance);
@@ -168,27 +186,36 @@ impl<const D: usize> Gelatin<D> {
 
     /// How far displacement and velocity bend at each element, rad.
     pub fn bends(&self, moved: &Moved<'_, D>) -> Vec<f64> {
-        let displacement: Vec<Vector<D>> =
-            moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect();
-        remesh::bends(moved, &[&displacement, &self.engine.state().velocity])
+        remesh::bends(moved, &[&displacement(moved), &self.engine.state().velocity])
     }
 
-    /// A new mesh with all that it carries.
+    /// The neighbours of each element of the mesh that there is, and its quality where the nodes are.
+    pub fn worn(&self, moved: &Moved<'_, D>) -> (Neighbours, Vec<f64>) {
+        let across = self.across.clone().unwrap_or_else(|| neighbours::<D>(&moved.mesh.elements));
+        (across, self.recipe.shapes(&moved.mesh.elements, moved.position))
+    }
+
+    /// A new mesh with all that it carries; `worn` is what is known of the old one.
     ///
     /// # Errors
     /// [`Refused`] if there is none that may replace the old one.
     pub fn candidate(
         &self,
-        (old, moved): (&Birth<D>, &Moved<'_, D>),
+        (old, moved, (across, shapes)): (&Birth<D>, &Moved<'_, D>, &(Neighbours, Vec<f64>)),
         (size, mesher): (&[f64], Mesher<D>),
         way: Way,
     ) -> Result<Candidate<D>, Refused> {
         let bodies = self.active_bodies();
         let (proposal, measure) = mesher(way, moved, size, &|x| cleared(&bodies, x))?;
-        let worst = old.mesh.elements.iter().map(|element| shape_quality(moved.position, element));
-        let acceptance = Acceptance { measure, quality: way.worst::<D>(worst.fold(f64::INFINITY, f64::min)) };
-        let quality = remesh::judge(moved, &proposal, &acceptance)?;
-        let new = remesh::transfer(moved, &self.carried(old), &proposal);
+        let worst = shapes.iter().copied().fold(f64::INFINITY, f64::min);
+        let acceptance = Acceptance { measure, quality: way.worst::<D>(worst) };
+        let pairing = Pairing::of(&old.mesh, &proposal);
+        let shapes = pairing.carried(shapes, |e| self.recipe.shape(&proposal.position, &proposal.elements[e]));
+        let across = remesh::neighbours_after::<D>(&proposal.elements, &pairing, across);
+        let facets = outer::<D>(&proposal.elements, &across);
+        let known = remesh::Known { shapes: &shapes, facets: &facets };
+        let quality = remesh::judge_known(moved, &proposal, (&acceptance, &known))?;
+        let new = remesh::transfer_paired(moved, &self.carried(old), (&proposal, pairing));
         if new.defects.massless > 0 {
             return Err(Refused::Massless { nodes: new.defects.massless });
         }
@@ -196,7 +223,6 @@ impl<const D: usize> Gelatin<D> {
         if after.is_nan() || after > MOST_GAINED * before {
             return Err(Refused::Gains { before, after });
         }
-        let facets = boundary::<D>(&proposal.elements);
         let marks = remesh::marks(&old.mesh, (&facets, &new.rest), &proposal.origin);
         let (rest, held) = (new.rest.clone(), new.held.clone());
         let mesh = Mesh { rest, elements: proposal.elements.clone(), facets, held, marks };
@@ -208,7 +234,8 @@ impl<const D: usize> Gelatin<D> {
         let Transferred { mass, corner_mass, velocity, defects, .. } = new;
         let tick = self.engine.last_tick();
         let birth = Birth { tick, mesh, position: proposal.position, mass, corner_mass, references };
-        Ok(Candidate { birth, memory, velocity, quality, defects })
+        let known = Known { patches, shapes, across: Some(across) };
+        Ok(Candidate { birth, memory, velocity, quality, defects, known })
     }
 
     fn carried<'a>(&'a self, old: &'a Birth<D>) -> Carried<'a, D> {
@@ -219,6 +246,10 @@ impl<const D: usize> Gelatin<D> {
             velocity: &self.engine.state().velocity,
         }
     }
+}
+
+fn displacement<const D: usize>(moved: &Moved<'_, D>) -> Vec<Vector<D>> {
+    moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect()
 }
 
 /// The place on the surface of a body for one inside it: a new point of a facet that is drawn over a body would have to be

@@ -14,6 +14,7 @@ use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Potential, Simplices};
 use crate::ledger::Ledger;
 use crate::mesh::{Facet, NodeId};
+use crate::remesh::Neighbours;
 use crate::state::{Birth, Clock, Record, State, Tick};
 use std::sync::Arc;
 
@@ -81,6 +82,8 @@ pub(super) struct Gelatin<const D: usize> {
     pub marks: Vec<u8>,
     /// Where the sensors are in its mesh.
     pub seats: Vec<Seat<D>>,
+    /// The neighbours of its elements, if an exchange has found them.
+    pub across: Option<Neighbours>,
     /// What it is made of.
     pub recipe: Recipe,
     /// The mesh of the start, if it is not that of the engine.

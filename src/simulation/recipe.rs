@@ -8,7 +8,7 @@ use crate::material::{
     Branch, BulkViscosity, EquationOfState, Flowing, Material, MooneyRivlin, NeoHookean, Ogden, Softening, Strength,
     Viscoelastic,
 };
-use crate::mesh::{ElementId, Facet, Mesh, Patches, Simplex, facet_measure, shape_quality};
+use crate::mesh::{ElementId, Facet, Mesh, Patches, Simplex, facet_measure, poor_quality};
 use crate::scene::{ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene};
 use crate::state::Birth;
 
@@ -41,6 +41,8 @@ pub(super) struct Sizes {
 /// An element is worn when it is so many times worse than when it was new: what the shape of the body imposes would otherwise wear
 /// a mesh out at once.
 const AGED: f64 = 0.6;
+/// No new mesh need be of better quality than this.
+const FAIR: f64 = 0.35;
 
 impl Recipe {
     pub fn of(scene: &Scene) -> Self {
@@ -68,9 +70,9 @@ impl Recipe {
         }
     }
 
-    /// The elements of a mesh whose nodes are there when it is new.
-    pub fn simplices<const D: usize>(&self, (mesh, position): (&Mesh<D>, &[Vector<D>])) -> Simplices<D> {
-        Simplices::in_patches(mesh, self.patches((mesh, position)), (self.material, self.section))
+    /// The elements of a mesh in these patches.
+    pub fn simplices<const D: usize>(&self, mesh: &Mesh<D>, patches: Patches) -> Simplices<D> {
+        Simplices::in_patches(mesh, patches, (self.material, self.section))
     }
 
     /// Which elements of a mesh, whose nodes are there when it is new, share their change of volume.
@@ -131,15 +133,32 @@ impl Recipe {
         (0..).map(ElementId).zip(&mesh.elements).all(outside)
     }
 
-    /// When a mesh is worn whose nodes are there when it is new; never, if it is not exchanged.
-    pub fn wear<const D: usize>(&self, potential: &Simplices<D>, position: &[Vector<D>]) -> Option<Wear> {
+    /// The quality of an element of a mesh that is exchanged, infinite if it is too good to matter: to when a mesh is worn, or to how bad
+    /// a new one may be.
+    pub fn shape<const D: usize>(&self, x: &[Vector<D>], nodes: &Simplex) -> f64 {
+        let worn = self.remesh.as_ref().map_or(0.0, |sizes| sizes.rules.quality / AGED);
+        poor_quality(x, nodes, worn.max(FAIR))
+    }
+
+    /// Those of all elements.
+    pub fn shapes<const D: usize>(&self, elements: &[Simplex], x: &[Vector<D>]) -> Vec<f64> {
+        elements.iter().map(|nodes| self.shape(x, nodes)).collect()
+    }
+
+    /// When a mesh is worn whose nodes are there when it is new, and whose elements have these qualities then; never, if it is not
+    /// exchanged.
+    pub fn wear<const D: usize>(
+        &self,
+        potential: &Simplices<D>,
+        position: &[Vector<D>],
+        shapes: &[f64],
+    ) -> Option<Wear> {
         let Remesh { quality, compression, .. } = self.remesh.as_ref()?.rules;
-        let shape = |nodes: &Simplex| quality.min(AGED * shape_quality(position, nodes));
         let size = |(element, nodes): (ElementId, &Simplex)| {
             compression.min(AGED * potential.compression(element, &nodes.map(|node| position[node.index()])))
         };
         Some(Wear {
-            quality: potential.elements().iter().map(shape).collect(),
+            quality: shapes.iter().map(|shape| quality.min(AGED * shape)).collect(),
             compression: (0..).map(ElementId).zip(potential.elements()).map(size).collect(),
         })
     }

@@ -6,7 +6,7 @@ use super::observe::Frame;
 use super::recipe::Sizes;
 use crate::algebra::Vector;
 use crate::mesh::{Simplex, shape_quality};
-use crate::remesh::{self, Defects, Moved, Quality, RemeshError, Rules, Steps};
+use crate::remesh::{self, Defects, Moved, Neighbours, Quality, RemeshError, Rules, Steps};
 use crate::scene::RemeshMethod;
 use crate::state::Birth;
 
@@ -27,7 +27,9 @@ pub struct Renewal {
     pub kinetic: [f64; 2],
     /// What kinetic and stored energy changed by, J.
     pub energy: f64,
-    /// Part of the new elements that are old ones.
+    /// Elements of the new mesh.
+    pub elements: usize,
+    /// Part of them that are old ones.
     pub unchanged: f64,
     /// How long it took, all attempts, s.
     pub seconds: f64,
@@ -35,7 +37,7 @@ pub struct Renewal {
 
 impl Renewal {
     pub(super) fn of<const D: usize>(candidate: &Candidate<D>, time: f64, attempt: usize) -> Self {
-        let Candidate { quality, defects, .. } = candidate;
+        let Candidate { birth, quality, defects, .. } = candidate;
         Self {
             time,
             attempt,
@@ -44,6 +46,7 @@ impl Renewal {
             momentum: defects.momentum_defect().norm(),
             kinetic: [defects.before.kinetic, defects.after.kinetic],
             energy: 0.0,
+            elements: birth.mesh.elements.len(),
             unchanged: defects.unchanged,
             seconds: 0.0,
         }
@@ -92,9 +95,10 @@ impl Gelatin<2> {
         let old = self.present();
         let position = self.engine.state().position.clone();
         let moved = Moved { mesh: &old.mesh, position: &position };
-        let size = self.sizes(&moved, sizes);
+        let worn = self.worn(&moved);
+        let size = self.sizes(&moved, (sizes, &worn.0));
         let successors = [RemeshMethod::Immersed, RemeshMethod::Retained]
-            .map(|method| (method, self.successor((&old, &moved), &size, method)));
+            .map(|method| (method, self.successor((&old, &moved, &worn), &size, method)));
         Rehearsal {
             shapes: old.mesh.elements.iter().map(|element| shape_quality(&position, element)).collect(),
             bend: self.bends(&moved),
@@ -108,13 +112,13 @@ impl Gelatin<2> {
     /// The mesh of the first attempt that is not refused; why the last was, if all are.
     fn successor(
         &self,
-        (old, moved): (&Birth<2>, &Moved<'_, 2>),
+        (old, moved, worn): (&Birth<2>, &Moved<'_, 2>, &(Neighbours, Vec<f64>)),
         size: &[f64],
         method: RemeshMethod,
     ) -> Result<Successor, Refused> {
         let mut refused = None;
         for (way, attempt) in Way::of(method).into_iter().zip(1..) {
-            match self.candidate((old, moved), (size, in_plane), way) {
+            match self.candidate((old, moved, worn), (size, in_plane), way) {
                 Ok(candidate) => return Ok(self.shown(candidate, moved, attempt)),
                 Err(why) => refused = Some(why),
             }
@@ -123,9 +127,9 @@ impl Gelatin<2> {
     }
 
     fn shown(&self, candidate: Candidate<2>, moved: &Moved<'_, 2>, attempt: usize) -> Successor {
-        let Candidate { birth, memory, velocity, quality, defects } = candidate;
+        let Candidate { birth, memory, velocity, quality, defects, known } = candidate;
         let before = self.engine.gel().stored_energy(moved.position, &self.engine.state().memory);
-        let stored = [before, self.gel_of(&birth).stored_energy(&birth.position, &memory)];
+        let stored = [before, self.gel_of(&birth, known.patches).stored_energy(&birth.position, &memory)];
         Successor { points: birth.position, elements: birth.mesh.elements, velocity, attempt, quality, defects, stored }
     }
 }

@@ -1,7 +1,7 @@
 //! A worn mesh, and how the run goes on with another one.
 
 use super::RestoreError;
-use super::candidate::{self, Mesher, Way, symmetry};
+use super::candidate::{self, Known, Mesher, Way, symmetry};
 use super::model::Gelatin;
 use super::observe::Frame;
 use super::recipe::Recipe;
@@ -10,8 +10,8 @@ use super::sensors::seats;
 use crate::algebra::Vector;
 use crate::avi::NoStep;
 use crate::element::{Memory, Potential, Simplices};
-use crate::mesh::{ElementId, Mesh};
-use crate::remesh::{self, Moved};
+use crate::mesh::{ElementId, Mesh, Patches};
+use crate::remesh::{self, Moved, Neighbours};
 use crate::state::{Birth, State};
 use std::sync::Arc;
 use std::time::Instant;
@@ -62,10 +62,11 @@ impl<const D: usize> Gelatin<D> {
         let old = self.present();
         let position = self.engine.state().position.clone();
         let moved = Moved { mesh: &old.mesh, position: &position };
-        let size = self.sizes(&moved, &sizes);
+        let worn = self.worn(&moved);
+        let size = self.sizes(&moved, (&sizes, &worn.0));
         let mut refused = vec![];
         for (way, attempt) in Way::of(sizes.rules.method).into_iter().zip(1..) {
-            let candidate = match self.candidate((&old, &moved), (&size, mesher), way) {
+            let candidate = match self.candidate((&old, &moved, &worn), (&size, mesher), way) {
                 Ok(candidate) => candidate,
                 Err(why) => {
                     refused.push(why);
@@ -74,7 +75,7 @@ impl<const D: usize> Gelatin<D> {
             };
             let renewal = Renewal::of(&candidate, self.engine.now(), attempt);
             let booked = self.engine.state().ledger.energy.remesh;
-            if self.go_on(candidate.birth, candidate.memory, candidate.velocity).is_ok() {
+            if self.go_on(candidate.birth, (candidate.memory, candidate.velocity), candidate.known).is_ok() {
                 self.engine.count_exchange();
                 let energy = self.engine.state().ledger.energy.remesh - booked;
                 self.renewals.push(Renewal { energy, seconds: begun.elapsed().as_secs_f64(), ..renewal });
@@ -82,35 +83,44 @@ impl<const D: usize> Gelatin<D> {
             }
         }
         self.refusals.push((self.engine.now(), refused));
-        self.keep(&old)
+        self.keep(&old, worn)
     }
 
     /// Goes on with the old mesh.
-    fn keep(&mut self, old: &Birth<D>) -> Result<(), NoStep> {
+    fn keep(&mut self, old: &Birth<D>, (across, shapes): (Neighbours, Vec<f64>)) -> Result<(), NoStep> {
         let state = self.engine.state();
         let birth = Birth { tick: self.engine.last_tick(), position: state.position.clone(), ..old.clone() };
         let (memory, velocity) = (state.memory.clone(), state.velocity.clone());
-        self.go_on(birth, memory, velocity)
+        let patches = self.recipe.patches((&birth.mesh, &birth.position));
+        self.go_on(birth, (memory, velocity), Known { patches, shapes, across: Some(across) })
     }
 
+    /// Goes on with a mesh of which that is known.
     pub(super) fn go_on(
         &mut self,
         birth: Birth<D>,
-        memory: Vec<Memory<D>>,
-        velocity: Vec<Vector<D>>,
+        (memory, velocity): (Vec<Memory<D>>, Vec<Vector<D>>),
+        known: Known,
     ) -> Result<(), NoStep> {
         let birth = Arc::new(birth);
-        let gel = self.gel_of(&birth);
+        let Known { patches, shapes, across } = known;
+        let gel = self.gel_of(&birth, patches);
         let nodes = birth.position.iter().copied().zip(velocity).collect();
         self.engine = self.engine.renewed((gel, Some(memory)), nodes, Some(Arc::clone(&birth)))?;
-        self.dress(&birth);
+        self.dress(&birth, (&shapes, across));
         Ok(())
     }
 }
 
 impl<const D: usize> Gelatin<D> {
-    pub fn gel_of(&self, birth: &Birth<D>) -> crate::avi::Gel<D, Simplices<D>> {
-        let simplices = self.recipe.simplices((&birth.mesh, &birth.position)).with_references(&birth.references);
+    /// What follows from a mesh of this gel whose nodes are there when it is new.
+    pub fn known(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Known {
+        let shapes = self.recipe.shapes(&mesh.elements, position);
+        Known { patches: self.recipe.patches((mesh, position)), shapes, across: None }
+    }
+
+    pub fn gel_of(&self, birth: &Birth<D>, patches: Patches) -> crate::avi::Gel<D, Simplices<D>> {
+        let simplices = self.recipe.simplices(&birth.mesh, patches).with_references(&birth.references);
         self.recipe.gel(simplices, (&birth.mesh, &birth.position), birth.mass.clone())
     }
 
@@ -136,21 +146,23 @@ impl<const D: usize> Gelatin<D> {
         if !self.recipe.holds(&birth) {
             return Err(wrong("an element of its mesh is on the axis or beyond it"));
         }
-        let other = self.engine.on_mesh(self.gel_of(&birth), &birth.position, state.birth.clone());
+        let Known { patches, shapes, .. } = self.known(&birth.mesh, &birth.position);
+        let other = self.engine.on_mesh(self.gel_of(&birth, patches), &birth.position, state.birth.clone());
         let mut other = other.map_err(|NoStep { .. }| wrong("its mesh cannot be stepped"))?;
         other.restore(state).map_err(wrong)?;
         self.engine = other.with_pool(self.engine.take_pool());
         self.first = first;
-        self.dress(&birth);
+        self.dress(&birth, (&shapes, None));
         Ok(())
     }
 
-    /// Takes over what is kept of a mesh beside the engine.
-    pub fn dress(&mut self, birth: &Birth<D>) {
+    /// Takes over what is kept of a mesh beside the engine; its elements were of these shapes when it was new.
+    pub fn dress(&mut self, birth: &Birth<D>, (shapes, across): (&[f64], Option<Neighbours>)) {
+        self.across = across;
         self.facets.clone_from(&birth.mesh.facets);
         self.marks.clone_from(&birth.mesh.marks);
         self.seats = seats(&self.engine, &self.recipe.sensors);
-        self.engine.set_wear(self.recipe.wear(&self.engine.gel().potential, &birth.position));
+        self.engine.set_wear(self.recipe.wear(&self.engine.gel().potential, &birth.position, shapes));
     }
 
     /// The mesh of the engine as it was when it was new.

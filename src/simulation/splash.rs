@@ -34,7 +34,8 @@ impl<const D: usize> Gelatin<D> {
         let left = Left::of(&old, self.engine.last_tick(), (&state.position, &state.velocity), &state.memory, &gone);
         let carried = self.energy_of(&old, &gone);
         let before = (state.ledger.momentum.remesh, state.ledger.angular_momentum.remesh);
-        self.go_on(left.birth, left.memory, left.velocity)?;
+        let known = self.known(&left.birth.mesh, &left.birth.position);
+        self.go_on(left.birth, (left.memory, left.velocity), known)?;
         self.engine.count_drops(left.gone);
         let ledger = self.engine.ledger_mut();
         // What the rest stores otherwise, in patches anew, is the doing of the mesh.

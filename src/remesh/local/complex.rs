@@ -1,5 +1,6 @@
 //! Tetrahedra that are changed one operation after the other: points, tetrahedra, and the star of every point.
 
+use super::{EDGES, FAIR, LONG, SHORT, cube};
 use crate::algebra::Vector;
 use crate::mesh::{ElementId, NodeId, Simplex};
 use crate::remesh::bounds::Bounds;
@@ -26,6 +27,17 @@ pub(super) struct Point {
     pub is_on_surface: bool,
 }
 
+/// What may be wrong with a tetrahedron. Nothing that it follows from changes while there is the tetrahedron.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Fault {
+    /// An edge longer than [`LONG`].
+    Long,
+    /// An edge shorter than [`SHORT`].
+    Short,
+    /// A shape worse than [`FAIR`].
+    Poor,
+}
+
 /// An operation: these tetrahedra go, those come.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Change {
@@ -43,6 +55,8 @@ pub(super) struct Complex {
     pub points: Vec<Point>,
     tets: Vec<Option<Tet>>,
     shapes: Vec<f64>,
+    /// The tetrahedra with each fault, ascending; some are gone.
+    faulty: [Vec<u32>; 3],
     stars: Vec<Vec<u32>>,
     /// What the old ones fill.
     bounds: Vec<Bounds<3>>,
@@ -80,12 +94,15 @@ impl Complex {
             is_on_surface: false,
         };
         let n = old.position.len();
+        let mut counts = vec![0; n];
+        old.mesh.elements.iter().flatten().for_each(|node| counts[node.index()] += 1);
         let filled = |nodes: &Simplex| Bounds::around(nodes.iter().map(|node| &old.position[node.index()]));
         let mut complex = Self {
             points: (0..n).map(point).collect(),
             tets: vec![],
             shapes: vec![],
-            stars: vec![vec![]; n],
+            faulty: [vec![], vec![], vec![]],
+            stars: counts.into_iter().map(Vec::with_capacity).collect(),
             bounds: old.mesh.elements.iter().map(filled).collect(),
             over: vec![],
             cleared: 0.0,
@@ -103,6 +120,11 @@ impl Complex {
     /// A tetrahedron, unless it is gone.
     pub fn tet(&self, t: u32) -> Option<Tet> {
         self.tets[t as usize]
+    }
+
+    /// The i-th tetrahedron with a fault, in the order in which they came; it may be gone.
+    pub fn with(&self, fault: Fault, i: usize) -> Option<u32> {
+        self.faulty[fault as usize].get(i).copied()
     }
 
     /// The cube of its quality.
@@ -259,7 +281,17 @@ impl Complex {
         for point in tet {
             self.stars[point as usize].push(t);
         }
-        self.shapes.push(self.would_be(&tet));
+        let shape = self.would_be(&tet);
+        let lengths = EDGES.map(|[i, j]| self.length(tet[i], tet[j]));
+        let is_faulty = [
+            lengths.iter().any(|length| *length > LONG * LONG),
+            lengths.iter().any(|length| *length < SHORT * SHORT),
+            shape < cube(FAIR),
+        ];
+        for (faulty, _) in self.faulty.iter_mut().zip(is_faulty).filter(|(_, is_faulty)| *is_faulty) {
+            faulty.push(t);
+        }
+        self.shapes.push(shape);
         self.tets.push(Some(tet));
         self.over.push(over);
     }

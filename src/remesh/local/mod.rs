@@ -21,7 +21,7 @@ mod tests;
 use super::{Moved, Proposal, Rules};
 use crate::algebra::{Vector, ordered_sum};
 use crate::mesh::signed_volume;
-use complex::{Change, Complex, Tet};
+use complex::{Change, Complex, Fault, Tet};
 use flat::Flat;
 
 /// The edges of a tetrahedron.
@@ -71,9 +71,9 @@ impl Work<'_> {
     fn run(&mut self) {
         for _ in 0..ROUNDS {
             let before = self.complex.len();
-            self.sweep(Self::split_longest);
-            self.sweep(Self::draw_shortest);
-            self.sweep(Self::improve);
+            self.sweep(Fault::Long, Self::split_longest);
+            self.sweep(Fault::Short, Self::draw_shortest);
+            self.sweep(Fault::Poor, Self::improve);
             self.clear_surface();
             if self.complex.len() == before {
                 break;
@@ -81,14 +81,14 @@ impl Work<'_> {
         }
     }
 
-    /// Does this to every tetrahedron, and to those that come meanwhile.
-    fn sweep(&mut self, mut operate: impl FnMut(&mut Self, u32, Tet)) {
-        let mut t = 0;
-        while (t as usize) < self.complex.len() {
+    /// Does this to every tetrahedron with a fault, and to those that come meanwhile.
+    fn sweep(&mut self, fault: Fault, mut operate: impl FnMut(&mut Self, u32, Tet)) {
+        let mut i = 0;
+        while let Some(t) = self.complex.with(fault, i) {
             if let Some(tet) = self.complex.tet(t) {
                 operate(self, t, tet);
             }
-            t += 1;
+            i += 1;
         }
     }
 
