@@ -1,16 +1,18 @@
 //! The pressure in an element: what its material says where its nodes are.
 
+use super::simplex::Strain;
 use super::{Potential, Simplices};
 use crate::algebra::Vector;
-use crate::material::{Material, NeoHookean};
+use crate::material::{Hyperelastic, Material, NeoHookean};
 use crate::mesh::{ElementId, NodeId};
 
 impl<const D: usize> Simplices<D> {
     /// p = −tr σ/3 of an element of this patch, Pa, with the nodes where `x` says; positive in compression.
     ///
-    /// With U′ at J̄ of the patch and the element's own part at J, a neo-Hookean gel has σ = μ b/J + U′ 1: p = −U′ − μ I₁/(3J).
-    /// The shear of a gel that flows and the branches of a viscoelastic one are without a trace: p = −U′ of the first, and that of what the
-    /// second is in the long run. What bulk viscosity adds, which is there to spread shocks over elements, is left out.
+    /// With U′ at J̄ of the patch and the element's own part at J, a hyperelastic gel has σ = ∂ψ_s/∂F Fᵀ/J + U′ 1: p = −U′ − ∂ψ_s/∂F:F/(3J),
+    /// neo-Hookean −U′ − μ I₁/(3J). The shear of a gel that flows and the branches of a viscoelastic one are without a trace: p = −U′ of the
+    /// first, and that of what the second is in the long run. What bulk viscosity adds, which is there to spread shocks over elements, is
+    /// left out.
     #[must_use]
     pub fn pressure(&self, element: ElementId, patch: usize, x: impl Fn(NodeId) -> Vector<D> + Copy) -> f64 {
         let strained = |id: ElementId| {
@@ -24,20 +26,28 @@ impl<const D: usize> Simplices<D> {
         });
         let (strain, mean) = (strained(element).1, now / rest);
         let (jacobian, alone) = (strain.jacobian(), ids.len() == 1);
-        let elastic = |gel: &NeoHookean| {
-            let slope =
-                if alone { gel.volumetric(jacobian).slope } else { gel.own(jacobian).slope + gel.shared(mean).slope };
-            let across = if D == 2 { strain.out * strain.out } else { 0.0 };
-            let stretch = strain.f.norm_squared() + across;
-            -slope - gel.shear_modulus() * stretch / (3.0 * jacobian.max(NeoHookean::FLOOR))
-        };
+        let volumes = (jacobian, (!alone).then_some(mean));
         match &self.material {
-            Material::NeoHookean(gel) => elastic(gel),
-            Material::Viscoelastic(gel) => elastic(gel.equilibrium()),
+            Material::NeoHookean(gel) => elastic(gel, &strain, volumes),
+            Material::MooneyRivlin(gel) => elastic(gel, &strain, volumes),
+            Material::Ogden(gel) => elastic(gel, &strain, volumes),
+            Material::Viscoelastic(gel) => elastic(gel.equilibrium(), &strain, volumes),
             Material::Flowing(gel) if alone => -gel.state.volumetric(jacobian).slope,
             Material::Flowing(gel) => -(gel.own(jacobian).slope + gel.shared(mean).slope),
         }
     }
+}
+
+/// p of an element without a memory, at J and, in a patch with others, J̄.
+fn elastic<const D: usize>(gel: &impl Hyperelastic, strain: &Strain<D>, (jacobian, mean): (f64, Option<f64>)) -> f64 {
+    let volume = gel.volume();
+    let slope = mean.map_or_else(
+        || volume.volumetric(jacobian).slope,
+        |mean| volume.own(jacobian).slope + volume.shared(mean).slope,
+    );
+    let sheared = gel.sheared(&strain.f, strain.out);
+    let across = if D == 2 { sheared.out * strain.out } else { 0.0 };
+    -slope - (sheared.stress.dot(&strain.f) + across) / (3.0 * jacobian.max(NeoHookean::FLOOR))
 }
 
 #[cfg(test)]
@@ -45,20 +55,28 @@ mod tests {
     use super::*;
     use crate::algebra::Tensor;
     use crate::element::{Answer, DEPTH, Memory, Section};
-    use crate::material::{Branch, BulkViscosity, EquationOfState, Flowing, Viscoelastic};
+    use crate::material::{Branch, BulkViscosity, EquationOfState, Flowing, MooneyRivlin, Ogden, Term, Viscoelastic};
     use crate::mesh::{Mesh, Patches};
 
-    fn gels() -> [Material; 3] {
+    fn gels() -> [Material; 5] {
         let rest = NeoHookean::new(3.0, 40.0);
         let flowing = Flowing {
             shear_modulus: 3.0,
             state: EquationOfState::new(40.0, 2.0, f64::INFINITY),
             strength: None,
+            softening: None,
             viscosity: BulkViscosity { linear: 0.0, quadratic: 0.0 },
             density: 1.0,
         };
         let branch = Branch { shear_modulus: 2.0, time: 1.0 };
-        [rest.into(), Material::Viscoelastic(Viscoelastic::new(rest, &[branch])), Material::Flowing(flowing)]
+        let terms = [Term { modulus: 1.0, exponent: 4.0 }, Term { modulus: -1.0, exponent: -2.0 }];
+        [
+            rest.into(),
+            Material::MooneyRivlin(MooneyRivlin::new([1.0, 0.5], 40.0)),
+            Material::Ogden(Ogden::new(&terms, 40.0)),
+            Material::Viscoelastic(Viscoelastic::new(rest, &[branch])),
+            Material::Flowing(flowing),
+        ]
     }
 
     /// The virial Σ f_a·x_a = −∫ tr σ dv of one element by itself says the same, in space and about an axis.
