@@ -341,6 +341,8 @@ fn foreign(input: Input, dimension: Dimension) -> &'static [usize] {
 mod tests {
     use super::*;
 
+    const NONE: Ports = Ports { fragments: 0, sensors: 0 };
+
     fn given<'a>(inputs: &'a InputValues, starts: &'a Values, dimension: Dimension) -> Given<'a> {
         Given { inputs, body: 0, starts, dimension }
     }
@@ -388,7 +390,7 @@ mod tests {
 
     #[test]
     fn an_input_that_was_not_set_is_as_the_scene_starts() {
-        let scene = starts(0, &toml::from_str("[projectile]\nvelocity = [0, 0, -5.0]").unwrap());
+        let scene = starts(NONE, &toml::from_str("[projectile]\nvelocity = [0, 0, -5.0]").unwrap());
         let velocity =
             |inputs: &InputValues| given(inputs, &scene, Dimension::Planar).vector(Input::ProjectileVelocity);
         assert_eq!(velocity(&InputValues::default()).z, -5.0);
@@ -405,7 +407,7 @@ mod tests {
 
     #[test]
     fn what_would_move_a_held_projectile_is_named_and_refused() {
-        let scene = starts(0, &toml::from_str("[projectile]\nposition = [0, 0, 0.5]\nfixed = true").unwrap());
+        let scene = starts(NONE, &toml::from_str("[projectile]\nposition = [0, 0, 0.5]\nfixed = true").unwrap());
         let check = |reference: u32, value: f64, rate: f64| {
             let rates = Values::from([(reference, rate)]);
             let inputs = InputValues { rates, ..values(&[(reference, value)]) };
