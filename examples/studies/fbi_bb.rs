@@ -16,7 +16,7 @@ const STEP: f64 = 1e-5;
 type Keys = [(&'static str, &'static str)];
 
 /// Runs of the shot, and what is changed in each: the mesh, the step and the wave, then the law of the strength, then the speed.
-const RUNS: [(&str, &Keys); 21] = [
+const RUNS: [(&str, &Keys); 22] = [
     ("as it comes: R/8, growth 0.1", &[]),
     ("cells of R/5", &[("mesh.size", "0.43e-3"), ("remesh.smallest", "0.2e-3")]),
     ("cells of R/12", &[("mesh.size", "0.18e-3"), ("remesh.smallest", "0.09e-3")]),
@@ -48,6 +48,10 @@ const RUNS: [(&str, &Keys); 21] = [
         ],
     ),
     ("as it comes, softened in 0.1 ms", &[("gel.softening", "{ strain = 0.5, residual = 0.1, time = 1e-4 }")]),
+    (
+        "weaker, not softened",
+        &[("gel.strength", "{ yield_stress = 50e3, reference_rate = 456.932, rate_exponent = 0.95, cap = 3.5e6 }")],
+    ),
     ("power 0.5", &[("gel.strength", "{ yield_stress = 0.0105e6, rate_exponent = 0.5, cap = 20e6 }")]),
     ("power 0.7", &[("gel.strength", "{ yield_stress = 0.0012e6, rate_exponent = 0.7, cap = 20e6 }")]),
     ("75 m/s", &[("projectile.velocity", "[0, 0, -75]")]),
