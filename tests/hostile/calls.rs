@@ -5,7 +5,7 @@ use super::host::reference;
 use super::random::Random;
 use super::tally::Fate;
 use ballistic_gel::fmi2::abi::*;
-use ballistic_gel::fmi2::{Callbacks, GUID, scalars};
+use ballistic_gel::fmi2::{Callbacks, GUID, Ports, scalars};
 use ballistic_gel::scene::MOST_FRAGMENTS;
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::path::{Path, PathBuf};
@@ -36,7 +36,7 @@ impl Stage {
             path
         };
         let scenes = texts.iter().enumerate().map(write).collect();
-        let references = scalars(MOST_FRAGMENTS).map(|scalar| scalar.reference()).collect();
+        let references = scalars(Ports { fragments: MOST_FRAGMENTS, sensors: 0 }).map(|scalar| scalar.reference()).collect();
         Self { folder, scenes, references }
     }
 
