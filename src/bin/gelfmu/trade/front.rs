@@ -62,6 +62,6 @@ mod tests {
             point("cfl", 1.0, Some(0.05)),
             point("cfl", -2.0, None),
         ];
-        assert_eq!(held(&points), [Some(0.09), Some(0.09), Some(0.04), Some(0.02), Some(0.04), Some(0.05), None]);
+        assert_eq!(held(&points), [Some(0.09), Some(0.09), Some(0.04), Some(0.02), Some(0.05), Some(0.05), None]);
     }
 }
