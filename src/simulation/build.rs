@@ -108,7 +108,7 @@ where
     let recipe = Recipe::of(scene);
     let mesh = Mesh { marks: loads::marks(scene, &mesh)?, ..mesh };
     let simplices = recipe.simplices((&mesh, &mesh.rest));
-    let mass = simplices.lumped_masses(&mesh, scene.gel.density);
+    let mass = simplices.lumped_masses(&mesh, recipe.density);
     let gel = recipe.gel(simplices, (&mesh, &mesh.rest), mass);
     let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));
     let moving = |held: &[bool; D]| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { velocity[i] });

@@ -5,7 +5,7 @@ use super::model::Gelatin;
 use super::recipe::{Recipe, Sizes};
 use crate::algebra::{Vector, embed, restrict};
 use crate::contact::{Body, BodyState};
-use crate::element::{Memory, Section};
+use crate::element::{Memory, Potential, Section};
 use crate::mesh::{Mesh, boundary, shape_quality};
 use crate::remesh::{
     self, Acceptance, Carried, Defects, Moved, Proposal, Quality, Range, Rejected, RemeshError, Rules, Symmetry,
@@ -62,7 +62,7 @@ pub enum Refused {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Way {
     /// Nodes of the boundary are left out where it is within so many chords of the chord without them.
-    Retained { sag: f64 },
+    Retained { sag: f64, slide: f64 },
     /// With this part of the sizes.
     Immersed { part: f64 },
 }
@@ -91,9 +91,16 @@ impl Way {
     /// The attempts of a method.
     pub fn of(method: RemeshMethod) -> [Self; 3] {
         match method {
-            RemeshMethod::Retained => [0.06, 0.02, 0.0].map(|sag| Self::Retained { sag }),
+            RemeshMethod::Retained => [0.06, 0.02, 0.0].map(|sag| Self::Retained { sag, slide: 0.0 }),
             RemeshMethod::Immersed => [1.0, 0.7, 0.5].map(|part| Self::Immersed { part }),
         }
+    }
+
+    /// Those of a gel in space that flows: at rest nothing tells any more how flat its surface was.
+    pub fn flowing() -> [Self; 3] {
+        let g = |k: &str, d: f64| std::env::var(k).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
+        let (sag, slide) = (g("SAG", 0.2), g("SLIDE", 0.1));
+        [(sag, slide), (0.06, 0.05), (0.0, 0.0)].map(|(sag, slide)| Self::Retained { sag, slide })
     }
 
     /// The worst shape that a mesh made so may have, if the old one has this worst shape.
@@ -113,7 +120,7 @@ pub(super) fn in_plane(
     cleared: Cleared<'_, 2>,
 ) -> Result<(Proposal<2>, f64), RemeshError> {
     match way {
-        Way::Retained { sag } => {
+        Way::Retained { sag, .. } => {
             Ok((remesh::propose(moved, size, &Rules { sag, ..Rules::default() }, cleared)?, MEASURE))
         }
         Way::Immersed { part } => {
@@ -132,8 +139,8 @@ pub(super) fn in_space(
     cleared: Cleared<'_, 3>,
 ) -> Result<(Proposal<3>, f64), RemeshError> {
     match way {
-        Way::Retained { sag } => {
-            let rules = Rules { sag, ..Rules::default() };
+        Way::Retained { sag, slide } => {
+            let rules = Rules { sag, slide, ..Rules::default() };
             Ok((remesh::propose_in_space(moved, size, &rules, cleared)?, MEASURE))
         }
         Way::Immersed { .. } => Err(RemeshError::PlaneOnly),
@@ -184,7 +191,9 @@ impl<const D: usize> Gelatin<D> {
         way: Way,
     ) -> Result<Candidate<D>, Refused> {
         let bodies = self.active_bodies();
-        let (proposal, measure) = mesher(way, moved, size, &|x| cleared(&bodies, x))?;
+        let flown = self.forgotten(moved);
+        let shown = flown.as_ref().map_or(*moved, |mesh| Moved { mesh, position: moved.position });
+        let (proposal, measure) = mesher(way, &shown, size, &|x| cleared(&bodies, x))?;
         let worst = old.mesh.elements.iter().map(|element| shape_quality(moved.position, element));
         let acceptance = Acceptance { measure, quality: way.worst::<D>(worst.fold(f64::INFINITY, f64::min)) };
         let quality = remesh::judge(moved, &proposal, &acceptance)?;
@@ -209,6 +218,12 @@ impl<const D: usize> Gelatin<D> {
         let tick = self.engine.last_tick();
         let birth = Birth { tick, mesh, position: proposal.position, mass, corner_mass, references };
         Ok(Candidate { birth, memory, velocity, quality, defects })
+    }
+
+    /// In space a gel that flows has no surface at rest that a new one would have to lie along: the mesh as if it were at rest now.
+    fn forgotten(&self, moved: &Moved<'_, D>) -> Option<Mesh<D>> {
+        let flows = D == 3 && self.engine.gel().potential.remembers();
+        flows.then(|| Mesh { rest: moved.position.to_vec(), ..moved.mesh.clone() })
     }
 
     fn carried<'a>(&'a self, old: &'a Birth<D>) -> Carried<'a, D> {
