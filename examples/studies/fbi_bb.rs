@@ -8,7 +8,7 @@ use ballistic_gel::simulation::{CouplingMode, Observation, Simulation};
 const TIMES: [f64; 4] = [0.1, 0.2, 0.5, 1.0];
 
 /// Keys of a scene and what they are instead.
-type Keys = [(&'static str, &'static str)];
+pub type Keys = [(&'static str, &'static str)];
 
 /// Runs of the shot, and what is changed in each: the mesh, the step and the wave, then the speed.
 const RUNS: [(&str, &Keys); 14] = [
@@ -30,19 +30,25 @@ const RUNS: [(&str, &Keys); 14] = [
 
 /// Nose, depth, energies.
 pub fn study() {
-    let times: Vec<String> = TIMES.iter().map(|time| format!(" {time} ms: mm |")).collect();
-    println!(
-        "| |{} depth, mm | at, ms | meshes | refused | elements | M updates | plastic, % of E₀ | viscous | remesh | of it kinetic | integration | bias | splash | closure | CPU s | exchanging, s |",
-        times.concat()
-    );
-    println!("|---|{}---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|", "---|".repeat(TIMES.len()));
+    head();
     for (name, keys) in RUNS {
         row("fbi-bb", name, keys);
     }
     row("sphere-720", "4.8 mm at 720 m/s, not fitted anew", &[]);
 }
 
-fn row(shot: &str, name: &str, keys: &Keys) {
+/// The head of the table.
+pub fn head() {
+    let times: Vec<String> = TIMES.iter().map(|time| format!(" {time} ms: mm |")).collect();
+    println!(
+        "| |{} depth, mm | at, ms | meshes | refused | elements | M updates | plastic, % of E₀ | viscous | remesh | of it kinetic | integration | bias | splash | closure | CPU s | exchanging, s |",
+        times.concat()
+    );
+    println!("|---|{}---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|", "---|".repeat(TIMES.len()));
+}
+
+/// A run of a scene with some of its keys replaced.
+pub fn row(shot: &str, name: &str, keys: &Keys) {
     let keys: Vec<(&str, String)> = keys.iter().map(|(key, value)| (*key, (*value).to_owned())).collect();
     let scene = scene(shot, &keys);
     let begun = seconds();

@@ -10,6 +10,7 @@ mod deepest;
 mod extremes;
 mod fast_ball;
 mod fbi_bb;
+mod fbi_bb_3d;
 mod gain;
 mod hydro_drag;
 mod impacts;
@@ -26,7 +27,7 @@ mod whole;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 16] = [
+const STUDIES: [Study; 17] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -57,6 +58,7 @@ const STUDIES: [Study; 16] = [
         "the calibration shot: trajectory, depth, forces, energy, by mesh size, grading and speed",
         fbi_bb::study,
     ),
+    ("fbi-bb-3d", "the calibration shot in space, a quarter of the block", fbi_bb_3d::study),
     ("hydro-drag", "drag and slam of a ball in a fluid, by mesh size and grading", hydro_drag::study),
     ("extremes", "masses, speeds, a second of rest, and a body inside the gel", extremes::study),
 ];

@@ -73,7 +73,8 @@ fn widths<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet]) -> impl Iterat
     moved.mesh.elements.iter().enumerate().filter_map(move |(e, nodes)| {
         let mut width: Option<f64> = None;
         for (i, j) in (0..=D).flat_map(|i| (0..i).map(move |j| (i, j))) {
-            let [(a, x), (b, y)] = [i, j].map(|k| (normals[nodes[k].index()], embed(&moved.position[nodes[k].index()])));
+            let [(a, x), (b, y)] =
+                [i, j].map(|k| (normals[nodes[k].index()], embed(&moved.position[nodes[k].index()])));
             if a.dot(&b) < AWAY {
                 let across = ((x - y).dot(&(a - b)) / (a - b).norm()).abs();
                 width = Some(width.map_or(across, |width| width.max(across)));

@@ -63,13 +63,11 @@ impl<const D: usize> Gelatin<D> {
         let moved = Moved { mesh: &old.mesh, position: &position };
         let size = self.sizes(&moved, &sizes);
         let mut refused = vec![];
-        let flows = D == 3 && self.engine.gel().potential.remembers();
-        let ways = if flows { Way::flowing() } else { Way::of(sizes.rules.method) };
+        let ways = if self.flows_in_space() { Way::FLOWING } else { Way::of(sizes.rules.method) };
         for (way, attempt) in ways.into_iter().zip(1..) {
             let candidate = match self.candidate((&old, &moved), (&size, mesher), way) {
                 Ok(candidate) => candidate,
                 Err(why) => {
-                    if std::env::var("DBG").is_ok() { eprintln!("REF {:.4e} {attempt} {why} after {:.2}", self.engine.now(), begun.elapsed().as_secs_f64()); }
                     refused.push(why);
                     continue;
                 }
@@ -79,7 +77,6 @@ impl<const D: usize> Gelatin<D> {
             if self.go_on(candidate.birth, candidate.memory, candidate.velocity).is_ok() {
                 self.engine.count_exchange();
                 let energy = self.engine.state().ledger.energy.remesh - booked;
-                if std::env::var("DBG").is_ok() { eprintln!("REN {:.4e} {attempt} n {} step {:.2e} q {:.3} energy {:.3e} unch {:.3} t {:.2} {}", self.engine.now(), self.engine.gel().mass.len(), self.engine.stable_steps().iter().copied().fold(1.0, f64::min), renewal.quality.least, energy, renewal.unchanged, begun.elapsed().as_secs_f64(), { let b = self.present(); let e = b.mesh.elements.iter().min_by(|a, c| crate::mesh::shape_quality(&b.position, a).total_cmp(&crate::mesh::shape_quality(&b.position, c))).unwrap(); e[..=D].iter().map(|n| { let s = self.engine.gel().surface.of[n.index()].is_some(); let f = b.mesh.facets.iter().any(|f| f[..D].contains(n)); format!("{:.3?}{:?}{}{}", (b.position[n.index()]*1e3).as_slice(), b.mesh.held[n.index()].iter().map(|h| u8::from(*h)).collect::<Vec<_>>(), if s {"S"} else {""}, if f {"f"} else {""}) }).collect::<Vec<_>>().join(" ") }); }
                 self.renewals.push(Renewal { energy, seconds: begun.elapsed().as_secs_f64(), ..renewal });
                 return Ok(());
             }
