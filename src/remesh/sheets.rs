@@ -129,3 +129,33 @@ fn leave_largest<const D: usize>(moved: &Moved<'_, D>, across: &[[Option<Element
         *gone = largest.is_some_and(|largest| part[e] != largest);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::Vector;
+    use crate::mesh::{Block, Mesh, Split, block, boundary};
+
+    /// A block with a fin of this thickness on it, along its side.
+    fn finned(thickness: f64) -> Mesh<3> {
+        let planes = [vec![0.0, thickness, 0.25, 0.5], vec![0.0, 0.25, 0.5], vec![0.0, 0.25, 0.5, 0.75]];
+        let mesh = block(Block { planes, split: Split::Kuhn, faces: vec![] });
+        let middle = |e: &crate::mesh::Simplex| e.iter().map(|n| mesh.rest[n.index()]).sum::<Vector<3>>() / 4.0;
+        let is_there = |e: &&crate::mesh::Simplex| middle(e).z < 0.5 || middle(e).x < thickness;
+        let elements: Vec<_> = mesh.elements.iter().filter(is_there).copied().collect();
+        Mesh { facets: boundary::<3>(&elements), elements, ..mesh }
+    }
+
+    #[test]
+    fn a_thin_fin_on_a_block_in_space_breaks_off_and_nothing_else() {
+        let mesh = finned(0.02);
+        let moved = Moved { mesh: &mesh, position: &mesh.rest };
+        let gone = sheets(&moved, &mesh.facets, 0.03);
+        let is_fin = |e: usize| mesh.elements[e].iter().all(|n| mesh.rest[n.index()].z >= 0.5);
+        assert!((0..gone.len()).all(|e| !gone[e] || is_fin(e)), "the block stays");
+        let upper = |e: usize| mesh.elements[e].iter().any(|n| mesh.rest[n.index()].z > 0.5);
+        let share = (0..gone.len()).filter(|e| upper(*e) && gone[*e]).count();
+        assert!(2 * share > (0..gone.len()).filter(|e| upper(*e)).count(), "{share} elements of the fin go");
+        assert!(!sheets(&moved, &mesh.facets, 0.01).contains(&true), "a fin that is thick enough stays");
+    }
+}

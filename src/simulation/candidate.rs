@@ -98,8 +98,8 @@ impl Way {
     }
 
     /// The attempts in space of a gel that flows. Nothing tells any more how flat its surface was at rest, and a cavity in cells of a
-    /// quarter of the ball's radius is flat to no more than 0.13 of a cell: with the sags of other gels the splash was inverted
-    /// after 16 µs of the calibration shot.
+    /// quarter of the ball's radius is flat to no more than 0.13 of a cell. Where no point slides, an element of the calibration shot is
+    /// inverted after 11 µs.
     pub const FLOWING: [Self; 3] = [
         Self::Retained { sag: 0.2, slide: 0.1 },
         Self::Retained { sag: 0.06, slide: 0.05 },
