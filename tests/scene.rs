@@ -252,7 +252,7 @@ fn builtin(name: &str) -> Scene {
 #[test]
 fn a_part_of_a_gel_that_does_not_stand_for_all_of_it_is_refused() {
     let wrong = |change: &str| {
-        let changes: [scene::Override; 1] = [change.parse().unwrap()];
+        let changes: [Override; 1] = [change.parse().unwrap()];
         let text = scene::resolve(scene::builtin("fbi-bb-3d").unwrap(), &changes).unwrap();
         scene::read(&text).unwrap_err().to_string()
     };

@@ -43,11 +43,6 @@ const GAIN: f64 = 1.02;
 const VOLUME: f64 = 5e-7;
 /// Points of the surface may stand so deep in a body, in target lengths: twice what contact leaves standing.
 const STANDING: f64 = 0.06;
-/// The same where the surface slides: less than contact leaves standing, so that there is nothing for contact to remove, which would
-/// give the gel energy at every node.
-const STOOD: f64 = 0.01;
-/// The part of the cube of the quality that must be left of what is bad already.
-const CLEARED: f64 = 0.7;
 /// Times that all is gone through at most.
 const ROUNDS: usize = 6;
 
@@ -135,10 +130,8 @@ impl Work<'_> {
         for point in 0..self.complex.points.len() as u32 {
             let own = &self.complex.points[point as usize];
             let x = if own.is_on_surface { self.complex.allowed(point, (self.cleared)(&own.x)) } else { own.x };
-            let slides = self.flat.slide > 0.0;
-            if (x - own.x).norm() > if slides { STOOD } else { STANDING } * own.size {
-                let worst = if slides { self.complex.worst_at(point, &own.x) } else { f64::INFINITY };
-                smooth::clear(&mut self.complex, (point, x), cube(FAIR).min(CLEARED * worst));
+            if (x - own.x).norm() > STANDING * own.size {
+                smooth::clear(&mut self.complex, (point, x), cube(FAIR));
             }
         }
     }
@@ -171,8 +164,7 @@ impl Work<'_> {
     fn shift(&mut self, tet: &Tet) -> bool {
         let slides = self.flat.slide > 0.0;
         tet.iter().any(|point| {
-            smooth::smooth(&mut self.complex, *point)
-                || slides && slide::slide(&mut self.complex, *point, (&self.flat, self.cleared))
+            smooth::smooth(&mut self.complex, *point) || slides && slide::slide(&mut self.complex, *point, &self.flat)
         })
     }
 

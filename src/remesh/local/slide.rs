@@ -1,11 +1,11 @@
 //! A point of the surface goes along it to where its tetrahedra are better.
 
+use super::GAIN;
 use super::complex::{Complex, Tet, gradient};
-use super::flat::Flat;
+use super::flat::{Flat, is_along};
 use super::ring::fan;
 use super::smooth::{WAYS, aim};
 use super::split::blend;
-use super::{GAIN, STOOD};
 use crate::algebra::Vector;
 use crate::remesh::Origin;
 
@@ -16,11 +16,7 @@ const PLANE: f64 = 1e-9;
 ///
 /// It goes in its free directions and across the area vector of its facets, so that the volume stays what it is (Lindstrom, Turk
 /// 1998), and comes off them no further than [`Flat::slide`] says.
-pub(super) fn slide(
-    complex: &mut Complex,
-    point: u32,
-    (flat, cleared): (&Flat, &dyn Fn(&Vector<3>) -> Vector<3>),
-) -> bool {
+pub(super) fn slide(complex: &mut Complex, point: u32, flat: &Flat) -> bool {
     if !complex.points[point as usize].is_on_surface || complex.points[point as usize].ends != 0 {
         return false;
     }
@@ -31,7 +27,7 @@ pub(super) fn slide(
     let best = WAYS
         .map(|part| (complex.worst_at(point, &(here + way * part)), here + way * part))
         .into_iter()
-        .filter(|(_, x)| stays(complex, (point, x), (flat, cleared)))
+        .filter(|(_, x)| stays(complex, (point, x), flat))
         .fold((worst, here), |best, next| if next.0 > best.0 { next } else { best });
     let is_better = best.0 > worst.max(GAIN * worst) + 1e-6;
     let origin = if is_better { made_of(complex, (point, &best.1)) } else { None };
@@ -50,21 +46,14 @@ fn along(complex: &Complex, (point, way): (u32, Vector<3>), star: &[(u32, Tet)])
     way - area * (way.dot(&area) / area.norm_squared())
 }
 
-/// Whether a point of the surface is near the planes of its facets there, none of them is turned far, and it comes no deeper into a
-/// body than contact leaves it.
-fn stays(
-    complex: &Complex,
-    (point, x): (u32, &Vector<3>),
-    (flat, cleared): (&Flat, &dyn Fn(&Vector<3>) -> Vector<3>),
-) -> bool {
+/// Whether a point of the surface is near the planes of its facets there, and none of them is turned far.
+fn stays(complex: &Complex, (point, x): (u32, &Vector<3>), flat: &Flat) -> bool {
     let own = &complex.points[point as usize];
-    let [was, depth] = [&own.x, x].map(|x| (cleared(x) - x).norm());
-    depth <= was.max(STOOD * own.size)
-        && fan(complex, point).iter().all(|[u, v]| {
-            let [u, v] = [u, v].map(|p| complex.x(*p));
-            let [old, new] = [&own.x, x].map(|apex| (u - apex).cross(&(v - apex)));
-            super::flat::is_along(&new, &old) && (x - own.x).dot(&old).abs() <= flat.slide * own.size * old.norm()
-        })
+    fan(complex, point).iter().all(|[u, v]| {
+        let [u, v] = [u, v].map(|p| complex.x(*p));
+        let [old, new] = [&own.x, x].map(|apex| (u - apex).cross(&(v - apex)));
+        is_along(&new, &old) && (x - own.x).dot(&old).abs() <= flat.slide * own.size * old.norm()
+    })
 }
 
 /// What a point is made of that goes from where it is towards one of the points around it on the surface, held as it is at least:
