@@ -100,3 +100,52 @@ fn a_run_is_taken_up_again_after_an_exchange_that_was_refused() {
     other.step(&inputs, scene.scene.end_time).unwrap();
     assert_eq!(other.digest(), on.digest());
 }
+
+/// The first 15 µs of the calibration shot in space, in a small block.
+const IN_SPACE: [&str; 3] =
+    ["scene.end_time=1.5e-5", "gel.shape.block.size=[0.0256, 0.0256, 0.0128]", "mesh.tree.coarsest=8"];
+
+#[test]
+fn a_gel_that_flows_in_space_keeps_its_books_over_exchanges_and_its_bits_on_more_threads() {
+    let changes: Vec<Override> = IN_SPACE.iter().map(|change| change.parse().unwrap()).collect();
+    let scene = scene::read(&scene::resolve(scene::builtin("fbi-bb-3d").unwrap(), &changes).unwrap()).unwrap();
+    let mass = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap().frame().mass;
+    let whole = 1030.0 * 0.0256 * 0.0256 * 0.0128;
+    assert!((mass / whole - 1.0).abs() < 1e-12, "a quarter stands for all of the block: {mass} kg");
+    let done = run(&scene, 3, 1);
+    let seen = done.observe();
+    assert!(seen.cost.remeshes > 3 && done.refusals().is_empty(), "{} meshes", seen.cost.remeshes);
+    assert!(seen.energy.energy_error < 1e-10 && seen.momentum_error < 1e-12, "{:?}", seen.energy);
+    assert!(seen.energy.energy_defect < 0.01, "defect {}", seen.energy.energy_defect);
+    assert!(seen.energy.plastic < 0.0, "{:?}", seen.energy);
+    let kept = done.frame().mass + seen.cost.splashed;
+    assert!((kept / mass - 1.0).abs() < 1e-12, "mass {:e}", kept / mass - 1.0);
+    assert_eq!(run(&scene, 1, 3).digest(), done.digest());
+}
+
+/// Velocity of the ball of `sphere-block`, m/s, with so much of the block computed.
+fn rebounding(symmetry: &str) -> f64 {
+    let keys = [
+        "scene.end_time=5e-4".to_owned(),
+        "gel.shape.block.size=[0.08, 0.08, 0.04]".to_owned(),
+        "mesh.size=4e-3".to_owned(),
+        format!("gel.symmetry={symmetry}"),
+    ];
+    let changes: Vec<Override> = keys.iter().map(|key| key.parse().unwrap()).collect();
+    let scene = scene::read(&scene::resolve(scene::builtin("sphere-block").unwrap(), &changes).unwrap()).unwrap();
+    let done = run(&scene, 1, 1);
+    let seen = done.observe();
+    assert!(seen.energy.energy_error < 1e-10 && seen.momentum_error < 1e-12, "{symmetry}: {:?}", seen.energy);
+    let across = seen.projectile().kinematics.velocity;
+    assert!(symmetry == "none" || across.y == 0.0, "{symmetry}");
+    assert!(symmetry != "quarter" || across.x == 0.0, "{symmetry}");
+    seen.projectile().kinematics.velocity.z
+}
+
+#[test]
+fn a_half_and_a_quarter_of_a_block_slow_a_ball_as_all_of_it() {
+    let [whole, half, quarter] = ["none", "half", "quarter"].map(rebounding);
+    println!("{whole} {half} {quarter}");
+    assert!((half - whole).abs() < 1e-3 * whole.abs(), "{half} {whole}");
+    assert!((quarter - whole).abs() < 1e-3 * whole.abs(), "{quarter} {whole}");
+}

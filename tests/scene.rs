@@ -250,6 +250,21 @@ fn builtin(name: &str) -> Scene {
 }
 
 #[test]
+fn a_part_of_a_gel_that_does_not_stand_for_all_of_it_is_refused() {
+    let wrong = |change: &str| {
+        let changes: [Override; 1] = [change.parse().unwrap()];
+        let text = scene::resolve(scene::builtin("fbi-bb-3d").unwrap(), &changes).unwrap();
+        scene::read(&text).unwrap_err().to_string()
+    };
+    let aside = wrong("projectile.velocity=[1.0, 0.0, -179.8]");
+    assert!(aside.contains("projectile.velocity") && aside.contains("gel.symmetry = \"none\""), "{aside}");
+    let held = wrong("gel.supports.x_min=\"fixed\"");
+    assert!(held.contains("gel.supports.x_min: found \"fixed\", expected nothing: the mirror is there"), "{held}");
+    let round = wrong("gel.shape={cylinder={radius=0.05, height=0.05}}");
+    assert!(round.contains("gel.symmetry: found \"quarter\", expected \"none\""), "{round}");
+}
+
+#[test]
 fn the_builtin_scenes_are_the_promised_ones_and_the_first_is_the_default() {
     let names: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
     let graded = ["sphere-graded-4", "sphere-graded-8", "sphere-graded-16"];
@@ -258,6 +273,7 @@ fn the_builtin_scenes_are_the_promised_ones_and_the_first_is_the_default() {
         [
             [
                 "fbi-bb",
+                "fbi-bb-3d",
                 "sphere-720",
                 "hydro-drag",
                 "sphere-block",

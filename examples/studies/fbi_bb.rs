@@ -13,7 +13,7 @@ const TIMES: [f64; 4] = [0.1, 0.2, 0.5, 1.0];
 const STEP: f64 = 1e-5;
 
 /// Keys of a scene and what they are instead.
-type Keys = [(&'static str, &'static str)];
+pub type Keys = [(&'static str, &'static str)];
 
 /// Runs of the shot, and what is changed in each: the mesh, the step and the wave, then the law of the strength, then the speed.
 const RUNS: [(&str, &Keys); 22] = [
@@ -64,6 +64,15 @@ const RUNS: [(&str, &Keys); 22] = [
 
 /// Nose, depth, energies.
 pub fn study() {
+    head();
+    for (name, keys) in RUNS {
+        row("fbi-bb", name, keys);
+    }
+    row("sphere-720", "4.8 mm at 720 m/s, not fitted anew", &[]);
+}
+
+/// The head of the table.
+pub fn head() {
     let times: Vec<String> = TIMES.iter().map(|time| format!(" {time} ms: mm |")).collect();
     println!(
         "| |{} depth, mm | at, ms | cavity, mm | at, ms | at the end, mm | meshes | refused | elements | M updates | plastic, % of E₀ | damage | viscous | remesh | of it kinetic | integration | bias | splash | closure | CPU s | exchanging, s |",
@@ -73,13 +82,10 @@ pub fn study() {
         "|---|{}---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
         "---|".repeat(TIMES.len())
     );
-    for (name, keys) in RUNS {
-        row("fbi-bb", name, keys);
-    }
-    row("sphere-720", "4.8 mm at 720 m/s, not fitted anew", &[]);
 }
 
-fn row(shot: &str, name: &str, keys: &Keys) {
+/// A run of a scene with some of its keys replaced.
+pub fn row(shot: &str, name: &str, keys: &Keys) {
     let keys: Vec<(&str, String)> = keys.iter().map(|(key, value)| (*key, (*value).to_owned())).collect();
     let scene = scene(shot, &keys);
     let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");

@@ -12,6 +12,7 @@ mod deepest;
 mod extremes;
 mod fast_ball;
 mod fbi_bb;
+mod fbi_bb_3d;
 mod gain;
 mod hydro_drag;
 mod impacts;
@@ -35,7 +36,7 @@ mod table;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 18] = [
+const STUDIES: [Study; 19] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -76,6 +77,7 @@ const STUDIES: [Study; 18] = [
         "fbi-bb behind a plate that it perforates, against shots at the speed that is left",
         behind_plate::study,
     ),
+    ("fbi-bb-3d", "the calibration shot in space, a quarter of the block", fbi_bb_3d::study),
     ("hydro-drag", "drag and slam of a ball in a fluid, by mesh size and grading", hydro_drag::study),
     ("extremes", "every limit against what is known beforehand; masses, speeds, a second of rest", extremes::study),
 ];

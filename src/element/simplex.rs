@@ -8,6 +8,7 @@ use crate::material::NeoHookean;
 const NEWTON: usize = 64;
 
 /// An element at rest.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Element<const D: usize> {
     pub gradients: [Vector<D>; MAX_NODES],
     /// w, rest volume, m³.

@@ -48,6 +48,8 @@ pub struct Simplices<const D: usize> {
     /// Of the elements that are not what their nodes say; empty if there are none.
     references: Vec<Option<Reference<D>>>,
     patches: Patches,
+    /// The elements at rest, where no lanes keep them; else none.
+    kept: Vec<Element<D>>,
 }
 
 /// An element at rest, if its nodes do not say it: where a new mesh takes the place of a worn one, nodes that were told where
@@ -75,7 +77,8 @@ impl<const D: usize> Simplices<D> {
     pub fn in_patches(mesh: &Mesh<D>, patches: Patches, (material, section): (impl Into<Material>, Section)) -> Self {
         assert!(patches.largest() <= DEPTH, "a patch has at most {DEPTH} elements");
         let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
-        Self { material: material.into(), section, elements, rest, references: vec![], patches }
+        Self { material: material.into(), section, elements, rest, references: vec![], patches, kept: vec![] }
+            .prepared()
     }
 
     /// The same where some elements are at rest what these say, not what their nodes do.
@@ -92,7 +95,14 @@ impl<const D: usize> Simplices<D> {
             assert!(det(&reference.edges) > 0.0 && outside, "an element is upright at rest, and beside its axis");
             self.references[element.index()] = Some(*reference);
         }
-        self
+        self.prepared()
+    }
+
+    /// With what its elements are at rest at hand, if they are asked for it at every update.
+    fn prepared(self) -> Self {
+        let n = if self.remembers() { self.elements.len() as u32 } else { 0 };
+        let kept = (0..n).map(|e| self.made(ElementId(e))).collect();
+        Self { kept, ..self }
     }
 
     /// What the plane or space stands for.
@@ -151,6 +161,11 @@ impl<const D: usize> Simplices<D> {
     }
 
     pub(super) fn element(&self, id: ElementId) -> Element<D> {
+        self.kept.get(id.index()).copied().unwrap_or_else(|| self.made(id))
+    }
+
+    /// An element at rest, from its reference.
+    fn made(&self, id: ElementId) -> Element<D> {
         let nodes = &self.elements[id.index()];
         let element = Element::new(&self.reference(id), self.section);
         if self.is_compatible(id) {

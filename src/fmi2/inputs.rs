@@ -231,7 +231,7 @@ impl Instance {
         inputs.values.keys().filter_map(|r| Scalar::find(*r)).try_for_each(|scalar| model.expect_body(&scalar))?;
         handed.clear();
         for body in 0..model.simulation.n_bodies() {
-            let dimension = model.scene.scene.dimension;
+            let dimension = model.scene.freedom();
             handed.push(Given { inputs, body, starts: &model.starts, dimension }.to(model, duration)?);
         }
         Ok(())

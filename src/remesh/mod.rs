@@ -124,13 +124,16 @@ pub struct Rules {
     /// Nodes of the boundary are left out where it is within so many chords of the chord without them, now and at rest, and
     /// within as many of the longest edges there may be; 0 leaves all of them in.
     pub sag: f64,
+    /// In space, points of the surface go along it to where their elements are better, off its facets by so many target lengths
+    /// at most; 0 leaves them where they are.
+    pub slide: f64,
     /// Points of a mesh at most.
     pub most: usize,
 }
 
 impl Default for Rules {
     fn default() -> Self {
-        Self { good: 0.5, poor: 0.3, sag: 0.06, most: 4_000_000 }
+        Self { good: 0.5, poor: 0.3, sag: 0.06, slide: 0.0, most: 4_000_000 }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::Moved;
 use super::cell::edges;
+use crate::algebra::{Vector3, embed};
 use crate::mesh::{ElementId, Facet, facet_measure, neighbours, signed_volume};
 
 /// Edges of a sheet, in thicknesses, at most.
@@ -10,12 +11,15 @@ const LONGEST: f64 = 4.0;
 /// Which elements break off: those across a sheet thinner than `thinnest`, m, from one of these facets of the surface to a node on
 /// another side of it, and every part of the body but the largest that is left without them. None, if all would.
 ///
-/// Of a body in the plane. An element with two facets on the surface is no sheet but a corner, or a bend of a wall that is made of short edges.
+/// In the plane an element with two facets on the surface is no sheet but a corner, or a bend of a wall that is made of short edges. In
+/// space an element is across a sheet if all its nodes are on the surface and that faces away from itself at two of them.
 #[must_use]
 pub fn sheets<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet], thinnest: f64) -> Vec<bool> {
     let across = neighbours::<D>(&moved.mesh.elements);
     let mut gone = vec![false; across.len()];
-    for (e, height) in heights(moved, facets, &across) {
+    let all: Vec<(usize, f64)> =
+        if D == 2 { heights(moved, facets, &across).collect() } else { widths(moved, facets).collect() };
+    for (e, height) in all {
         gone[e] = height < thinnest && is_long::<D>(moved, e, height);
     }
     if gone.iter().any(|gone| *gone) {
@@ -58,6 +62,40 @@ fn heights<const D: usize>(
     })
 }
 
+/// The surface faces away from itself where the cosine between its normals at two nodes is less than this. Under a ball in cells of a
+/// quarter of its radius normals of neighbours have 0.9.
+const AWAY: f64 = -0.3;
+
+/// In space, the elements across a sheet, and its thickness there, m: the greatest distance, along what their normals differ by, of
+/// two of its nodes at which the surface faces away from itself.
+fn widths<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet]) -> impl Iterator<Item = (usize, f64)> {
+    let normals = normals(moved, facets);
+    moved.mesh.elements.iter().enumerate().filter_map(move |(e, nodes)| {
+        let mut width: Option<f64> = None;
+        for (i, j) in (0..=D).flat_map(|i| (0..i).map(move |j| (i, j))) {
+            let [(a, x), (b, y)] =
+                [i, j].map(|k| (normals[nodes[k].index()], embed(&moved.position[nodes[k].index()])));
+            if a.dot(&b) < AWAY {
+                let across = ((x - y).dot(&(a - b)) / (a - b).norm()).abs();
+                width = Some(width.map_or(across, |width| width.max(across)));
+            }
+        }
+        let is_bare = nodes[..=D].iter().all(|node| normals[node.index()] != Vector3::zeros());
+        width.filter(|_| is_bare).map(|width| (e, width))
+    })
+}
+
+/// Unit normals of the surface at its nodes, by area; zero at the others.
+fn normals<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet]) -> Vec<Vector3> {
+    let mut normals = vec![Vector3::zeros(); moved.position.len()];
+    for facet in facets {
+        let [a, b, c] = [0, 1, 2].map(|k| embed(&moved.position[facet[k].index()]));
+        let area = (b - a).cross(&(c - a));
+        facet.iter().take(D).for_each(|node| normals[node.index()] += area);
+    }
+    normals.iter().map(|normal| normal.try_normalize(0.0).unwrap_or_else(Vector3::zeros)).collect()
+}
+
 /// A sheet is longer than it is thick: what is as short is a corner.
 fn is_long<const D: usize>(moved: &Moved<'_, D>, element: usize, height: f64) -> bool {
     let nodes = &moved.mesh.elements[element];
@@ -89,5 +127,33 @@ fn leave_largest<const D: usize>(moved: &Moved<'_, D>, across: &[[Option<Element
     let largest = (0..sizes.len()).max_by(|a, b| sizes[*a].total_cmp(&sizes[*b]));
     for (e, gone) in gone.iter_mut().enumerate() {
         *gone = largest.is_some_and(|largest| part[e] != largest);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::Vector;
+    use crate::mesh::{Block, Mesh, Split, block, boundary};
+
+    /// A block with a fin of this thickness on it, along its side.
+    fn finned(thickness: f64) -> Mesh<3> {
+        let planes = [vec![0.0, thickness, 0.25, 0.5], vec![0.0, 0.25, 0.5], vec![0.0, 0.25, 0.5, 0.75, 1.0]];
+        let mesh = block(Block { planes, split: Split::Kuhn, faces: vec![] });
+        let middle = |e: &crate::mesh::Simplex| e.iter().map(|n| mesh.rest[n.index()]).sum::<Vector<3>>() / 4.0;
+        let is_there = |e: &&crate::mesh::Simplex| middle(e).z < 0.5 || middle(e).x < thickness;
+        let elements: Vec<_> = mesh.elements.iter().filter(is_there).copied().collect();
+        Mesh { facets: boundary::<3>(&elements), elements, ..mesh }
+    }
+
+    #[test]
+    fn a_thin_fin_on_a_block_in_space_breaks_off_and_nothing_else() {
+        let mesh = finned(0.02);
+        let moved = Moved { mesh: &mesh, position: &mesh.rest };
+        let gone = sheets(&moved, &mesh.facets, 0.05);
+        let reaches = |e: usize, z: f64| mesh.elements[e].iter().any(|n| mesh.rest[n.index()].z > z);
+        assert!((0..gone.len()).all(|e| !gone[e] || reaches(e, 0.5)), "the block stays");
+        assert!((0..gone.len()).all(|e| gone[e] || !reaches(e, 0.75)), "the upper half of the fin goes");
+        assert!(!sheets(&moved, &mesh.facets, 0.01).contains(&true), "a fin that is thick enough stays");
     }
 }

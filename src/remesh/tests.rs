@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 
 const ANY: Acceptance = Acceptance { measure: 1.0, quality: 0.0 };
 const SAME_AREA: Acceptance = Acceptance { measure: 1e-12, quality: 0.0 };
-const ALL_NODES: Rules = Rules { good: 0.5, poor: 0.3, sag: 0.0, most: 100_000 };
+const ALL_NODES: Rules = Rules { good: 0.5, poor: 0.3, sag: 0.0, slide: 0.0, most: 100_000 };
 
 type Size = fn(&Vector<2>) -> f64;
 type Map = fn(&Vector<2>) -> Vector<2>;

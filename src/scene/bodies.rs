@@ -1,12 +1,22 @@
 //! The projectile and the fragments beside it: 0 is the projectile, from 1 on the fragments.
 
-use super::{Dimension, Projectile, Scene};
+use super::{Dimension, Projectile, Scene, Symmetry};
 use crate::geometry::SignedDistance;
 
 /// Most fragments of a scene: each has its own block of value references.
 pub const MOST_FRAGMENTS: usize = 99;
 
 impl Scene {
+    /// The dimension in which its bodies are free to move: of a part of a spatial gel that of its symmetry.
+    #[must_use]
+    pub fn freedom(&self) -> Dimension {
+        match self.gel.symmetry {
+            Symmetry::None => self.scene.dimension,
+            Symmetry::Half => Dimension::Planar,
+            Symmetry::Quarter => Dimension::Axisymmetric,
+        }
+    }
+
     /// Number of bodies, the projectile included.
     #[must_use]
     pub fn n_bodies(&self) -> usize {

@@ -1,7 +1,8 @@
 //! The scenes that come with the program.
 
-const BUILTINS: [(&str, &str); 14] = [
+const BUILTINS: [(&str, &str); 15] = [
     ("fbi-bb", include_str!("../../scenes/fbi-bb.toml")),
+    ("fbi-bb-3d", include_str!("../../scenes/fbi-bb-3d.toml")),
     ("sphere-720", include_str!("../../scenes/sphere-720.toml")),
     ("hydro-drag", include_str!("../../scenes/hydro-drag.toml")),
     ("sphere-block", include_str!("../../scenes/sphere-block.toml")),

@@ -50,6 +50,14 @@ impl SceneError {
         let kind = SceneErrorKind::Value { found: found.into(), expected: expected.into() };
         Self { key: key.to_owned(), line: None, kind }
     }
+
+    /// The same value, but this was expected.
+    pub(super) fn expecting(self, expected: &str) -> Self {
+        match self.kind {
+            SceneErrorKind::Value { found, .. } => Self::value(&self.key, found, expected),
+            SceneErrorKind::Syntax { .. } | SceneErrorKind::UnknownKey { .. } => self,
+        }
+    }
 }
 
 struct Place<'a> {

@@ -62,7 +62,7 @@ fn damping(scene: &Scene) -> Option<String> {
 
 fn body_lines(scene: &Scene, i: usize) -> Vec<String> {
     let (name, body) = (body_name(i), scene.body(i));
-    let motion = match scene.scene.dimension {
+    let motion = match scene.freedom() {
         _ if body.fixed => "rigid and held",
         Dimension::Planar => "rigid, moves and turns in the plane",
         Dimension::Axisymmetric => "rigid, moves along the axis",

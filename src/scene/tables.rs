@@ -125,6 +125,9 @@ pub struct Gel {
     /// Which faces are held; a face that is not named is free.
     #[serde(default)]
     pub supports: Supports,
+    /// Which part of it is computed (a spatial block only): its mirror images move alike.
+    #[serde(default, skip_serializing_if = "Symmetry::is_none")]
+    pub symmetry: Symmetry,
     /// Thickness of a planar gel, m (1 if absent).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thickness: Option<f64>,
@@ -175,6 +178,38 @@ pub enum GelShape {
         /// Where the outer corner is, m.
         corner: [f64; 3],
     },
+}
+
+/// Which part of a gel is computed; masses, forces and energies are those of all of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum Symmetry {
+    /// All of it.
+    #[default]
+    None,
+    /// What is on the side y ≥ 0: bodies move in the plane y = 0.
+    Half,
+    /// What is on the sides x ≥ 0 and y ≥ 0: bodies move along z.
+    Quarter,
+}
+
+impl Symmetry {
+    /// Whether all of the gel is computed.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        *self == Self::None
+    }
+
+    /// The axes across the planes that it is mirrored at.
+    #[must_use]
+    pub fn mirrored(self) -> &'static [usize] {
+        match self {
+            Self::None => &[],
+            Self::Half => &[1],
+            Self::Quarter => &[0, 1],
+        }
+    }
 }
 
 /// How one face of the gel is held.

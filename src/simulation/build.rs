@@ -109,7 +109,7 @@ where
     let recipe = Recipe::of(scene);
     let mesh = Mesh { marks: loads::marks(scene, &mesh)?, ..mesh };
     let simplices = recipe.simplices(&mesh, recipe.patches((&mesh, &mesh.rest)));
-    let mass = simplices.lumped_masses(&mesh, scene.gel.density);
+    let mass = simplices.lumped_masses(&mesh, recipe.density);
     let gel = recipe.gel(simplices, (&mesh, &mesh.rest), mass);
     let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));
     let moving = |held: &[bool; D]| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { velocity[i] });
@@ -168,7 +168,7 @@ fn rules(scene: &Scene) -> Rules {
 /// A body of a scene: what does not change, and its state at time 0.
 fn body(scene: &Scene, i: usize, prescribed: bool) -> (Body, BodyState) {
     let (projectile, shape) = (scene.body(i), scene.shape(i));
-    let freedom = match scene.scene.dimension {
+    let freedom = match scene.freedom() {
         Dimension::Planar => Freedom::PLANAR,
         Dimension::Axisymmetric => Freedom::AXISYMMETRIC,
         Dimension::Spatial => Freedom::SPATIAL,
@@ -261,8 +261,15 @@ fn space_mesh(scene: &Scene) -> Result<Mesh<3>, BuildError> {
     let s = &scene.gel.supports;
     match &scene.gel.shape {
         GelShape::Block { size } => {
-            let planes = [across(scene, 0.5 * size[0]), across(scene, 0.5 * size[1]), down(scene, size[2])];
-            let sides = faces([(0, s.x_min, s.x_max), (1, s.y_min, s.y_max), (2, s.z_min, s.z_max)]);
+            let mirrored = |axis: usize| scene.gel.symmetry.mirrored().contains(&axis);
+            let side = |i: usize, low, high| {
+                let half = 0.5 * size[i];
+                let planes = if mirrored(i) { axis(scene, half) } else { across(scene, half) };
+                (planes, (i, if mirrored(i) { Support::Roller } else { low }, high))
+            };
+            let ((x, across), (y, along)) = (side(0, s.x_min, s.x_max), side(1, s.y_min, s.y_max));
+            let planes = [x, y, down(scene, size[2])];
+            let sides = faces([across, along, (2, s.z_min, s.z_max)]);
             Ok(mesh::block(checked(planes, scene, sides)?))
         }
         GelShape::Shell { .. } => unreachable!("a spatial gel is no shell: the scene was checked"),

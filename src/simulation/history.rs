@@ -121,6 +121,12 @@ pub(super) fn inherited<const D: usize>(
     let stays = stays(past.potential.patches(), patches, &new.same);
     let again = (0..).map(ElementId).zip(&new.same).filter_map(|(element, same)| Some((element, (*same)?)));
     for (element, same) in again {
+        // What stands in the patch that it stood in goes on as it is; in the plane, whose shots are calibrated so, all is made anew.
+        if D == 3 && flows && stays[element.index()] {
+            all.push((element, turned(&past.potential.reference(same.element), same)));
+            memory[element.index()] = past.memory[same.element.index()];
+            continue;
+        }
         if flows {
             let whole = past.old.corner_mass[same.element.index()].iter().sum();
             let mean = Mean::of(past, position, &[Source { new: element, old: same.element, mass: whole, part: 1.0 }]);

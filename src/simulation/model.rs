@@ -124,7 +124,7 @@ impl<const D: usize> Gelatin<D> {
             let elements = potential.patches().of(patch);
             let volume: f64 = elements.iter().map(|element| potential.volume(*element)).sum();
             for element in elements {
-                energy_density[element.index()] = energy / volume;
+                energy_density[element.index()] = energy / (volume * self.recipe.copies());
             }
         }
         FrameCells {

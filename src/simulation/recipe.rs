@@ -18,8 +18,10 @@ pub(super) struct Recipe {
     pub section: Section,
     material: Material,
     kind: ElementKind,
-    /// kg/m³.
+    /// kg/m³, of all that the gel stands for.
     pub density: f64,
+    /// The axes across the planes that it is mirrored at.
+    mirrored: &'static [usize],
     /// What acts on its surface.
     pressures: Vec<Pressure>,
     /// Where its sensors are at rest, m.
@@ -46,7 +48,7 @@ const FAIR: f64 = 0.35;
 
 impl Recipe {
     pub fn of(scene: &Scene) -> Self {
-        let usual = scene.mesh.size;
+        let (usual, part) = (scene.mesh.size, part(&scene.gel));
         let graded = scene.mesh.grading.map(|grading| grading.largest);
         let doubled = scene.mesh.tree.map(|tree| usual * tree.coarsest as f64);
         let round = match scene.gel.shape {
@@ -61,13 +63,19 @@ impl Recipe {
                 Dimension::Axisymmetric => Section::Axisymmetric,
                 Dimension::Spatial => Section::Spatial,
             },
-            material: material(&scene.gel),
+            material: material(&part),
             kind: scene.mesh.element,
-            density: scene.gel.density,
+            density: part.density,
+            mirrored: scene.gel.symmetry.mirrored(),
             pressures: loads::pressures(scene),
             sensors: scene.sensor.iter().map(|sensor| sensor.position.into()).collect(),
             remesh: scene.remesh.clone().map(sizes),
         }
+    }
+
+    /// How many parts like the one that is computed make all of the gel.
+    pub fn copies(&self) -> f64 {
+        parts(self.mirrored)
     }
 
     /// The elements of a mesh in these patches.
@@ -101,18 +109,19 @@ impl Recipe {
         loads::loaded(gel, mesh, (self.section, &self.pressures))
     }
 
-    /// All of the boundary but the axis of revolution: areas at rest, sizes where the nodes are.
+    /// All of the boundary but the axis of revolution and the planes of symmetry: areas at rest, sizes where the nodes are.
     fn surface<const D: usize>(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Surface {
         let rest = |facet: &Facet, i: usize| mesh.rest[facet[i].index()];
         let axisymmetric = self.section == Section::Axisymmetric;
         let on_axis = |facet: &Facet| axisymmetric && rest(facet, 0)[0] == 0.0 && rest(facet, 1)[0] == 0.0;
-        let facets = mesh.facets.iter().copied().filter(|facet| !on_axis(facet)).collect();
+        let mirror = |facet: &Facet| self.mirrored.iter().any(|i| (0..D).all(|node| rest(facet, node)[*i] == 0.0));
+        let facets = mesh.facets.iter().copied().filter(|facet| !on_axis(facet) && !mirror(facet)).collect();
         Surface::new::<D>(mesh.rest.len(), facets, |facet| {
             let area = facet_measure(&mesh.rest, facet)
                 * match self.section {
                     Section::Planar { thickness } => thickness,
                     Section::Axisymmetric => std::f64::consts::PI * (rest(facet, 0)[0] + rest(facet, 1)[0]),
-                    Section::Spatial => 1.0,
+                    Section::Spatial => self.copies(),
                 };
             (area, facet_measure(position, facet))
         })
@@ -162,6 +171,33 @@ impl Recipe {
             compression: (0..).map(ElementId).zip(potential.elements()).map(size).collect(),
         })
     }
+}
+
+/// How many parts of a gel that is mirrored so make all of it.
+fn parts(mirrored: &[usize]) -> f64 {
+    f64::from(1 << mirrored.len())
+}
+
+/// What stands for so many parts that move alike: as many times as heavy, as stiff and as strong (numerics A1).
+fn part(gel: &GelTable) -> GelTable {
+    let copies = parts(gel.symmetry.mirrored());
+    let mut part = gel.clone();
+    part.density *= copies;
+    part.shear_modulus *= copies;
+    part.bulk_modulus *= copies;
+    if let Some(strength) = &mut part.strength {
+        strength.yield_stress *= copies;
+        strength.cap *= copies;
+    }
+    if let Some(tension) = part.volume.as_mut().and_then(|volume| volume.tension_limit.as_mut()) {
+        *tension *= copies;
+    }
+    part.branches.iter_mut().for_each(|branch| branch.shear_modulus *= copies);
+    part.terms.iter_mut().for_each(|term| term.modulus *= copies);
+    if let Some(constants) = &mut part.constants {
+        (constants.c1, constants.c2) = (copies * constants.c1, copies * constants.c2);
+    }
+    part
 }
 
 /// What a gel is made of.

@@ -65,7 +65,8 @@ impl<const D: usize> Gelatin<D> {
         let worn = self.worn(&moved);
         let size = self.sizes(&moved, (&sizes, &worn.0));
         let mut refused = vec![];
-        for (way, attempt) in Way::of(sizes.rules.method).into_iter().zip(1..) {
+        let ways = if self.flows_in_space() { Way::FLOWING } else { Way::of(sizes.rules.method) };
+        for (way, attempt) in ways.into_iter().zip(1..) {
             let candidate = match self.candidate((&old, &moved, &worn), (&size, mesher), way) {
                 Ok(candidate) => candidate,
                 Err(why) => {

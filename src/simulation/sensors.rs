@@ -56,7 +56,7 @@ impl<const D: usize> Gelatin<D> {
     }
 
     /// Straight between the corners, whose pressure is the mean of the elements around them by volume at rest: that of one element
-    /// jumps to the next.
+    /// jumps to the next. A part that stands for all of a gel is as many times as stiff.
     fn measure(&self, seat: &Seat<D>, t: f64) -> SensorReport {
         let (gel, velocities) = (&self.engine.gel().potential, &self.engine.state().velocity);
         let x = |node: NodeId| self.engine.position_at(node, t);
@@ -71,7 +71,7 @@ impl<const D: usize> Gelatin<D> {
             position: embed(&position),
             displacement: embed(&(position - seat.rest)),
             velocity: embed(&velocity),
-            pressure,
+            pressure: pressure / self.recipe.copies(),
         }
     }
 }

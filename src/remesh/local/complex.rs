@@ -2,7 +2,7 @@
 
 use super::{EDGES, FAIR, LONG, SHORT, cube};
 use crate::algebra::Vector;
-use crate::mesh::{ElementId, NodeId, Simplex};
+use crate::mesh::{ElementId, FACES, NodeId, Simplex};
 use crate::remesh::bounds::Bounds;
 use crate::remesh::{Moved, Origin, Proposal, marks};
 
@@ -246,6 +246,12 @@ impl Complex {
         self.apply(&Change { gone, new, ..Change::default() });
     }
 
+    /// Moves a point along the surface, to where that is said to be made of.
+    pub fn slide(&mut self, point: u32, (x, origin): (Vector<3>, Origin)) {
+        self.shift(point, x);
+        self.points[point as usize].origin = origin;
+    }
+
     /// The place nearest to `x` that a point may go to from where it is: nowhere in its held directions.
     pub fn allowed(&self, point: u32, x: Vector<3>) -> Vector<3> {
         let own = &self.points[point as usize];
@@ -317,4 +323,11 @@ impl Complex {
             cleared: self.cleared,
         }
     }
+}
+
+/// What the volume of a tetrahedron changes by with the place of a point of it, m².
+pub(super) fn gradient(complex: &Complex, tet: &Tet, point: u32) -> Vector<3> {
+    let Some(k) = tet.iter().position(|p| *p == point) else { return Vector::<3>::zeros() };
+    let [a, b, c] = FACES[k].map(|corner| complex.x(tet[corner]));
+    (b - a).cross(&(c - a)) / -6.0
 }

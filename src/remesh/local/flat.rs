@@ -11,6 +11,8 @@ use crate::algebra::Vector;
 pub(super) struct Flat {
     /// How far a point may be from a new facet, in target lengths; 0 where the surface must stay as it is.
     pub sag: f64,
+    /// How far a point that slides along the surface may come off its facets, in target lengths; 0 where none slides.
+    pub slide: f64,
     /// What the volume may change by in all, and has changed by, m³.
     pub volume: f64,
     pub swept: f64,
@@ -86,7 +88,7 @@ impl Flat {
     }
 }
 
-fn is_along(n: &Vector<3>, other: &Vector<3>) -> bool {
+pub(super) fn is_along(n: &Vector<3>, other: &Vector<3>) -> bool {
     let along = n.dot(other);
     along > 0.0 && along * along >= TURNED * TURNED * n.norm_squared() * other.norm_squared()
 }

@@ -1,8 +1,7 @@
 //! What an operation at the surface takes from the volume of the body or adds to it is given back at a point of it.
 
-use super::complex::{Change, Complex, Tet};
+use super::complex::{Change, Complex, Tet, gradient};
 use crate::algebra::Vector;
-use crate::mesh::FACES;
 
 /// How a point may be moved along the surface's normal.
 #[derive(Debug, Clone, Copy)]
@@ -38,11 +37,4 @@ impl Level {
         let change = || Change { swept: 0.0, moved: Some((point, x)), ..change.clone() };
         (worst > self.enough && stays().all(bears)).then(|| (worst, change()))
     }
-}
-
-/// What the volume of a tetrahedron changes by with the place of a point of it, m².
-fn gradient(complex: &Complex, tet: &Tet, point: u32) -> Vector<3> {
-    let Some(k) = tet.iter().position(|p| *p == point) else { return Vector::<3>::zeros() };
-    let [a, b, c] = FACES[k].map(|corner| complex.x(tet[corner]));
-    (b - a).cross(&(c - a)) / -6.0
 }

@@ -12,6 +12,7 @@ mod level;
 mod ring;
 #[cfg(test)]
 mod shapes;
+mod slide;
 mod smooth;
 mod split;
 mod swap;
@@ -53,7 +54,7 @@ pub(super) fn propose(
     rules: &Rules,
     cleared: &dyn Fn(&Vector<3>) -> Vector<3>,
 ) -> Proposal<3> {
-    let flat = Flat { sag: rules.sag, volume: VOLUME * volume(old), swept: 0.0 };
+    let flat = Flat { sag: rules.sag, slide: rules.slide, volume: VOLUME * volume(old), swept: 0.0 };
     let mut work = Work { complex: Complex::new(old, size), flat, poor: cube(rules.poor), cleared };
     work.run();
     work.complex.proposal()
@@ -161,7 +162,10 @@ impl Work<'_> {
     }
 
     fn shift(&mut self, tet: &Tet) -> bool {
-        tet.iter().any(|point| smooth::smooth(&mut self.complex, *point))
+        let slides = self.flat.slide > 0.0;
+        tet.iter().any(|point| {
+            smooth::smooth(&mut self.complex, *point) || slides && slide::slide(&mut self.complex, *point, &self.flat)
+        })
     }
 
     fn draw_any(&mut self, tet: &Tet) -> bool {

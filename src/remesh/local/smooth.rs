@@ -6,7 +6,7 @@ use crate::algebra::Vector;
 use crate::mesh::FACES;
 
 /// How much of the way to the middle of what is around it a point tries to go.
-const WAYS: [f64; 4] = [1.0, 0.6, 0.3, 0.1];
+pub(super) const WAYS: [f64; 4] = [1.0, 0.6, 0.3, 0.1];
 
 /// Moves a point, if the worst tetrahedron around it gets better.
 pub(super) fn smooth(complex: &mut Complex, point: u32) -> bool {
@@ -31,7 +31,7 @@ pub(super) fn smooth(complex: &mut Complex, point: u32) -> bool {
 
 /// Where a point should go: over each face around it stands the place that makes the best tetrahedron, and the worse the one
 /// there is, the more that place counts.
-fn aim(complex: &Complex, point: u32, star: &[(u32, Tet)]) -> Vector<3> {
+pub(super) fn aim(complex: &Complex, point: u32, star: &[(u32, Tet)]) -> Vector<3> {
     let (mut sum, mut total) = (Vector::<3>::zeros(), 0.0);
     for (t, tet) in star {
         let Some(k) = tet.iter().position(|p| *p == point) else { continue };

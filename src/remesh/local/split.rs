@@ -38,7 +38,7 @@ pub(super) fn split(
 /// The point in the middle of an edge of the surface or inside.
 fn between(complex: &Complex, (a, b): (u32, u32), is_on_surface: bool) -> Option<Point> {
     let [a, b] = [a, b].map(|point| &complex.points[point as usize]);
-    let origin = if is_on_surface { mixed(&a.origin, &b.origin)? } else { Origin::Inside };
+    let origin = if is_on_surface { blend([(&a.origin, 0.5), (&b.origin, 0.5)])? } else { Origin::Inside };
     Some(Point {
         x: (a.x + b.x) * 0.5,
         rest: (a.rest + b.rest) * 0.5,
@@ -50,13 +50,14 @@ fn between(complex: &Complex, (a, b): (u32, u32), is_on_surface: bool) -> Option
     })
 }
 
-/// Half of each of two points of the old surface, if that is made of three old nodes at most.
-fn mixed(a: &Origin, b: &Origin) -> Option<Origin> {
+/// So much of each of two points of the old surface, if that is made of three old nodes at most.
+pub(super) fn blend([a, b]: [(&Origin, f64); 2]) -> Option<Origin> {
     let (mut nodes, mut weights, mut n) = ([NodeId::default(); 3], [0.0; 3], 0);
-    for (node, weight) in parents(a)?.into_iter().chain(parents(b)?).filter(|(_, weight)| *weight > 0.0) {
+    let of = |(origin, part): (&Origin, f64)| Some(parents(origin)?.map(|(node, weight)| (node, part * weight)));
+    for (node, weight) in of(a)?.into_iter().chain(of(b)?).filter(|(_, weight)| *weight > 0.0) {
         let k = nodes[..n].iter().position(|other| *other == node).unwrap_or(n);
         *nodes.get_mut(k)? = node;
-        weights[k] += 0.5 * weight;
+        weights[k] += weight;
         n = n.max(k + 1);
     }
     let last = nodes[n - 1];

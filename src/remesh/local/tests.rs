@@ -157,3 +157,19 @@ fn a_surface_that_is_drawn_down_keeps_its_corners_and_its_volume() {
         assert!(mesh.rest.contains(&wanted));
     }
 }
+
+#[test]
+fn a_point_that_was_pushed_along_the_surface_slides_back_and_the_volume_stays() {
+    let mesh = cube(4, Split::Kuhn);
+    let middle = mesh.rest.iter().position(|x| *x == Vector::<3>::new(0.5, 0.5, 1.0)).unwrap();
+    let mut position = mesh.rest.clone();
+    position[middle] += Vector::<3>::new(0.23, 0.1, 0.0);
+    let old = Moved { mesh: &mesh, position: &position };
+    let made = |slide: f64| {
+        let rules = Rules { sag: 0.0, slide, ..Rules::default() };
+        check(&old, &propose(&old, &vec![0.25; position.len()], &rules, &|x| *x), 1e-12)
+    };
+    let [held, slid] = [0.0, 0.1].map(made);
+    println!("least quality {held:.3} where it is held, {slid:.3} where it slides");
+    assert!(slid > 1.2 * held, "{held} {slid}");
+}

@@ -3,7 +3,7 @@
 use super::domain::{Check, all_finite, finite, positive, require, within};
 use super::hyperelastic;
 use crate::material::Viscoelastic;
-use crate::scene::{Dimension, Gel, GelShape, MaterialModel, Scene, SceneError, Support};
+use crate::scene::{Dimension, Gel, GelShape, MaterialModel, Scene, SceneError, Support, Symmetry};
 
 const LENGTH: &str = "a positive length, m";
 
@@ -14,6 +14,7 @@ pub(super) fn check(scene: &Scene) -> Check {
     branches(gel)?;
     exchange(scene)?;
     supports(gel, dimension)?;
+    symmetry(scene)?;
     thickness(gel.thickness, dimension)?;
     all_finite("gel.velocity", &gel.velocity)
 }
@@ -230,6 +231,26 @@ fn supports(gel: &Gel, dimension: Dimension) -> Check {
     let slides = s.side == Support::Roller && dimension == Dimension::Spatial;
     let expected = "\"free\" or \"fixed\": a mantle slides on rollers only in axisymmetric scenes";
     require(!slides, "gel.supports.side", || "\"roller\"".to_owned(), expected)
+}
+
+/// Part of a gel stands for all of it if the rest is its mirror image.
+fn symmetry(scene: &Scene) -> Check {
+    let (gel, key) = (&scene.gel, "gel.symmetry");
+    let found = || match gel.symmetry {
+        Symmetry::None => "\"none\"".to_owned(),
+        Symmetry::Half => "\"half\"".to_owned(),
+        Symmetry::Quarter => "\"quarter\"".to_owned(),
+    };
+    let is_whole = gel.symmetry.is_none();
+    let is_block = scene.scene.dimension == Dimension::Spatial && matches!(gel.shape, GelShape::Block { .. });
+    require(is_whole || is_block, key, found, "\"none\": parts of spatial blocks are computed only")?;
+    require(is_whole || scene.load.is_empty(), key, found, "\"none\": loads act on whole gels only")?;
+    let (s, expected) = (&gel.supports, "nothing: the mirror is there (gel.symmetry)");
+    for (axis, face, support) in [(0, "x_min", s.x_min), (1, "y_min", s.y_min)] {
+        let good = support == Support::Free || !gel.symmetry.mirrored().contains(&axis);
+        require(good, &format!("gel.supports.{face}"), || format!("{:?}", name(support)), expected)?;
+    }
+    Ok(())
 }
 
 fn held_faces(shape: &GelShape, dimension: Dimension) -> (&'static [&'static str], &'static str) {

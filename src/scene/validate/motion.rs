@@ -3,22 +3,27 @@
 use super::body::rotation;
 use super::domain::{Check, require};
 use crate::algebra::Vector3;
-use crate::scene::{BodyShape, Dimension, GelShape, Projectile, Scene};
+use crate::scene::{BodyShape, Dimension, GelShape, Projectile, Scene, SceneError, Symmetry};
 
 const IN_PLANE: &str = "no motion out of the plane: a planar scene has y = 0; use dimension = \"spatial\"";
 const ON_AXIS: &str = "no motion off the axis: an axisymmetric scene has x = y = 0; use dimension = \"spatial\"";
 const TURN_IN_PLANE: &str = "no turn out of the plane: a planar scene turns about y; use dimension = \"spatial\"";
 const UPRIGHT: &str = "an upright projectile: an axisymmetric scene has its axis along z; use dimension = \"spatial\"";
+const IN_PART: &str = "what gel.symmetry mirrors onto itself: in \"half\" of a gel bodies move and turn in the plane y = 0, in a \"quarter\" they \
+                       move along z; or gel.symmetry = \"none\"";
 const STILL: &str = "no rotation: an axisymmetric scene has none; use dimension = \"spatial\"";
 
 /// Below this a component of a rotated unit vector is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 pub(super) fn check(scene: &Scene) -> Check {
-    match scene.scene.dimension {
-        Dimension::Planar => planar(scene),
-        Dimension::Axisymmetric => axisymmetric(scene),
-        Dimension::Spatial => Ok(()),
+    let mirrored = |e: SceneError| e.expecting(IN_PART);
+    match (scene.scene.dimension, scene.gel.symmetry) {
+        (Dimension::Planar, _) => planar(scene),
+        (Dimension::Axisymmetric, _) => axisymmetric(scene),
+        (Dimension::Spatial, Symmetry::None) => Ok(()),
+        (Dimension::Spatial, Symmetry::Half) => planar(scene).map_err(mirrored),
+        (Dimension::Spatial, Symmetry::Quarter) => axisymmetric(scene).map_err(mirrored),
     }
 }
 
