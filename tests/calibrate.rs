@@ -83,7 +83,7 @@ fn a_depth_that_no_strength_gives_is_refused_with_the_one_that_the_strongest_giv
     let told = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{told}");
     assert!(
-        told.contains("--depth: found 0.001 m, less than that with the greatest strength, its cap (1.6000e6 Pa"),
+        told.contains("--depth: found 0.001 m, less than that with the greatest strength, its cap (4.2000e6 Pa"),
         "{told}"
     );
 }

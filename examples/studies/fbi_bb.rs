@@ -127,14 +127,14 @@ fn fly(name: &str, scene: &Scene, simulation: &mut Simulation) -> (String, Strin
     let mut recorder = Recorder::create(folder.path(), scene, Interface::Direct, 1).expect("a run's folder");
     recorder.record(simulation).expect("a row of history");
     let inputs = simulation.inputs();
-    let (mut seen_at, mut cpu) = (String::new(), 0.0);
+    let (mut seen_at, mut cpu) = (vec![], 0.0);
     for step in 1..=(scene.scene.end_time / STEP).round() as u32 {
         let begun = seconds();
         let end = simulation.step(&inputs, STEP * f64::from(step));
         cpu += seconds() - begun;
         recorder.record(simulation).expect("a row of history");
         if TIMES.iter().any(|time| (1e-3 * time / STEP).round() as u32 == step) {
-            seen_at += &format!(" {:.2} |", 1e3 * simulation.depth(0));
+            seen_at.push(format!(" {:.2} |", 1e3 * simulation.depth(0)));
         }
         if let Err(why) = end {
             eprintln!("{name}: {why}");
@@ -146,5 +146,5 @@ fn fly(name: &str, scene: &Scene, simulation: &mut Simulation) -> (String, Strin
     let seen = recorder.conclude(&ending).expect("a summary");
     let cavity = [seen.greatest_cavity_diameter, seen.time_of_greatest_cavity, seen.final_cavity_diameter]
         .map(|figure| format!(" {:.2} |", 1e3 * figure.unwrap_or(f64::NAN)));
-    (seen_at, cavity.concat(), cpu)
+    (seen_at.concat(), cavity.concat(), cpu)
 }

@@ -64,8 +64,8 @@ pub fn text(task: &Task, search: &Search) -> String {
 fn lines(task: &Task, best: &Trial) -> String {
     let (strength, fitted) = (task.strength, best.yield_stress);
     let strength = format!(
-        "[gel]\nstrength = {{ yield_stress = {fitted:?}, rate_exponent = {:?}, cap = {:?} }}",
-        strength.rate_exponent, strength.cap
+        "[gel]\nstrength = {{ yield_stress = {fitted:?}, reference_rate = {:?}, rate_exponent = {:?}, cap = {:?} }}",
+        strength.reference_rate, strength.rate_exponent, strength.cap
     );
     let velocity = |_| format!("\n\n[projectile]\nvelocity = {:?}", task.scene.projectile.velocity);
     strength + &task.options.speed.map_or(String::new(), velocity)
