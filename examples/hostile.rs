@@ -15,7 +15,6 @@ mod memory;
 #[path = "../tests/hostile/random.rs"]
 mod random;
 #[path = "../tests/hostile/scenes.rs"]
-#[allow(dead_code, reason = "shared with the study of extremes")]
 mod scenes;
 #[path = "../tests/hostile/states.rs"]
 mod states;
@@ -26,7 +25,8 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use tally::{Fate, Tally};
 
-const USAGE: &str = "usage: hostile [--seed N] [--minutes M | --inputs N] scene|state|calls|text, or hostile --cycles N memory";
+const USAGE: &str =
+    "usage: hostile [--seed N] [--minutes M | --inputs N] scene|state|calls|text, or hostile --cycles N memory";
 
 /// What was asked for.
 struct Asked {

@@ -70,8 +70,7 @@ pub fn attempt(stage: &Stage, seed: u64) -> Result<Fate, String> {
 }
 
 fn sequence(stage: &Stage, seed: u64) -> Result<Fate, String> {
-    let mut importer =
-        Importer { stage, random: Random(seed), instances: vec![], states: vec![], story: vec![] };
+    let mut importer = Importer { stage, random: Random(seed), instances: vec![], states: vec![], story: vec![] };
     let calls = 5 + importer.random.below(120);
     let outcome = (0..calls).try_for_each(|_| importer.call());
     importer.leave();
@@ -317,7 +316,7 @@ impl Importer<'_> {
         }
     }
 
-    /// Through bytes, damaged now and then.
+    /// The first state through bytes, damaged now and then.
     fn bytes(&mut self, c: *mut c_void) -> (&'static str, c_int) {
         let Some(&state) = self.states.first() else { return ("SerializedFMUstateSize", 0) };
         let mut size = 0;
@@ -389,7 +388,6 @@ impl Importer<'_> {
     /// Gives everything back.
     fn leave(&mut self) {
         let uri = format!("file://{}", self.stage.path().display());
-        let random = &mut Random(1);
         let (name, guid, uri) = (CString::new("last").ok(), CString::new(GUID).ok(), CString::new(uri).ok());
         let callbacks = Callbacks {
             logger: None,
@@ -400,15 +398,8 @@ impl Importer<'_> {
         };
         // SAFETY: states are freed once, by an instance that was made for it; then all instances.
         unsafe {
-            let c = fmi2Instantiate(
-                at(name.as_ref()),
-                1,
-                at(guid.as_ref()),
-                at(uri.as_ref()),
-                &raw const callbacks,
-                random.below(1) as c_int,
-                0,
-            );
+            let c =
+                fmi2Instantiate(at(name.as_ref()), 1, at(guid.as_ref()), at(uri.as_ref()), &raw const callbacks, 0, 0);
             for mut state in self.states.drain(..) {
                 fmi2FreeFMUstate(c, &raw mut state);
             }

@@ -1,6 +1,6 @@
 //! Matter: incompressibility, stiffness, and meshes of any shape, by a pressure whose effect is known.
 
-use super::gel::{Keys, LENGTH, asked, begun, closes, column, flowing, go};
+use super::gel::{Keys, LENGTH, asked, begun, closes, column, flowing, go, open};
 use super::row::{Row, listed};
 use std::f64::consts::PI;
 
@@ -32,7 +32,8 @@ fn pressed((young, nu): (f64, f64), more: Keys<'_>) -> f64 {
     let scene = column(&keys);
     let mut simulation = begun(&scene);
     go(&mut simulation, end).unwrap_or_else(|error| panic!("{keys:?}: {error}"));
-    assert!(closes(&simulation.observe()), "{keys:?}: {:?}", simulation.observe().energy);
+    let seen = simulation.observe();
+    assert!(closes(&seen), "{keys:?}: books open by {}", open(&seen));
     let frame = simulation.frame();
     let top: Vec<f64> = frame
         .points
@@ -55,9 +56,15 @@ pub fn poisson() -> Vec<Row> {
         // The volume of a viscoelastic gel must resist more than its shear, branches included.
         let least = if name.starts_with("visco") { 0.1 } else { 0.0 };
         let got = [least, 0.3, 0.49, 0.4999].map(|nu| pressed((YOUNG, nu), more));
-        Row::near(format!("ν = {least} / 0.3 / 0.49 / 0.4999, {name}: strain under a pressure/(p/E′)"), 1.0, TOLERANCE, &got)
+        Row::near(
+            format!("ν = {least} / 0.3 / 0.49 / 0.4999, {name}: strain under a pressure/(p/E′)"),
+            1.0,
+            TOLERANCE,
+            &got,
+        )
     };
-    let limit = asked(&[("gel.bulk_modulus", "inf".to_owned())]).map_or_else(|error| error.to_string(), |_| String::new());
+    let limit =
+        asked(&[("gel.bulk_modulus", "inf".to_owned())]).map_or_else(|error| error.to_string(), |_| String::new());
     vec![
         row("elastic", &[]),
         row("elastic, patches", &[("mesh.element", "patch".to_owned())]),
@@ -104,7 +111,12 @@ fn sliver(ratio: f64) -> Row {
         let keys: Vec<_> = graded(ratio).into_iter().chain(material).collect();
         pressed((YOUNG, 0.45), &keys)
     });
-    Row::near(format!("cells 1:{ratio}, slivers of that aspect, elastic / flowing: strain/(p/E′)"), 1.0, TOLERANCE, &got)
+    Row::near(
+        format!("cells 1:{ratio}, slivers of that aspect, elastic / flowing: strain/(p/E′)"),
+        1.0,
+        TOLERANCE,
+        &got,
+    )
 }
 
 /// Cells of 1:100 under a plate, stepped at CFL 1: no resonance.
@@ -149,9 +161,8 @@ pub fn one_cell() -> Vec<Row> {
         ("mesh.size", "0.1".to_owned()),
         ("projectile.shape.plate.size", "[0.4, 0.4, 0.4]".to_owned()),
     ];
-    let of = |more: (&'static str, &str)| {
-        pressed((YOUNG, 0.45), &[&whole[..], &[(more.0, more.1.to_owned())]].concat())
-    };
+    let of =
+        |more: (&'static str, &str)| pressed((YOUNG, 0.45), &[&whole[..], &[(more.0, more.1.to_owned())]].concat());
     let got = [("mesh.lattice", "kuhn"), ("mesh.lattice", "centred"), ("mesh.element", "patch")].map(of);
     let met = got.iter().all(|got| (got - 1.0).abs() < TOLERANCE);
     let case = "one cell of 2 triangles / 4 triangles / 4 in patches: strain/(p/E′)";
