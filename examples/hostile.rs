@@ -3,7 +3,12 @@
 //!
 //! What it finds is printed with the seed; in short it runs with the tests.
 
-#![allow(clippy::unwrap_used, unsafe_code, reason = "shared with the tests, which call the C interface")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::wildcard_imports,
+    unsafe_code,
+    reason = "shared with the tests, which call the C interface"
+)]
 
 #[path = "../tests/hostile/calls.rs"]
 mod calls;
@@ -69,7 +74,9 @@ fn main() -> ExitCode {
     println!("|---|---|---|---|---|---|");
     let minutes = begun.elapsed().as_secs_f64() / 60.0;
     println!("| {} | {} | {taken} | {refused} | {minutes:.1} | {} |", asked.what, tally.inputs(), found.len());
-    found.iter().for_each(|(seed, story)| println!("seed {seed}: {story}"));
+    for (seed, story) in found {
+        println!("seed {seed}: {story}");
+    }
     ExitCode::from(u8::from(!found.is_empty()))
 }
 

@@ -99,7 +99,11 @@ pub fn seeds() -> Vec<String> {
 pub fn attempt(seeds: &[String], seed: u64) -> Result<Fate, String> {
     let text = text(seeds, seed);
     let files = |name: &str| -> std::io::Result<Vec<u8>> {
-        if name.len() % 2 == 0 { Ok(name.as_bytes().repeat(40)) } else { Err(std::io::ErrorKind::NotFound.into()) }
+        if name.len().is_multiple_of(2) {
+            Ok(name.as_bytes().repeat(40))
+        } else {
+            Err(std::io::ErrorKind::NotFound.into())
+        }
     };
     match scene::read_with_files(&text, &files) {
         Err(error) if error.to_string().trim().is_empty() => Err("an error without words".to_owned()),

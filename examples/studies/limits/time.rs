@@ -85,17 +85,17 @@ fn steps(n: u32) -> Row {
 
 /// Two hundred transits of the wave.
 pub fn long_run() -> Vec<Row> {
-    vec![transits(200, &[]), transits(200, &flowing(1e6))]
+    vec![transits((200, "5e-3"), &[]), transits((200, "5e-3"), &flowing(1e6))]
 }
 
-/// Ten thousand.
+/// Ten thousand, on coarser cells.
 pub fn longest_run() -> Vec<Row> {
-    vec![transits(10_000, &[]), transits(10_000, &flowing(1e6))]
+    vec![transits((10_000, "10e-3"), &[]), transits((10_000, "10e-3"), &flowing(1e6))]
 }
 
 /// A free column that was struck flies and swings on: its energy stays.
-fn transits(n: u32, material: &[(&'static str, String)]) -> Row {
-    let keys: Vec<_> = material.iter().cloned().chain([("mesh.size", "5e-3".to_owned())]).collect();
+fn transits((n, size): (u32, &str), material: &[(&'static str, String)]) -> Row {
+    let keys: Vec<_> = material.iter().cloned().chain([("mesh.size", size.to_owned())]).collect();
     let mut simulation = begun(&column(&keys));
     let transit = LENGTH / wave(SHEAR, super::gel::BULK);
     let (mut after, mut worst) = (0.0, 0.0_f64);
