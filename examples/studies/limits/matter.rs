@@ -158,7 +158,7 @@ fn resonant(ratio: f64, longest: u32) -> Row {
         most / least
     );
     let met = last < 1.5 * first && last < 0.1 && closes(&simulation.observe());
-    Row::new(case, "< 0.1, no growth", format!("{first:.1e}, {last:.1e}"), met)
+    Row::new(case, "< 0.1, no more than 1.5 times as much", format!("{first:.1e}, {last:.1e}"), met)
 }
 
 /// One cell: two triangles, four, and a patch.
