@@ -3,7 +3,12 @@
 //!
 //! What it finds is printed with the seed; in short it runs with the tests.
 
-#![allow(clippy::unwrap_used, unsafe_code, reason = "shared with the tests, which call the C interface")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::wildcard_imports,
+    unsafe_code,
+    reason = "shared with the tests, which call the C interface"
+)]
 
 #[path = "../tests/hostile/calls.rs"]
 mod calls;
@@ -15,7 +20,6 @@ mod memory;
 #[path = "../tests/hostile/random.rs"]
 mod random;
 #[path = "../tests/hostile/scenes.rs"]
-#[allow(dead_code, reason = "shared with the study of extremes")]
 mod scenes;
 #[path = "../tests/hostile/states.rs"]
 mod states;
@@ -26,7 +30,8 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use tally::{Fate, Tally};
 
-const USAGE: &str = "usage: hostile [--seed N] [--minutes M | --inputs N] scene|state|calls|text, or hostile --cycles N memory";
+const USAGE: &str =
+    "usage: hostile [--seed N] [--minutes M | --inputs N] scene|state|calls|text, or hostile --cycles N memory";
 
 /// What was asked for.
 struct Asked {
@@ -69,7 +74,9 @@ fn main() -> ExitCode {
     println!("|---|---|---|---|---|---|");
     let minutes = begun.elapsed().as_secs_f64() / 60.0;
     println!("| {} | {} | {taken} | {refused} | {minutes:.1} | {} |", asked.what, tally.inputs(), found.len());
-    found.iter().for_each(|(seed, story)| println!("seed {seed}: {story}"));
+    for (seed, story) in found {
+        println!("seed {seed}: {story}");
+    }
     ExitCode::from(u8::from(!found.is_empty()))
 }
 

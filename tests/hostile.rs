@@ -14,7 +14,6 @@ mod host;
 #[path = "hostile/random.rs"]
 mod random;
 #[path = "hostile/scenes.rs"]
-#[allow(dead_code, reason = "the command shows single scenes")]
 mod scenes;
 #[path = "hostile/states.rs"]
 mod states;

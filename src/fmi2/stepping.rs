@@ -86,7 +86,8 @@ impl Instance {
         if since_start <= latest {
             return Ok(());
         }
-        let expected = format!("a step that ends at most {latest:e} s after the start: the ticks of later times are not exact");
+        let expected =
+            format!("a step that ends at most {latest:e} s after the start: the ticks of later times are not exact");
         Err(CallError::value("communicationStepSize", step, expected))
     }
 

@@ -70,8 +70,7 @@ pub fn attempt(stage: &Stage, seed: u64) -> Result<Fate, String> {
 }
 
 fn sequence(stage: &Stage, seed: u64) -> Result<Fate, String> {
-    let mut importer =
-        Importer { stage, random: Random(seed), instances: vec![], states: vec![], story: vec![] };
+    let mut importer = Importer { stage, random: Random(seed), instances: vec![], states: vec![], story: vec![] };
     let calls = 5 + importer.random.below(120);
     let outcome = (0..calls).try_for_each(|_| importer.call());
     importer.leave();
@@ -142,7 +141,7 @@ impl Importer<'_> {
             environment: null_mut(),
         };
         let functions = if random.once_in(40) { null() } else { &raw const callbacks };
-        let debug = random.below(2) as c_int;
+        let debug = random.integer(2);
         // SAFETY: text or null each.
         let c = unsafe {
             fmi2Instantiate(at(name.as_ref()), kind, at(guid.as_ref()), at(uri.as_ref()), functions, 0, debug)
@@ -211,7 +210,7 @@ impl Importer<'_> {
         };
         let from = if random.once_in(12) { random.real() } else { now };
         // SAFETY: a live component or null.
-        ("DoStep", unsafe { fmi2DoStep(c, from, length, random.below(2) as c_int) })
+        ("DoStep", unsafe { fmi2DoStep(c, from, length, random.integer(2)) })
     }
 
     /// References: none, a few, some of nothing.
@@ -317,7 +316,7 @@ impl Importer<'_> {
         }
     }
 
-    /// Through bytes, damaged now and then.
+    /// The first state through bytes, damaged now and then.
     fn bytes(&mut self, c: *mut c_void) -> (&'static str, c_int) {
         let Some(&state) = self.states.first() else { return ("SerializedFMUstateSize", 0) };
         let mut size = 0;
@@ -346,7 +345,7 @@ impl Importer<'_> {
     }
 
     fn ask(&mut self, c: *mut c_void) -> (&'static str, c_int) {
-        let kind = self.random.below(6) as c_int - 1;
+        let kind = self.random.integer(6) - 1;
         let (mut real, mut integer, mut answer) = (0.0, 0, null());
         let categories = [c"logEvents".as_ptr(), if self.random.once_in(4) { null() } else { c"none".as_ptr() }];
         // SAFETY: one value each; as many texts as are said to be there.
@@ -365,7 +364,7 @@ impl Importer<'_> {
     fn derivatives(&mut self, c: *mut c_void) -> (&'static str, c_int) {
         let (references, known) = (self.references(), self.references());
         let n = references.len();
-        let orders: Vec<c_int> = (0..n).map(|_| self.random.below(3) as c_int).collect();
+        let orders: Vec<c_int> = (0..n).map(|_| self.random.integer(3)).collect();
         let reals: Vec<f64> = (0..n.max(known.len())).map(|_| self.random.real()).collect();
         let mut out = vec![0.0; n];
         let vr = if self.random.once_in(15) { null() } else { references.as_ptr() };
@@ -389,7 +388,6 @@ impl Importer<'_> {
     /// Gives everything back.
     fn leave(&mut self) {
         let uri = format!("file://{}", self.stage.path().display());
-        let random = &mut Random(1);
         let (name, guid, uri) = (CString::new("last").ok(), CString::new(GUID).ok(), CString::new(uri).ok());
         let callbacks = Callbacks {
             logger: None,
@@ -400,15 +398,8 @@ impl Importer<'_> {
         };
         // SAFETY: states are freed once, by an instance that was made for it; then all instances.
         unsafe {
-            let c = fmi2Instantiate(
-                at(name.as_ref()),
-                1,
-                at(guid.as_ref()),
-                at(uri.as_ref()),
-                &raw const callbacks,
-                random.below(1) as c_int,
-                0,
-            );
+            let c =
+                fmi2Instantiate(at(name.as_ref()), 1, at(guid.as_ref()), at(uri.as_ref()), &raw const callbacks, 0, 0);
             for mut state in self.states.drain(..) {
                 fmi2FreeFMUstate(c, &raw mut state);
             }

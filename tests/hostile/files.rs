@@ -45,7 +45,14 @@ fn a_full_disk_ends_the_run_in_words_and_leaves_what_was_written() {
     let script = "trap '' XFSZ; ulimit -f 128; exec \"$0\" \"$@\"";
     let mut command = Command::new("bash");
     command.args(["-c", script, env!("CARGO_BIN_EXE_gelfmu")]).args(COARSE);
-    command.args(["--set", "scene.communication_step=1e-6", "--set", "output.frames=2", "--out", out.to_str().unwrap()]);
+    command.args([
+        "--set",
+        "scene.communication_step=1e-6",
+        "--set",
+        "output.frames=2",
+        "--out",
+        out.to_str().unwrap(),
+    ]);
     let Output { status, stderr, .. } = command.output().unwrap();
     let said = text(&stderr);
     assert!(!status.success() && said.contains("cannot write") && said.contains("space left"), "{status}: {said}");

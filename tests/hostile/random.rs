@@ -1,5 +1,7 @@
 //! Random choices that a seed repeats.
 
+use std::ffi::c_int;
+
 /// SplitMix64: every seed gives another sequence, the same on every machine.
 #[derive(Debug, Clone)]
 pub struct Random(pub u64);
@@ -42,6 +44,11 @@ impl Random {
     /// A number below `n`, which is not 0.
     pub fn below(&mut self, n: usize) -> usize {
         (self.bits() % n as u64) as usize
+    }
+
+    /// The same as the C interface has it.
+    pub fn integer(&mut self, n: usize) -> c_int {
+        c_int::try_from(self.below(n)).unwrap_or(c_int::MAX)
     }
 
     /// True once in `n` times.

@@ -2,7 +2,7 @@
 
 use super::random::Random;
 use super::tally::Fate;
-use ballistic_gel::scene::{self, GelShape, Override, Scene};
+use ballistic_gel::scene::{self, Dimension, GelShape, Override, Scene};
 use ballistic_gel::simulation::{CouplingMode, Observation, Simulation};
 
 /// Larger meshes are read but not built.
@@ -50,8 +50,30 @@ const LINES: [&str; 34] = [
 
 /// What numbers become.
 const VALUES: [&str; 24] = [
-    "0", "-0.0", "-1", "1e-300", "1e300", "nan", "inf", "-inf", "1e15", "1e16", "1e-15", "5e-324", "9223372036854775807",
-    "-9223372036854775808", "1e999", "0x10", "true", "\"x\"", "[]", "{}", "[1, 2]", "1979-05-27", "''", "1e-9",
+    "0",
+    "-0.0",
+    "-1",
+    "1e-300",
+    "1e300",
+    "nan",
+    "inf",
+    "-inf",
+    "1e15",
+    "1e16",
+    "1e-15",
+    "5e-324",
+    "9223372036854775807",
+    "-9223372036854775808",
+    "1e999",
+    "0x10",
+    "true",
+    "\"x\"",
+    "[]",
+    "{}",
+    "[1, 2]",
+    "1979-05-27",
+    "''",
+    "1e-9",
 ];
 
 /// The scenes that the others are made from: built in, on coarse meshes.
@@ -75,13 +97,13 @@ pub fn seeds() -> Vec<String> {
 
 /// Makes a scene and tries it; taken if it could be stepped.
 pub fn attempt(seeds: &[String], seed: u64) -> Result<Fate, String> {
-    let mut random = Random(seed);
-    let mut text = random.pick(seeds).clone();
-    for _ in 0..=random.below(5) {
-        text = change(&text, seeds, &mut random);
-    }
+    let text = text(seeds, seed);
     let files = |name: &str| -> std::io::Result<Vec<u8>> {
-        if name.len() % 2 == 0 { Ok(name.as_bytes().repeat(40)) } else { Err(std::io::ErrorKind::NotFound.into()) }
+        if name.len().is_multiple_of(2) {
+            Ok(name.as_bytes().repeat(40))
+        } else {
+            Err(std::io::ErrorKind::NotFound.into())
+        }
     };
     match scene::read_with_files(&text, &files) {
         Err(error) if error.to_string().trim().is_empty() => Err("an error without words".to_owned()),
@@ -91,7 +113,7 @@ pub fn attempt(seeds: &[String], seed: u64) -> Result<Fate, String> {
     }
 }
 
-/// The scene of a seed, to look at.
+/// The scene of a seed.
 pub fn text(seeds: &[String], seed: u64) -> String {
     let mut random = Random(seed);
     let mut text = random.pick(seeds).clone();
@@ -125,7 +147,8 @@ fn change(text: &str, seeds: &[String], random: &mut Random) -> String {
 /// A character more, less, or another.
 fn scrambled(line: &str, random: &mut Random) -> String {
     let mut characters: Vec<char> = line.chars().collect();
-    let strange = *random.pick(&['"', '\'', '[', ']', '{', '}', '=', '.', ',', '#', '\\', '\u{0}', 'é', '\u{10ffff}', '9', '-']);
+    let strange =
+        *random.pick(&['"', '\'', '[', ']', '{', '}', '=', '.', ',', '#', '\\', '\u{0}', 'é', '\u{10ffff}', '9', '-']);
     let at = random.below(characters.len() + 1);
     match random.below(3) {
         0 => characters.insert(at, strange),
@@ -161,7 +184,7 @@ fn cells(scene: &Scene) -> f64 {
     let size = scene.mesh.size;
     match &scene.gel.shape {
         GelShape::Block { size: edges } => edges.iter().map(|edge| (edge / size).ceil()).product(),
-        GelShape::Cylinder { radius, height, .. } if format!("{:?}", scene.scene.dimension) == "Spatial" => {
+        GelShape::Cylinder { radius, height, .. } if scene.scene.dimension == Dimension::Spatial => {
             (2.0 * radius / size).ceil().powi(2) * (height / size).ceil()
         }
         GelShape::Cylinder { radius, height, .. } => (radius / size).ceil() * (height / size).ceil(),
@@ -191,18 +214,22 @@ fn stepped(scene: &Scene) -> Result<Fate, String> {
 }
 
 /// The books close, and what is seen are numbers.
-pub fn sound(seen: &Observation) -> Result<(), String> {
+fn sound(seen: &Observation) -> Result<(), String> {
     /// Rounding at the edges of what is allowed (1e±15): far above 1e-10, far below what a wrong sign would make.
     const ROUND_OFF: f64 = 1e-6;
     let energy = seen.energy;
     let body = seen.projectile().kinematics;
     let moved = body.position.iter().chain(&body.velocity).chain(&body.angular_velocity);
-    let numbers = [energy.kinetic, energy.elastic, energy.contact, energy.closure, energy.energy_error, seen.momentum_error];
+    let numbers =
+        [energy.kinetic, energy.elastic, energy.contact, energy.closure, energy.energy_error, seen.momentum_error];
     if !moved.chain(&numbers).all(|number| number.is_finite()) {
         return Err(format!("not a number is seen: {numbers:?} {body:?}"));
     }
     if energy.energy_error > ROUND_OFF || seen.momentum_error > ROUND_OFF {
-        return Err(format!("the books do not close: energy {:e}, momentum {:e}", energy.energy_error, seen.momentum_error));
+        return Err(format!(
+            "the books do not close: energy {:e}, momentum {:e}",
+            energy.energy_error, seen.momentum_error
+        ));
     }
     Ok(())
 }

@@ -2,8 +2,8 @@
 
 use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
-use std::sync::{Arc, Once};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Once};
 use std::time::{Duration, Instant};
 
 /// Longer than any input may take, s: a hundred times what the slowest of them takes on an idle machine.
@@ -97,9 +97,11 @@ fn listen() {
     static LISTENING: Once = Once::new();
     LISTENING.call_once(|| {
         let others = take_hook();
-        set_hook(Box::new(move |panic| {
-            if TRYING.get() { SAID.set(panic.to_string().replace('\n', " ")) } else { others(panic) }
-        }));
+        set_hook(Box::new(
+            move |panic| {
+                if TRYING.get() { SAID.set(panic.to_string().replace('\n', " ")) } else { others(panic) }
+            },
+        ));
     });
 }
 

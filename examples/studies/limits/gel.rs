@@ -92,6 +92,11 @@ pub fn closes(seen: &Observation) -> bool {
     seen.energy.energy_error <= 1e-10 && seen.momentum_error <= 1e-12 && seen.energy.kinetic.is_finite()
 }
 
+/// By how much the books of energy and of momentum do not close, relative to what went through.
+pub fn open(seen: &Observation) -> String {
+    format!("{:.0e}, {:.0e}", seen.energy.energy_error, seen.momentum_error)
+}
+
 /// Keys of a gel that flows from a yield stress on, Pa.
 pub fn flowing(yield_stress: f64) -> Vec<(&'static str, String)> {
     let strength = format!("{{ yield_stress = {yield_stress:e}, rate_exponent = 0.0, cap = {yield_stress:e} }}");

@@ -1,8 +1,8 @@
 //! Impacts: masses, speeds and sizes of the projectile, and a gel that nothing holds.
 
 use super::gel::{
-    BULK, DENSITY, Keys, LENGTH, PLATE, SHEAR, WIDTH, asked, begun, closes, column, flowing, go, remaining, stops_well,
-    struck, wave,
+    BULK, DENSITY, Keys, LENGTH, PLATE, SHEAR, WIDTH, asked, begun, closes, column, flowing, go, open, remaining,
+    stops_well, struck, wave,
 };
 use super::row::{Row, listed, shortened};
 use ballistic_gel::algebra::Vector3;
@@ -34,7 +34,12 @@ pub fn masses() -> Vec<Row> {
         let light = [1e-6, 1e-4].map(of);
         let heavy = [1.0_f64, 1e2, 1e4, 1e6].map(|ratio| (1.0 - of(ratio)) / -(-1.0 / ratio).exp_m1());
         [
-            Row::near(format!("plate/column 1e-6 / 1e-4, {name}: v/v₀ after a transit, books closed"), 0.0, 1e-2, &light),
+            Row::near(
+                format!("plate/column 1e-6 / 1e-4, {name}: v/v₀ after a transit, books closed"),
+                0.0,
+                1e-2,
+                &light,
+            ),
             Row::near(
                 format!("plate/column 1 / 1e2 / 1e4 / 1e6, {name}: speed lost over 1 − exp(−m/M)"),
                 1.0,
@@ -65,7 +70,12 @@ pub fn slow() -> Vec<Row> {
     let met = tiny.iter().all(|rest| (touched - 1e-3..=1.0).contains(rest));
     vec![
         Row::near("speed 1e-6 / 1e-3 / 0.1 m/s: v/v₀ = exp(−m/M)", (-1.0_f64).exp(), 0.01, &got),
-        Row::new("speed 1e-160 / 1e-300 / 1e-310 / 5e-324 m/s, denormal numbers: v/v₀", format!("{touched:.3} (first touch) to 1 (least number), books closed"), listed(&tiny, 3), met),
+        Row::new(
+            "speed 1e-160 / 1e-300 / 1e-310 / 5e-324 m/s, denormal numbers: v/v₀",
+            format!("{touched:.3} (first touch) to 1 (least number), books closed"),
+            listed(&tiny, 3),
+            met,
+        ),
     ]
 }
 
@@ -110,16 +120,27 @@ pub fn supersonic() -> Vec<Row> {
 
 /// Projectiles larger than the block, smaller than an element, touching, and inside.
 pub fn sizes() -> Vec<Row> {
-    let large = [("projectile.shape.plate.size", "[2e3, 2e3, 2e2]".to_owned()), ("projectile.position", "[0, 0, 1e2]".to_owned())];
+    let large = [
+        ("projectile.shape.plate.size", "[2e3, 2e3, 2e2]".to_owned()),
+        ("projectile.position", "[0, 0, 1e2]".to_owned()),
+    ];
     let said = |keys: Keys<'_>| asked(keys).map_or_else(|error| error.to_string(), |_| "nothing".to_owned());
-    let small = said(&[("projectile.shape", "{ sphere = { radius = 1e-3 } }".to_owned()), ("projectile.position", "[0, 0, 1e-3]".to_owned())]);
+    let small = said(&[
+        ("projectile.shape", "{ sphere = { radius = 1e-3 } }".to_owned()),
+        ("projectile.position", "[0, 0, 1e-3]".to_owned()),
+    ]);
     let inside = said(&[("projectile.position", "[0.0, 0.0, 0.018]".to_owned())]);
     let middle = said(&[
         ("projectile.shape", "{ sphere = { radius = 5e-3 } }".to_owned()),
         ("projectile.position", "[0, 0, -0.05]".to_owned()),
     ]);
     vec![
-        Row::near("plate of 2 km on the column: v/v₀ = exp(−m/M)", (-1.0_f64).exp(), 0.01, &[remaining(&struck(&large, 1.0))]),
+        Row::near(
+            "plate of 2 km on the column: v/v₀ = exp(−m/M)",
+            (-1.0_f64).exp(),
+            0.01,
+            &[remaining(&struck(&large, 1.0))],
+        ),
         Row::said("ball of 1 mm on cells of 2.5 mm", "it would slip through", &small),
         Row::said("plate that starts 2 mm deep", "expected a start outside the gel or just touching it", &inside),
         Row::said("ball in the middle of the gel", "expected a start outside the gel", &middle),
@@ -157,23 +178,37 @@ pub fn two_million() -> Vec<Row> {
     let keys = [
         ("scene.dimension", "spatial".to_owned()),
         ("gel.shape.block.size", format!("[{LENGTH}, {LENGTH}, {LENGTH}]")),
-        ("gel.supports", "{ x_min = \"roller\", x_max = \"roller\", y_min = \"roller\", y_max = \"roller\" }".to_owned()),
+        (
+            "gel.supports",
+            "{ x_min = \"roller\", x_max = \"roller\", y_min = \"roller\", y_max = \"roller\" }".to_owned(),
+        ),
         ("mesh.size", format!("{:e}", LENGTH / CELLS * (1.0 + 1e-9))),
         plate(LENGTH.powi(3) * DENSITY),
     ];
     let seen = struck(&keys, TRANSITS);
-    assert!(closes(&seen), "{:?}", seen.energy);
     let case = format!("{:.2} million tetrahedra, 0.3 transits: v/v₀ = exp(−0.3)", 1e-6 * seen.cost.elements as f64);
-    vec![Row::near(case, (-TRANSITS).exp(), 0.01, &[remaining(&seen)])]
+    let books = "same: energy and momentum that no account explains";
+    vec![
+        Row::near(case, (-TRANSITS).exp(), 0.01, &[remaining(&seen)]),
+        Row::new(books, "< 1e-10, 1e-12", open(&seen), closes(&seen)),
+    ]
 }
 
 /// A scene beyond what can be built says so.
 pub fn too_much() -> Vec<Row> {
     let built = |keys: Keys<'_>| match asked(keys) {
         Err(error) => error.to_string(),
-        Ok(scene) => Simulation::new(&scene, CouplingMode::Integrated, 1).map_or_else(|error| error.to_string(), |_| "nothing".into()),
+        Ok(scene) => Simulation::new(&scene, CouplingMode::Integrated, 1)
+            .map_or_else(|error| error.to_string(), |_| "nothing".into()),
     };
     let fine = built(&[("mesh.size", "1e-6".to_owned())]);
-    let stiff = built(&[("gel.bulk_modulus", "1e15".to_owned()), ("scene.end_time", "1e9".to_owned()), ("scene.communication_step", "1.0".to_owned())]);
-    vec![Row::said("cells of 1 µm", "raise mesh.size", &fine), Row::said("1e9 s of a gel of 1e15 Pa", "shorten the run", &stiff)]
+    let stiff = built(&[
+        ("gel.bulk_modulus", "1e15".to_owned()),
+        ("scene.end_time", "1e9".to_owned()),
+        ("scene.communication_step", "1.0".to_owned()),
+    ]);
+    vec![
+        Row::said("cells of 1 µm", "raise mesh.size", &fine),
+        Row::said("1e9 s of a gel of 1e15 Pa", "shorten the run", &stiff),
+    ]
 }
