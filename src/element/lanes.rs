@@ -8,9 +8,10 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
+use super::local::{Accumulated, Local};
 use super::shuffle::{gather, scatter};
 use super::{MAX_NODES, Section};
-use crate::algebra::{Number, Vector};
+use crate::algebra::Number;
 use crate::material::NeoHookean;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, dispatch, f64x8};
 use std::ops::Range;
@@ -19,15 +20,7 @@ use std::ops::Range;
 pub const LANES: usize = 8;
 /// Most elements of a patch.
 pub const DEPTH: usize = 4;
-/// Most nodes that a block may number for itself; a power of two.
-pub const MOST_LOCAL_NODES: usize = 4096;
-
 type Wide = [f64; LANES];
-
-/// Displacement (three components and a gap) and velocity of a node.
-pub type Row = [f64; 8];
-/// Impulse of a node (three components), N·s, and Σ κ of the elements around it, N/m.
-pub type Accumulated = [f64; 4];
 
 /// The k-th elements of eight patches.
 #[derive(Debug, Clone)]
@@ -42,18 +35,6 @@ pub struct Batch<const D: usize> {
     /// Numbers of the nodes within the block.
     nodes: [[u16; LANES]; MAX_NODES],
 }
-
-/// The nodes of one block while it is swept.
-#[derive(Debug)]
-pub struct Local {
-    rows: Box<Aligned<Row>>,
-    accumulated: Box<Aligned<Accumulated>>,
-}
-
-/// What belongs to the nodes of a block, each in one line of the cache.
-#[derive(Debug)]
-#[repr(align(64))]
-pub(super) struct Aligned<T>(pub [T; MOST_LOCAL_NODES]);
 
 /// What a group of patches answers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -107,37 +88,6 @@ type Element<'a, const D: usize, V> = (&'a Strains<D, V>, &'a Slopes<V>, &'a [[V
 struct Slopes<V> {
     slope: V,
     curvature: V,
-}
-
-impl Local {
-    /// Room for the nodes of any block.
-    #[must_use]
-    pub fn new() -> Self {
-        let rows = Box::new(Aligned([[0.0; 8]; MOST_LOCAL_NODES]));
-        Self { rows, accumulated: Box::new(Aligned([[0.0; 4]; MOST_LOCAL_NODES])) }
-    }
-
-    /// Sets displacement and velocity of a node, and nothing accumulated.
-    #[inline]
-    pub fn load<const D: usize>(&mut self, node: usize, displacement: &Vector<D>, velocity: &Vector<D>) {
-        let row = &mut self.rows.0[node];
-        for i in 0..D {
-            (row[i], row[4 + i]) = (displacement[i], velocity[i]);
-        }
-        self.accumulated.0[node] = [0.0; 4];
-    }
-
-    /// What the sweep left at the first nodes.
-    #[must_use]
-    pub fn accumulated(&self, n_nodes: usize) -> &[Accumulated] {
-        &self.accumulated.0[..n_nodes]
-    }
-}
-
-impl Default for Local {
-    fn default() -> Self {
-        Self::new()
-    }
 }
 
 impl<const D: usize> Batch<D> {

@@ -2,6 +2,7 @@
 
 mod flow;
 mod lanes;
+mod local;
 mod pressure;
 mod relax;
 mod shuffle;
@@ -13,7 +14,8 @@ use crate::algebra::Vector;
 use crate::mesh::{ElementId, NodeId, Patches};
 
 pub use flow::{Memory, Spent};
-pub use lanes::{Accumulated, Batch, DEPTH, GroupAnswer, LANES, Lanes, Local, MOST_LOCAL_NODES, Row};
+pub use lanes::{Batch, DEPTH, GroupAnswer, LANES, Lanes};
+pub use local::{Accumulated, Local, MOST_LOCAL_NODES, Row};
 pub use pressure::{Push, push};
 pub use simplices::{Reference, Section, Simplices};
 

@@ -3,7 +3,8 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::MAX_NODES;
-use super::lanes::{Accumulated, Aligned, LANES, Row};
+use super::lanes::LANES;
+use super::local::{Accumulated, Aligned, Row};
 use fearless_simd::{Simd, SimdBase, SimdSplit, f64x4, f64x8};
 
 /// The rows of the nodes of eight elements, turned: component by component, eight lanes each.

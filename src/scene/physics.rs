@@ -207,14 +207,13 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
 fn viscosity(scene: &Scene) -> Option<&'static str> {
     match scene.gel.material {
         MaterialModel::Viscoelastic => None,
-        MaterialModel::NeoHookean
-        | MaterialModel::MooneyRivlin
-        | MaterialModel::Ogden
-        | MaterialModel::Flowing => Some(if scene.gel.strength.is_some() {
-            "viscosity in shear: none beside the strength that rises with the rate"
-        } else {
-            "viscosity: none, the gel is elastic at every rate"
-        }),
+        MaterialModel::NeoHookean | MaterialModel::MooneyRivlin | MaterialModel::Ogden | MaterialModel::Flowing => {
+            Some(if scene.gel.strength.is_some() {
+                "viscosity in shear: none beside the strength that rises with the rate"
+            } else {
+                "viscosity: none, the gel is elastic at every rate"
+            })
+        }
     }
 }
 

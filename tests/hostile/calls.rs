@@ -36,7 +36,8 @@ impl Stage {
             path
         };
         let scenes = texts.iter().enumerate().map(write).collect();
-        let references = scalars(Ports { fragments: MOST_FRAGMENTS, sensors: 0 }).map(|scalar| scalar.reference()).collect();
+        let references =
+            scalars(Ports { fragments: MOST_FRAGMENTS, sensors: 0 }).map(|scalar| scalar.reference()).collect();
         Self { folder, scenes, references }
     }
 
