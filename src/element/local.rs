@@ -25,6 +25,10 @@ pub(super) struct Aligned<T>(pub [T; MOST_LOCAL_NODES]);
 impl Local {
     /// Room for the nodes of any block.
     #[must_use]
+    #[allow(
+        clippy::large_stack_arrays,
+        reason = "a quarter of a megabyte, on its way to the heap: a vector would not keep the lines"
+    )]
     pub fn new() -> Self {
         let rows = Box::new(Aligned([[0.0; 8]; MOST_LOCAL_NODES]));
         Self { rows, accumulated: Box::new(Aligned([[0.0; 4]; MOST_LOCAL_NODES])) }

@@ -128,10 +128,10 @@ fn a_gel_at_rest_has_no_force_and_no_energy_to_the_bit() {
     }
 }
 
-fn compare<const D: usize>(rest: &[Vector<D>], section: Section, gels: [Material; 2]) {
+fn compare<const D: usize>(rest: &[Vector<D>], section: Section, gels: &[Material; 2]) {
     for size in [0.05, 0.3, 0.6] {
         let x = waved(rest, size);
-        let [(energy, own), (exact, other)] = gels.map(|gel| answer(&single(rest, gel, section), &x));
+        let [(energy, own), (exact, other)] = gels.each_ref().map(|gel| answer(&single(rest, *gel, section), &x));
         assert!((energy / exact - 1.0).abs() < 1e-13, "{energy} of {exact}");
         assert!((own.stiffness / other.stiffness - 1.0).abs() < 1e-13);
         let size = other.forces.iter().map(Vector::<D>::norm).fold(0.0, f64::max);
@@ -144,9 +144,9 @@ fn without_a_second_constant_or_with_an_exponent_of_two_they_are_neo_hookean() {
     let (plane, space) = shapes();
     for gel in [mooney_rivlin([1.5, 0.0]), ogden(&[(3.0, 2.0)]), ogden(&[(1.0, 2.0), (2.0, 2.0)])] {
         for section in [Section::Planar { thickness: 0.7 }, Section::Axisymmetric] {
-            compare(&plane, section, [gel, neo_hookean(3.0)]);
+            compare(&plane, section, &[gel, neo_hookean(3.0)]);
         }
-        compare(&space, Section::Spatial, [gel, neo_hookean(3.0)]);
+        compare(&space, Section::Spatial, &[gel, neo_hookean(3.0)]);
     }
 }
 
