@@ -15,6 +15,7 @@ mod places;
 mod preset;
 mod projectile;
 mod read;
+mod remesh;
 #[cfg(feature = "cli")]
 mod schema;
 mod sensor;
@@ -37,6 +38,7 @@ pub(crate) use places::numbered;
 pub use preset::{Fact, Materials, Preset};
 pub use projectile::*;
 pub use read::{read, read_with_files};
+pub use remesh::{Remesh, RemeshMethod};
 #[cfg(feature = "cli")]
 pub use schema::schema;
 pub use sensor::*;
