@@ -99,8 +99,11 @@ pub fn resolve(text: &str, overrides: &[Override]) -> Result<String, SceneError>
     })
 }
 
-/// The same without a word to the levels of `scene.fidelity`.
-pub(super) fn written(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
+/// The same where nothing changes that the levels of `scene.fidelity` were measured with, such as by another name of a file.
+///
+/// # Errors
+/// As those of [`resolve`].
+pub fn written(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
     change(text, overrides, write)
 }
 

@@ -19,7 +19,7 @@ pub fn of((text, scene): (&str, &Scene), files: &Files<'_>) -> Result<(String, B
         carried.insert(inner, bytes);
     }
     carried.remove("scene.toml");
-    let text = if changes.is_empty() { text.to_owned() } else { scene::resolve(text, &changes)? };
+    let text = if changes.is_empty() { text.to_owned() } else { scene::written(text, &changes)? };
     Ok((text, carried))
 }
 
