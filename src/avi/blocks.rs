@@ -70,6 +70,8 @@ pub(super) struct Block {
     pub restless: bool,
     /// What a sweep at this tick found, if it was swept.
     pub report: Option<Report>,
+    /// The group whose answer holds the power of all that have not told theirs, if they were found in one sum.
+    pub holder: Option<usize>,
 }
 
 /// What a sweep of a block finds.

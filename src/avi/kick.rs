@@ -90,12 +90,33 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let more = ahead as f64 - behind as f64;
             answers.clear();
             self.evaluate_group((group as usize, 0.0), &mut answers);
+            self.tell_power(group as usize, &answers);
             for (element, answer) in &answers {
                 work += self.kick_more((*element, answer), 0.5 * more * self.grid.time(1));
             }
         }
         self.scratch.reference.elements = answers;
         work
+    }
+
+    /// Takes the power of a group out of the sum of its block, as its step ahead is not that of the others.
+    fn tell_power(&mut self, group: usize, elements: &[(ElementId, Answer<D>)]) {
+        let Some(mut blocks) = self.blocks.take() else { return };
+        let block = group / blocks.groups;
+        let end = blocks.groups_of(block).end;
+        if let Some(holder) = &mut blocks.all[block].holder {
+            let of_node = |(node, f): (&NodeId, &Vector<D>)| f.dot(&self.scratch.before[node.index()]);
+            let of_element = |(element, answer): &(ElementId, Answer<D>)| -> f64 {
+                self.gel.potential.nodes(*element).iter().zip(&answer.forces).map(of_node).sum()
+            };
+            let power = elements.iter().map(of_element).sum();
+            let rest = self.scratch.answers[*holder].power - power;
+            // Groups come in ascending order: where the first one leaves, the next one holds the rest.
+            *holder += usize::from(*holder == group);
+            self.scratch.answers[group].power = power;
+            self.scratch.answers[*holder..end].iter_mut().take(1).for_each(|answer| answer.power = rest);
+        }
+        self.blocks = Some(blocks);
     }
 
     /// A kick of an element after those of the tick; what it did more, J.

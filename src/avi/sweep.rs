@@ -4,11 +4,11 @@
 
 use super::blocks::{Block, Blocks, Due, Known, Report, SLOTS, groups_of};
 use super::order::Order;
-use super::phase::Moment;
+use super::phase::{Moment, Phase};
 use super::pool::{Cut, share};
 use super::{Pool, TickGrid};
 use crate::algebra::Vector;
-use crate::element::{Accumulated, GroupAnswer, Lanes, Local, MOST_LOCAL_NODES};
+use crate::element::{Accumulated, GroupAnswer, Lanes, Local, MOST_LOCAL_NODES, Power};
 use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
@@ -140,7 +140,7 @@ impl Block {
         (index, (part, stiffness, answers)): (usize, Given<'_>),
         local: &mut Local,
     ) {
-        self.report = None;
+        (self.report, self.holder) = (None, None);
         let groups = groups_of(index, n, sweep.clocks.len());
         if !self.is_wanted() {
             if self.known == Known::Nothing {
@@ -157,7 +157,12 @@ impl Block {
             return;
         }
         let weight = |group: usize| sweep.weight(sweep.clocks[group].step);
-        lanes.sweep(level, (groups.clone(), weight), local, (&mut *stiffness, &mut *answers));
+        let steady = self.steady(&sweep.moment);
+        let power = if steady.is_some() { Power::Untold } else { Power::Told };
+        lanes.sweep(level, (groups.clone(), weight, power), local, (&mut *stiffness, &mut *answers));
+        if let Some(step) = steady {
+            answers[0].power = local.work(self.nodes.len()) / sweep.grid.time(step);
+        }
         let given = local.accumulated(self.nodes.len());
         if self.due == Due::All {
             part.copy_from_slice(given);
@@ -169,7 +174,16 @@ impl Block {
             lanes.sum_stiffness(groups.clone(), stiffness, part);
         }
         self.known = if !moves && self.due == Due::All { Known::Rest } else { Known::Sums };
-        self.inspect(sweep, (groups, answers), moves);
+        self.inspect(sweep, (groups.clone(), answers), moves);
+        self.holder = steady.map(|_| groups.start);
+    }
+
+    /// The step of all its groups, ticks, if they fire together after one that was whole: then the powers of all are found at the
+    /// nodes, in one sum.
+    fn steady(&self, moment: &Moment) -> Option<Tick> {
+        let (least, most) = self.steps;
+        let whole = moment.phase == Phase::Between && most > 0 && moment.behind(most) == most;
+        (self.due == Due::All && least == most && whole).then_some(most)
     }
 
     /// Whether a node has moved or moves.
@@ -177,12 +191,13 @@ impl Block {
         let mut moves = false;
         if self.due == Due::Some {
             // Empty lanes name node 0; what another block left there must not come in.
-            local.load(0, &Vector::<D>::zeros(), &Vector::<D>::zeros());
+            local.load(0, [&Vector::<D>::zeros(); 3]);
         }
         let mut load = |number: usize, node: &NodeId| {
             let a = node.index();
-            let displacement = sweep.drifted(a) - sweep.rest[a];
-            local.load(number, &displacement, &sweep.velocity[a]);
+            let position = sweep.drifted(a);
+            let displacement = position - sweep.rest[a];
+            local.load(number, [&position, &displacement, &sweep.velocity[a]]);
             moves = moves || displacement != Vector::<D>::zeros() || sweep.velocity[a] != Vector::<D>::zeros();
         };
         if self.due == Due::All {

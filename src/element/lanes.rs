@@ -8,10 +8,10 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::local::{Accumulated, Local};
+use super::local::{Accumulated, Aligned, Local, Row};
 use super::shuffle::{gather, scatter};
 use super::{MAX_NODES, Section};
-use crate::algebra::Number;
+use crate::algebra::{Number, Tensor, Vector, det};
 use crate::material::NeoHookean;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, dispatch, f64x8};
 use std::ops::Range;
@@ -26,11 +26,15 @@ type Wide = [f64; LANES];
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub struct Batch<const D: usize> {
-    /// ∇N_a at rest for a = 1..=D, 1/m.
-    gradients: [[Wide; D]; D],
+    /// w μ |∇N_a|² at rest for a = 1..=D, N/m.
+    diagonal: [Wide; D],
+    /// w μ ∇N_a·∇N_b, N/m: in space without 1, without 2 and without 3; in the plane that of 1 and 2 alone.
+    mixed: [Wide; D],
     /// w, rest volume, m³; 0 in an empty lane.
     volume: Wide,
-    /// Σ_a |∇N_a|², without the share of a ring, 1/m².
+    /// What makes the determinant of the edges det F: 1 over that at rest, 1/mᴰ; 0 in an empty lane.
+    scale: Wide,
+    /// w Σ_a |∇N_a|², without the share of a ring, m.
     spread: Wide,
     /// Numbers of the nodes within the block.
     nodes: [[u16; LANES]; MAX_NODES],
@@ -51,37 +55,54 @@ pub struct GroupAnswer {
     pub crushed: u32,
 }
 
-/// F and λ of eight elements where their nodes are at rest.
-#[derive(Debug, Clone, Copy)]
-struct Base<const D: usize> {
-    f: [[Wide; D]; D],
-    out: Wide,
-}
-
 /// Elements in lanes.
 #[derive(Debug, Clone)]
 pub struct Lanes<const D: usize> {
     batches: Vec<Batch<D>>,
-    /// One for each batch, if there is an element that its nodes do not say at rest; else none.
-    bases: Vec<Base<D>>,
+    /// Of each batch 1 in the lanes of elements that are not at rest where their nodes are; none at all if there is no such element.
+    told: Vec<Wide>,
     depth: usize,
     material: NeoHookean,
     section: Section,
 }
 
-/// F, cof F, λ, 1/(3R̄), det F and J of eight elements.
+/// Whether the power of a group, Σ f·v, is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Power {
+    /// Of each group.
+    Told,
+    /// Of none: the velocities of the nodes are not looked up.
+    Untold,
+}
+
+/// Eight elements in their places: edges from the first node, the gradients of their determinant, and what follows.
 #[derive(Clone, Copy)]
-struct Strains<const D: usize, V> {
-    f: [[V; D]; D],
-    cofactor: [[V; D]; D],
+struct Shape<const D: usize, V> {
+    /// e_a = x_a − x_0, m.
+    edges: [[V; D]; D],
+    /// ∂ det(e)/∂e_a, mᴰ⁻¹.
+    areas: [[V; D]; D],
+    /// λ, 1/(3R̄), det F and J; all is 1 where nodes are at rest.
     out: V,
     hoop: V,
     inner: V,
     jacobian: V,
+    /// Whether the element is not at rest: 1 or 0.
+    strained: V,
 }
 
-/// Eight elements: their strains and slopes, and the rows of their nodes.
-type Element<'a, const D: usize, V> = (&'a Strains<D, V>, &'a Slopes<V>, &'a [[V; 8]; MAX_NODES]);
+/// What eight elements do.
+#[derive(Clone, Copy)]
+struct Pull<const D: usize, V> {
+    /// Forces on their nodes but the first, which is given the reaction, without what a ring adds, N.
+    forces: [[V; D]; D],
+    /// What a ring adds to all of them along r, N.
+    around: V,
+    /// κ, N/m.
+    stiffness: V,
+    /// w μ/2 (|F|² + λ² − 3), J.
+    energy: V,
+}
 
 /// U′ and max(U″, 0) of eight elements with their shares of their patches'.
 #[derive(Clone, Copy)]
@@ -93,11 +114,18 @@ struct Slopes<V> {
 impl<const D: usize> Batch<D> {
     /// Nothing in any lane.
     fn empty() -> Self {
-        Self {
-            gradients: [[[0.0; LANES]; D]; D],
-            volume: [0.0; LANES],
-            spread: [0.0; LANES],
-            nodes: [[0; LANES]; MAX_NODES],
+        let none = [0.0; LANES];
+        let (diagonal, mixed, nodes) = ([none; D], [none; D], [[0; LANES]; MAX_NODES]);
+        Self { diagonal, mixed, volume: none, scale: none, spread: none, nodes }
+    }
+
+    /// w μ ∇N_a·∇N_b for a, b from 0 as edges are counted.
+    #[inline(always)]
+    fn metric(&self, a: usize, b: usize) -> &Wide {
+        match (a == b, D) {
+            (true, _) => &self.diagonal[a],
+            (false, 3) => &self.mixed[3 - a - b],
+            (false, _) => &self.mixed[0],
         }
     }
 }
@@ -111,37 +139,33 @@ impl<const D: usize> Lanes<D> {
     pub(super) fn empty(n_slots: usize, depth: usize, law: (NeoHookean, Section)) -> Self {
         assert!(n_slots.is_multiple_of(LANES * depth), "slots fill whole groups");
         assert!(matches!(depth, 1 | 2 | 4), "a patch has one, two or four places");
-        Self { batches: vec![Batch::empty(); n_slots / LANES], bases: vec![], depth, material: law.0, section: law.1 }
+        Self { batches: vec![Batch::empty(); n_slots / LANES], told: vec![], depth, material: law.0, section: law.1 }
     }
 
     /// Puts an element into a slot: ∇N_a for a = 1..=D, w, and the numbers of its nodes.
-    pub(super) fn put(&mut self, slot: usize, (gradients, volume): (&[[f64; D]; D], f64), nodes: [u16; MAX_NODES]) {
+    pub(super) fn put(&mut self, slot: usize, (gradients, volume): (&[Vector<D>], f64), nodes: [u16; MAX_NODES]) {
         let (batch, lane) = (&mut self.batches[slot / LANES], slot % LANES);
-        for (wide, gradient) in batch.gradients.iter_mut().zip(gradients) {
-            for (wide, component) in wide.iter_mut().zip(gradient) {
-                wide[lane] = *component;
-            }
+        let shape = volume * self.material.shear_modulus();
+        for a in 0..D {
+            batch.diagonal[a][lane] = shape * gradients[a].norm_squared();
         }
+        let pairs: &[(usize, usize)] = if D == 3 { &[(1, 2), (0, 2), (0, 1)] } else { &[(0, 1)] };
+        for (mixed, (a, b)) in batch.mixed.iter_mut().zip(pairs) {
+            mixed[lane] = shape * gradients[*a].dot(&gradients[*b]);
+        }
+        let first: Vector<D> = gradients.iter().sum();
         batch.volume[lane] = volume;
-        let first = std::array::from_fn::<f64, D, _>(|i| gradients.iter().map(|gradient| gradient[i]).sum());
-        batch.spread[lane] = gradients.iter().chain([&first]).flatten().map(|component| component * component).sum();
+        batch.scale[lane] = det(&Tensor::<D>::from_columns(gradients));
+        batch.spread[lane] = volume * gradients.iter().chain([&first]).map(Vector::<D>::norm_squared).sum::<f64>();
         for (wide, node) in batch.nodes.iter_mut().zip(nodes) {
             wide[lane] = node;
         }
     }
 
-    /// Of an element in a slot, that F and λ are these where its nodes are at rest, and not 1; F row by row.
-    pub(super) fn set_base(&mut self, slot: usize, (f, out): ([[f64; D]; D], f64)) {
-        if self.bases.is_empty() {
-            let one = |i: usize, j: usize| if i == j { [1.0; LANES] } else { [0.0; LANES] };
-            let none = Base { f: std::array::from_fn(|i| std::array::from_fn(|j| one(i, j))), out: [1.0; LANES] };
-            self.bases = vec![none; self.batches.len()];
-        }
-        let (base, lane) = (&mut self.bases[slot / LANES], slot % LANES);
-        for (wide, row) in base.f.iter_mut().zip(&f) {
-            wide.iter_mut().zip(row).for_each(|(wide, component)| wide[lane] = *component);
-        }
-        base.out[lane] = out;
+    /// Of an element in a slot, that its nodes do not say what it is at rest.
+    pub(super) fn tell(&mut self, slot: usize) {
+        self.told.resize(self.batches.len(), [0.0; LANES]);
+        self.told[slot / LANES][slot % LANES] = 1.0;
     }
 
     /// Elements to a patch.
@@ -177,7 +201,7 @@ impl<const D: usize> Lanes<D> {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.batches.len() * size_of::<Batch<D>>() + self.bases.len() * size_of::<Base<D>>()
+        self.batches.len() * size_of::<Batch<D>>() + self.told.len() * size_of::<Wide>()
     }
 
     /// Sweeps over those groups of a run for which `weight` gives the length of a kick, s: accumulates Σ weight · f and
@@ -185,14 +209,14 @@ impl<const D: usize> Lanes<D> {
     pub fn sweep(
         &self,
         level: Level,
-        (groups, weight): (Range<usize>, impl Fn(usize) -> Option<f64>),
+        (groups, weight, power): (Range<usize>, impl Fn(usize) -> Option<f64>, Power),
         local: &mut Local,
         found: (&mut [f64], &mut [GroupAnswer]),
     ) {
         match self.depth {
-            1 => dispatch!(level, simd => self.sweep_in::<1, _>(simd, (groups, weight), local, found)),
-            2 => dispatch!(level, simd => self.sweep_in::<2, _>(simd, (groups, weight), local, found)),
-            _ => dispatch!(level, simd => self.sweep_in::<4, _>(simd, (groups, weight), local, found)),
+            1 => dispatch!(level, simd => self.sweep_in::<1, _>(simd, (groups, weight, power), local, found)),
+            2 => dispatch!(level, simd => self.sweep_in::<2, _>(simd, (groups, weight, power), local, found)),
+            _ => dispatch!(level, simd => self.sweep_in::<4, _>(simd, (groups, weight, power), local, found)),
         }
     }
 
@@ -200,93 +224,81 @@ impl<const D: usize> Lanes<D> {
     fn sweep_in<const N: usize, S: Simd>(
         &self,
         simd: S,
-        (groups, weight): (Range<usize>, impl Fn(usize) -> Option<f64>),
+        (groups, weight, power): (Range<usize>, impl Fn(usize) -> Option<f64>, Power),
         local: &mut Local,
         (stiffness, answers): (&mut [f64], &mut [GroupAnswer]),
     ) {
         for ((group, stiffness), answer) in groups.zip(stiffness.chunks_exact_mut(LANES * N)).zip(answers) {
             let Some(weight) = weight(group) else { continue };
             let batches: &[Batch<D>; N] = self.batches[group * N..].first_chunk().expect("a group is whole");
-            let bases: &[Base<D>] = self.bases.get(group * N..(group + 1) * N).unwrap_or_default();
-            *answer = self.sweep_group(simd, (batches, bases, weight), local, stiffness);
+            let told: &[Wide] = self.told.get(group * N..(group + 1) * N).unwrap_or_default();
+            *answer = self.sweep_group(simd, (batches, told, weight, power), local, stiffness);
         }
     }
 
-    /// One group: first F and J of every element, then J̄ of every patch, then the forces.
+    /// One group: first the shape and J of every element, then J̄ of every patch, then the forces.
     #[inline(always)]
     fn sweep_group<const N: usize, S: Simd>(
         &self,
         simd: S,
-        (batches, bases, weight): (&[Batch<D>; N], &[Base<D>], f64),
+        (batches, told, weight, power): (&[Batch<D>; N], &[Wide], f64, Power),
         local: &mut Local,
         stiffness: &mut [f64],
     ) -> GroupAnswer {
         // Loops, here and below: a closure is not compiled for the vector unit that its caller is compiled for.
         let zero = f64x8::splat(simd, 0.0);
-        let mut rows = [gather::<D, S>(simd, &batches[0].nodes, &local.rows); N];
-        let mut strains = [Strains::at_rest(zero); N];
+        let mut shapes = [Shape::none(zero); N];
         for k in 0..N {
-            if k > 0 {
-                rows[k] = gather::<D, S>(simd, &batches[k].nodes, &local.rows);
-            }
-            self.strain((&batches[k], bases.get(k)), &rows[k], &mut strains[k]);
+            self.shape((&batches[k], told.get(k)), &local.positions, &mut shapes[k]);
         }
         let mut slopes = [Slopes { slope: zero, curvature: zero }; N];
-        let mut energy = self.volumetric(batches, &strains, &mut slopes);
-        let mut power = zero;
+        let mut energy = self.volumetric(batches, &shapes, &mut slopes);
+        let mut given = zero;
         let mut answer = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
         for k in 0..N {
-            let mut kicks = [[zero; 4]; MAX_NODES];
-            let element = (&strains[k], &slopes[k], &rows[k]);
-            let sums = self.forces((&batches[k], weight), element, &mut kicks);
-            (energy, power) = (energy + sums.0, power + sums.1);
+            let pull = self.pull(&batches[k], &shapes[k], &slopes[k]);
+            energy += pull.energy;
+            if power == Power::Told {
+                given = fused(pull.power(&batches[k].nodes, &local.velocities), shapes[k].strained, given);
+            }
+            let kicks = pull.kicks(shapes[k].strained * weight);
             scatter::<D, S>(&batches[k].nodes, &kicks, &mut local.accumulated);
-            kicks[0][3].store_slice(&mut stiffness[k * LANES..(k + 1) * LANES]);
-            note(&mut answer, k, strains[k].jacobian);
+            pull.stiffness.store_slice(&mut stiffness[k * LANES..(k + 1) * LANES]);
+            note(&mut answer, k, shapes[k].jacobian);
         }
         answer.energy = sum(energy);
-        answer.power = sum(power);
+        answer.power = sum(given);
         answer
     }
 
-    /// F = 1 + Σ (u_a − u_0) ⊗ ∇N_a and what follows from it.
+    /// Edges, areas and J = λ scale det(e). Where all nodes are at rest J is 1, not what rounding makes of it; so it is in empty lanes.
     #[inline(always)]
-    fn strain<S: Simd>(
+    fn shape<S: Simd>(
         &self,
-        (batch, base): (&Batch<D>, Option<&Base<D>>),
-        rows: &[[f64x8<S>; 8]; MAX_NODES],
-        s: &mut Strains<D, f64x8<S>>,
+        (batch, told): (&Batch<D>, Option<&Wide>),
+        positions: &Aligned<Row>,
+        s: &mut Shape<D, f64x8<S>>,
     ) {
-        let simd = rows[0][0].simd;
-        let mut edges = [[rows[0][0]; D]; D];
+        let simd = s.inner.simd;
+        let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
+        let rows = gather::<D, S>(simd, &batch.nodes, positions);
+        let mut moved = rows[0][3].or_greater(rows[1][3]).or_greater(rows[2][3].or_greater(rows[3][3]));
+        if let Some(told) = told {
+            moved = moved.or_greater(wide(simd, told));
+        }
+        let strained = (moved * wide(simd, &batch.volume)).simd_gt(zero);
+        s.strained = strained.select(one, zero);
         for a in 0..D {
             for i in 0..D {
-                edges[a][i] = rows[a + 1][i] - rows[0][i];
+                s.edges[a][i] = rows[a + 1][i] - rows[0][i];
             }
         }
-        for i in 0..D {
-            for j in 0..D {
-                let gradient = |a: usize| wide(simd, &batch.gradients[a][j]);
-                let mut f = edges[0][i] * gradient(0);
-                for a in 1..D {
-                    f = fused(edges[a][i], gradient(a), f);
-                }
-                s.f[i][j] = match base {
-                    Some(base) => f + wide(simd, &base.f[i][j]),
-                    None if i == j => f + 1.0,
-                    None => f,
-                };
-            }
-        }
-        s.inner = cofactor(&s.f, &mut s.cofactor);
+        let determinant = areas(&s.edges, &mut s.areas);
+        s.inner = strained.select(determinant * wide(simd, &batch.scale), one);
         s.jacobian = s.inner;
         if self.section == Section::Axisymmetric {
             s.hoop = ring(simd, batch);
-            let more = (rows[0][0] + rows[1][0] + rows[2][0]) * s.hoop;
-            s.out = match base {
-                Some(base) => more + wide(simd, &base.out),
-                None => more + 1.0,
-            };
+            s.out = strained.select((rows[0][0] + rows[1][0] + rows[2][0]) * s.hoop, one);
             s.jacobian = s.inner * s.out;
         }
     }
@@ -297,26 +309,26 @@ impl<const D: usize> Lanes<D> {
     fn volumetric<const N: usize, S: Simd>(
         &self,
         batches: &[Batch<D>; N],
-        strains: &[Strains<D, f64x8<S>>; N],
+        shapes: &[Shape<D, f64x8<S>>; N],
         slopes: &mut [Slopes<f64x8<S>>; N],
     ) -> f64x8<S> {
-        let simd = strains[0].jacobian.simd;
+        let simd = shapes[0].jacobian.simd;
         if N == 1 {
-            let u = self.material.volumetric(strains[0].jacobian);
+            let u = self.material.volumetric(shapes[0].jacobian);
             slopes[0] = Slopes { slope: u.slope, curvature: u.curvature.at_least(0.0) };
             return wide(simd, &batches[0].volume) * u.energy;
         }
         let mut volume = wide(simd, &batches[0].volume);
-        let mut now = volume * strains[0].jacobian;
+        let mut now = volume * shapes[0].jacobian;
         for k in 1..N {
             let own = wide(simd, &batches[k].volume);
-            (volume, now) = (volume + own, now + own * strains[k].jacobian);
+            (volume, now) = (volume + own, now + own * shapes[k].jacobian);
         }
         // An empty lane has no volume; the smallest number keeps it from 0/0.
         let shared = self.material.shared(now / volume.at_least(f64::MIN_POSITIVE));
         let mut energy = volume * shared.energy;
         for k in 0..N {
-            let own = self.material.own(strains[k].jacobian);
+            let own = self.material.own(shapes[k].jacobian);
             energy += wide(simd, &batches[k].volume) * own.energy;
             slopes[k].slope = own.slope + shared.slope;
             slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
@@ -324,72 +336,100 @@ impl<const D: usize> Lanes<D> {
         energy
     }
 
-    /// weight · f_a and κ, as [`super::Simplices`] has them; w μ/2 (|F|² + λ² − 3), J, and Σ f·v, W.
+    /// f_a = −Σ_b w μ ∇N_a·∇N_b e_b − w U′ ∂J/∂x_a, w μ/2 (|F|² + λ² − 3), and κ as [`super::Simplices`] has it.
     #[inline(always)]
-    fn forces<S: Simd>(
+    fn pull<S: Simd>(
         &self,
-        (batch, weight): (&Batch<D>, f64),
-        (s, u, rows): Element<'_, D, f64x8<S>>,
-        kicks: &mut [[f64x8<S>; 4]; MAX_NODES],
-    ) -> (f64x8<S>, f64x8<S>) {
+        batch: &Batch<D>,
+        s: &Shape<D, f64x8<S>>,
+        u: &Slopes<f64x8<S>>,
+    ) -> Pull<D, f64x8<S>> {
         let (simd, mu) = (s.inner.simd, self.material.shear_modulus());
         let zero = f64x8::splat(simd, 0.0);
-        let volume = wide(simd, &batch.volume);
-        let (shape, pressure) = (volume * -mu, -(volume * u.slope));
-        let (mut square, mut volumetric, mut power) = (zero, zero, zero);
-        // What the ring adds to every node along r: to its force and to ∂J/∂x_a.
-        let around = fused(pressure, s.inner, shape * s.out) * s.hoop;
-        let beside = s.inner * s.hoop;
+        let (volume, scale) = (wide(simd, &batch.volume), wide(simd, &batch.scale));
+        let squeeze = if D == 2 { scale * s.out } else { scale };
+        let (pressure, shape) = (-(volume * u.slope), volume * mu);
+        let (push, beside) = (pressure * squeeze, s.inner * s.hoop);
+        let around = fused(pressure, s.inner, -(shape * s.out)) * s.hoop;
+        let (mut square, mut volumetric) = (zero, zero);
+        let mut forces = [[zero; D]; D];
         for i in 0..D {
-            let ring = D == 2 && i == 0;
-            // −w P and λ cof F. At rest w μ and −w μ cancel: the sum comes before any product that would be rounded.
-            let (mut stress, mut area) = ([zero; D], [zero; D]);
-            for j in 0..D {
-                area[j] = if D == 2 { s.cofactor[i][j] * s.out } else { s.cofactor[i][j] };
-                stress[j] = fused(pressure, area[j], shape * s.f[i][j]);
-                square = fused(s.f[i][j], s.f[i][j], square);
-            }
-            let (mut push, mut turned) = (zero, zero);
+            let ring = if i == 0 { beside } else { zero };
+            let mut first = zero;
             for a in 0..D {
-                let (mut force, mut b) =
-                    (stress[0] * wide(simd, &batch.gradients[a][0]), area[0] * wide(simd, &batch.gradients[a][0]));
-                for j in 1..D {
-                    force = fused(stress[j], wide(simd, &batch.gradients[a][j]), force);
-                    b = fused(area[j], wide(simd, &batch.gradients[a][j]), b);
+                let mut shear = s.edges[0][i] * wide(simd, batch.metric(a, 0));
+                for b in 1..D {
+                    shear = fused(s.edges[b][i], wide(simd, batch.metric(a, b)), shear);
                 }
-                (push, turned) = (push - force, turned - b);
-                let (force, b) = if ring { (force + around, b + beside) } else { (force, b) };
+                square = fused(s.edges[a][i], shear, square);
+                forces[a][i] = fused(push, s.areas[a][i], -shear);
+                first = first - s.areas[a][i];
+                let b = if D == 2 { fused(s.areas[a][i], squeeze, ring) } else { s.areas[a][i] };
                 volumetric = fused(b, b, volumetric);
-                power = fused(force, rows[a + 1][4 + i], power);
-                kicks[a + 1][i] = force * weight;
             }
-            let (force, b) = if ring { (push + around, turned + beside) } else { (push, turned) };
+            let b = if D == 2 { fused(first, squeeze, ring) } else { first };
             volumetric = fused(b, b, volumetric);
-            power = fused(force, rows[0][4 + i], power);
-            kicks[0][i] = force * weight;
         }
+        let volumetric = if D == 2 { volumetric } else { volumetric * (squeeze * squeeze) };
         let turn = match self.section {
             Section::Planar { .. } => zero + 1.0,
-            Section::Spatial => (square + square).root(),
-            Section::Axisymmetric => two_largest(square, s.inner, s.out),
+            Section::Spatial => (square * scale * (12.0 / mu)).root(),
+            Section::Axisymmetric => {
+                let strain = square * (s.hoop * scale) * (3.0 / (std::f64::consts::PI * mu));
+                two_largest(strain, s.inner, s.out)
+            }
         };
         let spread = wide(simd, &batch.spread);
-        let spread = if D == 2 { fused(s.hoop * s.hoop, zero + 3.0, spread) } else { spread };
+        let spread = if D == 2 { fused(volume * 3.0, s.hoop * s.hoop, spread) } else { spread };
         let turning = fused(u.slope.absolute(), turn, zero + mu);
-        let stiffness = volume * fused(u.curvature, volumetric, turning * spread);
-        for a in 0..=D {
-            kicks[a][3] = stiffness;
-        }
-        let square = if D == 2 { fused(s.out, s.out, square) } else { square };
-        (volume * (square - 3.0) * (0.5 * mu), power)
+        let stiffness = fused(volume * u.curvature, volumetric, turning * spread);
+        let square = if D == 2 { fused(shape * s.out, s.out, square) } else { square };
+        let energy = (square - shape * 3.0) * s.strained * 0.5;
+        Pull { forces, around, stiffness, energy }
     }
 }
 
-impl<const D: usize, V: Number> Strains<D, V> {
+impl<const D: usize, S: Simd> Pull<D, f64x8<S>> {
+    /// weight · f and κ at every node.
     #[inline(always)]
-    fn at_rest(zero: V) -> Self {
+    fn kicks(&self, weight: f64x8<S>) -> [[f64x8<S>; 4]; MAX_NODES] {
+        let zero = f64x8::splat(weight.simd, 0.0);
+        let mut kicks = [[zero, zero, zero, self.stiffness]; MAX_NODES];
+        for i in 0..D {
+            for a in 0..D {
+                kicks[a + 1][i] = self.forces[a][i] * weight;
+                kicks[0][i] = kicks[0][i] - kicks[a + 1][i];
+            }
+        }
+        if D == 2 {
+            let around = self.around * weight;
+            for a in 0..=D {
+                kicks[a][0] += around;
+            }
+        }
+        kicks
+    }
+
+    /// Σ f·v, W.
+    #[inline(always)]
+    fn power(&self, nodes: &[[u16; LANES]; MAX_NODES], velocities: &Aligned<Row>) -> f64x8<S> {
+        let simd = self.around.simd;
+        let v = gather::<D, S>(simd, nodes, velocities);
+        let mut power = if D == 2 { self.around * (v[0][0] + v[1][0] + v[2][0]) } else { f64x8::splat(simd, 0.0) };
+        for i in 0..D {
+            for a in 0..D {
+                power = fused(self.forces[a][i], v[a + 1][i] - v[0][i], power);
+            }
+        }
+        power
+    }
+}
+
+impl<const D: usize, V: Number> Shape<D, V> {
+    #[inline(always)]
+    fn none(zero: V) -> Self {
         let (none, one) = ([[zero; D]; D], zero + 1.0);
-        Self { f: none, cofactor: none, out: one, hoop: zero, inner: one, jacobian: one }
+        Self { edges: none, areas: none, out: one, hoop: zero, inner: one, jacobian: one, strained: zero }
     }
 }
 
@@ -398,12 +438,10 @@ fn wide<S: Simd>(simd: S, eight: &Wide) -> f64x8<S> {
     f64x8::from_slice(simd, eight)
 }
 
-/// 1/(3R̄) from w = 2πR̄A and det(∇N_1, ∇N_2) = 1/(2A), 1/m; 0 in an empty lane.
+/// 1/(3R̄) from w = 2πR̄A and the scale 1/(2A), 1/m; 0 in an empty lane.
 #[inline(always)]
 fn ring<const D: usize, S: Simd>(simd: S, batch: &Batch<D>) -> f64x8<S> {
-    let g = |a: usize, i: usize| wide(simd, &batch.gradients[a][i]);
-    let across = g(0, 0) * g(1 % D, 1) - g(0, 1) * g(1 % D, 0);
-    let volume = wide(simd, &batch.volume) * across * 3.0;
+    let volume = wide(simd, &batch.volume) * wide(simd, &batch.scale) * 3.0;
     let filled = volume.simd_gt(f64x8::splat(simd, 0.0));
     let ring = f64x8::splat(simd, std::f64::consts::PI) / volume;
     filled.select(ring, f64x8::splat(simd, 0.0))
@@ -417,20 +455,20 @@ fn two_largest<V: Number>(square: V, inner: V, out: V) -> V {
     sum.or_greater((sum + difference) * 0.5 + out.absolute())
 }
 
-/// cof F; returns det F.
+/// ∂ det(e)/∂e_a of the edges e_a; returns det(e).
 #[inline(always)]
-fn cofactor<const D: usize, S: Simd>(f: &[[f64x8<S>; D]; D], c: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {
+fn areas<const D: usize, S: Simd>(e: &[[f64x8<S>; D]; D], b: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {
     if D == 2 {
-        (c[0][0], c[0][1], c[1][0], c[1][1]) = (f[1][1], -f[1][0], -f[0][1], f[0][0]);
-        return fused(f[0][0], f[1][1], -(f[0][1] * f[1][0]));
+        (b[0][0], b[0][1], b[1][0], b[1][1]) = (e[1][1], -e[1][0], -e[0][1], e[0][0]);
+        return fused(e[0][0], e[1][1], -(e[0][1] * e[1][0]));
     }
-    for i in 0..D {
-        for j in 0..D {
-            let (k, l, m, n) = ((i + 1) % D, (i + 2) % D, (j + 1) % D, (j + 2) % D);
-            c[i][j] = fused(f[k][m], f[l][n], -(f[k][n] * f[l][m]));
+    for a in 0..D {
+        for i in 0..D {
+            let (c, d, k, l) = ((a + 1) % D, (a + 2) % D, (i + 1) % D, (i + 2) % D);
+            b[a][i] = fused(e[c][k], e[d][l], -(e[c][l] * e[d][k]));
         }
     }
-    fused(f[0][0], c[0][0], fused(f[0][1], c[0][1], f[0][2 % D] * c[0][2 % D]))
+    fused(e[0][0], b[0][0], fused(e[0][1], b[0][1], e[0][2 % D] * b[0][2 % D]))
 }
 
 /// a b + c, rounded once.

@@ -5,49 +5,75 @@ use crate::algebra::Vector;
 /// Most nodes that a block may number for itself.
 pub const MOST_LOCAL_NODES: usize = 4096;
 
-/// Displacement (three components and a gap) and velocity of a node.
-pub type Row = [f64; 8];
+/// Where a node is (up to three components), m, or how fast, m/s; of where it is last whether it has moved: 1 or 0.
+pub type Row = [f64; 4];
 /// Impulse of a node (three components), N·s, and Σ κ of the elements around it, N/m.
 pub type Accumulated = [f64; 4];
 
 /// The nodes of one block while it is swept.
 #[derive(Debug)]
 pub struct Local {
-    pub(super) rows: Box<Aligned<Row>>,
+    pub(super) positions: Box<Aligned<Row>>,
+    pub(super) velocities: Box<Aligned<Row>>,
     pub(super) accumulated: Box<Aligned<Accumulated>>,
 }
 
-/// What belongs to the nodes of a block, each in one line of the cache.
+/// What belongs to the nodes of a block, each in one half of a line of the cache.
 #[derive(Debug)]
 #[repr(align(64))]
-pub(super) struct Aligned<T>(pub [T; MOST_LOCAL_NODES]);
+pub(super) struct Aligned<T>([T; MOST_LOCAL_NODES]);
+
+impl<T> Aligned<T> {
+    /// That of a node; its number is below [`MOST_LOCAL_NODES`], which is said so that nobody need look.
+    #[inline]
+    pub fn of(&self, number: u16) -> &T {
+        &self.0[usize::from(number) % MOST_LOCAL_NODES]
+    }
+
+    /// The same, to be changed.
+    #[inline]
+    pub fn of_mut(&mut self, number: u16) -> &mut T {
+        &mut self.0[usize::from(number) % MOST_LOCAL_NODES]
+    }
+}
 
 impl Local {
     /// Room for the nodes of any block.
     #[must_use]
     #[allow(
         clippy::large_stack_arrays,
-        reason = "a quarter of a megabyte, on its way to the heap: a vector would not keep the lines"
+        reason = "an eighth of a megabyte, on its way to the heap: a vector would not keep the lines"
     )]
     pub fn new() -> Self {
-        let rows = Box::new(Aligned([[0.0; 8]; MOST_LOCAL_NODES]));
-        Self { rows, accumulated: Box::new(Aligned([[0.0; 4]; MOST_LOCAL_NODES])) }
+        let none = || Box::new(Aligned([[0.0; 4]; MOST_LOCAL_NODES]));
+        Self { positions: none(), velocities: none(), accumulated: none() }
     }
 
-    /// Sets displacement and velocity of a node, and nothing accumulated.
+    /// Sets where a node is, how far from where it is at rest, and how fast, and nothing accumulated.
     #[inline]
-    pub fn load<const D: usize>(&mut self, node: usize, displacement: &Vector<D>, velocity: &Vector<D>) {
-        let row = &mut self.rows.0[node];
+    pub fn load<const D: usize>(&mut self, number: usize, [position, displacement, velocity]: [&Vector<D>; 3]) {
+        let (place, speed) = (&mut self.positions.0[number], &mut self.velocities.0[number]);
         for i in 0..D {
-            (row[i], row[4 + i]) = (displacement[i], velocity[i]);
+            (place[i], speed[i]) = (position[i], velocity[i]);
         }
-        self.accumulated.0[node] = [0.0; 4];
+        place[3] = if *displacement == Vector::<D>::zeros() { 0.0 } else { 1.0 };
+        self.accumulated.0[number] = [0.0; 4];
     }
 
     /// What the sweep left at the first nodes.
     #[must_use]
     pub fn accumulated(&self, n_nodes: usize) -> &[Accumulated] {
         &self.accumulated.0[..n_nodes]
+    }
+
+    /// Σ p·v over the first nodes of what the sweep left there, J.
+    #[must_use]
+    pub fn work(&self, n_nodes: usize) -> f64 {
+        let mut sums = [0.0; 3];
+        for (push, velocity) in self.accumulated.0[..n_nodes].iter().zip(&self.velocities.0) {
+            (0..3).for_each(|i| sums[i] += push[i] * velocity[i]);
+        }
+        sums[0] + sums[1] + sums[2]
     }
 }
 

@@ -14,7 +14,7 @@ use crate::algebra::Vector;
 use crate::mesh::{ElementId, NodeId, Patches};
 
 pub use flow::{Memory, Spent};
-pub use lanes::{Batch, DEPTH, GroupAnswer, LANES, Lanes};
+pub use lanes::{Batch, DEPTH, GroupAnswer, LANES, Lanes, Power};
 pub use local::{Accumulated, Local, MOST_LOCAL_NODES, Row};
 pub use pressure::{Push, push};
 pub use simplices::{Reference, Section, Simplices};

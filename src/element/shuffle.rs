@@ -13,7 +13,7 @@ pub(super) fn gather<const D: usize, S: Simd>(
     simd: S,
     numbers: &[[u16; LANES]; MAX_NODES],
     rows: &Aligned<Row>,
-) -> [[f64x8<S>; 8]; MAX_NODES] {
+) -> [[f64x8<S>; 4]; MAX_NODES] {
     // Written out: what a loop fills would be set to zero before.
     let first = turned(simd, &numbers[0], rows);
     let last = if D == 3 { turned(simd, &numbers[3], rows) } else { first };
@@ -22,18 +22,13 @@ pub(super) fn gather<const D: usize, S: Simd>(
 
 /// The rows of one node of each of eight elements, turned.
 #[inline(always)]
-fn turned<S: Simd>(simd: S, numbers: &[u16; LANES], rows: &Aligned<Row>) -> [f64x8<S>; 8] {
-    let zero = f64x8::splat(simd, 0.0);
-    let mut halves = [[zero; 4]; 2];
+fn turned<S: Simd>(simd: S, numbers: &[u16; LANES], rows: &Aligned<Row>) -> [f64x8<S>; 4] {
+    let mut four = [f64x8::splat(simd, 0.0); 4];
     for r in 0..4 {
-        let (low, high) = (&rows.0[usize::from(numbers[lane(r, 0)])], &rows.0[usize::from(numbers[lane(r, 1)])]);
-        for half in 0..2 {
-            let low = f64x4::from_slice(simd, &low[4 * half..4 * half + 4]);
-            halves[half][r] = simd.combine_f64x4(low, f64x4::from_slice(simd, &high[4 * half..4 * half + 4]));
-        }
+        let low = f64x4::from_slice(simd, rows.of(numbers[lane(r, 0)]));
+        four[r] = simd.combine_f64x4(low, f64x4::from_slice(simd, rows.of(numbers[lane(r, 1)])));
     }
-    let ([x, y, z, gap], [vx, vy, vz, more]) = (columns(simd, halves[0]), columns(simd, halves[1]));
-    [x, y, z, gap, vx, vy, vz, more]
+    columns(simd, four)
 }
 
 /// Adds what eight elements give to their nodes: node by node, one lane after the other.
@@ -49,7 +44,7 @@ pub(super) fn scatter<const D: usize, S: Simd>(
         for l in 0..LANES {
             // Lane l = 4 r₀ + 2 r₁ + h.
             let (low, high) = four[(l & 2) + (l >> 2)].split();
-            add(simd, &mut accumulated.0[usize::from(numbers[a][l])], if l & 1 == 0 { low } else { high });
+            add(simd, accumulated.of_mut(numbers[a][l]), if l & 1 == 0 { low } else { high });
         }
     }
 }

@@ -359,10 +359,9 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         for (slot, (id, nodes)) in slots.iter().zip(local).enumerate() {
             let Some(id) = id else { continue };
             let element = self.element(*id);
-            let gradients: [[f64; D]; D] = std::array::from_fn(|a| element.gradients[a + 1].into());
-            lanes.put(slot, (&gradients, element.volume), *nodes);
+            lanes.put(slot, (&element.gradients[1..=D], element.volume), *nodes);
             if !self.is_compatible(*id) {
-                lanes.set_base(slot, (element.base.0.transpose().into(), element.base.1));
+                lanes.tell(slot);
             }
         }
         Some(lanes)

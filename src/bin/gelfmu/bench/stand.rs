@@ -4,7 +4,7 @@ use ballistic_gel::algebra::{Vector, Vector3};
 use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
 use ballistic_gel::contact::{Body, BodyState, Freedom, Law, Wrench};
 use ballistic_gel::element::{
-    Accumulated, Answer, DEPTH, GroupAnswer, LANES, Lanes, Local, MAX_NODES, Potential, Row, Section, Simplices,
+    Accumulated, Answer, DEPTH, GroupAnswer, LANES, Lanes, Local, MAX_NODES, Potential, Power, Row, Section, Simplices,
 };
 use ballistic_gel::geometry::{Shape, Sphere};
 use ballistic_gel::material::NeoHookean;
@@ -125,7 +125,8 @@ impl<const D: usize> Stand<D> {
         let (state, rest) = (self.engine.state(), self.engine.gel().potential.rest());
         for (number, node) in self.runs[run].nodes.iter().enumerate() {
             let a = node.index();
-            self.local.load(number, &(state.position[a] - rest[a]), &state.velocity[a]);
+            let displacement = state.position[a] - rest[a];
+            self.local.load(number, [&state.position[a], &displacement, &state.velocity[a]]);
         }
     }
 
@@ -135,7 +136,7 @@ impl<const D: usize> Stand<D> {
         let width = LANES * lanes.depth();
         let slots = groups.start * width..groups.end * width;
         let found = (&mut self.stiffness[slots], &mut self.answers[groups.clone()]);
-        lanes.sweep(level, (groups, |_| Some(KICK)), &mut self.local, found);
+        lanes.sweep(level, (groups, |_| Some(KICK), Power::Untold), &mut self.local, found);
     }
 
     /// Loads the nodes of every run.
@@ -202,7 +203,7 @@ impl<const D: usize> Stand<D> {
     pub fn sweep_alone(&mut self, level: Level, lanes: &Lanes<D>, n_elements: usize) {
         let groups = n_elements / LANES;
         let found = (&mut self.stiffness[..n_elements], &mut self.answers[..groups]);
-        lanes.sweep(level, (0..groups, |_| Some(KICK)), &mut self.local, found);
+        lanes.sweep(level, (0..groups, |_| Some(KICK), Power::Untold), &mut self.local, found);
     }
 }
 
