@@ -251,17 +251,22 @@ impl<const D: usize> Lanes<D> {
         for k in 0..N {
             self.shape((&batches[k], told.get(k)), &local.positions, &mut shapes[k]);
         }
+        // Where one element of a patch is strained the pressure of all is.
+        let mut strained = shapes[0].strained;
+        for k in 1..N {
+            strained = strained.or_greater(shapes[k].strained);
+        }
         let mut slopes = [Slopes { slope: zero, curvature: zero }; N];
         let mut energy = self.volumetric(batches, &shapes, &mut slopes);
         let mut given = zero;
         let mut answer = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
         for k in 0..N {
             let pull = self.pull(&batches[k], &shapes[k], &slopes[k]);
-            energy += pull.energy;
+            energy = fused(pull.energy, strained, energy);
             if power == Power::Told {
-                given = fused(pull.power(&batches[k].nodes, &local.velocities), shapes[k].strained, given);
+                given = fused(pull.power(&batches[k].nodes, &local.velocities), strained, given);
             }
-            let kicks = pull.kicks(shapes[k].strained * weight);
+            let kicks = pull.kicks(strained * weight);
             scatter::<D, S>(&batches[k].nodes, &kicks, &mut local.accumulated);
             pull.stiffness.store_slice(&mut stiffness[k * LANES..(k + 1) * LANES]);
             note(&mut answer, k, shapes[k].jacobian);
@@ -384,7 +389,7 @@ impl<const D: usize> Lanes<D> {
         let turning = fused(u.slope.absolute(), turn, zero + mu);
         let stiffness = fused(volume * u.curvature, volumetric, turning * spread);
         let square = if D == 2 { fused(shape * s.out, s.out, square) } else { square };
-        let energy = (square - shape * 3.0) * s.strained * 0.5;
+        let energy = (square - shape * 3.0) * 0.5;
         Pull { forces, around, stiffness, energy }
     }
 }
