@@ -8,37 +8,17 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
+use super::batch::{Batch, LANES, Wide, wide};
 use super::local::{Accumulated, Aligned, Local, Row};
 use super::shuffle::{gather, scatter};
 use super::{MAX_NODES, Section};
-use crate::algebra::{Number, Tensor, Vector, det};
+use crate::algebra::{Number, Vector};
 use crate::material::NeoHookean;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, dispatch, f64x8};
 use std::ops::Range;
 
-/// Patches side by side.
-pub const LANES: usize = 8;
 /// Most elements of a patch.
 pub const DEPTH: usize = 4;
-type Wide = [f64; LANES];
-
-/// The k-th elements of eight patches.
-#[derive(Debug, Clone)]
-#[repr(align(64))]
-pub struct Batch<const D: usize> {
-    /// w μ |∇N_a|² at rest for a = 1..=D, N/m.
-    diagonal: [Wide; D],
-    /// w μ ∇N_a·∇N_b, N/m: in space without 1, without 2 and without 3; in the plane that of 1 and 2 alone.
-    mixed: [Wide; D],
-    /// w, rest volume, m³; 0 in an empty lane.
-    volume: Wide,
-    /// What makes the determinant of the edges det F: 1 over that at rest, 1/mᴰ; 0 in an empty lane.
-    scale: Wide,
-    /// w Σ_a |∇N_a|², without the share of a ring, m.
-    spread: Wide,
-    /// Numbers of the nodes within the block.
-    nodes: [[u16; LANES]; MAX_NODES],
-}
 
 /// What a group of patches answers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -111,25 +91,6 @@ struct Slopes<V> {
     curvature: V,
 }
 
-impl<const D: usize> Batch<D> {
-    /// Nothing in any lane.
-    fn empty() -> Self {
-        let none = [0.0; LANES];
-        let (diagonal, mixed, nodes) = ([none; D], [none; D], [[0; LANES]; MAX_NODES]);
-        Self { diagonal, mixed, volume: none, scale: none, spread: none, nodes }
-    }
-
-    /// w μ ∇N_a·∇N_b for a, b from 0 as edges are counted.
-    #[inline(always)]
-    fn metric(&self, a: usize, b: usize) -> &Wide {
-        match (a == b, D) {
-            (true, _) => &self.diagonal[a],
-            (false, 3) => &self.mixed[3 - a - b],
-            (false, _) => &self.mixed[0],
-        }
-    }
-}
-
 impl<const D: usize> Lanes<D> {
     /// Empty lanes for so many slots, `depth` elements to a patch.
     ///
@@ -143,23 +104,9 @@ impl<const D: usize> Lanes<D> {
     }
 
     /// Puts an element into a slot: ∇N_a for a = 1..=D, w, and the numbers of its nodes.
-    pub(super) fn put(&mut self, slot: usize, (gradients, volume): (&[Vector<D>], f64), nodes: [u16; MAX_NODES]) {
-        let (batch, lane) = (&mut self.batches[slot / LANES], slot % LANES);
-        let shape = volume * self.material.shear_modulus();
-        for a in 0..D {
-            batch.diagonal[a][lane] = shape * gradients[a].norm_squared();
-        }
-        let pairs: &[(usize, usize)] = if D == 3 { &[(1, 2), (0, 2), (0, 1)] } else { &[(0, 1)] };
-        for (mixed, (a, b)) in batch.mixed.iter_mut().zip(pairs) {
-            mixed[lane] = shape * gradients[*a].dot(&gradients[*b]);
-        }
-        let first: Vector<D> = gradients.iter().sum();
-        batch.volume[lane] = volume;
-        batch.scale[lane] = det(&Tensor::<D>::from_columns(gradients));
-        batch.spread[lane] = volume * gradients.iter().chain([&first]).map(Vector::<D>::norm_squared).sum::<f64>();
-        for (wide, node) in batch.nodes.iter_mut().zip(nodes) {
-            wide[lane] = node;
-        }
+    pub(super) fn put(&mut self, slot: usize, element: (&[Vector<D>], f64), nodes: [u16; MAX_NODES]) {
+        let shear = self.material.shear_modulus();
+        self.batches[slot / LANES].put(slot % LANES, (element, shear), nodes);
     }
 
     /// Of an element in a slot, that its nodes do not say what it is at rest.
@@ -177,9 +124,7 @@ impl<const D: usize> Lanes<D> {
     /// Shows the numbers, within the block, of the nodes of the elements of a group, again and again where they share them.
     pub fn nodes(&self, group: usize, mut see: impl FnMut(u16)) {
         for batch in &self.batches[group * self.depth..(group + 1) * self.depth] {
-            for lane in (0..LANES).filter(|lane| batch.volume[*lane] > 0.0) {
-                batch.nodes[..=D].iter().for_each(|wide| see(wide[lane]));
-            }
+            batch.filled().for_each(|lane| batch.nodes[..=D].iter().for_each(|wide| see(wide[lane])));
         }
     }
 
@@ -302,7 +247,7 @@ impl<const D: usize> Lanes<D> {
         s.inner = strained.select(determinant * wide(simd, &batch.scale), one);
         s.jacobian = s.inner;
         if self.section == Section::Axisymmetric {
-            s.hoop = ring(simd, batch);
+            s.hoop = batch.hoop(simd);
             s.out = strained.select((rows[0][0] + rows[1][0] + rows[2][0]) * s.hoop, one);
             s.jacobian = s.inner * s.out;
         }
@@ -343,12 +288,7 @@ impl<const D: usize> Lanes<D> {
 
     /// f_a = −Σ_b w μ ∇N_a·∇N_b e_b − w U′ ∂J/∂x_a, w μ/2 (|F|² + λ² − 3), and κ as [`super::Simplices`] has it.
     #[inline(always)]
-    fn pull<S: Simd>(
-        &self,
-        batch: &Batch<D>,
-        s: &Shape<D, f64x8<S>>,
-        u: &Slopes<f64x8<S>>,
-    ) -> Pull<D, f64x8<S>> {
+    fn pull<S: Simd>(&self, batch: &Batch<D>, s: &Shape<D, f64x8<S>>, u: &Slopes<f64x8<S>>) -> Pull<D, f64x8<S>> {
         let (simd, mu) = (s.inner.simd, self.material.shear_modulus());
         let zero = f64x8::splat(simd, 0.0);
         let (volume, scale) = (wide(simd, &batch.volume), wide(simd, &batch.scale));
@@ -368,7 +308,7 @@ impl<const D: usize> Lanes<D> {
                 }
                 square = fused(s.edges[a][i], shear, square);
                 forces[a][i] = fused(push, s.areas[a][i], -shear);
-                first = first - s.areas[a][i];
+                first -= s.areas[a][i];
                 let b = if D == 2 { fused(s.areas[a][i], squeeze, ring) } else { s.areas[a][i] };
                 volumetric = fused(b, b, volumetric);
             }
@@ -403,7 +343,7 @@ impl<const D: usize, S: Simd> Pull<D, f64x8<S>> {
         for i in 0..D {
             for a in 0..D {
                 kicks[a + 1][i] = self.forces[a][i] * weight;
-                kicks[0][i] = kicks[0][i] - kicks[a + 1][i];
+                kicks[0][i] -= kicks[a + 1][i];
             }
         }
         if D == 2 {
@@ -436,20 +376,6 @@ impl<const D: usize, V: Number> Shape<D, V> {
         let (none, one) = ([[zero; D]; D], zero + 1.0);
         Self { edges: none, areas: none, out: one, hoop: zero, inner: one, jacobian: one, strained: zero }
     }
-}
-
-#[inline(always)]
-fn wide<S: Simd>(simd: S, eight: &Wide) -> f64x8<S> {
-    f64x8::from_slice(simd, eight)
-}
-
-/// 1/(3R̄) from w = 2πR̄A and the scale 1/(2A), 1/m; 0 in an empty lane.
-#[inline(always)]
-fn ring<const D: usize, S: Simd>(simd: S, batch: &Batch<D>) -> f64x8<S> {
-    let volume = wide(simd, &batch.volume) * wide(simd, &batch.scale) * 3.0;
-    let filled = volume.simd_gt(f64x8::splat(simd, 0.0));
-    let ring = f64x8::splat(simd, std::f64::consts::PI) / volume;
-    filled.select(ring, f64x8::splat(simd, 0.0))
 }
 
 /// Sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|, from Σ s², s₁s₂ and λ.

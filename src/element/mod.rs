@@ -1,5 +1,6 @@
 //! Potential energies made of elements, in patches that share a volume change: what the integrator steps.
 
+mod batch;
 mod flow;
 mod lanes;
 mod local;
@@ -13,8 +14,9 @@ mod stress;
 use crate::algebra::Vector;
 use crate::mesh::{ElementId, NodeId, Patches};
 
+pub use batch::{Batch, LANES};
 pub use flow::{Memory, Spent};
-pub use lanes::{Batch, DEPTH, GroupAnswer, LANES, Lanes, Power};
+pub use lanes::{DEPTH, GroupAnswer, Lanes, Power};
 pub use local::{Accumulated, Local, MOST_LOCAL_NODES, Row};
 pub use pressure::{Push, push};
 pub use simplices::{Reference, Section, Simplices};

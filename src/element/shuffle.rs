@@ -3,7 +3,7 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::MAX_NODES;
-use super::lanes::LANES;
+use super::batch::LANES;
 use super::local::{Accumulated, Aligned, Row};
 use fearless_simd::{Simd, SimdBase, SimdSplit, f64x4, f64x8};
 
