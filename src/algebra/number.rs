@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use fearless_simd::{Bytes, Simd, SimdBase, SimdFloat, f64x8, u64x8};
+use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, f64x8, u64x8};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A real number, or several side by side: only operations that are exact or correctly rounded, so that all give the same
@@ -36,9 +36,18 @@ pub trait Number:
     /// The greater of two.
     #[must_use]
     fn or_greater(self, other: Self) -> Self;
+    /// The first of two where this is more than 0, else the second.
+    #[must_use]
+    fn choose(self, first: Self, second: Self) -> Self;
+    /// Whether it is more than 0, or one of several is.
+    #[must_use]
+    fn any_positive(self) -> bool;
     /// k and m ∈ [1/√2, √2) of a positive normal number x = 2ᵏ m.
     #[must_use]
     fn octave(self) -> (Self, Self);
+    /// 2ᵏ of a whole number k, |k| ≤ 1022.
+    #[must_use]
+    fn power_of_two(self) -> Self;
 }
 
 const SQRT_HALF: u64 = 0x3FE6_A09E_667F_3BCD;
@@ -47,6 +56,10 @@ const SQRT_HALF: u64 = 0x3FE6_A09E_667F_3BCD;
 const OFFSET: u64 = 2048;
 const TWO_52: u64 = 0x4330_0000_0000_0000;
 const OFFSET_AND_TWO_52: f64 = 4_503_599_627_370_496.0 + 2048.0;
+/// 2⁵² and what stands for the power 0 in the bits of a number: the last bits of the sum with k are those of 2ᵏ.
+const TWO_52_AND_BIAS: f64 = 4_503_599_627_370_496.0 + 1023.0;
+/// 1.5 · 2⁵²: what is added to it, and it taken off again, is a whole number.
+const WHOLE: f64 = 6_755_399_441_055_744.0;
 
 impl Number for f64 {
     #[inline(always)]
@@ -85,6 +98,21 @@ impl Number for f64 {
         let shifted = bits.wrapping_sub(SQRT_HALF).wrapping_add(OFFSET << 52) >> 52;
         let m = f64::from_bits(bits.wrapping_sub(shifted.wrapping_sub(OFFSET) << 52));
         (f64::from_bits(TWO_52 | shifted) - OFFSET_AND_TWO_52, m)
+    }
+
+    #[inline(always)]
+    fn choose(self, first: Self, second: Self) -> Self {
+        if self > 0.0 { first } else { second }
+    }
+
+    #[inline(always)]
+    fn any_positive(self) -> bool {
+        self > 0.0
+    }
+
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        f64::from_bits((self + TWO_52_AND_BIAS).to_bits() << 52)
     }
 }
 
@@ -129,7 +157,27 @@ impl<S: Simd> Number for f64x8<S> {
         let k: Self = (shifted | all(TWO_52)).bitcast();
         (k - OFFSET_AND_TWO_52, m)
     }
+
+    #[inline(always)]
+    fn choose(self, first: Self, second: Self) -> Self {
+        self.simd_gt(self.constant(0.0)).select(first, second)
+    }
+
+    #[inline(always)]
+    fn any_positive(self) -> bool {
+        self.simd.to_bitmask_mask64x8(self.simd_gt(self.constant(0.0))) != 0
+    }
+
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        let bits: u64x8<S> = (self + TWO_52_AND_BIAS).bitcast();
+        self.simd.shl_u64x8(bits, 52).bitcast()
+    }
 }
+
+/// ln 2, the first of the two with so few digits that whole multiples of it are exact.
+const LN2_HIGH: f64 = f64::from_bits(0x3FE6_2E42_FEE0_0000);
+const LN2_LOW: f64 = f64::from_bits(0x3DEA_39EF_3579_3C76);
 
 /// Natural logarithm of a positive normal number, within 1 ulp of the exact value.
 ///
@@ -138,8 +186,6 @@ impl<S: Simd> Number for f64x8<S> {
 #[must_use]
 #[inline(always)]
 pub fn ln<T: Number>(x: T) -> T {
-    const LN2_HIGH: f64 = f64::from_bits(0x3FE6_2E42_FEE0_0000);
-    const LN2_LOW: f64 = f64::from_bits(0x3DEA_39EF_3579_3C76);
     let (k, m) = x.octave();
     let f = m - 1.0;
     let s = f / (m + 1.0);
@@ -157,6 +203,40 @@ pub fn ln<T: Number>(x: T) -> T {
     let half = f * 0.5 * f;
     // 2s = f − s f and s f = f²/2 − s f²/2: the leading term f stays exact.
     k * LN2_HIGH - ((half - (s * (half + z * tail) + k * LN2_LOW)) - f)
+}
+
+/// eˣ within 1 ulp of the exact value, of |x| > 700 that of 700 or −700.
+///
+/// x = k ln 2 + r, |r| ≤ ln 2/2, and eˣ = 2ᵏ Σ rⁿ/n!; the series is cut where its next term is below 2⁻⁵⁷.
+#[must_use]
+#[inline(always)]
+pub fn exp<T: Number>(x: T) -> T {
+    const INVERSE: [f64; 14] = {
+        let (mut all, mut n) = ([1.0; 14], 1);
+        while n < 14 {
+            all[n] = all[n - 1] / n as f64;
+            n += 1;
+        }
+        all
+    };
+    let x = x.at_least(-700.0).at_most(700.0);
+    let k = (x * std::f64::consts::LOG2_E + WHOLE) - WHOLE;
+    let r = (x - k * LN2_HIGH) - k * LN2_LOW;
+    let w = r * r;
+    let (mut even, mut odd) = (x.constant(INVERSE[12]), x.constant(INVERSE[13]));
+    for n in [10, 8, 6, 4, 2] {
+        even = even * w + INVERSE[n];
+        odd = odd * w + INVERSE[n + 1];
+    }
+    // 1 + (r + r² …): what is small is added first.
+    ((even * w + odd * w * r + r) + 1.0) * k.power_of_two()
+}
+
+/// xᵐ of a positive normal number, within some roundings times |m ln x|.
+#[must_use]
+#[inline(always)]
+pub fn power<T: Number>(x: T, exponent: f64) -> T {
+    exp(ln(x) * exponent)
 }
 
 #[cfg(test)]
@@ -183,5 +263,50 @@ mod tests {
             assert_eq!(eight, x.map(ln::<f64>));
             x = x.map(|x| x * 1.007_7);
         }
+    }
+
+    #[test]
+    fn powers_of_e_agree_with_libm_within_an_ulp() {
+        let mut x = -690.0;
+        while x < 690.0 {
+            let (own, exact) = (exp(x), libm::exp(x));
+            assert!((own - exact).abs() <= 1.5 * f64::EPSILON * exact, "exp({x}) = {own}, not {exact}");
+            x += 0.1037;
+        }
+        assert_eq!([exp(0.0), exp(-0.0), exp(f64::NEG_INFINITY)], [1.0, 1.0, exp(-700.0)]);
+    }
+
+    #[test]
+    fn powers_agree_with_libm() {
+        for exponent in [0.23, 0.95, -2.0 / 3.0] {
+            let mut x = 1e-9;
+            while x < 1e9 {
+                let (own, exact) = (power(x, exponent), libm::pow(x, exponent));
+                assert!((own / exact - 1.0).abs() < 32.0 * f64::EPSILON, "{x} to the {exponent} is {exact}, not {own}");
+                x *= 1.377;
+            }
+        }
+        assert_eq!(power(1.0, 0.3), 1.0);
+    }
+
+    #[test]
+    fn eight_powers_of_e_have_the_bits_of_one() {
+        let mut x = [-1e9, -20.0, -0.4, -1e-9, 0.0, 0.3, 3.0, 690.0];
+        for _ in 0..2000 {
+            let eight: [f64; 8] = dispatch!(Level::new(), simd => exp(f64x8::from_slice(simd, &x)).into());
+            assert_eq!(eight, x.map(exp::<f64>));
+            x = x.map(|x| x * 0.997_7 + 0.001);
+        }
+    }
+
+    #[test]
+    fn eight_choices_are_those_of_one() {
+        let (x, nan) = ([-1.0, 0.0, -0.0, 1e-300, 2.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY], [f64::NAN; 8]);
+        let eight: [f64; 8] = dispatch!(Level::new(), simd => {
+            f64x8::from_slice(simd, &x).choose(f64x8::splat(simd, 1.0), f64x8::splat(simd, 2.0)).into()
+        });
+        assert_eq!(eight, x.map(|x| x.choose(1.0, 2.0)));
+        let any = |x: [f64; 8]| dispatch!(Level::new(), simd => f64x8::from_slice(simd, &x).any_positive());
+        assert!(any(x) && !any(nan) && !any([0.0; 8]));
     }
 }

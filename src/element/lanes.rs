@@ -2,18 +2,21 @@
 //!
 //! The arithmetic is that of [`super::Simplices`] written per lane, so that every instruction set gives the same bits: products are
 //! fused into sums where they are written so and nowhere else (numerics A9). AVX2 and AVX-512 have an instruction for that; a
-//! processor that has neither calls a function, and is slow. What is gathered and scattered goes through rows of eight numbers per
+//! processor that has neither calls a function, and is slow. What is gathered and scattered goes through rows of four numbers per
 //! node, turned four by four.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::batch::{Batch, LANES, Wide, wide};
+use super::elastic::Metric;
+use super::flowing::Gradients;
 use super::local::{Accumulated, Aligned, Local, Row};
+use super::recall::Recall;
 use super::shuffle::{gather, scatter};
-use super::{MAX_NODES, Section};
-use crate::algebra::{Number, Vector};
-use crate::material::NeoHookean;
+use super::{MAX_NODES, Section, Spent};
+use crate::algebra::{Number, Tensor, Vector, det};
+use crate::material::{Flowing, Material, NeoHookean, Volumetric};
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, dispatch, f64x8};
 use std::ops::Range;
 
@@ -33,17 +36,26 @@ pub struct GroupAnswer {
     pub inverted: u32,
     /// How many elements are below the continuation.
     pub crushed: u32,
+    /// Lost since the tick before of the group to plastic flow, viscosity and softening, J.
+    pub lost: [f64; 3],
 }
 
-/// Elements in lanes.
-#[derive(Debug, Clone)]
-pub struct Lanes<const D: usize> {
-    batches: Vec<Batch<D>>,
-    /// Of each batch 1 in the lanes of elements that are not at rest where their nodes are; none at all if there is no such element.
-    told: Vec<Wide>,
-    depth: usize,
-    material: NeoHookean,
-    section: Section,
+impl GroupAnswer {
+    /// What it stores and has lost.
+    #[must_use]
+    pub fn spent(&self) -> Spent {
+        let [plastic, viscous, damage] = self.lost;
+        Spent { energy: self.energy, plastic, viscous, damage }
+    }
+}
+
+/// The kick of a group.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Kick {
+    /// Its length, s.
+    pub length: f64,
+    /// From the tick before of the group until now, s.
+    pub elapsed: f64,
 }
 
 /// Whether the power of a group, Σ f·v, is asked for.
@@ -55,58 +67,116 @@ pub enum Power {
     Untold,
 }
 
-/// Eight elements in their places: edges from the first node, the gradients of their determinant, and what follows.
-#[derive(Clone, Copy)]
-struct Shape<const D: usize, V> {
-    /// e_a = x_a − x_0, m.
-    edges: [[V; D]; D],
-    /// ∂ det(e)/∂e_a, mᴰ⁻¹.
-    areas: [[V; D]; D],
-    /// λ, 1/(3R̄), det F and J; all is 1 where nodes are at rest.
-    out: V,
-    hoop: V,
-    inner: V,
-    jacobian: V,
-    /// Whether the element is not at rest: 1 or 0.
-    strained: V,
+/// What elements in lanes are made of, and what that knows of each at rest, batch by batch.
+#[derive(Debug, Clone)]
+enum Law<const D: usize> {
+    Elastic(NeoHookean, Vec<Metric<D>>),
+    Flowing(Flowing, Vec<Gradients<D>>),
+}
+
+/// Eight elements: what they are, what their law knows of them at rest, their kick, and what they remember.
+pub(super) type Eight<'a, const D: usize, R> = (&'a Batch, &'a R, Kick, &'a mut [Recall<D>]);
+
+/// A material in lanes.
+pub(super) trait Solid<const D: usize> {
+    /// What it knows of eight elements at rest.
+    type Rest: Clone + Default;
+    /// Whether elements can be strained where their nodes are at rest.
+    const REMEMBERS: bool;
+    /// Notes an element in a lane: ∇N_a for a = 1..=D, w.
+    fn put(&self, rest: &mut Self::Rest, lane: usize, element: (&[Vector<D>], f64));
+    /// Takes the edges, as columns, for what the law goes by, of elements that are strained (1) or at rest (0), with the scale of their
+    /// batch; what makes its determinant that of F.
+    fn deform<S: Simd>(rest: &Self::Rest, of: (f64x8<S>, f64x8<S>), edges: &mut [[f64x8<S>; D]; D]) -> f64x8<S>;
+    /// U of an element that is a patch by itself.
+    fn volumetric<T: Number>(&self, j: T) -> Volumetric<T>;
+    /// That of the element of a patch.
+    fn own<T: Number>(&self, j: T) -> Volumetric<T>;
+    /// That of the patch.
+    fn shared<T: Number>(&self, mean: T) -> Volumetric<T>;
+    /// What the elements do; what they remember goes on.
+    fn pull<S: Simd>(
+        &self,
+        section: Section,
+        of: Eight<'_, D, Self::Rest>,
+        now: (&Strains<D, f64x8<S>>, &Slopes<f64x8<S>>),
+    ) -> Pull<D, f64x8<S>>;
 }
 
 /// What eight elements do.
 #[derive(Clone, Copy)]
-struct Pull<const D: usize, V> {
+pub(super) struct Pull<const D: usize, V> {
     /// Forces on their nodes but the first, which is given the reaction, without what a ring adds, N.
-    forces: [[V; D]; D],
+    pub forces: [[V; D]; D],
     /// What a ring adds to all of them along r, N.
-    around: V,
+    pub around: V,
     /// κ, N/m.
-    stiffness: V,
-    /// w μ/2 (|F|² + λ² − 3), J.
-    energy: V,
+    pub stiffness: V,
+    /// What they store, but for the volumetric part, J.
+    pub energy: V,
+    /// What they have lost, as a [`GroupAnswer`] has it, J.
+    pub lost: [V; 3],
+}
+
+/// Elements in lanes.
+#[derive(Debug, Clone)]
+pub struct Lanes<const D: usize> {
+    batches: Vec<Batch>,
+    /// Of each batch 1 in the lanes of elements that are not at rest where their nodes are; none at all if there is no such element.
+    told: Vec<Wide>,
+    depth: usize,
+    law: Law<D>,
+    section: Section,
+}
+
+/// F, or what the law goes by instead, its cofactors, λ, 1/(3R̄), det F and J of eight elements; 1 where they pull, 0 where all is at rest.
+#[derive(Clone, Copy)]
+pub(super) struct Strains<const D: usize, V> {
+    pub f: [[V; D]; D],
+    pub cofactor: [[V; D]; D],
+    pub out: V,
+    pub hoop: V,
+    pub inner: V,
+    pub jacobian: V,
+    pub strained: V,
 }
 
 /// U′ and max(U″, 0) of eight elements with their shares of their patches'.
 #[derive(Clone, Copy)]
-struct Slopes<V> {
-    slope: V,
-    curvature: V,
+pub(super) struct Slopes<V> {
+    pub slope: V,
+    pub curvature: V,
 }
 
 impl<const D: usize> Lanes<D> {
-    /// Empty lanes for so many slots, `depth` elements to a patch.
+    /// Empty lanes for so many slots, `depth` elements to a patch; none of a material that has no such form.
     ///
     /// # Panics
     /// If the slots do not fill their batches, or `depth` is none of 1, 2 and 4.
-    #[must_use]
-    pub(super) fn empty(n_slots: usize, depth: usize, law: (NeoHookean, Section)) -> Self {
+    pub(super) fn empty(n_slots: usize, depth: usize, (material, section): (&Material, Section)) -> Option<Self> {
         assert!(n_slots.is_multiple_of(LANES * depth), "slots fill whole groups");
         assert!(matches!(depth, 1 | 2 | 4), "a patch has one, two or four places");
-        Self { batches: vec![Batch::empty(); n_slots / LANES], told: vec![], depth, material: law.0, section: law.1 }
+        let n = n_slots / LANES;
+        let law = match material {
+            Material::NeoHookean(gel) => Law::Elastic(*gel, vec![Metric::default(); n]),
+            Material::Flowing(gel) => Law::Flowing(*gel, vec![Gradients::default(); n]),
+            Material::MooneyRivlin(_) | Material::Ogden(_) | Material::Viscoelastic(_) => return None,
+        };
+        Some(Self { batches: vec![Batch::default(); n], told: vec![], depth, law, section })
     }
 
     /// Puts an element into a slot: ∇N_a for a = 1..=D, w, and the numbers of its nodes.
     pub(super) fn put(&mut self, slot: usize, element: (&[Vector<D>], f64), nodes: [u16; MAX_NODES]) {
-        let shear = self.material.shear_modulus();
-        self.batches[slot / LANES].put(slot % LANES, (element, shear), nodes);
+        let (at, lane) = (slot / LANES, slot % LANES);
+        let batch = &mut self.batches[at];
+        (batch.volume[lane], batch.scale[lane]) = (element.1, det(&Tensor::<D>::from_columns(element.0)));
+        for (wide, node) in batch.nodes.iter_mut().zip(nodes) {
+            wide[lane] = node;
+        }
+        match &mut self.law {
+            Law::Elastic(gel, rest) => gel.put(&mut rest[at], lane, element),
+            Law::Flowing(gel, rest) => gel.put(&mut rest[at], lane, element),
+        }
     }
 
     /// Of an element in a slot, that its nodes do not say what it is at rest.
@@ -146,88 +216,122 @@ impl<const D: usize> Lanes<D> {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.batches.len() * size_of::<Batch<D>>() + self.told.len() * size_of::<Wide>()
+        let of_law = match &self.law {
+            Law::Elastic(_, rest) => size_of_val(rest.as_slice()),
+            Law::Flowing(_, rest) => size_of_val(rest.as_slice()),
+        };
+        of_law + size_of_val(self.batches.as_slice()) + size_of_val(self.told.as_slice())
     }
 
-    /// Sweeps over those groups of a run for which `weight` gives the length of a kick, s: accumulates Σ weight · f and
-    /// Σ κ at the nodes of the block, and writes κ of each slot and the answer of each group, both from the first group on.
+    /// What fresh elements remember, batch by batch; nothing of those that remember nothing.
+    #[must_use]
+    pub fn memory(&self) -> Vec<Recall<D>> {
+        let n = if matches!(self.law, Law::Flowing(..)) { self.batches.len() } else { 0 };
+        vec![Recall::default(); n]
+    }
+
+    /// Sweeps over those groups of a run for which there is a `kick`: accumulates Σ length · f and Σ κ at the nodes of the block, and
+    /// writes κ of each slot, the answer of each group, and what its elements remember then, all from the first group on.
     pub fn sweep(
         &self,
         level: Level,
-        (groups, weight, power): (Range<usize>, impl Fn(usize) -> Option<f64>, Power),
+        asked: (Range<usize>, impl Fn(usize) -> Option<Kick>, Power),
         local: &mut Local,
-        found: (&mut [f64], &mut [GroupAnswer]),
+        found: (&mut [f64], &mut [GroupAnswer], &mut [Recall<D>]),
+    ) {
+        match &self.law {
+            Law::Elastic(gel, rest) => self.sweep_of(level, (gel, rest), asked, local, found),
+            Law::Flowing(gel, rest) => self.sweep_of(level, (gel, rest), asked, local, found),
+        }
+    }
+
+    fn sweep_of<G: Solid<D>>(
+        &self,
+        level: Level,
+        (gel, rest): (&G, &[G::Rest]),
+        asked: (Range<usize>, impl Fn(usize) -> Option<Kick>, Power),
+        local: &mut Local,
+        found: (&mut [f64], &mut [GroupAnswer], &mut [Recall<D>]),
     ) {
         match self.depth {
-            1 => dispatch!(level, simd => self.sweep_in::<1, _>(simd, (groups, weight, power), local, found)),
-            2 => dispatch!(level, simd => self.sweep_in::<2, _>(simd, (groups, weight, power), local, found)),
-            _ => dispatch!(level, simd => self.sweep_in::<4, _>(simd, (groups, weight, power), local, found)),
+            1 => dispatch!(level, simd => self.sweep_in::<1, _, _>((simd, gel, rest), asked, local, found)),
+            2 => dispatch!(level, simd => self.sweep_in::<2, _, _>((simd, gel, rest), asked, local, found)),
+            _ => dispatch!(level, simd => self.sweep_in::<4, _, _>((simd, gel, rest), asked, local, found)),
         }
     }
 
     #[inline(always)]
-    fn sweep_in<const N: usize, S: Simd>(
+    fn sweep_in<const N: usize, G: Solid<D>, S: Simd>(
         &self,
-        simd: S,
-        (groups, weight, power): (Range<usize>, impl Fn(usize) -> Option<f64>, Power),
+        (simd, gel, rest): (S, &G, &[G::Rest]),
+        (groups, kick, power): (Range<usize>, impl Fn(usize) -> Option<Kick>, Power),
         local: &mut Local,
-        (stiffness, answers): (&mut [f64], &mut [GroupAnswer]),
+        (stiffness, answers, memory): (&mut [f64], &mut [GroupAnswer], &mut [Recall<D>]),
     ) {
+        let first = groups.start;
         for ((group, stiffness), answer) in groups.zip(stiffness.chunks_exact_mut(LANES * N)).zip(answers) {
-            let Some(weight) = weight(group) else { continue };
-            let batches: &[Batch<D>; N] = self.batches[group * N..].first_chunk().expect("a group is whole");
-            let told: &[Wide] = self.told.get(group * N..(group + 1) * N).unwrap_or_default();
-            *answer = self.sweep_group(simd, (batches, told, weight, power), local, stiffness);
+            let Some(kick) = kick(group) else { continue };
+            let rest: &[G::Rest; N] = rest[group * N..].first_chunk().expect("a group is whole");
+            let memory = memory.get_mut((group - first) * N..(group - first + 1) * N).unwrap_or_default();
+            *answer = self.sweep_group((simd, gel, rest), (group, kick, power), local, (stiffness, memory));
         }
     }
 
-    /// One group: first the shape and J of every element, then J̄ of every patch, then the forces.
+    /// One group: first the strains and J of every element, then J̄ of every patch, then the forces.
     #[inline(always)]
-    fn sweep_group<const N: usize, S: Simd>(
+    fn sweep_group<const N: usize, G: Solid<D>, S: Simd>(
         &self,
-        simd: S,
-        (batches, told, weight, power): (&[Batch<D>; N], &[Wide], f64, Power),
+        (simd, gel, rest): (S, &G, &[G::Rest; N]),
+        (group, kick, power): (usize, Kick, Power),
         local: &mut Local,
-        stiffness: &mut [f64],
+        (stiffness, memory): (&mut [f64], &mut [Recall<D>]),
     ) -> GroupAnswer {
         // Loops, here and below: a closure is not compiled for the vector unit that its caller is compiled for.
+        let batches: &[Batch; N] = self.batches[group * N..].first_chunk().expect("a group is whole");
+        let told: &[Wide] = self.told.get(group * N..(group + 1) * N).unwrap_or_default();
         let zero = f64x8::splat(simd, 0.0);
-        let mut shapes = [Shape::none(zero); N];
+        let mut strains = [Strains::at_rest(zero); N];
         for k in 0..N {
-            self.shape((&batches[k], told.get(k)), &local.positions, &mut shapes[k]);
+            self.strain::<G, S>((&batches[k], told.get(k), &rest[k]), &local.positions, &mut strains[k]);
         }
         // Where one element of a patch is strained the pressure of all is.
-        let mut strained = shapes[0].strained;
+        let mut strained = strains[0].strained;
         for k in 1..N {
-            strained = strained.or_greater(shapes[k].strained);
+            strained = strained.or_greater(strains[k].strained);
         }
         let mut slopes = [Slopes { slope: zero, curvature: zero }; N];
-        let mut energy = self.volumetric(batches, &shapes, &mut slopes);
-        let mut given = zero;
+        let mut energy = volumetric(gel, batches, &strains, &mut slopes);
+        let (mut given, mut lost) = (zero, [zero; 3]);
         let mut answer = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
         for k in 0..N {
-            let pull = self.pull(&batches[k], &shapes[k], &slopes[k]);
+            let own = memory.get_mut(k..=k).unwrap_or_default();
+            let pull = gel.pull(self.section, (&batches[k], &rest[k], kick, own), (&strains[k], &slopes[k]));
             energy = fused(pull.energy, strained, energy);
+            for i in 0..3 {
+                lost[i] += pull.lost[i];
+            }
             if power == Power::Told {
                 given = fused(pull.power(&batches[k].nodes, &local.velocities), strained, given);
             }
-            let kicks = pull.kicks(strained * weight);
-            scatter::<D, S>(&batches[k].nodes, &kicks, &mut local.accumulated);
+            scatter::<D, S>(&batches[k].nodes, &pull.kicks(strained * kick.length), &mut local.accumulated);
             pull.stiffness.store_slice(&mut stiffness[k * LANES..(k + 1) * LANES]);
-            note(&mut answer, k, shapes[k].jacobian);
+            note(&mut answer, k, strains[k].jacobian);
         }
-        answer.energy = sum(energy);
-        answer.power = sum(given);
+        (answer.energy, answer.power) = (sum(energy), sum(given));
+        for i in 0..3 {
+            answer.lost[i] = sum(lost[i]);
+        }
         answer
     }
 
-    /// Edges, areas and J = λ scale det(e). Where all nodes are at rest J is 1, not what rounding makes of it; so it is in empty lanes.
+    /// F from the edges x_a − x_0, and what follows from it. Where all nodes are at rest J is 1, not what rounding makes of it; so it is in
+    /// empty lanes.
     #[inline(always)]
-    fn shape<S: Simd>(
+    fn strain<G: Solid<D>, S: Simd>(
         &self,
-        (batch, told): (&Batch<D>, Option<&Wide>),
+        (batch, told, rest): (&Batch, Option<&Wide>, &G::Rest),
         positions: &Aligned<Row>,
-        s: &mut Shape<D, f64x8<S>>,
+        s: &mut Strains<D, f64x8<S>>,
     ) {
         let simd = s.inner.simd;
         let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
@@ -236,101 +340,30 @@ impl<const D: usize> Lanes<D> {
         if let Some(told) = told {
             moved = moved.or_greater(wide(simd, told));
         }
-        let strained = (moved * wide(simd, &batch.volume)).simd_gt(zero);
-        s.strained = strained.select(one, zero);
+        let away = (moved * wide(simd, &batch.volume)).simd_gt(zero);
+        let strained = away.select(one, zero);
         for a in 0..D {
             for i in 0..D {
-                s.edges[a][i] = rows[a + 1][i] - rows[0][i];
+                s.f[i][a] = rows[a + 1][i] - rows[0][i];
             }
         }
-        let determinant = areas(&s.edges, &mut s.areas);
-        s.inner = strained.select(determinant * wide(simd, &batch.scale), one);
+        let unit = G::deform(rest, (strained, wide(simd, &batch.scale)), &mut s.f);
+        s.inner = away.select(cofactor(&s.f, &mut s.cofactor) * unit, one);
         s.jacobian = s.inner;
         if self.section == Section::Axisymmetric {
             s.hoop = batch.hoop(simd);
-            s.out = strained.select((rows[0][0] + rows[1][0] + rows[2][0]) * s.hoop, one);
+            s.out = away.select((rows[0][0] + rows[1][0] + rows[2][0]) * s.hoop, one);
             s.jacobian = s.inner * s.out;
         }
+        s.strained = if G::REMEMBERS { one } else { strained };
     }
+}
 
-    /// Volumetric energy, J, and slope and curvature of each element: U(J) of an element that is a patch by itself; else
-    /// U_s(J) of each and U_v(J̄) of the patch (numerics 5).
+impl<const D: usize, V: Number> Strains<D, V> {
     #[inline(always)]
-    fn volumetric<const N: usize, S: Simd>(
-        &self,
-        batches: &[Batch<D>; N],
-        shapes: &[Shape<D, f64x8<S>>; N],
-        slopes: &mut [Slopes<f64x8<S>>; N],
-    ) -> f64x8<S> {
-        let simd = shapes[0].jacobian.simd;
-        if N == 1 {
-            let u = self.material.volumetric(shapes[0].jacobian);
-            slopes[0] = Slopes { slope: u.slope, curvature: u.curvature.at_least(0.0) };
-            return wide(simd, &batches[0].volume) * u.energy;
-        }
-        let mut volume = wide(simd, &batches[0].volume);
-        let mut now = volume * shapes[0].jacobian;
-        for k in 1..N {
-            let own = wide(simd, &batches[k].volume);
-            (volume, now) = (volume + own, now + own * shapes[k].jacobian);
-        }
-        // An empty lane has no volume; the smallest number keeps it from 0/0.
-        let shared = self.material.shared(now / volume.at_least(f64::MIN_POSITIVE));
-        let mut energy = volume * shared.energy;
-        for k in 0..N {
-            let own = self.material.own(shapes[k].jacobian);
-            energy += wide(simd, &batches[k].volume) * own.energy;
-            slopes[k].slope = own.slope + shared.slope;
-            slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
-        }
-        energy
-    }
-
-    /// f_a = −Σ_b w μ ∇N_a·∇N_b e_b − w U′ ∂J/∂x_a, w μ/2 (|F|² + λ² − 3), and κ as [`super::Simplices`] has it.
-    #[inline(always)]
-    fn pull<S: Simd>(&self, batch: &Batch<D>, s: &Shape<D, f64x8<S>>, u: &Slopes<f64x8<S>>) -> Pull<D, f64x8<S>> {
-        let (simd, mu) = (s.inner.simd, self.material.shear_modulus());
-        let zero = f64x8::splat(simd, 0.0);
-        let (volume, scale) = (wide(simd, &batch.volume), wide(simd, &batch.scale));
-        let squeeze = if D == 2 { scale * s.out } else { scale };
-        let (pressure, shape) = (-(volume * u.slope), volume * mu);
-        let (push, beside) = (pressure * squeeze, s.inner * s.hoop);
-        let around = fused(pressure, s.inner, -(shape * s.out)) * s.hoop;
-        let (mut square, mut volumetric) = (zero, zero);
-        let mut forces = [[zero; D]; D];
-        for i in 0..D {
-            let ring = if i == 0 { beside } else { zero };
-            let mut first = zero;
-            for a in 0..D {
-                let mut shear = s.edges[0][i] * wide(simd, batch.metric(a, 0));
-                for b in 1..D {
-                    shear = fused(s.edges[b][i], wide(simd, batch.metric(a, b)), shear);
-                }
-                square = fused(s.edges[a][i], shear, square);
-                forces[a][i] = fused(push, s.areas[a][i], -shear);
-                first -= s.areas[a][i];
-                let b = if D == 2 { fused(s.areas[a][i], squeeze, ring) } else { s.areas[a][i] };
-                volumetric = fused(b, b, volumetric);
-            }
-            let b = if D == 2 { fused(first, squeeze, ring) } else { first };
-            volumetric = fused(b, b, volumetric);
-        }
-        let volumetric = if D == 2 { volumetric } else { volumetric * (squeeze * squeeze) };
-        let turn = match self.section {
-            Section::Planar { .. } => zero + 1.0,
-            Section::Spatial => (square * scale * (12.0 / mu)).root(),
-            Section::Axisymmetric => {
-                let strain = square * (s.hoop * scale) * (3.0 / (std::f64::consts::PI * mu));
-                two_largest(strain, s.inner, s.out)
-            }
-        };
-        let spread = wide(simd, &batch.spread);
-        let spread = if D == 2 { fused(volume * 3.0, s.hoop * s.hoop, spread) } else { spread };
-        let turning = fused(u.slope.absolute(), turn, zero + mu);
-        let stiffness = fused(volume * u.curvature, volumetric, turning * spread);
-        let square = if D == 2 { fused(shape * s.out, s.out, square) } else { square };
-        let energy = (square - shape * 3.0) * 0.5;
-        Pull { forces, around, stiffness, energy }
+    fn at_rest(zero: V) -> Self {
+        let (none, one) = ([[zero; D]; D], zero + 1.0);
+        Self { f: none, cofactor: none, out: one, hoop: zero, inner: one, jacobian: one, strained: zero }
     }
 }
 
@@ -370,41 +403,58 @@ impl<const D: usize, S: Simd> Pull<D, f64x8<S>> {
     }
 }
 
-impl<const D: usize, V: Number> Shape<D, V> {
-    #[inline(always)]
-    fn none(zero: V) -> Self {
-        let (none, one) = ([[zero; D]; D], zero + 1.0);
-        Self { edges: none, areas: none, out: one, hoop: zero, inner: one, jacobian: one, strained: zero }
+/// Volumetric energy, J, and slope and curvature of each element: U(J) of an element that is a patch by itself; else
+/// U_s(J) of each and U_v(J̄) of the patch (numerics 5).
+#[inline(always)]
+fn volumetric<const D: usize, const N: usize, S: Simd>(
+    gel: &impl Solid<D>,
+    batches: &[Batch; N],
+    strains: &[Strains<D, f64x8<S>>; N],
+    slopes: &mut [Slopes<f64x8<S>>; N],
+) -> f64x8<S> {
+    let simd = strains[0].jacobian.simd;
+    if N == 1 {
+        let u = gel.volumetric(strains[0].jacobian);
+        slopes[0] = Slopes { slope: u.slope, curvature: u.curvature.at_least(0.0) };
+        return wide(simd, &batches[0].volume) * u.energy;
     }
+    let mut volume = wide(simd, &batches[0].volume);
+    let mut now = volume * strains[0].jacobian;
+    for k in 1..N {
+        let own = wide(simd, &batches[k].volume);
+        (volume, now) = (volume + own, now + own * strains[k].jacobian);
+    }
+    // An empty lane has no volume; the smallest number keeps it from 0/0.
+    let shared = gel.shared(now / volume.at_least(f64::MIN_POSITIVE));
+    let mut energy = volume * shared.energy;
+    for k in 0..N {
+        let own = gel.own(strains[k].jacobian);
+        energy += wide(simd, &batches[k].volume) * own.energy;
+        slopes[k].slope = own.slope + shared.slope;
+        slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
+    }
+    energy
 }
 
-/// Sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|, from Σ s², s₁s₂ and λ.
+/// cof F; returns det F.
 #[inline(always)]
-fn two_largest<V: Number>(square: V, inner: V, out: V) -> V {
-    let area = inner.absolute() * 2.0;
-    let (sum, difference) = ((square + area).root(), (square - area).at_least(0.0).root());
-    sum.or_greater((sum + difference) * 0.5 + out.absolute())
-}
-
-/// ∂ det(e)/∂e_a of the edges e_a; returns det(e).
-#[inline(always)]
-fn areas<const D: usize, S: Simd>(e: &[[f64x8<S>; D]; D], b: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {
+fn cofactor<const D: usize, S: Simd>(f: &[[f64x8<S>; D]; D], c: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {
     if D == 2 {
-        (b[0][0], b[0][1], b[1][0], b[1][1]) = (e[1][1], -e[1][0], -e[0][1], e[0][0]);
-        return fused(e[0][0], e[1][1], -(e[0][1] * e[1][0]));
+        (c[0][0], c[0][1], c[1][0], c[1][1]) = (f[1][1], -f[1][0], -f[0][1], f[0][0]);
+        return fused(f[0][0], f[1][1], -(f[0][1] * f[1][0]));
     }
-    for a in 0..D {
-        for i in 0..D {
-            let (c, d, k, l) = ((a + 1) % D, (a + 2) % D, (i + 1) % D, (i + 2) % D);
-            b[a][i] = fused(e[c][k], e[d][l], -(e[c][l] * e[d][k]));
+    for i in 0..D {
+        for j in 0..D {
+            let (k, l, m, n) = ((i + 1) % D, (i + 2) % D, (j + 1) % D, (j + 2) % D);
+            c[i][j] = fused(f[k][m], f[l][n], -(f[k][n] * f[l][m]));
         }
     }
-    fused(e[0][0], b[0][0], fused(e[0][1], b[0][1], e[0][2 % D] * b[0][2 % D]))
+    fused(f[0][0], c[0][0], fused(f[0][1], c[0][1], f[0][2 % D] * c[0][2 % D]))
 }
 
 /// a b + c, rounded once.
 #[inline(always)]
-fn fused<S: Simd>(a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> {
+pub(super) fn fused<S: Simd>(a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> {
     a.simd.mul_add_precise_f64x8(a, b, c)
 }
 

@@ -1,10 +1,13 @@
 //! Potential energies made of elements, in patches that share a volume change: what the integrator steps.
 
 mod batch;
+mod elastic;
 mod flow;
+mod flowing;
 mod lanes;
 mod local;
 mod pressure;
+mod recall;
 mod relax;
 mod shuffle;
 mod simplex;
@@ -16,9 +19,10 @@ use crate::mesh::{ElementId, NodeId, Patches};
 
 pub use batch::{Batch, LANES};
 pub use flow::{Memory, Spent};
-pub use lanes::{DEPTH, GroupAnswer, Lanes, Power};
+pub use lanes::{DEPTH, GroupAnswer, Kick, Lanes, Power};
 pub use local::{Accumulated, Local, MOST_LOCAL_NODES, Row};
 pub use pressure::{Push, push};
+pub use recall::Recall;
 pub use simplices::{Reference, Section, Simplices};
 
 /// Most nodes that an element may have.
@@ -65,6 +69,16 @@ pub trait Potential<const D: usize>: Send + Sync {
         answers: &mut [Answer<D>; DEPTH],
     ) -> Spent {
         Spent { energy: self.evaluate(patch, x, memory, answers), ..Spent::default() }
+    }
+    /// The same at a tick at which the patch has been advanced already; `viscous` is what viscosity has added to U′ of each element then.
+    fn again(
+        &self,
+        patch: usize,
+        x: &[Vector<D>],
+        (memory, _viscous): (&[Memory<D>], &[f64; DEPTH]),
+        answers: &mut [Answer<D>; DEPTH],
+    ) -> f64 {
+        self.evaluate(patch, x, memory, answers)
     }
     /// How many memories each element has of how it has come where it is.
     fn memories(&self) -> usize {

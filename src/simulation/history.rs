@@ -264,7 +264,7 @@ impl<const D: usize> Mean<D> {
             return Some(fit.0);
         }
         // What lies between two that stand upright need not.
-        let reaches = |strain: &Strain<D>| self.fitted(strain, now).is_none_or(|fit| fit.1 >= self.distortion);
+        let reaches = |strain: &Strain<D>| self.reaches(strain, now);
         let told = self.said(told, now).filter(reaches);
         // More than enough is only there where energy is handed on: on the way to it from rest then.
         let (from, aim) = match mean {
@@ -279,6 +279,23 @@ impl<const D: usize> Mean<D> {
         // Where the mean is turned inside out, nothing is known of the shape, and it rests in the one that it has.
         let fit = self.fitted(&from.between(&aim, less), now).or_else(|| self.fitted(&rest, now));
         fit.map(|fit| fit.0)
+    }
+
+    /// Whether an element with this F, but for the change of volume, and the measure at rest has the distortion or more, or is none.
+    ///
+    /// What [`Self::fitted`] finds, cubed and without its roots: F stretched by 1/s has det F/s^D = w/w₀, so that s drops out of Ī₁ in space
+    /// and is s² = w₀ det F/w in the plane.
+    fn reaches(&self, strain: &Strain<D>, now: &Reference<D>) -> bool {
+        let (whole, turned) = (measure(&now.edges), det(&strain.f));
+        let rest = if self.is_ring { self.rest * strain.out / now.radius } else { self.rest };
+        let grown = if rest > 0.0 { whole / rest } else { 1.0 };
+        let (square, volume) = match D {
+            2 => (strain.f.norm_squared() / turned * grown + strain.out * strain.out, grown * strain.out),
+            _ => (strain.f.norm_squared(), turned),
+        };
+        let cube = |x: f64| x * x * x;
+        let is_upright = turned > 0.0 && grown > 0.0 && (!self.is_ring || strain.out > 0.0);
+        !is_upright || cube(square) >= cube(self.distortion) * volume * volume
     }
 
     /// An element with this F, but for the change of volume, and the measure at rest; and its distortion.
