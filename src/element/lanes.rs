@@ -240,15 +240,14 @@ impl<const D: usize> Lanes<D> {
         found: (&mut [f64], &mut [GroupAnswer], &mut [Recall<D>]),
     ) {
         match &self.law {
-            Law::Elastic(gel, rest) => self.sweep_of(level, (gel, rest), asked, local, found),
-            Law::Flowing(gel, rest) => self.sweep_of(level, (gel, rest), asked, local, found),
+            Law::Elastic(gel, rest) => self.sweep_of((level, gel, rest), asked, local, found),
+            Law::Flowing(gel, rest) => self.sweep_of((level, gel, rest), asked, local, found),
         }
     }
 
     fn sweep_of<G: Solid<D>>(
         &self,
-        level: Level,
-        (gel, rest): (&G, &[G::Rest]),
+        (level, gel, rest): (Level, &G, &[G::Rest]),
         asked: (Range<usize>, impl Fn(usize) -> Option<Kick>, Power),
         local: &mut Local,
         found: (&mut [f64], &mut [GroupAnswer], &mut [Recall<D>]),
