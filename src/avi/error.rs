@@ -64,6 +64,24 @@ pub enum StepError {
         /// Where, m.
         at: [f64; 3],
     },
+    /// A body spins faster than it can be followed.
+    #[error(
+        "{0} spins at {rate:.3e} rad/s at {time:.6e} s, by {2:.3e} rad in the shortest step there is: more than {most} cannot be \
+         followed. Lower {1}.external_torque or {1}.angular_velocity",
+        name(*body), variable(*body), turn
+    )]
+    Spun {
+        /// Which body.
+        body: usize,
+        /// When, s.
+        time: f64,
+        /// |ω|, rad/s.
+        rate: f64,
+        /// Angle in a tick, rad.
+        turn: f64,
+        /// The greatest that can be followed, rad.
+        most: f64,
+    },
     /// No new mesh can go on, nor can the old one.
     #[error(
         "at {time:.6e} s the mesh is worn, and neither a new one nor this one can go on: the stable step would be {step:.3e} s. \
@@ -82,6 +100,11 @@ fn name(body: usize) -> String {
     if body == 0 { "the projectile".to_owned() } else { format!("fragment {body}") }
 }
 
+/// What the variables of a body begin with.
+fn variable(body: usize) -> String {
+    if body == 0 { "projectile".to_owned() } else { format!("fragment[{body}]") }
+}
+
 impl StepError {
     /// When, s.
     #[must_use]
@@ -91,6 +114,7 @@ impl StepError {
             | Self::NotFinite { time, .. }
             | Self::StepCollapsed { time, .. }
             | Self::Leak { time, .. }
+            | Self::Spun { time, .. }
             | Self::Worn { time, .. } => *time,
         }
     }

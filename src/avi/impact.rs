@@ -5,8 +5,8 @@ use super::engine::Engine;
 use super::facet::{Deep, deepest};
 use super::phase::Phase;
 use super::pierce::Piercing;
-use crate::algebra::{Vector, Vector3, embed, restrict};
-use crate::contact::{Body, BodyState, Exchange, Law, impulse, reversal};
+use crate::algebra::{Vector, Vector3, embed, ordered_sum, restrict};
+use crate::contact::{Body, BodyState, Exchange, Law, Motion, impulse, reversal};
 use crate::element::Potential;
 use crate::geometry::{Gap, SignedDistance};
 use crate::mesh::{ElementId, NodeId};
@@ -323,6 +323,24 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             if residual <= SETTLED * fastest {
                 break;
             }
+        }
+        self.gather();
+    }
+
+    /// What a body has received of all touches, added up once: given to it one after the other over all sweeps, its momentum
+    /// would be rounded thousands of times a tick.
+    fn gather(&mut self) {
+        for (body, fixed) in self.bodies.iter().enumerate().filter(|(_, body)| body.motion == Motion::Free) {
+            let touches: Vec<&Touch<D>> = self.scratch.touches.iter().filter(|touch| touch.body == body).collect();
+            if touches.is_empty() {
+                continue;
+            }
+            let (was, now) = (&self.scratch.was[body], &mut self.scratch.now[body]);
+            let linear = ordered_sum(touches.len(), Vector3::zeros(), |i| -touches[i].push());
+            let arm = |i: usize| touches[i].point - was.position;
+            let turning = ordered_sum(touches.len(), Vector3::zeros(), |i| arm(i).cross(&-touches[i].push()));
+            now.velocity = was.velocity + fixed.freedom.translation(&linear) / fixed.mass;
+            now.angular_momentum = was.angular_momentum + fixed.freedom.rotation(&turning);
         }
     }
 

@@ -6,7 +6,7 @@ use super::order::Order;
 use super::{Gel, Kind, StepError};
 use crate::algebra::{Vector3, embed};
 use crate::element::{Lanes, Potential};
-use crate::geometry::Gap;
+use crate::geometry::{Gap, Shape};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Alarm, Clock, Tick};
 
@@ -303,7 +303,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn path_limit(&self, (node, size): (NodeId, f64), gap: &Gap, (horizon, body): (f64, usize)) -> f64 {
         let (x, v) = (embed(&self.state.position[node.index()]), embed(&self.velocity_before(node)));
         let (fixed, body) = (&self.bodies[body], &self.scratch.was[body]);
-        let relative: Vector3 = v - fixed.velocity_at(body, &x);
+        // A ball that spins stays where it is.
+        let round = matches!(fixed.shape, Shape::Sphere(_));
+        let relative: Vector3 = v - if round { body.velocity } else { fixed.velocity_at(body, &x) };
         let end = horizon * self.grid.time(1);
         let (growth, swelling) = body.bulge.map_or((0.0, 0.0), |bulge| (bulge.speed(), bulge.pull()));
         let pull = 0.5 * (body.wrench.force.norm() / fixed.mass + swelling);

@@ -9,7 +9,7 @@ use super::phase::{Moment, Phase};
 use super::renew::Reached;
 use super::schedule::Kind;
 use super::sweep::{Sweep, fails};
-use crate::contact::Exchange;
+use crate::contact::{BodyState, Exchange};
 use crate::element::Potential;
 use crate::mesh::ElementId;
 use crate::state::Tick;
@@ -42,6 +42,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             for body in 0..self.bodies.len() {
                 if self.next_turn(body) == Some(tick) {
                     self.rebase_body(body, self.grid.time(tick));
+                    self.check_spin(body, &self.state.bodies[body])?;
                 }
             }
             let due = self.is_due(tick);
@@ -162,10 +163,18 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.book_contact();
         self.receive(time, (t, exchanges));
         self.reschedule();
-        match collapsed {
-            Some(error) => Err(error),
-            None => self.check_leaks(time),
-        }
+        collapsed.map_or(Ok(()), Err)?;
+        self.scratch.now.iter().enumerate().try_for_each(|(body, at)| self.check_spin(body, at))?;
+        self.check_leaks(time)
+    }
+
+    /// A body that turns by more than [`TURN`] in a tick ends the run: the surface of the gel near it would be stepped at every
+    /// tick, a thousand times an element step, without following it.
+    fn check_spin(&self, body: usize, at: &BodyState) -> Result<(), StepError> {
+        let rate = self.bodies[body].angular_velocity(at).norm();
+        let turn = rate * self.grid.time(1);
+        let follows = turn <= TURN || !at.active;
+        if follows { Ok(()) } else { Err(StepError::Spun { body, time: at.time, rate, turn, most: TURN }) }
     }
 
     /// What the elements that fire answer, in either form.

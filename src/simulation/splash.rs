@@ -40,8 +40,8 @@ impl<const D: usize> Gelatin<D> {
         let ledger = self.engine.ledger_mut();
         // What the rest stores otherwise, in patches anew, is the doing of the mesh.
         ledger.energy.splash -= carried;
-        ledger.momentum.splash += ledger.momentum.remesh - before.0;
-        ledger.angular_momentum.splash += ledger.angular_momentum.remesh - before.1;
+        ledger.momentum.splash += ledger.momentum.remesh.value() - before.0.value();
+        ledger.angular_momentum.splash += ledger.angular_momentum.remesh.value() - before.1.value();
         ledger.energy.remesh += carried;
         (ledger.momentum.remesh, ledger.angular_momentum.remesh) = before;
         Ok(())

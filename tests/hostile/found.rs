@@ -82,3 +82,19 @@ fn a_state_whose_times_and_ticks_contradict_each_other_is_refused() {
         assert!(matches!(restored(change), Err(RestoreError::Inconsistent { .. })), "change {i}");
     }
 }
+
+/// A step of twenty element steps took minutes: the gel near a ball that spins at 1e18 rad/s was stepped at every tick.
+#[test]
+fn a_torque_that_spins_a_body_faster_than_it_can_be_followed_is_named() {
+    let scene = scene::read(&coarse()).unwrap();
+    for (torque, stops) in [(1e15, true), (1e300, true), (1e-3, false)] {
+        let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
+        let mut inputs = simulation.inputs();
+        inputs[0].wrench.torque.y = torque;
+        let ended = simulation.step(&inputs, 1e-3);
+        assert_eq!(ended.is_err(), stops, "{torque}: {ended:?}");
+        let said = ended.map_or_else(|error| error.to_string(), |()| String::new());
+        assert!(!stops || said.contains("projectile.external_torque"), "{said}");
+        assert_eq!(simulation.step(&inputs, 2e-3).is_err(), stops);
+    }
+}
