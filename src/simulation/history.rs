@@ -338,7 +338,12 @@ mod tests {
         let past = Past::new((&simplices, &birth, &memory), &position);
         let source = Source { new: ElementId(0), old: ElementId(3), mass: 0.0, part: 1.0 };
         let mean = Mean::of(&past, &position, &[source]);
-        assert!((mean.plastic - 0.7).abs() < 1e-15 && (mean.left - 0.4).abs() < 1e-15, "{} {}", mean.plastic, mean.left);
+        assert!(
+            (mean.plastic - 0.7).abs() < 1e-15 && (mean.left - 0.4).abs() < 1e-15,
+            "{} {}",
+            mean.plastic,
+            mean.left
+        );
         assert!((mean.distortion - UNDISTORTED).abs() < 1e-12 && mean.rest > 0.0);
     }
 }
