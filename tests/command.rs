@@ -147,7 +147,7 @@ fn a_scene_that_does_not_exist_is_refused_with_the_names_that_do() {
     assert_eq!(said.status, Some(2));
     assert!(said.err.starts_with("error: scene nowhere.toml: found neither a built-in scene nor a readable file"));
     assert!(said.err.contains(
-        "expected one of fbi-bb, fbi-bb-3d, sphere-720, hydro-drag, sphere-block, sphere-deep, ball-bounce, bounce-visco, backface-dent, cavity-exact, ball-square, l-beam, sphere-graded-4"
+        "expected one of fbi-bb, fbi-bb-3d, sphere-720, bullet-yaw, hydro-drag, sphere-block, sphere-deep, ball-bounce, bounce-visco, backface-dent, cavity-exact, ball-square, l-beam, sphere-graded-4"
     ));
 }
 

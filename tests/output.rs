@@ -377,7 +377,7 @@ fn history_has_the_columns_of_each_fragment() {
     let columns: Vec<&str> = lines[0].split(',').collect();
     let values: Vec<f64> = lines[21].split(',').map(|value| value.parse().unwrap()).collect();
     let own = columns.iter().filter(|name| name.starts_with("fragment")).count();
-    assert_eq!((columns.len(), own), (values.len(), 2 * 22), "twenty-two columns of each");
+    assert_eq!((columns.len(), own), (values.len(), 2 * 23), "twenty-three columns of each");
     let value = |name: &str| values[columns.iter().position(|known| *known == name).unwrap()];
     let t = time(&scene, 20);
     for (name, expected) in [
@@ -392,6 +392,7 @@ fn history_has_the_columns_of_each_fragment() {
         ("fragment2_orientation_z", 0.0),
         ("fragment2_angular_velocity_x_rad_per_s", 7.0),
         ("fragment2_angular_velocity_z_rad_per_s", 9.0),
+        ("fragment1_yaw_rad", 0.0),
         ("fragment1_impulse_y_N_s", 2e-4),
         ("fragment1_bulge_height_m", 0.006 + 0.4 * t),
         ("fragment1_bulge_radius_m", 0.016 + 0.2 * t),
@@ -402,6 +403,8 @@ fn history_has_the_columns_of_each_fragment() {
     ] {
         assert_eq!(value(name), expected, "{name}");
     }
+    let yaw = value("fragment2_yaw_rad");
+    assert!((yaw - 4.0_f64.atan2(-3.0)).abs() < 1e-15, "its nose towards −x, it flies towards +x and −z: {yaw}");
 }
 
 #[test]

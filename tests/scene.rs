@@ -275,6 +275,7 @@ fn the_builtin_scenes_are_the_promised_ones_and_the_first_is_the_default() {
                 "fbi-bb",
                 "fbi-bb-3d",
                 "sphere-720",
+                "bullet-yaw",
                 "hydro-drag",
                 "sphere-block",
                 "sphere-deep",

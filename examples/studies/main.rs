@@ -4,6 +4,7 @@ mod backface_dent;
 mod ball_bounce;
 mod behind_plate;
 mod bounce_visco;
+mod bullet_yaw;
 mod cavity;
 mod coupling;
 mod cpu;
@@ -36,7 +37,7 @@ mod table;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 19] = [
+const STUDIES: [Study; 20] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -78,6 +79,11 @@ const STUDIES: [Study; 19] = [
         behind_plate::study,
     ),
     ("fbi-bb-3d", "the calibration shot in space, a quarter of the block", fbi_bb_3d::study),
+    (
+        "bullet-yaw",
+        "a rigid bullet by the yaw with which it comes: yaw by depth, neck, law of the cosh",
+        bullet_yaw::study,
+    ),
     ("hydro-drag", "drag and slam of a ball in a fluid, by mesh size and grading", hydro_drag::study),
     ("extremes", "every limit against what is known beforehand; masses, speeds, a second of rest", extremes::study),
 ];

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// A column: its name with the unit, and its value.
 type Column = (&'static str, fn(&Observation) -> f64);
 
-const COLUMNS: [Column; 59] = [
+const COLUMNS: [Column; 60] = [
     ("time_s", |o| o.time),
     ("position_x_m", |o| o.projectile().kinematics.position.x),
     ("position_y_m", |o| o.projectile().kinematics.position.y),
@@ -25,6 +25,7 @@ const COLUMNS: [Column; 59] = [
     ("angular_velocity_x_rad_per_s", |o| o.projectile().kinematics.angular_velocity.x),
     ("angular_velocity_y_rad_per_s", |o| o.projectile().kinematics.angular_velocity.y),
     ("angular_velocity_z_rad_per_s", |o| o.projectile().kinematics.angular_velocity.z),
+    ("yaw_rad", |o| o.projectile().kinematics.yaw()),
     ("depth_m", |o| o.projectile().depth),
     ("impulse_x_N_s", |o| o.projectile().exchange.impulse.x),
     ("impulse_y_N_s", |o| o.projectile().exchange.impulse.y),
@@ -75,7 +76,7 @@ const COLUMNS: [Column; 59] = [
 /// A column of each fragment, behind those; its name follows `fragment1_`, `fragment2_`, …
 type FragmentColumn = (&'static str, fn(&BodyReport) -> f64);
 
-const FRAGMENT_COLUMNS: [FragmentColumn; 22] = [
+const FRAGMENT_COLUMNS: [FragmentColumn; 23] = [
     ("active", |b| f64::from(u8::from(b.active))),
     ("position_x_m", |b| b.kinematics.position.x),
     ("position_y_m", |b| b.kinematics.position.y),
@@ -90,6 +91,7 @@ const FRAGMENT_COLUMNS: [FragmentColumn; 22] = [
     ("angular_velocity_x_rad_per_s", |b| b.kinematics.angular_velocity.x),
     ("angular_velocity_y_rad_per_s", |b| b.kinematics.angular_velocity.y),
     ("angular_velocity_z_rad_per_s", |b| b.kinematics.angular_velocity.z),
+    ("yaw_rad", |b| b.kinematics.yaw()),
     ("depth_m", |b| b.depth),
     ("impulse_x_N_s", |b| b.exchange.impulse.x),
     ("impulse_y_N_s", |b| b.exchange.impulse.y),

@@ -1,9 +1,10 @@
 //! The scenes that come with the program.
 
-const BUILTINS: [(&str, &str); 15] = [
+const BUILTINS: [(&str, &str); 16] = [
     ("fbi-bb", include_str!("../../scenes/fbi-bb.toml")),
     ("fbi-bb-3d", include_str!("../../scenes/fbi-bb-3d.toml")),
     ("sphere-720", include_str!("../../scenes/sphere-720.toml")),
+    ("bullet-yaw", include_str!("../../scenes/bullet-yaw.toml")),
     ("hydro-drag", include_str!("../../scenes/hydro-drag.toml")),
     ("sphere-block", include_str!("../../scenes/sphere-block.toml")),
     ("sphere-deep", include_str!("../../scenes/sphere-deep.toml")),

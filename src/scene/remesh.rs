@@ -23,6 +23,10 @@ pub struct Remesh {
     /// Shortest edge that is asked for, m; half of `mesh.size` if not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smallest: Option<f64>,
+    /// Edge at the ends of bodies on their axes and at their corners, m, from which it grows by `growth` as elsewhere: a nose that is
+    /// sharper than the mesh around the body; `mesh.size` there, too, if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tip: Option<f64>,
     /// Angle by which displacement or velocity, drawn over the gel, may bend between two elements beside each other, degrees;
     /// at 180 their bends ask for nothing.
     pub bend: f64,
@@ -43,6 +47,7 @@ impl Default for Remesh {
             times: vec![],
             adaptive: true,
             smallest: None,
+            tip: None,
             bend: 15.0,
             growth: 0.3,
             thinnest: None,

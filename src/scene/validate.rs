@@ -147,7 +147,8 @@ fn grown(tree: &Tree, scene: &Scene) -> Check {
 
 fn remesh(scene: &Scene) -> Check {
     let Some(remesh) = &scene.remesh else { return Ok(()) };
-    let Remesh { method, quality, compression, ref times, adaptive: _, smallest, bend, growth, thinnest } = *remesh;
+    let Remesh { method, quality, compression, ref times, adaptive: _, smallest, tip, bend, growth, thinnest } =
+        *remesh;
     let possible = method == RemeshMethod::Retained || scene.scene.dimension != Dimension::Spatial;
     require(
         possible,
@@ -172,6 +173,7 @@ fn remesh(scene: &Scene) -> Check {
     within("remesh.growth", growth, 0.01..=1.0)?;
     let size = scene.mesh.size;
     smallest.map_or(Ok(()), |smallest| within("remesh.smallest", smallest, 1e-3 * size..=size))?;
+    tip.map_or(Ok(()), |tip| within("remesh.tip", tip, 1e-3 * size..=size))?;
     let Some(thinnest) = thinnest else { return Ok(()) };
     within("remesh.thinnest", thinnest, 0.0..=size)
 }

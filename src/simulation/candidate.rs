@@ -3,9 +3,10 @@
 use super::history;
 use super::model::Gelatin;
 use super::recipe::{Recipe, Sizes};
-use crate::algebra::{Vector, embed, restrict};
+use crate::algebra::{Vector, Vector3, embed, restrict};
 use crate::contact::{Body, BodyState};
 use crate::element::{Memory, Potential, Section};
+use crate::geometry::Pole;
 use crate::mesh::{Mesh, Patches, neighbours, outer};
 use crate::remesh::{
     self, Acceptance, Carried, Defects, Moved, Neighbours, Pairing, Proposal, Quality, Range, Rejected, RemeshError,
@@ -183,7 +184,14 @@ impl<const D: usize> Gelatin<D> {
             let gap = gaps.fold(f64::INFINITY, f64::min).max(0.0);
             *size = size.min(sizes.usual + sizes.rules.growth * gap);
         }
-        let size = remesh::thinned(moved, &self.engine.gel().surface.facets, size, sizes.least);
+        let mut size = remesh::thinned(moved, &self.engine.gel().surface.facets, size, sizes.least);
+        if let Some(tip) = sizes.rules.tip {
+            let ends = ends(&bodies);
+            for (size, x) in size.iter_mut().zip(moved.position) {
+                let near = ends.iter().map(|end| (embed(x) - end).norm()).fold(f64::INFINITY, f64::min);
+                *size = size.min(tip + sizes.rules.growth * near);
+            }
+        }
         remesh::graded(moved, size, sizes.rules.growth)
     }
 
@@ -272,6 +280,15 @@ impl<const D: usize> Gelatin<D> {
 
 fn displacement<const D: usize>(moved: &Moved<'_, D>) -> Vec<Vector<D>> {
     moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect()
+}
+
+/// Ends of bodies on their axes, and their corners, m.
+fn ends(bodies: &[(&Body, BodyState)]) -> Vec<Vector3> {
+    let of = |(body, at): &(&Body, BodyState)| -> Vec<Vector3> {
+        let place = |pole: &Pole| at.position + at.orientation.transform_vector(&pole.end);
+        body.shape.poles().iter().map(place).collect()
+    };
+    bodies.iter().flat_map(of).collect()
 }
 
 /// The place on the surface of a body for one inside it: a new point of a facet that is drawn over a body would have to be

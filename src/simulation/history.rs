@@ -202,15 +202,18 @@ impl<const D: usize> Mean<D> {
         let is_ring = past.potential.section() == Section::Axisymmetric;
         let (mut strain, mut distortion, mut rest, mut mass) = (Strain::zero(), 0.0, 0.0, 0.0);
         let (mut plastic, mut left, mut stored) = (0.0, 0.0, 0.0);
+        let is_massive = sources.iter().any(|source| source.mass > 0.0);
         for source in sources {
             let own = Strain::of(past, x, source.old);
             let memory = past.memory.get(source.old.index()).copied().unwrap_or_default();
-            plastic += memory.plastic * source.mass;
-            left += memory.left * source.mass;
+            // What was made of nothing in the mesh before has no mass: its mean is by volume.
+            let weight = if is_massive { source.mass } else { source.part * past.rest(source.old) };
+            plastic += memory.plastic * weight;
+            left += memory.left * weight;
             rest += rest_of(past, source);
-            strain = strain.plus(&own, source.mass);
-            distortion += own.distortion() * source.mass;
-            mass += source.mass;
+            strain = strain.plus(&own, weight);
+            distortion += own.distortion() * weight;
+            mass += weight;
             stored += (own.distortion() - UNDISTORTED) * source.part * past.rest(source.old) * memory.left;
         }
         let flows = past.potential.remembers();
@@ -322,4 +325,42 @@ fn measure<const D: usize>(edges: &Tensor<D>) -> f64 {
 fn inverse<const D: usize>(a: &Tensor<D>) -> Option<Tensor<D>> {
     let det = det(a);
     (det > 0.0).then(|| cofactor(a).transpose() / det)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::Simplices;
+    use crate::material::{BulkViscosity, EquationOfState, Flowing, Material, Strength};
+    use crate::mesh::{Block, Split, block};
+
+    #[test]
+    fn an_element_that_was_made_of_nothing_hands_on_what_it_is() {
+        let planes = [[0.0, 1.0]; 3].map(Vec::from);
+        let mesh = block::<3>(Block { planes, split: Split::Centred, faces: vec![] });
+        let gel = Flowing {
+            shear_modulus: 4.8,
+            state: EquationOfState::new(60.0, 0.0, 20.0),
+            strength: Some(Strength::new(0.3, 0.2, 1.6)),
+            softening: None,
+            viscosity: BulkViscosity { linear: 0.1, quadratic: 1.0 },
+            density: 1.0,
+        };
+        let material = (Material::Flowing(gel), Section::Spatial);
+        let simplices = Simplices::in_patches(&mesh, Patches::alone(mesh.elements.len()), material);
+        let memory = vec![Memory { plastic: 0.7, left: 0.4, ..Memory::default() }; mesh.elements.len()];
+        let (position, corner_mass) = (mesh.rest.clone(), vec![[0.0; 4]; mesh.elements.len()]);
+        let mass = vec![0.0; position.len()];
+        let birth = Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], mesh };
+        let past = Past::new((&simplices, &birth, &memory), &position);
+        let source = Source { new: ElementId(0), old: ElementId(3), mass: 0.0, part: 1.0 };
+        let mean = Mean::of(&past, &position, &[source]);
+        assert!(
+            (mean.plastic - 0.7).abs() < 1e-15 && (mean.left - 0.4).abs() < 1e-15,
+            "{} {}",
+            mean.plastic,
+            mean.left
+        );
+        assert!((mean.distortion - UNDISTORTED).abs() < 1e-12 && mean.rest > 0.0);
+    }
 }

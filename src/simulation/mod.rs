@@ -47,6 +47,17 @@ pub struct Kinematics {
     pub angular_velocity: Vector3,
 }
 
+impl Kinematics {
+    /// Angle of yaw, rad: between the axis of a body from its rear to its tip, −z of its frame, and its velocity. 0 is nose first,
+    /// π rear first; 0 of a body at rest, too.
+    #[must_use]
+    pub fn yaw(&self) -> f64 {
+        let [w, x, y, z] = self.orientation;
+        let axis = -Vector3::new(2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y));
+        libm::atan2(axis.cross(&self.velocity).norm(), axis.dot(&self.velocity))
+    }
+}
+
 /// What the importer hands over of a body at the start of a communication step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Inputs {

@@ -23,6 +23,8 @@ pub(in crate::output) struct Along {
     pub(in crate::output) velocity: f64,
     /// Energy given to the gel until then, J.
     pub(in crate::output) energy: f64,
+    /// Angle between its axis and its velocity, rad.
+    pub(in crate::output) yaw: f64,
 }
 
 /// The way to the greatest depth, each depth at the time at which it was first reached.
@@ -85,11 +87,11 @@ impl Track {
 
     /// `shot.csv`.
     pub(super) fn csv(&self) -> String {
-        let mut text = String::from("depth_m,time_s,velocity_m_per_s,force_N,energy_J\n");
+        let mut text = String::from("depth_m,time_s,velocity_m_per_s,force_N,energy_J,yaw_rad\n");
         for place in self.table() {
-            let Along { depth, time, velocity, energy } = place;
+            let Along { depth, time, velocity, energy, yaw } = place;
             let force = self.force(depth);
-            writeln!(text, "{depth:e},{time:e},{velocity:e},{force:e},{energy:e}").expect("a string grows");
+            writeln!(text, "{depth:e},{time:e},{velocity:e},{force:e},{energy:e},{yaw:e}").expect("a string grows");
         }
         text
     }
@@ -115,6 +117,7 @@ impl Track {
             time: between(a.time, b.time),
             velocity: between(a.velocity * a.velocity.abs(), b.velocity * b.velocity.abs()).max(0.0).sqrt(),
             energy: between(a.energy, b.energy),
+            yaw: between(a.yaw, b.yaw),
         }
     }
 }
@@ -129,7 +132,7 @@ fn take(way: &mut Vec<Along>, end: f64, (row, velocity, energy): (&Row, f64, f64
     if depth <= 0.0 {
         way.clear();
     }
-    way.push(Along { depth, time: row.get("time_s"), velocity, energy });
+    way.push(Along { depth, time: row.get("time_s"), velocity, energy, yaw: row.get("yaw_rad") });
 }
 
 /// Energy that the projectile gave to the gel in the step that ends with this row, J.

@@ -3,9 +3,12 @@
 use super::plot::{Across, Curve, Height, Plot};
 use crate::output::penetration::{Along, Penetration};
 
+/// Yaw below which nothing is to be seen, degrees.
+const STRAIGHT: f64 = 0.01;
+
 /// All plots against depth.
 pub(super) fn charts(shot: &Penetration) -> String {
-    let plots = [speed(shot), force(shot), energy(shot), cavity(shot)];
+    let plots = [speed(shot), force(shot), energy(shot), yaw(shot), cavity(shot)];
     let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(Plot::figure).collect();
     format!("<section><h2>Along the way of the projectile</h2>\n{figures}</section>\n")
 }
@@ -27,6 +30,13 @@ fn energy(shot: &Penetration) -> Plot {
     let points = energies.iter().enumerate().flat_map(level).collect();
     let curve = Curve { name: "in each centimetre".to_owned(), points };
     plot(shot, "Energy given to the gel by depth", "J", vec![curve])
+}
+
+/// Of a projectile that flies straight there is none.
+fn yaw(shot: &Penetration) -> Plot {
+    let curve = along(shot, "between axis and velocity", |_, place| place.yaw.to_degrees());
+    let turns = curve.points.iter().any(|(_, yaw)| *yaw > STRAIGHT);
+    plot(shot, "Yaw of the projectile by depth", "°", if turns { vec![curve] } else { vec![] })
 }
 
 fn cavity(shot: &Penetration) -> Plot {

@@ -119,8 +119,9 @@ fn scaled(scene: &Scene, f: f64) -> Vec<Override> {
     if let Some(Tree { slope, .. }) = scene.mesh.tree {
         all.push(set("mesh.tree.slope", length(f * slope)));
     }
-    if let Some(Remesh { smallest, growth, .. }) = &scene.remesh {
+    if let Some(Remesh { smallest, tip, growth, .. }) = &scene.remesh {
         all.extend(smallest.map(|smallest| set("remesh.smallest", length(f * smallest))));
+        all.extend(tip.map(|tip| set("remesh.tip", length(f * tip))));
         all.push(set("remesh.growth", length((f * growth).min(1.0))));
     }
     all
