@@ -8,7 +8,7 @@ use super::order::Order;
 use super::pace::RAISE_MARGIN;
 use super::phase::Moment;
 use super::{Gel, TickGrid};
-use crate::element::{Accumulated, Lanes, Local, MAX_NODES, Potential};
+use crate::element::{Accumulated, Lanes, Local, MAX_NODES, Potential, Recall};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
@@ -68,6 +68,8 @@ pub(super) struct Block {
     pub looked_at: bool,
     /// Whether a group of it may raise its step.
     pub restless: bool,
+    /// Whether its elements remember what the state does not know yet.
+    pub is_ahead: bool,
     /// What a sweep at this tick found, if it was swept.
     pub report: Option<Report>,
 }
@@ -123,6 +125,8 @@ pub(super) struct Blocks<const D: usize> {
     /// One of each block.
     pub fronts: Vec<Front>,
     pub lanes: Lanes<D>,
+    /// What the elements remember, batch by batch; what the state holds of it is older while ticks are processed.
+    pub memory: Vec<Recall<D>>,
     /// Groups of a block, and in all.
     pub groups: usize,
     n_groups: usize,
@@ -133,6 +137,8 @@ pub(super) struct Blocks<const D: usize> {
     pub level: Level,
     /// Whether also what is at rest is swept.
     pub never_rest: bool,
+    /// Whether a node that stands where it rests can be pulled all the same: where the elements of a later mesh remember.
+    pub strained: bool,
 }
 
 impl<const D: usize> Blocks<D> {
@@ -169,8 +175,22 @@ impl<const D: usize> Blocks<D> {
         }
         let (groups, n_groups, locals) = (SLOTS / order.width(), order.n_groups(), vec![Local::new()]);
         let (parts, fronts) = (vec![[0.0; 4]; n_parts], blocks.iter().map(|_| Front::default()).collect());
-        let (level, never_rest) = (Level::new(), false);
-        Some(Self { all: blocks, parts, fronts, lanes, groups, n_groups, start, spots, locals, level, never_rest })
+        let memory = lanes.memory();
+        Some(Self {
+            all: blocks,
+            parts,
+            fronts,
+            lanes,
+            memory,
+            groups,
+            n_groups,
+            start,
+            spots,
+            locals,
+            level: Level::new(),
+            never_rest: false,
+            strained: false,
+        })
     }
 
     /// Where a node is, in the order of the blocks.
@@ -220,12 +240,13 @@ impl<const D: usize> Blocks<D> {
 
     /// All steps, who moves, and nothing known of what blocks give.
     pub fn restart(&mut self, clocks: &[Clock], moves: impl Fn(usize) -> bool) {
+        let strained = self.strained;
         for i in 0..self.all.len() {
             self.pace(i, clocks);
             let block = &mut self.all[i];
             block.known = Known::Nothing;
             block.restless = true;
-            *block.awake.get_mut() = block.nodes.iter().any(|node| moves(node.index()));
+            *block.awake.get_mut() = strained || block.nodes.iter().any(|node| moves(node.index()));
         }
     }
 
@@ -234,6 +255,7 @@ impl<const D: usize> Blocks<D> {
         let of = |block: &Block| size_of::<Block>() + 4 * block.nodes.capacity() + 8 * block.surface.capacity();
         let parts = size_of::<Accumulated>() * self.parts.len() + size_of::<Front>() * self.fronts.len();
         self.lanes.bytes()
+            + size_of::<Recall<D>>() * self.memory.len()
             + parts
             + self.all.iter().map(of).sum::<usize>()
             + 4 * self.start.len()

@@ -309,7 +309,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if let Some(blocks) = &mut self.blocks {
             let (rest, zero) = (self.gel.potential.rest(), Vector::<D>::zeros());
             let moves = |node: usize| state.velocity[node] != zero || state.position[node] != rest[node];
+            blocks.strained = self.gel.potential.remembers() && self.origin > 0;
             blocks.restart(&state.clocks, moves);
+            blocks.remember(&self.order, &state.memory);
         }
         let fastest = state.velocity.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max);
         let (speed, now) = (fastest.sqrt(), self.grid.time(state.now.unwrap_or(self.origin)));

@@ -89,7 +89,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
             let more = ahead as f64 - behind as f64;
             answers.clear();
-            self.evaluate_group((group as usize, 0.0), &mut answers);
+            self.ask_again(group as usize, &mut answers);
             for (element, answer) in &answers {
                 work += self.kick_more((*element, answer), 0.5 * more * self.grid.time(1));
             }
@@ -187,7 +187,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn settle_blocks(&mut self, tick: Tick) -> f64 {
         let Some(mut blocks) = self.blocks.take() else { return 0.0 };
         let (grid, moment, n) = (self.grid, self.moment(tick), blocks.groups);
-        let (record, mut residual) = (&mut self.state.record, 0.0);
+        let (record, ledger, mut residual) = (&mut self.state.record, &mut self.state.ledger, 0.0);
         for (i, report) in blocks.all.iter().enumerate().filter_map(|(i, block)| Some((i, block.report?))) {
             record.updates += report.updates;
             record.min_jacobian = record.min_jacobian.min(report.least_jacobian);
@@ -198,6 +198,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             residual += firing
                 .map(|(clock, answer)| {
                     let ahead = grid.time(moment.ahead(clock.step));
+                    ledger.energy.lose(&answer.spent());
                     settle(clock, answer, ahead)
                 })
                 .sum::<f64>();

@@ -17,6 +17,7 @@ mod pace;
 mod phase;
 mod pierce;
 mod pool;
+mod recall;
 mod reference;
 mod renew;
 mod report;

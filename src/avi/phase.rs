@@ -41,6 +41,12 @@ impl Moment {
         }
     }
 
+    /// The same, but nothing where it begins.
+    #[inline]
+    pub fn elapsed(&self, step: Tick) -> Tick {
+        if self.phase == Phase::First { 0 } else { self.behind(step) }
+    }
+
     /// From now until its next own tick, ticks: its step, or less where it begins in between; nothing where it ends.
     #[inline]
     pub fn ahead(&self, step: Tick) -> Tick {

@@ -72,9 +72,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// How long ago a group that fires at this tick has fired last, s.
     fn elapsed(&self, group: usize, tick: Tick) -> f64 {
         let elapsed = match self.rules.schedule {
-            _ if self.phase == Phase::First => 0,
+            Kind::Queue if self.phase == Phase::First => 0,
             Kind::Queue => tick - self.state.alarms[group].last,
-            Kind::Bins | Kind::Global => self.moment(tick).behind(self.state.clocks[group].step),
+            Kind::Bins | Kind::Global => self.moment(tick).elapsed(self.state.clocks[group].step),
         };
         self.grid.time(elapsed)
     }

@@ -8,7 +8,7 @@ use super::phase::Moment;
 use super::pool::{Cut, share};
 use super::{Pool, TickGrid};
 use crate::algebra::Vector;
-use crate::element::{Accumulated, GroupAnswer, Lanes, Local, MOST_LOCAL_NODES};
+use crate::element::{Accumulated, GroupAnswer, Kick, LANES, Lanes, Local, MOST_LOCAL_NODES, Recall};
 use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
@@ -28,32 +28,38 @@ pub(super) struct Sweep<'a, const D: usize> {
 }
 
 /// What a sweep writes, from some block on, and what each thread works with.
-struct Found<'a> {
+struct Found<'a, const D: usize> {
     first: usize,
     blocks: &'a mut [Block],
     parts: &'a mut [Accumulated],
     stiffness: &'a mut [f64],
     answers: &'a mut [GroupAnswer],
+    memory: &'a mut [Recall<D>],
     locals: &'a mut [Local],
     /// Groups of a block.
     groups: usize,
 }
 
-impl Cut for Found<'_> {
+impl<const D: usize> Cut for Found<'_, D> {
     /// By the elements of the blocks that fire.
     fn cut(self, part: usize, of: usize) -> (Self, Self) {
-        let Self { first, blocks, parts, stiffness, answers, locals, groups } = self;
+        let Self { first, blocks, parts, stiffness, answers, memory, locals, groups } = self;
         let middle = split(blocks, part as f64 / of as f64);
         let (blocks, more_blocks) = blocks.split_at_mut(middle);
         let (parts, more_parts) = parts.split_at_mut(blocks.iter().map(|block| block.nodes.len()).sum());
         let (stiffness, more_stiffness) = stiffness.split_at_mut(stiffness.len().min(middle * SLOTS));
         let (answers, more_answers) = answers.split_at_mut(answers.len().min(middle * groups));
+        let (memory, more_memory) = memory.split_at_mut(memory.len().min(middle * BATCHES));
         let (locals, more_locals) = locals.split_at_mut(part);
-        let own = Self { first, blocks, parts, stiffness, answers, locals, groups };
+        let own = Self { first, blocks, parts, stiffness, answers, memory, locals, groups };
         let (first, blocks, parts, stiffness) = (first + middle, more_blocks, more_parts, more_stiffness);
-        (own, Self { first, blocks, parts, stiffness, answers: more_answers, locals: more_locals, groups })
+        let (answers, memory, locals) = (more_answers, more_memory, more_locals);
+        (own, Self { first, blocks, parts, stiffness, answers, memory, locals, groups })
     }
 }
+
+/// Batches of a block.
+const BATCHES: usize = SLOTS / LANES;
 
 /// Elements below which a tick is not shared: some 150 µs of work; a fork and join costs 12.
 const SHARED: u64 = 16_384;
@@ -83,23 +89,28 @@ impl<const D: usize> Blocks<D> {
         }
         self.locals.resize_with(pool.map_or(1, Pool::threads), Local::new);
         let pool = pool.filter(|_| elements > SHARED);
-        let with = (&self.lanes, self.level, self.groups);
+        let with = (&self.lanes, self.level, self.strained);
         let (blocks, parts, locals) = (self.all.as_mut_slice(), self.parts.as_mut_slice(), self.locals.as_mut_slice());
-        share(pool, Found { first: 0, blocks, parts, stiffness, answers, locals, groups: self.groups }, |found| {
-            let mut parts = found.parts;
+        let (memory, groups) = (self.memory.as_mut_slice(), self.groups);
+        share(pool, Found { first: 0, blocks, parts, stiffness, answers, memory, locals, groups }, |found| {
+            let (mut parts, mut memory) = (found.parts, found.memory);
             let found_of = found.stiffness.chunks_mut(SLOTS).zip(found.answers.chunks_mut(found.groups));
             for (i, (block, (stiffness, answers))) in found.blocks.iter_mut().zip(found_of).enumerate() {
                 let (part, more) = parts.split_at_mut(block.nodes.len());
                 parts = more;
-                block.sweep(sweep, with, (found.first + i, (part, stiffness, answers)), &mut found.locals[0]);
+                let (own, more) = memory.split_at_mut(memory.len().min(BATCHES));
+                memory = more;
+                let at = groups_of(found.first + i, found.groups, sweep.clocks.len());
+                block.sweep(sweep, with, (at, (part, stiffness, answers, own)), &mut found.locals[0]);
             }
         });
     }
 }
 
-/// What a block writes: its part, κ by slot, the answers of its groups.
-type Given<'a> = (&'a mut [Accumulated], &'a mut [f64], &'a mut [GroupAnswer]);
-type With<'a, const D: usize> = (&'a Lanes<D>, Level, usize);
+/// What a block writes: its part, κ by slot, the answers of its groups, what its elements remember.
+type Given<'a, const D: usize> = (&'a mut [Accumulated], &'a mut [f64], &'a mut [GroupAnswer], &'a mut [Recall<D>]);
+/// Elements, the vector units for them, and whether what stands at rest can be pulled.
+type With<'a, const D: usize> = (&'a Lanes<D>, Level, bool);
 
 /// The number of blocks that have about this part of the work that is due.
 fn split(blocks: &[Block], part: f64) -> usize {
@@ -136,12 +147,11 @@ impl Block {
     fn sweep<const D: usize>(
         &mut self,
         sweep: &Sweep<'_, D>,
-        (lanes, level, n): With<'_, D>,
-        (index, (part, stiffness, answers)): (usize, Given<'_>),
+        (lanes, level, strained): With<'_, D>,
+        (groups, (part, stiffness, answers, memory)): (std::ops::Range<usize>, Given<'_, D>),
         local: &mut Local,
     ) {
         self.report = None;
-        let groups = groups_of(index, n, sweep.clocks.len());
         if !self.is_wanted() {
             if self.known == Known::Nothing {
                 lanes.sum_stiffness(groups, stiffness, part);
@@ -151,13 +161,14 @@ impl Block {
         }
         let moves = self.load(sweep, local);
         // Of a block that fires in part the other nodes may move.
-        let moves = moves || (self.due == Due::Some && self.is_awake());
+        let moves = moves || strained || (self.due == Due::Some && self.is_awake());
         self.awake.store(moves, Ordering::Relaxed);
         if !moves && self.known == Known::Rest {
             return;
         }
-        let weight = |group: usize| sweep.weight(sweep.clocks[group].step);
-        lanes.sweep(level, (groups.clone(), weight), local, (&mut *stiffness, &mut *answers));
+        let kick = |group: usize| sweep.kick(sweep.clocks[group].step);
+        self.is_ahead |= !memory.is_empty();
+        lanes.sweep(level, (groups.clone(), kick), local, (&mut *stiffness, &mut *answers, memory));
         let given = local.accumulated(self.nodes.len());
         if self.due == Due::All {
             part.copy_from_slice(given);
@@ -200,7 +211,7 @@ impl Block {
         (groups, answers): (std::ops::Range<usize>, &[GroupAnswer]),
         moves: bool,
     ) {
-        let firing = |group: &usize| sweep.weight(sweep.clocks[*group].step).is_some();
+        let firing = |group: &usize| sweep.moment.fires(sweep.clocks[*group].step);
         let elements = |group: usize| sweep.order.elements(sweep.order.slots(group)).count() as u64;
         let updates = match (moves, self.due) {
             (false, _) | (true, Due::Nothing) => 0,
@@ -224,10 +235,11 @@ pub(super) fn fails(clock: &Clock, answer: &GroupAnswer) -> bool {
 }
 
 impl<const D: usize> Sweep<'_, D> {
-    /// Length of the kick of a group that fires, s; none at the start, when no step is known yet.
+    /// The kick of a group that fires; of no length at the start, when no step is known yet.
     #[inline(always)]
-    fn weight(&self, step: Tick) -> Option<f64> {
-        self.moment.fires(step).then(|| self.grid.length(self.moment.taken(step)))
+    fn kick(&self, step: Tick) -> Option<Kick> {
+        let (length, elapsed) = (self.grid.length(self.moment.taken(step)), self.grid.time(self.moment.elapsed(step)));
+        self.moment.fires(step).then_some(Kick { length, elapsed })
     }
 
     /// Where a node is at this tick, m.

@@ -30,6 +30,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// [`StepError`] when the mesh or the numbers fail.
     pub fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<Reached, StepError> {
         assert_eq!(exchanges.len(), self.bodies.len(), "every body has its exchange");
+        let reached = self.process((t, exchanges));
+        self.recall();
+        reached
+    }
+
+    /// All ticks up to time `t`, s, or until the mesh ends.
+    fn process(&mut self, (t, exchanges): (f64, &mut [Exchange])) -> Result<Reached, StepError> {
         let end = self.grid.last_tick(t);
         while let Some(tick) = self.next_event(end).filter(|tick| *tick <= end) {
             for body in 0..self.bodies.len() {

@@ -66,12 +66,12 @@ pub(super) fn recalled<const D: usize>(memory: &[Memory<D>], ids: &[ElementId]) 
 
 impl<const D: usize> Simplices<D> {
     /// Energy of a patch of a gel that flows, and what its elements answer; what has passed since their last tick makes them flow,
-    /// if there was any, and is remembered.
+    /// if there was any, and is remembered; if not, viscosity adds to U′ of each what it is told.
     pub(super) fn flow(
         &self,
         (gel, ids): (&Flowing, &[ElementId]),
         x: &[Vector<D>],
-        (step, memory): (f64, &mut [Memory<D>; DEPTH]),
+        (step, memory, held): (f64, &mut [Memory<D>; DEPTH], &[f64; DEPTH]),
         answers: &mut [Answer<D>; DEPTH],
     ) -> Spent {
         let strained: [Option<(Element<D>, Strain<D>)>; DEPTH] = std::array::from_fn(|k| {
@@ -87,7 +87,8 @@ impl<const D: usize> Simplices<D> {
         }
         let shared = if ids.len() > 1 { gel.shared(now / volume) } else { gel.state.volumetric(now / volume) };
         let mut spent = Spent { energy: volume * shared.energy, ..Spent::default() };
-        for (((element, strain), memory), answer) in strained.iter().flatten().zip(memory).zip(answers) {
+        let remembered = memory.iter_mut().zip(held);
+        for (((element, strain), (memory, held)), answer) in strained.iter().flatten().zip(remembered).zip(answers) {
             let own = gel.own(strain.jacobian());
             let own = if ids.len() > 1 { own } else { Volumetric { energy: 0.0, slope: 0.0, curvature: 0.0 } };
             let flow = Flow { gel, at: Placed::new(element, strain) };
@@ -98,7 +99,7 @@ impl<const D: usize> Simplices<D> {
             let sheared = 0.5 * gel.shear_modulus * (elastic.trace() - 3.0);
             spent.plastic += element.volume * lost * (0.5 * (sound + left));
             spent.damage += element.volume * sheared * (sound - left);
-            let (rate, viscous) = flow.viscous(step, memory);
+            let (rate, viscous) = if step > 0.0 { flow.viscous(step, memory) } else { (0.0, *held) };
             spent.viscous += element.volume * viscous * (strain.jacobian() - memory.jacobian);
             memory.jacobian = strain.jacobian();
             spent.energy += element.volume * (own.energy + sheared * left);
@@ -166,8 +167,11 @@ impl<const D: usize> Flow<'_, D> {
         let Some(strength) = self.gel.strength.filter(|_| flows) else { return (trial, 0.0) };
         let deviator = trial.deviator();
         let stress = mu * (1.5 * deviator.norm_squared()).sqrt();
-        let back = strength.returned(stress, mu * trial.trace(), (step, memory.rate));
-        let Some(Returned { stress: left, strain: flown }) = back else { return (trial, 0.0) };
+        let Returned { stress: left, strain: flown } =
+            strength.returned(stress, mu * trial.trace(), (step, memory.rate));
+        if flown == 0.0 {
+            return (trial, 0.0);
+        }
         let elastic = deviator.isochoric(left / stress, trial.trace() / 3.0);
         let inverse = strain.cofactor.transpose() / strain.inner;
         memory.inverse = inverse * elastic.inner * inverse.transpose() / scale;
@@ -181,9 +185,6 @@ impl<const D: usize> Flow<'_, D> {
 
     /// ε̇, and η ε̇, the part of U′ that viscosity adds, Pa: per rest volume it takes η ε̇ J̇.
     fn viscous(&self, step: f64, memory: &Memory<D>) -> (f64, f64) {
-        if step == 0.0 {
-            return (0.0, 0.0);
-        }
         let rate = (self.at.strain.jacobian() - memory.jacobian) / (self.at.jacobian * step);
         (rate, self.resistance(rate) * rate)
     }

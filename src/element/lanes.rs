@@ -9,10 +9,11 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::local::{Accumulated, Local};
+use super::recall::Recall;
 use super::shuffle::{gather, scatter};
-use super::{MAX_NODES, Section};
+use super::{MAX_NODES, Section, Spent};
 use crate::algebra::Number;
-use crate::material::NeoHookean;
+use crate::material::{Flowing, NeoHookean, Volumetric};
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, dispatch, f64x8};
 use std::ops::Range;
 
@@ -20,18 +21,18 @@ use std::ops::Range;
 pub const LANES: usize = 8;
 /// Most elements of a patch.
 pub const DEPTH: usize = 4;
-type Wide = [f64; LANES];
+pub(super) type Wide = [f64; LANES];
 
 /// The k-th elements of eight patches.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub struct Batch<const D: usize> {
     /// ∇N_a at rest for a = 1..=D, 1/m.
-    gradients: [[Wide; D]; D],
+    pub(super) gradients: [[Wide; D]; D],
     /// w, rest volume, m³; 0 in an empty lane.
-    volume: Wide,
+    pub(super) volume: Wide,
     /// Σ_a |∇N_a|², without the share of a ring, 1/m².
-    spread: Wide,
+    pub(super) spread: Wide,
     /// Numbers of the nodes within the block.
     nodes: [[u16; LANES]; MAX_NODES],
 }
@@ -49,6 +50,59 @@ pub struct GroupAnswer {
     pub inverted: u32,
     /// How many elements are below the continuation.
     pub crushed: u32,
+    /// Lost since the tick before of the group to plastic flow, viscosity and softening, J.
+    pub lost: [f64; 3],
+}
+
+impl GroupAnswer {
+    /// What it stores and has lost.
+    #[must_use]
+    pub fn spent(&self) -> Spent {
+        let [plastic, viscous, damage] = self.lost;
+        Spent { energy: self.energy, plastic, viscous, damage }
+    }
+}
+
+/// The kick of a group.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Kick {
+    /// Its length, s.
+    pub length: f64,
+    /// From the tick before of the group until now, s.
+    pub elapsed: f64,
+}
+
+/// What elements in lanes are made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Law {
+    Elastic(NeoHookean),
+    Flowing(Flowing),
+}
+
+/// Energies and forces of a material in lanes.
+pub(super) trait Solid<const D: usize> {
+    /// U of an element that is a patch by itself.
+    fn volumetric<T: Number>(&self, j: T) -> Volumetric<T>;
+    /// That of the element of a patch.
+    fn own<T: Number>(&self, j: T) -> Volumetric<T>;
+    /// That of the patch.
+    fn shared<T: Number>(&self, mean: T) -> Volumetric<T>;
+    /// Puts f_a times the length of the kick, and κ, into `kicks`; what elements remember goes on.
+    fn forces<S: Simd>(
+        &self,
+        section: Section,
+        of: (&Batch<D>, Kick, &mut [Recall<D>]),
+        element: Element<'_, D, f64x8<S>>,
+        kicks: &mut [[f64x8<S>; 4]; MAX_NODES],
+    ) -> Sums<f64x8<S>>;
+}
+
+/// Of eight elements: what they store, but for the volumetric part, J, Σ f·v, W, and what they have lost as a [`GroupAnswer`] has it, J.
+#[derive(Clone, Copy)]
+pub(super) struct Sums<V> {
+    pub energy: V,
+    pub power: V,
+    pub lost: [V; 3],
 }
 
 /// F and λ of eight elements where their nodes are at rest.
@@ -65,29 +119,29 @@ pub struct Lanes<const D: usize> {
     /// One for each batch, if there is an element that its nodes do not say at rest; else none.
     bases: Vec<Base<D>>,
     depth: usize,
-    material: NeoHookean,
+    law: Law,
     section: Section,
 }
 
 /// F, cof F, λ, 1/(3R̄), det F and J of eight elements.
 #[derive(Clone, Copy)]
-struct Strains<const D: usize, V> {
-    f: [[V; D]; D],
-    cofactor: [[V; D]; D],
-    out: V,
-    hoop: V,
-    inner: V,
-    jacobian: V,
+pub(super) struct Strains<const D: usize, V> {
+    pub f: [[V; D]; D],
+    pub cofactor: [[V; D]; D],
+    pub out: V,
+    pub hoop: V,
+    pub inner: V,
+    pub jacobian: V,
 }
 
 /// Eight elements: their strains and slopes, and the rows of their nodes.
-type Element<'a, const D: usize, V> = (&'a Strains<D, V>, &'a Slopes<V>, &'a [[V; 8]; MAX_NODES]);
+pub(super) type Element<'a, const D: usize, V> = (&'a Strains<D, V>, &'a Slopes<V>, &'a [[V; 8]; MAX_NODES]);
 
 /// U′ and max(U″, 0) of eight elements with their shares of their patches'.
 #[derive(Clone, Copy)]
-struct Slopes<V> {
-    slope: V,
-    curvature: V,
+pub(super) struct Slopes<V> {
+    pub slope: V,
+    pub curvature: V,
 }
 
 impl<const D: usize> Batch<D> {
@@ -108,10 +162,10 @@ impl<const D: usize> Lanes<D> {
     /// # Panics
     /// If the slots do not fill their batches, or `depth` is none of 1, 2 and 4.
     #[must_use]
-    pub(super) fn empty(n_slots: usize, depth: usize, law: (NeoHookean, Section)) -> Self {
+    pub(super) fn empty(n_slots: usize, depth: usize, law: (Law, Section)) -> Self {
         assert!(n_slots.is_multiple_of(LANES * depth), "slots fill whole groups");
         assert!(matches!(depth, 1 | 2 | 4), "a patch has one, two or four places");
-        Self { batches: vec![Batch::empty(); n_slots / LANES], bases: vec![], depth, material: law.0, section: law.1 }
+        Self { batches: vec![Batch::empty(); n_slots / LANES], bases: vec![], depth, law: law.0, section: law.1 }
     }
 
     /// Puts an element into a slot: ∇N_a for a = 1..=D, w, and the numbers of its nodes.
@@ -180,46 +234,70 @@ impl<const D: usize> Lanes<D> {
         self.batches.len() * size_of::<Batch<D>>() + self.bases.len() * size_of::<Base<D>>()
     }
 
-    /// Sweeps over those groups of a run for which `weight` gives the length of a kick, s: accumulates Σ weight · f and
-    /// Σ κ at the nodes of the block, and writes κ of each slot and the answer of each group, both from the first group on.
+    /// What fresh elements remember, batch by batch; nothing of those that remember nothing.
+    #[must_use]
+    pub fn memory(&self) -> Vec<Recall<D>> {
+        let n = if matches!(self.law, Law::Flowing(_)) { self.batches.len() } else { 0 };
+        vec![Recall::default(); n]
+    }
+
+    /// Sweeps over those groups of a run for which there is a `kick`: accumulates Σ length · f and Σ κ at the nodes of the block, and
+    /// writes κ of each slot, the answer of each group, and what its elements remember then, all from the first group on.
     pub fn sweep(
         &self,
         level: Level,
-        (groups, weight): (Range<usize>, impl Fn(usize) -> Option<f64>),
+        (groups, kick): (Range<usize>, impl Fn(usize) -> Option<Kick>),
         local: &mut Local,
-        found: (&mut [f64], &mut [GroupAnswer]),
+        found: (&mut [f64], &mut [GroupAnswer], &mut [Recall<D>]),
+    ) {
+        match &self.law {
+            Law::Elastic(gel) => self.sweep_of(gel, level, (groups, kick), local, found),
+            Law::Flowing(gel) => self.sweep_of(gel, level, (groups, kick), local, found),
+        }
+    }
+
+    fn sweep_of(
+        &self,
+        gel: &impl Solid<D>,
+        level: Level,
+        (groups, kick): (Range<usize>, impl Fn(usize) -> Option<Kick>),
+        local: &mut Local,
+        found: (&mut [f64], &mut [GroupAnswer], &mut [Recall<D>]),
     ) {
         match self.depth {
-            1 => dispatch!(level, simd => self.sweep_in::<1, _>(simd, (groups, weight), local, found)),
-            2 => dispatch!(level, simd => self.sweep_in::<2, _>(simd, (groups, weight), local, found)),
-            _ => dispatch!(level, simd => self.sweep_in::<4, _>(simd, (groups, weight), local, found)),
+            1 => dispatch!(level, simd => self.sweep_in::<1, _, _>((simd, gel), (groups, kick), local, found)),
+            2 => dispatch!(level, simd => self.sweep_in::<2, _, _>((simd, gel), (groups, kick), local, found)),
+            _ => dispatch!(level, simd => self.sweep_in::<4, _, _>((simd, gel), (groups, kick), local, found)),
         }
     }
 
     #[inline(always)]
-    fn sweep_in<const N: usize, S: Simd>(
+    fn sweep_in<const N: usize, G: Solid<D>, S: Simd>(
         &self,
-        simd: S,
-        (groups, weight): (Range<usize>, impl Fn(usize) -> Option<f64>),
+        with: (S, &G),
+        (groups, kick): (Range<usize>, impl Fn(usize) -> Option<Kick>),
         local: &mut Local,
-        (stiffness, answers): (&mut [f64], &mut [GroupAnswer]),
+        (stiffness, answers, memory): (&mut [f64], &mut [GroupAnswer], &mut [Recall<D>]),
     ) {
+        let first = groups.start;
         for ((group, stiffness), answer) in groups.zip(stiffness.chunks_exact_mut(LANES * N)).zip(answers) {
-            let Some(weight) = weight(group) else { continue };
+            let Some(kick) = kick(group) else { continue };
             let batches: &[Batch<D>; N] = self.batches[group * N..].first_chunk().expect("a group is whole");
             let bases: &[Base<D>] = self.bases.get(group * N..(group + 1) * N).unwrap_or_default();
-            *answer = self.sweep_group(simd, (batches, bases, weight), local, stiffness);
+            let own = (group - first) * N..(group - first + 1) * N;
+            let memory = memory.get_mut(own).unwrap_or_default();
+            *answer = self.sweep_group(with, (batches, bases, kick), local, (stiffness, memory));
         }
     }
 
     /// One group: first F and J of every element, then J̄ of every patch, then the forces.
     #[inline(always)]
-    fn sweep_group<const N: usize, S: Simd>(
+    fn sweep_group<const N: usize, G: Solid<D>, S: Simd>(
         &self,
-        simd: S,
-        (batches, bases, weight): (&[Batch<D>; N], &[Base<D>], f64),
+        (simd, gel): (S, &G),
+        (batches, bases, kick): (&[Batch<D>; N], &[Base<D>], Kick),
         local: &mut Local,
-        stiffness: &mut [f64],
+        (stiffness, memory): (&mut [f64], &mut [Recall<D>]),
     ) -> GroupAnswer {
         // Loops, here and below: a closure is not compiled for the vector unit that its caller is compiled for.
         let zero = f64x8::splat(simd, 0.0);
@@ -232,20 +310,26 @@ impl<const D: usize> Lanes<D> {
             self.strain((&batches[k], bases.get(k)), &rows[k], &mut strains[k]);
         }
         let mut slopes = [Slopes { slope: zero, curvature: zero }; N];
-        let mut energy = self.volumetric(batches, &strains, &mut slopes);
-        let mut power = zero;
+        let energy = volumetric(gel, batches, &strains, &mut slopes);
+        let mut total = Sums { energy, power: zero, lost: [zero; 3] };
         let mut answer = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
         for k in 0..N {
             let mut kicks = [[zero; 4]; MAX_NODES];
             let element = (&strains[k], &slopes[k], &rows[k]);
-            let sums = self.forces((&batches[k], weight), element, &mut kicks);
-            (energy, power) = (energy + sums.0, power + sums.1);
+            let own = memory.get_mut(k..=k).unwrap_or_default();
+            let sums = gel.forces(self.section, (&batches[k], kick, own), element, &mut kicks);
+            (total.energy, total.power) = (total.energy + sums.energy, total.power + sums.power);
+            for i in 0..3 {
+                total.lost[i] += sums.lost[i];
+            }
             scatter::<D, S>(&batches[k].nodes, &kicks, &mut local.accumulated);
             kicks[0][3].store_slice(&mut stiffness[k * LANES..(k + 1) * LANES]);
             note(&mut answer, k, strains[k].jacobian);
         }
-        answer.energy = sum(energy);
-        answer.power = sum(power);
+        (answer.energy, answer.power) = (sum(total.energy), sum(total.power));
+        for i in 0..3 {
+            answer.lost[i] = sum(total.lost[i]);
+        }
         answer
     }
 
@@ -290,99 +374,6 @@ impl<const D: usize> Lanes<D> {
             s.jacobian = s.inner * s.out;
         }
     }
-
-    /// Volumetric energy, J, and slope and curvature of each element: U(J) of an element that is a patch by itself; else
-    /// U_s(J) of each and U_v(J̄) of the patch (numerics 5).
-    #[inline(always)]
-    fn volumetric<const N: usize, S: Simd>(
-        &self,
-        batches: &[Batch<D>; N],
-        strains: &[Strains<D, f64x8<S>>; N],
-        slopes: &mut [Slopes<f64x8<S>>; N],
-    ) -> f64x8<S> {
-        let simd = strains[0].jacobian.simd;
-        if N == 1 {
-            let u = self.material.volumetric(strains[0].jacobian);
-            slopes[0] = Slopes { slope: u.slope, curvature: u.curvature.at_least(0.0) };
-            return wide(simd, &batches[0].volume) * u.energy;
-        }
-        let mut volume = wide(simd, &batches[0].volume);
-        let mut now = volume * strains[0].jacobian;
-        for k in 1..N {
-            let own = wide(simd, &batches[k].volume);
-            (volume, now) = (volume + own, now + own * strains[k].jacobian);
-        }
-        // An empty lane has no volume; the smallest number keeps it from 0/0.
-        let shared = self.material.shared(now / volume.at_least(f64::MIN_POSITIVE));
-        let mut energy = volume * shared.energy;
-        for k in 0..N {
-            let own = self.material.own(strains[k].jacobian);
-            energy += wide(simd, &batches[k].volume) * own.energy;
-            slopes[k].slope = own.slope + shared.slope;
-            slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
-        }
-        energy
-    }
-
-    /// weight · f_a and κ, as [`super::Simplices`] has them; w μ/2 (|F|² + λ² − 3), J, and Σ f·v, W.
-    #[inline(always)]
-    fn forces<S: Simd>(
-        &self,
-        (batch, weight): (&Batch<D>, f64),
-        (s, u, rows): Element<'_, D, f64x8<S>>,
-        kicks: &mut [[f64x8<S>; 4]; MAX_NODES],
-    ) -> (f64x8<S>, f64x8<S>) {
-        let (simd, mu) = (s.inner.simd, self.material.shear_modulus());
-        let zero = f64x8::splat(simd, 0.0);
-        let volume = wide(simd, &batch.volume);
-        let (shape, pressure) = (volume * -mu, -(volume * u.slope));
-        let (mut square, mut volumetric, mut power) = (zero, zero, zero);
-        // What the ring adds to every node along r: to its force and to ∂J/∂x_a.
-        let around = fused(pressure, s.inner, shape * s.out) * s.hoop;
-        let beside = s.inner * s.hoop;
-        for i in 0..D {
-            let ring = D == 2 && i == 0;
-            // −w P and λ cof F. At rest w μ and −w μ cancel: the sum comes before any product that would be rounded.
-            let (mut stress, mut area) = ([zero; D], [zero; D]);
-            for j in 0..D {
-                area[j] = if D == 2 { s.cofactor[i][j] * s.out } else { s.cofactor[i][j] };
-                stress[j] = fused(pressure, area[j], shape * s.f[i][j]);
-                square = fused(s.f[i][j], s.f[i][j], square);
-            }
-            let (mut push, mut turned) = (zero, zero);
-            for a in 0..D {
-                let (mut force, mut b) =
-                    (stress[0] * wide(simd, &batch.gradients[a][0]), area[0] * wide(simd, &batch.gradients[a][0]));
-                for j in 1..D {
-                    force = fused(stress[j], wide(simd, &batch.gradients[a][j]), force);
-                    b = fused(area[j], wide(simd, &batch.gradients[a][j]), b);
-                }
-                (push, turned) = (push - force, turned - b);
-                let (force, b) = if ring { (force + around, b + beside) } else { (force, b) };
-                volumetric = fused(b, b, volumetric);
-                power = fused(force, rows[a + 1][4 + i], power);
-                kicks[a + 1][i] = force * weight;
-            }
-            let (force, b) = if ring { (push + around, turned + beside) } else { (push, turned) };
-            volumetric = fused(b, b, volumetric);
-            power = fused(force, rows[0][4 + i], power);
-            kicks[0][i] = force * weight;
-        }
-        let turn = match self.section {
-            Section::Planar { .. } => zero + 1.0,
-            Section::Spatial => (square + square).root(),
-            Section::Axisymmetric => two_largest(square, s.inner, s.out),
-        };
-        let spread = wide(simd, &batch.spread);
-        let spread = if D == 2 { fused(s.hoop * s.hoop, zero + 3.0, spread) } else { spread };
-        let turning = fused(u.slope.absolute(), turn, zero + mu);
-        let stiffness = volume * fused(u.curvature, volumetric, turning * spread);
-        for a in 0..=D {
-            kicks[a][3] = stiffness;
-        }
-        let square = if D == 2 { fused(s.out, s.out, square) } else { square };
-        (volume * (square - 3.0) * (0.5 * mu), power)
-    }
 }
 
 impl<const D: usize, V: Number> Strains<D, V> {
@@ -393,8 +384,41 @@ impl<const D: usize, V: Number> Strains<D, V> {
     }
 }
 
+/// Volumetric energy, J, and slope and curvature of each element: U(J) of an element that is a patch by itself; else
+/// U_s(J) of each and U_v(J̄) of the patch (numerics 5).
 #[inline(always)]
-fn wide<S: Simd>(simd: S, eight: &Wide) -> f64x8<S> {
+fn volumetric<const D: usize, const N: usize, S: Simd>(
+    gel: &impl Solid<D>,
+    batches: &[Batch<D>; N],
+    strains: &[Strains<D, f64x8<S>>; N],
+    slopes: &mut [Slopes<f64x8<S>>; N],
+) -> f64x8<S> {
+    let simd = strains[0].jacobian.simd;
+    if N == 1 {
+        let u = gel.volumetric(strains[0].jacobian);
+        slopes[0] = Slopes { slope: u.slope, curvature: u.curvature.at_least(0.0) };
+        return wide(simd, &batches[0].volume) * u.energy;
+    }
+    let mut volume = wide(simd, &batches[0].volume);
+    let mut now = volume * strains[0].jacobian;
+    for k in 1..N {
+        let own = wide(simd, &batches[k].volume);
+        (volume, now) = (volume + own, now + own * strains[k].jacobian);
+    }
+    // An empty lane has no volume; the smallest number keeps it from 0/0.
+    let shared = gel.shared(now / volume.at_least(f64::MIN_POSITIVE));
+    let mut energy = volume * shared.energy;
+    for k in 0..N {
+        let own = gel.own(strains[k].jacobian);
+        energy += wide(simd, &batches[k].volume) * own.energy;
+        slopes[k].slope = own.slope + shared.slope;
+        slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
+    }
+    energy
+}
+
+#[inline(always)]
+pub(super) fn wide<S: Simd>(simd: S, eight: &Wide) -> f64x8<S> {
     f64x8::from_slice(simd, eight)
 }
 
@@ -407,14 +431,6 @@ fn ring<const D: usize, S: Simd>(simd: S, batch: &Batch<D>) -> f64x8<S> {
     let filled = volume.simd_gt(f64x8::splat(simd, 0.0));
     let ring = f64x8::splat(simd, std::f64::consts::PI) / volume;
     filled.select(ring, f64x8::splat(simd, 0.0))
-}
-
-/// Sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|, from Σ s², s₁s₂ and λ.
-#[inline(always)]
-fn two_largest<V: Number>(square: V, inner: V, out: V) -> V {
-    let area = inner.absolute() * 2.0;
-    let (sum, difference) = ((square + area).root(), (square - area).at_least(0.0).root());
-    sum.or_greater((sum + difference) * 0.5 + out.absolute())
 }
 
 /// cof F; returns det F.
@@ -435,7 +451,7 @@ fn cofactor<const D: usize, S: Simd>(f: &[[f64x8<S>; D]; D], c: &mut [[f64x8<S>;
 
 /// a b + c, rounded once.
 #[inline(always)]
-fn fused<S: Simd>(a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> {
+pub(super) fn fused<S: Simd>(a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> {
     a.simd.mul_add_precise_f64x8(a, b, c)
 }
 

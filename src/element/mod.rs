@@ -1,9 +1,12 @@
 //! Potential energies made of elements, in patches that share a volume change: what the integrator steps.
 
+mod elastic;
 mod flow;
+mod flowing;
 mod lanes;
 mod local;
 mod pressure;
+mod recall;
 mod relax;
 mod shuffle;
 mod simplex;
@@ -14,9 +17,10 @@ use crate::algebra::Vector;
 use crate::mesh::{ElementId, NodeId, Patches};
 
 pub use flow::{Memory, Spent};
-pub use lanes::{Batch, DEPTH, GroupAnswer, LANES, Lanes};
+pub use lanes::{Batch, DEPTH, GroupAnswer, Kick, LANES, Lanes};
 pub use local::{Accumulated, Local, MOST_LOCAL_NODES, Row};
 pub use pressure::{Push, push};
+pub use recall::Recall;
 pub use simplices::{Reference, Section, Simplices};
 
 /// Most nodes that an element may have.
@@ -63,6 +67,16 @@ pub trait Potential<const D: usize>: Send + Sync {
         answers: &mut [Answer<D>; DEPTH],
     ) -> Spent {
         Spent { energy: self.evaluate(patch, x, memory, answers), ..Spent::default() }
+    }
+    /// The same at a tick at which the patch has been advanced already; `viscous` is what viscosity has added to U′ of each element then.
+    fn again(
+        &self,
+        patch: usize,
+        x: &[Vector<D>],
+        (memory, _viscous): (&[Memory<D>], &[f64; DEPTH]),
+        answers: &mut [Answer<D>; DEPTH],
+    ) -> f64 {
+        self.evaluate(patch, x, memory, answers)
     }
     /// How many memories each element has of how it has come where it is.
     fn memories(&self) -> usize {

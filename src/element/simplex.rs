@@ -1,7 +1,9 @@
 //! One triangle or tetrahedron: at rest, strained, and where its material remembers how it has flowed, what of that is elastic.
 
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+
 use super::{MAX_NODES, Memory, Reference, Section};
-use crate::algebra::{Tensor, Vector, cofactor, cube_root, det};
+use crate::algebra::{Number, Tensor, Vector, cofactor, cube_root, det};
 use crate::material::NeoHookean;
 
 /// Newton's steps to the determinant of 1 at most; stretched ninefold it takes 12 (from θ = 27 each of the first takes a third off).
@@ -163,12 +165,13 @@ impl<const D: usize> Elastic<D> {
 }
 
 /// The greatest root θ of θ³ − aθ + c = 1, det(θ + s d) with a = s²|d|²/2 and c = s³ det d, from above: there Newton's steps only fall.
-pub(super) fn isochoric(above: f64, (a, c): (f64, f64)) -> f64 {
+#[inline(always)]
+pub(super) fn isochoric<T: Number>(above: T, (a, c): (T, T)) -> T {
     let mut mean = above;
     for _ in 0..NEWTON {
-        let less = (mean * (mean * mean - a) + c - 1.0) / (3.0 * mean * mean - a);
-        mean -= less;
-        if less.abs() <= f64::EPSILON * mean {
+        let less = (mean * (mean * mean - a) + c - 1.0) / (mean * 3.0 * mean - a);
+        mean = mean - less;
+        if !(less.absolute() - mean * f64::EPSILON).any_positive() {
             break;
         }
     }

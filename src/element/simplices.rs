@@ -1,4 +1,5 @@
 use super::flow::recalled;
+use super::lanes::Law;
 use super::simplex::{Element, Strain};
 use super::{Answer, DEPTH, Lanes, MAX_NODES, Memory, Potential, Spent};
 use crate::algebra::{Tensor, Vector, cofactor, det};
@@ -304,7 +305,7 @@ impl<const D: usize> Potential<D> for Simplices<D> {
             Material::NeoHookean(gel) => self.stretch(gel, ids, x, answers),
             Material::MooneyRivlin(gel) => self.stretch(gel, ids, x, answers),
             Material::Ogden(gel) => self.stretch(gel, ids, x, answers),
-            Material::Flowing(gel) => self.flow((gel, ids), x, (0.0, &mut recalled(memory, ids)), answers).energy,
+            Material::Flowing(_) => self.again(patch, x, (memory, &[0.0; DEPTH]), answers),
             Material::Viscoelastic(gel) => self.at_hold(gel, (ids, x), memory, answers),
         }
     }
@@ -323,12 +324,24 @@ impl<const D: usize> Potential<D> for Simplices<D> {
             }
             Material::Flowing(gel) => {
                 let mut own = recalled(memory, ids);
-                let spent = self.flow((gel, ids), x, (step, &mut own), answers);
+                let spent = self.flow((gel, ids), x, (step, &mut own, &[0.0; DEPTH]), answers);
                 ids.iter().zip(own).for_each(|(id, own)| memory[id.index()] = own);
                 spent
             }
             Material::Viscoelastic(gel) => self.relaxed(gel, (ids, x), (step, memory), answers),
         }
+    }
+
+    fn again(
+        &self,
+        patch: usize,
+        x: &[Vector<D>],
+        (memory, viscous): (&[Memory<D>], &[f64; DEPTH]),
+        answers: &mut [Answer<D>; DEPTH],
+    ) -> f64 {
+        let Material::Flowing(gel) = &self.material else { return self.evaluate(patch, x, memory, answers) };
+        let ids = self.patches.of(patch);
+        self.flow((gel, ids), x, (0.0, &mut recalled(memory, ids), viscous), answers).energy
     }
 
     fn memories(&self) -> usize {
@@ -354,8 +367,12 @@ impl<const D: usize> Potential<D> for Simplices<D> {
     }
 
     fn lanes(&self, slots: &[Option<ElementId>], depth: usize, local: &[[u16; MAX_NODES]]) -> Option<Lanes<D>> {
-        let Material::NeoHookean(gel) = self.material else { return None };
-        let mut lanes = Lanes::empty(slots.len(), depth, (gel, self.section));
+        let law = match self.material {
+            Material::NeoHookean(gel) => Law::Elastic(gel),
+            Material::Flowing(gel) => Law::Flowing(gel),
+            Material::MooneyRivlin(_) | Material::Ogden(_) | Material::Viscoelastic(_) => return None,
+        };
+        let mut lanes = Lanes::empty(slots.len(), depth, (law, self.section));
         for (slot, (id, nodes)) in slots.iter().zip(local).enumerate() {
             let Some(id) = id else { continue };
             let element = self.element(*id);

@@ -1,5 +1,7 @@
 //! Material models: stored energy, stress and stiffness bound, one file each.
 
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+
 mod hyperelastic;
 mod mooney_rivlin;
 mod neo_hookean;
@@ -9,6 +11,8 @@ mod softening;
 mod strength;
 mod viscoelastic;
 mod viscosity;
+
+use crate::algebra::Number;
 
 pub use hyperelastic::{Hyperelastic, Logarithmic, Sheared};
 pub use mooney_rivlin::MooneyRivlin;
@@ -67,19 +71,22 @@ impl Flowing {
     }
 
     /// k, Pa.
+    #[inline(always)]
     fn sharing(&self) -> f64 {
         Self::SHARING * self.shear_modulus.max(Self::SOFTEST * self.state.bulk_modulus())
     }
 
     /// −k ln J of each element of a patch.
     #[must_use]
-    pub fn own(&self, j: f64) -> Volumetric {
+    #[inline(always)]
+    pub fn own<T: Number>(&self, j: T) -> Volumetric<T> {
         pressure::logarithmic(-self.sharing(), j)
     }
 
     /// U(J̄) + k ln J̄ of a patch: with what its elements have of their own never negative, and nothing more where all J are J̄.
     #[must_use]
-    pub fn shared(&self, mean: f64) -> Volumetric {
+    #[inline(always)]
+    pub fn shared<T: Number>(&self, mean: T) -> Volumetric<T> {
         let (state, own) = (self.state.volumetric(mean), pressure::logarithmic(self.sharing(), mean));
         Volumetric {
             energy: state.energy + own.energy,

@@ -1,5 +1,7 @@
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+
 use super::{NeoHookean, Volumetric};
-use crate::algebra::ln;
+use crate::algebra::{Number, ln};
 
 /// Pressure by volume alone: U(J) per volume at rest, p = −U′.
 ///
@@ -38,73 +40,87 @@ impl EquationOfState {
         self.bulk
     }
 
-    /// U and its derivatives at J.
+    /// U and its derivatives at J; written without a branch, for vector units.
     #[must_use]
-    pub fn volumetric(&self, j: f64) -> Volumetric {
+    #[inline(always)]
+    pub fn volumetric<T: Number>(&self, j: T) -> Volumetric<T> {
         let floor = self.floor();
-        if j < floor {
-            return continued(&self.regular(floor), j - floor);
-        }
-        self.regular(j)
+        continued(&self.regular(j.at_least(floor)), (j - floor).at_most(0.0))
     }
 
     /// J below which U is continued.
+    #[inline(always)]
     fn floor(&self) -> f64 {
         let shock = if self.slope > 0.0 { 1.0 - (1.0 - Self::LEAST) / self.slope } else { 0.0 };
         shock.max(NeoHookean::FLOOR)
     }
 
-    fn regular(&self, j: f64) -> Volumetric {
-        if j < 1.0 && self.slope > 0.0 {
-            return self.shocked(1.0 - j);
-        }
+    #[inline(always)]
+    fn regular<T: Number>(&self, j: T) -> Volumetric<T> {
+        // In tension J stays where it is torn, and U goes on as its tangent.
         let torn = 1.0 - self.tension / self.bulk;
-        if torn > 0.0 && j * torn > 1.0 {
-            let (at, energy) = (1.0 / torn, self.soft(1.0 / torn).energy);
-            return Volumetric { energy: energy + self.tension * (j - at), slope: self.tension, curvature: 0.0 };
+        let at = if torn > 0.0 { j.at_most(1.0 / torn) } else { j };
+        let beyond = j - at;
+        let soft = self.soft(at);
+        let drawn = Volumetric {
+            energy: soft.energy + beyond * self.tension,
+            slope: beyond.choose(j.constant(self.tension), soft.slope),
+            curvature: beyond.choose(j.constant(0.0), soft.curvature),
+        };
+        if self.slope == 0.0 {
+            return drawn;
         }
-        self.soft(j)
+        let (strained, shocked) = (-(j - 1.0), self.shocked((-(j - 1.0)).at_least(0.0)));
+        Volumetric {
+            energy: strained.choose(shocked.energy, drawn.energy),
+            slope: strained.choose(shocked.slope, drawn.slope),
+            curvature: strained.choose(shocked.curvature, drawn.curvature),
+        }
     }
 
     /// p = K (1/J − 1).
-    fn soft(&self, j: f64) -> Volumetric {
-        let k = self.bulk;
-        Volumetric { energy: k * (j - 1.0 - ln(j)), slope: k * (1.0 - 1.0 / j), curvature: k / (j * j) }
+    #[inline(always)]
+    fn soft<T: Number>(&self, j: T) -> Volumetric<T> {
+        let (k, inverse) = (self.bulk, j.constant(1.0) / j);
+        Volumetric { energy: (j - 1.0 - ln(j)) * k, slope: -((inverse - 1.0) * k), curvature: inverse * inverse * k }
     }
 
     /// p = K χ/(1 − sχ)².
-    fn shocked(&self, x: f64) -> Volumetric {
+    #[inline(always)]
+    fn shocked<T: Number>(&self, x: T) -> Volumetric<T> {
         let (k, s) = (self.bulk, self.slope);
-        let rest = 1.0 - s * x;
+        let strained = x * s;
+        let rest = -(strained - 1.0);
+        let inverse = x.constant(1.0) / rest;
         // ln r + 1/r − 1 loses all digits at small strains, where it is (sχ)²/2 + 2(sχ)³/3 + 3(sχ)⁴/4.
-        let strained = s * x;
-        let energy = if strained < 1e-3 {
-            x * x * (0.5 + strained * (2.0 / 3.0 + 0.75 * strained))
-        } else {
-            (ln(rest) + 1.0 / rest - 1.0) / (s * s)
-        };
+        let small = x * x * (strained * (strained * 0.75 + 2.0 / 3.0) + 0.5);
+        let large = (ln(rest) + inverse - 1.0) * (1.0 / (s * s));
+        let square = inverse * inverse * k;
         Volumetric {
-            energy: k * energy,
-            slope: -k * x / (rest * rest),
-            curvature: k * (1.0 + s * x) / (rest * rest * rest),
+            energy: (strained - 1e-3).choose(large, small) * k,
+            slope: -(x * square),
+            curvature: (strained + 1.0) * square * inverse,
         }
     }
 }
 
 /// U + U′d + U″d²/2.
-fn continued(at: &Volumetric, d: f64) -> Volumetric {
+#[inline(always)]
+fn continued<T: Number>(at: &Volumetric<T>, d: T) -> Volumetric<T> {
     Volumetric {
-        energy: at.energy + d * (at.slope + 0.5 * d * at.curvature),
+        energy: at.energy + d * (at.slope + d * 0.5 * at.curvature),
         slope: at.slope + d * at.curvature,
         curvature: at.curvature,
     }
 }
 
 /// k ln J and its derivatives, continued below [`NeoHookean::FLOOR`].
-pub(super) fn logarithmic(k: f64, j: f64) -> Volumetric {
-    let at = j.max(NeoHookean::FLOOR);
-    let value = Volumetric { energy: k * ln(at), slope: k / at, curvature: -k / (at * at) };
-    if j < at { continued(&value, j - at) } else { value }
+#[inline(always)]
+pub(super) fn logarithmic<T: Number>(k: f64, j: T) -> Volumetric<T> {
+    let at = j.at_least(NeoHookean::FLOOR);
+    let inverse = j.constant(1.0) / at;
+    let (slope, curvature) = (inverse * k, -(inverse * inverse * k));
+    continued(&Volumetric { energy: ln(at) * k, slope, curvature }, j - at)
 }
 
 #[cfg(test)]

@@ -1,3 +1,7 @@
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+
+use crate::algebra::{Number, exp};
+
 /// Softening of a gel that has flowed: the part g of its stress in shear, elastic and at the strength, that is left.
 ///
 /// After an equivalent plastic strain ε_p it is on its way to g∞(ε_p) = r + (1 − r)/(1 + (ε_p/ε_s)²), which is 1 in what has not
@@ -25,19 +29,22 @@ impl Softening {
 
     /// g∞, from 1 down to r.
     #[must_use]
-    pub fn end(&self, plastic: f64) -> f64 {
-        let strained = plastic / self.strain;
-        self.residual + (1.0 - self.residual) / (1.0 + strained * strained)
+    #[inline(always)]
+    pub fn end<T: Number>(&self, plastic: T) -> T {
+        let strained = plastic * (1.0 / self.strain);
+        plastic.constant(1.0 - self.residual) / (strained * strained + 1.0) + self.residual
     }
 
     /// g after a step, s, at the plastic strain of its end: exact where that stays.
     #[must_use]
-    pub fn left(&self, before: f64, plastic: f64, step: f64) -> f64 {
-        let end = self.end(plastic);
-        if end >= before || step <= 0.0 {
+    #[inline(always)]
+    pub fn left<T: Number>(&self, before: T, plastic: T, step: f64) -> T {
+        if step <= 0.0 {
             return before;
         }
-        end + (before - end) * libm::exp(-step / self.time)
+        let end = self.end(plastic);
+        let over = before - end;
+        over.choose(end + over * exp(-step / self.time), before)
     }
 }
 

@@ -1,3 +1,7 @@
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+
+use crate::algebra::Number;
+
 /// Bulk viscosity: a pressure against the rate of change of volume that spreads a shock over a few elements (von Neumann and
 /// Richtmyer) and damps the ringing behind it.
 ///
@@ -14,8 +18,9 @@ pub struct BulkViscosity {
 impl BulkViscosity {
     /// η of q = η ε̇, Pa·s, for ρ, c and ℓ at a rate.
     #[must_use]
-    pub fn at(&self, density: f64, (speed, length): (f64, f64), rate: f64) -> f64 {
-        let shock = self.quadratic * self.quadratic * length * (-rate).max(0.0);
-        density * length * (self.linear * speed + shock)
+    #[inline(always)]
+    pub fn at<T: Number>(&self, density: f64, (speed, length): (f64, T), rate: T) -> T {
+        let shock = length * (self.quadratic * self.quadratic) * (-rate).at_least(0.0);
+        length * density * (shock + self.linear * speed)
     }
 }

@@ -31,7 +31,7 @@ fn of_kind(name: &'static str, kernel: Kernel, n_elements: usize, effort: Effort
 
 fn rows<const D: usize>(name: &'static str, mut stand: Stand<D>, effort: Effort) -> Vec<Row> {
     let mut rows: Vec<Row> = levels().into_iter().map(|level| in_lanes((name, level), &mut stand, effort)).collect();
-    rows.push(reference(name, &stand, effort));
+    rows.push(reference(name, &mut stand, effort));
     rows
 }
 
@@ -52,7 +52,7 @@ fn in_lanes<const D: usize>(
         .and("bytes_of_nodes_in_cache", stand.bytes_in_cache())
 }
 
-fn reference<const D: usize>(name: &'static str, stand: &Stand<D>, effort: Effort) -> Row {
+fn reference<const D: usize>(name: &'static str, stand: &mut Stand<D>, effort: Effort) -> Row {
     let (n_patches, n) = (stand.n_patches(), stand.n_elements());
     let some = (stand.some_run().1 / stand.depth()).clamp(1, n_patches);
     let cached = Spent::per_turn(effort, || {

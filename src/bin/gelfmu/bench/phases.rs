@@ -39,7 +39,7 @@ pub fn plan(settings: &Settings) -> Vec<Measurement> {
 
 fn row(subject: &Subject, effort: Effort) -> Result<Row, Failure> {
     let patched = subject.kind.is_patched();
-    let mut stand = Stand::new(&block(subject.n_elements), Kernel { section: Section::Spatial, patched });
+    let mut stand = Stand::new(&block(subject.n_elements), Kernel { section: Section::Spatial, patched, flows: false });
     let elements = measure(&mut stand, patched, effort);
     let n_elements = stand.n_elements();
     drop(stand);

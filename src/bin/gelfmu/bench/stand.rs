@@ -4,10 +4,11 @@ use ballistic_gel::algebra::{Vector, Vector3};
 use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
 use ballistic_gel::contact::{Body, BodyState, Freedom, Law, Wrench};
 use ballistic_gel::element::{
-    Accumulated, Answer, DEPTH, GroupAnswer, LANES, Lanes, Local, MAX_NODES, Potential, Row, Section, Simplices,
+    Accumulated, Answer, DEPTH, GroupAnswer, Kick, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Recall, Row,
+    Section, Simplices,
 };
 use ballistic_gel::geometry::{Shape, Sphere};
-use ballistic_gel::material::NeoHookean;
+use ballistic_gel::material::{BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Strength};
 use ballistic_gel::mesh::{self, Block, ElementId, Mesh, NodeId, Patches, Split};
 use ballistic_gel::state::{Clock, Tick};
 use fearless_simd::Level;
@@ -15,27 +16,35 @@ use nalgebra::UnitQuaternion;
 use std::ops::Range;
 
 /// Length of a kick, s: any will do.
-const KICK: f64 = 1e-6;
+const KICK: Kick = Kick { length: 1e-6, elapsed: 1e-6 };
 /// Elements of a patch that is none.
 const PLAIN: usize = 1;
 
-/// What an element stands for, and whether it shares its volume change with others.
+/// What an element stands for, whether it shares its volume change with others, and whether its gel flows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kernel {
     /// Plane, revolution or space.
     pub section: Section,
     /// Pairs of triangles or groups of four tetrahedra, or each by itself.
     pub patched: bool,
+    /// Whether it flows, at every update, or is elastic.
+    pub flows: bool,
 }
 
 /// Every kernel by name: what its elements are.
-pub const KERNELS: [(&str, Kernel); 6] = [
-    ("tetrahedra", Kernel { section: Section::Spatial, patched: false }),
-    ("tetrahedra", Kernel { section: Section::Spatial, patched: true }),
-    ("triangles, planar", Kernel { section: Section::Planar { thickness: 1.0 }, patched: false }),
-    ("triangles, planar", Kernel { section: Section::Planar { thickness: 1.0 }, patched: true }),
-    ("triangles, axisymmetric", Kernel { section: Section::Axisymmetric, patched: false }),
-    ("triangles, axisymmetric", Kernel { section: Section::Axisymmetric, patched: true }),
+pub const KERNELS: [(&str, Kernel); 12] = [
+    ("tetrahedra", Kernel { section: Section::Spatial, patched: false, flows: false }),
+    ("tetrahedra", Kernel { section: Section::Spatial, patched: true, flows: false }),
+    ("triangles, planar", Kernel { section: Section::Planar { thickness: 1.0 }, patched: false, flows: false }),
+    ("triangles, planar", Kernel { section: Section::Planar { thickness: 1.0 }, patched: true, flows: false }),
+    ("triangles, axisymmetric", Kernel { section: Section::Axisymmetric, patched: false, flows: false }),
+    ("triangles, axisymmetric", Kernel { section: Section::Axisymmetric, patched: true, flows: false }),
+    ("flowing tetrahedra", Kernel { section: Section::Spatial, patched: false, flows: true }),
+    ("flowing tetrahedra", Kernel { section: Section::Spatial, patched: true, flows: true }),
+    ("flowing triangles, planar", Kernel { section: Section::Planar { thickness: 1.0 }, patched: false, flows: true }),
+    ("flowing triangles, planar", Kernel { section: Section::Planar { thickness: 1.0 }, patched: true, flows: true }),
+    ("flowing triangles, axisymmetric", Kernel { section: Section::Axisymmetric, patched: false, flows: true }),
+    ("flowing triangles, axisymmetric", Kernel { section: Section::Axisymmetric, patched: true, flows: true }),
 ];
 
 /// Elements, where their nodes are, and room for what they answer.
@@ -45,6 +54,9 @@ pub struct Stand<const D: usize> {
     local: Local,
     stiffness: Vec<f64>,
     answers: Vec<GroupAnswer>,
+    /// What they remember in lanes, and one after the other.
+    memory: Vec<Recall<D>>,
+    remembered: Vec<Memory<D>>,
 }
 
 /// A run of the engine with what it gives to its nodes.
@@ -101,7 +113,8 @@ impl<const D: usize> Stand<D> {
         let runs: Vec<Run> = engine.runs().into_iter().map(own).collect();
         let n_groups = runs.last().map_or(0, |run| run.groups.end);
         let (stiffness, answers) = (vec![0.0; engine.state().stiffness.len()], vec![GroupAnswer::default(); n_groups]);
-        Self { engine, runs, local: Local::new(), stiffness, answers }
+        let (memory, remembered) = (lanes(&engine).memory(), engine.state().memory.clone());
+        Self { engine, runs, local: Local::new(), stiffness, answers, memory, remembered }
     }
 
     /// Elements in all.
@@ -134,7 +147,9 @@ impl<const D: usize> Stand<D> {
         let (lanes, groups) = (lanes(&self.engine), self.runs[run].groups.clone());
         let width = LANES * lanes.depth();
         let slots = groups.start * width..groups.end * width;
-        let found = (&mut self.stiffness[slots], &mut self.answers[groups.clone()]);
+        let batches = self.memory.get_mut(groups.start * lanes.depth()..groups.end * lanes.depth());
+        let memory = batches.unwrap_or_default();
+        let found = (&mut self.stiffness[slots], &mut self.answers[groups.clone()], memory);
         lanes.sweep(level, (groups, |_| Some(KICK)), &mut self.local, found);
     }
 
@@ -154,10 +169,12 @@ impl<const D: usize> Stand<D> {
     }
 
     /// The reference form over some patches: one element after the other.
-    pub fn evaluate(&self, patches: Range<usize>) -> f64 {
+    pub fn evaluate(&mut self, patches: Range<usize>) -> f64 {
         let (potential, x) = (&self.engine.gel().potential, &self.engine.state().position);
         let mut answers = [Answer::default(); DEPTH];
-        patches.map(|patch| potential.evaluate(patch, x, &[], &mut answers)).sum()
+        let mut advance =
+            |patch| potential.advance(patch, x, (KICK.elapsed, &mut self.remembered), &mut answers).energy;
+        patches.map(&mut advance).sum()
     }
 
     /// Patches in all.
@@ -170,10 +187,11 @@ impl<const D: usize> Stand<D> {
         self.answers.iter().map(|answer| answer.energy).sum()
     }
 
-    /// Bytes that the element phase moves to or from memory for one element, counted as STREAM counts: the lanes, κ, answers and
+    /// Bytes that the element phase moves to or from memory for one element, counted as STREAM counts: the lanes, what they remember, κ, answers and
     /// clocks, and for each node of a run x, v, X, its last tick, its number, and what it is given.
     pub fn bytes_per_update(&self) -> f64 {
-        let lanes = lanes(&self.engine).bytes() + size_of_val(self.stiffness.as_slice());
+        let remembered = size_of_val(self.memory.as_slice());
+        let lanes = lanes(&self.engine).bytes() + remembered + size_of_val(self.stiffness.as_slice());
         let groups = self.answers.len() * (size_of::<GroupAnswer>() + size_of::<Clock>());
         let of_node = 3 * size_of::<Vector<D>>() + size_of::<Tick>() + size_of::<NodeId>() + size_of::<Accumulated>();
         let nodes: usize = self.runs.iter().map(|run| run.nodes.len()).sum();
@@ -201,7 +219,8 @@ impl<const D: usize> Stand<D> {
     /// The kernel over lanes by themselves; how many elements that were.
     pub fn sweep_alone(&mut self, level: Level, lanes: &Lanes<D>, n_elements: usize) {
         let groups = n_elements / LANES;
-        let found = (&mut self.stiffness[..n_elements], &mut self.answers[..groups]);
+        let memory = self.memory.get_mut(..groups).unwrap_or_default();
+        let found = (&mut self.stiffness[..n_elements], &mut self.answers[..groups], memory);
         lanes.sweep(level, (0..groups, |_| Some(KICK)), &mut self.local, found);
     }
 }
@@ -213,7 +232,7 @@ fn lanes<const D: usize>(engine: &Engine<D, Simplices<D>>) -> &Lanes<D> {
 fn engine<const D: usize>(mesh: &Mesh<D>, kernel: Kernel) -> Engine<D, Simplices<D>> {
     let n = mesh.elements.len();
     let patches = if kernel.patched { Patches::grouped(mesh) } else { Patches::alone(n) };
-    let simplices = Simplices::in_patches(mesh, patches, (NeoHookean::new(68_966.0, 666_667.0), kernel.section));
+    let simplices = Simplices::in_patches(mesh, patches, (material(kernel), kernel.section));
     let mass = simplices.lumped_masses(mesh, 1030.0);
     let surface = Surface::new::<D>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));
     let law = Law::Moreau { restitution: 0.0, bias: 0.0, friction: 0.0 };
@@ -221,6 +240,22 @@ fn engine<const D: usize>(mesh: &Mesh<D>, kernel: Kernel) -> Engine<D, Simplices
     let shear = |x: &Vector<D>| Vector::<D>::from_fn(|i, _| 0.02 * x[(i + 1) % D]);
     let nodes = mesh.rest.iter().map(|x| (x + shear(x), shear(x))).collect();
     Engine::new(Gel::new(simplices, mass, &mesh.held, surface), vec![nobody()], rules, nodes)
+}
+
+/// What the elements are made of. The gel that flows gives way so slowly that it does so at each of any number of updates.
+fn material(kernel: Kernel) -> Material {
+    let (shear_modulus, bulk_modulus) = (68_966.0, 666_667.0);
+    if !kernel.flows {
+        return NeoHookean::new(shear_modulus, bulk_modulus).into();
+    }
+    Material::Flowing(Flowing {
+        shear_modulus,
+        state: EquationOfState::new(bulk_modulus, 0.0, 2e6),
+        strength: Some(Strength::new(1.0, 0.95, 1e6).from_rate(1e-9)),
+        softening: None,
+        viscosity: BulkViscosity { linear: 0.06, quadratic: 0.0 },
+        density: 1030.0,
+    })
 }
 
 /// A body that is not there.

@@ -1,0 +1,67 @@
+//! What elements remember in the fast form: side by side in the blocks while ticks are processed, and in the state for whoever reads it.
+
+use super::blocks::{Blocks, SLOTS};
+use super::engine::Engine;
+use super::order::Order;
+use crate::element::{Answer, DEPTH, LANES, Memory, Potential};
+use crate::mesh::ElementId;
+use std::ops::Range;
+
+impl<const D: usize> Blocks<D> {
+    /// Takes over what the elements remember.
+    pub fn remember(&mut self, order: &Order, memory: &[Memory<D>]) {
+        for (batch, lanes) in self.memory.iter_mut().enumerate() {
+            for lane in 0..LANES {
+                if let Some(element) = order.element(batch * LANES + lane) {
+                    lanes.set(lane, &memory[element.index()]);
+                }
+            }
+        }
+        self.all.iter_mut().for_each(|block| block.is_ahead = false);
+    }
+
+    /// Hands on what the elements of some slots remember.
+    fn recall(&self, slots: Range<usize>, order: &Order, memory: &mut [Memory<D>]) {
+        for slot in slots {
+            if let (Some(lanes), Some(element)) = (self.memory.get(slot / LANES), order.element(slot)) {
+                memory[element.index()] = lanes.get(slot % LANES);
+            }
+        }
+    }
+
+    /// What viscosity has added to U′ of the elements of a patch when it was swept last, Pa.
+    fn viscous(&self, order: &Order, elements: &[ElementId]) -> [f64; DEPTH] {
+        let of = |element: &ElementId| {
+            let slot = order.slot(*element);
+            self.memory.get(slot / LANES).map_or(0.0, |lanes| lanes.viscous(slot % LANES))
+        };
+        std::array::from_fn(|k| elements.get(k).map_or(0.0, of))
+    }
+}
+
+impl<const D: usize, P: Potential<D>> Engine<D, P> {
+    /// Lets the state know what the elements remember.
+    pub(super) fn recall(&mut self) {
+        let Some(blocks) = &mut self.blocks else { return };
+        let n_slots = self.order.n_slots();
+        for i in 0..blocks.all.len() {
+            if std::mem::take(&mut blocks.all[i].is_ahead) {
+                let slots = i * SLOTS..n_slots.min((i + 1) * SLOTS);
+                blocks.recall(slots, &self.order, &mut self.state.memory);
+            }
+        }
+    }
+
+    /// What the elements of a group answered that was swept at this tick, once more, element by element.
+    pub(super) fn ask_again(&mut self, group: usize, elements: &mut Vec<(ElementId, Answer<D>)>) {
+        let Some(blocks) = &self.blocks else { return };
+        blocks.recall(self.order.slots(group), &self.order, &mut self.state.memory);
+        for patch in self.order.patches(group) {
+            let own = self.gel.potential.patches().of(*patch as usize);
+            let (mut answers, viscous) = ([Answer::default(); DEPTH], blocks.viscous(&self.order, own));
+            let remembered = (self.state.memory.as_slice(), &viscous);
+            self.gel.potential.again(*patch as usize, &self.state.position, remembered, &mut answers);
+            elements.extend(own.iter().copied().zip(answers));
+        }
+    }
+}
