@@ -8,7 +8,7 @@ use super::renew::{Ends, Passage};
 use super::schedule::{Kind, Queue};
 use super::scratch::Scratch;
 use super::watch::Watch;
-use super::{Gel, Pool, TickGrid};
+use super::{Gel, Pool, StepError, TickGrid};
 use crate::algebra::{Vector, embed};
 use crate::contact::{Body, BodyState, Freedom, Law};
 use crate::element::{LANES, Memory, Potential};
@@ -63,6 +63,8 @@ pub struct Engine<const D: usize, P> {
     pub(super) first: f64,
     /// What ends the mesh.
     pub(super) ends: Ends,
+    /// What failed at the last tick of the mesh: the run ends with it if no other mesh is found.
+    pub(super) failure: Option<StepError>,
     /// The first tick of this mesh.
     pub(super) origin: Tick,
     /// Where the tick is that is processed.
@@ -159,6 +161,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             queue: Queue::default(),
             steps: (0, 0),
             ends: Ends::default(),
+            failure: None,
             origin,
             phase: Phase::First,
             quiet: None,
