@@ -151,10 +151,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let scratch = Scratch::new(state.position.len(), gel.surface.nodes.len(), order.n_groups());
         let gel = Arc::new(gel);
-        let blocks = blocks(&gel, &order, &rules);
         let watch = Watch::new(&gel.surface, (0.0, 0.0), |node| embed(&state.position[node]));
         let start = start.unwrap_or_else(|| Start::of(&gel, &bodies, &state));
         let mut engine = Self {
+            blocks: blocks(&gel, &order, &rules),
             last: vec![origin; state.position.len()],
             order: Arc::new(order),
             pool: None,
@@ -172,7 +172,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             rules,
             grid,
             state,
-            blocks,
             watch,
             scratch,
             start,
