@@ -5,8 +5,10 @@
 #[allow(dead_code, reason = "hostile use draws more")]
 mod random;
 #[path = "drawn/ranges.rs"]
+#[allow(dead_code, reason = "the command goes by class")]
 mod ranges;
 #[path = "drawn/ride.rs"]
+#[allow(dead_code, reason = "the command goes on where a run panics")]
 mod ride;
 
 use ballistic_gel::scene::{self, Dimension};
