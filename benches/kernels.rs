@@ -74,11 +74,7 @@ fn all(bencher: Bencher<'_, '_>, case: &Case) {
 /// The scalar form, one element after the other.
 #[divan::bench(args = [false, true])]
 fn reference(bencher: Bencher<'_, '_>, patched: bool) {
-<<<<<<< HEAD
     let mut stand = Stand::new(&block(ELEMENTS), Kernel { section: Section::Spatial, patched, flows: false });
-=======
-    let stand = Stand::new(&block(ELEMENTS), Kernel { section: Section::Spatial, patched, flows: false });
->>>>>>> flow
     let counted = bencher.counter(ItemsCount::new(stand.n_elements()));
     counted.bench_local(|| black_box(stand.evaluate(0..stand.n_patches())));
 }

@@ -8,7 +8,7 @@ use super::renew::{Ends, Passage};
 use super::schedule::{Kind, Queue};
 use super::scratch::Scratch;
 use super::watch::Watch;
-use super::{Gel, Pool, TickGrid};
+use super::{Gel, Pool, StepError, TickGrid};
 use crate::algebra::{Vector, embed};
 use crate::contact::{Body, BodyState, Freedom, Law};
 use crate::element::{LANES, Memory, Potential};
@@ -63,6 +63,8 @@ pub struct Engine<const D: usize, P> {
     pub(super) first: f64,
     /// What ends the mesh.
     pub(super) ends: Ends,
+    /// What failed at the last tick of the mesh: the run ends with it if no other mesh is found.
+    pub(super) failure: Option<StepError>,
     /// The first tick of this mesh.
     pub(super) origin: Tick,
     /// Where the tick is that is processed.
@@ -149,16 +151,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let scratch = Scratch::new(state.position.len(), gel.surface.nodes.len(), order.n_groups());
         let gel = Arc::new(gel);
-        let blocks = blocks(&gel, &order, &rules);
         let watch = Watch::new(&gel.surface, (0.0, 0.0), |node| embed(&state.position[node]));
         let start = start.unwrap_or_else(|| Start::of(&gel, &bodies, &state));
         let mut engine = Self {
+            blocks: blocks(&gel, &order, &rules),
             last: vec![origin; state.position.len()],
             order: Arc::new(order),
             pool: None,
             queue: Queue::default(),
             steps: (0, 0),
             ends: Ends::default(),
+            failure: None,
             origin,
             phase: Phase::First,
             quiet: None,
@@ -169,7 +172,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             rules,
             grid,
             state,
-            blocks,
             watch,
             scratch,
             start,

@@ -90,10 +90,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let more = ahead as f64 - behind as f64;
             answers.clear();
             self.ask_again(group as usize, &mut answers);
-<<<<<<< HEAD
             self.tell_power(group as usize, &answers);
-=======
->>>>>>> flow
             for (element, answer) in &answers {
                 work += self.kick_more((*element, answer), 0.5 * more * self.grid.time(1));
             }

@@ -76,6 +76,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.state.now.unwrap_or(self.origin)
     }
 
+    /// What failed at the last tick of a mesh that has ended, if anything did: without another mesh the run ends with it.
+    #[must_use]
+    pub fn failure(&self) -> Option<&StepError> {
+        self.failure.as_ref()
+    }
+
     /// Its time, s.
     #[must_use]
     pub fn now(&self) -> f64 {
@@ -147,7 +153,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let time = self.grid.time(tick);
         self.phase = Phase::Last;
         self.answer(tick);
-        if let Err(error) = self.check_elements(time) {
+        self.failure = self.find_failure(time);
+        if let Some(error @ StepError::NotFinite { .. }) = &self.failure {
+            let error = error.clone();
             self.drift_active(tick);
             self.state.now = Some(tick);
             return Err(error);

@@ -8,11 +8,7 @@ use super::phase::{Moment, Phase};
 use super::pool::{Cut, share};
 use super::{Pool, TickGrid};
 use crate::algebra::Vector;
-<<<<<<< HEAD
 use crate::element::{Accumulated, GroupAnswer, Kick, LANES, Lanes, Local, MOST_LOCAL_NODES, Power, Recall};
-=======
-use crate::element::{Accumulated, GroupAnswer, Kick, LANES, Lanes, Local, MOST_LOCAL_NODES, Recall};
->>>>>>> flow
 use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
@@ -155,11 +151,7 @@ impl Block {
         (groups, (part, stiffness, answers, memory)): (std::ops::Range<usize>, Given<'_, D>),
         local: &mut Local,
     ) {
-<<<<<<< HEAD
         (self.report, self.holder) = (None, None);
-=======
-        self.report = None;
->>>>>>> flow
         if !self.is_wanted() {
             if self.known == Known::Nothing {
                 lanes.sum_stiffness(groups, stiffness, part);
@@ -176,16 +168,12 @@ impl Block {
         }
         let kick = |group: usize| sweep.kick(sweep.clocks[group].step);
         self.is_ahead |= !memory.is_empty();
-<<<<<<< HEAD
         let steady = self.steady(&sweep.moment);
         let power = if steady.is_some() { Power::Untold } else { Power::Told };
         lanes.sweep(level, (groups.clone(), kick, power), local, (&mut *stiffness, &mut *answers, memory));
         if let Some(step) = steady {
             answers[0].power = local.work(self.nodes.len()) / sweep.grid.time(step);
         }
-=======
-        lanes.sweep(level, (groups.clone(), kick), local, (&mut *stiffness, &mut *answers, memory));
->>>>>>> flow
         let given = local.accumulated(self.nodes.len());
         if self.due == Due::All {
             part.copy_from_slice(given);

@@ -163,7 +163,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.book_contact();
         self.receive(time, (t, exchanges));
         self.reschedule();
-        collapsed.map_or(Ok(()), Err)?;
+        match collapsed {
+            // As what is inverted.
+            Some(StepError::StepCollapsed { jacobian, .. }) if self.can_wear() && jacobian <= 0.0 => {}
+            Some(error) => return Err(error),
+            None => {}
+        }
         self.scratch.now.iter().enumerate().try_for_each(|(body, at)| self.check_spin(body, at))?;
         self.check_leaks(time)
     }
@@ -268,18 +273,29 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// An element that is inverted for the second tick in a row, or whose energy is not a number, ends the run; nothing but
-    /// the drift has happened then.
-    pub(super) fn check_elements(&self, time: f64) -> Result<(), StepError> {
+    /// the drift has happened then. Where meshes are exchanged, what is inverted ends its mesh as soon as that may end.
+    fn check_elements(&self, time: f64) -> Result<(), StepError> {
+        match self.find_failure(time) {
+            Some(StepError::Inverted { .. }) if self.can_wear() => Ok(()),
+            failure => failure.map_or(Ok(()), Err),
+        }
+    }
+
+    /// What fails at this tick.
+    pub(super) fn find_failure(&self, time: f64) -> Option<StepError> {
         let fails = |group: &usize| fails(&self.state.clocks[*group], &self.scratch.answers[*group]);
         let failed = match &self.blocks {
-            Some(blocks) => blocks.all.iter().find_map(|block| block.report?.failed),
+            Some(blocks) => blocks.all.iter().filter_map(|block| block.report?.failed).max_by_key(|group| {
+                // What is no number is worse than what is inverted.
+                (!self.scratch.answers[*group].energy.is_finite(), std::cmp::Reverse(*group))
+            }),
             None => self.scratch.due.iter().map(|group| *group as usize).find(fails),
         };
-        failed.map_or(Ok(()), |group| Err(self.failure(group, time)))
+        failed.map(|group| self.diagnosis(group, time))
     }
 
     /// Which element of a group fails, and how.
-    fn failure(&self, group: usize, time: f64) -> StepError {
+    fn diagnosis(&self, group: usize, time: f64) -> StepError {
         let (answer, clock) = (&self.scratch.answers[group], &self.state.clocks[group]);
         let first = self.order.slots(group).start;
         let twice = answer.inverted & clock.inverted;

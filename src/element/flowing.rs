@@ -3,7 +3,6 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-<<<<<<< HEAD
 use super::Section;
 use super::batch::{LANES, Wide, wide};
 use super::lanes::{Eight, Pull, Slopes, Solid, Strains, fused};
@@ -18,16 +17,6 @@ use fearless_simd::{Simd, SimdBase, f64x8};
 #[repr(align(64))]
 pub(super) struct Gradients<const D: usize>([[Wide; D]; D]);
 
-=======
-use super::lanes::{Batch, Element, Kick, Solid, Strains, Sums, Wide, fused, wide};
-use super::recall::Recall;
-use super::simplex::isochoric;
-use super::{MAX_NODES, Section};
-use crate::algebra::{Number, exp, ln};
-use crate::material::{Flowing, NeoHookean, Returned, Volumetric};
-use fearless_simd::{Simd, SimdBase, f64x8};
-
->>>>>>> flow
 /// The elastic part of eight isochoric deformations, b̄ (components of i ≤ j) and its component out of the plane, 0 in space.
 #[derive(Clone, Copy)]
 struct Elastic<const D: usize, V> {
@@ -55,18 +44,13 @@ struct Memories<const D: usize, V> {
 
 /// Sums over the nodes of eight elements, with g_a = ∇N_a where they are now: of the curvature in shear ([`super::simplex`]), of |g_a|²
 /// with its hoop part and with that along r, and the greatest |g_a|².
-<<<<<<< HEAD
 struct AtNodes<V> {
-=======
-struct Spread<V> {
->>>>>>> flow
     sheared: V,
     spread: V,
     dilated: V,
     sharpest: V,
 }
 
-<<<<<<< HEAD
 impl<const D: usize> Default for Gradients<D> {
     fn default() -> Self {
         Self([[[0.0; LANES]; D]; D])
@@ -104,9 +88,6 @@ impl<const D: usize> Solid<D> for Flowing {
         one
     }
 
-=======
-impl<const D: usize> Solid<D> for Flowing {
->>>>>>> flow
     #[inline(always)]
     fn volumetric<T: Number>(&self, j: T) -> Volumetric<T> {
         self.state.volumetric(j)
@@ -123,22 +104,12 @@ impl<const D: usize> Solid<D> for Flowing {
     }
 
     #[inline(always)]
-<<<<<<< HEAD
     fn pull<S: Simd>(
         &self,
         section: Section,
         (batch, rest, kick, memory): Eight<'_, D, Gradients<D>>,
         (s, u): (&Strains<D, f64x8<S>>, &Slopes<f64x8<S>>),
     ) -> Pull<D, f64x8<S>> {
-=======
-    fn forces<S: Simd>(
-        &self,
-        section: Section,
-        (batch, kick, memory): (&Batch<D>, Kick, &mut [Recall<D>]),
-        (s, u, rows): Element<'_, D, f64x8<S>>,
-        kicks: &mut [[f64x8<S>; 4]; MAX_NODES],
-    ) -> Sums<f64x8<S>> {
->>>>>>> flow
         let (simd, memory) = (s.inner.simd, &mut memory[0]);
         let (zero, volume) = (f64x8::splat(simd, 0.0), wide(simd, &batch.volume));
         let at = Placed::new(s);
@@ -149,11 +120,7 @@ impl<const D: usize> Solid<D> for Flowing {
             own.left = softening.left(sound, own.plastic, kick.elapsed);
         }
         let stored = (elastic.trace() - 3.0) * (0.5 * self.shear_modulus);
-<<<<<<< HEAD
         let nodes = at.spread(rest, &elastic);
-=======
-        let nodes = at.spread(batch, &elastic);
->>>>>>> flow
         let before = wide(simd, &memory.jacobian);
         let mut viscous = (zero, zero);
         if kick.elapsed > 0.0 {
@@ -172,22 +139,11 @@ impl<const D: usize> Solid<D> for Flowing {
         let sheared = mu * (nodes.sheared + elastic.trace() * nodes.spread * (1.0 / 3.0));
         let damping = resistance(self, nodes.sharpest, viscous.0 * 2.0) * at.jacobian * nodes.dilated;
         let stiffness = damped::<D, _>(self.density, (volume, volume * (sheared + swollen)), damping);
-<<<<<<< HEAD
         let (forces, around) = at.push((rest, volume), (&own, mu, elastic.trace()), slope);
         own.store(memory);
         s.jacobian.store_slice(&mut memory.jacobian);
         viscous.1.store_slice(&mut memory.viscous);
         Pull { forces, around, stiffness, energy: volume * stored * own.left, lost }
-=======
-        let power = at.push((batch, volume, kick.length), (&own, mu, elastic.trace()), (slope, rows), kicks);
-        for a in 0..=D {
-            kicks[a][3] = stiffness;
-        }
-        own.store(memory);
-        s.jacobian.store_slice(&mut memory.jacobian);
-        viscous.1.store_slice(&mut memory.viscous);
-        Sums { energy: volume * stored * own.left, power, lost }
->>>>>>> flow
     }
 }
 
@@ -341,25 +297,15 @@ impl<'a, const D: usize, V: Number> Placed<'a, D, V> {
 impl<const D: usize, S: Simd> Placed<'_, D, f64x8<S>> {
     /// g_a for a = 1..=D, where the elements are now.
     #[inline(always)]
-<<<<<<< HEAD
     fn gradients(&self, rest: &Gradients<D>) -> [[f64x8<S>; D]; D] {
-=======
-    fn gradients(&self, batch: &Batch<D>) -> [[f64x8<S>; D]; D] {
->>>>>>> flow
         let (s, simd) = (self.strain, self.jacobian.simd);
         let part = s.out / self.jacobian;
         let mut all = [[part; D]; D];
         for a in 0..D {
             for i in 0..D {
-<<<<<<< HEAD
                 let mut sum = s.cofactor[i][0] * wide(simd, &rest.0[a][0]);
                 for j in 1..D {
                     sum = fused(s.cofactor[i][j], wide(simd, &rest.0[a][j]), sum);
-=======
-                let mut sum = s.cofactor[i][0] * wide(simd, &batch.gradients[a][0]);
-                for j in 1..D {
-                    sum = fused(s.cofactor[i][j], wide(simd, &batch.gradients[a][j]), sum);
->>>>>>> flow
                 }
                 all[a][i] = sum * part;
             }
@@ -368,7 +314,6 @@ impl<const D: usize, S: Simd> Placed<'_, D, f64x8<S>> {
     }
 
     #[inline(always)]
-<<<<<<< HEAD
     fn spread(&self, rest: &Gradients<D>, elastic: &Elastic<D, f64x8<S>>) -> AtNodes<f64x8<S>> {
         let zero = f64x8::splat(self.jacobian.simd, 0.0);
         let hoop = if D == 2 { self.strain.hoop / self.strain.out } else { zero };
@@ -378,28 +323,12 @@ impl<const D: usize, S: Simd> Placed<'_, D, f64x8<S>> {
         // What each node has of the ring, and the same of all.
         let ring = fused(slant, deviator.out * deviator.out, elastic.out) * square;
         let mut sum = AtNodes { sheared: zero, spread: zero, dilated: zero, sharpest: zero };
-=======
-    fn spread(&self, batch: &Batch<D>, elastic: &Elastic<D, f64x8<S>>) -> Spread<f64x8<S>> {
-        let zero = f64x8::splat(self.jacobian.simd, 0.0);
-        let hoop = if D == 2 { self.strain.hoop / self.strain.out } else { zero };
-        let square = hoop * hoop;
-        let (gradients, deviator) = (self.gradients(batch), elastic.deviator());
-        let slant = (zero + 2.0) / elastic.trace();
-        // What each node has of the ring, and the same of all.
-        let ring = fused(slant, deviator.out * deviator.out, elastic.out) * square;
-        let mut sum = Spread { sheared: zero, spread: zero, dilated: zero, sharpest: zero };
->>>>>>> flow
         let mut first = [zero; D];
         for a in 0..=D {
             let mut g = first;
             if a < D {
-<<<<<<< HEAD
                 g = gradients[a];
                 for i in 0..D {
-=======
-                for i in 0..D {
-                    g[i] = gradients[a][i];
->>>>>>> flow
                     first[i] -= g[i];
                 }
             }
@@ -422,7 +351,6 @@ impl<const D: usize, S: Simd> Placed<'_, D, f64x8<S>> {
         sum
     }
 
-<<<<<<< HEAD
     /// −w P ∇N_a for a = 1..=D and −w P_θθ/(3R̄), with P = μ J^(−2/3) F C̄_p⁻¹ + (U′ − μ Ī₁/(3J)) ∂J/∂F.
     #[inline(always)]
     fn push(
@@ -431,17 +359,6 @@ impl<const D: usize, S: Simd> Placed<'_, D, f64x8<S>> {
         (memory, mu, trace): (&Memories<D, f64x8<S>>, f64x8<S>, f64x8<S>),
         slope: f64x8<S>,
     ) -> ([[f64x8<S>; D]; D], f64x8<S>) {
-=======
-    /// The kicks of P = μ J^(−2/3) F C̄_p⁻¹ + (U′ − μ Ī₁/(3J)) ∂J/∂F; Σ f·v, W.
-    #[inline(always)]
-    fn push(
-        &self,
-        (batch, volume, length): (&Batch<D>, f64x8<S>, f64),
-        (memory, mu, trace): (&Memories<D, f64x8<S>>, f64x8<S>, f64x8<S>),
-        (slope, rows): (f64x8<S>, &[[f64x8<S>; 8]; MAX_NODES]),
-        kicks: &mut [[f64x8<S>; 4]; MAX_NODES],
-    ) -> f64x8<S> {
->>>>>>> flow
         let (s, simd) = (self.strain, self.jacobian.simd);
         let zero = f64x8::splat(simd, 0.0);
         let sheared = self.upright.choose(mu * trace / (self.jacobian * 3.0), zero);
@@ -449,7 +366,6 @@ impl<const D: usize, S: Simd> Placed<'_, D, f64x8<S>> {
         let (shape, pressure) = (-(volume * mu * self.scale), volume * (sheared - slope));
         let around = fused(pressure, s.inner, shape * s.out * memory.out) * s.hoop;
         let (pulled, area) = (pulled(&s.f, &memory.inverse), pressure * s.out);
-<<<<<<< HEAD
         let mut forces = [[zero; D]; D];
         for i in 0..D {
             for a in 0..D {
@@ -460,28 +376,6 @@ impl<const D: usize, S: Simd> Placed<'_, D, f64x8<S>> {
             }
         }
         (forces, around)
-=======
-        let mut power = zero;
-        for i in 0..D {
-            let ring = D == 2 && i == 0;
-            let mut push = zero;
-            for a in 0..D {
-                let mut force = zero;
-                for j in 0..D {
-                    let stress = fused(area, s.cofactor[i][j], shape * pulled[i][j]);
-                    force = fused(stress, wide(simd, &batch.gradients[a][j]), force);
-                }
-                push -= force;
-                let force = if ring { force + around } else { force };
-                power = fused(force, rows[a + 1][4 + i], power);
-                kicks[a + 1][i] = force * length;
-            }
-            let force = if ring { push + around } else { push };
-            power = fused(force, rows[0][4 + i], power);
-            kicks[0][i] = force * length;
-        }
-        power
->>>>>>> flow
     }
 }
 

@@ -8,7 +8,6 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-<<<<<<< HEAD
 use super::batch::{Batch, LANES, Wide, wide};
 use super::elastic::Metric;
 use super::flowing::Gradients;
@@ -18,37 +17,11 @@ use super::shuffle::{gather, scatter};
 use super::{MAX_NODES, Section, Spent};
 use crate::algebra::{Number, Tensor, Vector, det};
 use crate::material::{Flowing, Material, NeoHookean, Volumetric};
-=======
-use super::local::{Accumulated, Local};
-use super::recall::Recall;
-use super::shuffle::{gather, scatter};
-use super::{MAX_NODES, Section, Spent};
-use crate::algebra::Number;
-use crate::material::{Flowing, NeoHookean, Volumetric};
->>>>>>> flow
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, dispatch, f64x8};
 use std::ops::Range;
 
 /// Most elements of a patch.
 pub const DEPTH: usize = 4;
-<<<<<<< HEAD
-=======
-pub(super) type Wide = [f64; LANES];
-
-/// The k-th elements of eight patches.
-#[derive(Debug, Clone)]
-#[repr(align(64))]
-pub struct Batch<const D: usize> {
-    /// ∇N_a at rest for a = 1..=D, 1/m.
-    pub(super) gradients: [[Wide; D]; D],
-    /// w, rest volume, m³; 0 in an empty lane.
-    pub(super) volume: Wide,
-    /// Σ_a |∇N_a|², without the share of a ring, 1/m².
-    pub(super) spread: Wide,
-    /// Numbers of the nodes within the block.
-    nodes: [[u16; LANES]; MAX_NODES],
-}
->>>>>>> flow
 
 /// What a group of patches answers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -65,60 +38,6 @@ pub struct GroupAnswer {
     pub crushed: u32,
     /// Lost since the tick before of the group to plastic flow, viscosity and softening, J.
     pub lost: [f64; 3],
-<<<<<<< HEAD
-=======
-}
-
-impl GroupAnswer {
-    /// What it stores and has lost.
-    #[must_use]
-    pub fn spent(&self) -> Spent {
-        let [plastic, viscous, damage] = self.lost;
-        Spent { energy: self.energy, plastic, viscous, damage }
-    }
-}
-
-/// The kick of a group.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Kick {
-    /// Its length, s.
-    pub length: f64,
-    /// From the tick before of the group until now, s.
-    pub elapsed: f64,
-}
-
-/// What elements in lanes are made of.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Law {
-    Elastic(NeoHookean),
-    Flowing(Flowing),
-}
-
-/// Energies and forces of a material in lanes.
-pub(super) trait Solid<const D: usize> {
-    /// U of an element that is a patch by itself.
-    fn volumetric<T: Number>(&self, j: T) -> Volumetric<T>;
-    /// That of the element of a patch.
-    fn own<T: Number>(&self, j: T) -> Volumetric<T>;
-    /// That of the patch.
-    fn shared<T: Number>(&self, mean: T) -> Volumetric<T>;
-    /// Puts f_a times the length of the kick, and κ, into `kicks`; what elements remember goes on.
-    fn forces<S: Simd>(
-        &self,
-        section: Section,
-        of: (&Batch<D>, Kick, &mut [Recall<D>]),
-        element: Element<'_, D, f64x8<S>>,
-        kicks: &mut [[f64x8<S>; 4]; MAX_NODES],
-    ) -> Sums<f64x8<S>>;
-}
-
-/// Of eight elements: what they store, but for the volumetric part, J, Σ f·v, W, and what they have lost as a [`GroupAnswer`] has it, J.
-#[derive(Clone, Copy)]
-pub(super) struct Sums<V> {
-    pub energy: V,
-    pub power: V,
-    pub lost: [V; 3],
->>>>>>> flow
 }
 
 impl GroupAnswer {
@@ -206,11 +125,7 @@ pub struct Lanes<const D: usize> {
     /// Of each batch 1 in the lanes of elements that are not at rest where their nodes are; none at all if there is no such element.
     told: Vec<Wide>,
     depth: usize,
-<<<<<<< HEAD
     law: Law<D>,
-=======
-    law: Law,
->>>>>>> flow
     section: Section,
 }
 
@@ -223,37 +138,14 @@ pub(super) struct Strains<const D: usize, V> {
     pub hoop: V,
     pub inner: V,
     pub jacobian: V,
-<<<<<<< HEAD
     pub strained: V,
 }
 
-=======
-}
-
-/// Eight elements: their strains and slopes, and the rows of their nodes.
-pub(super) type Element<'a, const D: usize, V> = (&'a Strains<D, V>, &'a Slopes<V>, &'a [[V; 8]; MAX_NODES]);
-
->>>>>>> flow
 /// U′ and max(U″, 0) of eight elements with their shares of their patches'.
 #[derive(Clone, Copy)]
 pub(super) struct Slopes<V> {
     pub slope: V,
     pub curvature: V,
-<<<<<<< HEAD
-=======
-}
-
-impl<const D: usize> Batch<D> {
-    /// Nothing in any lane.
-    fn empty() -> Self {
-        Self {
-            gradients: [[[0.0; LANES]; D]; D],
-            volume: [0.0; LANES],
-            spread: [0.0; LANES],
-            nodes: [[0; LANES]; MAX_NODES],
-        }
-    }
->>>>>>> flow
 }
 
 impl<const D: usize> Lanes<D> {
@@ -261,7 +153,6 @@ impl<const D: usize> Lanes<D> {
     ///
     /// # Panics
     /// If the slots do not fill their batches, or `depth` is none of 1, 2 and 4.
-<<<<<<< HEAD
     pub(super) fn empty(n_slots: usize, depth: usize, (material, section): (&Material, Section)) -> Option<Self> {
         assert!(n_slots.is_multiple_of(LANES * depth), "slots fill whole groups");
         assert!(matches!(depth, 1 | 2 | 4), "a patch has one, two or four places");
@@ -272,13 +163,6 @@ impl<const D: usize> Lanes<D> {
             Material::MooneyRivlin(_) | Material::Ogden(_) | Material::Viscoelastic(_) => return None,
         };
         Some(Self { batches: vec![Batch::default(); n], told: vec![], depth, law, section })
-=======
-    #[must_use]
-    pub(super) fn empty(n_slots: usize, depth: usize, law: (Law, Section)) -> Self {
-        assert!(n_slots.is_multiple_of(LANES * depth), "slots fill whole groups");
-        assert!(matches!(depth, 1 | 2 | 4), "a patch has one, two or four places");
-        Self { batches: vec![Batch::empty(); n_slots / LANES], bases: vec![], depth, law: law.0, section: law.1 }
->>>>>>> flow
     }
 
     /// Puts an element into a slot: ∇N_a for a = 1..=D, w, and the numbers of its nodes.
@@ -342,11 +226,7 @@ impl<const D: usize> Lanes<D> {
     /// What fresh elements remember, batch by batch; nothing of those that remember nothing.
     #[must_use]
     pub fn memory(&self) -> Vec<Recall<D>> {
-<<<<<<< HEAD
         let n = if matches!(self.law, Law::Flowing(..)) { self.batches.len() } else { 0 };
-=======
-        let n = if matches!(self.law, Law::Flowing(_)) { self.batches.len() } else { 0 };
->>>>>>> flow
         vec![Recall::default(); n]
     }
 
@@ -355,16 +235,11 @@ impl<const D: usize> Lanes<D> {
     pub fn sweep(
         &self,
         level: Level,
-<<<<<<< HEAD
         asked: (Range<usize>, impl Fn(usize) -> Option<Kick>, Power),
-=======
-        (groups, kick): (Range<usize>, impl Fn(usize) -> Option<Kick>),
->>>>>>> flow
         local: &mut Local,
         found: (&mut [f64], &mut [GroupAnswer], &mut [Recall<D>]),
     ) {
         match &self.law {
-<<<<<<< HEAD
             Law::Elastic(gel, rest) => self.sweep_of((level, gel, rest), asked, local, found),
             Law::Flowing(gel, rest) => self.sweep_of((level, gel, rest), asked, local, found),
         }
@@ -374,61 +249,30 @@ impl<const D: usize> Lanes<D> {
         &self,
         (level, gel, rest): (Level, &G, &[G::Rest]),
         asked: (Range<usize>, impl Fn(usize) -> Option<Kick>, Power),
-=======
-            Law::Elastic(gel) => self.sweep_of(gel, level, (groups, kick), local, found),
-            Law::Flowing(gel) => self.sweep_of(gel, level, (groups, kick), local, found),
-        }
-    }
-
-    fn sweep_of(
-        &self,
-        gel: &impl Solid<D>,
-        level: Level,
-        (groups, kick): (Range<usize>, impl Fn(usize) -> Option<Kick>),
->>>>>>> flow
         local: &mut Local,
         found: (&mut [f64], &mut [GroupAnswer], &mut [Recall<D>]),
     ) {
         match self.depth {
-<<<<<<< HEAD
             1 => dispatch!(level, simd => self.sweep_in::<1, _, _>((simd, gel, rest), asked, local, found)),
             2 => dispatch!(level, simd => self.sweep_in::<2, _, _>((simd, gel, rest), asked, local, found)),
             _ => dispatch!(level, simd => self.sweep_in::<4, _, _>((simd, gel, rest), asked, local, found)),
-=======
-            1 => dispatch!(level, simd => self.sweep_in::<1, _, _>((simd, gel), (groups, kick), local, found)),
-            2 => dispatch!(level, simd => self.sweep_in::<2, _, _>((simd, gel), (groups, kick), local, found)),
-            _ => dispatch!(level, simd => self.sweep_in::<4, _, _>((simd, gel), (groups, kick), local, found)),
->>>>>>> flow
         }
     }
 
     #[inline(always)]
     fn sweep_in<const N: usize, G: Solid<D>, S: Simd>(
         &self,
-<<<<<<< HEAD
         (simd, gel, rest): (S, &G, &[G::Rest]),
         (groups, kick, power): (Range<usize>, impl Fn(usize) -> Option<Kick>, Power),
-=======
-        with: (S, &G),
-        (groups, kick): (Range<usize>, impl Fn(usize) -> Option<Kick>),
->>>>>>> flow
         local: &mut Local,
         (stiffness, answers, memory): (&mut [f64], &mut [GroupAnswer], &mut [Recall<D>]),
     ) {
         let first = groups.start;
         for ((group, stiffness), answer) in groups.zip(stiffness.chunks_exact_mut(LANES * N)).zip(answers) {
             let Some(kick) = kick(group) else { continue };
-<<<<<<< HEAD
             let rest: &[G::Rest; N] = rest[group * N..].first_chunk().expect("a group is whole");
             let memory = memory.get_mut((group - first) * N..(group - first + 1) * N).unwrap_or_default();
             *answer = self.sweep_group((simd, gel, rest), (group, kick, power), local, (stiffness, memory));
-=======
-            let batches: &[Batch<D>; N] = self.batches[group * N..].first_chunk().expect("a group is whole");
-            let bases: &[Base<D>] = self.bases.get(group * N..(group + 1) * N).unwrap_or_default();
-            let own = (group - first) * N..(group - first + 1) * N;
-            let memory = memory.get_mut(own).unwrap_or_default();
-            *answer = self.sweep_group(with, (batches, bases, kick), local, (stiffness, memory));
->>>>>>> flow
         }
     }
 
@@ -436,13 +280,8 @@ impl<const D: usize> Lanes<D> {
     #[inline(always)]
     fn sweep_group<const N: usize, G: Solid<D>, S: Simd>(
         &self,
-<<<<<<< HEAD
         (simd, gel, rest): (S, &G, &[G::Rest; N]),
         (group, kick, power): (usize, Kick, Power),
-=======
-        (simd, gel): (S, &G),
-        (batches, bases, kick): (&[Batch<D>; N], &[Base<D>], Kick),
->>>>>>> flow
         local: &mut Local,
         (stiffness, memory): (&mut [f64], &mut [Recall<D>]),
     ) -> GroupAnswer {
@@ -460,7 +299,6 @@ impl<const D: usize> Lanes<D> {
             strained = strained.or_greater(strains[k].strained);
         }
         let mut slopes = [Slopes { slope: zero, curvature: zero }; N];
-<<<<<<< HEAD
         let mut energy = volumetric(gel, batches, &strains, &mut slopes);
         let (mut given, mut lost) = (zero, [zero; 3]);
         let mut answer = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
@@ -481,27 +319,6 @@ impl<const D: usize> Lanes<D> {
         (answer.energy, answer.power) = (sum(energy), sum(given));
         for i in 0..3 {
             answer.lost[i] = sum(lost[i]);
-=======
-        let energy = volumetric(gel, batches, &strains, &mut slopes);
-        let mut total = Sums { energy, power: zero, lost: [zero; 3] };
-        let mut answer = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
-        for k in 0..N {
-            let mut kicks = [[zero; 4]; MAX_NODES];
-            let element = (&strains[k], &slopes[k], &rows[k]);
-            let own = memory.get_mut(k..=k).unwrap_or_default();
-            let sums = gel.forces(self.section, (&batches[k], kick, own), element, &mut kicks);
-            (total.energy, total.power) = (total.energy + sums.energy, total.power + sums.power);
-            for i in 0..3 {
-                total.lost[i] += sums.lost[i];
-            }
-            scatter::<D, S>(&batches[k].nodes, &kicks, &mut local.accumulated);
-            kicks[0][3].store_slice(&mut stiffness[k * LANES..(k + 1) * LANES]);
-            note(&mut answer, k, strains[k].jacobian);
-        }
-        (answer.energy, answer.power) = (sum(total.energy), sum(total.power));
-        for i in 0..3 {
-            answer.lost[i] = sum(total.lost[i]);
->>>>>>> flow
         }
         answer
     }
@@ -537,10 +354,7 @@ impl<const D: usize> Lanes<D> {
             s.out = away.select((rows[0][0] + rows[1][0] + rows[2][0]) * s.hoop, one);
             s.jacobian = s.inner * s.out;
         }
-<<<<<<< HEAD
         s.strained = if G::REMEMBERS { one } else { strained };
-=======
->>>>>>> flow
     }
 }
 
@@ -552,7 +366,6 @@ impl<const D: usize, V: Number> Strains<D, V> {
     }
 }
 
-<<<<<<< HEAD
 impl<const D: usize, S: Simd> Pull<D, f64x8<S>> {
     /// weight · f and κ at every node.
     #[inline(always)]
@@ -587,50 +400,11 @@ impl<const D: usize, S: Simd> Pull<D, f64x8<S>> {
         }
         power
     }
-=======
-/// Volumetric energy, J, and slope and curvature of each element: U(J) of an element that is a patch by itself; else
-/// U_s(J) of each and U_v(J̄) of the patch (numerics 5).
-#[inline(always)]
-fn volumetric<const D: usize, const N: usize, S: Simd>(
-    gel: &impl Solid<D>,
-    batches: &[Batch<D>; N],
-    strains: &[Strains<D, f64x8<S>>; N],
-    slopes: &mut [Slopes<f64x8<S>>; N],
-) -> f64x8<S> {
-    let simd = strains[0].jacobian.simd;
-    if N == 1 {
-        let u = gel.volumetric(strains[0].jacobian);
-        slopes[0] = Slopes { slope: u.slope, curvature: u.curvature.at_least(0.0) };
-        return wide(simd, &batches[0].volume) * u.energy;
-    }
-    let mut volume = wide(simd, &batches[0].volume);
-    let mut now = volume * strains[0].jacobian;
-    for k in 1..N {
-        let own = wide(simd, &batches[k].volume);
-        (volume, now) = (volume + own, now + own * strains[k].jacobian);
-    }
-    // An empty lane has no volume; the smallest number keeps it from 0/0.
-    let shared = gel.shared(now / volume.at_least(f64::MIN_POSITIVE));
-    let mut energy = volume * shared.energy;
-    for k in 0..N {
-        let own = gel.own(strains[k].jacobian);
-        energy += wide(simd, &batches[k].volume) * own.energy;
-        slopes[k].slope = own.slope + shared.slope;
-        slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
-    }
-    energy
-}
-
-#[inline(always)]
-pub(super) fn wide<S: Simd>(simd: S, eight: &Wide) -> f64x8<S> {
-    f64x8::from_slice(simd, eight)
->>>>>>> flow
 }
 
 /// Volumetric energy, J, and slope and curvature of each element: U(J) of an element that is a patch by itself; else
 /// U_s(J) of each and U_v(J̄) of the patch (numerics 5).
 #[inline(always)]
-<<<<<<< HEAD
 fn volumetric<const D: usize, const N: usize, S: Simd>(
     gel: &impl Solid<D>,
     batches: &[Batch; N],
@@ -659,15 +433,6 @@ fn volumetric<const D: usize, const N: usize, S: Simd>(
         slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
     }
     energy
-=======
-fn ring<const D: usize, S: Simd>(simd: S, batch: &Batch<D>) -> f64x8<S> {
-    let g = |a: usize, i: usize| wide(simd, &batch.gradients[a][i]);
-    let across = g(0, 0) * g(1 % D, 1) - g(0, 1) * g(1 % D, 0);
-    let volume = wide(simd, &batch.volume) * across * 3.0;
-    let filled = volume.simd_gt(f64x8::splat(simd, 0.0));
-    let ring = f64x8::splat(simd, std::f64::consts::PI) / volume;
-    filled.select(ring, f64x8::splat(simd, 0.0))
->>>>>>> flow
 }
 
 /// cof F; returns det F.

@@ -1,9 +1,6 @@
 //! Potential energies made of elements, in patches that share a volume change: what the integrator steps.
 
-<<<<<<< HEAD
 mod batch;
-=======
->>>>>>> flow
 mod elastic;
 mod flow;
 mod flowing;
@@ -22,11 +19,7 @@ use crate::mesh::{ElementId, NodeId, Patches};
 
 pub use batch::{Batch, LANES};
 pub use flow::{Memory, Spent};
-<<<<<<< HEAD
 pub use lanes::{DEPTH, GroupAnswer, Kick, Lanes, Power};
-=======
-pub use lanes::{Batch, DEPTH, GroupAnswer, Kick, LANES, Lanes};
->>>>>>> flow
 pub use local::{Accumulated, Local, MOST_LOCAL_NODES, Row};
 pub use pressure::{Push, push};
 pub use recall::Recall;

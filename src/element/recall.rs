@@ -1,11 +1,7 @@
 //! What eight elements remember, side by side.
 
 use super::Memory;
-<<<<<<< HEAD
 use super::batch::{LANES, Wide};
-=======
-use super::lanes::{LANES, Wide};
->>>>>>> flow
 use crate::algebra::Tensor;
 
 /// What the k-th elements of eight patches remember, a [`Memory`] in each lane.

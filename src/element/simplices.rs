@@ -1,5 +1,4 @@
 use super::flow::recalled;
-use super::lanes::Law;
 use super::simplex::{Element, Strain};
 use super::{Answer, DEPTH, Lanes, MAX_NODES, Memory, Potential, Spent};
 use crate::algebra::{Tensor, Vector, cofactor, det};
@@ -376,16 +375,7 @@ impl<const D: usize> Potential<D> for Simplices<D> {
     }
 
     fn lanes(&self, slots: &[Option<ElementId>], depth: usize, local: &[[u16; MAX_NODES]]) -> Option<Lanes<D>> {
-<<<<<<< HEAD
         let mut lanes = Lanes::empty(slots.len(), depth, (&self.material, self.section))?;
-=======
-        let law = match self.material {
-            Material::NeoHookean(gel) => Law::Elastic(gel),
-            Material::Flowing(gel) => Law::Flowing(gel),
-            Material::MooneyRivlin(_) | Material::Ogden(_) | Material::Viscoelastic(_) => return None,
-        };
-        let mut lanes = Lanes::empty(slots.len(), depth, (law, self.section));
->>>>>>> flow
         for (slot, (id, nodes)) in slots.iter().zip(local).enumerate() {
             let Some(id) = id else { continue };
             let element = self.element(*id);

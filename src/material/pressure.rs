@@ -63,11 +63,7 @@ impl EquationOfState {
         let beyond = j - at;
         let soft = self.soft(at);
         let drawn = Volumetric {
-<<<<<<< HEAD
             energy: beyond.choose(soft.energy + beyond * self.tension, soft.energy),
-=======
-            energy: soft.energy + beyond * self.tension,
->>>>>>> flow
             slope: beyond.choose(j.constant(self.tension), soft.slope),
             curvature: beyond.choose(j.constant(0.0), soft.curvature),
         };

@@ -2,7 +2,7 @@
 
 use super::{Defects, Same, Source};
 use crate::algebra::Vector;
-use crate::mesh::Simplex;
+use crate::mesh::{ElementId, Simplex};
 
 /// What a mesh stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,6 +75,25 @@ pub fn corner_masses<const D: usize>(
         Symmetry::Spatial => [0.25; 4],
     };
     elements.iter().zip(mass).map(|(nodes, m)| shares(nodes).map(|share| m * share)).collect()
+}
+
+/// Corner masses of which those of the elements `gone` stand for a density that is nowhere below nothing: where it would be, it is drawn
+/// to its mean until it is nothing at the worst corner. Masses of elements stay, their centres do not.
+#[must_use]
+pub fn levelled<const D: usize>(corner_mass: &[[f64; 4]], gone: &[ElementId]) -> Vec<[f64; 4]> {
+    let mut level = corner_mass.to_vec();
+    for corners in gone.iter().map(|element| element.index()) {
+        let corners = &mut level[corners];
+        let mean = corners.iter().sum::<f64>() / (D + 1) as f64;
+        let least = heights::<D>(corners)[..=D].iter().copied().fold(f64::INFINITY, f64::min);
+        // The mean of the density times measure is the mass.
+        let whole = mean * (D + 1) as f64;
+        if whole > 0.0 && least < 0.0 {
+            let part = whole / (whole - least);
+            corners[..=D].iter_mut().for_each(|corner| *corner = mean + part * (*corner - mean));
+        }
+    }
+    level
 }
 
 /// Masses of the nodes, kg: the sums of the corner masses around them.

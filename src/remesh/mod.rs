@@ -59,7 +59,7 @@ use points::{Limits, Part};
 use surface::Surface;
 use tree::Square;
 
-pub use carried::{Carried, Symmetry, Transferred, corner_masses, nodal_masses};
+pub use carried::{Carried, Symmetry, Transferred, corner_masses, levelled, nodal_masses};
 pub use defects::{Books, Defects};
 pub use error::RemeshError;
 pub use immersed::{
@@ -109,7 +109,8 @@ pub struct Proposal<const D: usize> {
     /// By element, the old elements that it can lie over, ascending; none named where any can, and not at all where that is so of all.
     /// Where a body passes through itself, what is near need not be what an element is made of.
     pub over: Vec<Vec<ElementId>>,
-    /// What the area or volume is less by because new points of the boundary were put clear of bodies, m² or m³.
+    /// What the area or volume is less by because loops and needles of the boundary were cut off, and new points of it put clear of
+    /// bodies, m² or m³.
     pub cleared: f64,
 }
 

@@ -32,7 +32,7 @@ impl Same {
 }
 
 /// How two meshes agree.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Pairing {
     /// By new element, the old one that it is.
     pub same: Vec<Option<Same>>,

@@ -16,9 +16,13 @@ const SHORT: f64 = 0.45;
 const CORNER: f64 = 0.866;
 /// A new point is put clear of a body by less than so many of its sizes.
 const NEAR: f64 = 0.2;
-/// Loops that are cut off at most, and edges of each.
+/// Loops that are cut off at most, edges of each, and its area in squares of its target size.
 const KNOTS: usize = 64;
 const LOOP: usize = 12;
+const LARGEST_LOOP: f64 = 1.0;
+/// A tip is a needle if it is so many target sizes wide, measured where its shorter side ends. A tenth of a size is a triangle of
+/// quality 0.3 on an edge of half a size: what wears a mesh.
+const NEEDLE: f64 = 0.1;
 /// Walks along the boundary that leave out nodes: each can halve the number of edges.
 const WALKS: usize = 12;
 
@@ -31,8 +35,17 @@ pub(super) struct Surface {
     pub lost: Vec<[usize; 2]>,
     /// The new edges by place.
     pub near: Near<2>,
-    /// What the area is less by because new points were put clear of bodies, m².
+    /// What the area is less by because loops and needles were cut off and new points put clear of bodies, m².
     pub cleared: f64,
+}
+
+/// What was cut off the old boundary.
+#[derive(Debug, Default)]
+struct Cuttings {
+    /// Old edges that are gone.
+    edges: Vec<[usize; 2]>,
+    /// What the area is less by, m².
+    area: f64,
 }
 
 /// The place nearest to a point that is in no body.
@@ -90,17 +103,20 @@ pub(super) fn resample(
 ) -> Result<Surface, RemeshError> {
     let mut chain = Chain::new(old);
     chain.members.iter().for_each(|&node| cloud.chosen[node] = true);
-    let knots = chain.unknot(cloud)?;
+    let mut cut = Cuttings::default();
+    (0..WALKS).any(|_| !chain.blunt(cloud, &mut cut));
+    chain.unknot(cloud, &mut cut)?;
     if rules.sag > 0.0 {
         (0..WALKS).any(|_| !chain.leave_out(cloud, rules.sag));
     }
-    let mut surface = Surface { edges: vec![], lost: knots, near: Near::new(&[]), cleared: 0.0 };
+    let mut surface = Surface { edges: vec![], lost: cut.edges, near: Near::new(&[]), cleared: 0.0 };
     for &edge in &chain.edges {
         if cloud.chosen[edge[0]] {
             surface.take(&chain.stretch(edge), cloud);
         }
     }
     surface.clear(cloud, &old.mesh.held, cleared);
+    surface.cleared += cut.area;
     surface.near = Near::segments(&surface.edges, &cloud.position);
     Ok(surface)
 }
@@ -149,33 +165,73 @@ impl<'a> Chain<'a> {
         chain
     }
 
-    /// Cuts off small loops in which the boundary crosses itself, as the tips of a rough wall do, and names the old edges that are gone.
+    /// Cuts off small loops in which the boundary crosses itself, as the tips of a rough wall do.
     ///
     /// # Errors
     /// If it crosses itself in a large one.
-    fn unknot(&mut self, cloud: &mut Cloud) -> Result<Vec<[usize; 2]>, RemeshError> {
-        let mut gone = vec![];
+    fn unknot(&mut self, cloud: &mut Cloud, cut: &mut Cuttings) -> Result<(), RemeshError> {
         for _ in 0..KNOTS {
-            let Some([first, second]) = crossing(&self.edges, self.old.position) else { return Ok(gone) };
-            let [there, back] = [[first, second], [second, first]].map(|[from, to]| self.between(from, to));
-            let shorter = [there, back].into_iter().flatten().min_by_key(Vec::len);
-            let Some(walk) = shorter else {
+            let Some([first, second]) = crossing(&self.edges, self.old.position) else { return Ok(()) };
+            let walks = [[first, second], [second, first]].map(|[from, to]| self.between(from, to));
+            let small = |walk: &Vec<usize>| self.area(walk).abs() < LARGEST_LOOP * cloud.size[walk[0]].powi(2);
+            let Some(walk) = walks.into_iter().flatten().filter(small).min_by_key(Vec::len) else {
                 return Err(RemeshError::Crossing { edges: [first, second].map(|e| e.map(|n| NodeId(n as u32))) });
             };
-            let [start, .., end] = walk[..] else { return Ok(gone) };
-            gone.extend(walk.windows(2).map(|pair| [pair[0], pair[1]]));
-            let removed = &walk[1..walk.len() - 1];
-            for node in removed {
-                cloud.chosen[*node] = false;
-            }
-            self.edges.retain(|edge| !removed.contains(&edge[0]));
-            self.edges.iter_mut().filter(|edge| **edge == [start, walk[1]]).for_each(|edge| edge[1] = end);
-            (self.after[start], self.first_after[start], self.before[end]) = (Some(end), Some(end), Some(start));
+            self.cut_off(&walk, cloud, cut);
         }
         match crossing(&self.edges, self.old.position) {
             Some(edges) => Err(RemeshError::Crossing { edges: edges.map(|e| e.map(|n| NodeId(n as u32))) }),
-            None => Ok(gone),
+            None => Ok(()),
         }
+    }
+
+    /// Joins the ends of a walk along the boundary, and leaves out what is between them.
+    fn cut_off(&mut self, walk: &[usize], cloud: &mut Cloud, cut: &mut Cuttings) {
+        let [start, removed @ .., end] = walk else { return };
+        cut.area += self.area(walk);
+        cut.edges.extend(walk.windows(2).map(|pair| [pair[0], pair[1]]));
+        for node in removed {
+            cloud.chosen[*node] = false;
+        }
+        self.edges.retain(|edge| !removed.contains(&edge[0]));
+        self.edges.iter_mut().filter(|edge| **edge == [*start, walk[1]]).for_each(|edge| edge[1] = *end);
+        (self.after[*start], self.first_after[*start], self.before[*end]) = (Some(*end), Some(*end), Some(*start));
+    }
+
+    /// Signed area of the polygon of these nodes, m².
+    fn area(&self, nodes: &[usize]) -> f64 {
+        let x = |i: usize| &self.old.position[nodes[i]];
+        (2..nodes.len()).map(|i| 0.5 * cross(x(0), x(i - 1), x(i))).sum()
+    }
+
+    /// Cuts off tips that have become needles, no two beside each other; whether there were any. Nothing else can be done about them:
+    /// the one element of such a tip has all its nodes on the boundary.
+    fn blunt(&mut self, cloud: &mut Cloud, cut: &mut Cuttings) -> bool {
+        let mut waits = vec![false; self.can_go.len()];
+        let mut any = false;
+        for i in 0..self.members.len() {
+            let node = self.members[i];
+            let Some((before, after)) = self.needle(node, cloud).filter(|_| !waits[node]) else { continue };
+            (waits[before], waits[after]) = (true, true);
+            self.cut_off(&[before, node, after], cloud, cut);
+            any = true;
+        }
+        any
+    }
+
+    /// The nodes before and after a node that is the tip of a needle.
+    fn needle(&self, node: usize, cloud: &Cloud) -> Option<(usize, usize)> {
+        let (before, after) = (self.before[node]?, self.after[node]?);
+        let x = self.old.position;
+        let (u, v) = (x[before] - x[node], x[after] - x[node]);
+        let wide = cross(&x[before], &x[node], &x[after]);
+        // A fold of the axis has no width at all.
+        let is_thin = wide >= 0.0 && wide < NEEDLE * cloud.size[node] * u.norm().max(v.norm());
+        let is_sharp = u.dot(&v) > CORNER * u.norm() * v.norm();
+        let joined = self.before[before].is_some() && self.after[after].is_some_and(|next| next != before);
+        let may_go = cloud.chosen[node] && is_thin && is_sharp && joined;
+        (may_go && self.feature(node) != Some(Feature::Always) && !self.is_inside_another([before, node, after], cloud))
+            .then_some((before, after))
     }
 
     /// The nodes from the start of an edge to the end of another one that is not far along the boundary, if all between may go.

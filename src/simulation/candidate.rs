@@ -4,6 +4,7 @@ use super::history;
 use super::model::Gelatin;
 use super::recipe::{Recipe, Sizes};
 use crate::algebra::{Vector, Vector3, embed, restrict};
+use crate::avi::NoStep;
 use crate::contact::{Body, BodyState};
 use crate::element::{Memory, Potential, Section};
 use crate::geometry::Pole;
@@ -70,6 +71,9 @@ pub enum Refused {
     /// An element that cannot have been anything at rest.
     #[error("an element of the new mesh has no shape at rest: the old ones under it are inverted")]
     Restless,
+    /// It cannot be stepped.
+    #[error("in the new mesh {0}")]
+    Steps(NoStep),
 }
 
 /// A way to make a mesh, one attempt after the other.
@@ -110,6 +114,13 @@ impl Way {
             RemeshMethod::Immersed => [1.0, 0.7, 0.5].map(|part| Self::Immersed { part }),
         }
     }
+
+    /// The attempts in space of a gel that does not flow: points of its surface go along it only where nothing else is taken.
+    pub const SOLID: [Self; 3] = [
+        Self::Retained { sag: 0.06, slide: 0.0 },
+        Self::Retained { sag: 0.02, slide: 0.05 },
+        Self::Retained { sag: 0.2, slide: 0.1 },
+    ];
 
     /// The attempts in space of a gel that flows. Nothing tells any more how flat its surface was at rest, and a cavity in cells of a
     /// quarter of the ball's radius is flat to no more than 0.13 of a cell. Where no point slides, an element of the calibration shot is
@@ -235,7 +246,7 @@ impl<const D: usize> Gelatin<D> {
         let facets = outer::<D>(&proposal.elements, &across);
         let known = remesh::Known { shapes: &shapes, facets: &facets };
         let quality = remesh::judge_known(moved, &proposal, (&acceptance, &known))?;
-        let new = remesh::transfer_paired(moved, &self.carried(old), (&proposal, pairing));
+        let new = self.transferred((old, moved), (&proposal, pairing));
         if new.defects.massless > 0 {
             return Err(Refused::Massless { nodes: new.defects.massless });
         }
@@ -266,6 +277,21 @@ impl<const D: usize> Gelatin<D> {
     /// In space a gel that flows has no surface at rest that a new one would have to lie along: the mesh as if it were at rest now.
     fn forgotten(&self, moved: &Moved<'_, D>) -> Option<Mesh<D>> {
         self.flows_in_space().then(|| Mesh { rest: moved.position.to_vec(), ..moved.mesh.clone() })
+    }
+
+    /// What a new mesh takes over; where a node of it is in a corner in which the density is below nothing, once more without such corners.
+    fn transferred(
+        &self,
+        (old, moved): (&Birth<D>, &Moved<'_, D>),
+        (proposal, pairing): (&Proposal<D>, Pairing),
+    ) -> Transferred<D> {
+        let carried = self.carried(old);
+        let new = remesh::transfer_paired(moved, &carried, (proposal, pairing.clone()));
+        if new.defects.massless == 0 {
+            return new;
+        }
+        let corner_mass = remesh::levelled::<D>(&old.corner_mass, &pairing.gone);
+        remesh::transfer_paired(moved, &Carried { corner_mass: &corner_mass, ..carried }, (proposal, pairing))
     }
 
     fn carried<'a>(&'a self, old: &'a Birth<D>) -> Carried<'a, D> {

@@ -9,7 +9,7 @@ use super::renew::Renew;
 use super::sensors::Seat;
 use super::{RestoreError, SavedState};
 use crate::algebra::{Vector3, embed};
-use crate::avi::{Engine, Gel, NoStep, Reached, Run, StepError, SurfaceNode, Totals};
+use crate::avi::{Engine, Gel, Reached, Run, StepError, SurfaceNode, Totals};
 use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Potential, Simplices};
 use crate::ledger::Ledger;
@@ -149,8 +149,7 @@ where
 {
     fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<(), StepError> {
         while self.engine.advance_to(t, exchanges)? == Reached::Worn {
-            let time = self.engine.now();
-            self.renew().map_err(|NoStep { step }| StepError::Worn { time, step })?;
+            self.renew()?;
         }
         Ok(())
     }
@@ -159,7 +158,7 @@ where
         while self.engine.advance_to(t, exchanges)? == Reached::Worn {
             let time = self.engine.now();
             let shown = if time >= from { self.rehearsal(self.frame(time)) } else { None };
-            self.renew().map_err(|NoStep { step }| StepError::Worn { time, step })?;
+            self.renew()?;
             if shown.is_some() {
                 return Ok(shown);
             }

@@ -1,14 +1,14 @@
 //! A worn mesh, and how the run goes on with another one.
 
 use super::RestoreError;
-use super::candidate::{self, Known, Mesher, Way, symmetry};
+use super::candidate::{self, Known, Mesher, Refused, Way, symmetry};
 use super::model::Gelatin;
 use super::observe::Frame;
 use super::recipe::Recipe;
 use super::rehearsal::{Rehearsal, Renewal};
 use super::sensors::seats;
 use crate::algebra::Vector;
-use crate::avi::NoStep;
+use crate::avi::{NoStep, StepError};
 use crate::element::{Memory, Potential, Simplices};
 use crate::mesh::{ElementId, Mesh, Patches};
 use crate::remesh::{self, Moved, Neighbours};
@@ -21,15 +21,15 @@ pub(super) trait Renew {
     /// Goes on with a better mesh, or with the old one where there is none.
     ///
     /// # Errors
-    /// [`NoStep`] if not even the old mesh can go on.
-    fn renew(&mut self) -> Result<(), NoStep>;
+    /// [`StepError`] if not even the old mesh can go on.
+    fn renew(&mut self) -> Result<(), StepError>;
 
     /// What an exchange would do now, in the plane and where meshes are exchanged; `frame` is the mesh as it is.
     fn rehearsal(&self, frame: Frame) -> Option<Rehearsal>;
 }
 
 impl Renew for Gelatin<2> {
-    fn renew(&mut self) -> Result<(), NoStep> {
+    fn renew(&mut self) -> Result<(), StepError> {
         self.renew_by(candidate::in_plane)
     }
 
@@ -39,7 +39,7 @@ impl Renew for Gelatin<2> {
 }
 
 impl Renew for Gelatin<3> {
-    fn renew(&mut self) -> Result<(), NoStep> {
+    fn renew(&mut self) -> Result<(), StepError> {
         self.renew_by(candidate::in_space)
     }
 
@@ -49,9 +49,9 @@ impl Renew for Gelatin<3> {
 }
 
 impl<const D: usize> Gelatin<D> {
-    fn renew_by(&mut self, mesher: Mesher<D>) -> Result<(), NoStep> {
+    fn renew_by(&mut self, mesher: Mesher<D>) -> Result<(), StepError> {
         let Some(sizes) = self.recipe.remesh.clone() else { return Ok(()) };
-        let begun = Instant::now();
+        let (begun, failure) = (Instant::now(), self.engine.failure().cloned());
         if self.engine.state().birth.is_none() {
             self.first = Some(self.present());
         }
@@ -65,7 +65,11 @@ impl<const D: usize> Gelatin<D> {
         let worn = self.worn(&moved);
         let size = self.sizes(&moved, (&sizes, &worn.0));
         let mut refused = vec![];
-        let ways = if self.flows_in_space() { Way::FLOWING } else { Way::of(sizes.rules.method) };
+        let ways = match D {
+            3 if self.flows_in_space() => Way::FLOWING,
+            3 => Way::SOLID,
+            _ => Way::of(sizes.rules.method),
+        };
         for (way, attempt) in ways.into_iter().zip(1..) {
             let candidate = match self.candidate((&old, &moved, &worn), (&size, mesher), way) {
                 Ok(candidate) => candidate,
@@ -76,15 +80,21 @@ impl<const D: usize> Gelatin<D> {
             };
             let renewal = Renewal::of(&candidate, self.engine.now(), attempt);
             let booked = self.engine.state().ledger.energy.remesh;
-            if self.go_on(candidate.birth, (candidate.memory, candidate.velocity), candidate.known).is_ok() {
-                self.engine.count_exchange();
-                let energy = self.engine.state().ledger.energy.remesh - booked;
-                self.renewals.push(Renewal { energy, seconds: begun.elapsed().as_secs_f64(), ..renewal });
-                return Ok(());
+            if let Err(why) = self.go_on(candidate.birth, (candidate.memory, candidate.velocity), candidate.known) {
+                refused.push(Refused::Steps(why));
+                continue;
             }
+            self.engine.count_exchange();
+            let energy = self.engine.state().ledger.energy.remesh - booked;
+            self.renewals.push(Renewal { energy, seconds: begun.elapsed().as_secs_f64(), ..renewal });
+            return Ok(());
         }
-        self.refusals.push((self.engine.now(), refused));
-        self.keep(&old, worn)
+        let time = self.engine.now();
+        self.refusals.push((time, refused));
+        if let Some(failure) = failure {
+            return Err(failure);
+        }
+        self.keep(&old, worn).map_err(|NoStep { step }| StepError::Worn { time, step })
     }
 
     /// Goes on with the old mesh.

@@ -4,13 +4,8 @@ use ballistic_gel::algebra::{Vector, Vector3};
 use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
 use ballistic_gel::contact::{Body, BodyState, Freedom, Law, Wrench};
 use ballistic_gel::element::{
-<<<<<<< HEAD
     Accumulated, Answer, DEPTH, GroupAnswer, Kick, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power, Recall,
     Row, Section, Simplices,
-=======
-    Accumulated, Answer, DEPTH, GroupAnswer, Kick, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Recall, Row,
-    Section, Simplices,
->>>>>>> flow
 };
 use ballistic_gel::geometry::{Shape, Sphere};
 use ballistic_gel::material::{BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Strength};
@@ -156,11 +151,7 @@ impl<const D: usize> Stand<D> {
         let batches = self.memory.get_mut(groups.start * lanes.depth()..groups.end * lanes.depth());
         let memory = batches.unwrap_or_default();
         let found = (&mut self.stiffness[slots], &mut self.answers[groups.clone()], memory);
-<<<<<<< HEAD
         lanes.sweep(level, (groups, |_| Some(KICK), Power::Untold), &mut self.local, found);
-=======
-        lanes.sweep(level, (groups, |_| Some(KICK)), &mut self.local, found);
->>>>>>> flow
     }
 
     /// Loads the nodes of every run.
@@ -231,11 +222,7 @@ impl<const D: usize> Stand<D> {
         let groups = n_elements / LANES;
         let memory = self.memory.get_mut(..groups).unwrap_or_default();
         let found = (&mut self.stiffness[..n_elements], &mut self.answers[..groups], memory);
-<<<<<<< HEAD
         lanes.sweep(level, (0..groups, |_| Some(KICK), Power::Untold), &mut self.local, found);
-=======
-        lanes.sweep(level, (0..groups, |_| Some(KICK)), &mut self.local, found);
->>>>>>> flow
     }
 }
 

@@ -1,0 +1,81 @@
+//! Random scenes, in short; all of them are run by `cargo run --release --example drawn`.
+#![allow(clippy::unwrap_used)] // a test that cannot go on fails
+
+#[path = "hostile/random.rs"]
+#[allow(dead_code, reason = "hostile use draws more")]
+mod random;
+#[path = "drawn/ranges.rs"]
+#[allow(dead_code, reason = "the command goes by class")]
+mod ranges;
+#[path = "drawn/ride.rs"]
+#[allow(dead_code, reason = "the command goes on where a run panics")]
+mod ride;
+
+use ballistic_gel::scene::{self, Dimension};
+
+#[test]
+fn every_seed_is_a_scene_of_its_class_within_the_ranges() {
+    for seed in ranges::SEEDS {
+        let text = ranges::text(seed);
+        let scene = scene::read(&text).unwrap_or_else(|error| panic!("seed {seed}: {error}\n{text}"));
+        let speed = scene.projectile.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+        assert!((0.999..50.001).contains(&speed), "seed {seed}: {speed} m/s");
+        let dimension = match ranges::Class::of(seed) {
+            ranges::Class::Planar => Dimension::Planar,
+            ranges::Class::Axisymmetric => Dimension::Axisymmetric,
+            ranges::Class::Spatial => Dimension::Spatial,
+        };
+        assert_eq!(scene.scene.dimension, dimension, "seed {seed}");
+        assert!(scene.remesh.is_some(), "seed {seed}");
+    }
+}
+
+/// Runs a seed to its end, with books that close.
+#[track_caller]
+fn goes_to_its_end(seed: u64) -> ride::Ride {
+    let ride = ride::ride(&ranges::text(seed));
+    assert_eq!(ride.stop, None, "seed {seed}: {ride:?}");
+    let [energy, momentum, angular_momentum] = ride.closure;
+    assert!(energy < 1e-10 && momentum < 1e-11 && angular_momentum < 1e-11, "seed {seed}: {ride:?}");
+    assert!(ride.mass < 1e-11, "seed {seed}: mass {:e}", ride.mass);
+    ride
+}
+
+#[test]
+fn some_of_all_classes_reach_their_ends() {
+    for seed in [66, 130, 132, 54, 157, 56, 80] {
+        goes_to_its_end(seed);
+    }
+}
+
+/// No mesh was taken, because cutting off its small loops changed the area by more than rounding.
+#[test]
+fn a_wall_that_crosses_itself_in_small_loops_does_not_stop_a_run() {
+    for seed in [55, 65, 87] {
+        assert!(goes_to_its_end(seed).exchanges > 5);
+    }
+}
+
+/// The flat triangle in the tip was kept from mesh to mesh until it was turned inside out.
+#[test]
+fn a_splash_that_is_drawn_to_a_needle_does_not_stop_a_run() {
+    assert!(goes_to_its_end(49).exchanges > 5);
+}
+
+/// The node of the entry surface on the axis was pushed past the one below it, and no triangulation has an axis that lies on itself.
+#[test]
+fn a_fold_of_the_axis_does_not_stop_a_run() {
+    assert!(goes_to_its_end(133).exchanges > 5);
+}
+
+/// A node of the new mesh stood in a corner of an old element in which the density was below nothing, and got a negative mass.
+#[test]
+fn a_density_below_nothing_does_not_stop_a_run() {
+    assert!(goes_to_its_end(111).exchanges > 5);
+}
+
+/// An element was inverted at two of its own ticks before the mesh was old enough to end.
+#[test]
+fn an_element_that_inverts_in_a_young_mesh_does_not_stop_a_run() {
+    assert!(goes_to_its_end(181).exchanges > 5);
+}
