@@ -54,6 +54,9 @@ impl Kinematics {
     pub fn yaw(&self) -> f64 {
         let [w, x, y, z] = self.orientation;
         let axis = -Vector3::new(2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y));
+        if self.velocity == Vector3::zeros() {
+            return 0.0;
+        }
         libm::atan2(axis.cross(&self.velocity).norm(), axis.dot(&self.velocity))
     }
 }
