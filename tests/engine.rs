@@ -243,7 +243,7 @@ fn an_engine_that_ends_and_goes_on_with_the_same_mesh_gives_the_same_motion() {
         // Any mesh is worse than the best one: it ends as soon as it is looked at.
         let mut engine = start;
         let n = engine.gel().potential.len();
-        engine.set_wear(Some(Wear { quality: vec![1.0; n], compression: vec![0.0; n] }));
+        engine.set_wear(Some(Wear { quality: vec![1.0; n], least: vec![0.0; n] }));
         let mut exchange = [Exchange::default()];
         let mut ends = 0;
         while engine.advance_to(1.0, &mut exchange).unwrap() == Reached::Worn {

@@ -16,8 +16,8 @@ use std::sync::Arc;
 pub struct Wear {
     /// Which shape of each element, 1 being the best, is too bad.
     pub quality: Vec<f64>,
-    /// To which part of its area, or volume in space, each may be compressed.
-    pub compression: Vec<f64>,
+    /// To which measure, [`Potential::measure`], each may be compressed.
+    pub least: Vec<f64>,
 }
 
 /// What ends a mesh.
@@ -122,8 +122,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
         let part = if age < SHORTEST_LIFE.0 { HALF_WORN } else { 1.0 };
         let time = self.grid.time(tick);
+        // What is at rest where it was made is not worn.
+        let moves =
+            |group: usize| self.blocks.as_ref().is_none_or(|blocks| blocks.all[group / blocks.groups].is_awake());
         let fires = |clock: &Clock| self.rules.schedule.fires(clock.step, tick);
-        let groups = self.state.clocks.iter().enumerate().filter(|(_, clock)| fires(clock));
+        let groups = self.state.clocks.iter().enumerate().filter(|(group, clock)| fires(clock) && moves(*group));
         let mut elements = groups.flat_map(|(group, _)| self.order.elements(self.order.slots(group)));
         elements.any(|element| self.is_element_worn(element, time, (wear, part)))
     }
@@ -131,11 +134,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn is_element_worn(&self, element: ElementId, time: f64, (wear, part): (&Wear, f64)) -> bool {
         let simplex: Simplex = [0, 1, 2, 3].map(NodeId);
         let mut now = [Vector::<D>::zeros(); 4];
-        for (i, node) in self.gel.potential.nodes(element).iter().enumerate() {
-            now[i] = self.position_at(*node, time);
+        for (corner, node) in now.iter_mut().zip(self.gel.potential.nodes(element)) {
+            *corner = self.position_at(*node, time);
         }
-        is_worse(&now, &simplex, part * wear.quality[element.index()])
-            || self.gel.potential.compression(element, &now) < part * wear.compression[element.index()]
+        self.gel.potential.measure(&now) < part * wear.least[element.index()]
+            || is_worse(&now, &simplex, part * wear.quality[element.index()])
     }
 
     /// The last tick of this mesh: every group fires, its kick that of half of the step behind, and what stands on a body is held

@@ -74,8 +74,9 @@ pub trait Potential<const D: usize>: Send + Sync {
     }
     /// Whether an element is crushed beyond what its material law means (below the continuation).
     fn is_crushed(&self, jacobian: f64) -> bool;
-    /// Area or volume of an element with its nodes there, as a part of what it is at rest; of a potential that has meshes.
-    fn compression(&self, _element: ElementId, _corners: &[Vector<D>; MAX_NODES]) -> f64 {
+    /// Area or volume of an element with its corners there times a constant, of a ring that remembers all around the axis; of a
+    /// potential that has meshes.
+    fn measure(&self, _corners: &[Vector<D>; MAX_NODES]) -> f64 {
         1.0
     }
     /// The positions of all nodes at which nothing is stored; of a potential that has lanes.

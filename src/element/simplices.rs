@@ -118,6 +118,17 @@ impl<const D: usize> Simplices<D> {
         own.unwrap_or_else(|| Reference::of(&self.rest, &self.elements[element.index()]))
     }
 
+    /// [`Potential::measure`] of an element at rest.
+    #[must_use]
+    pub fn rest_measure(&self, element: ElementId) -> f64 {
+        self.measured(&self.reference(element))
+    }
+
+    fn measured(&self, at: &Reference<D>) -> f64 {
+        let ring = self.remembers() && self.section == Section::Axisymmetric;
+        det(&at.edges) * if ring { at.radius } else { 1.0 }
+    }
+
     /// Whether the nodes of an element say what it is at rest.
     #[must_use]
     pub fn is_compatible(&self, element: ElementId) -> bool {
@@ -343,10 +354,8 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         jacobian < NeoHookean::FLOOR
     }
 
-    fn compression(&self, element: ElementId, corners: &[Vector<D>; MAX_NODES]) -> f64 {
-        let (now, rest) = (Reference::of(corners, &[0, 1, 2, 3].map(NodeId)), self.reference(element));
-        let ring = self.remembers() && self.section == Section::Axisymmetric;
-        det(&now.edges) / det(&rest.edges) * if ring { now.radius / rest.radius } else { 1.0 }
+    fn measure(&self, corners: &[Vector<D>; MAX_NODES]) -> f64 {
+        self.measured(&Reference::of(corners, &[0, 1, 2, 3].map(NodeId)))
     }
 
     fn rest(&self) -> &[Vector<D>] {

@@ -163,12 +163,13 @@ impl Recipe {
         shapes: &[f64],
     ) -> Option<Wear> {
         let Remesh { quality, compression, .. } = self.remesh.as_ref()?.rules;
-        let size = |(element, nodes): (ElementId, &Simplex)| {
-            compression.min(AGED * potential.compression(element, &nodes.map(|node| position[node.index()])))
+        let least = |(element, nodes): (ElementId, &Simplex)| {
+            let new = potential.measure(&nodes.map(|node| position[node.index()]));
+            (compression * potential.rest_measure(element)).min(AGED * new)
         };
         Some(Wear {
             quality: shapes.iter().map(|shape| quality.min(AGED * shape)).collect(),
-            compression: (0..).map(ElementId).zip(potential.elements()).map(size).collect(),
+            least: (0..).map(ElementId).zip(potential.elements()).map(least).collect(),
         })
     }
 }
