@@ -126,14 +126,22 @@ fn reference(quantity: &Quantity, runs: &[Run]) -> Reference {
     })
 }
 
-/// Sizes and values of the three finest runs of a family, finest last; the scene as it comes is one of its own mesh.
+/// Sizes and values of the three finest runs of a family, finest last; the scene as it comes is one of its own mesh. Where the mesh
+/// is exchanged, each is twice as fine as the one before: the cells of new meshes are a square that is halved again and again,
+/// so that meshes between are not of their family.
 fn finest(quantity: &Quantity, runs: &[Run], family: &str) -> Option<[(f64, f64); 3]> {
     let own = |run: &&Run| run.rung.knob == family || (family == MESH && run.rung.knob.is_empty());
     let value = |run: &Run| Some((run.rung.size?, run.row.as_ref().ok().and_then(|row| quantity.of(row))));
     let mut all: Vec<(f64, Option<f64>)> = runs.iter().filter(own).filter_map(value).collect();
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
     let known: Vec<(f64, f64)> = all.into_iter().filter_map(|(size, value)| Some((size, value?))).collect();
-    known.last_chunk::<3>().copied()
+    let exchanged = runs.iter().filter(own).any(|run| run.row.as_ref().is_ok_and(|row| row.remeshes > 0));
+    if !exchanged {
+        return known.last_chunk::<3>().copied();
+    }
+    let last = *known.last()?;
+    let coarser = |times: f64| known.iter().copied().find(|(size, _)| (size / last.0 - times).abs() < 0.01 * times);
+    Some([coarser(4.0)?, coarser(2.0)?, last])
 }
 
 fn errors(run: &Run, references: &[Reference; 4]) -> [Option<f64>; 4] {
@@ -195,6 +203,21 @@ pub mod tests {
         }
         assert_eq!(curve.references[1], Reference::Missing);
         assert!(matches!(curve.references[2], Reference::Refused(_)));
+    }
+
+    #[test]
+    fn meshes_that_are_exchanged_are_compared_with_those_twice_as_fine() {
+        let exchanged = |size: f64, off: f64| {
+            let mut run = run(if size == 1.0 { "" } else { MESH }, -size.log2(), size);
+            let row = run.row.as_mut().unwrap();
+            (row.remeshes, row.peak_depth) = (1, row.peak_depth + off);
+            run
+        };
+        let other = [2.8, 1.4, 0.7].map(|size| exchanged(size, 1e-4 * size.sin()));
+        let runs = [[4.0, 2.0, 1.0, 0.5].map(|size| exchanged(size, 0.0)).as_slice(), &other].concat();
+        let Reference::Limit(limit, _) = &Curve::of(&runs).references[0] else { panic!("a limit") };
+        assert!((limit.value - 0.01).abs() < 1e-9 && (limit.order - 1.0).abs() < 1e-6, "{limit:?}");
+        assert_eq!(Curve::of(&runs[1..3]).references[0], Reference::Missing);
     }
 
     #[test]

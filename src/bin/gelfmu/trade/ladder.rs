@@ -31,6 +31,10 @@ pub const REMESHED: &str = "mesh, exchanged";
 /// What `remesh` is where a scene has none.
 const EXCHANGED: (&str, f64) = ("remesh.quality", 0.3);
 
+/// Places of the coarsest meshes.
+const COARSEST: i32 = -2;
+const COARSEST_EXCHANGED: i32 = -4;
+
 impl Rung {
     /// The scene as it comes.
     pub fn base() -> Self {
@@ -81,11 +85,11 @@ fn cost_of(scene: &Scene, f: f64) -> f64 {
     f.powi(-dimension - 1)
 }
 
-/// All of the mesh finer and coarser by √2, its grading with it; a scene that has failed also with a mesh that is exchanged.
+/// All of the mesh finer and coarser by √2, its grading with it; a scene that has failed also with a mesh that is exchanged. From that
+/// on to cells four times as long: a limit needs two meshes of twice and four times the edges of the finest.
 fn meshes(scene: &Scene, steps: u32, has_failed: HasFailed) -> Vec<Rung> {
-    let places = (-2..=steps.cast_signed()).map(f64::from);
-    let refined = |knob: &'static str, extra: Option<Override>| {
-        let all = places.clone().filter(move |place| *place != 0.0 || knob != MESH);
+    let refined = |knob: &'static str, coarsest: i32, extra: Option<Override>| {
+        let all = (coarsest..=steps.cast_signed()).map(f64::from).filter(move |place| *place != 0.0 || knob != MESH);
         all.map(move |place| {
             let f = 2f64.powf(-0.5 * place);
             let overrides = extra.clone().into_iter().chain(scaled(scene, f)).collect();
@@ -94,10 +98,12 @@ fn meshes(scene: &Scene, steps: u32, has_failed: HasFailed) -> Vec<Rung> {
             Rung { size: Some(f), ..rung(knob, place, overrides, cost_of(scene, f)) }
         })
     };
-    let exchanged = has_failed == HasFailed::Yes && scene.remesh.is_none();
-    let exchanged = exchanged.then(|| refined(REMESHED, Some(set(EXCHANGED.0, EXCHANGED.1))));
+    let is_exchanged = scene.remesh.is_some();
+    let exchanged = has_failed == HasFailed::Yes && !is_exchanged;
+    let exchanged = exchanged.then(|| refined(REMESHED, COARSEST_EXCHANGED, Some(set(EXCHANGED.0, EXCHANGED.1))));
     let graded = if exchanged.is_none() { graded(scene, steps) } else { vec![] };
-    refined(MESH, None).chain(exchanged.into_iter().flatten()).chain(graded).collect()
+    let coarsest = if is_exchanged { COARSEST_EXCHANGED } else { COARSEST };
+    refined(MESH, coarsest, None).chain(exchanged.into_iter().flatten()).chain(graded).collect()
 }
 
 /// Every edge, everywhere, so many times as long: where cells grow, they do so in as many cells.
@@ -115,7 +121,7 @@ fn scaled(scene: &Scene, f: f64) -> Vec<Override> {
     }
     if let Some(Remesh { smallest, growth, .. }) = &scene.remesh {
         all.extend(smallest.map(|smallest| set("remesh.smallest", length(f * smallest))));
-        all.push(set("remesh.growth", length(f * growth)));
+        all.push(set("remesh.growth", length((f * growth).min(1.0))));
     }
     all
 }
@@ -298,6 +304,6 @@ mod tests {
     #[test]
     fn a_scene_whose_mesh_cannot_follow_is_refined_with_meshes_that_are_exchanged() {
         let count = |has_failed| rungs("ball-square", has_failed).iter().filter(|rung| rung.knob == REMESHED).count();
-        assert_eq!((count(HasFailed::No), count(HasFailed::Yes)), (0, 6));
+        assert_eq!((count(HasFailed::No), count(HasFailed::Yes)), (0, 8));
     }
 }
