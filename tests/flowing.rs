@@ -82,7 +82,7 @@ fn bits_of_a_gel_that_softens_do_not_depend_on_communication_steps_threads_or_wh
 fn a_run_is_taken_up_again_after_an_exchange_that_was_refused() {
     // With this strength the crater is rough enough for an exchange to be refused.
     let strength = "gel.strength={yield_stress=0.138e6,reference_rate=1.0,rate_exponent=0.23,cap=1.6e6}";
-    let scene = shot(&["scene.end_time=1.2e-4", "remesh.quality=0.45", strength]);
+    let scene = shot(&["scene.end_time=1.2e-4", "remesh.quality=0.5", strength]);
     let mut on = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
     let inputs = on.inputs();
     let mut states = vec![];

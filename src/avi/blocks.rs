@@ -8,6 +8,7 @@ use super::order::Order;
 use super::pace::RAISE_MARGIN;
 use super::phase::Moment;
 use super::{Gel, TickGrid};
+use crate::algebra::Vector;
 use crate::element::{Accumulated, Lanes, Local, MAX_NODES, Potential, Recall};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Clock, Tick};
@@ -136,6 +137,8 @@ pub(super) struct Blocks<const D: usize> {
     spots: Vec<Spot>,
     /// One for each thread.
     pub locals: Vec<Local>,
+    /// To what positions are rounded, m.
+    pub still: f64,
     pub level: Level,
     /// Whether also what is at rest is swept.
     pub never_rest: bool,
@@ -175,7 +178,8 @@ impl<const D: usize> Blocks<D> {
                 *at += 1;
             }
         }
-        let (groups, n_groups, locals) = (SLOTS / order.width(), order.n_groups(), vec![Local::new()]);
+        let still = f64::EPSILON * gel.potential.rest().iter().map(Vector::<D>::amax).fold(0.0, f64::max);
+        let (groups, n_groups, locals) = (SLOTS / order.width(), order.n_groups(), vec![Local::new(still)]);
         let (parts, fronts) = (vec![[0.0; 4]; n_parts], blocks.iter().map(|_| Front::default()).collect());
         let memory = lanes.memory();
         Some(Self {
@@ -188,6 +192,7 @@ impl<const D: usize> Blocks<D> {
             n_groups,
             start,
             spots,
+            still,
             locals,
             level: Level::new(),
             never_rest: false,

@@ -13,6 +13,8 @@ pub type Accumulated = [f64; 4];
 /// The nodes of one block while it is swept.
 #[derive(Debug)]
 pub struct Local {
+    /// Up to which component of its displacement a node is where it is at rest, m.
+    still: f64,
     pub(super) positions: Box<Aligned<Row>>,
     pub(super) velocities: Box<Aligned<Row>>,
     pub(super) accumulated: Box<Aligned<Accumulated>>,
@@ -38,15 +40,16 @@ impl<T> Aligned<T> {
 }
 
 impl Local {
-    /// Room for the nodes of any block.
+    /// Room for the nodes of any block of a gel whose positions are rounded to `still`, m: what stands no farther from where it rests
+    /// is taken to rest, as its force would be one of rounding.
     #[must_use]
     #[allow(
         clippy::large_stack_arrays,
         reason = "an eighth of a megabyte, on its way to the heap: a vector would not keep the lines"
     )]
-    pub fn new() -> Self {
+    pub fn new(still: f64) -> Self {
         let none = || Box::new(Aligned([[0.0; 4]; MOST_LOCAL_NODES]));
-        Self { positions: none(), velocities: none(), accumulated: none() }
+        Self { still, positions: none(), velocities: none(), accumulated: none() }
     }
 
     /// Sets where a node is, how far from where it is at rest, and how fast, and nothing accumulated.
@@ -56,7 +59,7 @@ impl Local {
         for i in 0..D {
             (place[i], speed[i]) = (position[i], velocity[i]);
         }
-        place[3] = if *displacement == Vector::<D>::zeros() { 0.0 } else { 1.0 };
+        place[3] = if displacement.amax() > self.still { 1.0 } else { 0.0 };
         self.accumulated.0[number] = [0.0; 4];
     }
 
@@ -74,11 +77,5 @@ impl Local {
             (0..3).for_each(|i| sums[i] += push[i] * velocity[i]);
         }
         sums[0] + sums[1] + sums[2]
-    }
-}
-
-impl Default for Local {
-    fn default() -> Self {
-        Self::new()
     }
 }

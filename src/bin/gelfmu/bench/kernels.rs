@@ -44,6 +44,8 @@ fn in_lanes<const D: usize>(
     stand.load(run);
     let cached = Spent::per_turn(effort, || stand.sweep(level, run));
     let all = Spent::per_turn(effort, || stand.sweep_all(level));
+    stand.forget();
+    stand.sweep_all(level);
     let (bytes, n) = (stand.bytes_per_update(), stand.n_elements());
     row((name, instructions), (stand.depth(), n), [(n_of_run, cached), (n, all)])
         .with("bytes_per_update", bytes)
@@ -58,8 +60,11 @@ fn reference<const D: usize>(name: &'static str, stand: &mut Stand<D>, effort: E
     let cached = Spent::per_turn(effort, || {
         black_box(stand.evaluate(0..some));
     });
-    let mut energy = 0.0;
-    let all = Spent::per_turn(effort, || energy = black_box(stand.evaluate(0..n_patches)));
+    let all = Spent::per_turn(effort, || {
+        black_box(stand.evaluate(0..n_patches));
+    });
+    stand.forget();
+    let energy = stand.evaluate(0..n_patches);
     row((name, "reference, scalar"), (stand.depth(), n), [(some * n / n_patches, cached), (n, all)])
         .with("bytes_per_update", serde_json::Value::Null)
         .with("gigabytes_per_s", serde_json::Value::Null)

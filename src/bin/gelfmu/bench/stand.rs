@@ -114,7 +114,7 @@ impl<const D: usize> Stand<D> {
         let n_groups = runs.last().map_or(0, |run| run.groups.end);
         let (stiffness, answers) = (vec![0.0; engine.state().stiffness.len()], vec![GroupAnswer::default(); n_groups]);
         let (memory, remembered) = (lanes(&engine).memory(), engine.state().memory.clone());
-        Self { engine, runs, local: Local::new(), stiffness, answers, memory, remembered }
+        Self { engine, runs, local: Local::new(0.0), stiffness, answers, memory, remembered }
     }
 
     /// Elements in all.
@@ -181,6 +181,12 @@ impl<const D: usize> Stand<D> {
     /// Patches in all.
     pub fn n_patches(&self) -> usize {
         self.engine.gel().potential.patches().len()
+    }
+
+    /// Elements that remember nothing yet.
+    pub fn forget(&mut self) {
+        self.memory = lanes(&self.engine).memory();
+        self.remembered.clone_from(&self.engine.state().memory);
     }
 
     /// Σ energies that the last sweep found, J.
