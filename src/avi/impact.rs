@@ -331,14 +331,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// would be rounded thousands of times a tick.
     fn gather(&mut self) {
         for (body, fixed) in self.bodies.iter().enumerate().filter(|(_, body)| body.motion == Motion::Free) {
-            let touches: Vec<&Touch<D>> = self.scratch.touches.iter().filter(|touch| touch.body == body).collect();
-            if touches.is_empty() {
+            let touches = &self.scratch.touches;
+            if touches.iter().all(|touch| touch.body != body) {
                 continue;
             }
             let (was, now) = (&self.scratch.was[body], &mut self.scratch.now[body]);
-            let linear = ordered_sum(touches.len(), Vector3::zeros(), |i| -touches[i].push());
+            let push = |i: usize| if touches[i].body == body { -touches[i].push() } else { Vector3::zeros() };
             let arm = |i: usize| touches[i].point - was.position;
-            let turning = ordered_sum(touches.len(), Vector3::zeros(), |i| arm(i).cross(&-touches[i].push()));
+            let linear = ordered_sum(touches.len(), Vector3::zeros(), push);
+            let turning = ordered_sum(touches.len(), Vector3::zeros(), |i| arm(i).cross(&push(i)));
             now.velocity = was.velocity + fixed.freedom.translation(&linear) / fixed.mass;
             now.angular_momentum = was.angular_momentum + fixed.freedom.rotation(&turning);
         }
