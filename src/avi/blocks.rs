@@ -7,6 +7,7 @@
 use super::order::Order;
 use super::pace::RAISE_MARGIN;
 use super::phase::Moment;
+use super::settle::Settled;
 use super::{Gel, TickGrid};
 use crate::algebra::Vector;
 use crate::element::{Accumulated, Lanes, Local, MAX_NODES, Potential, Recall};
@@ -73,6 +74,8 @@ pub(super) struct Block {
     pub is_ahead: bool,
     /// What a sweep at this tick found, if it was swept.
     pub report: Option<Report>,
+    /// What its groups that fire came to then.
+    pub settled: Settled,
     /// The group whose answer holds the power of all that have not told theirs, if they were found in one sum.
     pub holder: Option<usize>,
 }

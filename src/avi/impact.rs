@@ -167,6 +167,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Finds the facets that reach from an active node to a body, each once, with the least and the greatest size of those
     /// nodes.
     fn find_facets(&mut self) {
+        self.clear_facets();
         let mut facets = std::mem::take(&mut self.scratch.facets);
         let mut found = std::mem::take(&mut self.scratch.found);
         facets.clear();
@@ -174,13 +175,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             found.clear();
             for (place, reached) in self.scratch.reached.iter().enumerate() {
                 let at = self.gel.surface.nodes[*reached as usize];
-                let Some(gap) = self.gap_at(place, body).filter(|gap| gap.distance < STRETCH * at.size) else {
-                    continue;
-                };
+                let near = |gap: &Gap| gap.distance < STRETCH * at.size && self.watch.may_touch_facets(*reached);
+                let Some(gap) = self.gap_at(place, body).filter(near) else { continue };
                 found.extend(self.gel.surface.around.of(at.node).iter().map(|facet| (*facet, gap.distance, at.size)));
             }
             found.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-            for one in found.chunk_by(|a, b| a.0 == b.0).filter(|one| self.within(one[0].0, one[0].1)) {
+            for one in found.chunk_by(|a, b| a.0 == b.0).filter(|one| one[0].1 < self.longest_edge(one[0].0)) {
                 let sizes = one.iter().map(|(_, _, size)| *size);
                 let sizes =
                     sizes.fold((f64::INFINITY, 0.0_f64), |(least, most), size| (least.min(size), most.max(size)));
@@ -215,11 +215,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, time)))
     }
 
-    /// Whether the facet is as long as a corner of it is away from a body.
-    fn within(&self, facet: ElementId, distance: f64) -> bool {
+    /// The length of a facet at this tick, m.
+    pub(super) fn longest_edge(&self, facet: ElementId) -> f64 {
         let corners = self.corners(facet);
-        let longest = (0..D).map(|i| (corners[(i + 1) % D] - corners[i]).norm()).fold(0.0, f64::max);
-        distance < longest
+        (0..D).map(|i| (corners[(i + 1) % D] - corners[i]).norm()).fold(0.0, f64::max)
     }
 
     /// A point inside a body that these nodes carry; `None` if neither they nor the body can move.

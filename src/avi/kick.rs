@@ -5,12 +5,13 @@ use super::engine::Engine;
 use super::impact::Touch;
 use super::nodes::NodeSums;
 use super::pace::Change;
+use super::settle::settle;
 use crate::algebra::{Vector, Vector3, embed, restrict};
 use crate::contact::{Freedom, Law, Motion};
-use crate::element::{Answer, GroupAnswer, Potential};
+use crate::element::{Answer, Potential};
 use crate::ledger::Ledger;
 use crate::mesh::{ElementId, NodeId};
-use crate::state::{Clock, Tick};
+use crate::state::Tick;
 
 /// What held directions take up.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -207,30 +208,23 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     fn settle_blocks(&mut self, tick: Tick) -> f64 {
         let Some(mut blocks) = self.blocks.take() else { return 0.0 };
-        let (grid, moment, n) = (self.grid, self.moment(tick), blocks.groups);
-        let (record, ledger, mut residual) = (&mut self.state.record, &mut self.state.ledger, 0.0);
-        for (i, report) in blocks.all.iter().enumerate().filter_map(|(i, block)| Some((i, block.report?))) {
+        let (moment, n) = (self.moment(tick), blocks.groups);
+        let books = (self.state.clocks.as_mut_slice(), self.scratch.answers.as_slice());
+        let settled = blocks.settle((self.grid, moment), books, self.pool.as_ref());
+        self.state.ledger.energy.lose(&settled.spent);
+        let record = &mut self.state.record;
+        for report in blocks.all.iter().filter_map(|block| block.report) {
             record.updates += report.updates;
             record.min_jacobian = record.min_jacobian.min(report.least_jacobian);
-            let groups = blocks.groups_of(i);
-            let answers = &self.scratch.answers[groups.clone()];
-            let firing = self.state.clocks[groups].iter_mut().zip(answers);
-            let firing = firing.filter(|(clock, _)| moment.fires(clock.step));
-            residual += firing
-                .map(|(clock, answer)| {
-                    let ahead = grid.time(moment.ahead(clock.step));
-                    ledger.energy.lose(&answer.spent());
-                    settle(clock, answer, ahead)
-                })
-                .sum::<f64>();
         }
         let block_of = |change: &Change| change.group as usize / n;
         for changed in self.scratch.changed.chunk_by(|a, b| block_of(a) == block_of(b)) {
-            blocks.pace(block_of(&changed[0]), &self.state.clocks);
-            blocks.all[block_of(&changed[0])].restless = true;
+            let block = block_of(&changed[0]);
+            blocks.pace(block, &self.state.clocks);
+            blocks.all[block].restless = true;
         }
         self.blocks = Some(blocks);
-        residual
+        settled.residual
     }
 
     /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, the part Σ J b of it that removes penetration, that of
@@ -267,13 +261,4 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         ledger.momentum.external += freedom.translation(&push);
         ledger.angular_momentum.external += freedom.rotation(&touch.point.cross(&push));
     }
-}
-
-/// Takes an answer into a clock; what V and A changed by, J.
-fn settle(clock: &mut Clock, answer: &GroupAnswer, step: f64) -> f64 {
-    let ahead = 0.5 * step * answer.power;
-    let residual = answer.energy - clock.energy + clock.ahead - ahead;
-    (clock.energy, clock.ahead) = (answer.energy, ahead);
-    (clock.inverted, clock.crushed) = (answer.inverted, answer.crushed);
-    residual
 }

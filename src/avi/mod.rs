@@ -23,6 +23,7 @@ mod renew;
 mod report;
 mod schedule;
 mod scratch;
+mod settle;
 mod sweep;
 mod tick;
 mod watch;

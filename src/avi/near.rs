@@ -28,7 +28,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let (gel, watch, reached) = (&self.gel, &self.watch, &mut self.scratch.reached);
         let mut see = |surface: u32| {
             let size = gel.surface.nodes[surface as usize].size;
-            if watch.may_be_within(surface, STRETCH * size + reach) {
+            let meets = watch.may_be_within(surface, size.max(reach));
+            if meets || (watch.may_be_within(surface, STRETCH * size) && watch.may_touch_facets(surface)) {
                 reached.push(surface);
             }
         };
@@ -60,6 +61,23 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 scratch.close.push(node);
             }
             scratch.place[*surface as usize] = i as u32;
+        }
+    }
+
+    /// Facets around nodes that bodies are far from need not be looked at for a while.
+    pub(super) fn clear_facets(&mut self) {
+        /// From how far on it is worth while, in element sizes: facets are about that long.
+        const FAR: f64 = 2.0;
+        let (gel, n) = (self.gel.clone(), self.bodies.len());
+        for (place, surface) in self.scratch.reached.iter().enumerate() {
+            let SurfaceNode { node, size, .. } = gel.surface.nodes[*surface as usize];
+            let gaps = self.scratch.gaps[place * n..][..n].iter().flatten();
+            let nearest = gaps.map(|gap| gap.distance).fold(f64::INFINITY, f64::min);
+            if nearest > FAR * size && self.watch.may_touch_facets(*surface) {
+                let around = gel.surface.around.of(node).iter();
+                let longest = around.map(|facet| self.longest_edge(*facet)).fold(0.0, f64::max);
+                self.watch.note_facets(*surface, nearest - 2.0 * longest);
+            }
         }
     }
 

@@ -1,6 +1,6 @@
 //! Which step a patch takes: the assembled nodal rule, the ratchet, and contact (numerics 1.3, 1.4, A7, A8).
 
-use super::blocks::{Block, Due, groups_of};
+use super::blocks::{Block, Due};
 use super::engine::Engine;
 use super::order::Order;
 use super::{Gel, Kind, StepError};
@@ -98,23 +98,31 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     fn attentive_blocks(&mut self, tick: Tick, groups: &mut Vec<u32>) {
-        let Some(mut blocks) = self.blocks.take() else { return };
+        let Some(blocks) = &mut self.blocks else { return };
+        let (mut all, mut fronts) = (std::mem::take(&mut blocks.all), std::mem::take(&mut blocks.fronts));
         let mut limits = std::mem::take(&mut self.scratch.limits);
-        let (n, lanes) = (blocks.groups, &blocks.lanes);
-        for (i, (block, front)) in blocks.all.iter_mut().zip(&mut blocks.fronts).enumerate() {
+        for (i, (block, front)) in all.iter_mut().zip(&mut fronts).enumerate() {
             let watched = front.gives || block.looked_at || block.restless;
             if block.due == Due::Nothing || !watched || front.is_calm() {
                 continue;
             }
             self.limits_of(block, front.gives, &mut limits);
             let before = groups.len();
-            let restless = |group: &usize| self.is_restless(tick, *group, lanes, &limits);
-            let restless = groups_of(i, n, self.state.clocks.len()).filter(restless);
-            groups.extend(restless.map(|group| group as u32));
+            self.restless_groups((tick, i), &limits, groups);
             block.restless = groups.len() > before;
         }
         self.scratch.limits = limits;
-        self.blocks = Some(blocks);
+        if let Some(blocks) = &mut self.blocks {
+            (blocks.all, blocks.fronts) = (all, fronts);
+        }
+    }
+
+    /// The groups of a block that fire and whose step may change.
+    fn restless_groups(&self, (tick, block): (Tick, usize), limits: &[f64], groups: &mut Vec<u32>) {
+        if let Some(blocks) = &self.blocks {
+            let restless = |group: &usize| self.is_restless(tick, *group, &blocks.lanes, limits);
+            groups.extend(blocks.groups_of(block).filter(restless).map(|group| group as u32));
+        }
     }
 
     /// Whether a group fires and its step may change.
@@ -152,11 +160,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
+    /// CFL · 2/√λ_a, s, of any node: Σ κ of the last sweep of each block around it, as the active ones have it.
     fn node_limit(&self, node: NodeId) -> f64 {
         if self.scratch.active.has(node.index()) {
             return self.scratch.limit[node.index()];
         }
-        self.rules.cfl * nodal_limit(&self.gel, (&self.state.stiffness, &self.order), node)
+        let Some(blocks) = &self.blocks else {
+            return self.rules.cfl * nodal_limit(&self.gel, (&self.state.stiffness, &self.order), node);
+        };
+        let parts = blocks.spots(node.index()).iter().map(|spot| blocks.parts[spot.at as usize][3]);
+        self.rules.cfl * limit(parts.sum(), self.gel.mass[node.index()])
     }
 
     /// The firing groups around the nodes that are close to a body.

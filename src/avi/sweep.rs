@@ -62,7 +62,7 @@ impl<const D: usize> Cut for Found<'_, D> {
 const BATCHES: usize = SLOTS / LANES;
 
 /// Elements below which a tick is not shared: some 150 µs of work; a fork and join costs 12.
-const SHARED: u64 = 16_384;
+pub(super) const SHARED: u64 = 16_384;
 
 impl<const D: usize> Blocks<D> {
     /// Finds out what fires; the number of elements of the blocks that must be swept.
@@ -114,7 +114,7 @@ type Given<'a, const D: usize> = (&'a mut [Accumulated], &'a mut [f64], &'a mut 
 type With<'a, const D: usize> = (&'a Lanes<D>, Level, bool);
 
 /// The number of blocks that have about this part of the work that is due.
-fn split(blocks: &[Block], part: f64) -> usize {
+pub(super) fn split(blocks: &[Block], part: f64) -> usize {
     let work = |block: &Block| if block.is_wanted() { block.n_elements } else { 0 };
     let wanted = blocks.iter().map(work).sum::<u64>() as f64 * part;
     let mut so_far = 0;

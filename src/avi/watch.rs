@@ -3,6 +3,7 @@
 //! The distance of a point to a body changes by no more than point and body move. When a node was looked at, its distance was
 //! known; all that anything has travelled since is added up once for all nodes, and a node is looked at again only when that
 //! could have brought a body near. What is not looked at is proved to be out of reach, so no result depends on the clocks.
+//! So it is with the facets around a node.
 
 use super::gel::Surface;
 use crate::algebra::Vector3;
@@ -13,6 +14,8 @@ use crate::contact::{Body, BodyState};
 pub(super) struct Watch {
     /// Distance to the nearest body when a node was looked at last, and what had been travelled then, m.
     until: Vec<f64>,
+    /// What will have been travelled before a body can come as near to a facet around a node as the facet is long, m.
+    clear: Vec<f64>,
     /// What anything has travelled, m.
     travelled: f64,
     /// Greatest speed of a node, m/s.
@@ -31,7 +34,7 @@ impl Watch {
         let middle = places().sum::<Vector3>() / surface.nodes.len().max(1) as f64;
         let radius = places().map(|x| (x - middle).norm()).fold(0.0, f64::max);
         let until = vec![f64::NEG_INFINITY; surface.nodes.len()];
-        Self { until, travelled: 0.0, speed, ball: (middle, radius), time, bodies: vec![] }
+        Self { clear: until.clone(), until, travelled: 0.0, speed, ball: (middle, radius), time, bodies: vec![] }
     }
 
     /// Everything moves on to a time at which the bodies are there.
@@ -41,6 +44,7 @@ impl Watch {
             && self.bodies.iter().zip(bodies).all(|(was, now)| was.active || !now.active);
         if !known {
             self.until.fill(f64::NEG_INFINITY);
+            self.clear.fill(f64::NEG_INFINITY);
         }
         self.ball.1 += wandered;
         let moved = self.bodies.iter().zip(bodies).map(|(was, now)| self.displacement(was, now)).fold(0.0, f64::max);
@@ -88,6 +92,21 @@ impl Watch {
     #[inline]
     pub fn note(&mut self, node: u32, distance: f64) {
         self.until[node as usize] = self.travelled + distance;
+    }
+
+    /// Whether a facet around a node may be as long as a corner of it is away from a body.
+    #[inline]
+    pub fn may_touch_facets(&self, node: u32) -> bool {
+        let far = self.clear[node as usize] > self.travelled;
+        !far
+    }
+
+    /// Takes down how much farther than twice the length l of the longest facet around a node the nearest body is, d − 2l, m: as long
+    /// as that is above nothing, no corner of such a facet is nearer than d − l ≥ l. While s is travelled, d falls by s at most, and l
+    /// grows by 2s at most.
+    #[inline]
+    pub fn note_facets(&mut self, node: u32, room: f64) {
+        self.clear[node as usize] = self.travelled + room / 5.0;
     }
 
     /// When the gaps were known, s.

@@ -53,6 +53,15 @@ pub struct Spent {
     pub damage: f64,
 }
 
+impl std::ops::AddAssign for Spent {
+    fn add_assign(&mut self, other: Self) {
+        self.energy += other.energy;
+        self.plastic += other.plastic;
+        self.viscous += other.viscous;
+        self.damage += other.damage;
+    }
+}
+
 /// An element on the way to its answer.
 struct Flow<'a, const D: usize> {
     gel: &'a Flowing,

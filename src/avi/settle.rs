@@ -1,0 +1,85 @@
+//! What the groups that fire leave in their clocks, and the residuals of their steps (numerics A6).
+
+use super::blocks::{Block, Blocks};
+use super::phase::Moment;
+use super::pool::{Cut, share};
+use super::sweep::{SHARED, split};
+use super::{Pool, TickGrid};
+use crate::element::{GroupAnswer, Spent};
+use crate::state::Clock;
+
+/// What the groups of a block that fire, or of all blocks, come to.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Settled {
+    /// Σ ΔV + Σ A of the last tick − Σ A of this one, J.
+    pub residual: f64,
+    /// What they store and have lost.
+    pub spent: Spent,
+}
+
+impl Settled {
+    fn and(mut self, other: &Self) -> Self {
+        self.residual += other.residual;
+        self.spent += other.spent;
+        self
+    }
+}
+
+/// Blocks from some one on, with the clocks and the answers of their groups.
+struct Books<'a> {
+    blocks: &'a mut [Block],
+    clocks: &'a mut [Clock],
+    answers: &'a [GroupAnswer],
+    /// Groups of a block.
+    groups: usize,
+}
+
+impl Cut for Books<'_> {
+    /// As the sweep was cut: what a thread has written it reads again.
+    fn cut(self, part: usize, of: usize) -> (Self, Self) {
+        let Self { blocks, clocks, answers, groups } = self;
+        let middle = split(blocks, part as f64 / of as f64);
+        let at = clocks.len().min(middle * groups);
+        let (blocks, more_blocks) = blocks.split_at_mut(middle);
+        let (clocks, more_clocks) = clocks.split_at_mut(at);
+        let (answers, more_answers) = answers.split_at(at);
+        let more = Self { blocks: more_blocks, clocks: more_clocks, answers: more_answers, groups };
+        (Self { blocks, clocks, answers, groups }, more)
+    }
+}
+
+impl<const D: usize> Blocks<D> {
+    /// Takes the answers of all groups that fire into their clocks, block by block; what they come to does not depend on the threads.
+    pub fn settle(
+        &mut self,
+        (grid, moment): (TickGrid, Moment),
+        (clocks, answers): (&mut [Clock], &[GroupAnswer]),
+        pool: Option<&Pool>,
+    ) -> Settled {
+        let updates = self.all.iter().filter_map(|block| block.report).map(|report| report.updates).sum::<u64>();
+        let pool = pool.filter(|_| updates > SHARED);
+        let ahead = |clock: &Clock| grid.time(moment.ahead(clock.step));
+        share(pool, Books { blocks: &mut self.all, clocks, answers, groups: self.groups }, |books| {
+            let of_blocks = books.clocks.chunks_mut(books.groups).zip(books.answers.chunks(books.groups));
+            let swept = books.blocks.iter_mut().zip(of_blocks).filter(|(block, _)| block.report.is_some());
+            for (block, (clocks, answers)) in swept {
+                block.settled = Settled::default();
+                for (clock, answer) in clocks.iter_mut().zip(answers).filter(|(clock, _)| moment.fires(clock.step)) {
+                    let residual = settle(clock, answer, ahead(clock));
+                    block.settled = block.settled.and(&Settled { residual, spent: answer.spent() });
+                }
+            }
+        });
+        let swept = self.all.iter().filter(|block| block.report.is_some());
+        swept.fold(Settled::default(), |sum, block| sum.and(&block.settled))
+    }
+}
+
+/// Takes an answer into a clock; what V and A changed by, J.
+pub(super) fn settle(clock: &mut Clock, answer: &GroupAnswer, step: f64) -> f64 {
+    let ahead = 0.5 * step * answer.power;
+    let residual = answer.energy - clock.energy + clock.ahead - ahead;
+    (clock.energy, clock.ahead) = (answer.energy, ahead);
+    (clock.inverted, clock.crushed) = (answer.inverted, answer.crushed);
+    residual
+}
