@@ -1,7 +1,7 @@
 //! Pressures on faces of the gel, damping, and the cavity that is blown up.
 
 use ballistic_gel::scene::{self, Override, Scene};
-use ballistic_gel::simulation::{CouplingMode, Simulation};
+use ballistic_gel::simulation::{CouplingMode, Frame, Simulation};
 use std::f64::consts::PI;
 
 const PLANAR: &str = "dimension = \"planar\"\n[gel]\nshape.block.size = [0.04, 0.02]\nthickness = 0.5";
@@ -103,6 +103,31 @@ fn a_pressure_all_around_compresses_as_the_material_says() {
             assert!((stretch - 0.95).abs() < 1e-5, "{space} {axis}: {stretch}");
         }
     }
+}
+
+/// Where the centre of mass of a planar frame is along x, m: elements count as they were at rest.
+fn centre(frame: &Frame) -> f64 {
+    let of = |(nodes, jacobian): (&[u32; 4], &f64)| {
+        let [a, b, c] = [0, 1, 2].map(|k| frame.points[nodes[k] as usize]);
+        let weight = (b - a).cross(&(c - a)).norm() / jacobian;
+        (weight * (a.x + b.x + c.x) / 3.0, weight)
+    };
+    let all = frame.cells.nodes.iter().zip(&frame.cells.jacobian).map(of);
+    let (moment, weight) = all.fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1));
+    moment / weight
+}
+
+#[test]
+fn a_load_that_rises_with_the_depth_pushes_as_much_as_its_integral() {
+    let (pressure, depth, time) = (200.0, 0.01, 2e-3);
+    let scene = read(PLANAR, &format!("[[load]]\non = \"x_min\"\npressure = {pressure}\ndepth = {depth}\n"));
+    let [whole, sliced] = [(1, 1), (2, 23)].map(|how| run(&scene, how, time));
+    assert_eq!(whole.digest(), sliced.digest());
+    let (force, mass) = (pressure * 0.5 * (0.02 - 0.5 * depth), 1000.0 * 0.04 * 0.02 * 0.5);
+    let ratio = centre(&whole.frame()) / (0.5 * force / mass * time * time);
+    assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+    let seen = whole.observe();
+    assert!(seen.energy.energy_error < 1e-12 && seen.momentum_error < 1e-13, "{seen:?}");
 }
 
 #[test]

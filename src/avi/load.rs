@@ -10,9 +10,15 @@ use crate::element::{Potential, Section, push};
 use crate::mesh::{ElementId, Facet, NodeId};
 use crate::state::Tick;
 
-/// A pressure over time: straight between its points, constant before the first and after the last.
+/// A pressure over time: straight between its points, constant before the first and after the last; and below which depth all of it
+/// acts.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Pressure(Vec<(f64, f64)>);
+pub struct Pressure {
+    /// Times, s, and pressures, Pa.
+    points: Vec<(f64, f64)>,
+    /// Depth below z = 0 over which it rises from nothing, m; 0 if it acts wherever it is.
+    depth: f64,
+}
 
 impl Pressure {
     /// From times, s, ascending, and the pressures there, Pa.
@@ -23,18 +29,33 @@ impl Pressure {
     pub fn new(points: Vec<(f64, f64)>) -> Self {
         let ascending = points.windows(2).all(|pair| pair[0].0 < pair[1].0);
         assert!(!points.is_empty() && ascending, "a pressure has points whose times ascend");
-        Self(points)
+        Self { points, depth: 0.0 }
+    }
+
+    /// The same, rising from nothing at z = 0 to all of it at this depth, m.
+    #[must_use]
+    pub fn below(self, depth: f64) -> Self {
+        Self { depth, ..self }
     }
 
     /// The pressure at a time, s, Pa.
     #[must_use]
     pub fn at(&self, time: f64) -> f64 {
-        let after = self.0.partition_point(|(t, _)| *t <= time);
-        let [before, next] = [after.saturating_sub(1), after.min(self.0.len() - 1)].map(|i| self.0[i]);
+        let after = self.points.partition_point(|(t, _)| *t <= time);
+        let [before, next] = [after.saturating_sub(1), after.min(self.points.len() - 1)].map(|i| self.points[i]);
         if before.0 < next.0 && time > before.0 {
             before.1 + (next.1 - before.1) * ((time - before.0) / (next.0 - before.0))
         } else {
             before.1
+        }
+    }
+
+    /// The part of it that acts at a height z, m, and how fast that grows with the depth, 1/m.
+    fn part(&self, z: f64) -> (f64, f64) {
+        match -z / self.depth {
+            _ if self.depth == 0.0 => (1.0, 0.0),
+            part if part > 0.0 && part < 1.0 => (part, 1.0 / self.depth),
+            part => (if part >= 1.0 { 1.0 } else { 0.0 }, 0.0),
         }
     }
 }
@@ -68,9 +89,13 @@ impl Loads {
         Self { section: Section::Spatial, pressures: vec![], facets: vec![] }
     }
 
-    /// The sum of the pressures that a mark names, Pa.
-    fn pressure(&self, mark: u8, now: &[f64]) -> f64 {
-        (0..self.pressures.len()).filter(|i| mark >> i & 1 == 1).map(|i| now[i]).sum()
+    /// The sum of the pressures that a mark names at a height z, m, Pa, and how fast they grow with the depth, Pa/m.
+    fn pressure(&self, mark: u8, now: &[f64], z: f64) -> (f64, f64) {
+        let named = (0..self.pressures.len()).filter(|i| mark >> i & 1 == 1);
+        named.fold((0.0, 0.0), |(sum, growth), i| {
+            let (part, steepness) = self.pressures[i].part(z);
+            (sum + part * now[i], growth + steepness * now[i].abs())
+        })
     }
 }
 
@@ -108,12 +133,20 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let (gel, time) = (self.gel.clone(), self.grid.time(tick));
         let now: Vec<f64> = gel.loads.pressures.iter().map(|pressure| pressure.at(time)).collect();
         for loaded in &gel.loads.facets {
-            let (group, pressure) = (self.order.group(loaded.behind), gel.loads.pressure(loaded.mark, &now));
-            if pressure == 0.0 || !self.is_firing(group, tick) {
+            let group = self.order.group(loaded.behind);
+            if !self.is_firing(group, tick) {
                 continue;
             }
-            let push = push(gel.loads.section, &loaded.facet.map(|node| self.position_at(node, time)));
-            self.stiffen(loaded.behind, pressure.abs() * push.stiffness);
+            let corners = loaded.facet.map(|node| self.position_at(node, time));
+            let middle = corners[..D].iter().sum::<Vector<D>>() / D as f64;
+            let (pressure, growth) = gel.loads.pressure(loaded.mark, &now, middle[D - 1]);
+            if pressure == 0.0 {
+                continue;
+            }
+            let push = push(gel.loads.section, &corners);
+            // Of f_a = p(z) w_a A n with Σ w_a = 1 and z = Σ z_b/D the part of p′ has the norm p′A|w|/√D ≤ p′A/√D.
+            let area = push.forces.iter().sum::<Vector<D>>().norm();
+            self.stiffen(loaded.behind, pressure.abs() * push.stiffness + growth * area / (D as f64).sqrt());
             let (forces, weight) = (push.forces.map(|force| force * pressure), self.length_behind(group, tick));
             self.scratch.pushed.push(Pushed { nodes: loaded.facet, forces, group, weight });
         }
@@ -211,5 +244,13 @@ mod tests {
         let pressure = Pressure::new(vec![(1.0, 10.0), (2.0, 30.0), (4.0, 0.0)]);
         let found = [0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0].map(|time| pressure.at(time));
         assert_eq!(found, [10.0, 10.0, 20.0, 30.0, 15.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_pressure_below_a_depth_rises_from_nothing_at_the_surface() {
+        let pressure = Pressure::new(vec![(0.0, 8.0)]).below(0.25);
+        let found = [1.0, 0.0, -0.125, -0.25, -3.0].map(|z| pressure.part(z));
+        assert_eq!(found, [(0.0, 0.0), (0.0, 0.0), (0.5, 4.0), (1.0, 0.0), (1.0, 0.0)]);
+        assert_eq!(Pressure::new(vec![(0.0, 8.0)]).part(1.0), (1.0, 0.0));
     }
 }

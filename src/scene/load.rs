@@ -17,6 +17,10 @@ pub struct Load {
     /// Only what is inside this box.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<Region>,
+    /// Depth below z = 0 over which the pressure rises from nothing to all of it, m, where the surface is now; 0 is all of it
+    /// everywhere. Walls of a cavity bear it then, the surface around the hole does not.
+    #[serde(default)]
+    pub depth: f64,
     /// Pressure, Pa; positive pushes the surface inwards, negative draws it outwards.
     pub pressure: f64,
     /// Time in which the pressure rises evenly from 0 at the start, s; 0 is at once.

@@ -34,13 +34,15 @@ fn loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
     scene.load.iter().enumerate().map(|(i, load)| {
         let face = load.on.map_or("the surface", Face::name);
         let part = if load.within.is_some() { ", within a box" } else { "" };
+        let depth =
+            if load.depth > 0.0 { format!(", all of it {:?} m below z = 0", load.depth) } else { String::new() };
         let over = match (load.table.len(), load.ramp) {
             (0, 0.0) => "from the start".to_owned(),
             (0, ramp) => format!("risen after {ramp:?} s"),
             (points, _) => format!("times a table of {points} points"),
         };
         format!(
-            "{}: a pressure of {:?} Pa on {face}{part}, {over}; it follows the surface",
+            "{}: a pressure of {:?} Pa on {face}{part}{depth}, {over}; it follows the surface",
             numbered("load", i),
             load.pressure
         )

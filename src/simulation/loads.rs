@@ -102,7 +102,7 @@ fn inner(shape: &GelShape) -> f64 {
 
 /// The pressures of a scene.
 pub(super) fn pressures(scene: &Scene) -> Vec<Pressure> {
-    scene.load.iter().map(|load| Pressure::new(load.history())).collect()
+    scene.load.iter().map(|load| Pressure::new(load.history()).below(load.depth)).collect()
 }
 
 /// The gel of a mesh under these pressures.

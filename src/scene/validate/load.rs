@@ -17,6 +17,8 @@ fn check_load(scene: &Scene, load: &Load, key: &str) -> Check {
     }
     load.within.map_or(Ok(()), |region| check_region(&region, &inside("within")))?;
     finite(&inside("pressure"), load.pressure)?;
+    let depth = || format!("{:?}", load.depth);
+    require(load.depth >= 0.0 && load.depth.is_finite(), &inside("depth"), depth, "a depth of 0 or more, m")?;
     let ramp = || format!("{:?}", load.ramp);
     require(load.ramp >= 0.0 && load.ramp.is_finite(), &inside("ramp"), ramp, "a time of 0 or more, s")?;
     let one = load.ramp == 0.0 || load.table.is_empty();
