@@ -1,4 +1,4 @@
-//! Drag and slam of a ball in a fluid, by mesh size and grading.
+//! Drag and slam of a ball in a fluid, by mesh size, grading and speed of the wave.
 
 use super::cpu::seconds;
 use super::run::scene;
@@ -7,22 +7,30 @@ use ballistic_gel::simulation::{CouplingMode, Simulation};
 /// Depths between which the drag is a mean, mm.
 const WINDOWS: [(f64, f64); 5] = [(8.0, 16.0), (16.0, 24.0), (24.0, 36.0), (36.0, 60.0), (60.0, 89.0)];
 
-/// Edges beneath the ball and growth with the distance.
-const MESHES: [(f64, f64); 3] = [(0.27e-3, 0.15), (0.18e-3, 0.1), (0.18e-3, 0.07)];
+/// Edges beneath the ball, m, growth with the distance, and speed of the wave, m/s.
+const RUNS: [(f64, f64, f64); 6] = [
+    (0.27e-3, 0.15, 600.0),
+    (0.18e-3, 0.1, 600.0),
+    (0.18e-3, 0.07, 600.0),
+    (0.12e-3, 0.05, 600.0),
+    (0.18e-3, 0.07, 1500.0),
+    (0.12e-3, 0.05, 1500.0),
+];
 
 /// Force over ½ρv²πR².
 pub fn study() {
     let windows: Vec<String> = WINDOWS.iter().map(|(from, to)| format!(" C_d {from:.0}–{to:.0} mm |")).collect();
-    println!("| cells, mm | growth | slam (2 µs) |{} meshes | elements | M updates | CPU s |", windows.concat());
-    println!("|---|---|---|{}---|---|---|---|", "---|".repeat(WINDOWS.len()));
-    MESHES.into_iter().for_each(row);
+    println!("| cells, mm | growth | wave, m/s | slam (2 µs) |{} meshes | elements | M updates | CPU s |", windows.concat());
+    println!("|---|---|---|---|{}---|---|---|---|", "---|".repeat(WINDOWS.len()));
+    RUNS.into_iter().for_each(row);
 }
 
-fn row((size, growth): (f64, f64)) {
+fn row((size, growth, wave): (f64, f64, f64)) {
     let keys = [
         ("mesh.size", size.to_string()),
         ("remesh.smallest", (0.5 * size).to_string()),
         ("remesh.growth", growth.to_string()),
+        ("gel.bulk_modulus", (1030.0 * wave * wave).to_string()),
     ];
     let scene = scene("hydro-drag", &keys);
     let (speed, radius) = (179.8_f64, 2.185e-3_f64);
@@ -49,7 +57,7 @@ fn row((size, growth): (f64, f64)) {
     let drags: Vec<String> = WINDOWS.into_iter().map(|window| format!(" {:.3} |", drag(window))).collect();
     let cost = simulation.cost();
     println!(
-        "| {:.2} | {growth} | {slam:.2} |{} {} | {} | {:.1} | {cpu:.0} |",
+        "| {:.2} | {growth} | {wave} | {slam:.2} |{} {} | {} | {:.1} | {cpu:.0} |",
         1e3 * size,
         drags.concat(),
         cost.remeshes,
