@@ -20,7 +20,10 @@ const RUNS: [(f64, f64, f64); 6] = [
 /// Force over ½ρv²πR².
 pub fn study() {
     let windows: Vec<String> = WINDOWS.iter().map(|(from, to)| format!(" C_d {from:.0}–{to:.0} mm |")).collect();
-    println!("| cells, mm | growth | wave, m/s | slam (2 µs) |{} meshes | elements | M updates | CPU s |", windows.concat());
+    println!(
+        "| cells, mm | growth | wave, m/s | slam (2 µs) |{} meshes | elements | M updates | CPU s |",
+        windows.concat()
+    );
     println!("|---|---|---|---|{}---|---|---|---|", "---|".repeat(WINDOWS.len()));
     RUNS.into_iter().for_each(row);
 }

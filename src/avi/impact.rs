@@ -98,7 +98,7 @@ impl<const D: usize> Touch<D> {
 /// `sphere-block` falls from 14.166 to 14.149 mm (14.5 when converged), from 0.3 on it does not change a bit. Deeper, the
 /// surface is stretched further: at 0.4 the ball of 20 m/s inverts cells of 3.57 mm, which at 0.3 bring it through and back. A
 /// blunt ogive on cells of half its radius gets 8 % more impulse at 0.3 than on fine ones, 2 % at 0.4.
-const FACE_DEPTH: f64 = 0.3;
+pub(super) const FACE_DEPTH: f64 = 0.3;
 /// A leak is a facet that is somewhere, or where the body's axis pierces it, deeper in the body than this all the same, in
 /// the same measure (A11). A facet that is stopped at one point still turns about it: the sharp corner of a cube comes 0.6
 /// deep and is held, so half a size would be too little.
@@ -210,7 +210,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Where the corners of a facet are at this tick, m.
-    fn corners(&self, facet: ElementId) -> [Vector3; 3] {
+    pub(super) fn corners(&self, facet: ElementId) -> [Vector3; 3] {
         let time = self.scratch.was[0].time;
         self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, time)))
     }

@@ -3,11 +3,17 @@
 use super::blocks::Due;
 use super::engine::Engine;
 use super::gel::SurfaceNode;
-use super::impact::STRETCH;
-use crate::algebra::embed;
+use super::impact::{FACE_DEPTH, STRETCH};
+use crate::algebra::{Vector3, embed};
+use crate::contact::{Body, BodyState};
 use crate::element::Potential;
-use crate::geometry::Gap;
+use crate::geometry::{Gap, SignedDistance as _};
+use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
+
+/// A facet no deeper than this need not be looked at, in element sizes or radii of a body, whichever is less: some less than what is
+/// allowed to one.
+const SHALLOW: f64 = 0.999 * FACE_DEPTH;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// φ and n of the active surface nodes to the active bodies, where a body may be within reach.
@@ -21,6 +27,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let reach = self.watch.reach(&self.bodies, horizon);
         self.find_reached(reach);
         self.measure_gaps(reach);
+        self.find_beside();
         self.find_nearness();
     }
 
@@ -58,31 +65,79 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let nearest = scratch.gaps[i * n..].iter().flatten().map(|gap| gap.distance).fold(f64::INFINITY, f64::min);
             self.watch.note(*surface, nearest);
             if nearest < size.max(reach) {
-                scratch.close.push(node);
+                scratch.close.push(*surface);
             }
             scratch.place[*surface as usize] = i as u32;
         }
     }
 
-    /// Facets around nodes that bodies are far from need not be looked at for a while.
-    pub(super) fn clear_facets(&mut self) {
-        /// From how far on it is worth while, in element sizes: facets are about that long.
-        const FAR: f64 = 2.0;
-        let (gel, n) = (self.gel.clone(), self.bodies.len());
-        for (place, surface) in self.scratch.reached.iter().enumerate() {
-            let SurfaceNode { node, size, .. } = gel.surface.nodes[*surface as usize];
-            let gaps = self.scratch.gaps[place * n..][..n].iter().flatten();
-            let nearest = gaps.map(|gap| gap.distance).fold(f64::INFINITY, f64::min);
-            if nearest > FAR * size && self.watch.may_touch_facets(*surface) {
-                let around = gel.surface.around.of(node).iter();
-                let longest = around.map(|facet| self.longest_edge(*facet)).fold(0.0, f64::max);
-                self.watch.note_facets(*surface, nearest - 2.0 * longest);
+    /// Notes what is around the nodes that a body comes close to, once for each.
+    fn find_beside(&mut self) {
+        let (gel, order, scratch) = (&self.gel, &self.order, &mut self.scratch);
+        for surface in &scratch.close {
+            let beside = &mut scratch.beside[*surface as usize];
+            if beside.nodes.is_empty() {
+                let around = || gel.star.of(gel.surface.nodes[*surface as usize].node).iter();
+                beside.nodes = once(around().flat_map(|element| gel.potential.nodes(*element)).copied());
+                beside.groups = once(around().map(|element| order.group(*element) as u32));
             }
         }
+    }
+
+    /// Finds out around which nodes facets need not be looked at for a while.
+    pub(super) fn clear_facets(&mut self) {
+        let (gel, n) = (self.gel.clone(), self.bodies.len());
+        for (place, surface) in self.scratch.reached.iter().enumerate() {
+            if self.watch.may_touch_facets(*surface) {
+                let node = gel.surface.nodes[*surface as usize].node;
+                let gaps = self.scratch.gaps[place * n..][..n].iter().flatten();
+                let nearest = gaps.map(|gap| gap.distance).fold(f64::INFINITY, f64::min);
+                let around = gel.surface.around.of(node).iter();
+                let room = around.map(|facet| self.room(*facet, nearest)).fold(f64::INFINITY, f64::min);
+                self.watch.note_facets(*surface, room);
+            }
+        }
+    }
+
+    /// How far anything may travel before a facet need be looked at that has a body at a distance d from a corner, m: as long as d is
+    /// twice the length l of the facet, no corner is nearer than d − l ≥ l; while s is travelled, d falls by s at most, and l grows
+    /// by 2s at most. Or until it can be as deep as is allowed: φ of a convex body is at least φ(x) + min_i n·(x_i − x) all over it,
+    /// x its middle, and falls by s at most.
+    fn room(&self, facet: ElementId, distance: f64) -> f64 {
+        let away = (distance - 2.0 * self.longest_edge(facet)) / 5.0;
+        if away > 0.0 || !self.bodies.iter().all(|body| body.shape.is_blunt()) {
+            return away;
+        }
+        let corners = &self.corners(facet)[..D];
+        let middle = corners.iter().sum::<Vector3>() / D as f64;
+        let sizes = self.gel.surface.facets[facet.index()][..D].iter().filter_map(|node| self.surface_size(*node));
+        let size = sizes.fold(f64::INFINITY, f64::min);
+        let depth = |(fixed, at): (&Body, &BodyState)| {
+            let gap = fixed.gap(at, &middle);
+            let slope = corners.iter().map(|x| gap.normal.dot(&(x - middle))).fold(f64::INFINITY, f64::min);
+            gap.distance + slope + SHALLOW * size.min(fixed.shape.inner_radius())
+        };
+        let active = self.bodies.iter().zip(&self.scratch.was).filter(|(_, at)| at.active);
+        away.max(active.map(depth).fold(f64::INFINITY, f64::min))
+    }
+
+    /// h of a node of the surface, m.
+    fn surface_size(&self, node: NodeId) -> Option<f64> {
+        let surface = self.gel.surface.of[node.index()]?;
+        Some(self.gel.surface.nodes[surface as usize].size)
     }
 
     /// φ and n of a node that was looked at, by its place among those.
     pub(super) fn gap_at(&self, place: usize, body: usize) -> Option<Gap> {
         self.scratch.gaps[place * self.bodies.len() + body]
     }
+}
+
+/// Each of them once, ascending.
+fn once<T: Ord>(all: impl Iterator<Item = T>) -> Vec<T> {
+    let mut all: Vec<T> = all.collect();
+    all.sort_unstable();
+    all.dedup();
+    all.shrink_to_fit();
+    all
 }

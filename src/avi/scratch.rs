@@ -31,10 +31,12 @@ pub(super) struct Scratch<const D: usize> {
     pub reached: Vec<u32>,
     /// Their places among these, by node of the surface.
     pub place: Vec<u32>,
-    /// The nodes of those that a body may meet before their next tick or that are an element's size from one.
-    pub close: Vec<NodeId>,
+    /// Those of them that a body may meet before their next tick or that are an element's size from one.
+    pub close: Vec<u32>,
     /// What contact allows around each that was looked at.
     pub nearness: Vec<Nearness>,
+    /// What is around each node of the surface that a body was close to, by node of the surface.
+    pub beside: Vec<Beside>,
     /// Facets that reach to a body, with the least and the greatest size of their nodes near it, body by body.
     pub facets: Vec<(u32, ElementId, (f64, f64))>,
     /// The facets around those nodes, with the distance of a body and the size there.
@@ -63,6 +65,15 @@ pub(super) struct Scratch<const D: usize> {
     pub sums: Vec<NodeSums>,
 }
 
+/// What is around a node, each once.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Beside {
+    /// The nodes of its elements.
+    pub nodes: Vec<NodeId>,
+    /// The groups of its elements.
+    pub groups: Vec<u32>,
+}
+
 impl<const D: usize> Scratch<D> {
     pub fn new(n_nodes: usize, n_surface: usize, n_groups: usize) -> Self {
         Self {
@@ -71,6 +82,7 @@ impl<const D: usize> Scratch<D> {
             fade: vec![0.0; n_nodes],
             limit: vec![0.0; n_nodes],
             place: vec![u32::MAX; n_surface],
+            beside: vec![Beside::default(); n_surface],
             answers: vec![GroupAnswer::default(); n_groups],
             ..Self::default()
         }

@@ -14,7 +14,7 @@ use crate::contact::{Body, BodyState};
 pub(super) struct Watch {
     /// Distance to the nearest body when a node was looked at last, and what had been travelled then, m.
     until: Vec<f64>,
-    /// What will have been travelled before a body can come as near to a facet around a node as the facet is long, m.
+    /// What will have been travelled before a facet around a node need be looked at, m.
     clear: Vec<f64>,
     /// What anything has travelled, m.
     travelled: f64,
@@ -94,19 +94,17 @@ impl Watch {
         self.until[node as usize] = self.travelled + distance;
     }
 
-    /// Whether a facet around a node may be as long as a corner of it is away from a body.
+    /// Whether a facet around a node may be deep in a body.
     #[inline]
     pub fn may_touch_facets(&self, node: u32) -> bool {
         let far = self.clear[node as usize] > self.travelled;
         !far
     }
 
-    /// Takes down how much farther than twice the length l of the longest facet around a node the nearest body is, d − 2l, m: as long
-    /// as that is above nothing, no corner of such a facet is nearer than d − l ≥ l. While s is travelled, d falls by s at most, and l
-    /// grows by 2s at most.
+    /// Takes down how far anything may travel before a facet around a node need be looked at, m.
     #[inline]
     pub fn note_facets(&mut self, node: u32, room: f64) {
-        self.clear[node as usize] = self.travelled + room / 5.0;
+        self.clear[node as usize] = self.travelled + room;
     }
 
     /// When the gaps were known, s.

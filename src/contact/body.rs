@@ -49,6 +49,10 @@ impl Freedom {
     }
 }
 
+fn isotropic(inertia: &Tensor3) -> bool {
+    *inertia == Tensor3::identity() * inertia[(0, 0)]
+}
+
 fn masked(v: &Vector3, keep: [bool; 3]) -> Vector3 {
     Vector3::from_fn(|i, _| if keep[i] { v[i] } else { 0.0 })
 }
@@ -68,6 +72,8 @@ pub struct Body {
     pub inertia: Tensor3,
     /// I_b⁻¹; zero if fixed.
     pub inverse_inertia: Tensor3,
+    /// 1/I of a body that resists rotation about every axis alike, 1/(kg·m²).
+    isotropic: Option<f64>,
 }
 
 impl Body {
@@ -79,14 +85,16 @@ impl Body {
     pub fn new(shape: Shape, motion: Motion, freedom: Freedom, (mass, inertia): (f64, Tensor3)) -> Self {
         assert!(mass > 0.0, "the mass of a moving body must be positive");
         let inverse_inertia = inertia.cholesky().expect("an inertia tensor is positive definite").inverse();
-        Self { shape, motion, freedom, mass, inertia, inverse_inertia }
+        let isotropic = isotropic(&inertia).then_some(inverse_inertia[(0, 0)]);
+        Self { shape, motion, freedom, mass, inertia, inverse_inertia, isotropic }
     }
 
     /// A body that is held.
     #[must_use]
     pub fn fixed(shape: Shape, freedom: Freedom) -> Self {
         let (inertia, inverse_inertia) = (Tensor3::identity(), Tensor3::zeros());
-        Self { shape, motion: Motion::Fixed, freedom, mass: f64::INFINITY, inertia, inverse_inertia }
+        let (motion, mass, isotropic) = (Motion::Fixed, f64::INFINITY, Some(0.0));
+        Self { shape, motion, freedom, mass, inertia, inverse_inertia, isotropic }
     }
 
     /// Whether a state can be one of this body: in its plane or on its axis, turned by a unit quaternion, and a dome only if the body
@@ -111,7 +119,11 @@ impl Body {
     #[must_use]
     #[inline]
     pub fn gap(&self, state: &BodyState, point: &Vector3) -> Gap {
-        let local = state.orientation.inverse_transform_vector(&(point - state.position));
+        let away = point - state.position;
+        if let Shape::Sphere(sphere) = &self.shape {
+            return sphere.gap(&away);
+        }
+        let local = state.orientation.inverse_transform_vector(&away);
         let gap = match &state.bulge {
             Some(bulge) => bulge.dome().gap(&local),
             None => self.shape.gap(&local),
@@ -151,6 +163,9 @@ impl Body {
     /// I⁻¹ L in the world frame.
     #[must_use]
     pub fn spin(&self, state: &BodyState, angular_momentum: &Vector3) -> Vector3 {
+        if let Some(inverse) = self.isotropic {
+            return angular_momentum * inverse;
+        }
         let local = state.orientation.inverse_transform_vector(angular_momentum);
         state.orientation.transform_vector(&(self.inverse_inertia * local))
     }
@@ -214,10 +229,9 @@ impl Body {
     /// Whether the orientation has to be stepped: it turns, under inertia that is not that of a sphere or a torque.
     #[must_use]
     pub fn tumbles(&self, state: &BodyState) -> bool {
-        let isotropic = self.inertia == Tensor3::identity() * self.inertia[(0, 0)];
         let turned = state.wrench.torque != Vector3::zeros() || state.wrench.torque_rate != Vector3::zeros();
         self.motion == Motion::Free
             && state.active
-            && (turned || (!isotropic && state.angular_momentum != Vector3::zeros()))
+            && (turned || (self.isotropic.is_none() && state.angular_momentum != Vector3::zeros()))
     }
 }

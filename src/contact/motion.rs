@@ -264,9 +264,8 @@ mod tests {
 
     #[test]
     fn a_sphere_turns_at_a_constant_rate() {
-        let (mut body, mut state) = rod(Motion::Free);
-        body.inertia = Tensor3::identity() * 0.5;
-        body.inverse_inertia = Tensor3::identity() * 2.0;
+        let (rod, mut state) = rod(Motion::Free);
+        let body = Body::new(rod.shape, Motion::Free, rod.freedom, (rod.mass, Tensor3::identity() * 0.5));
         state.angular_momentum = Vector3::new(0.0, 0.0, 0.5);
         let turned = state.at(&body, std::f64::consts::FRAC_PI_2);
         assert!((turned.orientation.transform_vector(&Vector3::x()) - Vector3::y()).norm() < 1e-15);

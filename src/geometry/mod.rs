@@ -85,6 +85,12 @@ impl Shape {
         }
     }
 
+    /// Whether it is convex and nowhere sharper than its edges: then φ is convex, and a facet is held by its depth alone.
+    #[must_use]
+    pub fn is_blunt(&self) -> bool {
+        matches!(self, Self::Sphere(_) | Self::Plate(_) | Self::HalfSpace(_))
+    }
+
     fn body(&self) -> &dyn SignedDistance {
         match self {
             Self::Sphere(sphere) => sphere,
