@@ -60,7 +60,10 @@ fn the_strength_that_is_printed_stops_the_bb_at_the_depth() {
 #[test]
 fn what_cannot_be_calibrated_is_refused_with_what_was_found() {
     let cases: [(&[&str], &str); 8] = [
-        (&["sphere-block"], "scene sphere-block: gel.strength: found none, expected the strength to begin with"),
+        (
+            &["sphere-block"],
+            "scene sphere-block: gel.strength: found none, expected gel.material = \"flowing\" with the strength to begin with",
+        ),
         (&["--depth", "0"], "expected a positive length, m"),
         (&["--depth", "deep"], "expected a positive length, m"),
         (&["--depth", "nan"], "expected a positive length, m"),

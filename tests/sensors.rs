@@ -139,6 +139,27 @@ fn a_state_that_is_taken_up_again_on_another_mesh_has_its_sensors_there() {
 }
 
 #[test]
+fn a_sensor_in_the_mirrored_part_measures_the_image_of_its_gel() {
+    let block = "[scene]\nname = \"felt\"\ndimension = \"spatial\"\nend_time = 2e-3\ncommunication_step = 0.5e-3\n\
+         [gel]\nshape.block.size = [0.08, 0.08, 0.04]\nmaterial = \"neo-hookean\"\ndensity = 1000.0\n\
+         shear_modulus = 30e3\nbulk_modulus = 300e3\nsymmetry = \"quarter\"\n[projectile]\nshape.sphere.radius = 0.01\n\
+         mass = 0.033\nposition = [0.0, 0.0, 0.01]\nvelocity = [0.0, 0.0, -4.0]\n[mesh]\nsize = 5e-3\n";
+    let at = |x: f64, y: f64| format!("[[sensor]]\nposition = [{x}, {y}, -0.01]\n");
+    let places = [at(0.02, 0.01), at(-0.02, 0.01), at(0.02, -0.01), at(-0.02, -0.01)].concat();
+    let scene = scene::read(&format!("{block}{places}")).unwrap_or_else(|error| panic!("{error}"));
+    for (_, felt) in run(&scene) {
+        for (image, [x, y]) in felt.iter().zip([[1.0, 1.0], [-1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]]) {
+            let side = ballistic_gel::algebra::Vector3::new(x, y, 1.0);
+            assert_eq!(image.pressure, felt[0].pressure);
+            assert_eq!(image.displacement, felt[0].displacement.component_mul(&side));
+            assert_eq!(image.velocity, felt[0].velocity.component_mul(&side));
+            assert_eq!(image.position, felt[0].position.component_mul(&side));
+        }
+        assert!(felt[0].position.x > 0.0 && felt[0].position.y > 0.0);
+    }
+}
+
+#[test]
 fn files_of_a_run_have_its_sensors() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("sensors");
     let scene = ball("");

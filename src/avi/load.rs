@@ -2,6 +2,7 @@
 //! (numerics A6), and what it does is booked.
 
 use super::Kind;
+use super::blocks::SLOTS;
 use super::engine::Engine;
 use super::kick::Taken;
 use super::phase::Phase;
@@ -150,6 +151,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let (forces, weight) = (push.forces.map(|force| force * pressure), self.length_behind(group, tick));
             self.scratch.pushed.push(Pushed { nodes: loaded.facet, forces, group, weight });
         }
+        self.sum_stiffened();
     }
 
     /// Whether a group fires at this tick, before the clocks are set.
@@ -171,19 +173,31 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Adds to the stiffness of an element that has just been evaluated; one that is still and was not keeps what it has.
     fn stiffen(&mut self, element: ElementId, more: f64) {
         let slot = self.order.slot(element);
-        let Some(blocks) = &mut self.blocks else {
+        let Some(blocks) = &self.blocks else {
             self.state.stiffness[slot] += more;
             return;
         };
-        let block = (slot / super::blocks::SLOTS) as u32;
-        if blocks.all[block as usize].report.is_none() {
-            return;
+        let block = slot / SLOTS;
+        if blocks.all[block].report.is_some() {
+            self.state.stiffness[slot] += more;
+            self.scratch.stiffened.push(block);
         }
-        self.state.stiffness[slot] += more;
-        for node in self.gel.potential.nodes(element) {
-            let at = blocks.spots(node.index()).iter().find(|spot| spot.block == block).map(|spot| spot.at as usize);
-            blocks.parts[at.expect("a node of an element is in its block")][3] += more;
+    }
+
+    /// Sums κ at the nodes of the blocks in which it has grown, in the order of a sweep, as after a restart.
+    fn sum_stiffened(&mut self) {
+        let mut stiffened = std::mem::take(&mut self.scratch.stiffened);
+        stiffened.dedup();
+        stiffened.sort_unstable();
+        stiffened.dedup();
+        if let Some(blocks) = &mut self.blocks {
+            for block in stiffened.drain(..) {
+                let (groups, own) = (blocks.groups_of(block), &blocks.all[block]);
+                let part = &mut blocks.parts[own.first..own.first + own.nodes.len()];
+                blocks.lanes.sum_stiffness(groups, &self.state.stiffness[block * SLOTS..], part);
+            }
         }
+        self.scratch.stiffened = stiffened;
     }
 
     /// Kicks the nodes of the loaded facets; held directions take up the rest.

@@ -61,6 +61,8 @@ pub(super) struct Scratch<const D: usize> {
     pub carriers: Vec<Carrier<D>>,
     /// What pressures do to the facets of what fires.
     pub pushed: Vec<Pushed<D>>,
+    /// Blocks in which pressures have made elements stiffer.
+    pub stiffened: Vec<usize>,
     /// Sums over runs of nodes.
     pub sums: Vec<NodeSums>,
 }

@@ -101,7 +101,7 @@ pub struct Summary {
     pub accounts: Vec<Account>,
     /// Energy that no account explains, relative to its throughput (numerics A6).
     pub energy_error: f64,
-    /// The method's own error, relative to the energy at the start (numerics A6).
+    /// The method's own error, relative to the energy at the start and what came in from outside (numerics A6).
     pub energy_defect: f64,
     /// Momentum that no account explains, relative to its throughput.
     pub momentum_error: f64,

@@ -2,7 +2,7 @@
 
 use super::{
     BodyShape, ContactLaw, Dimension, ElementKind, Face, GelShape, Lattice, MaterialModel, RemeshMethod, Scene,
-    ScheduleKind, Support, Supports, body_name, numbered,
+    ScheduleKind, Support, Supports, Symmetry, body_name, numbered,
 };
 use crate::algebra::Vector3;
 use crate::geometry::{Shape, SignedDistance, Solid};
@@ -26,6 +26,12 @@ pub fn modelled(scene: &Scene) -> Vec<String> {
     });
     let general = general.into_iter().chain(renewed).chain(flow(scene).into_iter().flatten());
     let bodies = (0..scene.n_bodies()).flat_map(|body| body_lines(scene, body));
+    let part = match scene.gel.symmetry {
+        Symmetry::None => None,
+        Symmetry::Half => Some("symmetry: the half at y >= 0 is computed and stands for all of the gel"),
+        Symmetry::Quarter => Some("symmetry: the quarter at x >= 0, y >= 0 is computed and stands for all of the gel"),
+    };
+    let general = general.chain(part);
     general.map(str::to_owned).chain(loads(scene)).chain(damping(scene)).chain(bodies).chain(sensors(scene)).collect()
 }
 
@@ -167,7 +173,9 @@ fn volume(scene: &Scene) -> &'static str {
 
 fn steps(scene: &Scene) -> &'static str {
     match scene.integrator.schedule {
-        ScheduleKind::Bins => "time: every element at its own step, a power of two of the tick",
+        ScheduleKind::Bins => {
+            "time: every element at its own step, a power of two of the tick, eight patches of like steps together"
+        }
         ScheduleKind::Queue => "time: every element at its own step, by priority queue",
         ScheduleKind::Global => "time: one step for all elements, the stable one of the assembled system",
     }

@@ -135,7 +135,11 @@ const GELATIN_10: [Fact; 16] = [
         Materials::Viscoelastic,
         "[D] proposed, not measured",
     ),
-    fact(("gel.shear_modulus", "4.8e6"), Materials::Flowing, "[D] proposed: three times a strength of 1.6 MPa"),
+    fact(
+        ("gel.shear_modulus", "4.8e6"),
+        Materials::Flowing,
+        "[D] proposed: three times 1.6 MPa, a strength at high rates",
+    ),
     fact(
         ("gel.bulk_modulus", "2.38e9"),
         Materials::Flowing,

@@ -31,6 +31,14 @@ pub enum BuildError {
         /// Most that are built.
         limit: f64,
     },
+    /// More edges along the gel than can be numbered.
+    #[error("mesh.size: the gel is {edges:.2e} edges long, more than {limit:.0e}; raise mesh.size")]
+    TooFine {
+        /// Its length over the size.
+        edges: f64,
+        /// Most that there may be.
+        limit: f64,
+    },
     /// More ticks than are exact.
     #[error(
         "scene.end_time: {ticks:.2e} ticks are more than {limit:.0e}, the most that stay exact; \
@@ -43,7 +51,9 @@ pub enum BuildError {
         limit: f64,
     },
     /// Steps that are no numbers.
-    #[error("gel: the stable step of an element is {step:e} s; density, moduli and sizes are too far apart")]
+    #[error(
+        "gel: the stable step of an element is {step:e} s; density, moduli and sizes are too far apart: bring gel.density, its moduli and mesh.size nearer to those of a gel"
+    )]
     NoStep {
         /// The step, s.
         step: f64,
@@ -78,7 +88,7 @@ pub(super) const MOST_TICKS: f64 = 2.8e14;
 pub(super) fn build(scene: &Scene, prescribed: bool, threads: usize) -> Result<Box<dyn Model>, BuildError> {
     let planes = longest(&scene.gel.shape) / scene.mesh.size;
     if planes > MOST_PLANES {
-        return Err(BuildError::TooLarge { cells: planes, limit: MOST_PLANES });
+        return Err(BuildError::TooFine { edges: planes, limit: MOST_PLANES });
     }
     match scene.scene.dimension {
         Dimension::Planar => assemble(scene, plane_mesh(scene)?, prescribed, threads),
@@ -131,7 +141,7 @@ where
     engine.set_wear(recipe.wear(&engine.gel().potential, &mesh.rest, &shapes));
     engine.set_exchanges(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
     let Mesh { facets, marks, .. } = mesh;
-    let seats = seats(&engine, &recipe.sensors);
+    let seats = seats(&engine, &recipe);
     Ok(Box::new(Gelatin {
         engine,
         facets,

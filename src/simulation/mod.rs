@@ -1,6 +1,6 @@
 //! The composition root: builds a simulation from a scene, advances it, and shows what it holds.
 //!
-//! This is the only place that erases the dimension. Nothing here reads a clock, a file or the environment.
+//! This is the only place that erases the dimension. Nothing here reads a file or the environment, and the clock only to tell how long an exchange of the mesh took.
 
 mod build;
 mod candidate;

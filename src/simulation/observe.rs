@@ -167,7 +167,7 @@ pub struct EnergyReport {
     pub initial: f64,
     /// |closure| / throughput.
     pub energy_error: f64,
-    /// (|integration| + |contact bias| + |importer|) / energy at the start.
+    /// (|integration| + |contact bias| + |importer| + |remesh|) / (energy at the start + |external| + |load|).
     pub energy_defect: f64,
 }
 

@@ -21,7 +21,7 @@ pub(super) struct Recipe {
     /// kg/m³, of all that the gel stands for.
     pub density: f64,
     /// The axes across the planes that it is mirrored at.
-    mirrored: &'static [usize],
+    pub mirrored: &'static [usize],
     /// What acts on its surface.
     pressures: Vec<Pressure>,
     /// Where its sensors are at rest, m.

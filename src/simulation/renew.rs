@@ -172,7 +172,7 @@ impl<const D: usize> Gelatin<D> {
         self.across = across;
         self.facets.clone_from(&birth.mesh.facets);
         self.marks.clone_from(&birth.mesh.marks);
-        self.seats = seats(&self.engine, &self.recipe.sensors);
+        self.seats = seats(&self.engine, &self.recipe);
         self.engine.set_wear(self.recipe.wear(&self.engine.gel().potential, &birth.position, shapes));
     }
 

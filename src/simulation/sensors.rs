@@ -2,6 +2,7 @@
 
 use super::model::Gelatin;
 use super::observe::SensorReport;
+use super::recipe::Recipe;
 use crate::algebra::{Vector, Vector3, embed, restrict};
 use crate::avi::Engine;
 use crate::element::{Potential, Simplices};
@@ -10,8 +11,10 @@ use crate::remesh;
 
 /// Where a sensor is in the mesh.
 pub(super) struct Seat<const D: usize> {
-    /// Its point at rest, m.
+    /// Its point at rest, or the image of it in the part that is computed, m.
     rest: Vector<D>,
+    /// -1 along the axes across which that is mirrored, 1 along the others.
+    side: Vector3,
     /// The corners of the element that holds it.
     corners: Vec<Corner>,
 }
@@ -27,7 +30,8 @@ struct Corner {
 
 /// Where points of the gel at rest are in the mesh: in the element that holds them at rest, or where the rest of an exchanged mesh has
 /// none, in the nearest.
-pub(super) fn seats<const D: usize>(engine: &Engine<D, Simplices<D>>, points: &[Vector3]) -> Vec<Seat<D>> {
+pub(super) fn seats<const D: usize>(engine: &Engine<D, Simplices<D>>, recipe: &Recipe) -> Vec<Seat<D>> {
+    let points = &recipe.sensors;
     if points.is_empty() {
         return vec![];
     }
@@ -40,11 +44,13 @@ pub(super) fn seats<const D: usize>(engine: &Engine<D, Simplices<D>>, points: &[
         elements.iter().map(|element| part(*element)).collect()
     };
     let seat = |point: &Vector3| {
-        let rest = restrict::<D>(point);
+        let is_image = |axis: usize| recipe.mirrored.contains(&axis) && point[axis] < 0.0;
+        let side = Vector3::from_fn(|axis, _| if is_image(axis) { -1.0 } else { 1.0 });
+        let rest = restrict::<D>(&point.component_mul(&side));
         let (element, weights) =
             remesh::nearest(potential.rest(), potential.elements(), &rest).expect("a gel has elements");
         let corner = |(node, weight): (&NodeId, f64)| Corner { node: *node, weight, around: around(*node) };
-        Seat { rest, corners: potential.nodes(element).iter().zip(weights).map(corner).collect() }
+        Seat { rest, side, corners: potential.nodes(element).iter().zip(weights).map(corner).collect() }
     };
     points.iter().map(seat).collect()
 }
@@ -68,9 +74,9 @@ impl<const D: usize> Gelatin<D> {
             pressure += corner.weight * corner.around.iter().map(part).sum::<f64>();
         }
         SensorReport {
-            position: embed(&position),
-            displacement: embed(&(position - seat.rest)),
-            velocity: embed(&velocity),
+            position: embed(&position).component_mul(&seat.side),
+            displacement: embed(&(position - seat.rest)).component_mul(&seat.side),
+            velocity: embed(&velocity).component_mul(&seat.side),
             pressure: pressure / self.recipe.copies(),
         }
     }

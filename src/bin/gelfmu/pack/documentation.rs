@@ -15,8 +15,8 @@ const WIRING: &str = "\
 <h3>integrated (2, the default)</h3>
 <p>The FMU integrates the projectile inside the step, under the contact with the gel and under
 <code>projectile.external_force</code> and <code>projectile.external_torque</code>. Wire these two inputs, read
-<code>projectile.predicted_*</code>. The kinematic inputs are read only at the step that makes a body active. The result
-does not depend on the communication step.</p>
+<code>projectile.predicted_*</code>. The kinematic inputs are read only at the step that makes a body active. With inputs
+that are constant, or change at the same points, the result does not depend on the communication step.</p>
 <h3>corrected (3)</h3>
 <p>For an importer that owns the body. At the start of each step its <code>projectile.position</code>,
 <code>.velocity</code>, <code>.orientation</code> and <code>.angular_velocity</code> replace the state of the FMU; a
