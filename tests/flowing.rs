@@ -125,6 +125,19 @@ fn a_gel_that_flows_in_space_keeps_its_books_over_exchanges_and_its_bits_on_more
     assert_eq!(run(&scene, 1, 3).digest(), done.digest());
 }
 
+#[test]
+fn a_ball_is_not_pushed_on_by_what_is_made_inside_of_it() {
+    let later = ["scene.end_time=3e-5"];
+    let changes: Vec<Override> = IN_SPACE[1..].iter().chain(&later).map(|change| change.parse().unwrap()).collect();
+    let scene = scene::read(&scene::resolve(scene::builtin("fbi-bb-3d").unwrap(), &changes).unwrap()).unwrap();
+    let done = run(&scene, 1, 1);
+    let energy = done.observe().energy;
+    let pumped = energy.contact_bias / energy.initial;
+    println!("{pumped}");
+    // 0.0067 with facets that are held no sooner than 0.3 of a size deep.
+    assert!(pumped < 0.002, "{pumped}");
+}
+
 /// How deep the ball of `sphere-block` goes, m, with so much of the block computed.
 fn deepest(symmetry: &str) -> f64 {
     let keys = ["scene.end_time=5e-3".to_owned(), format!("gel.symmetry={symmetry}")];

@@ -14,7 +14,9 @@ const YAWS: [f64; 3] = [8.0, 4.0, 2.0];
 /// Between two looks, s.
 const LOOK: f64 = 1e-6;
 /// Ways of the bullet in gel at which yaws are compared, mm.
-const WAYS: [f64; 4] = [15.0, 20.0, 25.0, 30.0];
+const WAYS: [f64; 7] = [15.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0];
+/// When a shot ends that has not stopped before, s: some 120 mm deep.
+const END: &str = "150e-6";
 /// Where the neck ends, degrees of yaw.
 const NECK: f64 = 30.0;
 /// Way from which on the ogive is in the gel and coefficients are taken, m.
@@ -52,7 +54,7 @@ pub fn study() {
 fn row(degrees: f64) {
     let half = 0.5 * degrees.to_radians();
     let turned = format!("[{:?}, 0.0, {:?}, 0.0]", half.cos(), half.sin());
-    let scene = scene("bullet-yaw", &[("projectile.orientation", turned)]);
+    let scene = scene("bullet-yaw", &[("projectile.orientation", turned), ("scene.end_time", END.to_owned())]);
     let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
     let begun = seconds();
     let seen = fly(&scene, &mut simulation);

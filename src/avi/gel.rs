@@ -166,4 +166,34 @@ impl Surface {
         let around = Incidence::new(n_nodes, facets.iter().map(|facet| &facet[..D]));
         Self { nodes, of, facets, around }
     }
+
+    /// The same where facets in space are mirrored: at so many planes of symmetry a node stands. Of its facets each plane shows half, and h is
+    /// the root of all.
+    #[must_use]
+    pub fn mirrored(mut self, planes: impl Fn(NodeId) -> usize) -> Self {
+        for at in &mut self.nodes {
+            (0..planes(at.node)).for_each(|_| at.size *= std::f64::consts::SQRT_2);
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_of_a_surface_has_the_sizes_of_all_of_it() {
+        let facet = |nodes: [u32; 3]| nodes.map(NodeId);
+        let size = |facets: Vec<Facet>, planes: usize| {
+            let on_plane = |node: NodeId| if node.0 == 0 { planes } else { 0 };
+            Surface::new::<3>(5, facets, |_| (0.25, 0.25)).mirrored(on_plane).nodes[0].size
+        };
+        // A square about its middle, cut along its diagonals into four, and along these into a half and a quarter.
+        let whole = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]].map(facet);
+        let all = size(whole.to_vec(), 0);
+        assert!((all - (1.0_f64 / 3.0).sqrt()).abs() < 1e-15);
+        assert!((size(whole[..2].to_vec(), 1) - all).abs() < 1e-15);
+        assert!((size(whole[..1].to_vec(), 2) - all).abs() < 1e-15);
+    }
 }

@@ -3,7 +3,7 @@
 use super::blocks::Due;
 use super::engine::Engine;
 use super::gel::SurfaceNode;
-use super::impact::{FACE_DEPTH, STRETCH};
+use super::impact::STRETCH;
 use crate::algebra::{Vector3, embed};
 use crate::contact::{Body, BodyState};
 use crate::element::Potential;
@@ -11,9 +11,8 @@ use crate::geometry::{Gap, SignedDistance as _};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
 
-/// A facet no deeper than this need not be looked at, in element sizes or radii of a body, whichever is less: some less than what is
-/// allowed to one.
-const SHALLOW: f64 = 0.999 * FACE_DEPTH;
+/// How deep a facet may be that need not be looked at, of what is allowed to one.
+const SHALLOW: f64 = 0.999;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// φ and n of the active surface nodes to the active bodies, where a body may be within reach.
@@ -115,7 +114,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let depth = |(fixed, at): (&Body, &BodyState)| {
             let gap = fixed.gap(at, &middle);
             let slope = corners.iter().map(|x| gap.normal.dot(&(x - middle))).fold(f64::INFINITY, f64::min);
-            gap.distance + slope + SHALLOW * size.min(fixed.shape.inner_radius())
+            gap.distance + slope + SHALLOW * self.face_depth() * size.min(fixed.shape.inner_radius())
         };
         let active = self.bodies.iter().zip(&self.scratch.was).filter(|(_, at)| at.active);
         away.max(active.map(depth).fold(f64::INFINITY, f64::min))

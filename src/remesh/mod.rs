@@ -59,7 +59,7 @@ use points::{Limits, Part};
 use surface::Surface;
 use tree::Square;
 
-pub use carried::{Carried, Symmetry, Transferred, corner_masses, levelled, nodal_masses};
+pub use carried::{Carried, Symmetry, Transferred, corner_masses, levelled, lightest, nodal_masses};
 pub use defects::{Books, Defects};
 pub use error::RemeshError;
 pub use immersed::{

@@ -269,3 +269,23 @@ fn nothing_at_all_can_be_transferred() {
     let after = transfer(&Moved { mesh: &mesh, position: &[] }, &carried, &new);
     assert_eq!((after.rest, after.mass, after.defects.misses), (vec![Vector::zeros()], vec![0.0], 1));
 }
+
+#[test]
+fn a_node_has_an_even_share_of_a_uniform_body_and_less_in_a_corner_without_density() {
+    let mut random = Random::new(13);
+    let mut body = body([4, 3, 3], &mut random);
+    let (_, new, after) = remeshed(&body, [3, 4, 4], &mut random);
+    assert!((lightest(&new.elements, &after) - 1.0).abs() < 1e-12);
+    // All of the mass of every element that has it goes to the other corners of a node inside.
+    let inner = (0..body.xi.len()).find(|i| body.xi[*i].iter().all(|c| *c > 0.1 && *c < 0.9)).unwrap();
+    for (element, corners) in body.mesh.elements.iter().zip(&mut body.corner_mass) {
+        if let Some(k) = element.iter().position(|node| node.index() == inner) {
+            let whole: f64 = corners.iter().sum();
+            *corners = [0.95 * whole / 3.0; 4];
+            corners[k] = 0.05 * whole;
+        }
+    }
+    body.mass = nodal_masses::<3>(body.xi.len(), &body.mesh.elements, &body.corner_mass);
+    let after = transfer(&body.moved(), &body.carried(), &new);
+    assert!(lightest(&new.elements, &after) < 0.9);
+}

@@ -8,7 +8,7 @@ use crate::material::{
     Branch, BulkViscosity, EquationOfState, Flowing, Material, MooneyRivlin, NeoHookean, Ogden, Softening, Strength,
     Viscoelastic,
 };
-use crate::mesh::{ElementId, Facet, Mesh, Patches, Simplex, facet_measure, poor_quality};
+use crate::mesh::{ElementId, Facet, Mesh, NodeId, Patches, Simplex, facet_measure, poor_quality};
 use crate::scene::{ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene};
 use crate::state::Birth;
 
@@ -116,7 +116,8 @@ impl Recipe {
         let on_axis = |facet: &Facet| axisymmetric && rest(facet, 0)[0] == 0.0 && rest(facet, 1)[0] == 0.0;
         let mirror = |facet: &Facet| self.mirrored.iter().any(|i| (0..D).all(|node| rest(facet, node)[*i] == 0.0));
         let facets = mesh.facets.iter().copied().filter(|facet| !on_axis(facet) && !mirror(facet)).collect();
-        Surface::new::<D>(mesh.rest.len(), facets, |facet| {
+        let planes = |node: NodeId| self.mirrored.iter().filter(|i| mesh.rest[node.index()][**i] == 0.0).count();
+        let surface = Surface::new::<D>(mesh.rest.len(), facets, |facet| {
             let area = facet_measure(&mesh.rest, facet)
                 * match self.section {
                     Section::Planar { thickness } => thickness,
@@ -124,7 +125,8 @@ impl Recipe {
                     Section::Spatial => self.copies(),
                 };
             (area, facet_measure(position, facet))
-        })
+        });
+        surface.mirrored(planes)
     }
 
     /// Whether all elements of a mesh are at rest on the side of the axis where matter is, if there is one.

@@ -164,7 +164,8 @@ impl Work<'_> {
     fn shift(&mut self, tet: &Tet) -> bool {
         let slides = self.flat.slide > 0.0;
         tet.iter().any(|point| {
-            smooth::smooth(&mut self.complex, *point) || slides && slide::slide(&mut self.complex, *point, &self.flat)
+            smooth::smooth(&mut self.complex, *point)
+                || slides && slide::slide(&mut self.complex, *point, (&self.flat, self.cleared))
         })
     }
 

@@ -1,11 +1,11 @@
 //! A point of the surface goes along it to where its tetrahedra are better.
 
-use super::GAIN;
 use super::complex::{Complex, Tet, gradient};
 use super::flat::{Flat, is_along};
 use super::ring::fan;
 use super::smooth::{WAYS, aim};
 use super::split::blend;
+use super::{GAIN, STANDING};
 use crate::algebra::Vector;
 use crate::remesh::Origin;
 
@@ -15,8 +15,13 @@ const PLANE: f64 = 1e-9;
 /// Moves a point of the surface, if the worst tetrahedron around it gets better.
 ///
 /// It goes in its free directions and across the area vector of its facets, so that the volume stays what it is (Lindstrom, Turk
-/// 1998), and comes off them no further than [`Flat::slide`] says.
-pub(super) fn slide(complex: &mut Complex, point: u32, flat: &Flat) -> bool {
+/// 1998), and comes off them no further than [`Flat::slide`] says, nor deeper into a body than points may stand: `cleared` is the place
+/// nearest to one that is in none.
+pub(super) fn slide(
+    complex: &mut Complex,
+    point: u32,
+    (flat, cleared): (&Flat, &dyn Fn(&Vector<3>) -> Vector<3>),
+) -> bool {
     if !complex.points[point as usize].is_on_surface || complex.points[point as usize].ends != 0 {
         return false;
     }
@@ -24,10 +29,12 @@ pub(super) fn slide(complex: &mut Complex, point: u32, flat: &Flat) -> bool {
     let worst = complex.worst_of(star.iter().map(|(t, _)| *t));
     let here = *complex.x(point);
     let way = along(complex, (point, aim(complex, point, &star) - here), &star);
+    let depth = |x: &Vector<3>| (cleared(x) - x).norm();
+    let most = depth(&here).max(STANDING * complex.points[point as usize].size);
     let best = WAYS
         .map(|part| (complex.worst_at(point, &(here + way * part)), here + way * part))
         .into_iter()
-        .filter(|(_, x)| stays(complex, (point, x), flat))
+        .filter(|(_, x)| stays(complex, (point, x), flat) && depth(x) <= most)
         .fold((worst, here), |best, next| if next.0 > best.0 { next } else { best });
     let is_better = best.0 > worst.max(GAIN * worst) + 1e-6;
     let origin = if is_better { made_of(complex, (point, &best.1)) } else { None };
