@@ -104,8 +104,13 @@ fn a_run_is_taken_up_again_after_an_exchange_that_was_refused() {
 }
 
 /// The first 15 µs of the calibration shot in space, in a small block.
-const IN_SPACE: [&str; 3] =
-    ["scene.end_time=1.5e-5", "gel.shape.block.size=[0.0256, 0.0256, 0.0128]", "mesh.tree.coarsest=8"];
+const IN_SPACE: [&str; 5] = [
+    "scene.end_time=1.5e-5",
+    "gel.shape.block.size=[0.0256, 0.0256, 0.0128]",
+    "mesh.tree.coarsest=8",
+    "mesh.size=0.8e-3",
+    "remesh.smallest=0.4e-3",
+];
 
 #[test]
 fn a_gel_that_flows_in_space_keeps_its_books_over_exchanges_and_its_bits_on_more_threads() {

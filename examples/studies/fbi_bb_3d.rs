@@ -2,8 +2,12 @@
 
 use super::fbi_bb::{Keys, head, row};
 
-/// Cells that grow as fast as those of the scene in space, of R/5 and R/4.
-const ABOUT_THE_AXIS: [(&str, &Keys); 2] = [
+/// Cells that grow as fast as those of the scene in space, as large, and smaller.
+const ABOUT_THE_AXIS: [(&str, &Keys); 3] = [
+    (
+        "about the axis: R/3.6, growth 0.25",
+        &[("mesh.size", "0.6e-3"), ("remesh.smallest", "0.3e-3"), ("remesh.growth", "0.25")],
+    ),
     (
         "about the axis: R/5, growth 0.25",
         &[("mesh.size", "0.43e-3"), ("remesh.smallest", "0.215e-3"), ("remesh.growth", "0.25")],
@@ -17,7 +21,7 @@ const ABOUT_THE_AXIS: [(&str, &Keys); 2] = [
 /// The columns of the calibration shot.
 pub fn study() {
     head();
-    row("fbi-bb-3d", "in space, as it comes: R/2.7, growth 0.25", &[]);
+    row("fbi-bb-3d", "in space, as it comes: R/3.6, growth 0.25", &[]);
     for (name, keys) in ABOUT_THE_AXIS {
         row("fbi-bb", name, keys);
     }
