@@ -18,6 +18,7 @@ mod delaunay;
 mod error;
 mod immersed;
 mod judge;
+mod knots;
 mod local;
 mod locate;
 mod marks;

@@ -62,12 +62,16 @@ impl Pairing {
             next = same.element.index() + 1;
             Some(same)
         };
-        let same: Vec<Option<Same>> = new.elements.iter().map(&mut pair).collect();
-        let mut is_gone = vec![true; old.elements.len()];
-        for same in same.iter().flatten() {
-            is_gone[same.element.index()] = false;
+        let mut same: Vec<Option<Same>> = new.elements.iter().map(&mut pair).collect();
+        let mut gone = gone(&same, old.elements.len());
+        let heirs = heirs(new, &same, (old, &around), &gone);
+        if !heirs.is_empty() {
+            same.iter_mut()
+                .filter(|same| same.is_some_and(|same| heirs.contains(&same.element)))
+                .for_each(|s| *s = None);
+            gone.extend(heirs);
+            gone.sort_unstable();
         }
-        let gone = (0..old.elements.len() as u32).map(ElementId).filter(|e| is_gone[e.index()]).collect();
         let unchanged = unchanged(new, &same, &around);
         Self { same, gone, unchanged }
     }
@@ -99,6 +103,42 @@ fn kept<const D: usize>(new: &Proposal<D>, nodes: &Simplex) -> Option<[NodeId; 4
 
 fn same<const D: usize>(nodes: &[NodeId; 4], around: &Incidence, old: &[Simplex]) -> Option<Same> {
     around.of(nodes[0]).iter().find_map(|element| Same::of::<D>(*element, &old[element.index()], nodes))
+}
+
+fn gone(same: &[Option<Same>], n_old: usize) -> Vec<ElementId> {
+    let mut is_gone = vec![true; n_old];
+    for same in same.iter().flatten() {
+        is_gone[same.element.index()] = false;
+    }
+    (0..n_old as u32).map(ElementId).filter(|e| is_gone[e.index()]).collect()
+}
+
+/// The elements across the facets of those old ones that were cut off: of what is gone, where no new element touches a node of it. Nothing
+/// was put in its place, and what it carries is laid on them.
+fn heirs<const D: usize>(
+    new: &Proposal<D>,
+    same: &[Option<Same>],
+    (old, around): (&Mesh<D>, &Incidence),
+    gone: &[ElementId],
+) -> Vec<ElementId> {
+    let nodes_of = |e: &ElementId| &old.elements[e.index()][..=D];
+    let mut is_touched = vec![false; old.rest.len()];
+    for nodes in new.elements.iter().zip(same).filter(|(_, same)| same.is_none()).map(|(nodes, _)| nodes) {
+        for node in &nodes[..=D] {
+            if let Origin::Kept(node) = new.origin[node.index()] {
+                is_touched[node.index()] = true;
+            }
+        }
+    }
+    let mut heirs = vec![];
+    for nodes in gone.iter().map(nodes_of).filter(|nodes| !nodes.iter().any(|node| is_touched[node.index()])) {
+        let shared = |other: &ElementId| nodes.iter().filter(|node| nodes_of(other).contains(node)).count();
+        let beside = nodes.iter().flat_map(|node| around.of(*node)).filter(|other| shared(other) == D);
+        heirs.extend(beside.filter(|other| gone.binary_search(other).is_err()));
+    }
+    heirs.sort_unstable();
+    heirs.dedup();
+    heirs
 }
 
 fn unchanged<const D: usize>(new: &Proposal<D>, same: &[Option<Same>], around: &Incidence) -> Vec<Option<NodeId>> {

@@ -2,6 +2,7 @@
 
 use super::bounds::Bounds;
 use super::cloud::Cloud;
+use super::knots::Cuttings;
 use super::near::Near;
 use super::shape::{Point, cross, distance, do_cross};
 use super::{Moved, Origin, RemeshError, Rules};
@@ -13,16 +14,9 @@ use crate::mesh::{Incidence, NodeId};
 const LONG: f64 = 1.4;
 const SHORT: f64 = 0.45;
 /// Cosine of the turn beyond which a node is a corner of the body, 30°.
-const CORNER: f64 = 0.866;
+pub(super) const CORNER: f64 = 0.866;
 /// A new point is put clear of a body by less than so many of its sizes.
 const NEAR: f64 = 0.2;
-/// Loops that are cut off at most, edges of each, and its area in squares of its target size.
-const KNOTS: usize = 64;
-const LOOP: usize = 12;
-const LARGEST_LOOP: f64 = 1.0;
-/// A tip is a needle if it is so many target sizes wide, measured where its shorter side ends. A tenth of a size is a triangle of
-/// quality 0.3 on an edge of half a size: what wears a mesh.
-const NEEDLE: f64 = 0.1;
 /// Walks along the boundary that leave out nodes: each can halve the number of edges.
 const WALKS: usize = 12;
 
@@ -39,29 +33,20 @@ pub(super) struct Surface {
     pub cleared: f64,
 }
 
-/// What was cut off the old boundary.
-#[derive(Debug, Default)]
-struct Cuttings {
-    /// Old edges that are gone.
-    edges: Vec<[usize; 2]>,
-    /// What the area is less by, m².
-    area: f64,
-}
-
 /// The place nearest to a point that is in no body.
 pub(super) type Cleared<'a> = &'a dyn Fn(&Point) -> Point;
 
 /// The old boundary as chains: the nodes before and after each node that has one of each.
-struct Chain<'a> {
-    old: &'a Moved<'a, 2>,
-    edges: Vec<[usize; 2]>,
-    first_after: Vec<Option<usize>>,
-    before: Vec<Option<usize>>,
-    after: Vec<Option<usize>>,
-    can_go: Vec<bool>,
+pub(super) struct Chain<'a> {
+    pub old: &'a Moved<'a, 2>,
+    pub edges: Vec<[usize; 2]>,
+    pub first_after: Vec<Option<usize>>,
+    pub before: Vec<Option<usize>>,
+    pub after: Vec<Option<usize>>,
+    pub can_go: Vec<bool>,
     /// Where loaded faces end.
     ends: Vec<u8>,
-    members: Vec<usize>,
+    pub members: Vec<usize>,
     near: Near<2>,
 }
 
@@ -165,89 +150,6 @@ impl<'a> Chain<'a> {
         chain
     }
 
-    /// Cuts off small loops in which the boundary crosses itself, as the tips of a rough wall do.
-    ///
-    /// # Errors
-    /// If it crosses itself in a large one.
-    fn unknot(&mut self, cloud: &mut Cloud, cut: &mut Cuttings) -> Result<(), RemeshError> {
-        for _ in 0..KNOTS {
-            let Some([first, second]) = crossing(&self.edges, self.old.position) else { return Ok(()) };
-            let walks = [[first, second], [second, first]].map(|[from, to]| self.between(from, to));
-            let small = |walk: &Vec<usize>| self.area(walk).abs() < LARGEST_LOOP * cloud.size[walk[0]].powi(2);
-            let Some(walk) = walks.into_iter().flatten().filter(small).min_by_key(Vec::len) else {
-                return Err(RemeshError::Crossing { edges: [first, second].map(|e| e.map(|n| NodeId(n as u32))) });
-            };
-            self.cut_off(&walk, cloud, cut);
-        }
-        match crossing(&self.edges, self.old.position) {
-            Some(edges) => Err(RemeshError::Crossing { edges: edges.map(|e| e.map(|n| NodeId(n as u32))) }),
-            None => Ok(()),
-        }
-    }
-
-    /// Joins the ends of a walk along the boundary, and leaves out what is between them.
-    fn cut_off(&mut self, walk: &[usize], cloud: &mut Cloud, cut: &mut Cuttings) {
-        let [start, removed @ .., end] = walk else { return };
-        cut.area += self.area(walk);
-        cut.edges.extend(walk.windows(2).map(|pair| [pair[0], pair[1]]));
-        for node in removed {
-            cloud.chosen[*node] = false;
-        }
-        self.edges.retain(|edge| !removed.contains(&edge[0]));
-        self.edges.iter_mut().filter(|edge| **edge == [*start, walk[1]]).for_each(|edge| edge[1] = *end);
-        (self.after[*start], self.first_after[*start], self.before[*end]) = (Some(*end), Some(*end), Some(*start));
-    }
-
-    /// Signed area of the polygon of these nodes, m².
-    fn area(&self, nodes: &[usize]) -> f64 {
-        let x = |i: usize| &self.old.position[nodes[i]];
-        (2..nodes.len()).map(|i| 0.5 * cross(x(0), x(i - 1), x(i))).sum()
-    }
-
-    /// Cuts off tips that have become needles, no two beside each other; whether there were any. Nothing else can be done about them:
-    /// the one element of such a tip has all its nodes on the boundary.
-    fn blunt(&mut self, cloud: &mut Cloud, cut: &mut Cuttings) -> bool {
-        let mut waits = vec![false; self.can_go.len()];
-        let mut any = false;
-        for i in 0..self.members.len() {
-            let node = self.members[i];
-            let Some((before, after)) = self.needle(node, cloud).filter(|_| !waits[node]) else { continue };
-            (waits[before], waits[after]) = (true, true);
-            self.cut_off(&[before, node, after], cloud, cut);
-            any = true;
-        }
-        any
-    }
-
-    /// The nodes before and after a node that is the tip of a needle.
-    fn needle(&self, node: usize, cloud: &Cloud) -> Option<(usize, usize)> {
-        let (before, after) = (self.before[node]?, self.after[node]?);
-        let x = self.old.position;
-        let (u, v) = (x[before] - x[node], x[after] - x[node]);
-        let wide = cross(&x[before], &x[node], &x[after]);
-        // A fold of the axis has no width at all.
-        let is_thin = wide >= 0.0 && wide < NEEDLE * cloud.size[node] * u.norm().max(v.norm());
-        let is_sharp = u.dot(&v) > CORNER * u.norm() * v.norm();
-        let joined = self.before[before].is_some() && self.after[after].is_some_and(|next| next != before);
-        let may_go = cloud.chosen[node] && is_thin && is_sharp && joined;
-        (may_go && self.feature(node) != Some(Feature::Always) && !self.is_inside_another([before, node, after], cloud))
-            .then_some((before, after))
-    }
-
-    /// The nodes from the start of an edge to the end of another one that is not far along the boundary, if all between may go.
-    fn between(&self, [start, next]: [usize; 2], [last, end]: [usize; 2]) -> Option<Vec<usize>> {
-        let mut walk = vec![start, next];
-        while *walk.last()? != last {
-            let at = self.after[*walk.last()?]?;
-            (walk.len() < LOOP).then(|| walk.push(at))?;
-        }
-        let may_go = |node: &usize| self.feature(*node) != Some(Feature::Always);
-        let simple = self.before[start].is_some() && self.after[end].is_some() && start != end;
-        (simple && walk[1..].iter().all(may_go)).then_some(())?;
-        walk.push(end);
-        Some(walk)
-    }
-
     /// The old nodes from the start of this edge to the next one that stays.
     fn stretch(&self, [start, next]: [usize; 2]) -> Vec<usize> {
         let mut nodes = vec![start, next];
@@ -260,7 +162,7 @@ impl<'a> Chain<'a> {
     }
 
     /// Whether and why a node must stay.
-    fn feature(&self, node: usize) -> Option<Feature> {
+    pub fn feature(&self, node: usize) -> Option<Feature> {
         let (Some(before), Some(after)) = (self.before[node], self.after[node]) else { return Some(Feature::Always) };
         let held = &self.old.mesh.held;
         let is_corner = |x: &[Point]| {
@@ -326,7 +228,7 @@ impl<'a> Chain<'a> {
     }
 
     /// Whether another node of the boundary is in the triangle that is cut off or filled.
-    fn is_inside_another(&self, corners: [usize; 3], cloud: &Cloud) -> bool {
+    pub fn is_inside_another(&self, corners: [usize; 3], cloud: &Cloud) -> bool {
         let [a, b, c] = corners.map(|n| &self.old.position[n]);
         let orientation = cross(a, b, c).signum();
         self.near.any(&Bounds::around([a, b, c]), |i| {

@@ -202,6 +202,22 @@ fn a_boundary_that_crosses_itself_is_an_error() {
     assert!(matches!(found, Err(RemeshError::Blocked { .. } | RemeshError::Coincident { .. })), "{found:?}");
 }
 
+/// A splash that comes down on the gel: a long bow of the wall, and only its tip is in the gel.
+#[test]
+fn a_tip_that_is_pushed_through_another_wall_is_cut_off() {
+    let mesh = rings(2, 0.25);
+    // The right ring beside the left one, its wall drawn out to a tip that is in the left one; and a tip of the left one in the right.
+    for (node, tip) in [(at(4.0, 1.5), at(2.97, 1.52)), (at(3.0, 1.5), at(3.13, 1.52))] {
+        let beside = |x: &Vector<2>| if x[0] > 3.5 { x - at(0.9, 0.0) } else { *x };
+        let position = moved(&mesh, |x| if *x == node { tip } else { beside(x) });
+        let old = Moved { mesh: &mesh, position: &position };
+        let new = remeshed(&old, |_| 0.25, &Rules::default());
+        assert_eq!(find(&new.position, &tip), None);
+        let found = judge(&old, &new, &SAME_AREA).unwrap();
+        assert!((found.parts, found.loops) == (2, 4) && new.cleared > 0.0 && new.cleared < 0.06, "{found:?}");
+    }
+}
+
 #[test]
 fn what_cannot_be_meshed_with_is_refused() {
     let mesh = square(4);

@@ -282,6 +282,12 @@ impl Complex {
         self.shift(point, x);
     }
 
+    /// Cuts a tetrahedron off the body.
+    pub fn cut_off(&mut self, t: u32) {
+        self.cleared -= self.growth(&[], &[t]);
+        self.apply(&Change { gone: vec![t], ..Change::default() });
+    }
+
     fn add(&mut self, tet: Tet, over: Option<Box<[u32]>>) {
         let t = self.tets.len() as u32;
         for point in tet {

@@ -9,6 +9,7 @@ mod collapse;
 mod complex;
 mod flat;
 mod level;
+mod pare;
 mod ring;
 #[cfg(test)]
 mod shapes;
@@ -148,7 +149,16 @@ impl Work<'_> {
         if shape >= cube(FAIR) {
             return;
         }
-        let _ = self.join_anew(t, &tet) || self.shift(&tet) || self.draw_any(&tet);
+        let _ = self.join_anew(t, &tet) || self.shift(&tet) || self.draw_any(&tet) || self.pare(t, &tet);
+    }
+
+    /// Cuts off what is flat at the surface, unless that is to stay as it is.
+    fn pare(&mut self, t: u32, tet: &Tet) -> bool {
+        let is_flat = self.flat.sag > 0.0 && pare::is_flat(&self.complex, (t, tet));
+        if is_flat {
+            self.complex.cut_off(t);
+        }
+        is_flat
     }
 
     fn join_anew(&mut self, t: u32, tet: &Tet) -> bool {

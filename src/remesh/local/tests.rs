@@ -173,3 +173,28 @@ fn a_point_that_was_pushed_along_the_surface_slides_back_and_the_volume_stays() 
     println!("least quality {held:.3} where it is held, {slid:.3} where it slides");
     assert!(slid > 1.2 * held, "{held} {slid}");
 }
+
+/// A tetrahedron with a point on one of its faces, which was pushed over an edge of that face: nothing that leaves the body as it is makes
+/// what is between them upright again.
+#[test]
+fn what_is_flat_at_the_surface_is_cut_off() {
+    let at = |x: f64, y: f64, z: f64| Vector::<3>::new(x, y, z);
+    let points = |over: f64| {
+        vec![at(0.0, 0.0, 0.0), at(0.0, 1.0, 0.0), at(0.0, 0.5, 1.0), at(0.0, 0.5, over), at(0.8, 0.5, 0.4)]
+    };
+    let elements = [[0, 1, 3, 4], [1, 2, 3, 4], [2, 0, 3, 4]].map(|nodes| nodes.map(crate::mesh::NodeId));
+    let mut mesh = Mesh::<3>::new(points(0.3), elements.to_vec());
+    assert!(mesh.elements.iter().all(|e| signed_volume(&mesh.rest, e) > 0.0));
+    mesh.held = vec![[true, false, false]; 5];
+    (mesh.held[3], mesh.held[4]) = ([true; 3], [false; 3]);
+    for over in [0.01, -0.02] {
+        let position = points(over);
+        let old = Moved { mesh: &mesh, position: &position };
+        let made = |sag: f64| propose(&old, &[1.0; 5], &Rules { sag, ..Rules::default() }, &|x| *x);
+        let new = made(0.06);
+        assert_eq!(new.elements.len(), 2);
+        assert!(new.elements.iter().all(|e| signed_volume(&new.position, e) > 0.0));
+        assert!((new.cleared - signed_volume(&position, &elements[0])).abs() < 1e-15);
+        assert_eq!(made(0.0).elements.len(), 3);
+    }
+}
