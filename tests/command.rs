@@ -326,13 +326,21 @@ fn a_run_leaves_a_folder_to_look_at_and_prints_its_summary() {
     let said = small(folder.path(), &[]);
     assert_eq!(said.status, Some(0), "{}", said.err);
     let out = folder.path().join("gelfmu-out/ball-square");
-    for file in ["summary.json", "history.csv", "series.pvd", "report.html", "frames"] {
+    for file in ["scene.toml", "summary.json", "history.csv", "series.pvd", "report.html", "frames"] {
         assert!(out.join(file).exists(), "{file}");
     }
     let summary = json(&said.out);
     let file = std::fs::read_to_string(out.join("summary.json")).unwrap();
     assert_eq!(said.out.trim_end(), file.trim_end(), "the same text, in the same order");
     assert_eq!((&summary["completed"], &summary["end_time"]), (&Value::from(true), &Value::from(2e-3)));
+    let again =
+        gelfmu_in(folder.path(), &["run", "gelfmu-out/ball-square/scene.toml", "--direct", "--json", "--out", "again"]);
+    assert_eq!(
+        json(&again.out)["digest"],
+        summary["digest"],
+        "the scene that is kept is the one that was run: {}",
+        again.err
+    );
     assert_eq!(small(folder.path(), &[]).status, Some(2), "the folder is not empty any more");
     assert_eq!(small(folder.path(), &["--force"]).status, Some(0));
 }

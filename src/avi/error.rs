@@ -32,7 +32,8 @@ pub enum StepError {
     /// The stable step fell below a thousandth of what it was.
     #[error(
         "the step of element {element} fell to {step:.3e} s at {time:.6e} s, below a thousandth of the smallest at the start. \
-         The element is crushed (J = {jacobian:.3}): use a smaller mesh.size near the impact or a lower speed"
+         It, or one around its nodes, is crushed or flat (least J beside it {jacobian:.3}): use a smaller mesh.size near the \
+         impact or a lower speed"
     )]
     StepCollapsed {
         /// The element.
@@ -41,7 +42,7 @@ pub enum StepError {
         time: f64,
         /// Its step, s.
         step: f64,
-        /// det F then.
+        /// Least det F of its group then.
         jacobian: f64,
     },
     /// A body slips between surface nodes.

@@ -226,8 +226,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     fn collapse(&self, group: usize, limit: f64, tick: Tick) -> StepError {
-        let slot = self.order.slots(group).start;
-        let element = self.order.elements(slot..slot + self.order.width()).next().map_or(0, ElementId::index);
+        let own = |element: &ElementId| {
+            self.gel.potential.nodes(*element).iter().map(|node| self.node_limit(*node)).fold(f64::INFINITY, f64::min)
+        };
+        let elements = self.order.elements(self.order.slots(group));
+        let element = elements.min_by(|a, b| own(a).total_cmp(&own(b))).map_or(0, ElementId::index);
         let (step, time) = (limit * self.grid.time(1), self.grid.time(tick));
         StepError::StepCollapsed { element, time, step, jacobian: self.scratch.answers[group].least_jacobian }
     }

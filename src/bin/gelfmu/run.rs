@@ -27,6 +27,7 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
     if let Some(expected) = expected {
         console.note(&expected);
     }
+    keep_scene(&folder, &source.text)?;
     let job = Job { scene: (source.text, source.folder), folder, step: options.step, threads: options.threads };
     let ending = watch(&job, options.direct, console)?;
     let (text, summary) = read_summary(&job.folder)?;
@@ -56,6 +57,13 @@ fn usable(folder: &Path, options: &RunOptions) -> Result<(), Failure> {
 
 fn writable(refuse: impl Fn(&str, &str) -> Failure, error: &std::io::Error) -> Failure {
     refuse(&error.to_string(), "a folder that can be written")
+}
+
+/// Keeps the scene beside what comes of it.
+fn keep_scene(folder: &Path, text: &str) -> Result<(), RunError> {
+    let path = folder.join("scene.toml");
+    let kept = format!("# As it is run, with what the command wrote over it.\n\n{text}");
+    std::fs::write(&path, kept).map_err(|source| RunError::File { verb: "write", path, source })
 }
 
 /// Runs the job with a progress bar, until it ends or the user interrupts it.
