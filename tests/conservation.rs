@@ -204,6 +204,31 @@ fn any_number_of_communication_steps_gives_the_same_bits() {
 }
 
 /// The element phase shares its work only when more than a thousand elements fire together.
+/// What is known of gaps and facets is forgotten at a restart: it may spare work, and no bit may depend on it.
+#[test]
+fn a_restart_at_every_step_gives_the_same_bits() {
+    let fine = ["mesh.size=4e-3", "projectile.velocity=[0.2, 0.1, -3.0]"];
+    let shapes: [&[&str]; 3] = [
+        &[],
+        &[
+            "projectile.shape={plate={size=[0.02, 0.02, 0.02], edge_radius=2e-3}}",
+            "projectile.position=[0.0, 0.0, 0.01]",
+        ],
+        &["projectile.shape={capsule={radius=5e-3, length=0.03}}", "projectile.position=[0.0, 0.0, 0.015]"],
+    ];
+    for shape in shapes {
+        let scene = with(fine.iter().chain(shape).copied());
+        let mut again = simulation(&scene, 1);
+        for instant in slices(&scene, 80) {
+            let saved = again.save();
+            again.restore(&saved).expect("its own state");
+            run(&mut again, [instant], Wrench::default());
+        }
+        assert!(again.observe().energy.contact < 0.0, "{shape:?}: it has not touched");
+        assert_eq!(again.digest(), digest(&scene, 80), "{shape:?}");
+    }
+}
+
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     let fine = [

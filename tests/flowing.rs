@@ -138,7 +138,6 @@ fn a_ball_is_not_pushed_on_by_what_is_made_inside_of_it() {
     let done = run(&scene, 1, 1);
     let energy = done.observe().energy;
     let pumped = energy.contact_bias / energy.initial;
-    println!("{pumped}");
     // 0.0067 with facets that are held no sooner than 0.3 of a size deep.
     assert!(pumped < 0.002, "{pumped}");
 }

@@ -157,6 +157,8 @@ fn a_sensor_in_the_mirrored_part_measures_the_image_of_its_gel() {
         }
         assert!(felt[0].position.x > 0.0 && felt[0].position.y > 0.0);
     }
+    let last = run(&scene).pop().expect("rows").1[0].displacement;
+    assert!(last.iter().all(|part| part.abs() > 1e-6), "{last}");
 }
 
 #[test]

@@ -151,6 +151,7 @@ fn fly(name: &str, scene: &Scene, simulation: &mut Simulation) -> (String, Strin
             break;
         }
     }
+    seen_at.resize(TIMES.len(), " – |".to_owned());
     let (observation, frame) = (&simulation.observe(), &simulation.frame());
     let ending = Ending { observation, frame, digest: simulation.digest(), failure: None };
     let seen = recorder.conclude(&ending).expect("a summary");

@@ -187,7 +187,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Sums κ at the nodes of the blocks in which it has grown, in the order of a sweep, as after a restart.
     fn sum_stiffened(&mut self) {
         let mut stiffened = std::mem::take(&mut self.scratch.stiffened);
-        stiffened.dedup();
         stiffened.sort_unstable();
         stiffened.dedup();
         if let Some(blocks) = &mut self.blocks {

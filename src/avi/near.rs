@@ -11,7 +11,7 @@ use crate::geometry::{Gap, SignedDistance as _};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
 
-/// How deep a facet may be that need not be looked at, of what is allowed to one.
+/// How deep a facet may be that need not be looked at, of what is allowed to one: less than all by more than rounding.
 const SHALLOW: f64 = 0.999;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {

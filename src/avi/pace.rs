@@ -306,14 +306,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// The shortest step among the elements of a node of the surface that have one, ticks.
     pub(super) fn shortest_around(&self, node: NodeId) -> f64 {
-        let step = |group: usize| self.state.clocks[group].step;
-        let shortest = |steps: &mut dyn Iterator<Item = Tick>| {
-            steps.filter(|step| *step > 0).map(|step| step as f64).fold(f64::INFINITY, f64::min)
-        };
-        match self.gel.surface.of[node.index()].map(|surface| &self.scratch.beside[surface as usize].groups) {
-            Some(known) if !known.is_empty() => shortest(&mut known.iter().map(|group| step(*group as usize))),
-            _ => shortest(&mut self.gel.star.of(node).iter().map(|element| step(self.order.group(*element)))),
-        }
+        let known = self.gel.surface.of[node.index()].map(|surface| &self.scratch.beside[surface as usize].groups);
+        let known = known.map_or(&[] as &[u32], Vec::as_slice);
+        // A corner of a facet that no body is close to is not among them.
+        let star = if known.is_empty() { self.gel.star.of(node) } else { &[] };
+        let groups =
+            known.iter().map(|group| *group as usize).chain(star.iter().map(|element| self.order.group(*element)));
+        let steps = groups.map(|group| self.state.clocks[group].step).filter(|step| *step > 0);
+        steps.map(|step| step as f64).fold(f64::INFINITY, f64::min)
     }
 
     /// For how long the relative path of a node is proved to stay above the allowed depth, ticks; at most `horizon`.

@@ -67,7 +67,7 @@ impl Pairing {
         let heirs = heirs(new, &same, (old, &around), &gone);
         if !heirs.is_empty() {
             same.iter_mut()
-                .filter(|same| same.is_some_and(|same| heirs.contains(&same.element)))
+                .filter(|same| same.is_some_and(|same| heirs.binary_search(&same.element).is_ok()))
                 .for_each(|s| *s = None);
             gone.extend(heirs);
             gone.sort_unstable();
