@@ -270,12 +270,15 @@ fn the_paper_s_law_and_queue_are_stepped_by_the_reference_form() {
 fn an_engine_that_ends_and_goes_on_with_the_same_mesh_gives_the_same_motion() {
     let both = [false, true, true, false, true, false, false, true];
     for (case, reference) in cases().filter(|case| case.section == Section::Spatial).zip(both) {
-        let whole = run(fast::<3>(case, 0.0), 1.0);
+        let n = fast::<3>(case, 0.0).gel().potential.len();
+        // A mesh that could be exchanged and never is: contact holds the facets of a gel that flows as it does there.
+        let mut lasting = fast::<3>(case, 0.0);
+        lasting.set_wear(Some(Wear { quality: vec![0.0; n], least: vec![0.0; n] }));
+        let whole = run(lasting, 1.0);
         let start = fast::<3>(case, 0.0);
         let start = if reference { start.by_reference() } else { start };
         // Any mesh is worse than the best one: it ends as soon as it is looked at.
         let mut engine = start;
-        let n = engine.gel().potential.len();
         engine.set_wear(Some(Wear { quality: vec![1.0; n], least: vec![0.0; n] }));
         let mut exchange = [Exchange::default()];
         let mut ends = 0;
