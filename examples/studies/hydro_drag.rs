@@ -1,7 +1,7 @@
 //! Drag and slam of a ball in a fluid, by mesh size, grading and speed of the wave.
 
 use super::cpu::seconds;
-use super::run::scene;
+use super::run::{scene, tell_refusals};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 
 /// Depths between which the drag is a mean, mm.
@@ -51,6 +51,7 @@ fn row((size, growth, wave): (f64, f64, f64)) {
         seen.push((time, 1e3 * simulation.depth(0), simulation.total_impulse(0).z));
     }
     let cpu = seconds() - begun;
+    tell_refusals(&format!("{size}, {growth}, {wave}"), &simulation);
     let slam = seen.windows(2).map(|pair| (pair[1].2 - pair[0].2) / step / unit).fold(0.0, f64::max);
     let drag = |(from, to): (f64, f64)| {
         let mut within = seen.iter().filter(|(_, depth, _)| (from..=to).contains(depth));
