@@ -203,7 +203,6 @@ fn any_number_of_communication_steps_gives_the_same_bits() {
     }
 }
 
-/// The element phase shares its work only when more than a thousand elements fire together.
 /// What is known of gaps and facets is forgotten at a restart: it may spare work, and no bit may depend on it.
 #[test]
 fn a_restart_at_every_step_gives_the_same_bits() {
@@ -229,6 +228,7 @@ fn a_restart_at_every_step_gives_the_same_bits() {
     }
 }
 
+/// The element phase shares its work only when more than a thousand elements fire together.
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     let fine = [
