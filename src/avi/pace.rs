@@ -79,8 +79,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// The stable step of a group, ticks.
     fn group_limit(&self, group: usize) -> f64 {
         let elements = self.order.elements(self.order.slots(group));
-        let nodes = elements.flat_map(|element| self.gel.potential.nodes(element));
-        self.grid.ticks(nodes.map(|node| self.node_limit(*node)).fold(f64::INFINITY, f64::min))
+        self.grid.ticks(self.least_limit(elements.flat_map(|element| self.gel.potential.nodes(element))))
+    }
+
+    /// The least limit of these nodes, s.
+    fn least_limit<'a>(&self, nodes: impl IntoIterator<Item = &'a NodeId>) -> f64 {
+        nodes.into_iter().map(|node| self.node_limit(*node)).fold(f64::INFINITY, f64::min)
     }
 
     /// The firing groups whose step may change: where a limit is below a step or far above it, or a calm is counted, and
@@ -226,9 +230,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     fn collapse(&self, group: usize, limit: f64, tick: Tick) -> StepError {
-        let own = |element: &ElementId| {
-            self.gel.potential.nodes(*element).iter().map(|node| self.node_limit(*node)).fold(f64::INFINITY, f64::min)
-        };
+        let own = |element: &ElementId| self.least_limit(self.gel.potential.nodes(*element));
         let elements = self.order.elements(self.order.slots(group));
         let element = elements.min_by(|a, b| own(a).total_cmp(&own(b))).map_or(0, ElementId::index);
         let (step, time) = (limit * self.grid.time(1), self.grid.time(tick));
@@ -300,8 +302,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// would set the step of every one: a mesh of 1:8 took 16 % more updates then, when the surface did not yet stand apart either.
     /// The depth differed by 0.01 %.
     fn stable_around(&self, surface: u32) -> f64 {
-        let beside = &self.scratch.beside[surface as usize].nodes;
-        self.grid.ticks(beside.iter().map(|node| self.node_limit(*node)).fold(f64::INFINITY, f64::min))
+        self.grid.ticks(self.least_limit(&self.scratch.beside[surface as usize].nodes))
     }
 
     /// The shortest step among the elements of a node of the surface that have one, ticks.

@@ -13,7 +13,7 @@ pub(super) fn volume(scene: &Scene, frame: &Frame) -> f64 {
         Dimension::Planar => within::<2>(frame, |_| thickness),
         Dimension::Axisymmetric => within::<2>(frame, |x| std::f64::consts::TAU * x[0].max(0.0)),
         Dimension::Spatial => {
-            let copies = f64::from(1 << scene.gel.symmetry.mirrored().len());
+            let copies = scene.gel.symmetry.copies();
             within::<3>(frame, |_| copies)
         }
     }

@@ -201,6 +201,12 @@ impl Symmetry {
         *self == Self::None
     }
 
+    /// How many parts like the one that is computed make all of the gel.
+    #[must_use]
+    pub fn copies(self) -> f64 {
+        f64::from(1 << self.mirrored().len())
+    }
+
     /// The axes across the planes that it is mirrored at.
     #[must_use]
     pub fn mirrored(self) -> &'static [usize] {

@@ -9,7 +9,9 @@ use crate::material::{
     Viscoelastic,
 };
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, Patches, Simplex, facet_measure, poor_quality};
-use crate::scene::{ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene};
+use crate::scene::{
+    ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene, Symmetry,
+};
 use crate::state::Birth;
 
 /// What a gel is made of.
@@ -20,8 +22,8 @@ pub(super) struct Recipe {
     kind: ElementKind,
     /// kg/m³, of all that the gel stands for.
     pub density: f64,
-    /// The axes across the planes that it is mirrored at.
-    pub mirrored: &'static [usize],
+    /// Which part of it is computed.
+    pub symmetry: Symmetry,
     /// What acts on its surface.
     pressures: Vec<Pressure>,
     /// Where its sensors are at rest, m.
@@ -66,7 +68,7 @@ impl Recipe {
             material: material(&part),
             kind: scene.mesh.element,
             density: part.density,
-            mirrored: scene.gel.symmetry.mirrored(),
+            symmetry: scene.gel.symmetry,
             pressures: loads::pressures(scene),
             sensors: scene.sensor.iter().map(|sensor| sensor.position.into()).collect(),
             remesh: scene.remesh.clone().map(sizes),
@@ -75,7 +77,7 @@ impl Recipe {
 
     /// How many parts like the one that is computed make all of the gel.
     pub fn copies(&self) -> f64 {
-        parts(self.mirrored)
+        self.symmetry.copies()
     }
 
     /// The elements of a mesh in these patches.
@@ -114,9 +116,11 @@ impl Recipe {
         let rest = |facet: &Facet, i: usize| mesh.rest[facet[i].index()];
         let axisymmetric = self.section == Section::Axisymmetric;
         let on_axis = |facet: &Facet| axisymmetric && rest(facet, 0)[0] == 0.0 && rest(facet, 1)[0] == 0.0;
-        let mirror = |facet: &Facet| self.mirrored.iter().any(|i| (0..D).all(|node| rest(facet, node)[*i] == 0.0));
+        let mirror =
+            |facet: &Facet| self.symmetry.mirrored().iter().any(|i| (0..D).all(|node| rest(facet, node)[*i] == 0.0));
         let facets = mesh.facets.iter().copied().filter(|facet| !on_axis(facet) && !mirror(facet)).collect();
-        let planes = |node: NodeId| self.mirrored.iter().filter(|i| mesh.rest[node.index()][**i] == 0.0).count();
+        let planes =
+            |node: NodeId| self.symmetry.mirrored().iter().filter(|i| mesh.rest[node.index()][**i] == 0.0).count();
         let surface = Surface::new::<D>(mesh.rest.len(), facets, |facet| {
             let area = facet_measure(&mesh.rest, facet)
                 * match self.section {
@@ -176,14 +180,9 @@ impl Recipe {
     }
 }
 
-/// How many parts of a gel that is mirrored so make all of it.
-fn parts(mirrored: &[usize]) -> f64 {
-    f64::from(1 << mirrored.len())
-}
-
 /// What stands for so many parts that move alike: as many times as heavy, as stiff and as strong (numerics A1).
 fn part(gel: &GelTable) -> GelTable {
-    let copies = parts(gel.symmetry.mirrored());
+    let copies = gel.symmetry.copies();
     let mut part = gel.clone();
     part.density *= copies;
     part.shear_modulus *= copies;

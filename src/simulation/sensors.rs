@@ -44,7 +44,7 @@ pub(super) fn seats<const D: usize>(engine: &Engine<D, Simplices<D>>, recipe: &R
         elements.iter().map(|element| part(*element)).collect()
     };
     let seat = |point: &Vector3| {
-        let is_image = |axis: usize| recipe.mirrored.contains(&axis) && point[axis] < 0.0;
+        let is_image = |axis: usize| recipe.symmetry.mirrored().contains(&axis) && point[axis] < 0.0;
         let side = Vector3::from_fn(|axis, _| if is_image(axis) { -1.0 } else { 1.0 });
         let rest = restrict::<D>(&point.component_mul(&side));
         let (element, weights) =
