@@ -103,6 +103,23 @@ fn speed_force_and_energy_stand_by_depth() {
 }
 
 #[test]
+fn what_has_just_turned_back_has_the_yaw_of_its_way_in() {
+    let scene = stage::scene("axisymmetric");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("shot").join("turned");
+    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
+    record(&mut recorder, &scene, 0..=STEPS - 1, 1.0);
+    // Deeper than a step before, and on its way out.
+    let mut last = observation(&scene, END, 1.0);
+    last.bodies[0].kinematics.velocity *= -1.0;
+    recorder.record_observation(&last, || frame(&scene, END, 1.0)).unwrap();
+    let frame = frame(&scene, END, 1.0);
+    recorder.conclude(&Ending { observation: &last, frame: &frame, digest: 1, failure: None }).unwrap();
+    let (_, rows) = table(&folder.join("shot.csv"));
+    let deepest = rows.last().unwrap();
+    assert_eq!((deepest[0], deepest[5]), (depth(END), 0.0));
+}
+
+#[test]
 fn energy_is_given_for_each_centimetre() {
     let summary = summary(&run("centimetres", 1.0));
     let energies: Vec<f64> =

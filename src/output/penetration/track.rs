@@ -23,7 +23,7 @@ pub(in crate::output) struct Along {
     pub(in crate::output) velocity: f64,
     /// Energy given to the gel until then, J.
     pub(in crate::output) energy: f64,
-    /// Angle between its axis and its velocity, rad.
+    /// Angle between its axis and its velocity, or the way it came once it goes back, rad.
     pub(in crate::output) yaw: f64,
 }
 
@@ -132,7 +132,9 @@ fn take(way: &mut Vec<Along>, end: f64, (row, velocity, energy): (&Row, f64, f64
     if depth <= 0.0 {
         way.clear();
     }
-    way.push(Along { depth, time: row.get("time_s"), velocity, energy, yaw: row.get("yaw_rad") });
+    let (time, yaw) = (row.get("time_s"), row.get("yaw_rad"));
+    let yaw = if velocity < 0.0 { std::f64::consts::PI - yaw } else { yaw };
+    way.push(Along { depth, time, velocity, energy, yaw });
 }
 
 /// Energy that the projectile gave to the gel in the step that ends with this row, J.

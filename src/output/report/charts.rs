@@ -91,8 +91,13 @@ fn energy(rows: &[Row]) -> Plot {
         "integration",
         "external",
         "importer",
+        "remesh",
         "load",
         "damping",
+        "plastic",
+        "viscous",
+        "splash",
+        "damage",
         "closure",
     ];
     let curves = names.map(|name| (name.replace('_', " "), format!("energy_{name}_J")));
@@ -136,10 +141,13 @@ fn span(rows: &[Row]) -> Across {
     Across { name: "time", unit: "s", range: at(rows.first())..at(rows.last()) }
 }
 
-/// The curves that can be told from a line at rest.
+/// The curves that can be told from a line at rest, the liveliest as far as there are colours.
 fn visible(mut curves: Vec<Curve>) -> Vec<Curve> {
-    let most = curves.iter().map(Curve::travel).fold(0.0, f64::max);
-    curves.retain(|curve| curve.travel() > VISIBLE * most);
+    let mut travels: Vec<f64> = curves.iter().map(Curve::travel).collect();
+    travels.sort_unstable_by(|a, b| b.total_cmp(a));
+    let nth = |n: usize| travels.get(n).copied().unwrap_or(0.0);
+    let least = nth(Plot::MOST_CURVES).max(VISIBLE * nth(0));
+    curves.retain(|curve| curve.travel() > least);
     curves
 }
 
