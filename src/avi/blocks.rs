@@ -60,8 +60,10 @@ pub(super) struct Block {
     pub steps: (Tick, Tick),
     /// How much of it fires at this tick.
     pub due: Due,
-    /// The nodes of the groups that fire, if not all do.
+    /// The nodes of the groups that fire, if not all do …
     pub touched: Vec<u16>,
+    /// … as they were when so many fired last: of what is paced by powers of two, who fires with how many is always the same.
+    pub n_firing: usize,
     /// What is known of its part.
     pub known: Known,
     /// Whether some node of it has moved or moves.
@@ -109,8 +111,13 @@ pub(super) struct Spot {
 pub(super) struct Front {
     /// Whether what the block gives to them is in its part.
     pub gives: bool,
-    /// From which limit on and below which one the steps of the block stay as they are, s.
+    /// From which limit on and below which one the steps of the block stay as they are, s: of all its nodes, where they are of one
+    /// step …
     calm: (f64, f64),
+    /// … or of each of them.
+    calms: Vec<(f64, f64)>,
+    /// Where its part begins.
+    first: usize,
     /// Whether a node has found another one.
     stirred: AtomicBool,
 }
@@ -183,7 +190,8 @@ impl<const D: usize> Blocks<D> {
         }
         let still = f64::EPSILON * gel.potential.rest().iter().map(Vector::<D>::amax).fold(0.0, f64::max);
         let (groups, n_groups, locals) = (SLOTS / order.width(), order.n_groups(), vec![Local::new(still)]);
-        let (parts, fronts) = (vec![[0.0; 4]; n_parts], blocks.iter().map(|_| Front::default()).collect());
+        let fronts = blocks.iter().map(|block| Front { first: block.first, ..Front::default() }).collect();
+        let parts = vec![[0.0; 4]; n_parts];
         let memory = lanes.memory();
         Some(Self {
             all: blocks,
@@ -214,22 +222,38 @@ impl<const D: usize> Blocks<D> {
         groups_of(block, self.groups, self.n_groups)
     }
 
-    /// Takes the steps of its groups into a block.
-    pub fn pace(&mut self, block: usize, clocks: &[Clock]) {
-        let steps = clocks[self.groups_of(block)].iter().map(|clock| clock.step);
-        self.all[block].steps = steps.fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
+    /// Takes the steps of its groups into a block: within which limits a node of them leaves them as they are.
+    pub fn pace(&mut self, block: usize, (clocks, grid): (&[Clock], TickGrid)) {
+        let groups = self.groups_of(block);
+        let steps = clocks[groups.clone()].iter().map(|clock| clock.step);
+        let (least, most) = steps.fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
+        let (all, front) = (&mut self.all[block], &mut self.fronts[block]);
+        (all.steps, all.n_firing) = ((least, most), 0);
+        front.calm = (grid.time(most), RAISE_MARGIN * grid.time(least));
+        front.calms.clear();
+        if least < most {
+            front.calms.resize(all.nodes.len(), (0.0, f64::INFINITY));
+            for group in groups {
+                let step = grid.time(clocks[group].step);
+                self.lanes.nodes(group, |number| {
+                    let calm = &mut front.calms[usize::from(number)];
+                    *calm = (calm.0.max(step), calm.1.min(RAISE_MARGIN * step));
+                });
+            }
+        }
     }
 
-    /// A node of a block has this limit, s, and moves or not; a block around a node that moves must be swept from now on.
+    /// A node has this limit, s, and moves or not; a block around a node that moves must be swept from now on.
     #[inline]
-    pub fn tell(&self, block: usize, limit: f64, moves: bool) {
-        let front = &self.fronts[block];
-        let calm = front.calm.0 <= limit && limit < front.calm.1;
+    pub fn tell(&self, spot: Spot, limit: f64, moves: bool) {
+        let front = &self.fronts[spot.block as usize];
+        let (least, most) = *front.calms.get(spot.at as usize - front.first).unwrap_or(&front.calm);
+        let calm = least <= limit && limit < most;
         if !calm {
             front.stirred.store(true, Ordering::Relaxed);
         }
         if moves && !front.gives {
-            self.rouse(block);
+            self.rouse(spot.block as usize);
         }
     }
 
@@ -249,10 +273,10 @@ impl<const D: usize> Blocks<D> {
     }
 
     /// All steps, who moves, and nothing known of what blocks give.
-    pub fn restart(&mut self, clocks: &[Clock], moves: impl Fn(usize) -> bool) {
+    pub fn restart(&mut self, (clocks, grid): (&[Clock], TickGrid), moves: impl Fn(usize) -> bool) {
         let strained = self.strained;
         for i in 0..self.all.len() {
-            self.pace(i, clocks);
+            self.pace(i, (clocks, grid));
             let block = &mut self.all[i];
             block.known = Known::Nothing;
             block.restless = true;
@@ -263,7 +287,8 @@ impl<const D: usize> Blocks<D> {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let of = |block: &Block| size_of::<Block>() + 4 * block.nodes.capacity() + 8 * block.surface.capacity();
-        let parts = size_of::<Accumulated>() * self.parts.len() + size_of::<Front>() * self.fronts.len();
+        let fronts = self.fronts.iter().map(|front| size_of::<Front>() + 16 * front.calms.capacity()).sum::<usize>();
+        let parts = size_of::<Accumulated>() * self.parts.len() + fronts;
         self.lanes.bytes()
             + size_of::<Recall<D>>() * self.memory.len()
             + parts
@@ -280,9 +305,9 @@ pub(super) fn groups_of(block: usize, groups: usize, all: usize) -> Range<usize>
 
 impl Front {
     /// At the start of the node phase of a tick.
-    pub fn open(&mut self, block: &Block, calm: Option<(f64, f64)>) {
-        (self.gives, self.calm) = (block.gives(), calm.unwrap_or((0.0, f64::INFINITY)));
-        *self.stirred.get_mut() = calm.is_none();
+    pub fn open(&mut self, block: &Block, moment: &Moment) {
+        self.gives = block.gives();
+        *self.stirred.get_mut() = !block.may_be_calm(moment);
     }
 
     /// Whether no limit may change a step.
@@ -335,11 +360,11 @@ impl Block {
         self.due != Due::Nothing && self.is_awake()
     }
 
-    /// Within which limits the steps of a block that fires as a whole stay as they are, s.
-    pub fn calm(&self, grid: TickGrid, moment: &Moment) -> Option<(f64, f64)> {
+    /// Whether all its steps stay as they are unless a node finds a limit that changes one: all have begun, and none is about to
+    /// be raised.
+    fn may_be_calm(&self, moment: &Moment) -> bool {
         let begun = self.steps.0 > 0 && moment.behind(self.steps.1) == self.steps.1;
-        let known = self.due == Due::All && self.is_awake() && !self.restless && begun;
-        known.then(|| (grid.time(self.steps.1), RAISE_MARGIN * grid.time(self.steps.0)))
+        self.gives() && !self.restless && begun
     }
 
     /// The numbers of its nodes that fire.

@@ -312,7 +312,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let (rest, zero) = (self.gel.potential.rest(), Vector::<D>::zeros());
             let moves = |node: usize| state.velocity[node] != zero || state.position[node] != rest[node];
             blocks.strained = self.gel.potential.remembers() && self.origin > 0;
-            blocks.restart(&state.clocks, moves);
+            blocks.restart((&state.clocks, self.grid), moves);
             blocks.remember(&self.order, &state.memory);
         }
         let fastest = state.velocity.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max);

@@ -220,7 +220,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let block_of = |change: &Change| change.group as usize / n;
         for changed in self.scratch.changed.chunk_by(|a, b| block_of(a) == block_of(b)) {
             let block = block_of(&changed[0]);
-            blocks.pace(block, &self.state.clocks);
+            blocks.pace(block, (&self.state.clocks, self.grid));
             blocks.all[block].restless = true;
         }
         self.blocks = Some(blocks);

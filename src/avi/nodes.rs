@@ -165,7 +165,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let active = &mut self.scratch.active;
         active.clear();
         for (block, front) in blocks.all.iter().zip(&mut blocks.fronts) {
-            front.open(block, block.calm(self.grid, &moment));
+            front.open(block, &moment);
         }
         active.all = blocks.all.iter().zip(&blocks.fronts).all(|(block, front)| block.due == Due::All && front.gives);
         if active.all {
@@ -229,7 +229,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
             let moves = *node.velocity != Vector::<D>::zeros();
             for spot in spots {
-                blocks.tell(spot.block as usize, *node.limit, moves);
+                blocks.tell(*spot, *node.limit, moves);
             }
         })
     }

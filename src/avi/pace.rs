@@ -111,9 +111,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 continue;
             }
             self.limits_of(block, front.gives, &mut limits);
-            let before = groups.len();
-            self.restless_groups((tick, i), &limits, groups);
-            block.restless = groups.len() > before;
+            block.restless = self.restless_groups((tick, i), &limits, groups);
         }
         self.scratch.limits = limits;
         if let Some(blocks) = &mut self.blocks {
@@ -121,12 +119,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// The groups of a block that fire and whose step may change.
-    fn restless_groups(&self, (tick, block): (Tick, usize), limits: &[f64], groups: &mut Vec<u32>) {
-        if let Some(blocks) = &self.blocks {
-            let restless = |group: &usize| self.is_restless(tick, *group, &blocks.lanes, limits);
-            groups.extend(blocks.groups_of(block).filter(restless).map(|group| group as u32));
-        }
+    /// The groups of a block that fire and whose step may change; whether there are any, or one that does not fire counts its calm.
+    fn restless_groups(&self, (tick, block): (Tick, usize), limits: &[f64], groups: &mut Vec<u32>) -> bool {
+        let Some(blocks) = &self.blocks else { return false };
+        let (all, before) = (blocks.groups_of(block), groups.len());
+        let restless = |group: &usize| self.is_restless(tick, *group, &blocks.lanes, limits);
+        groups.extend(all.clone().filter(restless).map(|group| group as u32));
+        groups.len() > before || self.state.clocks[all].iter().any(|clock| clock.calm > 0)
     }
 
     /// Whether a group fires and its step may change.
@@ -176,11 +175,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.rules.cfl * limit(parts.sum(), self.gel.mass[node.index()])
     }
 
-    /// The firing groups around the nodes that are close to a body.
+    /// The firing groups around the nodes that are close to a body whose steps that shortens, or whose calm it ends.
     fn around_contact(&self, tick: Tick, groups: &mut Vec<u32>) {
-        let fires = |group: &u32| self.rules.schedule.fires(self.state.clocks[*group as usize].step, tick);
         for surface in &self.scratch.close {
-            groups.extend(self.scratch.beside[*surface as usize].groups.iter().copied().filter(fires));
+            let nearness = &self.scratch.nearness[self.scratch.place[*surface as usize] as usize];
+            let concerned = |group: &u32| {
+                let clock = &self.state.clocks[*group as usize];
+                let fires = self.rules.schedule.fires(clock.step, tick);
+                fires && (nearness.limit < clock.step as f64 || nearness.near && clock.calm > 0)
+            };
+            groups.extend(self.scratch.beside[*surface as usize].groups.iter().copied().filter(concerned));
         }
     }
 
@@ -202,7 +206,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             (clock.step, clock.calm) = (step, if near { 0 } else { calm });
             let moment = self.moment(tick);
             let (behind, ahead) = (moment.behind(was.step), moment.ahead(step));
-            if behind != ahead {
+            // In the first step of a mesh that begins between two of its ticks both may be as long with another step.
+            if behind != ahead || step != was.step {
                 self.scratch.changed.push(Change { group: *group, behind, ahead });
             }
             if self.rules.schedule == Kind::Queue {

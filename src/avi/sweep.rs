@@ -135,9 +135,13 @@ impl Block {
             (true, false) => Due::Some,
         };
         if self.due == Due::Some {
-            let due = groups.filter(|group| fires(sweep.clocks[*group].step));
+            let due = || groups.clone().filter(|group| fires(sweep.clocks[*group].step));
+            let n_firing = due().count();
+            if std::mem::replace(&mut self.n_firing, n_firing) == n_firing {
+                return;
+            }
             let mut seen = [0_u64; MOST_LOCAL_NODES / 64];
-            due.for_each(|group| lanes.nodes(group, |node| seen[usize::from(node) / 64] |= 1 << (node % 64)));
+            due().for_each(|group| lanes.nodes(group, |node| seen[usize::from(node) / 64] |= 1 << (node % 64)));
             self.touched.clear();
             let numbers = (0..self.nodes.len()).filter(|number| seen[number / 64] >> (number % 64) & 1 == 1);
             self.touched.extend(numbers.map(|number| number as u16));
