@@ -113,6 +113,21 @@ const IN_SPACE: [&str; 5] = [
 ];
 
 #[test]
+fn a_shot_that_no_mesh_can_follow_says_why_none_was_taken() {
+    // 2.5 times the speed of the wave.
+    let scene = shot(&["projectile.velocity=[0.0,0.0,-1500.0]"]);
+    let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
+    assert_eq!(simulation.diagnosis(), None);
+    let failure = simulation.step(&simulation.inputs(), scene.scene.end_time).unwrap_err();
+    let diagnosis = simulation.diagnosis().unwrap();
+    let why = diagnosis.strip_prefix(&failure.to_string()).unwrap();
+    assert!(
+        why.starts_with(". No other mesh was taken at ") && why.contains(" s: an element of the new mesh "),
+        "{why}"
+    );
+}
+
+#[test]
 fn a_gel_that_flows_in_space_keeps_its_books_over_exchanges_and_its_bits_on_more_threads() {
     let changes: Vec<Override> = IN_SPACE.iter().map(|change| change.parse().unwrap()).collect();
     let scene = scene::read(&scene::resolve(scene::builtin("fbi-bb-3d").unwrap(), &changes).unwrap()).unwrap();

@@ -8,13 +8,14 @@ use ballistic_gel::simulation::{CouplingMode, Simulation};
 const WINDOWS: [(f64, f64); 5] = [(8.0, 16.0), (16.0, 24.0), (24.0, 36.0), (36.0, 60.0), (60.0, 89.0)];
 
 /// Edges beneath the ball, m, growth with the distance, and speed of the wave, m/s.
-const RUNS: [(f64, f64, f64); 6] = [
+const RUNS: [(f64, f64, f64); 7] = [
     (0.27e-3, 0.15, 600.0),
     (0.18e-3, 0.1, 600.0),
     (0.18e-3, 0.07, 600.0),
     (0.12e-3, 0.05, 600.0),
     (0.18e-3, 0.07, 1500.0),
     (0.12e-3, 0.05, 1500.0),
+    (0.09e-3, 0.0375, 1500.0),
 ];
 
 /// Force over ½ρv²πR².

@@ -30,7 +30,8 @@ pub fn scene_with_files(name: &str, replaced: &[(&str, String)], files: &scene::
 /// Says on standard error when no new mesh was taken, and why not.
 pub fn tell_refusals(name: &str, simulation: &Simulation) {
     for (time, why) in simulation.refusals() {
-        let reasons: Vec<String> = why.iter().map(ToString::to_string).collect();
+        let mut reasons: Vec<String> = why.iter().map(ToString::to_string).collect();
+        reasons.dedup();
         eprintln!("{name}: no mesh at {:.4} ms: {}", 1e3 * time, reasons.join("; "));
     }
 }

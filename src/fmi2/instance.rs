@@ -190,7 +190,7 @@ impl Model {
 
     /// Why it cannot go on.
     pub(super) fn failure(&self) -> Option<String> {
-        self.simulation.failure().map(ToString::to_string)
+        self.simulation.diagnosis()
     }
 
     /// Continues from a saved state.

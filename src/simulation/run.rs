@@ -359,10 +359,24 @@ impl Simulation {
         comes.then(|| self.model.overlap(body, &self.given(body, inputs))).flatten()
     }
 
-    /// The diagnosis of a simulation that cannot go on.
+    /// Why a simulation cannot go on.
     #[must_use]
     pub fn failure(&self) -> Option<&StepError> {
         self.failure.as_ref()
+    }
+
+    /// The same in words, and why its last mesh was not exchanged, if that was tried.
+    #[must_use]
+    pub fn diagnosis(&self) -> Option<String> {
+        let failure = self.failure.as_ref()?;
+        let exchanged = self.renewals().last().map_or(0.0, |renewal| renewal.time);
+        let tried = self.refusals().last().filter(|(time, _)| (exchanged..=failure.time()).contains(time));
+        let refusal = tried.map(|(time, why)| {
+            let mut reasons: Vec<String> = why.iter().map(ToString::to_string).collect();
+            reasons.dedup();
+            format!(". No other mesh was taken at {time:.6e} s: {}", reasons.join("; "))
+        });
+        Some(format!("{failure}{}", refusal.unwrap_or_default()))
     }
 
     /// The mesh now.

@@ -29,7 +29,7 @@ fn advance(
     for time in job.times(scene) {
         let inputs = simulation.inputs();
         if let Err(error) = simulation.step(&inputs, time) {
-            return Ok(Ending::Stopped(error.to_string()));
+            return Ok(Ending::Stopped(simulation.diagnosis().unwrap_or_else(|| error.to_string())));
         }
         recorder.record(simulation)?;
         if progress(time, scene.scene.end_time).is_break() {
