@@ -132,7 +132,9 @@ pub(super) struct Blocks<const D: usize> {
     pub fronts: Vec<Front>,
     pub lanes: Lanes<D>,
     /// What the elements remember, batch by batch; what the state holds of it is older while ticks are processed.
-    pub memory: Vec<Recall<D>>,
+    pub memory: Vec<Recall>,
+    /// Memories of an element there.
+    pub memories: usize,
     /// Groups of a block, and in all.
     pub groups: usize,
     n_groups: usize,
@@ -191,6 +193,7 @@ impl<const D: usize> Blocks<D> {
             fronts,
             lanes,
             memory,
+            memories: gel.potential.memories(),
             groups,
             n_groups,
             start,
@@ -265,7 +268,7 @@ impl<const D: usize> Blocks<D> {
         let of = |block: &Block| size_of::<Block>() + 4 * block.nodes.capacity() + 8 * block.surface.capacity();
         let parts = size_of::<Accumulated>() * self.parts.len() + size_of::<Front>() * self.fronts.len();
         self.lanes.bytes()
-            + size_of::<Recall<D>>() * self.memory.len()
+            + size_of_val(self.memory.as_slice())
             + parts
             + self.all.iter().map(of).sum::<usize>()
             + 4 * self.start.len()

@@ -98,7 +98,7 @@ fn defects<const D: usize>(mesh: &Mesh<D>, section: Section, (a, b): (Tensor<D>,
 
 /// |P| of the gel at F.
 fn stress<const D: usize>(f: &Tensor<D>) -> f64 {
-    let u = gel().volumetric(det(f));
+    let u = gel().volume().volumetric(det(f));
     (f * gel().shear_modulus() + ballistic_gel::algebra::cofactor(f) * u.slope).norm()
 }
 
