@@ -4,8 +4,8 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::Section;
-use super::batch::{LANES, Wide, wide};
-use super::lanes::{Eight, Pull, Slopes, Solid, Strains, fused};
+use super::batch::{LANES, Wide, fused, wide};
+use super::lanes::{Eight, Pull, Slopes, Solid, Strains};
 use super::recall::Remembering;
 use crate::algebra::{Number, Vector};
 use crate::material::{Hyperelastic, NeoHookean, Volume};

@@ -8,7 +8,7 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{Batch, LANES, Wide, wide};
+use super::batch::{Batch, LANES, Wide, cofactor, fused, sum, wide};
 use super::elastic::Metric;
 use super::local::{Accumulated, Aligned, Local, Row};
 use super::placed::Gradients;
@@ -469,28 +469,6 @@ fn volumetric<const D: usize, const N: usize, S: Simd>(
     energy
 }
 
-/// cof F; returns det F.
-#[inline(always)]
-fn cofactor<const D: usize, S: Simd>(f: &[[f64x8<S>; D]; D], c: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {
-    if D == 2 {
-        (c[0][0], c[0][1], c[1][0], c[1][1]) = (f[1][1], -f[1][0], -f[0][1], f[0][0]);
-        return fused(f[0][0], f[1][1], -(f[0][1] * f[1][0]));
-    }
-    for i in 0..D {
-        for j in 0..D {
-            let (k, l, m, n) = ((i + 1) % D, (i + 2) % D, (j + 1) % D, (j + 2) % D);
-            c[i][j] = fused(f[k][m], f[l][n], -(f[k][n] * f[l][m]));
-        }
-    }
-    fused(f[0][0], c[0][0], fused(f[0][1], c[0][1], f[0][2 % D] * c[0][2 % D]))
-}
-
-/// a b + c, rounded once.
-#[inline(always)]
-pub(super) fn fused<S: Simd>(a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> {
-    a.simd.mul_add_precise_f64x8(a, b, c)
-}
-
 /// Enters J of the k-th elements.
 #[inline(always)]
 fn note<S: Simd>(answer: &mut GroupAnswer, k: usize, jacobian: f64x8<S>) {
@@ -504,13 +482,4 @@ fn note<S: Simd>(answer: &mut GroupAnswer, k: usize, jacobian: f64x8<S>) {
     answer.least_jacobian = if least < answer.least_jacobian { least } else { answer.least_jacobian };
     answer.inverted |= inverted << (k * LANES);
     answer.crushed += crushed.count_ones();
-}
-
-/// Σ over the lanes: halves first.
-#[inline(always)]
-fn sum<S: Simd>(eight: f64x8<S>) -> f64 {
-    let (low, high) = eight.split();
-    let (low, high) = (low + high).split();
-    let [a, b] = (low + high).into();
-    a + b
 }

@@ -3,8 +3,8 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{LANES, Wide, wide};
-use super::lanes::{Strains, fused};
+use super::batch::{LANES, Wide, fused, wide};
+use super::lanes::Strains;
 use super::symmetric::Symmetric;
 use crate::algebra::{Number, Vector, exp, ln};
 use crate::material::NeoHookean;
@@ -113,7 +113,9 @@ impl<const D: usize, V: Number> AtNodes<D, V> {
     pub fn shear_bound(&self, elastic: &Symmetric<D, V>) -> V {
         let (deviator, trace) = (elastic.deviator(), elastic.trace());
         let slant = trace.constant(2.0) / trace;
-        elastic.dot(&self.metric) + deviator.squared().dot(&self.metric) * slant + self.metric.trace() * trace * (1.0 / 3.0)
+        elastic.dot(&self.metric)
+            + deviator.squared().dot(&self.metric) * slant
+            + self.metric.trace() * trace * (1.0 / 3.0)
     }
 }
 

@@ -8,7 +8,7 @@ use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
 use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law};
 use ballistic_gel::element::{Answer, DEPTH, Potential, Section, Simplices};
 use ballistic_gel::geometry::{Shape, Sphere};
-use ballistic_gel::material::NeoHookean;
+use ballistic_gel::material::{Hyperelastic, NeoHookean, Volume};
 use ballistic_gel::mesh::{self, Block, Incidence, Mesh, NodeId, Split, Tree, edges};
 use std::sync::OnceLock;
 
