@@ -91,11 +91,8 @@ impl<const D: usize> Both<D> {
                     .for_each(|i| assert!((pushed[i] - force[i]).abs() < 1e-9 * size, "{e}: {pushed:?} of {force:?}"));
             }
         }
-        let [mut own, mut its] = [0.0; 2];
-        groups.iter().for_each(|group| {
-            own += group.energy;
-            its += group.lost.iter().sum::<f64>();
-        });
+        let own: f64 = groups.iter().map(|group| group.energy).sum();
+        let its: f64 = groups.iter().flat_map(|group| group.lost).sum();
         assert!((own - energy).abs() < 1e-9 * energy.abs().max(1e-9), "energy {own:e} of {energy:e}");
         assert!((its - lost).abs() < 1e-9 * energy.abs().max(1e-9), "lost {its:e} of {lost:e}");
         self.compare_memories();
