@@ -6,7 +6,7 @@
 mod number;
 mod spectral;
 
-pub use number::{Number, exp, ln, power};
+pub use number::{Number, exp, exp_less_one, ln, power};
 pub use spectral::spectral;
 
 /// A vector of the gel's space.

@@ -206,11 +206,25 @@ pub fn ln<T: Number>(x: T) -> T {
 }
 
 /// eˣ within 1 ulp of the exact value, of |x| > 700 that of 700 or −700.
-///
-/// x = k ln 2 + r, |r| ≤ ln 2/2, and eˣ = 2ᵏ Σ rⁿ/n!; the series is cut where its next term is below 2⁻⁵⁷.
 #[must_use]
 #[inline(always)]
 pub fn exp<T: Number>(x: T) -> T {
+    let (power, more) = exponential(x);
+    // 1 + (r + r² …): what is small is added first.
+    (more + 1.0) * power
+}
+
+/// eˣ − 1 within some ulps of the exact value also where it is small, of |x| > 700 that of 700 or −700.
+#[must_use]
+#[inline(always)]
+pub fn exp_less_one<T: Number>(x: T) -> T {
+    let (power, more) = exponential(x);
+    more * power + (power - 1.0)
+}
+
+/// 2ᵏ and eʳ − 1 with x = k ln 2 + r, |r| ≤ ln 2/2: eˣ = 2ᵏ Σ rⁿ/n!; the series is cut where its next term is below 2⁻⁵⁷.
+#[inline(always)]
+fn exponential<T: Number>(x: T) -> (T, T) {
     const INVERSE: [f64; 14] = {
         let (mut all, mut n) = ([1.0; 14], 1);
         while n < 14 {
@@ -228,8 +242,7 @@ pub fn exp<T: Number>(x: T) -> T {
         even = even * w + INVERSE[n];
         odd = odd * w + INVERSE[n + 1];
     }
-    // 1 + (r + r² …): what is small is added first.
-    ((even * w + odd * w * r + r) + 1.0) * k.power_of_two()
+    (k.power_of_two(), even * w + odd * w * r + r)
 }
 
 /// xᵐ of a positive normal number, within some roundings times |m ln x|.
@@ -274,6 +287,19 @@ mod tests {
             x += 0.1037;
         }
         assert_eq!([exp(0.0), exp(-0.0), exp(f64::NEG_INFINITY)], [1.0, 1.0, exp(-700.0)]);
+    }
+
+    #[test]
+    fn powers_of_e_less_one_agree_with_libm_where_they_are_small_too() {
+        let mut x = 1e-17;
+        while x < 690.0 {
+            for x in [x, -x] {
+                let (own, exact) = (exp_less_one(x), libm::expm1(x));
+                assert!((own - exact).abs() <= 2.5 * f64::EPSILON * exact.abs(), "exp({x}) - 1 = {own}, not {exact}");
+            }
+            x *= 1.0137;
+        }
+        assert_eq!(exp_less_one(0.0), 0.0);
     }
 
     #[test]

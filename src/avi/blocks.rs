@@ -139,7 +139,9 @@ pub(super) struct Blocks<const D: usize> {
     pub fronts: Vec<Front>,
     pub lanes: Lanes<D>,
     /// What the elements remember, batch by batch; what the state holds of it is older while ticks are processed.
-    pub memory: Vec<Recall<D>>,
+    pub memory: Vec<Recall>,
+    /// Memories of an element there.
+    pub memories: usize,
     /// Groups of a block, and in all.
     pub groups: usize,
     n_groups: usize,
@@ -199,6 +201,7 @@ impl<const D: usize> Blocks<D> {
             fronts,
             lanes,
             memory,
+            memories: gel.potential.memories(),
             groups,
             n_groups,
             start,
@@ -290,7 +293,7 @@ impl<const D: usize> Blocks<D> {
         let fronts = self.fronts.iter().map(|front| size_of::<Front>() + 16 * front.calms.capacity()).sum::<usize>();
         let parts = size_of::<Accumulated>() * self.parts.len() + fronts;
         self.lanes.bytes()
-            + size_of::<Recall<D>>() * self.memory.len()
+            + size_of_val(self.memory.as_slice())
             + parts
             + self.all.iter().map(of).sum::<usize>()
             + 4 * self.start.len()

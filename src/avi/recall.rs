@@ -3,17 +3,18 @@
 use super::blocks::{Blocks, SLOTS};
 use super::engine::Engine;
 use super::order::Order;
-use crate::element::{Answer, DEPTH, LANES, Memory, Potential};
+use crate::element::{Answer, DEPTH, LANES, Memory, Potential, Recall};
 use crate::mesh::ElementId;
 use std::ops::Range;
 
 impl<const D: usize> Blocks<D> {
     /// Takes over what the elements remember.
     pub fn remember(&mut self, order: &Order, memory: &[Memory<D>]) {
-        for (batch, lanes) in self.memory.iter_mut().enumerate() {
+        let Self { lanes, memory: batches, memories, .. } = self;
+        for (batch, rows) in batches.chunks_exact_mut(lanes.rows().max(1)).enumerate() {
             for lane in 0..LANES {
                 if let Some(element) = order.element(batch * LANES + lane) {
-                    lanes.set(lane, &memory[element.index()]);
+                    lanes.remember(rows, lane, &memory[of_element(element, *memories)]);
                 }
             }
         }
@@ -23,20 +24,31 @@ impl<const D: usize> Blocks<D> {
     /// Hands on what the elements of some slots remember.
     fn recall(&self, slots: Range<usize>, order: &Order, memory: &mut [Memory<D>]) {
         for slot in slots {
-            if let (Some(lanes), Some(element)) = (self.memory.get(slot / LANES), order.element(slot)) {
-                memory[element.index()] = lanes.get(slot % LANES);
+            if let (Some(rows), Some(element)) = (self.rows(slot), order.element(slot)) {
+                self.lanes.recall(rows, slot % LANES, &mut memory[of_element(element, self.memories)]);
             }
         }
+    }
+
+    /// What the elements of the batch of a slot remember, if they do.
+    fn rows(&self, slot: usize) -> Option<&[Recall]> {
+        let (rows, batch) = (self.lanes.rows(), slot / LANES);
+        (rows > 0).then(|| &self.memory[batch * rows..(batch + 1) * rows])
     }
 
     /// What viscosity has added to U′ of the elements of a patch when it was swept last, Pa.
     fn viscous(&self, order: &Order, elements: &[ElementId]) -> [f64; DEPTH] {
         let of = |element: &ElementId| {
             let slot = order.slot(*element);
-            self.memory.get(slot / LANES).map_or(0.0, |lanes| lanes.viscous(slot % LANES))
+            self.rows(slot).map_or(0.0, |rows| self.lanes.viscous(rows, slot % LANES))
         };
         std::array::from_fn(|k| elements.get(k).map_or(0.0, of))
     }
+}
+
+/// Where the memories of an element are among those of all, so many of each.
+fn of_element(element: ElementId, memories: usize) -> Range<usize> {
+    element.index() * memories..(element.index() + 1) * memories
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {

@@ -28,33 +28,34 @@ pub(super) struct Sweep<'a, const D: usize> {
 }
 
 /// What a sweep writes, from some block on, and what each thread works with.
-struct Found<'a, const D: usize> {
+struct Found<'a> {
     first: usize,
     blocks: &'a mut [Block],
     parts: &'a mut [Accumulated],
     stiffness: &'a mut [f64],
     answers: &'a mut [GroupAnswer],
-    memory: &'a mut [Recall<D>],
+    memory: &'a mut [Recall],
     locals: &'a mut [Local],
-    /// Groups of a block.
+    /// Groups of a block, and numbers that its elements remember, in rows of eight.
     groups: usize,
+    rows: usize,
 }
 
-impl<const D: usize> Cut for Found<'_, D> {
+impl Cut for Found<'_> {
     /// By the elements of the blocks that fire.
     fn cut(self, part: usize, of: usize) -> (Self, Self) {
-        let Self { first, blocks, parts, stiffness, answers, memory, locals, groups } = self;
+        let Self { first, blocks, parts, stiffness, answers, memory, locals, groups, rows } = self;
         let middle = split(blocks, part as f64 / of as f64);
         let (blocks, more_blocks) = blocks.split_at_mut(middle);
         let (parts, more_parts) = parts.split_at_mut(blocks.iter().map(|block| block.nodes.len()).sum());
         let (stiffness, more_stiffness) = stiffness.split_at_mut(stiffness.len().min(middle * SLOTS));
         let (answers, more_answers) = answers.split_at_mut(answers.len().min(middle * groups));
-        let (memory, more_memory) = memory.split_at_mut(memory.len().min(middle * BATCHES));
+        let (memory, more_memory) = memory.split_at_mut(memory.len().min(middle * rows));
         let (locals, more_locals) = locals.split_at_mut(part);
-        let own = Self { first, blocks, parts, stiffness, answers, memory, locals, groups };
+        let own = Self { first, blocks, parts, stiffness, answers, memory, locals, groups, rows };
         let (first, blocks, parts, stiffness) = (first + middle, more_blocks, more_parts, more_stiffness);
         let (answers, memory, locals) = (more_answers, more_memory, more_locals);
-        (own, Self { first, blocks, parts, stiffness, answers, memory, locals, groups })
+        (own, Self { first, blocks, parts, stiffness, answers, memory, locals, groups, rows })
     }
 }
 
@@ -92,14 +93,15 @@ impl<const D: usize> Blocks<D> {
         let pool = pool.filter(|_| elements > SHARED);
         let with = (&self.lanes, self.level, self.strained);
         let (blocks, parts, locals) = (self.all.as_mut_slice(), self.parts.as_mut_slice(), self.locals.as_mut_slice());
-        let (memory, groups) = (self.memory.as_mut_slice(), self.groups);
-        share(pool, Found { first: 0, blocks, parts, stiffness, answers, memory, locals, groups }, |found| {
+        let (memory, groups, rows) = (self.memory.as_mut_slice(), self.groups, BATCHES * self.lanes.rows());
+        let all = Found { first: 0, blocks, parts, stiffness, answers, memory, locals, groups, rows };
+        share(pool, all, |found| {
             let (mut parts, mut memory) = (found.parts, found.memory);
             let found_of = found.stiffness.chunks_mut(SLOTS).zip(found.answers.chunks_mut(found.groups));
             for (i, (block, (stiffness, answers))) in found.blocks.iter_mut().zip(found_of).enumerate() {
                 let (part, more) = parts.split_at_mut(block.nodes.len());
                 parts = more;
-                let (own, more) = memory.split_at_mut(memory.len().min(BATCHES));
+                let (own, more) = memory.split_at_mut(memory.len().min(rows));
                 memory = more;
                 let at = groups_of(found.first + i, found.groups, sweep.clocks.len());
                 block.sweep(sweep, with, (at, (part, stiffness, answers, own)), &mut found.locals[0]);
@@ -109,7 +111,7 @@ impl<const D: usize> Blocks<D> {
 }
 
 /// What a block writes: its part, κ by slot, the answers of its groups, what its elements remember.
-type Given<'a, const D: usize> = (&'a mut [Accumulated], &'a mut [f64], &'a mut [GroupAnswer], &'a mut [Recall<D>]);
+type Given<'a> = (&'a mut [Accumulated], &'a mut [f64], &'a mut [GroupAnswer], &'a mut [Recall]);
 /// Elements, the vector units for them, and whether what stands at rest can be pulled.
 type With<'a, const D: usize> = (&'a Lanes<D>, Level, bool);
 
@@ -153,7 +155,7 @@ impl Block {
         &mut self,
         sweep: &Sweep<'_, D>,
         (lanes, level, strained): With<'_, D>,
-        (groups, (part, stiffness, answers, memory)): (std::ops::Range<usize>, Given<'_, D>),
+        (groups, (part, stiffness, answers, memory)): (std::ops::Range<usize>, Given<'_>),
         local: &mut Local,
     ) {
         (self.report, self.holder) = (None, None);

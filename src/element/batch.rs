@@ -1,9 +1,10 @@
 //! What eight elements side by side are whatever their gel is made of.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+#![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::MAX_NODES;
-use fearless_simd::{Select, Simd, SimdBase, f64x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdSplit, f64x8};
 
 /// Patches side by side.
 pub const LANES: usize = 8;
@@ -42,4 +43,35 @@ impl Batch {
 #[inline(always)]
 pub(super) fn wide<S: Simd>(simd: S, eight: &Wide) -> f64x8<S> {
     f64x8::from_slice(simd, eight)
+}
+
+/// a b + c, rounded once.
+#[inline(always)]
+pub(super) fn fused<S: Simd>(a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> {
+    a.simd.mul_add_precise_f64x8(a, b, c)
+}
+
+/// cof F; returns det F.
+#[inline(always)]
+pub(super) fn cofactor<const D: usize, S: Simd>(f: &[[f64x8<S>; D]; D], c: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {
+    if D == 2 {
+        (c[0][0], c[0][1], c[1][0], c[1][1]) = (f[1][1], -f[1][0], -f[0][1], f[0][0]);
+        return fused(f[0][0], f[1][1], -(f[0][1] * f[1][0]));
+    }
+    for i in 0..D {
+        for j in 0..D {
+            let (k, l, m, n) = ((i + 1) % D, (i + 2) % D, (j + 1) % D, (j + 2) % D);
+            c[i][j] = fused(f[k][m], f[l][n], -(f[k][n] * f[l][m]));
+        }
+    }
+    fused(f[0][0], c[0][0], fused(f[0][1], c[0][1], f[0][2 % D] * c[0][2 % D]))
+}
+
+/// Σ over the lanes: halves first.
+#[inline(always)]
+pub(super) fn sum<S: Simd>(eight: f64x8<S>) -> f64 {
+    let (low, high) = eight.split();
+    let (low, high) = (low + high).split();
+    let [a, b] = (low + high).into();
+    a + b
 }

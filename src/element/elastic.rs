@@ -4,10 +4,11 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::Section;
-use super::batch::{LANES, Wide, wide};
-use super::lanes::{Eight, Pull, Slopes, Solid, Strains, fused};
+use super::batch::{LANES, Wide, fused, wide};
+use super::lanes::{Eight, Pull, Slopes, Solid, Strains};
+use super::recall::Remembering;
 use crate::algebra::{Number, Vector};
-use crate::material::{NeoHookean, Volumetric};
+use crate::material::{Hyperelastic, NeoHookean, Volume};
 use fearless_simd::{Simd, SimdBase, f64x8};
 
 /// How eight elements resist shear, from the gradients ∇N_a at rest: with it forces follow from edges, and F is not asked for.
@@ -41,6 +42,8 @@ impl<const D: usize> Metric<D> {
     }
 }
 
+impl<const D: usize> Remembering<D> for NeoHookean {}
+
 impl<const D: usize> Solid<D> for NeoHookean {
     type Rest = Metric<D>;
     const REMEMBERS: bool = false;
@@ -65,18 +68,8 @@ impl<const D: usize> Solid<D> for NeoHookean {
     }
 
     #[inline(always)]
-    fn volumetric<T: Number>(&self, j: T) -> Volumetric<T> {
-        self.volumetric(j)
-    }
-
-    #[inline(always)]
-    fn own<T: Number>(&self, j: T) -> Volumetric<T> {
-        self.own(j)
-    }
-
-    #[inline(always)]
-    fn shared<T: Number>(&self, mean: T) -> Volumetric<T> {
-        self.shared(mean)
+    fn volume(&self) -> impl Volume {
+        Hyperelastic::volume(self)
     }
 
     /// f_a = −Σ_b w μ ∇N_a·∇N_b e_b − w U′ ∂J/∂x_a, w μ/2 (|F|² + λ² − 3), and κ as [`super::Simplices`] has it.
@@ -84,7 +77,7 @@ impl<const D: usize> Solid<D> for NeoHookean {
     fn pull<S: Simd>(
         &self,
         section: Section,
-        (batch, rest, _, _): Eight<'_, D, Metric<D>>,
+        (batch, rest, _, _): Eight<'_, Metric<D>>,
         (s, u): (&Strains<D, f64x8<S>>, &Slopes<f64x8<S>>),
     ) -> Pull<D, f64x8<S>> {
         let (simd, mu) = (s.inner.simd, self.shear_modulus());
@@ -133,7 +126,7 @@ impl<const D: usize> Solid<D> for NeoHookean {
 
 /// Sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|, from Σ s², s₁s₂ and λ.
 #[inline(always)]
-fn two_largest<V: Number>(square: V, inner: V, out: V) -> V {
+pub(super) fn two_largest<V: Number>(square: V, inner: V, out: V) -> V {
     let area = inner.absolute() * 2.0;
     let (sum, difference) = ((square + area).root(), (square - area).at_least(0.0).root());
     sum.or_greater((sum + difference) * 0.5 + out.absolute())

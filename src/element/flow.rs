@@ -3,7 +3,7 @@
 use super::simplex::{Elastic, Element, Placed, Strain};
 use super::{Answer, DEPTH, Section, Simplices};
 use crate::algebra::{Tensor, Vector, cube_root, det};
-use crate::material::{Flowing, Material, Returned, Volumetric};
+use crate::material::{Flowing, Material, Returned, Volume, Volumetric};
 use crate::mesh::ElementId;
 
 /// What an element that flows remembers, or one branch of an element that relaxes.
@@ -94,7 +94,7 @@ impl<const D: usize> Simplices<D> {
             volume += element.volume;
             now += element.volume * strain.jacobian();
         }
-        let shared = if ids.len() > 1 { gel.shared(now / volume) } else { gel.state.volumetric(now / volume) };
+        let shared = if ids.len() > 1 { gel.shared(now / volume) } else { gel.volumetric(now / volume) };
         let mut spent = Spent { energy: volume * shared.energy, ..Spent::default() };
         let remembered = memory.iter_mut().zip(held);
         for (((element, strain), (memory, held)), answer) in strained.iter().flatten().zip(remembered).zip(answers) {

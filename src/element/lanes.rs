@@ -8,15 +8,16 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{Batch, LANES, Wide, wide};
+use super::batch::{Batch, LANES, Wide, cofactor, fused, sum, wide};
 use super::elastic::Metric;
-use super::flowing::Gradients;
 use super::local::{Accumulated, Aligned, Local, Row};
-use super::recall::Recall;
+use super::placed::Gradients;
+use super::recall::{Recall, Remembering};
+use super::relax::MOST_MEMORIES;
 use super::shuffle::{gather, scatter};
-use super::{MAX_NODES, Section, Spent};
+use super::{MAX_NODES, Memory, Section, Spent};
 use crate::algebra::{Number, Tensor, Vector, det};
-use crate::material::{Flowing, Material, NeoHookean, Volumetric};
+use crate::material::{Flowing, Material, NeoHookean, Viscoelastic, Volume};
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, dispatch, f64x8};
 use std::ops::Range;
 
@@ -72,13 +73,24 @@ pub enum Power {
 enum Law<const D: usize> {
     Elastic(NeoHookean, Vec<Metric<D>>),
     Flowing(Flowing, Vec<Gradients<D>>),
+    Relaxing(Viscoelastic, Vec<Gradients<D>>),
+}
+
+impl<const D: usize> Law<D> {
+    fn gel(&self) -> &dyn Remembering<D> {
+        match self {
+            Self::Elastic(gel, _) => gel,
+            Self::Flowing(gel, _) => gel,
+            Self::Relaxing(gel, _) => gel,
+        }
+    }
 }
 
 /// Eight elements: what they are, what their law knows of them at rest, their kick, and what they remember.
-pub(super) type Eight<'a, const D: usize, R> = (&'a Batch, &'a R, Kick, &'a mut [Recall<D>]);
+pub(super) type Eight<'a, R> = (&'a Batch, &'a R, Kick, &'a mut [Recall]);
 
 /// A material in lanes.
-pub(super) trait Solid<const D: usize> {
+pub(super) trait Solid<const D: usize>: Remembering<D> {
     /// What it knows of eight elements at rest.
     type Rest: Clone + Default;
     /// Whether elements can be strained where their nodes are at rest.
@@ -88,17 +100,13 @@ pub(super) trait Solid<const D: usize> {
     /// Takes the edges, as columns, for what the law goes by, of elements that are strained (1) or at rest (0), with the scale of their
     /// batch; what makes its determinant that of F.
     fn deform<S: Simd>(rest: &Self::Rest, of: (f64x8<S>, f64x8<S>), edges: &mut [[f64x8<S>; D]; D]) -> f64x8<S>;
-    /// U of an element that is a patch by itself.
-    fn volumetric<T: Number>(&self, j: T) -> Volumetric<T>;
-    /// That of the element of a patch.
-    fn own<T: Number>(&self, j: T) -> Volumetric<T>;
-    /// That of the patch.
-    fn shared<T: Number>(&self, mean: T) -> Volumetric<T>;
+    /// What a change of their volume stores.
+    fn volume(&self) -> impl Volume;
     /// What the elements do; what they remember goes on.
     fn pull<S: Simd>(
         &self,
         section: Section,
-        of: Eight<'_, D, Self::Rest>,
+        of: Eight<'_, Self::Rest>,
         now: (&Strains<D, f64x8<S>>, &Slopes<f64x8<S>>),
     ) -> Pull<D, f64x8<S>>;
 }
@@ -160,7 +168,8 @@ impl<const D: usize> Lanes<D> {
         let law = match material {
             Material::NeoHookean(gel) => Law::Elastic(*gel, vec![Metric::default(); n]),
             Material::Flowing(gel) => Law::Flowing(*gel, vec![Gradients::default(); n]),
-            Material::MooneyRivlin(_) | Material::Ogden(_) | Material::Viscoelastic(_) => return None,
+            Material::Viscoelastic(gel) => Law::Relaxing(*gel, vec![Gradients::default(); n]),
+            Material::MooneyRivlin(_) | Material::Ogden(_) => return None,
         };
         Some(Self { batches: vec![Batch::default(); n], told: vec![], depth, law, section })
     }
@@ -176,6 +185,7 @@ impl<const D: usize> Lanes<D> {
         match &mut self.law {
             Law::Elastic(gel, rest) => gel.put(&mut rest[at], lane, element),
             Law::Flowing(gel, rest) => gel.put(&mut rest[at], lane, element),
+            Law::Relaxing(gel, rest) => gel.put(&mut rest[at], lane, element),
         }
     }
 
@@ -218,16 +228,39 @@ impl<const D: usize> Lanes<D> {
     pub fn bytes(&self) -> usize {
         let of_law = match &self.law {
             Law::Elastic(_, rest) => size_of_val(rest.as_slice()),
-            Law::Flowing(_, rest) => size_of_val(rest.as_slice()),
+            Law::Flowing(_, rest) | Law::Relaxing(_, rest) => size_of_val(rest.as_slice()),
         };
         of_law + size_of_val(self.batches.as_slice()) + size_of_val(self.told.as_slice())
     }
 
+    /// Numbers that an element remembers, each a row of its batch.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.law.gel().rows()
+    }
+
     /// What fresh elements remember, batch by batch; nothing of those that remember nothing.
     #[must_use]
-    pub fn memory(&self) -> Vec<Recall<D>> {
-        let n = if matches!(self.law, Law::Flowing(..)) { self.batches.len() } else { 0 };
-        vec![Recall::default(); n]
+    pub fn memory(&self) -> Vec<Recall> {
+        let mut batch = vec![Recall::default(); self.rows()];
+        (0..LANES).for_each(|lane| self.remember(&mut batch, lane, &[Memory::default(); MOST_MEMORIES]));
+        batch.repeat(self.batches.len())
+    }
+
+    /// Puts what an element remembers into a lane of the rows of its batch.
+    pub fn remember(&self, batch: &mut [Recall], lane: usize, memory: &[Memory<D>]) {
+        self.law.gel().put_memory(batch, lane, memory);
+    }
+
+    /// Takes it from there.
+    pub fn recall(&self, batch: &[Recall], lane: usize, memory: &mut [Memory<D>]) {
+        self.law.gel().take_memory(batch, lane, memory);
+    }
+
+    /// What viscosity added to U′ of the element in a lane at its last own tick, Pa.
+    #[must_use]
+    pub fn viscous(&self, batch: &[Recall], lane: usize) -> f64 {
+        self.law.gel().viscous(batch, lane)
     }
 
     /// Sweeps over those groups of a run for which there is a `kick`: accumulates Σ length · f and Σ κ at the nodes of the block, and
@@ -237,11 +270,12 @@ impl<const D: usize> Lanes<D> {
         level: Level,
         asked: (Range<usize>, impl Fn(usize) -> Option<Kick>, Power),
         local: &mut Local,
-        found: (&mut [f64], &mut [GroupAnswer], &mut [Recall<D>]),
+        found: (&mut [f64], &mut [GroupAnswer], &mut [Recall]),
     ) {
         match &self.law {
             Law::Elastic(gel, rest) => self.sweep_of((level, gel, rest), asked, local, found),
             Law::Flowing(gel, rest) => self.sweep_of((level, gel, rest), asked, local, found),
+            Law::Relaxing(gel, rest) => self.sweep_of((level, gel, rest), asked, local, found),
         }
     }
 
@@ -250,7 +284,7 @@ impl<const D: usize> Lanes<D> {
         (level, gel, rest): (Level, &G, &[G::Rest]),
         asked: (Range<usize>, impl Fn(usize) -> Option<Kick>, Power),
         local: &mut Local,
-        found: (&mut [f64], &mut [GroupAnswer], &mut [Recall<D>]),
+        found: (&mut [f64], &mut [GroupAnswer], &mut [Recall]),
     ) {
         match self.depth {
             1 => dispatch!(level, simd => self.sweep_in::<1, _, _>((simd, gel, rest), asked, local, found)),
@@ -265,13 +299,13 @@ impl<const D: usize> Lanes<D> {
         (simd, gel, rest): (S, &G, &[G::Rest]),
         (groups, kick, power): (Range<usize>, impl Fn(usize) -> Option<Kick>, Power),
         local: &mut Local,
-        (stiffness, answers, memory): (&mut [f64], &mut [GroupAnswer], &mut [Recall<D>]),
+        (stiffness, answers, memory): (&mut [f64], &mut [GroupAnswer], &mut [Recall]),
     ) {
-        let first = groups.start;
+        let (first, rows) = (groups.start, N * gel.rows());
         for ((group, stiffness), answer) in groups.zip(stiffness.chunks_exact_mut(LANES * N)).zip(answers) {
             let Some(kick) = kick(group) else { continue };
             let rest: &[G::Rest; N] = rest[group * N..].first_chunk().expect("a group is whole");
-            let memory = memory.get_mut((group - first) * N..(group - first + 1) * N).unwrap_or_default();
+            let memory = &mut memory[(group - first) * rows..(group - first + 1) * rows];
             *answer = self.sweep_group((simd, gel, rest), (group, kick, power), local, (stiffness, memory));
         }
     }
@@ -283,7 +317,7 @@ impl<const D: usize> Lanes<D> {
         (simd, gel, rest): (S, &G, &[G::Rest; N]),
         (group, kick, power): (usize, Kick, Power),
         local: &mut Local,
-        (stiffness, memory): (&mut [f64], &mut [Recall<D>]),
+        (stiffness, memory): (&mut [f64], &mut [Recall]),
     ) -> GroupAnswer {
         // Loops, here and below: a closure is not compiled for the vector unit that its caller is compiled for.
         let batches: &[Batch; N] = self.batches[group * N..].first_chunk().expect("a group is whole");
@@ -300,10 +334,10 @@ impl<const D: usize> Lanes<D> {
         }
         let mut slopes = [Slopes { slope: zero, curvature: zero }; N];
         let mut energy = volumetric(gel, batches, &strains, &mut slopes);
-        let (mut given, mut lost) = (zero, [zero; 3]);
+        let (mut given, mut lost, rows) = (zero, [zero; 3], gel.rows());
         let mut answer = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
         for k in 0..N {
-            let own = memory.get_mut(k..=k).unwrap_or_default();
+            let own = &mut memory[k * rows..(k + 1) * rows];
             let pull = gel.pull(self.section, (&batches[k], &rest[k], kick, own), (&strains[k], &slopes[k]));
             energy = fused(pull.energy, strained, energy);
             for i in 0..3 {
@@ -413,7 +447,7 @@ fn volumetric<const D: usize, const N: usize, S: Simd>(
 ) -> f64x8<S> {
     let simd = strains[0].jacobian.simd;
     if N == 1 {
-        let u = gel.volumetric(strains[0].jacobian);
+        let u = gel.volume().volumetric(strains[0].jacobian);
         slopes[0] = Slopes { slope: u.slope, curvature: u.curvature.at_least(0.0) };
         return wide(simd, &batches[0].volume) * u.energy;
     }
@@ -424,37 +458,15 @@ fn volumetric<const D: usize, const N: usize, S: Simd>(
         (volume, now) = (volume + own, now + own * strains[k].jacobian);
     }
     // An empty lane has no volume; the smallest number keeps it from 0/0.
-    let shared = gel.shared(now / volume.at_least(f64::MIN_POSITIVE));
+    let shared = gel.volume().shared(now / volume.at_least(f64::MIN_POSITIVE));
     let mut energy = volume * shared.energy;
     for k in 0..N {
-        let own = gel.own(strains[k].jacobian);
+        let own = gel.volume().own(strains[k].jacobian);
         energy += wide(simd, &batches[k].volume) * own.energy;
         slopes[k].slope = own.slope + shared.slope;
         slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
     }
     energy
-}
-
-/// cof F; returns det F.
-#[inline(always)]
-fn cofactor<const D: usize, S: Simd>(f: &[[f64x8<S>; D]; D], c: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {
-    if D == 2 {
-        (c[0][0], c[0][1], c[1][0], c[1][1]) = (f[1][1], -f[1][0], -f[0][1], f[0][0]);
-        return fused(f[0][0], f[1][1], -(f[0][1] * f[1][0]));
-    }
-    for i in 0..D {
-        for j in 0..D {
-            let (k, l, m, n) = ((i + 1) % D, (i + 2) % D, (j + 1) % D, (j + 2) % D);
-            c[i][j] = fused(f[k][m], f[l][n], -(f[k][n] * f[l][m]));
-        }
-    }
-    fused(f[0][0], c[0][0], fused(f[0][1], c[0][1], f[0][2 % D] * c[0][2 % D]))
-}
-
-/// a b + c, rounded once.
-#[inline(always)]
-pub(super) fn fused<S: Simd>(a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> {
-    a.simd.mul_add_precise_f64x8(a, b, c)
 }
 
 /// Enters J of the k-th elements.
@@ -470,13 +482,4 @@ fn note<S: Simd>(answer: &mut GroupAnswer, k: usize, jacobian: f64x8<S>) {
     answer.least_jacobian = if least < answer.least_jacobian { least } else { answer.least_jacobian };
     answer.inverted |= inverted << (k * LANES);
     answer.crushed += crushed.count_ones();
-}
-
-/// Σ over the lanes: halves first.
-#[inline(always)]
-fn sum<S: Simd>(eight: f64x8<S>) -> f64 {
-    let (low, high) = eight.split();
-    let (low, high) = (low + high).split();
-    let [a, b] = (low + high).into();
-    a + b
 }

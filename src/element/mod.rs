@@ -6,13 +6,16 @@ mod flow;
 mod flowing;
 mod lanes;
 mod local;
+mod placed;
 mod pressure;
 mod recall;
 mod relax;
+mod relaxing;
 mod shuffle;
 mod simplex;
 mod simplices;
 mod stress;
+mod symmetric;
 
 use crate::algebra::Vector;
 use crate::mesh::{ElementId, NodeId, Patches};

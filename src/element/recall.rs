@@ -1,62 +1,47 @@
 //! What eight elements remember, side by side.
 
 use super::Memory;
-use super::batch::{LANES, Wide};
+use super::batch::Wide;
 use crate::algebra::Tensor;
 
-/// What the k-th elements of eight patches remember, a [`Memory`] in each lane.
-#[derive(Debug, Clone)]
+/// A number that the k-th elements of eight patches remember.
+#[derive(Debug, Clone, Copy, Default)]
 #[repr(align(64))]
-pub struct Recall<const D: usize> {
-    /// C̄_p⁻¹, its components of i ≤ j.
-    pub(super) inverse: [[Wide; D]; D],
-    pub(super) out: Wide,
-    pub(super) plastic: Wide,
-    pub(super) jacobian: Wide,
-    pub(super) rate: Wide,
-    pub(super) left: Wide,
-    /// What viscosity added to U′ at the last own tick, Pa; of no use after it.
-    pub(super) viscous: Wide,
-}
+pub struct Recall(pub(super) Wide);
 
-impl<const D: usize> Default for Recall<D> {
-    fn default() -> Self {
-        let (none, one) = ([0.0; LANES], [1.0; LANES]);
-        let mut inverse = [[none; D]; D];
-        (0..D).for_each(|i| inverse[i][i] = one);
-        Self { inverse, out: one, plastic: none, jacobian: one, rate: none, left: one, viscous: none }
+/// What the elements of a gel remember in lanes, a row for each number: nothing, unless it says more.
+pub(super) trait Remembering<const D: usize> {
+    /// Numbers of an element.
+    fn rows(&self) -> usize {
+        0
     }
-}
-
-impl<const D: usize> Recall<D> {
-    /// The memory in a lane.
-    #[must_use]
-    pub fn get(&self, lane: usize) -> Memory<D> {
-        Memory {
-            inverse: Tensor::<D>::from_fn(|i, j| self.inverse[i.min(j)][i.max(j)][lane]),
-            out: self.out[lane],
-            plastic: self.plastic[lane],
-            jacobian: self.jacobian[lane],
-            rate: self.rate[lane],
-            left: self.left[lane],
-        }
-    }
-
-    /// Puts a memory into a lane.
-    pub fn set(&mut self, lane: usize, memory: &Memory<D>) {
-        for (i, row) in self.inverse.iter_mut().enumerate() {
-            row.iter_mut().enumerate().for_each(|(j, wide)| wide[lane] = memory.inverse[(i, j)]);
-        }
-        self.out[lane] = memory.out;
-        self.plastic[lane] = memory.plastic;
-        self.jacobian[lane] = memory.jacobian;
-        self.rate[lane] = memory.rate;
-        self.left[lane] = memory.left;
-    }
-
+    /// Puts what an element remembers into a lane.
+    fn put_memory(&self, _rows: &mut [Recall], _lane: usize, _memory: &[Memory<D>]) {}
+    /// Takes it from there.
+    fn take_memory(&self, _rows: &[Recall], _lane: usize, _memory: &mut [Memory<D>]) {}
     /// What viscosity added to U′ of the element in a lane at its last own tick, Pa.
-    #[must_use]
-    pub fn viscous(&self, lane: usize) -> f64 {
-        self.viscous[lane]
+    fn viscous(&self, _rows: &[Recall], _lane: usize) -> f64 {
+        0.0
     }
+}
+
+/// Rows of C̄⁻¹: its components of i ≤ j, and in the plane that out of it.
+pub(super) const fn rows_of_shape<const D: usize>() -> usize {
+    if D == 2 { 4 } else { 6 }
+}
+
+/// Puts the C̄⁻¹ of a memory into a lane.
+pub(super) fn put_shape<const D: usize>(rows: &mut [Recall], lane: usize, memory: &Memory<D>) {
+    let inner = (0..D).flat_map(|i| (i..D).map(move |j| memory.inverse[(i, j)]));
+    let numbers = inner.chain((D == 2).then_some(memory.out));
+    rows.iter_mut().zip(numbers).for_each(|(row, number)| row.0[lane] = number);
+}
+
+/// A memory of the C̄⁻¹ in a lane, else fresh.
+pub(super) fn shape<const D: usize>(rows: &[Recall], lane: usize) -> Memory<D> {
+    // Before row i stand i rows of one less each.
+    let at = |i: usize, j: usize| i * D - i * (i + 1) / 2 + j;
+    let inverse = Tensor::<D>::from_fn(|i, j| rows[at(i.min(j), i.max(j))].0[lane]);
+    let out = if D == 2 { rows[rows_of_shape::<D>() - 1].0[lane] } else { 1.0 };
+    Memory { inverse, out, ..Memory::default() }
 }

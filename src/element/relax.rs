@@ -7,15 +7,15 @@ use crate::material::{Branch, NeoHookean, Viscoelastic};
 use crate::mesh::ElementId;
 
 /// What an element of a viscoelastic gel remembers: first C̄⁻¹ and J at its own last tick, then the C̄_i⁻¹ of its branches.
-const MOST_MEMORIES: usize = 1 + Viscoelastic::MOST_BRANCHES;
+pub(super) const MOST_MEMORIES: usize = 1 + Viscoelastic::MOST_BRANCHES;
 
 /// What the branches of an element do together.
 struct Branches<'a, const D: usize> {
     at: Placed<'a, D>,
     /// Σ μ_i C̄_i⁻¹, and its component out of the plane, Pa.
     pull: (Tensor<D>, f64),
-    /// Σ μ_i tr b̄_i, Pa.
-    trace: f64,
+    /// Σ μ_i tr b̄_i/3, Pa.
+    mean: f64,
     /// Their part of κ, N/m.
     stiffness: f64,
 }
@@ -157,7 +157,7 @@ fn draw_back<const D: usize>(branch: &mut Memory<D>, place: &Memory<D>, left: f6
 impl<'a, const D: usize> Branches<'a, D> {
     fn new(element: &'a Element<D>, strain: &'a Strain<D>) -> Self {
         let pull = (Tensor::<D>::zeros(), 0.0);
-        Self { at: Placed::new(element, strain), pull, trace: 0.0, stiffness: 0.0 }
+        Self { at: Placed::new(element, strain), pull, mean: 0.0, stiffness: 0.0 }
     }
 
     /// Takes up a branch with its rest shape; returns what it stores, J/m³.
@@ -166,7 +166,8 @@ impl<'a, const D: usize> Branches<'a, D> {
         let trace = elastic.trace();
         self.pull.0 += own.inverse * mu;
         self.pull.1 += own.out * mu;
-        self.trace += mu * trace;
+        // Thirds of each: at rest the sum is Σ μ_i to the bit.
+        self.mean += mu * (trace * (1.0 / 3.0));
         let curvature = if self.at.is_upright() { self.at.shear_bound(&elastic) } else { self.continued(own) };
         self.stiffness += self.at.element.volume * mu * curvature;
         0.5 * mu * (trace - 3.0)
@@ -183,7 +184,7 @@ impl<'a, const D: usize> Branches<'a, D> {
     /// Adds the forces of P = Σ μ_i [J^(−2/3) F C̄_i⁻¹ − tr b̄_i/(3J) ∂J/∂F], and κ.
     fn answer(&self, answer: &mut Answer<D>) {
         let (strain, scale) = (self.at.strain, self.at.scale);
-        let volumetric = if self.at.is_upright() { -self.trace / (3.0 * self.at.jacobian) } else { 0.0 };
+        let volumetric = if self.at.is_upright() { -self.mean / self.at.jacobian } else { 0.0 };
         let p = strain.f * self.pull.0 * scale + strain.cofactor * (volumetric * strain.out);
         let forces = self.at.element.forces(&p, scale * strain.out * self.pull.1 + volumetric * strain.inner);
         answer.forces.iter_mut().zip(forces).for_each(|(force, own)| *force += own);

@@ -2,7 +2,7 @@ use super::flow::recalled;
 use super::simplex::{Element, Strain};
 use super::{Answer, DEPTH, Lanes, MAX_NODES, Memory, Potential, Spent};
 use crate::algebra::{Tensor, Vector, cofactor, det};
-use crate::material::{Hyperelastic, Material, NeoHookean, Sheared, Volumetric};
+use crate::material::{Hyperelastic, Material, NeoHookean, Sheared, Volume, Volumetric};
 use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex, edges};
 
 /// What the gel's plane or space stands for.

@@ -3,7 +3,7 @@
 use super::simplex::Strain;
 use super::{Potential, Simplices};
 use crate::algebra::Vector;
-use crate::material::{Hyperelastic, Material, NeoHookean};
+use crate::material::{Hyperelastic, Material, NeoHookean, Volume};
 use crate::mesh::{ElementId, NodeId};
 
 impl<const D: usize> Simplices<D> {
@@ -32,7 +32,7 @@ impl<const D: usize> Simplices<D> {
             Material::MooneyRivlin(gel) => elastic(gel, &strain, volumes),
             Material::Ogden(gel) => elastic(gel, &strain, volumes),
             Material::Viscoelastic(gel) => elastic(gel.equilibrium(), &strain, volumes),
-            Material::Flowing(gel) if alone => -gel.state.volumetric(jacobian).slope,
+            Material::Flowing(gel) if alone => -gel.volumetric(jacobian).slope,
             Material::Flowing(gel) => -(gel.own(jacobian).slope + gel.shared(mean).slope),
         }
     }

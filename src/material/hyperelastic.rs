@@ -1,6 +1,8 @@
-use super::Volumetric;
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+
 use super::neo_hookean::continued;
-use crate::algebra::Tensor;
+use super::{Volume, Volumetric};
+use crate::algebra::{Number, Tensor};
 
 /// An elastic gel without a memory: ψ = ψ_s(F) + U(J), an isotropic energy of the stretches that is defined for every F, turned inside
 /// out or not, and one of the volume that keeps it upright.
@@ -35,22 +37,21 @@ pub struct Logarithmic {
     pub lambda: f64,
 }
 
-impl Logarithmic {
-    /// U and its derivatives at J.
-    #[must_use]
-    pub fn volumetric(&self, j: f64) -> Volumetric {
+impl Volume for Logarithmic {
+    #[inline(always)]
+    fn volumetric<T: Number>(&self, j: T) -> Volumetric<T> {
         continued(self.rest, self.lambda, j)
     }
 
-    /// −m ln J, the part of U that stays with each element of a patch that shares its volume change.
-    #[must_use]
-    pub fn own(&self, j: f64) -> Volumetric {
+    /// −m ln J.
+    #[inline(always)]
+    fn own<T: Number>(&self, j: T) -> Volumetric<T> {
         continued(self.rest, 0.0, j)
     }
 
-    /// Λ/2 (ln J̄)², the part of U that acts on the volume change J̄ of a patch.
-    #[must_use]
-    pub fn shared(&self, mean: f64) -> Volumetric {
+    /// Λ/2 (ln J̄)².
+    #[inline(always)]
+    fn shared<T: Number>(&self, mean: T) -> Volumetric<T> {
         continued(0.0, self.lambda, mean)
     }
 }

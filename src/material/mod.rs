@@ -11,18 +11,20 @@ mod softening;
 mod strength;
 mod viscoelastic;
 mod viscosity;
+mod volume;
 
 use crate::algebra::Number;
 
 pub use hyperelastic::{Hyperelastic, Logarithmic, Sheared};
 pub use mooney_rivlin::MooneyRivlin;
-pub use neo_hookean::{NeoHookean, Volumetric};
+pub use neo_hookean::NeoHookean;
 pub use ogden::{Ogden, Term};
 pub use pressure::EquationOfState;
 pub use softening::Softening;
 pub use strength::{Returned, Strength};
 pub use viscoelastic::{Branch, Viscoelastic};
 pub use viscosity::BulkViscosity;
+pub use volume::{Volume, Volumetric};
 
 /// What a gel is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,18 +77,23 @@ impl Flowing {
     fn sharing(&self) -> f64 {
         Self::SHARING * self.shear_modulus.max(Self::SOFTEST * self.state.bulk_modulus())
     }
+}
 
-    /// −k ln J of each element of a patch.
-    #[must_use]
+impl Volume for Flowing {
     #[inline(always)]
-    pub fn own<T: Number>(&self, j: T) -> Volumetric<T> {
+    fn volumetric<T: Number>(&self, j: T) -> Volumetric<T> {
+        self.state.volumetric(j)
+    }
+
+    /// −k ln J.
+    #[inline(always)]
+    fn own<T: Number>(&self, j: T) -> Volumetric<T> {
         pressure::logarithmic(-self.sharing(), j)
     }
 
-    /// U(J̄) + k ln J̄ of a patch: with what its elements have of their own never negative, and nothing more where all J are J̄.
-    #[must_use]
+    /// U(J̄) + k ln J̄: with what its elements have of their own never negative, and nothing more where all J are J̄.
     #[inline(always)]
-    pub fn shared<T: Number>(&self, mean: T) -> Volumetric<T> {
+    fn shared<T: Number>(&self, mean: T) -> Volumetric<T> {
         let (state, own) = (self.state.volumetric(mean), pressure::logarithmic(self.sharing(), mean));
         Volumetric {
             energy: state.energy + own.energy,

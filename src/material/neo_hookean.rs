@@ -1,5 +1,6 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
+use super::Volumetric;
 use super::hyperelastic::{Hyperelastic, Logarithmic, Sheared, across};
 use crate::algebra::{Number, Tensor, ln};
 
@@ -15,17 +16,6 @@ use crate::algebra::{Number, Tensor, ln};
 pub struct NeoHookean {
     shear: f64,
     lambda: f64,
-}
-
-/// Volumetric energy density and its derivatives by J.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Volumetric<T = f64> {
-    /// U, J/m³.
-    pub energy: T,
-    /// U′, Pa.
-    pub slope: T,
-    /// U″, Pa.
-    pub curvature: T,
 }
 
 impl NeoHookean {
@@ -60,27 +50,6 @@ impl NeoHookean {
     #[must_use]
     pub fn contact_modulus(&self) -> f64 {
         4.0 * self.shear * (self.lambda + self.shear) / (self.lambda + 2.0 * self.shear)
-    }
-
-    /// U and its derivatives at J.
-    #[must_use]
-    #[inline(always)]
-    pub fn volumetric<T: Number>(&self, j: T) -> Volumetric<T> {
-        continued(self.shear, self.lambda, j)
-    }
-
-    /// −μ ln J, the part of U that stays with each element of a patch that shares its volume change.
-    #[must_use]
-    #[inline(always)]
-    pub fn own<T: Number>(&self, j: T) -> Volumetric<T> {
-        continued(self.shear, 0.0, j)
-    }
-
-    /// λ/2 (ln J̄)², the part of U that acts on the volume change J̄ of a patch.
-    #[must_use]
-    #[inline(always)]
-    pub fn shared<T: Number>(&self, mean: T) -> Volumetric<T> {
-        continued(0.0, self.lambda, mean)
     }
 }
 
@@ -122,10 +91,11 @@ fn logarithmic<T: Number>(mu: f64, lambda: f64, j: T) -> Volumetric<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::material::Volume;
 
     #[test]
     fn derivatives_agree_with_central_differences_on_both_sides_of_the_floor() {
-        let gel = NeoHookean::new(69e3, 667e3);
+        let gel = NeoHookean::new(69e3, 667e3).volume();
         let step = 1e-6;
         for j in [-0.4, 0.0, 0.1, 0.199, 0.201, 0.5, 1.0, 1.7, 6.0] {
             let (a, b, at) = (gel.volumetric(j - step), gel.volumetric(j + step), gel.volumetric(j));
@@ -136,7 +106,7 @@ mod tests {
 
     #[test]
     fn the_continuation_is_twice_continuously_differentiable() {
-        let gel = NeoHookean::new(3.0, 7.0);
+        let gel = NeoHookean::new(3.0, 7.0).volume();
         let (below, above) = (gel.volumetric(NeoHookean::FLOOR - 1e-12), gel.volumetric(NeoHookean::FLOOR));
         assert!((below.energy - above.energy).abs() < 1e-9);
         assert!((below.slope - above.slope).abs() < 1e-8);
@@ -149,6 +119,6 @@ mod tests {
         let gel = NeoHookean::new(e / (2.0 * (1.0 + nu)), e / (3.0 * (1.0 - 2.0 * nu)));
         assert!((gel.wave_modulus() / (e * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))) - 1.0).abs() < 1e-12);
         assert!((gel.contact_modulus() / (e / (1.0 - nu * nu)) - 1.0).abs() < 1e-12);
-        assert_eq!(gel.volumetric(1.0).slope, -gel.shear_modulus());
+        assert_eq!(gel.volume().volumetric(1.0).slope, -gel.shear_modulus());
     }
 }

@@ -1,4 +1,5 @@
 use super::NeoHookean;
+use crate::algebra::{exp, exp_less_one};
 
 /// A Maxwell branch: a spring in shear whose strain is forgotten.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,8 +19,8 @@ impl Branch {
     #[must_use]
     pub fn left(&self, step: f64) -> [f64; 2] {
         let x = step / self.time;
-        let now = if x > 0.0 { -libm::expm1(-x) / x } else { 1.0 };
-        [libm::exp(-x) / now, now]
+        let now = if x > 0.0 { -exp_less_one(-x) / x } else { 1.0 };
+        [exp(-x) / now, now]
     }
 }
 

@@ -8,7 +8,7 @@ use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
 use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law};
 use ballistic_gel::element::{Answer, DEPTH, Potential, Section, Simplices};
 use ballistic_gel::geometry::{Shape, Sphere};
-use ballistic_gel::material::NeoHookean;
+use ballistic_gel::material::{Hyperelastic, NeoHookean, Volume};
 use ballistic_gel::mesh::{self, Block, Incidence, Mesh, NodeId, Split, Tree, edges};
 use std::sync::OnceLock;
 
@@ -98,7 +98,7 @@ fn defects<const D: usize>(mesh: &Mesh<D>, section: Section, (a, b): (Tensor<D>,
 
 /// |P| of the gel at F.
 fn stress<const D: usize>(f: &Tensor<D>) -> f64 {
-    let u = gel().volumetric(det(f));
+    let u = gel().volume().volumetric(det(f));
     (f * gel().shear_modulus() + ballistic_gel::algebra::cofactor(f) * u.slope).norm()
 }
 

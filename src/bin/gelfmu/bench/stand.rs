@@ -55,7 +55,7 @@ pub struct Stand<const D: usize> {
     stiffness: Vec<f64>,
     answers: Vec<GroupAnswer>,
     /// What they remember in lanes, and one after the other.
-    memory: Vec<Recall<D>>,
+    memory: Vec<Recall>,
     remembered: Vec<Memory<D>>,
 }
 
@@ -148,8 +148,8 @@ impl<const D: usize> Stand<D> {
         let (lanes, groups) = (lanes(&self.engine), self.runs[run].groups.clone());
         let width = LANES * lanes.depth();
         let slots = groups.start * width..groups.end * width;
-        let batches = self.memory.get_mut(groups.start * lanes.depth()..groups.end * lanes.depth());
-        let memory = batches.unwrap_or_default();
+        let rows = lanes.depth() * lanes.rows();
+        let memory = &mut self.memory[groups.start * rows..groups.end * rows];
         let found = (&mut self.stiffness[slots], &mut self.answers[groups.clone()], memory);
         lanes.sweep(level, (groups, |_| Some(KICK), Power::Untold), &mut self.local, found);
     }
@@ -226,7 +226,7 @@ impl<const D: usize> Stand<D> {
     /// The kernel over lanes by themselves; how many elements that were.
     pub fn sweep_alone(&mut self, level: Level, lanes: &Lanes<D>, n_elements: usize) {
         let groups = n_elements / LANES;
-        let memory = self.memory.get_mut(..groups).unwrap_or_default();
+        let memory = &mut self.memory[..groups * lanes.rows()];
         let found = (&mut self.stiffness[..n_elements], &mut self.answers[..groups], memory);
         lanes.sweep(level, (0..groups, |_| Some(KICK), Power::Untold), &mut self.local, found);
     }

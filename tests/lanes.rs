@@ -1,0 +1,156 @@
+//! Eight elements side by side against one after the other, of every gel that has both forms, strained as far as a run never goes.
+
+use ballistic_gel::algebra::Vector;
+use ballistic_gel::element::{
+    Answer, DEPTH, GroupAnswer, Kick, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power, Recall, Section,
+    Simplices,
+};
+use ballistic_gel::material::{
+    Branch, BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Softening, Strength, Viscoelastic,
+};
+use ballistic_gel::mesh::{ElementId, Mesh, NodeId, Patches};
+use fearless_simd::Level;
+
+fn gels() -> [Material; 3] {
+    let branch = |(shear_modulus, time)| Branch { shear_modulus, time };
+    let branches = [(0.7, 0.4), (0.9, 0.03), (0.2, 1e-4)].map(branch);
+    [
+        NeoHookean::new(1.0, 10.0).into(),
+        Material::Flowing(Flowing {
+            shear_modulus: 1.0,
+            state: EquationOfState::new(10.0, 1.5, 0.5),
+            strength: Some(Strength::new(0.02, 0.9, 0.06).from_rate(0.3)),
+            softening: Some(Softening::new(0.05, 0.3, 0.2)),
+            viscosity: BulkViscosity { linear: 0.06, quadratic: 1.0 },
+            density: 1.0,
+        }),
+        Material::Viscoelastic(Viscoelastic::new(NeoHookean::new(0.6, 10.0), &branches)),
+    ]
+}
+
+/// Nine elements apart from each other, so that the second group is nearly empty.
+fn apart<const D: usize>(gel: Material, section: Section) -> Simplices<D> {
+    let corners = [[0.8, 0.1, 0.0], [1.9, 0.3, 0.1], [1.1, 1.2, -0.1], [1.0, 0.4, 1.1]];
+    let corner = |x: &[f64; 3]| Vector::<D>::from_fn(|i, _| x[i]);
+    let rest: Vec<_> = (0..9).flat_map(|_| corners[..=D].iter().map(corner)).collect();
+    let nodes = |e: u32| std::array::from_fn(|a| NodeId(e * (D as u32 + 1) + if a <= D { a as u32 } else { 0 }));
+    let mesh = Mesh::new(rest, (0..9).map(nodes).collect());
+    Simplices::in_patches(&mesh, Patches::alone(9), (gel, section))
+}
+
+/// Positions of the nodes, each element strained by more than the one before; the first stays at rest.
+fn strained<const D: usize>(simplices: &Simplices<D>, size: f64) -> Vec<Vector<D>> {
+    let wave = |n: usize, i: usize| ((7 * n + 3 * i) as f64).sin();
+    let moved = |(n, x): (usize, &Vector<D>)| {
+        x + Vector::<D>::from_fn(|i, _| size * (n / (D + 1)) as f64 * wave(n % (D + 1), i))
+    };
+    simplices.rest().iter().enumerate().map(moved).collect()
+}
+
+/// Both forms of the same elements.
+struct Both<const D: usize> {
+    simplices: Simplices<D>,
+    lanes: Lanes<D>,
+    local: Local,
+    batches: Vec<Recall>,
+    memory: Vec<Memory<D>>,
+}
+
+impl<const D: usize> Both<D> {
+    fn new(simplices: Simplices<D>) -> Self {
+        let slots: Vec<_> = (0..2 * LANES as u32).map(|slot| (slot < 9).then_some(ElementId(slot))).collect();
+        let local: Vec<[u16; MAX_NODES]> = (0..2 * LANES)
+            .map(|slot| std::array::from_fn(|a| if slot < 9 && a <= D { (slot * (D + 1) + a) as u16 } else { 0 }))
+            .collect();
+        let lanes = simplices.lanes(&slots, 1, &local).expect("a gel with a fast form");
+        let (batches, memory) = (lanes.memory(), vec![Memory::default(); 9 * simplices.memories()]);
+        Self { simplices, lanes, local: Local::new(0.0), batches, memory }
+    }
+
+    /// Goes on to these positions, and compares everything that both answer.
+    fn advance(&mut self, x: &[Vector<D>], elapsed: f64) {
+        for (number, (x, rest)) in x.iter().zip(self.simplices.rest()).enumerate() {
+            self.local.load(number, [x, &(x - rest), &Vector::<D>::zeros()]);
+        }
+        let (mut stiffness, mut groups) = ([0.0; 2 * LANES], [GroupAnswer::default(); 2]);
+        let asked = (0..2, |_| Some(Kick { length: 1.0, elapsed }), Power::Untold);
+        let found = (&mut stiffness[..], &mut groups[..], self.batches.as_mut_slice());
+        self.lanes.sweep(Level::new(), asked, &mut self.local, found);
+        let (mut energy, mut lost) = (0.0, 0.0);
+        for e in 0..9 {
+            let mut answers = [Answer::default(); DEPTH];
+            let spent = self.simplices.advance(e, x, (elapsed, &mut self.memory), &mut answers);
+            energy += spent.energy;
+            lost += spent.plastic + spent.viscous + spent.damage;
+            let (slot, kappa) = (e / LANES * LANES + e % LANES, answers[0].stiffness);
+            assert!((stiffness[slot] / kappa - 1.0).abs() < 1e-9, "{e}: κ {} of {kappa}", stiffness[slot]);
+            let pushed = &self.local.accumulated(9 * (D + 1))[e * (D + 1)..];
+            let size = answers[0].forces.iter().map(Vector::<D>::amax).fold(kappa * 1e-3, f64::max);
+            for (pushed, force) in pushed.iter().zip(&answers[0].forces[..=D]) {
+                (0..D)
+                    .for_each(|i| assert!((pushed[i] - force[i]).abs() < 1e-9 * size, "{e}: {pushed:?} of {force:?}"));
+            }
+        }
+        let own: f64 = groups.iter().map(|group| group.energy).sum();
+        let its: f64 = groups.iter().flat_map(|group| group.lost).sum();
+        assert!((own - energy).abs() < 1e-9 * energy.abs().max(1e-9), "energy {own:e} of {energy:e}");
+        assert!((its - lost).abs() < 1e-9 * energy.abs().max(1e-9), "lost {its:e} of {lost:e}");
+        self.compare_memories();
+    }
+
+    fn compare_memories(&self) {
+        let (rows, each) = (self.lanes.rows(), self.simplices.memories());
+        for e in 0..if each > 0 { 9 } else { 0 } {
+            let mut own = vec![Memory::default(); each];
+            let batch = e / LANES * rows;
+            self.lanes.recall(&self.batches[batch..batch + rows], e % LANES, &mut own);
+            for (own, its) in own.iter().zip(&self.memory[e * each..]) {
+                let size = its.inverse.norm() + its.out + its.plastic + its.jacobian.abs();
+                let off = (own.inverse - its.inverse).norm() + (own.out - its.out).abs();
+                let off = off + (own.plastic - its.plastic).abs() + (own.jacobian - its.jacobian).abs();
+                assert!(off + (own.left - its.left).abs() < 1e-9 * size, "{e}: {own:?} of {its:?}");
+            }
+        }
+    }
+}
+
+fn check<const D: usize>(section: Section) {
+    for gel in gels() {
+        // Some to and fro, an hour at rest, and so far that elements are turned inside out; and back.
+        let mut both = Both::new(apart::<D>(gel, section));
+        for (size, elapsed) in [
+            (0.0, 0.0),
+            (0.01, 0.02),
+            (0.03, 0.05),
+            (-0.02, 0.1),
+            (-0.02, 3600.0),
+            (0.08, 0.2),
+            (0.3, 0.1),
+            (0.02, 0.3),
+        ] {
+            both.advance(&strained(&both.simplices, size), elapsed);
+        }
+    }
+}
+
+#[test]
+fn eight_elements_side_by_side_do_what_they_do_one_after_the_other() {
+    check::<2>(Section::Planar { thickness: 0.7 });
+    check::<2>(Section::Axisymmetric);
+    check::<3>(Section::Spatial);
+}
+
+#[test]
+fn what_elements_remember_comes_back_from_lanes_as_it_was_put_there() {
+    let mut both = Both::new(apart::<3>(gels()[2], Section::Spatial));
+    both.advance(&strained(&both.simplices, 0.05), 0.01);
+    let (rows, mut own) = (both.lanes.rows(), vec![Memory::default(); both.simplices.memories()]);
+    let mut other = both.lanes.memory();
+    for lane in 0..LANES {
+        both.lanes.recall(&both.batches[..rows], lane, &mut own);
+        both.lanes.remember(&mut other[..rows], lane, &own);
+        let mut again = own.clone();
+        both.lanes.recall(&other[..rows], lane, &mut again);
+        assert_eq!(own, again);
+    }
+}
