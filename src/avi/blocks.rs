@@ -133,6 +133,8 @@ pub(super) struct Blocks<const D: usize> {
     pub lanes: Lanes<D>,
     /// What the elements remember, batch by batch; what the state holds of it is older while ticks are processed.
     pub memory: Vec<Recall<D>>,
+    /// κ that the last sweep found of the element behind each loaded facet, N/m, without what pressures add to it.
+    pub unloaded: Vec<f64>,
     /// Groups of a block, and in all.
     pub groups: usize,
     n_groups: usize,
@@ -191,6 +193,7 @@ impl<const D: usize> Blocks<D> {
             fronts,
             lanes,
             memory,
+            unloaded: vec![f64::NAN; gel.loads.facets.len()],
             groups,
             n_groups,
             start,
@@ -237,6 +240,13 @@ impl<const D: usize> Blocks<D> {
     pub fn wake(&self, node: usize) {
         for spot in self.spots(node) {
             self.rouse(spot.block as usize);
+        }
+    }
+
+    /// The steps around a node must be looked at as soon as they end.
+    pub fn stir(&mut self, node: usize) {
+        for at in self.start[node]..self.start[node + 1] {
+            self.all[self.spots[at as usize].block as usize].restless = true;
         }
     }
 

@@ -113,7 +113,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.limits_of(block, front.gives, &mut limits);
             let before = groups.len();
             self.restless_groups((tick, i), &limits, groups);
-            block.restless = groups.len() > before;
+            // Of a block that stands still the groups that did not fire have not been looked at.
+            let waits = block.restless && block.due == Due::Some && !front.gives;
+            block.restless = groups.len() > before || waits;
         }
         self.scratch.limits = limits;
         if let Some(blocks) = &mut self.blocks {
