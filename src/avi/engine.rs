@@ -452,7 +452,7 @@ fn order<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, rules: &Rules, ticks:
 fn clocks<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, order: &Order, measured: &Measured) -> Vec<Clock> {
     let crushed = |element: &ElementId| gel.potential.is_crushed(measured.jacobian[element.index()]);
     let clock = |group: usize| Clock {
-        energy: order.patches(group).iter().map(|patch| measured.energy[*patch as usize]).sum(),
+        energy: order.patches(group).iter().map(|patch| measured.energy[*patch as usize]).sum::<f64>() + 0.0,
         crushed: order.elements(order.slots(group)).filter(crushed).count() as u32,
         ..Clock::default()
     };
