@@ -114,6 +114,38 @@ fn loads_on_faces_that_are_held_leave_no_trace_of_restarts() {
     }
 }
 
+/// A pressure on a face that is held, so great that at this time, s, a step falls to less than a tick though nothing is crushed; it is
+/// there for less than a tick, or `then` stays.
+fn struck(time: f64, then: &str, more: &str) -> Scene {
+    let held = format!("{PLANAR}\nsupports.z_min = \"fixed\"");
+    let table = format!("[[0, 0], [{}, 0], [{time}, 1], [{}, {then}]]", time - 1e-9, time + 1e-9);
+    read(&held, &format!("[[load]]\non = \"z_min\"\npressure = 1e14\ntable = {table}\n{more}"))
+}
+
+#[test]
+fn a_step_that_collapses_ends_a_mesh_and_the_run_only_where_no_other_helps() {
+    // All steps are the same, and end at this multiple of them.
+    let stroke = 32.0 * run(&struck(1.0, "0", ""), (1, 1), 1e-4).observe().cost.smallest_step;
+    let (end, between) = (1.5 * stroke, stroke + 2e-9);
+    let scene = struck(stroke, "0", "[remesh]\n");
+    let whole = run(&scene, (1, 1), end);
+    assert_eq!((whole.remeshes(), whole.refusals().len()), (1, 0));
+    assert_eq!(run(&scene, (2, 37), end).digest(), whole.digest());
+    for time in [stroke - 2e-9, stroke, between, stroke + 1e-5] {
+        let mut other = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
+        other.restore(&run(&scene, (1, 1), time).save()).expect("a state of the same scene");
+        go(&mut other, 2, end);
+        assert_eq!(other.digest(), whole.digest(), "saved at {time} s");
+    }
+    let steps = run(&scene, (1, 1), between).observe().cost;
+    assert!(steps.remeshes == 0 && steps.smallest_step < 1e-3 * steps.largest_step, "{steps:?}");
+    for scene in [struck(stroke, "1", "[remesh]\n"), struck(stroke, "0", "")] {
+        let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
+        let error = simulation.step(&simulation.inputs(), end).expect_err("a step that stays too short");
+        assert!(error.to_string().contains("below a thousandth"), "{error}");
+    }
+}
+
 /// Pressure on a cube of this stretch in all directions, Pa.
 fn hydrostatic(stretch: f64) -> f64 {
     let [mu, lambda] = [20e3, 100e3 - 2.0 / 3.0 * 20e3];
