@@ -80,6 +80,72 @@ fn loads_and_damping_leave_no_trace_of_steps_threads_or_restarts() {
     }
 }
 
+/// Pressures that come and go on faces that are held, one of them rising with the depth; and one that pushes after a while, so
+/// that a wave comes.
+fn held_under_load(space: &str, face: &str, more: &str) -> Scene {
+    let held = format!("{space}\nsupports.z_min = \"fixed\"\nsupports.{face} = \"fixed\"");
+    read(
+        &held,
+        &format!(
+            "[[load]]\non = \"z_min\"\npressure = 4e5\ntable = [[0, 0], [1.3e-3, 1], [1.5e-3, 0], [2.1e-3, 0], [2.5e-3, 2], [4.8e-3, 0]]\n\
+             [[load]]\non = \"{face}\"\npressure = 2e5\ndepth = 0.013\nramp = 3.1e-3\n\
+             [[load]]\non = \"z_max\"\npressure = 3e3\ntable = [[2e-3, 0], [3e-3, 1]]\n{more}"
+        ),
+    )
+}
+
+/// As long as no wave has come to a face that is held, nothing of it moves, but the pressures on it make it stiffer.
+#[test]
+fn loads_on_faces_that_are_held_leave_no_trace_of_restarts() {
+    let exchanged = "[remesh]\ntimes = [1.1e-3, 2.3e-3]\n";
+    for (space, face) in [(PLANAR, "x_max"), (RING, "side"), (SOLID, "y_max")] {
+        for more in ["", "[integrator]\nschedule = \"global\"\n", exchanged] {
+            let scene = held_under_load(space, face, more);
+            let whole = run(&scene, (1, 1), 6e-3);
+            let mut saved = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
+            for time in [0.2e-3, 0.7e-3, 1.2e-3, 1.49e-3, 1.9e-3, 2.2e-3, 2.6e-3, 3.5e-3, 4.7e-3] {
+                go(&mut saved, 1, time);
+                let mut other = Simulation::new(&scene, CouplingMode::Integrated, 2).unwrap();
+                other.restore(&saved.save()).expect("a state of the same scene");
+                go(&mut other, 1, 6e-3);
+                assert_eq!(other.digest(), whole.digest(), "{space} {more} saved at {time} s");
+            }
+        }
+    }
+}
+
+/// A pressure on a face that is held, so great that at this time, s, a step falls to less than a tick though nothing is crushed; it is
+/// there for less than a tick, or `then` stays.
+fn struck(time: f64, then: &str, more: &str) -> Scene {
+    let held = format!("{PLANAR}\nsupports.z_min = \"fixed\"");
+    let table = format!("[[0, 0], [{}, 0], [{time}, 1], [{}, {then}]]", time - 1e-9, time + 1e-9);
+    read(&held, &format!("[[load]]\non = \"z_min\"\npressure = 1e14\ntable = {table}\n{more}"))
+}
+
+#[test]
+fn a_step_that_collapses_ends_a_mesh_and_the_run_only_where_no_other_helps() {
+    // All steps are the same, and end at this multiple of them.
+    let stroke = 32.0 * run(&struck(1.0, "0", ""), (1, 1), 1e-4).observe().cost.smallest_step;
+    let (end, between) = (1.5 * stroke, stroke + 2e-9);
+    let scene = struck(stroke, "0", "[remesh]\n");
+    let whole = run(&scene, (1, 1), end);
+    assert_eq!((whole.remeshes(), whole.refusals().len()), (1, 0));
+    assert_eq!(run(&scene, (2, 37), end).digest(), whole.digest());
+    for time in [stroke - 2e-9, stroke, between, stroke + 1e-5] {
+        let mut other = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
+        other.restore(&run(&scene, (1, 1), time).save()).expect("a state of the same scene");
+        go(&mut other, 2, end);
+        assert_eq!(other.digest(), whole.digest(), "saved at {time} s");
+    }
+    let steps = run(&scene, (1, 1), between).observe().cost;
+    assert!(steps.remeshes == 0 && steps.smallest_step < 1e-3 * steps.largest_step, "{steps:?}");
+    for scene in [struck(stroke, "1", "[remesh]\n"), struck(stroke, "0", "")] {
+        let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
+        let error = simulation.step(&simulation.inputs(), end).expect_err("a step that stays too short");
+        assert!(error.to_string().contains("below a thousandth"), "{error}");
+    }
+}
+
 /// Pressure on a cube of this stretch in all directions, Pa.
 fn hydrostatic(stretch: f64) -> f64 {
     let [mu, lambda] = [20e3, 100e3 - 2.0 / 3.0 * 20e3];

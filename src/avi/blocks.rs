@@ -142,6 +142,8 @@ pub(super) struct Blocks<const D: usize> {
     pub memory: Vec<Recall>,
     /// Memories of an element there.
     pub memories: usize,
+    /// κ that the last sweep found of the element behind each loaded facet, N/m, without what pressures add to it.
+    pub unloaded: Vec<f64>,
     /// Groups of a block, and in all.
     pub groups: usize,
     n_groups: usize,
@@ -202,6 +204,7 @@ impl<const D: usize> Blocks<D> {
             lanes,
             memory,
             memories: gel.potential.memories(),
+            unloaded: vec![f64::NAN; gel.loads.facets.len()],
             groups,
             n_groups,
             start,
@@ -264,6 +267,13 @@ impl<const D: usize> Blocks<D> {
     pub fn wake(&self, node: usize) {
         for spot in self.spots(node) {
             self.rouse(spot.block as usize);
+        }
+    }
+
+    /// The steps around a node must be looked at as soon as they end.
+    pub fn stir(&mut self, node: usize) {
+        for at in self.start[node]..self.start[node + 1] {
+            self.all[self.spots[at as usize].block as usize].restless = true;
         }
     }
 

@@ -61,6 +61,8 @@ pub struct Engine<const D: usize, P> {
     pub(super) steps: (Tick, Tick),
     /// Longest stable step at the start, ticks.
     pub(super) first: f64,
+    /// Shortest stable step when the mesh was new, ticks.
+    pub(super) finest: f64,
     /// What ends the mesh.
     pub(super) ends: Ends,
     /// What failed at the last tick of the mesh: the run ends with it if no other mesh is found.
@@ -167,6 +169,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             quiet: None,
             placed: false,
             first: grid.ticks(steps.iter().copied().fold(0.0, f64::max)),
+            finest: step,
             gel,
             bodies,
             rules,
@@ -452,7 +455,7 @@ fn order<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, rules: &Rules, ticks:
 fn clocks<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, order: &Order, measured: &Measured) -> Vec<Clock> {
     let crushed = |element: &ElementId| gel.potential.is_crushed(measured.jacobian[element.index()]);
     let clock = |group: usize| Clock {
-        energy: order.patches(group).iter().map(|patch| measured.energy[*patch as usize]).sum(),
+        energy: order.patches(group).iter().map(|patch| measured.energy[*patch as usize]).sum::<f64>() + 0.0,
         crushed: order.elements(order.slots(group)).filter(crushed).count() as u32,
         ..Clock::default()
     };

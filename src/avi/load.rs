@@ -111,6 +111,18 @@ pub(super) struct Pushed<const D: usize> {
     weight: f64,
 }
 
+/// What pressures make of the stiffness of an element that fires.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stiffer {
+    /// Which loaded facet.
+    facet: usize,
+    /// Where the element behind it is.
+    slot: usize,
+    /// By how much, and what there was before this tick's pressures, N/m.
+    more: f64,
+    was: f64,
+}
+
 impl<const D: usize> Pushed<D> {
     /// The nodes and the impulses on them, N·s.
     fn impulses(&self) -> impl Iterator<Item = (NodeId, Vector<D>)> + '_ {
@@ -128,30 +140,40 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// set.
     pub(super) fn find_loads(&mut self, tick: Tick) {
         self.scratch.pushed.clear();
+        self.scratch.stiffer.clear();
         if !self.is_loaded() {
             return;
         }
         let (gel, time) = (self.gel.clone(), self.grid.time(tick));
         let now: Vec<f64> = gel.loads.pressures.iter().map(|pressure| pressure.at(time)).collect();
-        for loaded in &gel.loads.facets {
+        for (facet, loaded) in gel.loads.facets.iter().enumerate() {
             let group = self.order.group(loaded.behind);
-            if !self.is_firing(group, tick) {
-                continue;
+            if self.is_firing(group, tick) {
+                let slot = self.order.slot(loaded.behind);
+                let (pushed, more) = self.find_load((loaded, &now), group, tick).unzip();
+                self.scratch.pushed.extend(pushed);
+                let (more, was) = (more.unwrap_or(0.0), self.state.stiffness[slot]);
+                self.scratch.stiffer.push(Stiffer { facet, slot, more, was });
             }
-            let corners = loaded.facet.map(|node| self.position_at(node, time));
-            let middle = corners[..D].iter().sum::<Vector<D>>() / D as f64;
-            let (pressure, growth) = gel.loads.pressure(loaded.mark, &now, middle[D - 1]);
-            if pressure == 0.0 {
-                continue;
-            }
-            let push = push(gel.loads.section, &corners);
-            // Of f_a = p(z) w_a A n with Σ w_a = 1 and z = Σ z_b/D the part of p′ has the norm p′A|w|/√D ≤ p′A/√D.
-            let area = push.forces.iter().sum::<Vector<D>>().norm();
-            self.stiffen(loaded.behind, pressure.abs() * push.stiffness + growth * area / (D as f64).sqrt());
-            let (forces, weight) = (push.forces.map(|force| force * pressure), self.length_behind(group, tick));
-            self.scratch.pushed.push(Pushed { nodes: loaded.facet, forces, group, weight });
         }
-        self.sum_stiffened();
+        self.stiffen();
+    }
+
+    /// What a pressure does to a facet, and by how much it makes the element behind it stiffer, N/m.
+    fn find_load(&self, (loaded, now): (&Loaded, &[f64]), group: usize, tick: Tick) -> Option<(Pushed<D>, f64)> {
+        let (loads, time) = (&self.gel.loads, self.grid.time(tick));
+        let corners = loaded.facet.map(|node| self.position_at(node, time));
+        let middle = corners[..D].iter().sum::<Vector<D>>() / D as f64;
+        let (pressure, growth) = loads.pressure(loaded.mark, now, middle[D - 1]);
+        if pressure == 0.0 {
+            return None;
+        }
+        let push = push(loads.section, &corners);
+        // Of f_a = p(z) w_a A n with Σ w_a = 1 and z = Σ z_b/D the part of p′ has the norm p′A|w|/√D ≤ p′A/√D.
+        let area = push.forces.iter().sum::<Vector<D>>().norm();
+        let more = pressure.abs() * push.stiffness + growth * area / (D as f64).sqrt();
+        let (forces, weight) = (push.forces.map(|force| force * pressure), self.length_behind(group, tick));
+        Some((Pushed { nodes: loaded.facet, forces, group, weight }, more))
     }
 
     /// Whether a group fires at this tick, before the clocks are set.
@@ -170,31 +192,52 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         })
     }
 
-    /// Adds to the stiffness of an element that has just been evaluated; one that is still and was not keeps what it has.
-    fn stiffen(&mut self, element: ElementId, more: f64) {
-        let slot = self.order.slot(element);
-        let Some(blocks) = &self.blocks else {
-            self.state.stiffness[slot] += more;
-            return;
-        };
-        let block = slot / SLOTS;
-        if blocks.all[block].report.is_some() {
-            self.state.stiffness[slot] += more;
-            self.scratch.stiffened.push(block);
+    /// Adds what pressures make of it to the stiffness of the elements that fire. Those of a block that stands still were not swept:
+    /// they have what their last sweep found instead of what pressures made of it then, so that it is the same as if they had been
+    /// swept now, as after a restart.
+    fn stiffen(&mut self) {
+        let stiffness = &mut self.state.stiffness;
+        if let Some(blocks) = &mut self.blocks {
+            for stiffer in &self.scratch.stiffer {
+                let (found, own) = (&mut blocks.unloaded[stiffer.facet], &mut stiffness[stiffer.slot]);
+                if blocks.all[stiffer.slot / SLOTS].report.is_some() {
+                    *found = *own;
+                }
+            }
+            let still = |stiffer: &&Stiffer| blocks.all[stiffer.slot / SLOTS].report.is_none();
+            for stiffer in self.scratch.stiffer.iter().filter(still) {
+                stiffness[stiffer.slot] = blocks.unloaded[stiffer.facet];
+            }
         }
+        for stiffer in &self.scratch.stiffer {
+            stiffness[stiffer.slot] += stiffer.more;
+        }
+        self.sum_stiffened();
     }
 
-    /// Sums κ at the nodes of the blocks in which it has grown, in the order of a sweep, as after a restart.
+    /// Sums κ at the nodes of the blocks in which it has changed, in the order of a sweep, and lets the steps around what stands still
+    /// be looked at.
     fn sum_stiffened(&mut self) {
+        let (Some(blocks), stiffness) = (&mut self.blocks, &self.state.stiffness) else { return };
         let mut stiffened = std::mem::take(&mut self.scratch.stiffened);
+        for stiffer in &self.scratch.stiffer {
+            let (block, behind) = (stiffer.slot / SLOTS, self.gel.loads.facets[stiffer.facet].behind);
+            // What was swept does not know what pressures made of it before.
+            let (still, swept) = (!blocks.all[block].is_awake(), blocks.all[block].report.is_some());
+            if stiffness[stiffer.slot] == stiffer.was && !(still && swept) {
+                continue;
+            }
+            stiffened.push(block);
+            if still {
+                self.gel.potential.nodes(behind).iter().for_each(|node| blocks.stir(node.index()));
+            }
+        }
         stiffened.sort_unstable();
         stiffened.dedup();
-        if let Some(blocks) = &mut self.blocks {
-            for block in stiffened.drain(..) {
-                let (groups, own) = (blocks.groups_of(block), &blocks.all[block]);
-                let part = &mut blocks.parts[own.first..own.first + own.nodes.len()];
-                blocks.lanes.sum_stiffness(groups, &self.state.stiffness[block * SLOTS..], part);
-            }
+        for block in stiffened.drain(..) {
+            let (groups, own) = (blocks.groups_of(block), &blocks.all[block]);
+            let part = &mut blocks.parts[own.first..own.first + own.nodes.len()];
+            blocks.lanes.sum_stiffness(groups, &stiffness[block * SLOTS..], part);
         }
         self.scratch.stiffened = stiffened;
     }

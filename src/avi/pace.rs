@@ -77,7 +77,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// The stable step of a group, ticks.
-    fn group_limit(&self, group: usize) -> f64 {
+    pub(super) fn group_limit(&self, group: usize) -> f64 {
         let elements = self.order.elements(self.order.slots(group));
         self.grid.ticks(self.least_limit(elements.flat_map(|element| self.gel.potential.nodes(element))))
     }
@@ -111,7 +111,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 continue;
             }
             self.limits_of(block, front.gives, &mut limits);
-            block.restless = self.restless_groups((tick, i), &limits, groups);
+            // Of a block that stands still the groups that do not fire are not looked at.
+            let waits = block.restless && block.due == Due::Some && !front.gives;
+            block.restless = self.restless_groups((tick, i), &limits, groups) || waits;
         }
         self.scratch.limits = limits;
         if let Some(blocks) = &mut self.blocks {
@@ -234,7 +236,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.state.alarms[0] = Alarm { last: tick, next: tick + self.state.clocks[0].step };
     }
 
-    fn collapse(&self, group: usize, limit: f64, tick: Tick) -> StepError {
+    pub(super) fn collapse(&self, group: usize, limit: f64, tick: Tick) -> StepError {
         let own = |element: &ElementId| self.least_limit(self.gel.potential.nodes(*element));
         let elements = self.order.elements(self.order.slots(group));
         let element = elements.min_by(|a, b| own(a).total_cmp(&own(b))).map_or(0, ElementId::index);

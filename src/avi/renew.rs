@@ -1,6 +1,7 @@
 //! The end of one mesh and the beginning of the next, at one tick (numerics A12).
 
 use super::engine::{Engine, NoStep, Start};
+use super::pace::nodal_limit;
 use super::phase::Phase;
 use super::{Gel, Kind, Pool, StepError, TickGrid};
 use crate::algebra::Vector;
@@ -117,7 +118,34 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let age = (tick - self.origin) / self.steps.0;
         let is_due = || self.next_exchange().is_some_and(|due| due <= tick);
         let is_whole = self.rules.schedule.fires(self.steps.1, tick);
-        age >= SHORTEST_LIFE.1 && (is_whole && is_due() || self.is_worn(tick, age))
+        age >= SHORTEST_LIFE.1 && (is_whole && is_due() || self.is_worn(tick, age) || self.has_collapsed(tick))
+    }
+
+    /// Whether a step of less than a tick ends the mesh, not the run: not if the mesh is so young that the next one would fare no
+    /// better, by the finest step that it began with.
+    pub(super) fn can_collapse(&self, tick: Tick) -> bool {
+        self.can_wear() && (tick - self.origin) as f64 >= SHORTEST_LIFE.1 as f64 * self.finest
+    }
+
+    /// Whether the stable step of a group is shorter than a tick, by the stiffness that its nodes had at their last ticks.
+    fn has_collapsed(&self, tick: Tick) -> bool {
+        let known = (self.state.stiffness.as_slice(), &*self.order);
+        let is_short = |node: &NodeId| self.grid.ticks(self.rules.cfl * nodal_limit(&self.gel, known, *node)) < 1.0;
+        let mut elements = self.finest_groups().flat_map(|group| self.order.elements(self.order.slots(group)));
+        self.can_collapse(tick) && elements.any(|element| self.gel.potential.nodes(element).iter().any(is_short))
+    }
+
+    /// The first group whose stable step is shorter than a tick.
+    fn find_collapse(&self, tick: Tick) -> Option<StepError> {
+        let mut limits = self.finest_groups().map(|group| (group, self.group_limit(group)));
+        let collapsed = limits.find(|(_, limit)| *limit < 1.0).filter(|_| self.can_collapse(tick));
+        collapsed.map(|(group, limit)| self.collapse(group, limit, tick))
+    }
+
+    /// The groups whose step is a tick: no step is shorter, whatever is stable.
+    fn finest_groups(&self) -> impl Iterator<Item = usize> + '_ {
+        let least = if self.steps.0 == 1 { self.state.clocks.as_slice() } else { &[] };
+        least.iter().enumerate().filter(|(_, clock)| clock.step == 1).map(|(group, _)| group)
     }
 
     /// Whether the mesh is worn at this tick, so many finest steps old.
@@ -165,6 +193,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.scratch.changed.clear();
         let sums = if self.blocks.is_some() { self.advance_nodes(tick) } else { self.measure_limits() };
         self.count_synchronous(sums.limit, tick);
+        self.failure = self.failure.take().or_else(|| self.find_collapse(tick));
         self.look_around(tick);
         self.find_touches(tick);
         let work = self.kick_all(tick, &sums);

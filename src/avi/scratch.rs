@@ -2,7 +2,7 @@
 
 use super::impact::Touch;
 use super::kick::Carrier;
-use super::load::Pushed;
+use super::load::{Pushed, Stiffer};
 use super::nodes::{Active, NodeSums};
 use super::pace::{Change, Nearness};
 use super::reference::Answers;
@@ -61,7 +61,9 @@ pub(super) struct Scratch<const D: usize> {
     pub carriers: Vec<Carrier<D>>,
     /// What pressures do to the facets of what fires.
     pub pushed: Vec<Pushed<D>>,
-    /// Blocks in which pressures have made elements stiffer.
+    /// What they make of the stiffness of the elements behind these.
+    pub stiffer: Vec<Stiffer>,
+    /// Blocks in which that has changed.
     pub stiffened: Vec<usize>,
     /// Sums over runs of nodes.
     pub sums: Vec<NodeSums>,

@@ -75,11 +75,12 @@ impl<const D: usize> Blocks<D> {
     }
 }
 
-/// Takes an answer into a clock; what V and A changed by, J.
+/// Takes an answer into a clock; what V and A changed by, J. Zeros have no sign there: what is at rest and is swept once more, as after
+/// a restart, may find the other one.
 pub(super) fn settle(clock: &mut Clock, answer: &GroupAnswer, step: f64) -> f64 {
     let ahead = 0.5 * step * answer.power;
     let residual = answer.energy - clock.energy + clock.ahead - ahead;
-    (clock.energy, clock.ahead) = (answer.energy, ahead);
+    (clock.energy, clock.ahead) = (answer.energy + 0.0, ahead + 0.0);
     (clock.inverted, clock.crushed) = (answer.inverted, answer.crushed);
     residual
 }
