@@ -5,10 +5,11 @@
 
 use super::Section;
 use super::batch::{LANES, Wide, wide};
+use super::eight::Shape;
 use super::lanes::{Eight, Pull, Slopes, Solid, Strains, fused};
 use super::recall::Recall;
 use super::simplex::isochoric;
-use crate::algebra::{Number, Vector, exp, ln};
+use crate::algebra::{Number, exp, ln};
 use crate::material::{Flowing, NeoHookean, Returned, Volumetric};
 use fearless_simd::{Simd, SimdBase, f64x8};
 
@@ -61,9 +62,12 @@ impl<const D: usize> Solid<D> for Flowing {
     type Rest = Gradients<D>;
     const REMEMBERS: bool = true;
 
-    fn put(&self, rest: &mut Gradients<D>, lane: usize, (gradients, _): (&[Vector<D>], f64)) {
-        for (wide, gradient) in rest.0.iter_mut().zip(gradients) {
-            wide.iter_mut().zip(gradient).for_each(|(wide, component)| wide[lane] = *component);
+    #[inline(always)]
+    fn put<S: Simd>(&self, rest: &mut Gradients<D>, shape: &Shape<D, f64x8<S>>) {
+        for a in 0..D {
+            for i in 0..D {
+                rest.0[a][i] = shape.gradients[a][i].into();
+            }
         }
     }
 
