@@ -1,7 +1,6 @@
 //! The engine: a gel and rigid bodies in time, what is stored and what is derived from it.
 
 use super::blocks::Blocks;
-use super::gel::Measured;
 use super::order::Order;
 use super::phase::Phase;
 use super::renew::{Ends, Passage};
@@ -11,7 +10,7 @@ use super::watch::Watch;
 use super::{Gel, Pool, StepError, TickGrid};
 use crate::algebra::{Vector, embed};
 use crate::contact::{Body, BodyState, Freedom, Law};
-use crate::element::{LANES, Memory, Potential};
+use crate::element::{LANES, Measured, Memory, Potential};
 use crate::ledger::Ledger;
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Alarm, Clock, MOST_TICKS, Sizes, State, Tick};

@@ -1,6 +1,6 @@
 use super::Loads;
 use crate::algebra::Vector;
-use crate::element::{Answer, DEPTH, Memory, Potential};
+use crate::element::{Measured, Memory, Potential};
 use crate::mesh::{ElementId, Facet, Incidence, NodeId};
 
 /// What the engine steps and what does not change while it does: energy, masses, held directions, surface.
@@ -115,30 +115,8 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
 
     /// What the elements answer at these positions.
     pub(super) fn measure(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
-        let patches = self.potential.patches();
-        let n = self.potential.len();
-        let mut measured = Measured { stiffness: vec![0.0; n], jacobian: vec![1.0; n], energy: vec![] };
-        for patch in 0..patches.len() {
-            let mut answers = [Answer::default(); DEPTH];
-            measured.energy.push(self.potential.evaluate(patch, x, memory, &mut answers));
-            for (element, answer) in patches.of(patch).iter().zip(&answers) {
-                measured.stiffness[element.index()] = answer.stiffness;
-                measured.jacobian[element.index()] = answer.jacobian;
-            }
-        }
-        measured
+        self.potential.measure_all(x, memory)
     }
-}
-
-/// What the elements answer at some positions.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Measured {
-    /// κ of each element, N/m.
-    pub stiffness: Vec<f64>,
-    /// J of each element.
-    pub jacobian: Vec<f64>,
-    /// V of each patch, J.
-    pub energy: Vec<f64>,
 }
 
 impl Surface {

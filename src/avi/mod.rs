@@ -31,7 +31,7 @@ mod work;
 
 pub use engine::{Engine, NoStep, Rules};
 pub use error::StepError;
-pub use gel::{Gel, Measured, Surface, SurfaceNode};
+pub use gel::{Gel, Surface, SurfaceNode};
 pub use grid::TickGrid;
 pub use load::{Loaded, Loads, Pressure};
 pub use pool::Pool;

@@ -5,6 +5,7 @@
 
 use crate::element::Potential;
 use crate::mesh::ElementId;
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Places of the elements: the k-th element of the patch in lane l of a group is at slot (group · depth + k) · lanes + l.
@@ -29,8 +30,7 @@ impl Order {
     pub fn new<const D: usize, P: Potential<D>>(potential: &P, lanes: usize, rank: impl Fn(usize) -> u64) -> Self {
         let all = potential.patches();
         let depth = all.largest().next_power_of_two().max(1);
-        let mut patches: Vec<u32> = (0..all.len() as u32).collect();
-        patches.sort_by_cached_key(|patch| rank(*patch as usize));
+        let patches = ranked(&(0..all.len()).map(rank).collect::<Vec<_>>());
         let groups = patches.len().div_ceil(lanes);
         let mut slots = vec![EMPTY; groups * lanes * depth];
         let mut of = vec![0; potential.len()];
@@ -104,5 +104,46 @@ impl Order {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         4 * (self.patches.len() + self.slots.len() + self.of.len())
+    }
+}
+
+/// The places of these numbers in ascending order, equal ones as they stand: counted, because few are different.
+fn ranked(ranks: &[u64]) -> Vec<u32> {
+    let mut begins = BTreeMap::new();
+    let mut last = (0, 0);
+    for rank in ranks {
+        // Equal ones stand in runs.
+        if *rank != last.0 {
+            *begins.entry(last.0).or_insert(0) += last.1;
+            last = (*rank, 0);
+        }
+        last.1 += 1;
+    }
+    *begins.entry(last.0).or_insert(0) += last.1;
+    let mut first = 0;
+    for begin in begins.values_mut() {
+        (first, *begin) = (first + *begin, first);
+    }
+    let mut places = vec![0; ranks.len()];
+    for (place, rank) in (0..).zip(ranks) {
+        if let Some(at) = begins.get_mut(rank) {
+            places[*at] = place;
+            *at += 1;
+        }
+    }
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_ranks_keep_their_order() {
+        let ranks = [5, 5, 3, 0, 5, u64::MAX, 3, 3, 0];
+        let mut sorted: Vec<u32> = (0..9).collect();
+        sorted.sort_by_key(|place| ranks[*place as usize]);
+        assert_eq!(ranked(&ranks), sorted);
+        assert!(ranked(&[]).is_empty());
     }
 }

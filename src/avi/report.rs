@@ -3,10 +3,9 @@
 use super::Gel;
 use super::blocks::Blocks;
 use super::engine::{Engine, Start};
-use super::gel::Measured;
 use crate::algebra::{Vector, Vector3, embed, ordered_sum};
 use crate::contact::{Body, BodyState};
-use crate::element::{GroupAnswer, Potential};
+use crate::element::{GroupAnswer, Measured, Potential};
 use crate::ledger::Ledger;
 use crate::mesh::{ElementId, NodeId, Simplex};
 use crate::state::{Clock, State, Tick};

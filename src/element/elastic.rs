@@ -5,9 +5,10 @@
 
 use super::Section;
 use super::batch::{LANES, Wide, fused, wide};
+use super::eight::Shape;
 use super::lanes::{Eight, Pull, Slopes, Solid, Strains};
 use super::recall::Remembering;
-use crate::algebra::{Number, Vector};
+use crate::algebra::Number;
 use crate::material::{Hyperelastic, NeoHookean, Volume};
 use fearless_simd::{Simd, SimdBase, f64x8};
 
@@ -48,17 +49,24 @@ impl<const D: usize> Solid<D> for NeoHookean {
     type Rest = Metric<D>;
     const REMEMBERS: bool = false;
 
-    fn put(&self, rest: &mut Metric<D>, lane: usize, (gradients, volume): (&[Vector<D>], f64)) {
-        let shape = volume * self.shear_modulus();
-        for (diagonal, gradient) in rest.diagonal.iter_mut().zip(gradients) {
-            diagonal[lane] = shape * gradient.norm_squared();
+    #[inline(always)]
+    fn put<S: Simd>(&self, rest: &mut Metric<D>, of: &Shape<D, f64x8<S>>) {
+        let zero = of.volume.constant(0.0);
+        let (shape, gradients) = (of.volume * self.shear_modulus(), &of.gradients);
+        let (mut first, mut spread) = ([zero; D], zero);
+        for a in 0..D {
+            let square = dot(&gradients[a], &gradients[a]);
+            rest.diagonal[a] = (shape * square).into();
+            spread += square;
+            for i in 0..D {
+                first[i] += gradients[a][i];
+            }
         }
         let pairs: &[(usize, usize)] = if D == 3 { &[(1, 2), (0, 2), (0, 1)] } else { &[(0, 1)] };
         for (mixed, (a, b)) in rest.mixed.iter_mut().zip(pairs) {
-            mixed[lane] = shape * gradients[*a].dot(&gradients[*b]);
+            *mixed = (shape * dot(&gradients[*a], &gradients[*b])).into();
         }
-        let first: Vector<D> = gradients.iter().sum();
-        rest.spread[lane] = volume * gradients.iter().chain([&first]).map(Vector::<D>::norm_squared).sum::<f64>();
+        rest.spread = (of.volume * (spread + dot(&first, &first))).into();
     }
 
     /// The edges themselves: F of the simplex whose edges are of length 1 and at right angles, with its volume.
@@ -122,6 +130,16 @@ impl<const D: usize> Solid<D> for NeoHookean {
         let square = if D == 2 { fused(shape * s.out, s.out, square) } else { square };
         Pull { forces, around, stiffness, energy: (square - shape * 3.0) * 0.5, lost: [zero; 3] }
     }
+}
+
+/// Scalar products, the first components first.
+#[inline(always)]
+fn dot<const D: usize, S: Simd>(a: &[f64x8<S>; D], b: &[f64x8<S>; D]) -> f64x8<S> {
+    let mut sum = a[0] * b[0];
+    for i in 1..D {
+        sum += a[i] * b[i];
+    }
+    sum
 }
 
 /// Sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|, from Σ s², s₁s₂ and λ.

@@ -9,6 +9,7 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::batch::{Batch, LANES, Wide, cofactor, fused, sum, wide};
+use super::eight::{Rest, Shape, put_in};
 use super::elastic::Metric;
 use super::local::{Accumulated, Aligned, Local, Row};
 use super::placed::Gradients;
@@ -16,7 +17,7 @@ use super::recall::{Recall, Remembering};
 use super::relax::MOST_MEMORIES;
 use super::shuffle::{gather, scatter};
 use super::{MAX_NODES, Memory, Section, Spent};
-use crate::algebra::{Number, Tensor, Vector, det};
+use crate::algebra::Number;
 use crate::material::{Flowing, Material, NeoHookean, Viscoelastic, Volume};
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, dispatch, f64x8};
 use std::ops::Range;
@@ -95,8 +96,8 @@ pub(super) trait Solid<const D: usize>: Remembering<D> {
     type Rest: Clone + Default;
     /// Whether elements can be strained where their nodes are at rest.
     const REMEMBERS: bool;
-    /// Notes an element in a lane: ∇N_a for a = 1..=D, w.
-    fn put(&self, rest: &mut Self::Rest, lane: usize, element: (&[Vector<D>], f64));
+    /// Notes eight elements; of lanes that have none all is 0.
+    fn put<S: Simd>(&self, rest: &mut Self::Rest, shape: &Shape<D, f64x8<S>>);
     /// Takes the edges, as columns, for what the law goes by, of elements that are strained (1) or at rest (0), with the scale of their
     /// batch; what makes its determinant that of F.
     fn deform<S: Simd>(rest: &Self::Rest, of: (f64x8<S>, f64x8<S>), edges: &mut [[f64x8<S>; D]; D]) -> f64x8<S>;
@@ -174,18 +175,22 @@ impl<const D: usize> Lanes<D> {
         Some(Self { batches: vec![Batch::default(); n], told: vec![], depth, law, section })
     }
 
-    /// Puts an element into a slot: ∇N_a for a = 1..=D, w, and the numbers of its nodes.
-    pub(super) fn put(&mut self, slot: usize, element: (&[Vector<D>], f64), nodes: [u16; MAX_NODES]) {
-        let (at, lane) = (slot / LANES, slot % LANES);
-        let batch = &mut self.batches[at];
-        (batch.volume[lane], batch.scale[lane]) = (element.1, det(&Tensor::<D>::from_columns(element.0)));
-        for (wide, node) in batch.nodes.iter_mut().zip(nodes) {
-            wide[lane] = node;
+    /// Puts eight elements, as they are at rest, into a batch, with the numbers of their nodes.
+    pub(super) fn put(&mut self, at: usize, rest: &Rest<D>, nodes: &[[u16; MAX_NODES]; LANES]) {
+        let (batch, section) = (&mut self.batches[at], self.section);
+        for (lane, nodes) in nodes.iter().enumerate() {
+            batch.nodes.iter_mut().zip(nodes).for_each(|(wide, node)| wide[lane] = *node);
         }
         match &mut self.law {
-            Law::Elastic(gel, rest) => gel.put(&mut rest[at], lane, element),
-            Law::Flowing(gel, rest) => gel.put(&mut rest[at], lane, element),
-            Law::Relaxing(gel, rest) => gel.put(&mut rest[at], lane, element),
+            Law::Elastic(gel, law) => {
+                dispatch!(Level::new(), simd => put_in((simd, gel), (batch, &mut law[at]), (rest, section)));
+            }
+            Law::Flowing(gel, law) => {
+                dispatch!(Level::new(), simd => put_in((simd, gel), (batch, &mut law[at]), (rest, section)));
+            }
+            Law::Relaxing(gel, law) => {
+                dispatch!(Level::new(), simd => put_in((simd, gel), (batch, &mut law[at]), (rest, section)));
+            }
         }
     }
 

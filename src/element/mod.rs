@@ -1,6 +1,7 @@
 //! Potential energies made of elements, in patches that share a volume change: what the integrator steps.
 
 mod batch;
+mod eight;
 mod elastic;
 mod flow;
 mod flowing;
@@ -45,6 +46,39 @@ pub struct Answer<const D: usize> {
 impl<const D: usize> Default for Answer<D> {
     fn default() -> Self {
         Self { forces: [Vector::zeros(); MAX_NODES], stiffness: 0.0, jacobian: 1.0 }
+    }
+}
+
+/// What all elements answer at some positions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// κ of each element, N/m.
+    pub stiffness: Vec<f64>,
+    /// J of each element.
+    pub jacobian: Vec<f64>,
+    /// V of each patch, J.
+    pub energy: Vec<f64>,
+}
+
+impl Measured {
+    /// Of so many elements in so many patches, and nothing known of them.
+    fn of(n_elements: usize, n_patches: usize) -> Self {
+        Self { stiffness: vec![0.0; n_elements], jacobian: vec![1.0; n_elements], energy: vec![0.0; n_patches] }
+    }
+
+    /// Takes down what those of a patch answer.
+    fn take<const D: usize, P: Potential<D> + ?Sized>(
+        &mut self,
+        potential: &P,
+        patch: usize,
+        (x, memory): (&[Vector<D>], &[Memory<D>]),
+    ) {
+        let mut answers = [Answer::default(); DEPTH];
+        self.energy[patch] = potential.evaluate(patch, x, memory, &mut answers);
+        for (element, answer) in potential.patches().of(patch).iter().zip(&answers) {
+            self.stiffness[element.index()] = answer.stiffness;
+            self.jacobian[element.index()] = answer.jacobian;
+        }
     }
 }
 
@@ -97,6 +131,12 @@ pub trait Potential<const D: usize>: Send + Sync {
     /// potential that has meshes.
     fn measure(&self, _corners: &[Vector<D>; MAX_NODES]) -> f64 {
         1.0
+    }
+    /// What all elements answer at these positions, but for their forces: what [`Self::evaluate`] gives, with its bits.
+    fn measure_all(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
+        let mut measured = Measured::of(self.len(), self.patches().len());
+        (0..self.patches().len()).for_each(|patch| measured.take(self, patch, (x, memory)));
+        measured
     }
     /// The positions of all nodes at which nothing is stored; of a potential that has lanes.
     fn rest(&self) -> &[Vector<D>] {

@@ -4,9 +4,10 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::batch::{LANES, Wide, fused, wide};
+use super::eight::Shape;
 use super::lanes::Strains;
 use super::symmetric::Symmetric;
-use crate::algebra::{Number, Vector, exp, ln};
+use crate::algebra::{Number, exp, ln};
 use crate::material::NeoHookean;
 use fearless_simd::{Simd, SimdBase, f64x8};
 
@@ -36,10 +37,13 @@ impl<const D: usize> Default for Gradients<D> {
 }
 
 impl<const D: usize> Gradients<D> {
-    /// Notes those of an element in a lane.
-    pub fn put(&mut self, lane: usize, gradients: &[Vector<D>]) {
-        for (wide, gradient) in self.0.iter_mut().zip(gradients) {
-            wide.iter_mut().zip(gradient).for_each(|(wide, component)| wide[lane] = *component);
+    /// Notes those of eight elements.
+    #[inline(always)]
+    pub fn put<S: Simd>(&mut self, shape: &Shape<D, f64x8<S>>) {
+        for a in 0..D {
+            for i in 0..D {
+                self.0[a][i] = shape.gradients[a][i].into();
+            }
         }
     }
 

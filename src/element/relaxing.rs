@@ -4,6 +4,7 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::batch::wide;
+use super::eight::Shape;
 use super::elastic::two_largest;
 use super::lanes::{Eight, Pull, Slopes, Solid, Strains};
 use super::placed::{AtNodes, Gradients, Placed};
@@ -11,7 +12,7 @@ use super::recall::{Recall, Remembering, put_shape, rows_of_shape, shape};
 use super::simplex::isochoric;
 use super::symmetric::Symmetric;
 use super::{Memory, Section};
-use crate::algebra::{Number, Vector};
+use crate::algebra::Number;
 use crate::material::{Hyperelastic, NeoHookean, Viscoelastic, Volume};
 use fearless_simd::{Simd, SimdBase, f64x8};
 
@@ -66,8 +67,9 @@ impl<const D: usize> Solid<D> for Viscoelastic {
     type Rest = Gradients<D>;
     const REMEMBERS: bool = true;
 
-    fn put(&self, rest: &mut Gradients<D>, lane: usize, (gradients, _): (&[Vector<D>], f64)) {
-        rest.put(lane, gradients);
+    #[inline(always)]
+    fn put<S: Simd>(&self, rest: &mut Gradients<D>, shape: &Shape<D, f64x8<S>>) {
+        rest.put(shape);
     }
 
     #[inline(always)]

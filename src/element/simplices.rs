@@ -1,6 +1,6 @@
 use super::flow::recalled;
 use super::simplex::{Element, Strain};
-use super::{Answer, DEPTH, Lanes, MAX_NODES, Memory, Potential, Spent};
+use super::{Answer, DEPTH, Lanes, MAX_NODES, Measured, Memory, Potential, Spent};
 use crate::algebra::{Tensor, Vector, cofactor, det};
 use crate::material::{Hyperelastic, Material, NeoHookean, Sheared, Volume, Volumetric};
 use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex, edges};
@@ -45,8 +45,9 @@ pub struct Simplices<const D: usize> {
     pub(super) section: Section,
     elements: Vec<Simplex>,
     rest: Vec<Vector<D>>,
-    /// Of the elements that are not what their nodes say; empty if there are none.
-    references: Vec<Option<Reference<D>>>,
+    /// Which of the references is that of an element that is not what its nodes say; empty if there are none.
+    own: Vec<Option<u32>>,
+    references: Vec<Reference<D>>,
     patches: Patches,
     /// The elements at rest, where no lanes keep them; else none.
     kept: Vec<Element<D>>,
@@ -77,8 +78,8 @@ impl<const D: usize> Simplices<D> {
     pub fn in_patches(mesh: &Mesh<D>, patches: Patches, (material, section): (impl Into<Material>, Section)) -> Self {
         assert!(patches.largest() <= DEPTH, "a patch has at most {DEPTH} elements");
         let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
-        Self { material: material.into(), section, elements, rest, references: vec![], patches, kept: vec![] }
-            .prepared()
+        let (own, references) = (vec![], vec![]);
+        Self { material: material.into(), section, elements, rest, own, references, patches, kept: vec![] }.prepared()
     }
 
     /// The same where some elements are at rest what these say, not what their nodes do.
@@ -88,12 +89,13 @@ impl<const D: usize> Simplices<D> {
     #[must_use]
     pub fn with_references(mut self, references: &[(ElementId, Reference<D>)]) -> Self {
         if !references.is_empty() {
-            self.references = vec![None; self.elements.len()];
+            (self.own, self.references) = (vec![None; self.elements.len()], vec![]);
         }
-        for (element, reference) in references {
+        for (place, (element, reference)) in (0..).zip(references) {
             let outside = self.section != Section::Axisymmetric || reference.radius > 0.0;
             assert!(det(&reference.edges) > 0.0 && outside, "an element is upright at rest, and beside its axis");
-            self.references[element.index()] = Some(*reference);
+            self.own[element.index()] = Some(place);
+            self.references.push(*reference);
         }
         self.prepared()
     }
@@ -114,25 +116,38 @@ impl<const D: usize> Simplices<D> {
     /// What an element is at rest.
     #[must_use]
     pub fn reference(&self, element: ElementId) -> Reference<D> {
-        let own = self.references.get(element.index()).copied().flatten();
+        let own = self.own_reference(element).copied();
         own.unwrap_or_else(|| Reference::of(&self.rest, &self.elements[element.index()]))
+    }
+
+    /// That of an element which is not what its nodes say.
+    fn own_reference(&self, element: ElementId) -> Option<&Reference<D>> {
+        let place = self.own.get(element.index()).copied().flatten()?;
+        Some(&self.references[place as usize])
     }
 
     /// [`Potential::measure`] of an element at rest.
     #[must_use]
     pub fn rest_measure(&self, element: ElementId) -> f64 {
-        self.measured(&self.reference(element))
+        match self.own_reference(element) {
+            Some(own) => self.measured((&own.edges, || own.radius)),
+            None => self.measured_of(&self.rest, &self.elements[element.index()]),
+        }
     }
 
-    fn measured(&self, at: &Reference<D>) -> f64 {
+    fn measured_of(&self, x: &[Vector<D>], nodes: &Simplex) -> f64 {
+        self.measured((&edges(x, nodes), || Reference::of(x, nodes).radius))
+    }
+
+    fn measured(&self, (edges, radius): (&Tensor<D>, impl Fn() -> f64)) -> f64 {
         let ring = self.remembers() && self.section == Section::Axisymmetric;
-        det(&at.edges) * if ring { at.radius } else { 1.0 }
+        det(edges) * if ring { radius() } else { 1.0 }
     }
 
     /// Whether the nodes of an element say what it is at rest.
     #[must_use]
     pub fn is_compatible(&self, element: ElementId) -> bool {
-        self.references.get(element.index()).is_none_or(Option::is_none)
+        self.own.get(element.index()).is_none_or(Option::is_none)
     }
 
     /// F of an element and λ, the stretch out of the plane, with its nodes there.
@@ -367,7 +382,7 @@ impl<const D: usize> Potential<D> for Simplices<D> {
     }
 
     fn measure(&self, corners: &[Vector<D>; MAX_NODES]) -> f64 {
-        self.measured(&Reference::of(corners, &[0, 1, 2, 3].map(NodeId)))
+        self.measured_of(corners, &[0, 1, 2, 3].map(NodeId))
     }
 
     fn rest(&self) -> &[Vector<D>] {
@@ -375,16 +390,11 @@ impl<const D: usize> Potential<D> for Simplices<D> {
     }
 
     fn lanes(&self, slots: &[Option<ElementId>], depth: usize, local: &[[u16; MAX_NODES]]) -> Option<Lanes<D>> {
-        let mut lanes = Lanes::empty(slots.len(), depth, (&self.material, self.section))?;
-        for (slot, (id, nodes)) in slots.iter().zip(local).enumerate() {
-            let Some(id) = id else { continue };
-            let element = self.element(*id);
-            lanes.put(slot, (&element.gradients[1..=D], element.volume), *nodes);
-            if !self.is_compatible(*id) {
-                lanes.tell(slot);
-            }
-        }
-        Some(lanes)
+        self.in_lanes(slots, depth, local)
+    }
+
+    fn measure_all(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
+        self.measured_at(x, memory)
     }
 }
 

@@ -7,6 +7,7 @@
 //! How fine a mesh should be ([`curved`], [`graded`]), whether a new one may be taken ([`judge`]) and what it carries over
 //! ([`transfer()`]) is the same in the plane and in space.
 
+mod bend;
 #[cfg(test)]
 mod bodies;
 mod bounds;
@@ -60,6 +61,7 @@ use points::{Limits, Part};
 use surface::Surface;
 use tree::Square;
 
+pub use bend::{bends, bends_within};
 pub use carried::{Carried, Symmetry, Transferred, corner_masses, levelled, lightest, nodal_masses};
 pub use defects::{Books, Defects};
 pub use error::RemeshError;
@@ -74,7 +76,7 @@ pub use overlapped::overlapped;
 pub use pairing::{Pairing, Same};
 pub use pieces::Source;
 pub use sheets::{sheets, thinned};
-pub use sizing::{Range, bends, bends_within, curved, graded};
+pub use sizing::{Range, curved, graded};
 pub use transfer::{transfer, transfer_paired};
 
 /// A mesh where its nodes are.

@@ -53,8 +53,7 @@ fn successors(pairing: &Pairing, n_old: usize) -> Vec<Option<ElementId>> {
 
 /// The nodes of elements that are not old ones.
 fn touched<const D: usize>(elements: &[Simplex], pairing: &Pairing) -> Vec<bool> {
-    let n_nodes = elements.iter().flat_map(|nodes| &nodes[..=D]).map(|node| node.index() + 1).max().unwrap_or(0);
-    let mut touched = vec![false; n_nodes];
+    let mut touched = vec![false; pairing.unchanged.len()];
     pairing.changed().flat_map(|e| &elements[e][..=D]).for_each(|node| touched[node.index()] = true);
     touched
 }

@@ -42,37 +42,36 @@ pub struct Pairing {
     pub unchanged: Vec<Option<NodeId>>,
 }
 
-/// How many old elements beyond the last one found are looked at before an element is looked for around its nodes.
-const AHEAD: usize = 8;
+/// How many old elements beyond the last one found are looked at before an element is looked for among all that are left.
+const AHEAD: usize = 256;
 
 impl Pairing {
     /// Of an old mesh and a new one: an element is the same if its nodes are the same and turn the same way.
     #[must_use]
     pub fn of<const D: usize>(old: &Mesh<D>, new: &Proposal<D>) -> Self {
-        let around = Incidence::new(old.rest.len(), old.elements.iter().map(|nodes| &nodes[..=D]));
         // Most that stay stand in their old order.
         let mut next = 0;
-        let mut pair = |nodes: &Simplex| {
+        let mut in_order = |nodes: &Simplex| {
             let kept = kept(new, nodes)?;
-            let ahead = old.elements[next..].iter().take(AHEAD).position(|own| own[..=D] == kept[..=D]);
-            let same = match ahead {
-                Some(ahead) => Some(Same { element: ElementId((next + ahead) as u32), corners: [0, 1, 2, 3] }),
-                None => same::<D>(&kept, &around, &old.elements),
-            }?;
-            next = same.element.index() + 1;
-            Some(same)
+            let ahead = old.elements[next..].iter().take(AHEAD).position(|own| own[..=D] == kept[..=D])?;
+            next += ahead + 1;
+            Some(Same { element: ElementId(next as u32 - 1), corners: [0, 1, 2, 3] })
         };
-        let mut same: Vec<Option<Same>> = new.elements.iter().map(&mut pair).collect();
+        let mut same: Vec<Option<Same>> = new.elements.iter().map(&mut in_order).collect();
+        let left = Left::of(old, &gone(&same, old.elements.len()));
+        for (nodes, same) in new.elements.iter().zip(&mut same).filter(|(_, same)| same.is_none()) {
+            *same = kept(new, nodes).and_then(|kept| left.same(&kept));
+        }
         let mut gone = gone(&same, old.elements.len());
         if same.iter().all(Option::is_some) {
-            let heirs = heirs((old, &around), &gone);
+            let heirs = heirs(old, &gone);
             same.iter_mut()
                 .filter(|same| same.is_some_and(|same| heirs.binary_search(&same.element).is_ok()))
                 .for_each(|s| *s = None);
             gone.extend(heirs);
             gone.sort_unstable();
         }
-        let unchanged = unchanged(new, &same, &around);
+        let unchanged = unchanged((old, new), &same, &gone);
         Self { same, gone, unchanged }
     }
 
@@ -101,8 +100,35 @@ fn kept<const D: usize>(new: &Proposal<D>, nodes: &Simplex) -> Option<[NodeId; 4
     Some(kept)
 }
 
-fn same<const D: usize>(nodes: &[NodeId; 4], around: &Incidence, old: &[Simplex]) -> Option<Same> {
-    around.of(nodes[0]).iter().find_map(|element| Same::of::<D>(*element, &old[element.index()], nodes))
+/// Old elements by their nodes.
+struct Left<'a, const D: usize> {
+    old: &'a Mesh<D>,
+    /// The nodes of each, ascending, and which it is; in that order.
+    all: Vec<([NodeId; 4], ElementId)>,
+}
+
+impl<'a, const D: usize> Left<'a, D> {
+    fn of(old: &'a Mesh<D>, elements: &[ElementId]) -> Self {
+        let mut all: Vec<_> = elements.iter().map(|e| (ascending::<D>(&old.elements[e.index()]), *e)).collect();
+        all.sort_unstable();
+        Self { old, all }
+    }
+
+    /// That which a new element with these of the old nodes is.
+    fn same(&self, nodes: &[NodeId; 4]) -> Option<Same> {
+        let key = ascending::<D>(nodes);
+        let first = self.all.partition_point(|(nodes, _)| *nodes < key);
+        let mut equal = self.all[first..].iter().take_while(|(nodes, _)| *nodes == key);
+        equal.find_map(|(_, element)| Same::of::<D>(*element, &self.old.elements[element.index()], nodes))
+    }
+}
+
+/// The nodes of an element in ascending order; of a fourth in the plane the first one.
+fn ascending<const D: usize>(nodes: &Simplex) -> [NodeId; 4] {
+    let mut ascending = [NodeId::default(); 4];
+    ascending[..=D].copy_from_slice(&nodes[..=D]);
+    ascending[..=D].sort_unstable();
+    ascending
 }
 
 fn gone(same: &[Option<Same>], n_old: usize) -> Vec<ElementId> {
@@ -116,7 +142,11 @@ fn gone(same: &[Option<Same>], n_old: usize) -> Vec<ElementId> {
 /// The elements across the facets of what is gone. Where no element of the new mesh is new nothing was put in its place, and what it
 /// carries is laid on them. Where some are it is laid on the nearest of those, however far: with heirs then, too, the splash of
 /// `hydro-drag` on cells of R/12 was drawn to slivers at which no mesh was good enough, and three of four runs stopped, none without.
-fn heirs<const D: usize>((old, around): (&Mesh<D>, &Incidence), gone: &[ElementId]) -> Vec<ElementId> {
+fn heirs<const D: usize>(old: &Mesh<D>, gone: &[ElementId]) -> Vec<ElementId> {
+    if gone.is_empty() {
+        return vec![];
+    }
+    let around = Incidence::new(old.rest.len(), old.elements.iter().map(|nodes| &nodes[..=D]));
     let nodes_of = |e: &ElementId| &old.elements[e.index()][..=D];
     let mut heirs = vec![];
     for nodes in gone.iter().map(nodes_of) {
@@ -129,17 +159,23 @@ fn heirs<const D: usize>((old, around): (&Mesh<D>, &Incidence), gone: &[ElementI
     heirs
 }
 
-fn unchanged<const D: usize>(new: &Proposal<D>, same: &[Option<Same>], around: &Incidence) -> Vec<Option<NodeId>> {
-    let mut found = vec![0_usize; new.position.len()];
-    for nodes in new.elements.iter().zip(same).filter(|(_, same)| same.is_some()).map(|(nodes, _)| nodes) {
-        nodes[..=D].iter().for_each(|node| found[node.index()] += 1);
+/// The old nodes around which no old element is gone and no new one is new.
+fn unchanged<const D: usize>(
+    (old, new): (&Mesh<D>, &Proposal<D>),
+    same: &[Option<Same>],
+    gone: &[ElementId],
+) -> Vec<Option<NodeId>> {
+    let mut has_lost = vec![false; old.rest.len()];
+    for nodes in gone.iter().map(|e| &old.elements[e.index()]) {
+        nodes[..=D].iter().for_each(|node| has_lost[node.index()] = true);
     }
+    let mut has_new = vec![false; new.position.len()];
     for (nodes, _) in new.elements.iter().zip(same).filter(|(_, same)| same.is_none()) {
-        nodes[..=D].iter().for_each(|node| found[node.index()] = usize::MAX / 2);
+        nodes[..=D].iter().for_each(|node| has_new[node.index()] = true);
     }
-    let whole = |(origin, found): (&Origin, usize)| match origin {
-        Origin::Kept(node) if around.of(*node).len() == found => Some(*node),
+    let whole = |(origin, has_new): (&Origin, bool)| match origin {
+        Origin::Kept(node) if !has_new && !has_lost[node.index()] => Some(*node),
         Origin::Kept(_) | Origin::Surface(..) | Origin::Inside => None,
     };
-    new.origin.iter().zip(found).map(whole).collect()
+    new.origin.iter().zip(has_new).map(whole).collect()
 }

@@ -1,12 +1,11 @@
-//! How fine a mesh should be: from the bends of the fields on it, limited in range, and in growth.
+//! How fine a mesh should be: from how far the fields on it bend, limited in range, and in growth.
 
 use super::Moved;
 use super::cell::edges;
-use crate::algebra::{Tensor, Vector, cofactor, det, embed};
-use crate::mesh::{self, ElementId, Incidence, NodeId, Simplex, neighbours};
+use crate::algebra::Vector;
+use crate::mesh::{Incidence, NodeId, Simplex};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::f64::consts::FRAC_PI_2;
 
 /// What target sizes are limited to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +27,7 @@ pub fn graded<const D: usize>(old: &Moved<'_, D>, mut size: Vec<f64>, growth: f6
     let elements = &old.mesh.elements;
     let limit = |h: f64, a: usize, b: usize| h + growth * (old.position[a] - old.position[b]).norm();
     // Positive numbers have the order of their bits.
-    let mut waiting: BinaryHeap<_> = too_great::<D>(elements, &size, limit).into_iter().map(Reverse).collect();
+    let mut waiting: BinaryHeap<_> = too_great(old, &size, growth).into_iter().map(Reverse).collect();
     if waiting.is_empty() {
         return size;
     }
@@ -53,76 +52,29 @@ pub fn graded<const D: usize>(old: &Moved<'_, D>, mut size: Vec<f64>, growth: f6
     size
 }
 
-/// The nodes that one at the other end of an edge is too great for, and the bits of their sizes.
-fn too_great<const D: usize>(
-    elements: &[Simplex],
-    size: &[f64],
-    limit: impl Fn(f64, usize, usize) -> f64,
-) -> Vec<(u64, usize)> {
+/// The nodes that one at the other end of an edge is too great for, and the bits of their sizes. What the edge clearly allows is known
+/// without a root.
+fn too_great<const D: usize>(old: &Moved<'_, D>, size: &[f64], growth: f64) -> Vec<(u64, usize)> {
     let mut found = vec![false; size.len()];
-    for nodes in elements {
+    for nodes in &old.mesh.elements {
         for edge in edges::<D>() {
             let [a, b] = edge.map(|corner| nodes[corner].index());
             let [less, more] = if size[a] < size[b] { [a, b] } else { [b, a] };
-            if size[less] < size[more] && !found[less] {
-                found[less] = limit(size[less], less, more) < size[more];
+            let apart = size[more] - size[less];
+            if apart <= 0.0 || found[less] {
+                continue;
             }
+            let edge = old.position[less] - old.position[more];
+            let is_clear = growth * growth * edge.norm_squared() > apart * apart * (1.0 + CLOSE);
+            found[less] = !is_clear && size[less] + growth * edge.norm() < size[more];
         }
     }
     let found = found.iter().enumerate().filter(|(_, found)| **found);
     found.map(|(node, _)| (size[node].to_bits(), node)).collect()
 }
 
-/// How far nodal fields bend at each element, rad (numerics 4.3).
-///
-/// Over an element a component f of a field is a plane, in space a hyperplane, with normal (−s ∇f, 1), s = L/range(f), where L is the extent of the
-/// body: without units. The bend is the greatest angle between its normal and that of a neighbour, of all components. A component
-/// whose range is below 1e-9 of its magnitude is constant.
-///
-/// # Panics
-/// Unless every field has one value per node.
-#[must_use]
-pub fn bends<const D: usize>(old: &Moved<'_, D>, fields: &[&[Vector<D>]]) -> Vec<f64> {
-    bends_within(old, fields, (&neighbours::<D>(&old.mesh.elements), [0.0, FRAC_PI_2]))
-}
-
-/// The same with these neighbours, where only so much is asked for: of an element that bends by less than the first angle, rad, some
-/// angle below that, and of one by more than the second, some angle above that.
-///
-/// # Panics
-/// Unless every field has one value per node, and the angles are between 0 and π/2.
-#[must_use]
-pub fn bends_within<const D: usize>(
-    old: &Moved<'_, D>,
-    fields: &[&[Vector<D>]],
-    (across, [least, most]): (&[[Option<ElementId>; 4]], [f64; 2]),
-) -> Vec<f64> {
-    assert!((0.0..=FRAC_PI_2).contains(&least) && (least..=FRAC_PI_2).contains(&most), "angles are acute");
-    let mut bends = vec![Bend { angle: 0.0, tangent: square_of_tangent(least) * (1.0 - CLOSE) }; across.len()];
-    let most = if most < FRAC_PI_2 { square_of_tangent(most) * (1.0 + CLOSE) } else { f64::INFINITY };
-    for field in fields {
-        assert_eq!(field.len(), old.position.len(), "one value per node is needed");
-        raise(&mut bends, &slopes(old, field), (across, most));
-    }
-    bends.into_iter().map(|bend| bend.angle).collect()
-}
-
-/// How far an element bends.
-#[derive(Clone, Copy)]
-struct Bend {
-    /// The greatest angle found, rad.
-    angle: f64,
-    /// tan² of it, or of the least that is asked for; infinite if it is not acute.
-    tangent: f64,
-}
-
-/// Squares of tangents that are closer than this, as a part, may be those of either angle.
+/// Squares that are closer than this, as a part, may be those of numbers in either order.
 const CLOSE: f64 = 1e-9;
-
-fn square_of_tangent(angle: f64) -> f64 {
-    let tangent = libm::tan(angle);
-    tangent * tangent
-}
 
 /// Target sizes of the nodes from the bends of the elements: h·clamp(θ*/θ, ½, 2), h being the mean edge and θ* = `angle`, rad; a
 /// node takes the least of its elements.
@@ -149,81 +101,10 @@ fn mean_edge<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
     edges::<D>().iter().map(length).sum::<f64>() / edges::<D>().len() as f64
 }
 
-/// Raises the bend of each element to the greatest angle between its normals and those of a neighbour, until its tan² is `most`; each
-/// pair is seen once.
-fn raise<const D: usize>(
-    bends: &mut [Bend],
-    slopes: &[[Vector<D>; D]],
-    (across, most): (&[[Option<ElementId>; 4]], f64),
-) {
-    let steepest: Vec<f64> =
-        slopes.iter().map(|slopes| slopes.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max)).collect();
-    for (e, around) in across.iter().enumerate() {
-        for other in around.iter().flatten().map(|other| other.index()).filter(|other| *other > e) {
-            if is_flat(steepest[e].max(steepest[other]), bends[e].tangent.min(bends[other].tangent)) {
-                continue;
-            }
-            for (a, b) in slopes[e].iter().zip(&slopes[other]) {
-                let known = bends[e].tangent.min(bends[other].tangent);
-                let (apart, along) = normals(a, b);
-                if known > most || along > 0.0 && apart <= known * (along * along) * (1.0 - CLOSE) {
-                    continue;
-                }
-                let angle = libm::atan2(apart.sqrt(), along);
-                let tangent = if along > 0.0 { apart / (along * along) } else { f64::INFINITY };
-                for bend in [e, other] {
-                    let bend = &mut bends[bend];
-                    *bend = Bend { angle: bend.angle.max(angle), tangent: bend.tangent.max(tangent) };
-                }
-            }
-        }
-    }
-}
-
-/// Whether no normals of graphs with at most this slope, squared, can have an angle whose tan² is more: |a − b|² ≤ 4|a|²,
-/// |a × b|² ≤ |a|⁴ and a·b ≥ −|a|², if |a| ≥ |b|.
-fn is_flat(steepest: f64, tangent: f64) -> bool {
-    let along = 1.0 - steepest;
-    along > 0.0 && steepest * (4.0 + steepest) <= tangent * (along * along) * (1.0 - CLOSE)
-}
-
-/// Of the normals (−a, 1) and (−b, 1) of two graphs what their angle θ follows from, tan²θ = apart/along²:
-/// |a − b|² + |a × b|² and a·b + 1.
-fn normals<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> (f64, f64) {
-    let apart = (a - b).norm_squared() + embed(a).cross(&embed(b)).norm_squared();
-    (apart, a.dot(b) + 1.0)
-}
-
-/// s ∇f of the components of a field over each element; none over flat elements and of constant ones.
-fn slopes<const D: usize>(old: &Moved<'_, D>, field: &[Vector<D>]) -> Vec<[Vector<D>; D]> {
-    let ends = |values: &mut dyn Iterator<Item = f64>| {
-        values.fold([f64::MAX, -f64::MAX], |[low, high], v| [low.min(v), high.max(v)])
-    };
-    let extent =
-        (0..D).map(|i| ends(&mut old.position.iter().map(|x| x[i]))).map(|[low, high]| high - low).fold(0.0, f64::max);
-    let scales: [f64; D] = std::array::from_fn(|component| {
-        let [low, high] = ends(&mut field.iter().map(|v| v[component]));
-        let is_constant = high - low <= 1e-9 * low.abs().max(high.abs());
-        if is_constant { 0.0 } else { extent / (high - low) }
-    });
-    let slope = |simplex: &Simplex| {
-        let sides: Tensor<D> = mesh::edges(old.position, simplex);
-        let (cofactor, det) = (cofactor(&sides), det(&sides));
-        let [first, others] = [&simplex[..1], &simplex[1..=D]];
-        std::array::from_fn(|component| {
-            let first = field[first[0].index()][component];
-            let rise = Vector::<D>::from_fn(|i, _| field[others[i].index()][component] - first);
-            let slope = cofactor * rise / det * scales[component];
-            if slope.norm_squared().is_finite() { slope } else { Vector::zeros() }
-        })
-    };
-    old.mesh.elements.iter().map(slope).collect()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::samples;
     use super::super::shape::{Point, distance};
+    use super::super::{bends, samples};
     use super::*;
     use crate::algebra::Vector3;
     use crate::mesh::{Grid, Mesh, NodeId, Split, uniform};
@@ -315,48 +196,5 @@ mod tests {
         }
         let plane = curved(&old, &bends(&old, &[&field(&|x| 3.0 * x.x + x.y - 2.0 * x.z)]), 0.2, &range);
         assert!(plane.iter().all(|h| (h - 2.0 * edge).abs() < 1e-12));
-    }
-
-    #[test]
-    fn bends_are_the_greatest_angles_of_all_neighbours_however_steep_fields_are() {
-        let mesh = cube(4);
-        let old = Moved { mesh: &mesh, position: &mesh.rest };
-        let across = neighbours::<3>(&mesh.elements);
-        for steep in [1e-3, 0.1, 1.0, 20.0] {
-            let wavy = |x: &Vector3| Vector3::new((9.0 * x.x).sin(), (7.0 * x.y * x.z).cos() + x.x, x.z * x.z * x.z);
-            // One node far away leaves the others a small part of the range.
-            let mut field: Vec<Vector3> = mesh.rest.iter().map(wavy).collect();
-            field[7] = Vector3::repeat(10.0 / steep);
-            let slopes = slopes(&old, &field);
-            let angle = |e: usize, other: usize| {
-                let angles = slopes[e].iter().zip(&slopes[other]).map(|(a, b)| normals(a, b));
-                angles.map(|(apart, along)| libm::atan2(apart.sqrt(), along)).fold(0.0, f64::max)
-            };
-            let greatest = |(e, around): (usize, &[Option<ElementId>; 4])| {
-                around
-                    .iter()
-                    .flatten()
-                    .map(|other| angle(e.min(other.index()), e.max(other.index())))
-                    .fold(0.0, f64::max)
-            };
-            let wanted: Vec<f64> = across.iter().enumerate().map(greatest).collect();
-            assert_eq!(bends(&old, &[&field]), wanted);
-            let within = bends_within(&old, &[&field], (&across, [0.2, 0.8]));
-            for (found, wanted) in within.iter().zip(&wanted) {
-                let holds = if *wanted < 0.2 { *found < 0.2 } else { found == wanted || found.min(*wanted) > 0.8 };
-                assert!(holds, "{found} for {wanted}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_angle_between_graphs_is_that_of_their_normals() {
-        let between = |(apart, along): (f64, f64)| libm::atan2(apart.sqrt(), along);
-        let (a, b) = (Vector::<2>::new(0.3, -0.8), Vector::<2>::new(-1.1, 0.4));
-        let [n, m] = [a, b].map(|a| Vector3::new(-a[0], -a[1], 1.0));
-        assert!((between(normals(&a, &b)) - n.angle(&m)).abs() < 1e-14);
-        // In space as in the plane, where both slopes lie in one.
-        let [a, b] = [a, b].map(|a| Vector3::new(a[0], 0.0, a[1]));
-        assert!((between(normals(&a, &b)) - n.angle(&m)).abs() < 1e-14);
     }
 }

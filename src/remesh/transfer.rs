@@ -42,6 +42,7 @@ pub fn transfer_paired<const D: usize>(
     let rest = rest.collect();
     let mut velocity = guess(&traces, carried, &held);
     let balance = Balance {
+        origin: &new.origin,
         old: (&old.mesh.elements, carried),
         new: (&new.elements, &pairing),
         parts: &parts.all,

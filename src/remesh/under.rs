@@ -13,6 +13,8 @@ use crate::mesh::ElementId;
 /// The old elements that are gone, as places for new ones.
 pub(super) struct Under<'a, const D: usize> {
     cells: &'a [Cell<D>],
+    /// The boxes around them.
+    bounds: Vec<Bounds<D>>,
     locator: Locator<'a, D>,
     /// By new element, those that it can lie over; all where none are named.
     over: &'a [Vec<ElementId>],
@@ -33,13 +35,14 @@ impl<'a, const D: usize> Under<'a, D> {
             rank = vec![None; old.mesh.elements.len()];
             pairing.gone.iter().zip(0..).for_each(|(e, t)| rank[e.index()] = Some(t));
         }
-        Self { cells, locator: Locator::new(cells), over: &new.over, rank }
+        let bounds = cells.iter().map(Cell::bounds).collect();
+        Self { cells, bounds, locator: Locator::new(cells), over: &new.over, rank }
     }
 
     /// Visits what can lie under a new element with these bounds.
     pub fn near(&self, element: usize, wanted: &Bounds<D>, mut visit: impl FnMut(usize)) {
         match self.own(element) {
-            Some(own) => own.filter(|t| self.cells[*t].bounds().meets(wanted)).for_each(visit),
+            Some(own) => own.filter(|t| self.bounds[*t].meets(wanted)).for_each(visit),
             None => self.locator.near(wanted, &mut visit),
         }
     }
@@ -47,8 +50,16 @@ impl<'a, const D: usize> Under<'a, D> {
     /// The nearest place to a point that is a node of this new element.
     pub fn nearest(&self, element: usize, p: &Vector<D>) -> Option<Place> {
         let Some(own) = self.own(element) else { return self.locator.nearest(p) };
-        let places = own.map(|t| self.cells[t].nearest(p, t));
-        places.min_by(|a, b| a.distance.total_cmp(&b.distance)).or_else(|| self.locator.nearest(p))
+        let mut nearest: Option<Place> = None;
+        for place in own.map(|t| self.cells[t].nearest(p, t)) {
+            nearest =
+                Some(nearest.filter(|nearest| nearest.distance.total_cmp(&place.distance).is_le()).unwrap_or(place));
+            // Nothing is nearer.
+            if place.distance == 0.0 {
+                break;
+            }
+        }
+        nearest.or_else(|| self.locator.nearest(p))
     }
 
     fn own(&self, element: usize) -> Option<impl Iterator<Item = usize> + '_> {

@@ -1,18 +1,21 @@
 //! Velocities of a new mesh that have the momentum of the old one.
 
+use super::Origin;
 use super::carried::{Carried, heights};
 use super::cell::weighed;
 use super::overlay::inertia;
 use super::pairing::{Pairing, Same};
 use super::pieces::Part;
 use crate::algebra::Vector;
-use crate::mesh::{NodeId, Simplex};
+use crate::mesh::Simplex;
 
 /// Sweeps: one from the guess and three corrections (numerics 4.5).
 const SWEEPS: usize = 4;
 
 /// What the velocities of a new mesh have to satisfy, M v = b.
 pub(super) struct Balance<'a, const D: usize> {
+    /// Where the new nodes come from.
+    pub origin: &'a [Origin],
     /// The old elements and what they carry.
     pub old: (&'a [Simplex], &'a Carried<'a, D>),
     /// The new elements and what they are.
@@ -31,9 +34,8 @@ impl<const D: usize> Balance<'_, D> {
     /// Returns the b − M v of the last sweep in the held directions, N·s: what they took from the momentum.
     pub fn sweep(&self, velocity: &mut [Vector<D>]) -> Vec<Vector<D>> {
         let mut taken = vec![Vector::zeros(); velocity.len()];
-        let was = self.old_nodes(velocity.len());
         for _ in 0..SWEEPS {
-            taken = self.missing(velocity, &was);
+            taken = self.missing(velocity);
             for (i, v) in velocity.iter_mut().enumerate() {
                 for axis in (0..D).filter(|axis| !self.held[i][*axis]) {
                     v[axis] += self.kick(i, std::mem::take(&mut taken[i][axis]));
@@ -48,25 +50,17 @@ impl<const D: usize> Balance<'_, D> {
         if missing == 0.0 || self.mass[node] <= 0.0 { -0.0 } else { missing / self.mass[node] }
     }
 
-    /// The old nodes of those of unchanged elements.
-    fn old_nodes(&self, n_nodes: usize) -> Vec<Option<NodeId>> {
-        let mut was = vec![None; n_nodes];
-        for (nodes, same) in self.new.0.iter().zip(&self.new.1.same) {
-            let old = same.map(|same| same.turned(&self.old.0[same.element.index()]));
-            for (node, old) in nodes[..=D].iter().zip(old.iter().flatten()) {
-                was[node.index()] = Some(*old);
-            }
-        }
-        was
-    }
-
     /// b − M v, N·s. Of an unchanged element that is M (v_old − v), which is exactly nothing where v is the old one.
-    fn missing(&self, velocity: &[Vector<D>], was: &[Option<NodeId>]) -> Vec<Vector<D>> {
+    fn missing(&self, velocity: &[Vector<D>]) -> Vec<Vector<D>> {
         let mut missing = vec![Vector::<D>::zeros(); velocity.len()];
-        let lags =
-            |(v, was): (&Vector<D>, &Option<NodeId>)| was.is_some_and(|was| self.old.1.velocity[was.index()] != *v);
-        let lags: Vec<bool> = velocity.iter().zip(was).map(lags).collect();
-        for (nodes, same) in self.new.0.iter().zip(&self.new.1.same) {
+        let lags = |(v, origin): (&Vector<D>, &Origin)| match origin {
+            Origin::Kept(was) => self.old.1.velocity[was.index()] != *v,
+            // No unchanged element has them.
+            Origin::Surface(..) | Origin::Inside => false,
+        };
+        let lags: Vec<bool> = velocity.iter().zip(self.origin).map(lags).collect();
+        let n_same = if lags.contains(&true) { self.new.0.len() } else { 0 };
+        for (nodes, same) in self.new.0.iter().zip(&self.new.1.same).take(n_same) {
             let Some(same) = same.filter(|_| nodes[..=D].iter().any(|node| lags[node.index()])) else { continue };
             let lag = self.lag(nodes, same, velocity);
             if lag == [Vector::<D>::zeros(); 4] {

@@ -60,8 +60,9 @@ fn lumped<const D: usize>(body: &Body<D>, new: &Proposal<D>) -> Transferred<D> {
     let parts = Parts::of((&body.moved(), &carried), (new, &pairing), &under).all;
     assert_eq!(parts.len(), new.elements.len(), "every element changes");
     let mut velocity = vec![Vector::zeros(); new.position.len()];
-    let (old, new) = ((&body.mesh.elements[..], &carried), (&new.elements[..], &pairing));
-    Balance { old, new, parts: &parts, mass: &after.mass, held: &after.held }.sweep(&mut velocity);
+    let (old, origin) = ((&body.mesh.elements[..], &carried), &new.origin);
+    let new = (&new.elements[..], &pairing);
+    Balance { origin, old, new, parts: &parts, mass: &after.mass, held: &after.held }.sweep(&mut velocity);
     Transferred { velocity, ..after }
 }
 

@@ -232,9 +232,9 @@ impl<const D: usize> Gelatin<D> {
         remesh::bends(moved, &[&displacement(moved), &self.engine.state().velocity])
     }
 
-    /// The neighbours of each element of the mesh that there is, and its quality where the nodes are.
-    pub fn worn(&self, moved: &Moved<'_, D>) -> (Neighbours, Vec<f64>) {
-        let across = self.across.clone().unwrap_or_else(|| neighbours::<D>(&moved.mesh.elements));
+    /// The neighbours of each element of the mesh that there is, if these are not `known`, and its quality where the nodes are.
+    pub fn worn(&self, moved: &Moved<'_, D>, known: Option<Neighbours>) -> (Neighbours, Vec<f64>) {
+        let across = known.unwrap_or_else(|| neighbours::<D>(&moved.mesh.elements));
         (across, self.recipe.shapes(&moved.mesh.elements, moved.position))
     }
 

@@ -103,6 +103,39 @@ impl<'a, const D: usize> Past<'a, D> {
     }
 }
 
+/// Strains and distortions of old elements that are in new ones, found once: most are in several.
+#[derive(Default)]
+struct Strains<const D: usize> {
+    /// By old element, which of them is its own, if any.
+    place: Vec<Option<u32>>,
+    all: Vec<(Strain<D>, f64)>,
+}
+
+impl<const D: usize> Strains<D> {
+    /// Of what new elements are made of, with the nodes at `x`.
+    fn of(past: &Past<'_, D>, x: &[Vector<D>], sources: &[Source]) -> Self {
+        let mut strains = Self { place: vec![None; past.potential.len()], all: vec![] };
+        for old in sources.iter().map(|source| source.old) {
+            if strains.place[old.index()].is_none() {
+                strains.place[old.index()] = Some(strains.all.len() as u32);
+                strains.all.push(Self::found(past, x, old));
+            }
+        }
+        strains
+    }
+
+    fn found(past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> (Strain<D>, f64) {
+        let strain = Strain::of(past, x, element);
+        (strain, strain.distortion())
+    }
+
+    /// That of an old element.
+    fn at(&self, past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> (Strain<D>, f64) {
+        let place = self.place.get(element.index()).copied().flatten();
+        place.map_or_else(|| Self::found(past, x, element), |place| self.all[place as usize])
+    }
+}
+
 /// What new elements are at rest where their nodes do not say it.
 type References<const D: usize> = Vec<(ElementId, Reference<D>)>;
 
@@ -128,8 +161,7 @@ pub(super) fn inherited<const D: usize>(
             continue;
         }
         if flows {
-            let whole = past.old.corner_mass[same.element.index()].iter().sum();
-            let mean = Mean::of(past, position, &[Source { new: element, old: same.element, mass: whole, part: 1.0 }]);
+            let mean = Mean::alone(past, position, same.element);
             let now = Reference::of(&proposal.position, &proposal.elements[element.index()]);
             all.push((element, mean.made(&now, &now)?));
             mean.recall(&mut memory[element.index()]);
@@ -142,6 +174,7 @@ pub(super) fn inherited<const D: usize>(
         }
     }
     let mut is_known: Vec<bool> = new.same.iter().map(Option::is_some).collect();
+    let strains = Strains::of(past, position, &new.sources);
     let laid = laid(past, new);
     for sources in new.sources.chunk_by(|a, b| a.new == b.new) {
         let element = sources[0].new;
@@ -149,7 +182,7 @@ pub(super) fn inherited<const D: usize>(
         let nodes = &proposal.elements[element.index()];
         let told = Reference::of(&new.rest, nodes);
         let now = Reference::of(&proposal.position, nodes);
-        let mean = Mean::of(past, position, sources).and(laid[element.index()]);
+        let mean = Mean::of(past, (position, &strains), sources).and(laid[element.index()]);
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
         }
@@ -198,13 +231,19 @@ fn turned<const D: usize>(reference: &Reference<D>, same: Same) -> Reference<D> 
 }
 
 impl<const D: usize> Mean<D> {
-    fn of(past: &Past<'_, D>, x: &[Vector<D>], sources: &[Source]) -> Self {
+    /// Of one old element.
+    fn alone(past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
+        let mass = past.old.corner_mass[element.index()].iter().sum();
+        Self::of(past, (x, &Strains::default()), &[Source { new: element, old: element, mass, part: 1.0 }])
+    }
+
+    fn of(past: &Past<'_, D>, (x, strains): (&[Vector<D>], &Strains<D>), sources: &[Source]) -> Self {
         let is_ring = past.potential.section() == Section::Axisymmetric;
         let (mut strain, mut distortion, mut rest, mut mass) = (Strain::zero(), 0.0, 0.0, 0.0);
         let (mut plastic, mut left, mut stored) = (0.0, 0.0, 0.0);
         let is_massive = sources.iter().any(|source| source.mass > 0.0);
         for source in sources {
-            let own = Strain::of(past, x, source.old);
+            let (own, own_distortion) = strains.at(past, x, source.old);
             let memory = past.memory.get(source.old.index()).copied().unwrap_or_default();
             // What was made of nothing in the mesh before has no mass: its mean is by volume.
             let weight = if is_massive { source.mass } else { source.part * past.rest(source.old) };
@@ -212,9 +251,9 @@ impl<const D: usize> Mean<D> {
             left += memory.left * weight;
             rest += rest_of(past, source);
             strain = strain.plus(&own, weight);
-            distortion += own.distortion() * weight;
+            distortion += own_distortion * weight;
             mass += weight;
-            stored += (own.distortion() - UNDISTORTED) * source.part * past.rest(source.old) * memory.left;
+            stored += (own_distortion - UNDISTORTED) * source.part * past.rest(source.old) * memory.left;
         }
         let flows = past.potential.remembers();
         let left = left / mass;
@@ -354,7 +393,7 @@ mod tests {
         let birth = Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], mesh };
         let past = Past::new((&simplices, &birth, &memory), &position);
         let source = Source { new: ElementId(0), old: ElementId(3), mass: 0.0, part: 1.0 };
-        let mean = Mean::of(&past, &position, &[source]);
+        let mean = Mean::of(&past, (&position, &Strains::default()), &[source]);
         assert!(
             (mean.plastic - 0.7).abs() < 1e-15 && (mean.left - 0.4).abs() < 1e-15,
             "{} {}",

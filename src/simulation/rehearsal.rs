@@ -95,7 +95,7 @@ impl Gelatin<2> {
         let old = self.present();
         let position = self.engine.state().position.clone();
         let moved = Moved { mesh: &old.mesh, position: &position };
-        let worn = self.worn(&moved);
+        let worn = self.worn(&moved, self.across.clone());
         let size = self.sizes(&moved, (sizes, &worn.0));
         let successors = [RemeshMethod::Immersed, RemeshMethod::Retained]
             .map(|method| (method, self.successor((&old, &moved, &worn), &size, method)));

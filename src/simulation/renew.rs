@@ -62,7 +62,9 @@ impl<const D: usize> Gelatin<D> {
         let old = self.present();
         let position = self.engine.state().position.clone();
         let moved = Moved { mesh: &old.mesh, position: &position };
-        let worn = self.worn(&moved);
+        // Whatever mesh goes on tells it again.
+        let across = self.across.take();
+        let worn = self.worn(&moved, across);
         let size = self.sizes(&moved, (&sizes, &worn.0));
         let mut refused = vec![];
         let ways = match D {

@@ -6,6 +6,9 @@ use crate::mesh::{ElementId, FACES, NodeId, Simplex};
 use crate::remesh::bounds::Bounds;
 use crate::remesh::{Moved, Origin, Proposal, marks};
 
+/// Squares that are closer than this, as a part, may be those of lengths in either order.
+const CLOSE: f64 = 1e-9;
+
 /// A tetrahedron by its points, positively oriented.
 pub(super) type Tet = [u32; 4];
 
@@ -185,6 +188,18 @@ impl Complex {
         (a.x - b.x).norm_squared() / (target * target)
     }
 
+    /// Whether that is beyond a limit on this side. What clearly is or is not is known without a division.
+    fn is_beyond(&self, (a, b): (u32, u32), limit: f64, beyond: fn(&f64, &f64) -> bool) -> bool {
+        let [from, to] = [a, b].map(|point| &self.points[point as usize]);
+        let target = 0.5 * (from.size + to.size);
+        let (square, limited) = ((from.x - to.x).norm_squared(), limit * (target * target));
+        if (square - limited).abs() > CLOSE * limited {
+            beyond(&square, &limited)
+        } else {
+            beyond(&self.length(a, b), &limit)
+        }
+    }
+
     pub fn apply(&mut self, change: &Change) {
         let under = self.under(&change.gone);
         for &t in &change.gone {
@@ -294,12 +309,12 @@ impl Complex {
             self.stars[point as usize].push(t);
         }
         let shape = self.would_be(&tet);
-        let lengths = EDGES.map(|[i, j]| self.length(tet[i], tet[j]));
-        let is_faulty = [
-            lengths.iter().any(|length| *length > LONG * LONG),
-            lengths.iter().any(|length| *length < SHORT * SHORT),
-            shape < cube(FAIR),
-        ];
+        let (mut is_long, mut is_short) = (false, false);
+        for [i, j] in EDGES {
+            is_long |= self.is_beyond((tet[i], tet[j]), LONG * LONG, f64::gt);
+            is_short |= self.is_beyond((tet[i], tet[j]), SHORT * SHORT, f64::lt);
+        }
+        let is_faulty = [is_long, is_short, shape < cube(FAIR)];
         for (faulty, _) in self.faulty.iter_mut().zip(is_faulty).filter(|(_, is_faulty)| *is_faulty) {
             faulty.push(t);
         }
