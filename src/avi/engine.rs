@@ -58,10 +58,8 @@ pub struct Engine<const D: usize, P> {
     pub(super) queue: Queue,
     /// Least and greatest step of any group, ticks.
     pub(super) steps: (Tick, Tick),
-    /// Longest stable step at the start, ticks.
-    pub(super) first: f64,
-    /// Shortest stable step when the mesh was new, ticks.
-    pub(super) finest: f64,
+    /// Shortest and longest stable step when the mesh was new, ticks.
+    pub(super) first: (f64, f64),
     /// What ends the mesh.
     pub(super) ends: Ends,
     /// What failed at the last tick of the mesh: the run ends with it if no other mesh is found.
@@ -167,8 +165,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             phase: Phase::First,
             quiet: None,
             placed: false,
-            first: grid.ticks(steps.iter().copied().fold(0.0, f64::max)),
-            finest: step,
+            first: (step, grid.ticks(steps.iter().copied().fold(0.0, f64::max))),
             gel,
             bodies,
             rules,

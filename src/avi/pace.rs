@@ -301,7 +301,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// The longest step that any group can have after this tick, ticks.
     pub(super) fn horizon(&self) -> f64 {
-        if self.state.now.is_none() { self.first } else { 2.0 * self.longest_step() as f64 }
+        if self.state.now.is_none() { self.first.1 } else { 2.0 * self.longest_step() as f64 }
     }
 
     /// The shortest stable step of the elements of a node of the surface by themselves, ticks: with all of them at that step they fire together.

@@ -124,7 +124,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Whether a step of less than a tick ends the mesh, not the run: not if the mesh is so young that the next one would fare no
     /// better, by the finest step that it began with.
     pub(super) fn can_collapse(&self, tick: Tick) -> bool {
-        self.can_wear() && (tick - self.origin) as f64 >= SHORTEST_LIFE.1 as f64 * self.finest
+        self.can_wear() && (tick - self.origin) as f64 >= SHORTEST_LIFE.1 as f64 * self.first.0
     }
 
     /// Whether the stable step of a group is shorter than a tick, by the stiffness that its nodes had at their last ticks.
