@@ -79,3 +79,17 @@ fn a_density_below_nothing_does_not_stop_a_run() {
 fn an_element_that_inverts_in_a_young_mesh_does_not_stop_a_run() {
     assert!(goes_to_its_end(181).exchanges > 5);
 }
+
+/// The node of the entry surface where two planes of symmetry meet was pushed past the one below it. The edge between them was not drawn
+/// together, because a point beside it is on the surface as well: 17 of 18 speeds beside that of the seed stopped.
+#[test]
+fn a_fold_of_the_line_where_planes_of_symmetry_meet_does_not_stop_a_run() {
+    let text = ranges::text(178);
+    for speed in ["-4.338e1", "-4.35e1", "-4.38e1"] {
+        let other = text.replace("-4.34e1", speed);
+        assert_ne!(other, text);
+        let ride = ride::ride(&other);
+        assert_eq!(ride.stop, None, "{speed} m/s: {ride:?}");
+        assert!(ride.closure[0] < 1e-10 && ride.mass < 1e-11 && ride.exchanges > 5, "{speed} m/s: {ride:?}");
+    }
+}

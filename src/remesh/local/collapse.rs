@@ -2,13 +2,14 @@
 
 use super::complex::{Change, Complex, Tet};
 use super::flat::Flat;
-use super::ring::Ring;
+use super::ring::{Ring, fan};
 
 /// Draws point `a` to point `b`, if all that comes is better than `enough`; and how good it is.
 ///
 /// A point of the surface goes along the surface only, where that is flat, and to a point that is held wherever it is held
-/// itself, and along the end of a loaded face from there. Two points that have the edge and another neighbour in common, but no tetrahedron with all three, would weld what
-/// is not one (the link condition).
+/// itself, and along the end of a loaded face from there. Two points that have the edge and another neighbour in common, but no
+/// tetrahedron with all three, would weld what is not one; and so would two that the surface joins to a third one, but by no facet
+/// with all three (the link condition; Dey and others 1999).
 pub(super) fn onto(complex: &Complex, (a, b): (u32, u32), enough: f64, flat: &Flat) -> Option<(f64, Change)> {
     let [from, to] = [a, b].map(|point| &complex.points[point as usize]);
     let is_held_less = (0..3).all(|axis| to.held[axis] || !from.held[axis]);
@@ -37,13 +38,13 @@ fn change(complex: &Complex, (a, b): (u32, u32), is_on_surface: bool) -> Change 
     Change { gone, new, swept, moved: None }
 }
 
-/// Whether all points next to both are on the ring around the edge; of a surface, those of its two facets only.
+/// Whether all points next to both are on the ring around the edge; those that the surface joins to both are the third points of its
+/// two facets only.
 fn links_alike(complex: &Complex, (a, b): (u32, u32), ring: &Ring) -> bool {
     let ends = [ring.points[0], *ring.points.last().unwrap_or(&a)];
-    let is_allowed = |p: &u32| {
-        let is_inner = ring.points.contains(p) && !(ring.is_open && complex.points[*p as usize].is_on_surface);
-        is_inner || (ring.is_open && ends.contains(p))
-    };
+    let joined = if ring.is_open { [a, b].map(|point| fan(complex, point)) } else { [vec![], vec![]] };
+    let welds = |p: &u32| joined.iter().all(|fan| fan.iter().any(|edge| edge.contains(p)));
+    let is_allowed = |p: &u32| ring.points.contains(p) && (!ring.is_open || ends.contains(p) || !welds(p));
     let mut next_to_a: Vec<u32> = complex.star(a).flat_map(|(_, tet)| tet).filter(|p| *p != a && *p != b).collect();
     next_to_a.sort_unstable();
     next_to_a.dedup();
