@@ -60,9 +60,10 @@ pub(super) struct Block {
     pub steps: (Tick, Tick),
     /// How much of it fires at this tick.
     pub due: Due,
-    /// The nodes of the groups that fire, if not all do …
+    /// The nodes of the groups that fire, if not all do.
     pub touched: Vec<u16>,
-    /// … as they were when so many fired last: of what is paced by powers of two, who fires with how many is always the same.
+    /// How many groups fired when those were found, 0 if they must be found anew: of steps that are powers of two so many are always
+    /// the same ones.
     pub n_firing: usize,
     /// What is known of its part.
     pub known: Known,

@@ -230,7 +230,7 @@ mod tests {
     use crate::algebra::{Vector3, embed};
     use crate::mesh::{Grid, Mesh, Split, uniform};
 
-    /// That of the first component alone.
+    /// The angle of each component, rad.
     fn between<const D: usize>(a: &Slopes<D>, b: &Slopes<D>) -> [f64; WIDE] {
         let (apart, along) = normals(a, b);
         std::array::from_fn(|k| libm::atan2(apart[k].sqrt(), along[k]))

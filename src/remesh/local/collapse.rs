@@ -39,12 +39,12 @@ fn change(complex: &Complex, (a, b): (u32, u32), is_on_surface: bool) -> Change 
 }
 
 /// Whether all points next to both are on the ring around the edge; those that the surface joins to both are the third points of its
-/// two facets only.
+/// two facets only, and where one end is held less than the other no further point of the surface is: a facet might become one of a
+/// held face.
 fn links_alike(complex: &Complex, (a, b): (u32, u32), ring: &Ring) -> bool {
     let ends = [ring.points[0], *ring.points.last().unwrap_or(&a)];
     let joined = if ring.is_open { [a, b].map(|point| fan(complex, point)) } else { [vec![], vec![]] };
     let welds = |p: &u32| joined.iter().all(|fan| fan.iter().any(|edge| edge.contains(p)));
-    // Where one is held less than the other, a facet might become one of a held face.
     let alike = complex.points[a as usize].held == complex.points[b as usize].held;
     let is_free = |p: &u32| !complex.points[*p as usize].is_on_surface || (alike && !welds(p));
     let is_allowed = |p: &u32| ring.points.contains(p) && (!ring.is_open || ends.contains(p) || is_free(p));
