@@ -6,13 +6,14 @@ use ballistic_gel::avi::{Engine, Gel, Kind, Pool, Reached, Rules, Surface, Wear}
 use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion, Wrench};
 use ballistic_gel::element::{Potential, Section, Simplices};
 use ballistic_gel::geometry::{Shape, Sphere};
-use ballistic_gel::material::{
-    Branch, BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Softening, Strength, Viscoelastic,
-};
+use ballistic_gel::material::{Material, NeoHookean};
 use ballistic_gel::mesh::{self, Block, Face, Hold, Mesh, Patches, Split};
 use ballistic_gel::state::State;
 use fearless_simd::Level;
 use nalgebra::UnitQuaternion;
+
+#[path = "lanes/gels.rs"]
+mod gels;
 
 /// A case: what the gel is made of and how time is stepped.
 #[derive(Debug, Clone, Copy)]
@@ -49,21 +50,10 @@ fn in_space() -> impl Iterator<Item = Case> {
 
 /// Neo-Hookean, one that flows under the ball and softens, or one with a branch of the time of the contact and one of a few steps.
 fn material(case: Case) -> Material {
-    let branch = |(shear_modulus, time)| Branch { shear_modulus, time };
     match case.gel {
         Made::Elastic => NeoHookean::new(1.0, 10.0).into(),
-        Made::Flowing => Material::Flowing(Flowing {
-            shear_modulus: 1.0,
-            state: EquationOfState::new(10.0, 1.5, 0.5),
-            strength: Some(Strength::new(0.02, 0.9, 0.06).from_rate(0.3)),
-            softening: Some(Softening::new(0.05, 0.3, 0.2)),
-            viscosity: BulkViscosity { linear: 0.06, quadratic: 1.0 },
-            density: 1.0,
-        }),
-        Made::Relaxing => {
-            let branches = [(0.7, 0.4), (0.9, 0.03)].map(branch);
-            Material::Viscoelastic(Viscoelastic::new(NeoHookean::new(0.6, 10.0), &branches))
-        }
+        Made::Flowing => gels::flowing(),
+        Made::Relaxing => gels::relaxing(&[(0.7, 0.4), (0.9, 0.03)]),
     }
 }
 
@@ -323,4 +313,44 @@ fn an_engine_that_ends_and_goes_on_with_the_same_mesh_gives_the_same_motion() {
             totals.ledger.energy.remesh
         );
     }
+}
+
+#[test]
+fn a_mesh_that_begins_in_mid_step_settles_every_group_there() {
+    for case in in_space() {
+        let (mut old, mut in_between) = (fast::<3>(case, 0.0), 0);
+        let n = old.gel().potential.len();
+        for end in [0.2, 0.23, 0.29, 0.31] {
+            old.advance_to(end, &mut [Exchange::default()]).unwrap();
+            // Any mesh is worse than the best one: it ends with the next of the finest steps, in the middle of others.
+            old.set_wear(Some(Wear { quality: vec![1.0; n], least: vec![0.0; n] }));
+            assert_eq!(old.advance_to(1.0, &mut [Exchange::default()]), Ok(Reached::Worn), "{case:?}");
+            let mut begun = |by_reference: bool| {
+                let nodes = old.state().position.iter().copied().zip(old.state().velocity.iter().copied()).collect();
+                let mut new = old.renewed((gel::<3>(case), Some(old.state().memory.clone())), nodes, None).unwrap();
+                new = if by_reference { new.by_reference() } else { new };
+                // Its first tick.
+                new.advance_to(old.now(), &mut [Exchange::default()]).unwrap();
+                new
+            };
+            let [new, reference] = [false, true].map(&mut begun);
+            in_between += compare_begun(case, &new, &reference);
+            old = new;
+            old.set_wear(None);
+        }
+        assert!(in_between > 0, "{case:?}");
+    }
+}
+
+/// Compares what the clocks of two meshes have after their first tick; how many fire next before their step is over.
+fn compare_begun(case: Case, fast: &Engine<3, Simplices<3>>, reference: &Engine<3, Simplices<3>>) -> usize {
+    let clocks = || fast.state().clocks.iter().zip(&reference.state().clocks);
+    for (fast, reference) in clocks() {
+        assert_eq!(fast.step, reference.step);
+        assert!((fast.energy - reference.energy).abs() < 1e-14, "{case:?}: {fast:?}, {reference:?}");
+        assert!((fast.ahead - reference.ahead).abs() < 1e-14, "{case:?}: {fast:?}, {reference:?}");
+    }
+    assert!(clocks().any(|(_, reference)| reference.ahead.abs() > 1e-10), "{case:?}");
+    assert!(difference(fast.state(), reference.state()) < 1e-14, "{case:?}");
+    clocks().filter(|(clock, _)| !fast.last_tick().is_multiple_of(clock.step)).count()
 }

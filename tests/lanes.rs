@@ -5,27 +5,15 @@ use ballistic_gel::element::{
     Answer, DEPTH, GroupAnswer, Kick, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power, Recall, Section,
     Simplices,
 };
-use ballistic_gel::material::{
-    Branch, BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Softening, Strength, Viscoelastic,
-};
+use ballistic_gel::material::{Material, NeoHookean};
 use ballistic_gel::mesh::{ElementId, Mesh, NodeId, Patches};
 use fearless_simd::Level;
 
-fn gels() -> [Material; 3] {
-    let branch = |(shear_modulus, time)| Branch { shear_modulus, time };
-    let branches = [(0.7, 0.4), (0.9, 0.03), (0.2, 1e-4)].map(branch);
-    [
-        NeoHookean::new(1.0, 10.0).into(),
-        Material::Flowing(Flowing {
-            shear_modulus: 1.0,
-            state: EquationOfState::new(10.0, 1.5, 0.5),
-            strength: Some(Strength::new(0.02, 0.9, 0.06).from_rate(0.3)),
-            softening: Some(Softening::new(0.05, 0.3, 0.2)),
-            viscosity: BulkViscosity { linear: 0.06, quadratic: 1.0 },
-            density: 1.0,
-        }),
-        Material::Viscoelastic(Viscoelastic::new(NeoHookean::new(0.6, 10.0), &branches)),
-    ]
+#[path = "lanes/gels.rs"]
+mod gels;
+
+fn all_gels() -> [Material; 3] {
+    [NeoHookean::new(1.0, 10.0).into(), gels::flowing(), gels::relaxing(&[(0.7, 0.4), (0.9, 0.03), (0.2, 1e-4)])]
 }
 
 /// Nine elements apart from each other, so that the second group is nearly empty.
@@ -73,9 +61,9 @@ impl<const D: usize> Both<D> {
             self.local.load(number, [x, &(x - rest), &Vector::<D>::zeros()]);
         }
         let (mut stiffness, mut groups) = ([0.0; 2 * LANES], [GroupAnswer::default(); 2]);
-        let asked = (0..2, |_| Some(Kick { length: 1.0, elapsed }), Power::Untold);
+        let kick = |_| Some(Kick { length: 1.0, elapsed });
         let found = (&mut stiffness[..], &mut groups[..], self.batches.as_mut_slice());
-        self.lanes.sweep(Level::new(), asked, &mut self.local, found);
+        self.lanes.sweep(Level::new(), (0..2, &kick, Power::Untold), &mut self.local, found);
         let (mut energy, mut lost) = (0.0, 0.0);
         for e in 0..9 {
             let mut answers = [Answer::default(); DEPTH];
@@ -115,7 +103,7 @@ impl<const D: usize> Both<D> {
 }
 
 fn check<const D: usize>(section: Section) {
-    for gel in gels() {
+    for gel in all_gels() {
         // Some to and fro, an hour at rest, and so far that elements are turned inside out; and back.
         let mut both = Both::new(apart::<D>(gel, section));
         for (size, elapsed) in [
@@ -142,7 +130,7 @@ fn eight_elements_side_by_side_do_what_they_do_one_after_the_other() {
 
 #[test]
 fn what_elements_remember_comes_back_from_lanes_as_it_was_put_there() {
-    let mut both = Both::new(apart::<3>(gels()[2], Section::Spatial));
+    let mut both = Both::new(apart::<3>(all_gels()[2], Section::Spatial));
     both.advance(&strained(&both.simplices, 0.05), 0.01);
     let (rows, mut own) = (both.lanes.rows(), vec![Memory::default(); both.simplices.memories()]);
     let mut other = both.lanes.memory();

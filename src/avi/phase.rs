@@ -26,10 +26,10 @@ pub(super) struct Moment {
 }
 
 impl Moment {
-    /// Whether a group of this step fires.
+    /// Whether a group of this step fires: where the mesh begins or ends, whatever its step is.
     #[inline]
     pub fn fires(&self, step: Tick) -> bool {
-        self.phase == Phase::Last || self.kind.fires(step, self.tick)
+        self.phase != Phase::Between || self.kind.fires(step, self.tick)
     }
 
     /// From its own last tick until now, ticks: its step, or less where the mesh has begun in between.
@@ -100,7 +100,7 @@ mod tests {
     fn steps_that_begin_and_end_in_between_are_short_and_kicks_add_up_to_the_time_that_passes() {
         // A mesh from 12 to 27; a group of 8 fires at 12, 16, 24 and 27.
         let first = at(12, Phase::First);
-        assert_eq!((first.behind(0), first.ahead(8)), (0, 4));
+        assert_eq!((first.fires(8), first.behind(0), first.ahead(8)), (true, 0, 4));
         let second = at(16, Phase::Between);
         assert_eq!((second.fires(8), second.behind(8), second.ahead(8)), (true, 4, 8));
         let third = at(24, Phase::Between);

@@ -1,0 +1,24 @@
+//! Gels that remember, of parts of 1: fast enough to flow and to relax in a few steps.
+
+use ballistic_gel::material::{
+    Branch, BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Softening, Strength, Viscoelastic,
+};
+
+/// One that flows under a slow ball and softens.
+pub fn flowing() -> Material {
+    Material::Flowing(Flowing {
+        shear_modulus: 1.0,
+        state: EquationOfState::new(10.0, 1.5, 0.5),
+        strength: Some(Strength::new(0.02, 0.9, 0.06).from_rate(0.3)),
+        softening: Some(Softening::new(0.05, 0.3, 0.2)),
+        viscosity: BulkViscosity { linear: 0.06, quadratic: 1.0 },
+        density: 1.0,
+    })
+}
+
+/// One with branches of these shear moduli and relaxation times.
+pub fn relaxing(branches: &[(f64, f64)]) -> Material {
+    let branches: Vec<Branch> =
+        branches.iter().map(|(shear_modulus, time)| Branch { shear_modulus: *shear_modulus, time: *time }).collect();
+    Material::Viscoelastic(Viscoelastic::new(NeoHookean::new(0.6, 10.0), &branches))
+}
