@@ -18,6 +18,9 @@ pub type Vector3 = nalgebra::Vector3<f64>;
 /// A tensor of the world.
 pub type Tensor3 = nalgebra::Matrix3<f64>;
 
+/// Squares, or tangents squared, that are closer than this, as a part, may be those of numbers in either order.
+pub(crate) const CLOSE: f64 = 1e-9;
+
 /// Determinant.
 #[must_use]
 #[inline]

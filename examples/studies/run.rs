@@ -29,11 +29,7 @@ pub fn scene_with_files(name: &str, replaced: &[(&str, String)], files: &scene::
 
 /// Says on standard error when no new mesh was taken, and why not.
 pub fn tell_refusals(name: &str, simulation: &Simulation) {
-    for (time, why) in simulation.refusals() {
-        let mut reasons: Vec<String> = why.iter().map(ToString::to_string).collect();
-        reasons.dedup();
-        eprintln!("{name}: no mesh at {:.4} ms: {}", 1e3 * time, reasons.join("; "));
-    }
+    simulation.refusals().iter().for_each(|refusal| eprintln!("{name}: {refusal}"));
 }
 
 /// Runs a scene to its end on all cores, looking at it `looks` times.

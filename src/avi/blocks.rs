@@ -112,10 +112,9 @@ pub(super) struct Spot {
 pub(super) struct Front {
     /// Whether what the block gives to them is in its part.
     pub gives: bool,
-    /// From which limit on and below which one the steps of the block stay as they are, s: of all its nodes, where they are of one
-    /// step …
+    /// From which limit on and below which one the steps of the block stay as they are, s: of all its nodes.
     calm: (f64, f64),
-    /// … or of each of them.
+    /// The same of each node; none where all groups are of one step.
     calms: Vec<(f64, f64)>,
     /// Where its part begins.
     first: usize,
@@ -377,7 +376,7 @@ impl Block {
     /// Whether all its steps stay as they are unless a node finds a limit that changes one: all have begun, and none is about to
     /// be raised.
     fn may_be_calm(&self, moment: &Moment) -> bool {
-        let begun = self.steps.0 > 0 && moment.behind(self.steps.1) == self.steps.1;
+        let begun = self.steps.0 > 0 && moment.tick >= moment.origin + self.steps.1;
         self.gives() && !self.restless && begun
     }
 

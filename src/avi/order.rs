@@ -3,7 +3,7 @@
 //! Patches of equal steps stand beside each other, eight to a group for the vector units; a group has one clock. In the
 //! queue, as in the paper, every patch is a group of its own.
 
-use crate::element::Potential;
+use crate::element::{Potential, places};
 use crate::mesh::ElementId;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -29,7 +29,7 @@ impl Order {
     /// Patches by `rank`, then as they are numbered.
     pub fn new<const D: usize, P: Potential<D>>(potential: &P, lanes: usize, rank: impl Fn(usize) -> u64) -> Self {
         let all = potential.patches();
-        let depth = all.largest().next_power_of_two().max(1);
+        let depth = if all.largest() > 1 { places(D) } else { 1 };
         let patches = ranked(&(0..all.len()).map(rank).collect::<Vec<_>>());
         let groups = patches.len().div_ceil(lanes);
         let mut slots = vec![EMPTY; groups * lanes * depth];

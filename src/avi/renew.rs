@@ -96,7 +96,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Whether the mesh can be worn at all.
     pub(super) fn can_wear(&self) -> bool {
-        self.ends.wear.is_some()
+        self.ends.wear.is_some() && self.rules.schedule != Kind::Queue
     }
 
     /// Times, s, at which the mesh ends whether it is worn or not, ascending: each at the first tick at or after it where all steps
@@ -127,7 +127,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.can_wear() && (tick - self.origin) as f64 >= SHORTEST_LIFE.1 as f64 * self.first.0
     }
 
-    /// Whether the stable step of a group is shorter than a tick, by the stiffness that its nodes had at their last ticks.
+    /// Whether the stable step of a group is shorter than a tick, by the stiffness that its nodes had at their last ticks: before a tick,
+    /// element by element; [`Self::find_collapse`] has it after the sweep, block by block. Their roundings may differ by where they tell
+    /// a tick apart, and either then ends the mesh.
     fn has_collapsed(&self, tick: Tick) -> bool {
         let known = (self.state.stiffness.as_slice(), &*self.order);
         let is_short = |node: &NodeId| self.grid.ticks(self.rules.cfl * nodal_limit(&self.gel, known, *node)) < 1.0;

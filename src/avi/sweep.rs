@@ -177,7 +177,7 @@ impl Block {
         self.is_ahead |= !memory.is_empty();
         let steady = self.steady(&sweep.moment);
         let power = if steady.is_some() { Power::Untold } else { Power::Told };
-        lanes.sweep(level, (groups.clone(), kick, power), local, (&mut *stiffness, &mut *answers, memory));
+        lanes.sweep(level, (groups.clone(), &kick, power), local, (&mut *stiffness, &mut *answers, memory));
         if let Some(step) = steady {
             answers[0].power = local.work(self.nodes.len()) / sweep.grid.time(step);
         }

@@ -39,6 +39,41 @@ impl Batch {
     }
 }
 
+/// An operation on the widest of the vector units that a level has and that are told apart: AVX-512, AVX2, and what every machine has.
+macro_rules! on {
+    ($level:expr, $simd:ident => $operation:expr) => {{
+        let level: fearless_simd::Level = $level;
+        #[cfg(target_arch = "x86_64")]
+        {
+            if let Some($simd) = level.as_avx512() {
+                fearless_simd::Simd::vectorize(
+                    $simd,
+                    #[inline(always)]
+                    || $operation,
+                )
+            } else if let Some($simd) = level.as_avx2() {
+                fearless_simd::Simd::vectorize(
+                    $simd,
+                    #[inline(always)]
+                    || $operation,
+                )
+            } else {
+                let $simd = level.as_sse2().expect("every such machine has that");
+                fearless_simd::Simd::vectorize(
+                    $simd,
+                    #[inline(always)]
+                    || $operation,
+                )
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        {
+            fearless_simd::dispatch!(level, $simd => $operation)
+        }
+    }};
+}
+pub(super) use on;
+
 /// As one vector.
 #[inline(always)]
 pub(super) fn wide<S: Simd>(simd: S, eight: &Wide) -> f64x8<S> {

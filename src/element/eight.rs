@@ -4,16 +4,16 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{Batch, LANES, Wide, wide};
-use super::lanes::Solid;
+use super::batch::{Batch, LANES, Wide, on, wide};
+use super::solid::Solid;
 use super::{Lanes, MAX_NODES, Measured, Memory, Potential, Section, Simplices};
 use crate::algebra::{Number, Vector};
 use crate::material::{Hyperelastic, Material, NeoHookean, Volume};
 use crate::mesh::{ElementId, NodeId};
-use fearless_simd::{Level, Simd, SimdBase, dispatch, f64x8};
+use fearless_simd::{Level, Simd, SimdBase, f64x8};
 
 /// Eight elements as they are at rest.
-pub(super) struct Rest<const D: usize> {
+pub(super) struct References<const D: usize> {
     /// Their edges, as columns, m; 1 where there is no element.
     edges: [[Wide; D]; D],
     /// R̄ of rings, m.
@@ -32,8 +32,8 @@ pub(super) struct Shape<const D: usize, V> {
 }
 
 /// Eight elements where they are.
-struct Placed {
-    rest: Rest<3>,
+struct Displaced {
+    rest: References<3>,
     /// What their nodes say that the edges are at rest, m.
     told: [[Wide; 3]; 3],
     /// 1 where that is not what they are.
@@ -42,7 +42,7 @@ struct Placed {
     moved: [[Wide; 3]; 3],
 }
 
-impl<const D: usize> Rest<D> {
+impl<const D: usize> References<D> {
     /// Gradients and volumes; 0 where there is no element.
     #[inline(always)]
     pub fn shape<S: Simd>(&self, simd: S, section: Section) -> Shape<D, f64x8<S>> {
@@ -66,8 +66,8 @@ impl<const D: usize> Rest<D> {
 
 impl<const D: usize> Simplices<D> {
     /// Those elements at rest.
-    fn rest_of(&self, elements: &[Option<ElementId>; LANES]) -> Rest<D> {
-        let mut rest = Rest { edges: [[[0.0; LANES]; D]; D], radius: [1.0; LANES], filled: [0.0; LANES] };
+    fn rest_of(&self, elements: &[Option<ElementId>; LANES]) -> References<D> {
+        let mut rest = References { edges: [[[0.0; LANES]; D]; D], radius: [1.0; LANES], filled: [0.0; LANES] };
         for (lane, element) in elements.iter().enumerate() {
             let Some(element) = element else {
                 (0..D).for_each(|i| rest.edges[i][i][lane] = 1.0);
@@ -108,7 +108,7 @@ impl<const D: usize> Simplices<D> {
         let mut measured = Measured::of(self.len(), self.patches().len());
         match &self.material {
             Material::NeoHookean(gel) if D == 3 && self.patches().largest() == 1 => {
-                dispatch!(Level::new(), simd => self.measure_eights((simd, gel), x, &mut measured));
+                on!(Level::new(), simd => self.measure_eights((simd, gel), x, &mut measured));
             }
             _ => (0..self.patches().len()).for_each(|patch| measured.take(self, patch, (x, memory))),
         }
@@ -120,7 +120,7 @@ impl<const D: usize> Simplices<D> {
         let n = self.len();
         for first in (0..n).step_by(LANES) {
             let ids: [ElementId; LANES] = std::array::from_fn(|lane| self.patches().of((first + lane).min(n - 1))[0]);
-            let [energy, stiffness, jacobian] = stretched(simd, gel, &self.placed(&ids, x));
+            let [energy, stiffness, jacobian] = stretched(simd, gel, &self.displaced(&ids, x));
             for (lane, id) in ids.iter().enumerate().take(n - first) {
                 measured.energy[first + lane] = energy[lane];
                 measured.stiffness[id.index()] = stiffness[lane];
@@ -130,10 +130,10 @@ impl<const D: usize> Simplices<D> {
     }
 
     /// Those tetrahedra with their nodes at `x`.
-    fn placed(&self, ids: &[ElementId; LANES], x: &[Vector<D>]) -> Placed {
+    fn displaced(&self, ids: &[ElementId; LANES], x: &[Vector<D>]) -> Displaced {
         let none = [[[0.0; LANES]; 3]; 3];
-        let mut placed = Placed {
-            rest: Rest { edges: none, radius: [1.0; LANES], filled: [1.0; LANES] },
+        let mut displaced = Displaced {
+            rest: References { edges: none, radius: [1.0; LANES], filled: [1.0; LANES] },
             told: none,
             strange: [0.0; LANES],
             moved: none,
@@ -145,22 +145,22 @@ impl<const D: usize> Simplices<D> {
             for j in 0..3 {
                 let (other, other_rest) = at(nodes[j + 1]);
                 for i in 0..3 {
-                    placed.told[i][j][lane] = other_rest[i] - rest[i];
-                    placed.moved[i][j][lane] = (other[i] - other_rest[i]) - (now[i] - rest[i]);
+                    displaced.told[i][j][lane] = other_rest[i] - rest[i];
+                    displaced.moved[i][j][lane] = (other[i] - other_rest[i]) - (now[i] - rest[i]);
                 }
             }
-            placed.rest.copy(lane, &placed.told);
+            displaced.rest.copy(lane, &displaced.told);
             if !self.is_compatible(*id) {
                 let own = self.reference(*id).edges;
-                placed.strange[lane] = 1.0;
-                (0..9).for_each(|k| placed.rest.edges[k / 3][k % 3][lane] = own[(k / 3, k % 3)]);
+                displaced.strange[lane] = 1.0;
+                (0..9).for_each(|k| displaced.rest.edges[k / 3][k % 3][lane] = own[(k / 3, k % 3)]);
             }
         }
-        placed
+        displaced
     }
 }
 
-impl Rest<3> {
+impl References<3> {
     /// Takes the edges of one lane.
     fn copy(&mut self, lane: usize, edges: &[[Wide; 3]; 3]) {
         (0..9).for_each(|k| self.edges[k / 3][k % 3][lane] = edges[k / 3][k % 3][lane]);
@@ -169,7 +169,7 @@ impl Rest<3> {
 
 /// V, J, κ, N/m, and J of eight tetrahedra that are patches by themselves, as [`Simplices`] has them.
 #[inline(always)]
-fn stretched<S: Simd>(simd: S, gel: &NeoHookean, of: &Placed) -> [Wide; 3] {
+fn stretched<S: Simd>(simd: S, gel: &NeoHookean, of: &Displaced) -> [Wide; 3] {
     let (mu, zero) = (gel.shear_modulus(), f64x8::splat(simd, 0.0));
     let Shape { gradients: g, volume } = of.rest.shape(simd, Section::Spatial);
     let (moved, told) = (loaded(simd, &of.moved), loaded(simd, &of.told));
@@ -217,7 +217,7 @@ fn loaded<const D: usize, S: Simd>(simd: S, rows: &[[Wide; D]; D]) -> [[f64x8<S>
 pub(super) fn put_in<const D: usize, G: Solid<D>, S: Simd>(
     (simd, gel): (S, &G),
     (batch, law): (&mut Batch, &mut G::Rest),
-    (rest, section): (&Rest<D>, Section),
+    (rest, section): (&References<D>, Section),
 ) {
     let shape = rest.shape(simd, section);
     let mut columns = shape.gradients;
@@ -227,12 +227,12 @@ pub(super) fn put_in<const D: usize, G: Solid<D>, S: Simd>(
         }
     }
     (batch.volume, batch.scale) = (shape.volume.into(), det(&columns).into());
-    gel.put(law, &shape);
+    *law = gel.rest(&shape);
 }
 
 /// [`crate::algebra::det`].
 #[inline(always)]
-fn det<const D: usize, V: Number>(a: &[[V; D]; D]) -> V {
+pub(super) fn det<const D: usize, V: Number>(a: &[[V; D]; D]) -> V {
     if D == 2 {
         return a[0][0] * a[1][1] - a[0][1] * a[1][0];
     }
@@ -264,7 +264,29 @@ mod tests {
     use super::*;
     use crate::algebra::Tensor;
     use crate::element::Reference;
+    use crate::element::elastic::Metric;
     use crate::mesh::{Block, Patches, Split, block, uniform};
+
+    #[test]
+    #[cfg(target_arch = "x86_64")]
+    fn every_instruction_set_makes_ready_the_same_bits() {
+        let planes = std::array::from_fn(|_| uniform(0.0, 1.0, 0.3));
+        let mesh = block::<3>(Block { planes, split: Split::Centred, faces: vec![] });
+        let gel = NeoHookean::new(3.0, 40.0);
+        let all = Simplices::in_patches(&mesh, Patches::alone(mesh.elements.len()), (gel, Section::Spatial));
+        // One lane is empty.
+        let elements = std::array::from_fn(|lane| (lane < 7).then_some(ElementId(3 * lane as u32)));
+        let rest = all.rest_of(&elements);
+        let made = |level: Level| {
+            let (mut batch, mut law) = (Batch::default(), Metric::<3>::default());
+            on!(level, simd => put_in((simd, &gel), (&mut batch, &mut law), (&rest, Section::Spatial)));
+            format!("{batch:?} {law:?}")
+        };
+        let widest = Level::new();
+        let narrower = [widest.as_avx2().map(Level::Avx2), widest.as_sse4_2().map(Level::Sse4_2)];
+        assert!(narrower.iter().any(Option::is_some), "there are instruction sets to compare");
+        narrower.into_iter().flatten().for_each(|level| assert_eq!(made(level), made(widest)));
+    }
 
     #[test]
     fn eight_tetrahedra_are_measured_with_the_bits_of_one() {

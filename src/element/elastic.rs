@@ -6,8 +6,8 @@
 use super::Section;
 use super::batch::{LANES, Wide, fused, wide};
 use super::eight::Shape;
-use super::lanes::{Eight, Pull, Slopes, Solid, Strains};
 use super::recall::Remembering;
+use super::solid::{Eight, Pull, Slopes, Solid, Strains, Undeformed};
 use crate::algebra::Number;
 use crate::material::{Hyperelastic, NeoHookean, Volume};
 use fearless_simd::{Simd, SimdBase, f64x8};
@@ -43,6 +43,14 @@ impl<const D: usize> Metric<D> {
     }
 }
 
+impl<const D: usize> Undeformed<D> for Metric<D> {
+    /// The edges themselves: F of the simplex whose edges are of length 1 and at right angles, with its volume.
+    #[inline(always)]
+    fn deform<S: Simd>(&self, (_, scale): (f64x8<S>, f64x8<S>), _: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {
+        scale
+    }
+}
+
 impl<const D: usize> Remembering<D> for NeoHookean {}
 
 impl<const D: usize> Solid<D> for NeoHookean {
@@ -50,8 +58,8 @@ impl<const D: usize> Solid<D> for NeoHookean {
     const REMEMBERS: bool = false;
 
     #[inline(always)]
-    fn put<S: Simd>(&self, rest: &mut Metric<D>, of: &Shape<D, f64x8<S>>) {
-        let zero = of.volume.constant(0.0);
+    fn rest<S: Simd>(&self, of: &Shape<D, f64x8<S>>) -> Metric<D> {
+        let (mut rest, zero) = (Metric::default(), of.volume.constant(0.0));
         let (shape, gradients) = (of.volume * self.shear_modulus(), &of.gradients);
         let (mut first, mut spread) = ([zero; D], zero);
         for a in 0..D {
@@ -67,12 +75,7 @@ impl<const D: usize> Solid<D> for NeoHookean {
             *mixed = (shape * dot(&gradients[*a], &gradients[*b])).into();
         }
         rest.spread = (of.volume * (spread + dot(&first, &first))).into();
-    }
-
-    /// The edges themselves: F of the simplex whose edges are of length 1 and at right angles, with its volume.
-    #[inline(always)]
-    fn deform<S: Simd>(_: &Metric<D>, (_, scale): (f64x8<S>, f64x8<S>), _: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {
-        scale
+        rest
     }
 
     #[inline(always)]

@@ -5,10 +5,10 @@
 
 use super::batch::wide;
 use super::eight::Shape;
-use super::lanes::{Eight, Pull, Slopes, Solid, Strains};
 use super::placed::{Gradients, Placed};
 use super::recall::{Recall, Remembering, put_shape, rows_of_shape, shape};
 use super::simplex::isochoric;
+use super::solid::{Eight, Pull, Slopes, Solid, Strains};
 use super::symmetric::Symmetric;
 use super::{Memory, Section};
 use crate::algebra::Number;
@@ -62,18 +62,8 @@ impl<const D: usize> Solid<D> for Flowing {
     const REMEMBERS: bool = true;
 
     #[inline(always)]
-    fn put<S: Simd>(&self, rest: &mut Gradients<D>, shape: &Shape<D, f64x8<S>>) {
-        rest.put(shape);
-    }
-
-    #[inline(always)]
-    fn deform<S: Simd>(
-        rest: &Gradients<D>,
-        (strained, _): (f64x8<S>, f64x8<S>),
-        f: &mut [[f64x8<S>; D]; D],
-    ) -> f64x8<S> {
-        rest.deform(strained, f);
-        f64x8::splat(strained.simd, 1.0)
+    fn rest<S: Simd>(&self, shape: &Shape<D, f64x8<S>>) -> Gradients<D> {
+        Gradients::new(shape)
     }
 
     #[inline(always)]

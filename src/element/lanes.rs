@@ -8,22 +8,30 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{Batch, LANES, Wide, cofactor, fused, sum, wide};
-use super::eight::{Rest, Shape, put_in};
+use super::batch::{Batch, LANES, Wide, cofactor, fused, on, sum, wide};
+use super::eight::{References, put_in};
 use super::elastic::Metric;
 use super::local::{Accumulated, Aligned, Local, Row};
 use super::placed::Gradients;
 use super::recall::{Recall, Remembering};
 use super::relax::MOST_MEMORIES;
 use super::shuffle::{gather, scatter};
+use super::solid::{Slopes, Solid, Strains, Undeformed};
 use super::{MAX_NODES, Memory, Section, Spent};
 use crate::algebra::Number;
 use crate::material::{Flowing, Material, NeoHookean, Viscoelastic, Volume};
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, dispatch, f64x8};
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, f64x8};
+use std::any::Any;
 use std::ops::Range;
 
 /// Most elements of a patch.
-pub const DEPTH: usize = 4;
+pub const DEPTH: usize = places(3);
+
+/// Places of a patch of more than one element: pairs in the plane, fours in space.
+#[must_use]
+pub const fn places(dimensions: usize) -> usize {
+    2 * (dimensions - 1)
+}
 
 /// What a group of patches answers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -69,6 +77,12 @@ pub enum Power {
     Untold,
 }
 
+/// Where a sweep leaves κ of each slot, the answer of each group, and what its elements remember.
+pub type Found<'a> = (&'a mut [f64], &'a mut [GroupAnswer], &'a mut [Recall]);
+
+/// A run of groups, the kick of each that is swept, and whether its power is asked for.
+pub type Asked<'a> = (Range<usize>, &'a dyn Fn(usize) -> Option<Kick>, Power);
+
 /// What elements in lanes are made of, and what that knows of each at rest, batch by batch.
 #[derive(Debug, Clone)]
 enum Law<const D: usize> {
@@ -87,46 +101,6 @@ impl<const D: usize> Law<D> {
     }
 }
 
-/// Eight elements: what they are, what their law knows of them at rest, their kick, and what they remember.
-pub(super) type Eight<'a, R> = (&'a Batch, &'a R, Kick, &'a mut [Recall]);
-
-/// A material in lanes.
-pub(super) trait Solid<const D: usize>: Remembering<D> {
-    /// What it knows of eight elements at rest.
-    type Rest: Clone + Default;
-    /// Whether elements can be strained where their nodes are at rest.
-    const REMEMBERS: bool;
-    /// Notes eight elements; of lanes that have none all is 0.
-    fn put<S: Simd>(&self, rest: &mut Self::Rest, shape: &Shape<D, f64x8<S>>);
-    /// Takes the edges, as columns, for what the law goes by, of elements that are strained (1) or at rest (0), with the scale of their
-    /// batch; what makes its determinant that of F.
-    fn deform<S: Simd>(rest: &Self::Rest, of: (f64x8<S>, f64x8<S>), edges: &mut [[f64x8<S>; D]; D]) -> f64x8<S>;
-    /// What a change of their volume stores.
-    fn volume(&self) -> impl Volume;
-    /// What the elements do; what they remember goes on.
-    fn pull<S: Simd>(
-        &self,
-        section: Section,
-        of: Eight<'_, Self::Rest>,
-        now: (&Strains<D, f64x8<S>>, &Slopes<f64x8<S>>),
-    ) -> Pull<D, f64x8<S>>;
-}
-
-/// What eight elements do.
-#[derive(Clone, Copy)]
-pub(super) struct Pull<const D: usize, V> {
-    /// Forces on their nodes but the first, which is given the reaction, without what a ring adds, N.
-    pub forces: [[V; D]; D],
-    /// What a ring adds to all of them along r, N.
-    pub around: V,
-    /// κ, N/m.
-    pub stiffness: V,
-    /// What they store, but for the volumetric part, J.
-    pub energy: V,
-    /// What they have lost, as a [`GroupAnswer`] has it, J.
-    pub lost: [V; 3],
-}
-
 /// Elements in lanes.
 #[derive(Debug, Clone)]
 pub struct Lanes<const D: usize> {
@@ -138,33 +112,14 @@ pub struct Lanes<const D: usize> {
     section: Section,
 }
 
-/// F, or what the law goes by instead, its cofactors, λ, 1/(3R̄), det F and J of eight elements; 1 where they pull, 0 where all is at rest.
-#[derive(Clone, Copy)]
-pub(super) struct Strains<const D: usize, V> {
-    pub f: [[V; D]; D],
-    pub cofactor: [[V; D]; D],
-    pub out: V,
-    pub hoop: V,
-    pub inner: V,
-    pub jacobian: V,
-    pub strained: V,
-}
-
-/// U′ and max(U″, 0) of eight elements with their shares of their patches'.
-#[derive(Clone, Copy)]
-pub(super) struct Slopes<V> {
-    pub slope: V,
-    pub curvature: V,
-}
-
 impl<const D: usize> Lanes<D> {
     /// Empty lanes for so many slots, `depth` elements to a patch; none of a material that has no such form.
     ///
     /// # Panics
-    /// If the slots do not fill their batches, or `depth` is none of 1, 2 and 4.
+    /// If the slots do not fill their batches, or `depth` is neither 1 nor [`places`].
     pub(super) fn empty(n_slots: usize, depth: usize, (material, section): (&Material, Section)) -> Option<Self> {
         assert!(n_slots.is_multiple_of(LANES * depth), "slots fill whole groups");
-        assert!(matches!(depth, 1 | 2 | 4), "a patch has one, two or four places");
+        assert!(depth == 1 || depth == places(D), "a patch has one place, or two in the plane and four in space");
         let n = n_slots / LANES;
         let law = match material {
             Material::NeoHookean(gel) => Law::Elastic(*gel, vec![Metric::default(); n]),
@@ -176,20 +131,20 @@ impl<const D: usize> Lanes<D> {
     }
 
     /// Puts eight elements, as they are at rest, into a batch, with the numbers of their nodes.
-    pub(super) fn put(&mut self, at: usize, rest: &Rest<D>, nodes: &[[u16; MAX_NODES]; LANES]) {
+    pub(super) fn put(&mut self, at: usize, rest: &References<D>, nodes: &[[u16; MAX_NODES]; LANES]) {
         let (batch, section) = (&mut self.batches[at], self.section);
         for (lane, nodes) in nodes.iter().enumerate() {
             batch.nodes.iter_mut().zip(nodes).for_each(|(wide, node)| wide[lane] = *node);
         }
         match &mut self.law {
             Law::Elastic(gel, law) => {
-                dispatch!(Level::new(), simd => put_in((simd, gel), (batch, &mut law[at]), (rest, section)));
+                on!(Level::new(), simd => put_in((simd, gel), (batch, &mut law[at]), (rest, section)));
             }
             Law::Flowing(gel, law) => {
-                dispatch!(Level::new(), simd => put_in((simd, gel), (batch, &mut law[at]), (rest, section)));
+                on!(Level::new(), simd => put_in((simd, gel), (batch, &mut law[at]), (rest, section)));
             }
             Law::Relaxing(gel, law) => {
-                dispatch!(Level::new(), simd => put_in((simd, gel), (batch, &mut law[at]), (rest, section)));
+                on!(Level::new(), simd => put_in((simd, gel), (batch, &mut law[at]), (rest, section)));
             }
         }
     }
@@ -270,31 +225,40 @@ impl<const D: usize> Lanes<D> {
 
     /// Sweeps over those groups of a run for which there is a `kick`: accumulates Σ length · f and Σ κ at the nodes of the block, and
     /// writes κ of each slot, the answer of each group, and what its elements remember then, all from the first group on.
-    pub fn sweep(
-        &self,
-        level: Level,
-        asked: (Range<usize>, impl Fn(usize) -> Option<Kick>, Power),
-        local: &mut Local,
-        found: (&mut [f64], &mut [GroupAnswer], &mut [Recall]),
-    ) {
-        match &self.law {
-            Law::Elastic(gel, rest) => self.sweep_of((level, gel, rest), asked, local, found),
-            Law::Flowing(gel, rest) => self.sweep_of((level, gel, rest), asked, local, found),
-            Law::Relaxing(gel, rest) => self.sweep_of((level, gel, rest), asked, local, found),
+    ///
+    /// # Panics
+    /// In neither two nor three dimensions.
+    pub fn sweep(&self, level: Level, asked: Asked<'_>, local: &mut Local, found: Found<'_>) {
+        // Not generic, so that the kernels are compiled here and not again by all who step an engine of their own.
+        let lanes: &dyn Any = self;
+        if let Some(lanes) = lanes.downcast_ref() {
+            sweep_plane(lanes, level, asked, local, found);
+        } else {
+            sweep_space(lanes.downcast_ref().expect("the gel has two or three dimensions"), level, asked, local, found);
         }
     }
 
-    fn sweep_of<G: Solid<D>>(
+    /// With patches of one or `N` places.
+    #[inline(always)]
+    fn sweep_laws<const N: usize>(&self, level: Level, asked: Asked<'_>, local: &mut Local, found: Found<'_>) {
+        match &self.law {
+            Law::Elastic(gel, rest) => self.sweep_of::<N, _>((level, gel, rest), asked, local, found),
+            Law::Flowing(gel, rest) => self.sweep_of::<N, _>((level, gel, rest), asked, local, found),
+            Law::Relaxing(gel, rest) => self.sweep_of::<N, _>((level, gel, rest), asked, local, found),
+        }
+    }
+
+    fn sweep_of<const N: usize, G: Solid<D>>(
         &self,
         (level, gel, rest): (Level, &G, &[G::Rest]),
-        asked: (Range<usize>, impl Fn(usize) -> Option<Kick>, Power),
+        asked: Asked<'_>,
         local: &mut Local,
-        found: (&mut [f64], &mut [GroupAnswer], &mut [Recall]),
+        found: Found<'_>,
     ) {
-        match self.depth {
-            1 => dispatch!(level, simd => self.sweep_in::<1, _, _>((simd, gel, rest), asked, local, found)),
-            2 => dispatch!(level, simd => self.sweep_in::<2, _, _>((simd, gel, rest), asked, local, found)),
-            _ => dispatch!(level, simd => self.sweep_in::<4, _, _>((simd, gel, rest), asked, local, found)),
+        if self.depth == 1 {
+            on!(level, simd => self.sweep_in::<1, _, _>((simd, gel, rest), asked, local, found));
+        } else {
+            on!(level, simd => self.sweep_in::<N, _, _>((simd, gel, rest), asked, local, found));
         }
     }
 
@@ -302,9 +266,9 @@ impl<const D: usize> Lanes<D> {
     fn sweep_in<const N: usize, G: Solid<D>, S: Simd>(
         &self,
         (simd, gel, rest): (S, &G, &[G::Rest]),
-        (groups, kick, power): (Range<usize>, impl Fn(usize) -> Option<Kick>, Power),
+        (groups, kick, power): Asked<'_>,
         local: &mut Local,
-        (stiffness, answers, memory): (&mut [f64], &mut [GroupAnswer], &mut [Recall]),
+        (stiffness, answers, memory): Found<'_>,
     ) {
         let (first, rows) = (groups.start, N * gel.rows());
         for ((group, stiffness), answer) in groups.zip(stiffness.chunks_exact_mut(LANES * N)).zip(answers) {
@@ -385,7 +349,7 @@ impl<const D: usize> Lanes<D> {
                 s.f[i][a] = rows[a + 1][i] - rows[0][i];
             }
         }
-        let unit = G::deform(rest, (strained, wide(simd, &batch.scale)), &mut s.f);
+        let unit = rest.deform((strained, wide(simd, &batch.scale)), &mut s.f);
         s.inner = away.select(cofactor(&s.f, &mut s.cofactor) * unit, one);
         s.jacobian = s.inner;
         if self.section == Section::Axisymmetric {
@@ -397,48 +361,14 @@ impl<const D: usize> Lanes<D> {
     }
 }
 
-impl<const D: usize, V: Number> Strains<D, V> {
-    #[inline(always)]
-    fn at_rest(zero: V) -> Self {
-        let (none, one) = ([[zero; D]; D], zero + 1.0);
-        Self { f: none, cofactor: none, out: one, hoop: zero, inner: one, jacobian: one, strained: zero }
-    }
+#[inline(never)]
+fn sweep_plane(lanes: &Lanes<2>, level: Level, asked: Asked<'_>, local: &mut Local, found: Found<'_>) {
+    lanes.sweep_laws::<{ places(2) }>(level, asked, local, found);
 }
 
-impl<const D: usize, S: Simd> Pull<D, f64x8<S>> {
-    /// weight · f and κ at every node.
-    #[inline(always)]
-    fn kicks(&self, weight: f64x8<S>) -> [[f64x8<S>; 4]; MAX_NODES] {
-        let zero = f64x8::splat(weight.simd, 0.0);
-        let mut kicks = [[zero, zero, zero, self.stiffness]; MAX_NODES];
-        for i in 0..D {
-            for a in 0..D {
-                kicks[a + 1][i] = self.forces[a][i] * weight;
-                kicks[0][i] -= kicks[a + 1][i];
-            }
-        }
-        if D == 2 {
-            let around = self.around * weight;
-            for a in 0..=D {
-                kicks[a][0] += around;
-            }
-        }
-        kicks
-    }
-
-    /// Σ f·v, W.
-    #[inline(always)]
-    fn power(&self, nodes: &[[u16; LANES]; MAX_NODES], velocities: &Aligned<Row>) -> f64x8<S> {
-        let simd = self.around.simd;
-        let v = gather::<D, S>(simd, nodes, velocities);
-        let mut power = if D == 2 { self.around * (v[0][0] + v[1][0] + v[2][0]) } else { f64x8::splat(simd, 0.0) };
-        for i in 0..D {
-            for a in 0..D {
-                power = fused(self.forces[a][i], v[a + 1][i] - v[0][i], power);
-            }
-        }
-        power
-    }
+#[inline(never)]
+fn sweep_space(lanes: &Lanes<3>, level: Level, asked: Asked<'_>, local: &mut Local, found: Found<'_>) {
+    lanes.sweep_laws::<{ places(3) }>(level, asked, local, found);
 }
 
 /// Volumetric energy, J, and slope and curvature of each element: U(J) of an element that is a patch by itself; else

@@ -15,6 +15,7 @@ mod relaxing;
 mod shuffle;
 mod simplex;
 mod simplices;
+mod solid;
 mod stress;
 mod symmetric;
 
@@ -23,7 +24,7 @@ use crate::mesh::{ElementId, NodeId, Patches};
 
 pub use batch::{Batch, LANES};
 pub use flow::{Memory, Spent};
-pub use lanes::{DEPTH, GroupAnswer, Kick, Lanes, Power};
+pub use lanes::{Asked, DEPTH, Found, GroupAnswer, Kick, Lanes, Power, places};
 pub use local::{Accumulated, Local, MOST_LOCAL_NODES, Row};
 pub use pressure::{Push, push};
 pub use recall::Recall;

@@ -5,7 +5,7 @@
 
 use super::batch::{LANES, Wide, fused, wide};
 use super::eight::Shape;
-use super::lanes::Strains;
+use super::solid::{Strains, Undeformed};
 use super::symmetric::Symmetric;
 use crate::algebra::{Number, exp, ln};
 use crate::material::NeoHookean;
@@ -36,20 +36,10 @@ impl<const D: usize> Default for Gradients<D> {
     }
 }
 
-impl<const D: usize> Gradients<D> {
-    /// Notes those of eight elements.
-    #[inline(always)]
-    pub fn put<S: Simd>(&mut self, shape: &Shape<D, f64x8<S>>) {
-        for a in 0..D {
-            for i in 0..D {
-                self.0[a][i] = shape.gradients[a][i].into();
-            }
-        }
-    }
-
+impl<const D: usize> Undeformed<D> for Gradients<D> {
     /// F = Σ e_a ⊗ ∇N_a in the place of the edges e_a; 1 where nodes are at rest, not what rounding makes of it.
     #[inline(always)]
-    pub fn deform<S: Simd>(&self, strained: f64x8<S>, f: &mut [[f64x8<S>; D]; D]) {
+    fn deform<S: Simd>(&self, (strained, _): (f64x8<S>, f64x8<S>), f: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {
         let (simd, edges) = (strained.simd, *f);
         let one = f64x8::splat(simd, 1.0);
         for i in 0..D {
@@ -61,6 +51,21 @@ impl<const D: usize> Gradients<D> {
                 f[i][j] = if i == j { fused(sum, strained, one - strained) } else { sum * strained };
             }
         }
+        one
+    }
+}
+
+impl<const D: usize> Gradients<D> {
+    /// Those of eight elements.
+    #[inline(always)]
+    pub fn new<S: Simd>(shape: &Shape<D, f64x8<S>>) -> Self {
+        let mut new = Self::default();
+        for a in 0..D {
+            for i in 0..D {
+                new.0[a][i] = shape.gradients[a][i].into();
+            }
+        }
+        new
     }
 
     /// The gradients as vectors.

@@ -4,12 +4,12 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::batch::wide;
-use super::eight::Shape;
+use super::eight::{Shape, det};
 use super::elastic::two_largest;
-use super::lanes::{Eight, Pull, Slopes, Solid, Strains};
 use super::placed::{AtNodes, Gradients, Placed};
 use super::recall::{Recall, Remembering, put_shape, rows_of_shape, shape};
 use super::simplex::isochoric;
+use super::solid::{Eight, Pull, Slopes, Solid, Strains};
 use super::symmetric::Symmetric;
 use super::{Memory, Section};
 use crate::algebra::Number;
@@ -68,18 +68,8 @@ impl<const D: usize> Solid<D> for Viscoelastic {
     const REMEMBERS: bool = true;
 
     #[inline(always)]
-    fn put<S: Simd>(&self, rest: &mut Gradients<D>, shape: &Shape<D, f64x8<S>>) {
-        rest.put(shape);
-    }
-
-    #[inline(always)]
-    fn deform<S: Simd>(
-        rest: &Gradients<D>,
-        (strained, _): (f64x8<S>, f64x8<S>),
-        f: &mut [[f64x8<S>; D]; D],
-    ) -> f64x8<S> {
-        rest.deform(strained, f);
-        f64x8::splat(strained.simd, 1.0)
+    fn rest<S: Simd>(&self, shape: &Shape<D, f64x8<S>>) -> Gradients<D> {
+        Gradients::new(shape)
     }
 
     #[inline(always)]
@@ -215,12 +205,8 @@ impl<const D: usize, V: Number> Place<D, V> {
 /// Of a tensor and its component out of the plane.
 #[inline(always)]
 fn determinant<const D: usize, V: Number>(a: &[[V; D]; D], out: V) -> V {
-    if D == 2 {
-        return (a[0][0] * a[1][1] - a[0][1] * a[1][0]) * out;
-    }
-    let (x, y, z) = (0, 1, 2 % D);
-    a[x][x] * (a[y][y] * a[z][z] - a[y][z] * a[z][y]) - a[x][y] * (a[y][x] * a[z][z] - a[y][z] * a[z][x])
-        + a[x][z] * (a[y][x] * a[z][y] - a[y][y] * a[z][x])
+    let inner = det(a);
+    if D == 2 { inner * out } else { inner }
 }
 
 impl<const D: usize, V: Number> Springs<D, V> {

@@ -1,6 +1,6 @@
 use super::flow::recalled;
 use super::simplex::{Element, Strain};
-use super::{Answer, DEPTH, Lanes, MAX_NODES, Measured, Memory, Potential, Spent};
+use super::{Answer, DEPTH, Lanes, MAX_NODES, Measured, Memory, Potential, Spent, places};
 use crate::algebra::{Tensor, Vector, cofactor, det};
 use crate::material::{Hyperelastic, Material, NeoHookean, Sheared, Volume, Volumetric};
 use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex, edges};
@@ -73,10 +73,10 @@ impl<const D: usize> Simplices<D> {
     /// The elements of a mesh, those of a patch with one volume change.
     ///
     /// # Panics
-    /// If a patch has more than [`DEPTH`] elements.
+    /// If a patch has more than [`places`].
     #[must_use]
     pub fn in_patches(mesh: &Mesh<D>, patches: Patches, (material, section): (impl Into<Material>, Section)) -> Self {
-        assert!(patches.largest() <= DEPTH, "a patch has at most {DEPTH} elements");
+        assert!(patches.largest() <= places(D), "a patch has at most {} elements", places(D));
         let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
         let (own, references) = (vec![], vec![]);
         Self { material: material.into(), section, elements, rest, own, references, patches, kept: vec![] }.prepared()

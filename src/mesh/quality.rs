@@ -1,7 +1,7 @@
 //! How well shaped elements are.
 
 use super::Simplex;
-use crate::algebra::{Vector, Vector3, cube_root, embed};
+use crate::algebra::{CLOSE, Vector, Vector3, cube_root, embed};
 
 /// The least angle of a simplex, degrees: between two sides of a triangle, between two faces of a tetrahedron.
 #[must_use]
@@ -40,9 +40,6 @@ pub fn least_of<const D: usize>(x: &[Vector<D>], simplices: &[Simplex]) -> f64 {
     }
     least
 }
-
-/// Squares of tangents that are closer than this, as a part, may be those of either angle.
-const CLOSE: f64 = 1e-9;
 
 /// How well shaped a simplex is: 4√3 A/Σ l² of a triangle, 12 (3V)^⅔/Σ l² of a tetrahedron; 1 of an equilateral one, and no more
 /// than 0 of one that is inverted (numerics 4.1).

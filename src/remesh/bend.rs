@@ -7,7 +7,7 @@
 #![allow(clippy::needless_range_loop, reason = "numbers side by side, as in the equations")]
 
 use super::Moved;
-use crate::algebra::{Tensor, Vector, cofactor, det};
+use crate::algebra::{CLOSE, Tensor, Vector, cofactor, det};
 use crate::mesh::{self, ElementId, Simplex, neighbours};
 use fearless_simd::{Level, dispatch};
 use std::f64::consts::FRAC_PI_2;
@@ -61,9 +61,6 @@ struct Bend {
     /// tan² of it, or of the least that is asked for; infinite if it is not acute.
     tangent: f64,
 }
-
-/// Squares of tangents that are closer than this, as a part, may be those of either angle.
-const CLOSE: f64 = 1e-9;
 
 fn square_of_tangent(angle: f64) -> f64 {
     let tangent = libm::tan(angle);

@@ -2,7 +2,7 @@
 
 use super::Moved;
 use super::cell::edges;
-use crate::algebra::Vector;
+use crate::algebra::{CLOSE, Vector};
 use crate::mesh::{Incidence, NodeId, Simplex};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -72,9 +72,6 @@ fn too_great<const D: usize>(old: &Moved<'_, D>, size: &[f64], growth: f64) -> V
     let found = found.iter().enumerate().filter(|(_, found)| **found);
     found.map(|(node, _)| (size[node].to_bits(), node)).collect()
 }
-
-/// Squares that are closer than this, as a part, may be those of numbers in either order.
-const CLOSE: f64 = 1e-9;
 
 /// Target sizes of the nodes from the bends of the elements: h·clamp(θ*/θ, ½, 2), h being the mean edge and θ* = `angle`, rad; a
 /// node takes the least of its elements.

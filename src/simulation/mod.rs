@@ -30,7 +30,7 @@ pub use candidate::Refused;
 pub use observe::{
     BodyReport, Books, ContactReport, CostReport, EnergyReport, Frame, FrameCells, Observation, Place, SensorReport,
 };
-pub use rehearsal::{Rehearsal, Renewal, Successor};
+pub use rehearsal::{Refusal, Rehearsal, Renewal, Successor};
 pub use run::{RestoreError, Simulation};
 pub use saved::{Saved, SavedState};
 

@@ -1,10 +1,9 @@
 //! A gel of either dimension behind one interface.
 
 use super::build::MOST_TICKS;
-use super::candidate::Refused;
 use super::observe::{Frame, FrameCells, Place, SensorReport};
 use super::recipe::Recipe;
-use super::rehearsal::{Rehearsal, Renewal};
+use super::rehearsal::{Refusal, Rehearsal, Renewal};
 use super::renew::Renew;
 use super::sensors::Seat;
 use super::{RestoreError, SavedState};
@@ -36,7 +35,7 @@ pub(super) trait Model: Send {
     fn rehearse(&mut self, from: f64, t: f64, exchanges: &mut [Exchange]) -> Result<Option<Rehearsal>, StepError>;
     /// Exchanges of the mesh since it was built.
     fn renewals(&self) -> &[Renewal];
-    fn refusals(&self) -> &[(f64, Vec<Refused>)];
+    fn refusals(&self) -> &[Refusal];
     fn n_bodies(&self) -> usize;
     /// What does not change of a body, and its last event.
     fn body(&self, i: usize) -> (&Body, &BodyState);
@@ -91,7 +90,7 @@ pub(super) struct Gelatin<const D: usize> {
     /// Its exchanges since it was built.
     pub renewals: Vec<Renewal>,
     /// When no mesh was taken, and why not, by attempt.
-    pub refusals: Vec<(f64, Vec<Refused>)>,
+    pub refusals: Vec<Refusal>,
 }
 
 /// Overlap at the start that contact can take, in element sizes.
@@ -166,7 +165,7 @@ where
         Ok(None)
     }
 
-    fn refusals(&self) -> &[(f64, Vec<Refused>)] {
+    fn refusals(&self) -> &[Refusal] {
         &self.refusals
     }
 

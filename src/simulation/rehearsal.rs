@@ -9,6 +9,24 @@ use crate::mesh::{Simplex, shape_quality};
 use crate::remesh::{self, Defects, Moved, Neighbours, Quality, RemeshError, Rules, Steps};
 use crate::scene::RemeshMethod;
 use crate::state::Birth;
+use std::fmt::{self, Display, Formatter};
+
+/// An exchange of the mesh that was tried in vain: the old one went on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refusal {
+    /// When, s.
+    pub time: f64,
+    /// Why, attempt by attempt.
+    pub why: Vec<Refused>,
+}
+
+impl Display for Refusal {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let mut reasons: Vec<String> = self.why.iter().map(ToString::to_string).collect();
+        reasons.dedup();
+        write!(f, "No other mesh was taken at {:.6e} s: {}", self.time, reasons.join("; "))
+    }
+}
 
 /// An exchange of the mesh that was made.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,7 +5,7 @@ use super::candidate::{self, Known, Mesher, Refused, Way, symmetry};
 use super::model::Gelatin;
 use super::observe::Frame;
 use super::recipe::Recipe;
-use super::rehearsal::{Rehearsal, Renewal};
+use super::rehearsal::{Refusal, Rehearsal, Renewal};
 use super::sensors::seats;
 use crate::algebra::Vector;
 use crate::avi::{NoStep, StepError};
@@ -92,7 +92,7 @@ impl<const D: usize> Gelatin<D> {
             return Ok(());
         }
         let time = self.engine.now();
-        self.refusals.push((time, refused));
+        self.refusals.push(Refusal { time, why: refused });
         if let Some(failure) = failure {
             return Err(failure);
         }

@@ -1,11 +1,10 @@
 //! A simulation in time: what an importer steps.
 
 use super::build::{BuildError, build, orientation};
-use super::candidate::Refused;
 use super::model::Model;
 use super::observe::Frame;
 use super::recipe::material;
-use super::rehearsal::{Rehearsal, Renewal};
+use super::rehearsal::{Refusal, Rehearsal, Renewal};
 use super::saved::Saved;
 use super::{CouplingMode, Exchange, Inputs, Kinematics};
 use crate::algebra::Vector3;
@@ -233,7 +232,7 @@ impl Simulation {
 
     /// When a worn mesh went on because no other was taken, s, and why each attempt was refused; not kept in states.
     #[must_use]
-    pub fn refusals(&self) -> &[(f64, Vec<Refused>)] {
+    pub fn refusals(&self) -> &[Refusal] {
         self.model.refusals()
     }
 
@@ -370,13 +369,8 @@ impl Simulation {
     pub fn diagnosis(&self) -> Option<String> {
         let failure = self.failure.as_ref()?;
         let exchanged = self.renewals().last().map_or(0.0, |renewal| renewal.time);
-        let tried = self.refusals().last().filter(|(time, _)| (exchanged..=failure.time()).contains(time));
-        let refusal = tried.map(|(time, why)| {
-            let mut reasons: Vec<String> = why.iter().map(ToString::to_string).collect();
-            reasons.dedup();
-            format!(". No other mesh was taken at {time:.6e} s: {}", reasons.join("; "))
-        });
-        Some(format!("{failure}{}", refusal.unwrap_or_default()))
+        let tried = self.refusals().last().filter(|last| (exchanged..=failure.time()).contains(&last.time));
+        Some(tried.map_or_else(|| failure.to_string(), |refusal| format!("{failure}. {refusal}")))
     }
 
     /// The mesh now.

@@ -87,7 +87,7 @@ pub fn ride(text: &str) -> Ride {
         }
     }
     let seen = simulation.observe();
-    let why = simulation.refusals().last().map(|(time, why)| format!("at {time:e} s: {why:?}"));
+    let why = simulation.refusals().last().map(ToString::to_string);
     Ride {
         stop,
         part: simulation.time() / scene.scene.end_time,

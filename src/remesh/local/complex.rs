@@ -1,13 +1,10 @@
 //! Tetrahedra that are changed one operation after the other: points, tetrahedra, and the star of every point.
 
 use super::{EDGES, FAIR, LONG, SHORT, cube};
-use crate::algebra::Vector;
+use crate::algebra::{CLOSE, Vector};
 use crate::mesh::{ElementId, FACES, NodeId, Simplex};
 use crate::remesh::bounds::Bounds;
 use crate::remesh::{Moved, Origin, Proposal, marks};
-
-/// Squares that are closer than this, as a part, may be those of lengths in either order.
-const CLOSE: f64 = 1e-9;
 
 /// A tetrahedron by its points, positively oriented.
 pub(super) type Tet = [u32; 4];

@@ -151,7 +151,7 @@ impl<const D: usize> Stand<D> {
         let rows = lanes.depth() * lanes.rows();
         let memory = &mut self.memory[groups.start * rows..groups.end * rows];
         let found = (&mut self.stiffness[slots], &mut self.answers[groups.clone()], memory);
-        lanes.sweep(level, (groups, |_| Some(KICK), Power::Untold), &mut self.local, found);
+        lanes.sweep(level, (groups, &|_| Some(KICK), Power::Untold), &mut self.local, found);
     }
 
     /// Loads the nodes of every run.
@@ -228,7 +228,7 @@ impl<const D: usize> Stand<D> {
         let groups = n_elements / LANES;
         let memory = &mut self.memory[..groups * lanes.rows()];
         let found = (&mut self.stiffness[..n_elements], &mut self.answers[..groups], memory);
-        lanes.sweep(level, (0..groups, |_| Some(KICK), Power::Untold), &mut self.local, found);
+        lanes.sweep(level, (0..groups, &|_| Some(KICK), Power::Untold), &mut self.local, found);
     }
 }
 
