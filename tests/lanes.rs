@@ -12,8 +12,13 @@ use fearless_simd::Level;
 #[path = "lanes/gels.rs"]
 mod gels;
 
-fn all_gels() -> [Material; 3] {
-    [NeoHookean::new(1.0, 10.0).into(), gels::flowing(), gels::relaxing(&[(0.7, 0.4), (0.9, 0.03), (0.2, 1e-4)])]
+fn all_gels() -> [Material; 4] {
+    [
+        NeoHookean::new(1.0, 10.0).into(),
+        gels::flowing(None),
+        gels::flowing(Some((2.0, 4.0))),
+        gels::relaxing(&[(0.7, 0.4), (0.9, 0.03), (0.2, 1e-4)]),
+    ]
 }
 
 /// Nine elements apart from each other, so that the second group is nearly empty.
@@ -130,7 +135,7 @@ fn eight_elements_side_by_side_do_what_they_do_one_after_the_other() {
 
 #[test]
 fn what_elements_remember_comes_back_from_lanes_as_it_was_put_there() {
-    let mut both = Both::new(apart::<3>(all_gels()[2], Section::Spatial));
+    let mut both = Both::new(apart::<3>(all_gels()[3], Section::Spatial));
     both.advance(&strained(&both.simplices, 0.05), 0.01);
     let (rows, mut own) = (both.lanes.rows(), vec![Memory::default(); both.simplices.memories()]);
     let mut other = both.lanes.memory();

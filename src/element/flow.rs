@@ -102,7 +102,8 @@ impl<const D: usize> Simplices<D> {
             let own = if ids.len() > 1 { own } else { Volumetric { energy: 0.0, slope: 0.0, curvature: 0.0 } };
             let flow = Flow { gel, at: Placed::new(element, strain) };
             let sound = memory.left;
-            let (elastic, lost) = flow.returned(step, memory);
+            let slope = own.slope + shared.slope;
+            let (elastic, lost) = flow.returned((step, slope), memory);
             let left = gel.softening.map_or(sound, |softening| softening.left(sound, memory.plastic, step));
             memory.left = left;
             let sheared = 0.5 * gel.shear_modulus * (elastic.trace() - 3.0);
@@ -112,7 +113,6 @@ impl<const D: usize> Simplices<D> {
             spent.viscous += element.volume * viscous * (strain.jacobian() - memory.jacobian);
             memory.jacobian = strain.jacobian();
             spent.energy += element.volume * (own.energy + sheared * left);
-            let slope = own.slope + shared.slope;
             let curvature = own.curvature.max(0.0) + shared.curvature.max(0.0);
             let mu = gel.shear_modulus * left;
             let stiffness = self.bound((&flow, &elastic), mu, (slope + viscous, curvature, rate));
@@ -168,8 +168,8 @@ impl<const D: usize> Simplices<D> {
 impl<const D: usize> Flow<'_, D> {
     /// b̄ with what was remembered, brought back to the strength if a step has passed and it is beyond; and what was lost, J/m³.
     ///
-    /// In the stress of the sound gel: softening takes the same part of stress and strength (numerics 6.2).
-    fn returned(&self, step: f64, memory: &mut Memory<D>) -> (Elastic<D>, f64) {
+    /// In the stress of the sound gel: softening takes the same part of stress and strength (numerics 6.2). `slope` is U′, Pa.
+    fn returned(&self, (step, slope): (f64, f64), memory: &mut Memory<D>) -> (Elastic<D>, f64) {
         let (strain, scale, mu) = (self.at.strain, self.at.scale, self.gel.shear_modulus);
         let trial = self.at.elastic(memory);
         let flows = step > 0.0 && self.at.is_upright();
@@ -177,7 +177,7 @@ impl<const D: usize> Flow<'_, D> {
         let deviator = trial.deviator();
         let stress = mu * (1.5 * deviator.norm_squared()).sqrt();
         let Returned { stress: left, strain: flown } =
-            strength.returned(stress, mu * trial.trace(), (step, memory.rate));
+            strength.returned((stress, mu * trial.trace()), slope, (step, memory.rate));
         if flown == 0.0 {
             return (trial, 0.0);
         }
@@ -379,6 +379,33 @@ mod tests {
             let stress = gel.shear_modulus * (1.5 * elastic.deviator().norm_squared()).sqrt();
             let bears = gel.strength.unwrap().at(memory.rate);
             assert!((stress / bears - 1.0).abs() < 1e-8, "{stress} {bears}");
+        }
+    }
+
+    #[test]
+    fn what_is_pressed_together_bears_more_and_what_is_drawn_apart_no_more() {
+        let (mesh, _) = pair::<3>(Section::Spatial);
+        let mesh = Mesh::new(mesh.rest, mesh.elements[..1].to_vec());
+        let (strength, plain) = (gel().strength.unwrap(), gel());
+        let gel = Flowing { strength: Some(strength.confined(3.0, 5.0)), softening: None, ..plain };
+        let simplices = Simplices::new(&mesh, Material::Flowing(gel), Section::Spatial);
+        // K (1/J − 1) with K = 60 at the sizes to which the rest is brought.
+        for (size, confined) in
+            [(1.02, 1.0), (0.99_f64, 1.0 + 4.0 * 60.0 * (0.99_f64.powi(-3) - 1.0) / 3.0), (0.9, 5.0)]
+        {
+            let mut memory = vec![Memory::default()];
+            for step in 0..=50 {
+                let shear = 0.01 * f64::from(step);
+                let x: Vec<_> = mesh.rest.iter().map(|x| (x + Vector::<3>::x() * shear * x[2]) * size).collect();
+                simplices.advance(0, &x, (0.01, &mut memory), &mut [Answer::default(); DEPTH]);
+                if step == 50 {
+                    let (element, bears) = (simplices.element(ElementId(0)), confined * strength.at(memory[0].rate));
+                    let strain = simplices.strain((ElementId(0), &element), &x);
+                    let elastic = Placed::new(&element, &strain).elastic(&memory[0]);
+                    let stress = gel.shear_modulus * (1.5 * elastic.deviator().norm_squared()).sqrt();
+                    assert!((stress / bears - 1.0).abs() < 1e-8, "{size}: {stress} for {bears}");
+                }
+            }
         }
     }
 

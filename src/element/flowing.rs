@@ -83,7 +83,7 @@ impl<const D: usize> Solid<D> for Flowing {
         let at = Placed::new(s);
         let (mut own, before) = Memories::load(simd, memory);
         let sound = own.left;
-        let (elastic, lost) = returned(self, &at, kick.elapsed, &mut own);
+        let (elastic, lost) = returned(self, &at, (kick.elapsed, u.slope), &mut own);
         if let Some(softening) = &self.softening {
             own.left = softening.left(sound, own.plastic, kick.elapsed);
         }
@@ -115,12 +115,13 @@ impl<const D: usize> Solid<D> for Flowing {
     }
 }
 
-/// b̄ with what is remembered, brought back to the strength if a step has passed and it is beyond; and what was lost, J/m³.
+/// b̄ with what is remembered, brought back to the strength if a step has passed and it is beyond; and what was lost, J/m³. `slope`
+/// is U′, Pa.
 #[inline(always)]
 fn returned<const D: usize, V: Number>(
     gel: &Flowing,
     at: &Placed<'_, D, V>,
-    step: f64,
+    (step, slope): (f64, V),
     memory: &mut Memories<D, V>,
 ) -> (Symmetric<D, V>, V) {
     let trial = at.elastic(&at.pulled(&memory.shape), memory.shape.out);
@@ -132,7 +133,7 @@ fn returned<const D: usize, V: Number>(
     let (deviator, trace) = (trial.deviator(), trial.trace());
     let square = deviator.dot(&deviator);
     let stress = (square * 1.5).root() * mu;
-    let Returned { stress: left, strain } = strength.returned(stress, trace * mu, (step, memory.rate));
+    let Returned { stress: left, strain } = strength.returned((stress, trace * mu), slope, (step, memory.rate));
     let flown = at.upright.choose(strain, none);
     if !flown.any_positive() {
         return (trial, none);

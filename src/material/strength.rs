@@ -5,7 +5,8 @@ use crate::algebra::{Number, power};
 /// Strength of a gel that flows: the equivalent (von Mises) Kirchhoff stress that it bears at a rate of equivalent plastic strain,
 /// Y(ε̇) = Y₀ (ε̇/ε̇₀)^m, no less than Y₀ and no more than the cap; ε̇₀ = 1/s unless it is told.
 ///
-/// Y₀ and m are of one power law, so a gel measured at ε̇₀ (Y₀) is known at the 10⁴/s around a bullet.
+/// Y₀ and m are of one power law, so a gel measured at ε̇₀ (Y₀) is known at the 10⁴/s around a bullet. Under pressure it may bear more
+/// ([`Strength::confined`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Strength {
     yield_stress: f64,
@@ -15,6 +16,26 @@ pub struct Strength {
     reference: f64,
     /// ε̇ at which the power law meets the cap, 1/s.
     fastest: f64,
+    /// What more it bears under pressure; nothing if none.
+    confinement: Option<Confinement>,
+}
+
+/// How many times as much a gel bears under pressure: once at none, in proportion up to `factor` times at `pressure`, Pa, and above.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Confinement {
+    pressure: f64,
+    factor: f64,
+}
+
+impl Confinement {
+    /// At a slope U′ = −p, Pa.
+    #[inline(always)]
+    fn times<T: Number>(&self, slope: T) -> T {
+        let part = (slope * (-1.0 / self.pressure)).at_least(0.0);
+        let one = slope.constant(1.0);
+        let part = (one - part).choose(part, one);
+        part * (self.factor - 1.0) + 1.0
+    }
 }
 
 /// Where the stress comes back to.
@@ -41,7 +62,7 @@ impl Strength {
         let sound = yield_stress > 0.0 && (0.0..1.0).contains(&exponent) && cap >= yield_stress;
         assert!(sound, "a strength needs Y > 0, 0 <= m < 1 and a cap of at least Y");
         let fastest = if exponent > 0.0 { libm::pow(cap / yield_stress, 1.0 / exponent) } else { f64::INFINITY };
-        Self { yield_stress, exponent, cap, reference: 1.0, fastest }
+        Self { yield_stress, exponent, cap, reference: 1.0, fastest, confinement: None }
     }
 
     /// The same law with Y₀ up to ε̇₀, 1/s, in the place of 1/s.
@@ -54,7 +75,17 @@ impl Strength {
         Self { reference, fastest: self.fastest / self.reference * reference, ..self }
     }
 
-    /// Y at a rate of equivalent plastic strain, 1/s.
+    /// The same law with `factor` times as much borne at that pressure, Pa, and above; less in proportion below it.
+    ///
+    /// # Panics
+    /// Unless the pressure is positive and the factor 1 or more.
+    #[must_use]
+    pub fn confined(self, pressure: f64, factor: f64) -> Self {
+        assert!(pressure > 0.0 && factor >= 1.0, "a confined strength needs a pressure > 0 and a factor >= 1");
+        Self { confinement: Some(Confinement { pressure, factor }), ..self }
+    }
+
+    /// Y without pressure at a rate of equivalent plastic strain, 1/s.
     #[must_use]
     pub fn at(&self, rate: f64) -> f64 {
         if rate <= self.reference || self.exponent == 0.0 {
@@ -69,12 +100,26 @@ impl Strength {
         power(rate * (1.0 / self.reference), self.exponent) * self.yield_stress
     }
 
-    /// Where a trial stress, Pa, comes back to in a step, s: if it is more than the gel bears, q = q_trial − 3μ̄ Δε = Y(Δε/Δt), an
+    /// Where a trial stress, Pa, comes back to in a step, s: if it is more than the gel bears, q = q_trial − 3μ̄ Δε = N Y(Δε/Δt), an
     /// implicit equation with one root, for the left side falls and the right one rises; else it stays, with no strain. It is
-    /// sought from the rate of the last return, 1/s, if there was one. Written without a branch between one trial and the next.
+    /// sought from the rate of the last return, 1/s, if there was one. N is what confinement makes of it at the slope U′, Pa, which the
+    /// return does not change.
     #[must_use]
     #[inline(always)]
-    pub fn returned<T: Number>(&self, trial: T, stiffness: T, (step, rate): (f64, T)) -> Returned<T> {
+    pub fn returned<T: Number>(&self, (trial, stiffness): (T, T), slope: T, (step, rate): (f64, T)) -> Returned<T> {
+        let strain = match &self.confinement {
+            Some(confinement) => {
+                let times = confinement.times(slope);
+                self.flown((trial / times, stiffness / times), (step, rate))
+            }
+            None => self.flown((trial, stiffness), (step, rate)),
+        };
+        Returned { stress: trial - stiffness * strain, strain }
+    }
+
+    /// Δε without pressure. Written without a branch between one trial and the next.
+    #[inline(always)]
+    fn flown<T: Number>(&self, (trial, stiffness): (T, T), (step, rate): (f64, T)) -> T {
         let least = (trial - self.yield_stress) / stiffness;
         let mut strain = least;
         // Between what flows so slowly, or so fast, that Y is one of its ends.
@@ -90,8 +135,7 @@ impl Strength {
             let sought = self.sought((trial, stiffness), (step, low), (above.choose(start, low), open));
             strain = between.choose((-(most - fast)).choose(sought, most), least);
         }
-        let strain = strain.at_least(0.0);
-        Returned { stress: trial - stiffness * strain, strain }
+        strain.at_least(0.0)
     }
 
     /// The root of the power law, by Newton's steps while it is open. What is left of the stress is a convex function of the
@@ -140,13 +184,20 @@ mod tests {
         for (gel, step) in [1e-9, 1e-7, 1e-5, 1e-2, 10.0].iter().flat_map(|step| laws.map(|law| (law, *step))) {
             for rate in [0.0, 1e3, 1e9] {
                 for trial in [0.14e6, 0.5e6, 1.5e6, 1.7e6, 5e6, 5e7] {
-                    let Returned { stress, strain } = gel.returned(trial, stiffness, (step, rate));
+                    let Returned { stress, strain } = gel.returned((trial, stiffness), 0.0, (step, rate));
                     assert!((stress - gel.at(strain / step)).abs() < 2e-13 * trial, "{step} {trial}");
                     assert!((trial - stiffness * strain - stress).abs() < 1e-12 * trial && strain > 0.0);
+                    // Half of the pressure at which it bears three times as much, that pressure, and more.
+                    for (slope, times) in [(1e6, 1.0), (-0.2e6, 2.0), (-0.4e6, 3.0), (-7e6, 3.0)] {
+                        let confined = gel.confined(0.4e6, 3.0);
+                        let Returned { stress, strain } = confined.returned((trial, stiffness), slope, (step, rate));
+                        let bears = times * gel.at(strain / step);
+                        assert!((stress - bears).abs() < 4e-13 * trial || strain == 0.0 && trial <= bears, "{slope}");
+                    }
                 }
             }
         }
         let borne = Returned { stress: 0.13e6, strain: 0.0 };
-        assert_eq!(gel().returned(0.13e6, stiffness, (1e-6, 0.0)), borne);
+        assert_eq!(gel().returned((0.13e6, stiffness), 0.0, (1e-6, 0.0)), borne);
     }
 }

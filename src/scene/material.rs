@@ -71,6 +71,20 @@ pub struct StrengthSpec {
     pub rate_exponent: f64,
     /// Most that it bears at any rate, Pa.
     pub cap: f64,
+    /// How much more it bears under pressure: nothing if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub confined: Option<ConfinedSpec>,
+}
+
+/// How much more a gel bears under pressure: `factor` times as much at `pressure` and above, in proportion below.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub struct ConfinedSpec {
+    /// Pressure from which on it bears most, Pa.
+    pub pressure: f64,
+    /// How many times as much, 1 to 1000.
+    pub factor: f64,
 }
 
 fn one() -> f64 {

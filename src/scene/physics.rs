@@ -128,12 +128,14 @@ fn material(scene: &Scene) -> &'static str {
 }
 
 /// What a gel that flows does beside being elastic.
-fn flow(scene: &Scene) -> [Option<&'static str>; 6] {
+fn flow(scene: &Scene) -> [Option<&'static str>; 7] {
     let (gel, remesh) = (&scene.gel, scene.remesh.as_ref());
     let shocks = gel.volume.is_some_and(|volume| volume.hugoniot_slope > 0.0);
     let voids = gel.volume.is_some_and(|volume| volume.tension_limit.is_some());
+    let confined = gel.strength.is_some_and(|strength| strength.confined.is_some());
     [
         gel.strength.is_some().then_some("strength: the gel flows where shear is more than it bears at its rate"),
+        confined.then_some("confinement: gel under pressure bears more shear"),
         gel.softening.is_some().then_some("softening: gel that has flowed loses stiffness and strength"),
         shocks.then_some("pressure: by the speed of shocks"),
         voids.then_some("tension: limited, the gel opens voids that close again"),

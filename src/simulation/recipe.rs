@@ -10,7 +10,8 @@ use crate::material::{
 };
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, Patches, Simplex, facet_measure, poor_quality};
 use crate::scene::{
-    ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene, Symmetry,
+    ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene, StrengthSpec,
+    Symmetry,
 };
 use crate::state::Birth;
 
@@ -190,6 +191,7 @@ fn part(gel: &GelTable) -> GelTable {
     if let Some(strength) = &mut part.strength {
         strength.yield_stress *= copies;
         strength.cap *= copies;
+        strength.confined.iter_mut().for_each(|confined| confined.pressure *= copies);
     }
     if let Some(tension) = part.volume.as_mut().and_then(|volume| volume.tension_limit.as_mut()) {
         *tension *= copies;
@@ -200,6 +202,11 @@ fn part(gel: &GelTable) -> GelTable {
         (constants.c1, constants.c2) = (copies * constants.c1, copies * constants.c2);
     }
     part
+}
+
+fn strength(of: StrengthSpec) -> Strength {
+    let strength = Strength::new(of.yield_stress, of.rate_exponent, of.cap).from_rate(of.reference_rate);
+    of.confined.map_or(strength, |confined| strength.confined(confined.pressure, confined.factor))
 }
 
 /// What a gel is made of.
@@ -227,9 +234,7 @@ pub(super) fn material(gel: &GelTable) -> Material {
                     volume.hugoniot_slope,
                     volume.tension_limit.unwrap_or(f64::INFINITY),
                 ),
-                strength: gel
-                    .strength
-                    .map(|s| Strength::new(s.yield_stress, s.rate_exponent, s.cap).from_rate(s.reference_rate)),
+                strength: gel.strength.map(strength),
                 softening: gel.softening.map(|s| Softening::new(s.strain, s.residual, s.time)),
                 viscosity: BulkViscosity { linear: viscosity.linear, quadratic: viscosity.quadratic },
                 density: gel.density,

@@ -4,12 +4,14 @@ use ballistic_gel::material::{
     Branch, BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Softening, Strength, Viscoelastic,
 };
 
-/// One that flows under a slow ball and softens.
-pub fn flowing() -> Material {
+/// One that flows under a slow ball and softens; it may bear so many times as much under a pressure.
+pub fn flowing(confined: Option<(f64, f64)>) -> Material {
+    let strength = Strength::new(0.02, 0.9, 0.06).from_rate(0.3);
+    let strength = confined.map_or(strength, |(pressure, factor)| strength.confined(pressure, factor));
     Material::Flowing(Flowing {
         shear_modulus: 1.0,
         state: EquationOfState::new(10.0, 1.5, 0.5),
-        strength: Some(Strength::new(0.02, 0.9, 0.06).from_rate(0.3)),
+        strength: Some(strength),
         softening: Some(Softening::new(0.05, 0.3, 0.2)),
         viscosity: BulkViscosity { linear: 0.06, quadratic: 1.0 },
         density: 1.0,

@@ -193,6 +193,10 @@ fn flowing(gel: &Gel) -> Check {
         let least = format!("at least gel.strength.yield_stress, {:?} Pa", strength.yield_stress);
         let good = strength.cap >= strength.yield_stress && strength.cap.is_finite();
         require(good, "gel.strength.cap", || format!("{:?}", strength.cap), &least)?;
+        if let Some(confined) = strength.confined {
+            positive("gel.strength.confined.pressure", confined.pressure, "a positive pressure, Pa")?;
+            within("gel.strength.confined.factor", confined.factor, 1.0..=1000.0)?;
+        }
     }
     if let Some(softening) = gel.softening {
         let expected = "a gel.strength: what never flows does not soften";

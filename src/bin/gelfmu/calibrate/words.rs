@@ -63,8 +63,11 @@ pub fn text(task: &Task, search: &Search) -> String {
 /// What to write into the scene.
 fn lines(task: &Task, best: &Trial) -> String {
     let (strength, fitted) = (task.strength, best.yield_stress);
+    let confined = strength.confined.map_or(String::new(), |confined| {
+        format!(", confined = {{ pressure = {:?}, factor = {:?} }}", confined.pressure, confined.factor)
+    });
     let strength = format!(
-        "[gel]\nstrength = {{ yield_stress = {fitted:?}, reference_rate = {:?}, rate_exponent = {:?}, cap = {:?} }}",
+        "[gel]\nstrength = {{ yield_stress = {fitted:?}, reference_rate = {:?}, rate_exponent = {:?}, cap = {:?}{confined} }}",
         strength.reference_rate, strength.rate_exponent, strength.cap
     );
     let velocity = |_| format!("\n\n[projectile]\nvelocity = {:?}", task.scene.projectile.velocity);
