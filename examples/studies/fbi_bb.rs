@@ -15,8 +15,11 @@ const STEP: f64 = 1e-5;
 /// Keys of a scene and what they are instead.
 pub type Keys = [(&'static str, &'static str)];
 
+/// A strength that rises with the pressure.
+const CONFINED: &str = "{ yield_stress = 17.3e3, reference_rate = 100.0, rate_exponent = 0.8, cap = 4e6, confined = { pressure = 7.5e6, factor = 6.0 } }";
+
 /// Runs of the shot, and what is changed in each: the mesh, the step and the wave, then the law of the strength, then the speed.
-const RUNS: [(&str, &Keys); 23] = [
+const RUNS: [(&str, &Keys); 27] = [
     ("as it comes: R/8, growth 0.1", &[]),
     ("cells of R/5", &[("mesh.size", "0.43e-3"), ("remesh.smallest", "0.2e-3")]),
     ("cells of R/12", &[("mesh.size", "0.18e-3"), ("remesh.smallest", "0.09e-3")]),
@@ -63,6 +66,16 @@ const RUNS: [(&str, &Keys); 23] = [
     (
         "power 0.7",
         &[("gel.strength", "{ yield_stress = 0.0012e6, reference_rate = 1.0, rate_exponent = 0.7, cap = 20e6 }")],
+    ),
+    ("confined", &[("gel.strength", CONFINED)]),
+    ("confined, 165 m/s", &[("gel.strength", CONFINED), ("projectile.velocity", "[0, 0, -165]")]),
+    ("confined, 195 m/s", &[("gel.strength", CONFINED), ("projectile.velocity", "[0, 0, -195]")]),
+    (
+        "confined, lower cap",
+        &[(
+            "gel.strength",
+            "{ yield_stress = 18.5e3, reference_rate = 100.0, rate_exponent = 0.8, cap = 1.2e6, confined = { pressure = 7.5e6, factor = 6.0 } }",
+        )],
     ),
     ("75 m/s", &[("projectile.velocity", "[0, 0, -75]")]),
     ("100 m/s", &[("projectile.velocity", "[0, 0, -100]")]),
