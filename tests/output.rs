@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 const STEPS: usize = 50;
 
 /// Keys of `summary.json` that scripts hold on to, in the order of the file.
-const KEYS: [&str; 46] = [
+const KEYS: [&str; 47] = [
     "scene",
     "version",
     "interface",
@@ -65,6 +65,7 @@ const KEYS: [&str; 46] = [
     "digest",
     "switched_off",
     "failure",
+    "doubt",
 ];
 
 fn folder(name: &str) -> PathBuf {

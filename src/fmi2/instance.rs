@@ -131,6 +131,8 @@ impl Instance {
     /// Ends the run and completes the files.
     pub(super) fn terminate(&mut self) -> Status {
         self.phase = Phase::Terminated;
+        let doubt = self.model.as_ref().and_then(|model| model.simulation.observe().energy.doubt());
+        doubt.into_iter().for_each(|doubt| self.log.warning(doubt));
         self.finish_recording()
     }
 

@@ -117,6 +117,8 @@ pub struct Summary {
     pub switched_off: Vec<String>,
     /// The diagnosis of a run that stopped early.
     pub failure: Option<String>,
+    /// Why figures of the run may be far off, if the method itself has changed its energy too much.
+    pub doubt: Option<String>,
 }
 
 /// What became of a fragment.
@@ -220,6 +222,7 @@ impl Summary {
             digest: format!("{:032x}", ending.digest),
             switched_off: scene::switched_off(&run.scene),
             failure: ending.failure.map(str::to_string),
+            doubt: energy.doubt(),
         }
     }
 

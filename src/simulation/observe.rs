@@ -171,6 +171,30 @@ pub struct EnergyReport {
     pub energy_defect: f64,
 }
 
+impl EnergyReport {
+    /// Part of the energy that integration, the removal of penetration and exchanges may change before a run is doubted.
+    const BEARABLE: f64 = 0.05;
+
+    /// Why figures of the run may be far off: the method itself has changed the energy by more than a twentieth of what was there at
+    /// the start and came in since. Nothing if it has not.
+    #[must_use]
+    pub fn doubt(&self) -> Option<String> {
+        let accounts =
+            [("integration", self.integration), ("contact_bias", self.contact_bias), ("remesh", self.remesh)];
+        let there = self.initial.abs() + self.external.abs() + self.load.abs();
+        let part = accounts.iter().map(|(_, value)| value.abs()).sum::<f64>() / there;
+        let is_doubtful = self.energy_defect > Self::BEARABLE && part > Self::BEARABLE;
+        let told = accounts.map(|(name, value)| format!("{name} {:+.1} %", 100.0 * value / there)).join(", ");
+        is_doubtful.then(|| {
+            format!(
+                "the method itself has changed the energy by {:.0} % of what there was ({told}): figures of this \
+                 run may be wrong by as much. Use a smaller mesh.size, or mesh.element = \"patch\"",
+                100.0 * part
+            )
+        })
+    }
+}
+
 /// What a run costs.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CostReport {
@@ -243,4 +267,26 @@ pub struct FrameCells {
     pub energy_density: Vec<f64>,
     /// Boundary facets by node index, `dimension` used, outward oriented.
     pub facets: Vec<[u32; 3]>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_whose_method_makes_energy_is_doubted_and_no_other() {
+        let report = |remesh: f64, importer: f64, initial: f64| {
+            let energy_defect = (0.01 + remesh.abs() + importer.abs()) / if initial > 1e-12 { initial } else { 1.0 };
+            EnergyReport { remesh, importer, initial, integration: -0.01, energy_defect, ..EnergyReport::default() }
+        };
+        let doubt = report(-0.5, 0.0, 2.0).doubt().expect("a quarter of it is gone");
+        assert!(
+            doubt.contains("by 26 %") && doubt.contains("integration -0.5 %") && doubt.contains("remesh -25.0 %"),
+            "{doubt}"
+        );
+        // What the importer adds is no error of the method; where there is no energy nothing can be told.
+        for sound in [report(0.08, 0.0, 2.0), report(0.0, 1.0, 2.0), report(0.001, 0.0, 1e-13)] {
+            assert_eq!(sound.doubt(), None, "{sound:?}");
+        }
+    }
 }

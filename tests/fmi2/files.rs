@@ -147,3 +147,19 @@ fn two_instances_do_not_write_into_one_folder() {
     assert_eq!(unsafe { fmi2ExitInitializationMode(two.c) }, OK, "{:?}", two.lines());
     drop(one);
 }
+
+#[test]
+fn an_instance_whose_method_loses_energy_says_so_when_it_ends() {
+    let coarse = ballistic_gel::scene::builtin("ball-square").unwrap().replace("size = 1.25e-3", "size = 5e-3");
+    let mut host = Host::with(&(coarse + "\n[remesh]\nquality = 0.3\ngrowth = 1.0\n"));
+    let (folder, own) = (host.folder.path().to_path_buf(), host.path("gel"));
+    assert_eq!(host.set_text("output_directory", &folder), OK);
+    host.start();
+    host.steps(0.0, 1e-4, 40);
+    assert!(host.lines().is_empty());
+    assert_eq!(unsafe { fmi2Terminate(host.c) }, OK);
+    // A line of log is a format of C.
+    let told = host.one_line().replace("%%", "%");
+    assert!(told.starts_with("the method itself has changed the energy by 12 %"), "{told}");
+    assert_eq!(summary(&own)["doubt"], told);
+}

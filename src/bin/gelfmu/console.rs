@@ -56,6 +56,12 @@ impl Console {
         }
     }
 
+    /// A line on standard error of what was done, but must not be taken as it is.
+    pub fn warning(&self, text: &str) {
+        let label = self.painted("warning:", AnsiColor::Yellow, stderr().is_terminal());
+        complain(&format!("{label} {text}"));
+    }
+
     /// A line on standard error that must be seen.
     pub fn error(&self, text: &str) {
         let label = self.painted("error:", AnsiColor::Red, stderr().is_terminal());

@@ -32,6 +32,9 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
     let ending = watch(&job, options.direct, console)?;
     let (text, summary) = read_summary(&job.folder)?;
     console.result(&text.trim_end(), &summary::describe(&summary, &job.folder));
+    if let Some(doubt) = summary["doubt"].as_str() {
+        console.warning(doubt);
+    }
     Ok(status(&ending, &job.folder, console))
 }
 

@@ -84,9 +84,10 @@ fn fragments(summary: &Summary) -> String {
 }
 
 fn trust(summary: &Summary) -> String {
+    let doubt = summary.doubt.as_ref().map_or(String::new(), |doubt| format!(" <strong>Doubtful: {doubt}.</strong>"));
     format!(
         "The ledger explains all energy but {} of what went through it, and the method's own error is {} of the energy at \
-         the start.",
+         the start.{doubt}",
         percent(summary.energy_error),
         percent(summary.energy_defect)
     )
