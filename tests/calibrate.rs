@@ -8,7 +8,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
 /// A slow BB into a small block of coarse cells: a run takes a second.
-const SMALL: [&str; 12] = [
+const SMALL: [&str; 14] = [
     "calibrate",
     "--threads=1",
     "--speed",
@@ -21,6 +21,8 @@ const SMALL: [&str; 12] = [
     "gel.shape.cylinder.height=0.04",
     "--set",
     "gel.shape.cylinder.radius=0.03",
+    "--set",
+    "gel.strength.confined={ pressure = 1e9, factor = 1.5 }",
 ];
 
 fn gelfmu(arguments: &[&str]) -> Output {
@@ -49,6 +51,7 @@ fn the_strength_that_is_printed_stops_the_bb_at_the_depth() {
     let scene: toml::Table = toml::from_str(lines).unwrap();
     let strength = &scene["gel"]["strength"];
     assert_eq!(strength["yield_stress"].as_float(), value["yield_stress"].as_f64());
+    assert_eq!(strength["confined"]["factor"].as_float(), Some(1.5), "{lines}");
     assert_eq!(scene["projectile"]["velocity"][2].as_float(), Some(-60.0));
     let again = format!("gel.strength.yield_stress={}", value["yield_stress"]);
     let again = small(&["--depth", "0.015", "--json", "--set", &again]);

@@ -52,7 +52,7 @@ fn in_space() -> impl Iterator<Item = Case> {
 fn material(case: Case) -> Material {
     match case.gel {
         Made::Elastic => NeoHookean::new(1.0, 10.0).into(),
-        Made::Flowing => gels::flowing(None),
+        Made::Flowing => gels::flowing(Some((1.0, 2.0))),
         Made::Relaxing => gels::relaxing(&[(0.7, 0.4), (0.9, 0.03)]),
     }
 }

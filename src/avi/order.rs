@@ -30,6 +30,7 @@ impl Order {
     pub fn new<const D: usize, P: Potential<D>>(potential: &P, lanes: usize, rank: impl Fn(usize) -> u64) -> Self {
         let all = potential.patches();
         let depth = if all.largest() > 1 { places(D) } else { 1 };
+        assert!(all.largest() <= depth, "a patch has at most {depth} elements");
         let patches = ranked(&(0..all.len()).map(rank).collect::<Vec<_>>());
         let groups = patches.len().div_ceil(lanes);
         let mut slots = vec![EMPTY; groups * lanes * depth];
@@ -124,14 +125,14 @@ fn ranked(ranks: &[u64]) -> Vec<u32> {
     for begin in begins.values_mut() {
         (first, *begin) = (first + *begin, first);
     }
-    let mut places = vec![0; ranks.len()];
+    let mut order = vec![0; ranks.len()];
     for (place, rank) in (0..).zip(ranks) {
         if let Some(at) = begins.get_mut(rank) {
-            places[*at] = place;
+            order[*at] = place;
             *at += 1;
         }
     }
-    places
+    order
 }
 
 #[cfg(test)]

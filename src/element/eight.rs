@@ -264,7 +264,6 @@ mod tests {
     use super::*;
     use crate::algebra::Tensor;
     use crate::element::Reference;
-    use crate::element::elastic::Metric;
     use crate::mesh::{Block, Patches, Split, block, uniform};
 
     #[test]
@@ -278,12 +277,12 @@ mod tests {
         let elements = std::array::from_fn(|lane| (lane < 7).then_some(ElementId(3 * lane as u32)));
         let rest = all.rest_of(&elements);
         let made = |level: Level| {
-            let (mut batch, mut law) = (Batch::default(), Metric::<3>::default());
+            let (mut batch, mut law) = (Batch::default(), crate::element::elastic::Metric::<3>::default());
             on!(level, simd => put_in((simd, &gel), (&mut batch, &mut law), (&rest, Section::Spatial)));
             format!("{batch:?} {law:?}")
         };
         let widest = Level::new();
-        let narrower = [widest.as_avx2().map(Level::Avx2), widest.as_sse4_2().map(Level::Sse4_2)];
+        let narrower = [widest.as_avx2().map(Level::Avx2), widest.as_sse2().map(Level::Sse2)];
         assert!(narrower.iter().any(Option::is_some), "there are instruction sets to compare");
         narrower.into_iter().flatten().for_each(|level| assert_eq!(made(level), made(widest)));
     }

@@ -6,7 +6,7 @@ use crate::algebra::{Number, power};
 /// Y(ε̇) = Y₀ (ε̇/ε̇₀)^m, no less than Y₀ and no more than the cap; ε̇₀ = 1/s unless it is told.
 ///
 /// Y₀ and m are of one power law, so a gel measured at ε̇₀ (Y₀) is known at the 10⁴/s around a bullet. Under pressure it may bear more
-/// ([`Strength::confined`]).
+/// than that, and than the cap ([`Strength::confined`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Strength {
     yield_stress: f64,

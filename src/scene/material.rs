@@ -69,7 +69,7 @@ pub struct StrengthSpec {
     /// Power of the rate, 0 to 1.
     #[serde(default)]
     pub rate_exponent: f64,
-    /// Most that it bears at any rate, Pa.
+    /// Most that it bears at any rate without pressure, Pa.
     pub cap: f64,
     /// How much more it bears under pressure: nothing if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]

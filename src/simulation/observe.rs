@@ -181,14 +181,14 @@ impl EnergyReport {
     pub fn doubt(&self) -> Option<String> {
         let accounts =
             [("integration", self.integration), ("contact_bias", self.contact_bias), ("remesh", self.remesh)];
-        let there = self.initial.abs() + self.external.abs() + self.load.abs();
+        let there = self.initial.abs() + self.external.abs() + self.load.abs() + self.importer.abs();
         let part = accounts.iter().map(|(_, value)| value.abs()).sum::<f64>() / there;
         let is_doubtful = self.energy_defect > Self::BEARABLE && part > Self::BEARABLE;
         let told = accounts.map(|(name, value)| format!("{name} {:+.1} %", 100.0 * value / there)).join(", ");
         is_doubtful.then(|| {
             format!(
                 "the method itself has changed the energy by {:.0} % of what there was ({told}): figures of this \
-                 run may be wrong by as much. Use a smaller mesh.size, or mesh.element = \"patch\"",
+                 run may be wrong by as much",
                 100.0 * part
             )
         })
@@ -285,7 +285,7 @@ mod tests {
             "{doubt}"
         );
         // What the importer adds is no error of the method; where there is no energy nothing can be told.
-        for sound in [report(0.08, 0.0, 2.0), report(0.0, 1.0, 2.0), report(0.001, 0.0, 1e-13)] {
+        for sound in [report(0.08, 0.0, 2.0), report(0.0, 1.0, 2.0), report(0.0, 1.0, 0.0), report(0.001, 0.0, 1e-13)] {
             assert_eq!(sound.doubt(), None, "{sound:?}");
         }
     }

@@ -242,3 +242,19 @@ pub(super) fn material(gel: &GelTable) -> Material {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{ConfinedSpec, builtin, read};
+
+    #[test]
+    fn what_stands_for_four_parts_bears_four_times_as_much_at_four_times_the_pressure() {
+        let mut gel = read(builtin("fbi-bb-3d").unwrap()).unwrap().gel;
+        let strength = gel.strength.as_mut().unwrap();
+        strength.confined = Some(ConfinedSpec { pressure: 7.5e6, factor: 6.0 });
+        let (one, four) = (strength.yield_stress, part(&gel).strength.unwrap());
+        assert_eq!((four.yield_stress, four.cap), (4.0 * one, 4.0 * gel.strength.unwrap().cap));
+        assert_eq!(four.confined, Some(ConfinedSpec { pressure: 30e6, factor: 6.0 }));
+    }
+}

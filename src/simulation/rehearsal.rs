@@ -11,7 +11,7 @@ use crate::scene::RemeshMethod;
 use crate::state::Birth;
 use std::fmt::{self, Display, Formatter};
 
-/// An exchange of the mesh that was tried in vain: the old one went on.
+/// An exchange of the mesh that was tried in vain: the old one went on, or the run ended with it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refusal {
     /// When, s.
