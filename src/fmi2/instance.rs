@@ -132,7 +132,9 @@ impl Instance {
     pub(super) fn terminate(&mut self) -> Status {
         self.phase = Phase::Terminated;
         let doubt = self.model.as_ref().and_then(|model| model.simulation.observe().energy.doubt());
-        doubt.into_iter().for_each(|doubt| self.log.warning(doubt));
+        if let Some(doubt) = doubt {
+            self.log.warning(doubt);
+        }
         self.finish_recording()
     }
 
