@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-/// A slow BB into a small block of coarse cells: a run takes a second.
+/// A slow BB into a small block of coarse cells: a run takes a second. The confinement is carried along and changes no bit.
 const SMALL: [&str; 14] = [
     "calibrate",
     "--threads=1",

@@ -47,24 +47,12 @@ macro_rules! on {
         #[cfg(target_arch = "x86_64")]
         {
             if let Some($simd) = level.as_avx512() {
-                fearless_simd::Simd::vectorize(
-                    $simd,
-                    #[inline(always)]
-                    || $operation,
-                )
+                on!(@unit $simd => $operation)
             } else if let Some($simd) = level.as_avx2() {
-                fearless_simd::Simd::vectorize(
-                    $simd,
-                    #[inline(always)]
-                    || $operation,
-                )
+                on!(@unit $simd => $operation)
             } else {
                 let $simd = level.as_sse2().expect("every such machine has that");
-                fearless_simd::Simd::vectorize(
-                    $simd,
-                    #[inline(always)]
-                    || $operation,
-                )
+                on!(@unit $simd => $operation)
             }
         }
         #[cfg(not(target_arch = "x86_64"))]
@@ -72,6 +60,13 @@ macro_rules! on {
             fearless_simd::dispatch!(level, $simd => $operation)
         }
     }};
+    (@unit $simd:ident => $operation:expr) => {
+        fearless_simd::Simd::vectorize(
+            $simd,
+            #[inline(always)]
+            || $operation,
+        )
+    };
 }
 pub(super) use on;
 
