@@ -145,6 +145,7 @@ fn check_reference<const D: usize>(case: Case) {
     for (own, other) in fast.memory.iter().zip(&reference.memory) {
         let off = (own.inverse - other.inverse).norm() + (own.out - other.out).abs() + (own.left - other.left).abs();
         let off = off + (own.plastic - other.plastic).abs() + (own.jacobian - other.jacobian).abs();
+        let off = off + (own.stress - other.stress).abs();
         assert!(off < 1e-9, "{case:?}: {off:e} of {own:?}");
     }
 }

@@ -101,7 +101,8 @@ impl<const D: usize> Both<D> {
                 let size = its.inverse.norm() + its.out + its.plastic + its.jacobian.abs();
                 let off = (own.inverse - its.inverse).norm() + (own.out - its.out).abs();
                 let off = off + (own.plastic - its.plastic).abs() + (own.jacobian - its.jacobian).abs();
-                assert!(off + (own.left - its.left).abs() < 1e-9 * size, "{e}: {own:?} of {its:?}");
+                let off = off + (own.left - its.left).abs() + (own.stress - its.stress).abs();
+                assert!(off < 1e-9 * size, "{e}: {own:?} of {its:?}");
             }
         }
     }

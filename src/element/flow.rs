@@ -21,11 +21,14 @@ pub struct Memory<const D: usize> {
     pub rate: f64,
     /// g, the part of its stress in shear that softening has left.
     pub left: f64,
+    /// q, the equivalent stress at its own last tick, of the sound gel, Pa.
+    pub stress: f64,
 }
 
 impl<const D: usize> Default for Memory<D> {
     fn default() -> Self {
-        Self { inverse: Tensor::<D>::identity(), out: 1.0, plastic: 0.0, jacobian: 1.0, rate: 0.0, left: 1.0 }
+        let inverse = Tensor::<D>::identity();
+        Self { inverse, out: 1.0, plastic: 0.0, jacobian: 1.0, rate: 0.0, left: 1.0, stress: 0.0 }
     }
 }
 
@@ -35,7 +38,7 @@ impl<const D: usize> Memory<D> {
     pub fn is_valid(&self) -> bool {
         self.inverse
             .iter()
-            .chain([&self.out, &self.plastic, &self.jacobian, &self.rate, &self.left])
+            .chain([&self.out, &self.plastic, &self.jacobian, &self.rate, &self.left, &self.stress])
             .all(|number| number.is_finite())
     }
 }
@@ -172,10 +175,13 @@ impl<const D: usize> Flow<'_, D> {
     fn returned(&self, (step, slope): (f64, f64), memory: &mut Memory<D>) -> (Elastic<D>, f64) {
         let (strain, scale, mu) = (self.at.strain, self.at.scale, self.gel.shear_modulus);
         let trial = self.at.elastic(memory);
-        let flows = step > 0.0 && self.at.is_upright();
-        let Some(strength) = self.gel.strength.filter(|_| flows) else { return (trial, 0.0) };
+        let Some(strength) = self.gel.strength else { return (trial, 0.0) };
         let deviator = trial.deviator();
         let stress = mu * (1.5 * deviator.norm_squared()).sqrt();
+        let before = std::mem::replace(&mut memory.stress, stress);
+        if step <= 0.0 || !self.at.is_upright() {
+            return (trial, 0.0);
+        }
         let Returned { stress: left, strain: flown } =
             strength.returned((stress, mu * trial.trace()), slope, (step, memory.rate));
         if flown == 0.0 {
@@ -186,10 +192,10 @@ impl<const D: usize> Flow<'_, D> {
         memory.inverse = inverse * elastic.inner * inverse.transpose() / scale;
         memory.out = if D == 2 { elastic.out / (strain.out * strain.out * scale) } else { 1.0 };
         memory.plastic += flown;
-        memory.rate = flown / step;
-        // What is set free at the strength that is left, not at the mean of that and the trial; q Δε_p forgets that Ī₁ is no
-        // quadratic form, and misses 8 % at q = μ/3 in tension.
-        (elastic, mu * (trial.trace() - elastic.trace()) * left / (left + stress))
+        (memory.rate, memory.stress) = (flown / step, left);
+        // What is set free at the mean of the stress at the last tick and now, which is what the nodes feel in between, not of now and
+        // the trial; q Δε_p forgets that Ī₁ is no quadratic form, and misses 8 % at q = μ/3 in tension.
+        (elastic, mu * (trial.trace() - elastic.trace()) * 0.5 * (before + left) / (left + stress))
     }
 
     /// ε̇, and η ε̇, the part of U′ that viscosity adds, Pa: per rest volume it takes η ε̇ J̇.

@@ -22,11 +22,12 @@ struct Memories<const D: usize, V> {
     plastic: V,
     rate: V,
     left: V,
+    stress: V,
 }
 
-/// Numbers that an element remembers after its shape: ε_p, J, the rate of ε_p, what softening has left, and what viscosity added to U′ at the
-/// last own tick, Pa, which is of no use after it.
-const NUMBERS: usize = 5;
+/// Numbers that an element remembers after its shape: ε_p, J, the rate of ε_p, what softening has left, q, and what viscosity added to U′ at
+/// the last own tick, Pa, which is of no use after it.
+const NUMBERS: usize = 6;
 
 impl<const D: usize> Remembering<D> for Flowing {
     fn rows(&self) -> usize {
@@ -36,14 +37,14 @@ impl<const D: usize> Remembering<D> for Flowing {
     fn put_memory(&self, rows: &mut [Recall], lane: usize, memory: &[Memory<D>]) {
         let memory = &memory[0];
         put_shape(rows, lane, memory);
-        let [plastic, jacobian, rate, left, _] = numbers::<D>(rows);
+        let [plastic, jacobian, rate, left, stress, _] = numbers::<D>(rows);
         (plastic.0[lane], jacobian.0[lane]) = (memory.plastic, memory.jacobian);
-        (rate.0[lane], left.0[lane]) = (memory.rate, memory.left);
+        (rate.0[lane], left.0[lane], stress.0[lane]) = (memory.rate, memory.left, memory.stress);
     }
 
     fn take_memory(&self, rows: &[Recall], lane: usize, memory: &mut [Memory<D>]) {
-        let [plastic, jacobian, rate, left] = [0, 1, 2, 3].map(|i| rows[rows_of_shape::<D>() + i].0[lane]);
-        memory[0] = Memory { plastic, jacobian, rate, left, ..shape(rows, lane) };
+        let [plastic, jacobian, rate, left, stress] = [0, 1, 2, 3, 4].map(|i| rows[rows_of_shape::<D>() + i].0[lane]);
+        memory[0] = Memory { plastic, jacobian, rate, left, stress, ..shape(rows, lane) };
     }
 
     fn viscous(&self, rows: &[Recall], lane: usize) -> f64 {
@@ -127,12 +128,13 @@ fn returned<const D: usize, V: Number>(
     let trial = at.elastic(&at.pulled(&memory.shape), memory.shape.out);
     let (mu, none) = (gel.shear_modulus, at.jacobian.constant(0.0));
     let Some(strength) = &gel.strength else { return (trial, none) };
-    if step <= 0.0 {
-        return (trial, none);
-    }
     let (deviator, trace) = (trial.deviator(), trial.trace());
     let square = deviator.dot(&deviator);
     let stress = (square * 1.5).root() * mu;
+    let before = std::mem::replace(&mut memory.stress, stress);
+    if step <= 0.0 {
+        return (trial, none);
+    }
     let Returned { stress: left, strain } = strength.returned((stress, trace * mu), slope, (step, memory.rate));
     let flown = at.upright.choose(strain, none);
     if !flown.any_positive() {
@@ -146,7 +148,8 @@ fn returned<const D: usize, V: Number>(
     let elastic = back.chosen(flown, &trial);
     memory.plastic = memory.plastic + flown;
     memory.rate = flown.choose(flown * (1.0 / step), memory.rate);
-    let lost = (trace - elastic.trace()) * mu * left / (left + stress);
+    memory.stress = flown.choose(left, stress);
+    let lost = (trace - elastic.trace()) * (0.5 * mu) * (before + left) / (left + stress);
     (elastic, flown.choose(lost, none))
 }
 
@@ -172,19 +175,20 @@ impl<const D: usize, S: Simd> Memories<D, f64x8<S>> {
     #[inline(always)]
     fn load(simd: S, from: &mut [Recall]) -> (Self, f64x8<S>) {
         let shape = Symmetric::load(simd, from);
-        let [plastic, jacobian, rate, left, _] = numbers::<D>(from);
-        let [plastic, rate, left] = [wide(simd, &plastic.0), wide(simd, &rate.0), wide(simd, &left.0)];
-        (Self { shape, plastic, rate, left }, wide(simd, &jacobian.0))
+        let [plastic, jacobian, rate, left, stress, _] = numbers::<D>(from);
+        let [plastic, rate, left, stress] = [plastic, rate, left, stress].map(|row| wide(simd, &row.0));
+        (Self { shape, plastic, rate, left, stress }, wide(simd, &jacobian.0))
     }
 
     #[inline(always)]
     fn store(&self, to: &mut [Recall], (now, added): (f64x8<S>, f64x8<S>)) {
         self.shape.store(to);
-        let [plastic, jacobian, rate, left, viscous] = numbers::<D>(to);
+        let [plastic, jacobian, rate, left, stress, viscous] = numbers::<D>(to);
         self.plastic.store_slice(&mut plastic.0);
         now.store_slice(&mut jacobian.0);
         self.rate.store_slice(&mut rate.0);
         self.left.store_slice(&mut left.0);
+        self.stress.store_slice(&mut stress.0);
         added.store_slice(&mut viscous.0);
     }
 }
