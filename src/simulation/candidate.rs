@@ -268,7 +268,7 @@ impl<const D: usize> Gelatin<D> {
         let patches = self.recipe.patches((&mesh, &proposal.position));
         let past = (&self.engine.gel().potential, old, self.engine.state().memory.as_slice());
         let past = history::Past::new(past, moved.position);
-        let inherited = history::inherited(&past, moved.position, (&proposal, &new, &patches));
+        let inherited = history::inherited(&past, moved.position, (&history::Made::by(&proposal, &new), &patches));
         let (references, memory) = inherited.ok_or(Refused::Restless)?;
         let Transferred { mass, corner_mass, velocity, defects, .. } = new;
         let tick = self.engine.last_tick();

@@ -1,17 +1,16 @@
 //! What the elements of a new mesh were at rest: what their nodes say where that is true, else a deformation between the mean
 //! of the old elements that they are made of and what their nodes say (numerics 4.6).
 
-use super::shared::{shares, stays};
+use super::shared::{measure, shares, stays};
+use super::volumes::{rest_of, rests};
 use crate::algebra::{Tensor, Vector, cofactor, cube_root, det};
 use crate::element::{Memory, Potential, Reference, Section, Simplices};
-use crate::mesh::{ElementId, Patches};
+use crate::mesh::{ElementId, Patches, Simplex};
 use crate::remesh::{Proposal, Same, Source, Transferred};
 use crate::state::Birth;
 
 /// The nodes say what an element is if measure and distortion at rest are within this part of those of what it is made of.
 const HOLDS: f64 = 1e-9;
-/// The part of its measure at rest that an element can be given at once of what no new one lies over; the rest is lost.
-const MOST_LAID: f64 = 0.1;
 /// Ī₁ of what is not distorted.
 const UNDISTORTED: f64 = 3.0;
 /// Halvings that find the deformation with the distortion of the old elements.
@@ -84,7 +83,7 @@ pub(super) struct Past<'a, const D: usize> {
     pub old: &'a Birth<D>,
     pub memory: &'a [Memory<D>],
     /// J of each old element as a part of that of its patch; empty where each is a patch by itself.
-    shares: Vec<f64>,
+    pub shares: Vec<f64>,
 }
 
 impl<'a, const D: usize> Past<'a, D> {
@@ -96,10 +95,8 @@ impl<'a, const D: usize> Past<'a, D> {
     }
 
     /// Area or volume, or area times radius of a ring, of an old element at rest.
-    fn rest(&self, element: ElementId) -> f64 {
-        let reference = self.potential.reference(element);
-        let ring = if self.potential.section() == Section::Axisymmetric { reference.radius } else { 1.0 };
-        measure(&reference.edges) * ring
+    pub fn rest(&self, element: ElementId) -> f64 {
+        self.potential.reference(element).size(self.potential.section() == Section::Axisymmetric)
     }
 }
 
@@ -136,6 +133,28 @@ impl<const D: usize> Strains<D> {
     }
 }
 
+/// The elements of a new mesh, and what they are made of.
+#[derive(Clone, Copy)]
+pub(super) struct Made<'a, const D: usize> {
+    /// Where its nodes are, and where their matter was at rest.
+    pub position: &'a [Vector<D>],
+    pub rest: &'a [Vector<D>],
+    pub elements: &'a [Simplex],
+    /// The old element that each is, if it is one.
+    pub same: &'a [Option<Same>],
+    /// What the others are made of, in their order, and what was laid down on them because nothing lay over it.
+    pub sources: &'a [Source],
+    pub laid: &'a [Source],
+}
+
+impl<'a, const D: usize> Made<'a, D> {
+    /// By an exchange.
+    pub fn by(proposal: &'a Proposal<D>, new: &'a Transferred<D>) -> Self {
+        let Transferred { rest, same, sources, laid, .. } = new;
+        Self { position: &proposal.position, elements: &proposal.elements, rest, same, sources, laid }
+    }
+}
+
 /// What new elements are at rest where their nodes do not say it.
 type References<const D: usize> = Vec<(ElementId, Reference<D>)>;
 
@@ -146,13 +165,13 @@ type References<const D: usize> = Vec<(ElementId, Reference<D>)>;
 pub(super) fn inherited<const D: usize>(
     past: &Past<'_, D>,
     position: &[Vector<D>],
-    (proposal, new, patches): (&Proposal<D>, &Transferred<D>, &Patches),
+    (new, patches): (&Made<'_, D>, &Patches),
 ) -> Option<(References<D>, Vec<Memory<D>>)> {
     let flows = past.potential.remembers();
-    let mut memory = vec![Memory::default(); if flows { proposal.elements.len() } else { 0 }];
+    let mut memory = vec![Memory::default(); if flows { new.elements.len() } else { 0 }];
     let mut all = vec![];
-    let stays = stays(past.potential.patches(), patches, &new.same);
-    let again = (0..).map(ElementId).zip(&new.same).filter_map(|(element, same)| Some((element, (*same)?)));
+    let stays = stays(past.potential.patches(), patches, new.same);
+    let again = (0..).map(ElementId).zip(new.same).filter_map(|(element, same)| Some((element, (*same)?)));
     for (element, same) in again {
         // What stands in the patch that it stood in goes on as it is; in the plane, whose shots are calibrated so, all is made anew.
         if D == 3 && flows && stays[element.index()] {
@@ -162,7 +181,7 @@ pub(super) fn inherited<const D: usize>(
         }
         if flows {
             let mean = Mean::alone(past, position, same.element);
-            let now = Reference::of(&proposal.position, &proposal.elements[element.index()]);
+            let now = Reference::of(new.position, &new.elements[element.index()]);
             all.push((element, mean.made(&now, &now)?));
             mean.recall(&mut memory[element.index()]);
             continue;
@@ -174,15 +193,15 @@ pub(super) fn inherited<const D: usize>(
         }
     }
     let mut is_known: Vec<bool> = new.same.iter().map(Option::is_some).collect();
-    let strains = Strains::of(past, position, &new.sources);
-    let laid = laid(past, new);
+    let strains = Strains::of(past, position, new.sources);
+    let rests = rests(past, position, new);
     for sources in new.sources.chunk_by(|a, b| a.new == b.new) {
         let element = sources[0].new;
         is_known[element.index()] = true;
-        let nodes = &proposal.elements[element.index()];
-        let told = Reference::of(&new.rest, nodes);
-        let now = Reference::of(&proposal.position, nodes);
-        let mean = Mean::of(past, (position, &strains), sources).and(laid[element.index()]);
+        let nodes = &new.elements[element.index()];
+        let told = Reference::of(new.rest, nodes);
+        let now = Reference::of(new.position, nodes);
+        let mean = Mean::of(past, (position, &strains), (sources, rests[element.index()]));
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
         }
@@ -191,36 +210,16 @@ pub(super) fn inherited<const D: usize>(
         }
     }
     // What is made of nothing rests as it is.
-    for (element, nodes) in (0..).map(ElementId).zip(&proposal.elements).filter(|(e, _)| !is_known[e.index()]) {
-        all.push((element, Reference::of(&proposal.position, nodes)));
+    for (element, nodes) in (0..).map(ElementId).zip(new.elements).filter(|(e, _)| !is_known[e.index()]) {
+        all.push((element, Reference::of(new.position, nodes)));
     }
     all.sort_by_key(|(element, _)| *element);
     for ((element, reference), memory) in all.iter().zip(&mut memory) {
-        let now = Reference::of(&proposal.position, &proposal.elements[element.index()]);
+        let now = Reference::of(new.position, &new.elements[element.index()]);
         let out = if past.potential.section() == Section::Axisymmetric { now.radius / reference.radius } else { 1.0 };
         memory.jacobian = det(&now.edges) / det(&reference.edges) * out;
     }
     Some((all, memory))
-}
-
-/// The measure at rest of what was laid down on each new element.
-fn laid<const D: usize>(past: &Past<'_, D>, new: &Transferred<D>) -> Vec<f64> {
-    let mut laid = vec![0.0; new.same.len()];
-    for source in &new.laid {
-        laid[source.new.index()] += rest_of(past, source);
-    }
-    laid
-}
-
-/// The part of an old element at rest that is in a new one. Where pressure is that of a patch, its elements hand on what they would
-/// be at rest with the J of the patch, and by volume: their own, and masses that were laid out anew, would come back as noise in
-/// the pressure of new patches, K times what they are off.
-fn rest_of<const D: usize>(past: &Past<'_, D>, source: &Source) -> f64 {
-    if let Some(share) = past.shares.get(source.old.index()) {
-        return source.part * past.rest(source.old) * share;
-    }
-    let whole: f64 = past.old.corner_mass[source.old.index()].iter().sum();
-    source.mass / whole * past.rest(source.old)
 }
 
 /// The reference of an old element whose nodes may stand in another order now.
@@ -234,12 +233,19 @@ impl<const D: usize> Mean<D> {
     /// Of one old element.
     fn alone(past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
         let mass = past.old.corner_mass[element.index()].iter().sum();
-        Self::of(past, (x, &Strains::default()), &[Source { new: element, old: element, mass, part: 1.0 }])
+        let source = Source { new: element, old: element, mass, part: 1.0 };
+        let rest = rest_of(past, &source);
+        Self::of(past, (x, &Strains::default()), (&[source], rest))
     }
 
-    fn of(past: &Past<'_, D>, (x, strains): (&[Vector<D>], &Strains<D>), sources: &[Source]) -> Self {
+    /// Of parts of old elements, with this measure at rest.
+    fn of(
+        past: &Past<'_, D>,
+        (x, strains): (&[Vector<D>], &Strains<D>),
+        (sources, rest): (&[Source], f64),
+    ) -> Self {
         let is_ring = past.potential.section() == Section::Axisymmetric;
-        let (mut strain, mut distortion, mut rest, mut mass) = (Strain::zero(), 0.0, 0.0, 0.0);
+        let (mut strain, mut distortion, mut mass) = (Strain::zero(), 0.0, 0.0);
         let (mut plastic, mut left, mut stored) = (0.0, 0.0, 0.0);
         let is_massive = sources.iter().any(|source| source.mass > 0.0);
         for source in sources {
@@ -249,7 +255,6 @@ impl<const D: usize> Mean<D> {
             let weight = if is_massive { source.mass } else { source.part * past.rest(source.old) };
             plastic += memory.plastic * weight;
             left += memory.left * weight;
-            rest += rest_of(past, source);
             strain = strain.plus(&own, weight);
             distortion += own_distortion * weight;
             mass += weight;
@@ -268,20 +273,12 @@ impl<const D: usize> Mean<D> {
         (memory.plastic, memory.left) = (self.plastic, self.left);
     }
 
-    /// With more of the matter at rest, of which an element takes a tenth more at once at most: what is cut off its neighbourhood
-    /// compresses it.
-    fn and(self, laid: f64) -> Self {
-        let most = MOST_LAID * self.rest.abs();
-        Self { rest: self.rest + laid.max(-most).min(most), ..self }
-    }
-
     /// Whether the nodes say how much matter there is, and how it is distorted.
     fn is_told(&self, told: &Reference<D>, now: &Reference<D>) -> bool {
-        let whole = measure(&told.edges) * if self.is_ring { told.radius } else { 1.0 };
         let holds = |found: f64, wanted: f64| (found - wanted).abs() < HOLDS * wanted;
         let strain = self.said(told, now);
         !self.flows
-            && holds(whole, self.rest)
+            && holds(told.size(self.is_ring), self.rest)
             && strain.is_some_and(|strain| holds(strain.distortion(), self.distortion))
     }
 
@@ -355,11 +352,6 @@ impl<const D: usize> Mean<D> {
     }
 }
 
-/// Area or volume of the element with these edges.
-fn measure<const D: usize>(edges: &Tensor<D>) -> f64 {
-    det(edges) / if D == 2 { 2.0 } else { 6.0 }
-}
-
 /// The inverse of what is upright.
 fn inverse<const D: usize>(a: &Tensor<D>) -> Option<Tensor<D>> {
     let det = det(a);
@@ -393,7 +385,8 @@ mod tests {
         let birth = Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], mesh };
         let past = Past::new((&simplices, &birth, &memory), &position);
         let source = Source { new: ElementId(0), old: ElementId(3), mass: 0.0, part: 1.0 };
-        let mean = Mean::of(&past, (&position, &Strains::default()), &[source]);
+        let rest = rest_of(&past, &source);
+        let mean = Mean::of(&past, (&position, &Strains::default()), (&[source], rest));
         assert!(
             (mean.plastic - 0.7).abs() < 1e-15 && (mean.left - 0.4).abs() < 1e-15,
             "{} {}",

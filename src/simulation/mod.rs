@@ -19,6 +19,7 @@ mod shared;
 mod splash;
 #[cfg(test)]
 mod trips;
+mod volumes;
 
 use crate::algebra::Vector3;
 use serde::{Deserialize, Serialize};

@@ -3,7 +3,7 @@
 //! In a patch the elements are free to change their volumes against each other; only J̄ resists. Other elements that are made
 //! of parts of them must get J̄ as their own: the part J of each would be a strain that the bulk modulus never saw.
 
-use crate::algebra::{Vector, cube_root, det};
+use crate::algebra::{Tensor, Vector, cube_root, det};
 use crate::element::{Potential, Reference, Simplices};
 use crate::mesh::{ElementId, Patches};
 use crate::remesh::Same;
@@ -50,7 +50,17 @@ pub(super) fn stays(old: &Patches, new: &Patches, same: &[Option<Same>]) -> Vec<
     stays
 }
 
+/// Area or volume of the element with these edges.
+pub(super) fn measure<const D: usize>(edges: &Tensor<D>) -> f64 {
+    det(edges) / if D == 2 { 2.0 } else { 6.0 }
+}
+
 impl<const D: usize> Reference<D> {
+    /// Area or volume, or area times radius of a ring.
+    pub(super) fn size(&self, is_ring: bool) -> f64 {
+        measure(&self.edges) * if is_ring { self.radius } else { 1.0 }
+    }
+
     /// The same shape with this part of the measure.
     pub(super) fn scaled(&self, part: f64) -> Self {
         Self { edges: self.edges * if D == 2 { part.sqrt() } else { cube_root(part) }, ..*self }

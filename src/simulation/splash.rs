@@ -1,17 +1,19 @@
 //! What breaks off a gel and flies on as drops that nothing meets again.
 
+use super::history::{Made, Past, inherited};
 use super::model::Gelatin;
 use crate::algebra::Vector;
 use crate::avi::NoStep;
-use crate::element::{Memory, Potential};
+use crate::element::Potential;
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, boundary, sorted};
-use crate::remesh::{self, Moved};
+use crate::remesh::{self, Moved, Same};
 use crate::state::Birth;
 
 /// What is left of a mesh.
 struct Left<const D: usize> {
+    /// The mesh; what its elements are at rest and remember is not in it yet.
     birth: Birth<D>,
-    memory: Vec<Memory<D>>,
+    same: Vec<Option<Same>>,
     velocity: Vec<Vector<D>>,
     /// Mass of what is gone, kg.
     gone: f64,
@@ -31,12 +33,18 @@ impl<const D: usize> Gelatin<D> {
         if !gone.contains(&true) {
             return Ok(());
         }
-        let left = Left::of(&old, self.engine.last_tick(), (&state.position, &state.velocity), &state.memory, &gone);
+        let left = Left::of(&old, self.engine.last_tick(), (&state.position, &state.velocity), &gone);
         let carried = self.energy_of(&old, &gone);
         let before = (state.ledger.momentum.remesh, state.ledger.angular_momentum.remesh);
-        let known = self.known(&left.birth.mesh, &left.birth.position);
-        self.go_on(left.birth, (left.memory, left.velocity), known)?;
-        self.engine.count_drops(left.gone);
+        let Left { mut birth, same, velocity, gone } = left;
+        let known = self.known(&birth.mesh, &birth.position);
+        let past = Past::new((&self.engine.gel().potential, &old, &state.memory), &state.position);
+        let Birth { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
+        let made = Made { position, rest, elements, same: &same, sources: &[], laid: &[] };
+        let Some((references, memory)) = inherited(&past, &state.position, (&made, &known.patches)) else { return Ok(()) };
+        birth.references = references;
+        self.go_on(birth, (memory, velocity), known)?;
+        self.engine.count_drops(gone);
         let ledger = self.engine.ledger_mut();
         // What the rest stores otherwise, in patches anew, is the doing of the mesh.
         ledger.energy.splash -= carried;
@@ -71,7 +79,6 @@ impl<const D: usize> Left<D> {
         old: &Birth<D>,
         tick: crate::state::Tick,
         (position, velocity): (&[Vector<D>], &[Vector<D>]),
-        memory: &[Memory<D>],
         gone: &[bool],
     ) -> Self {
         let kept: Vec<usize> = (0..gone.len()).filter(|e| !gone[*e]).collect();
@@ -90,9 +97,7 @@ impl<const D: usize> Left<D> {
         let renamed = |node: NodeId| NodeId(number[node.index()].unwrap_or(0));
         let elements: Vec<_> = kept.iter().map(|e| old.mesh.elements[*e].map(renamed)).collect();
         let of_nodes = |all: &[Vector<D>]| nodes.iter().map(|n| all[*n]).collect::<Vec<_>>();
-        let mut place = vec![None; gone.len()];
-        kept.iter().zip(0..).for_each(|(e, new)| place[*e] = Some(ElementId(new)));
-        let references = old.references.iter().filter_map(|(e, own)| Some((place[e.index()]?, *own))).collect();
+        let same = |e: &usize| Some(Same { element: ElementId(*e as u32), corners: [0, 1, 2, 3] });
         let facets = boundary::<D>(&elements);
         let held = nodes.iter().map(|n| old.mesh.held[*n]).collect();
         let marks = marks_of(old, &facets, &nodes);
@@ -102,10 +107,9 @@ impl<const D: usize> Left<D> {
             position: of_nodes(position),
             mass: nodes.iter().map(|n| mass[*n]).collect(),
             corner_mass: kept.iter().map(|e| old.corner_mass[*e]).collect(),
-            references,
+            references: vec![],
         };
-        let memory = if memory.is_empty() { vec![] } else { kept.iter().map(|e| memory[*e]).collect() };
-        Self { birth, memory, velocity: of_nodes(velocity), gone: lost }
+        Self { birth, same: kept.iter().map(same).collect(), velocity: of_nodes(velocity), gone: lost }
     }
 }
 

@@ -76,7 +76,7 @@ impl<const D: usize> Gel<D> {
         let new = remesh::transfer(&moved, &carried, &proposal);
         let (simplices, patches) = (self.simplices(), Patches::alone(proposal.elements.len()));
         let past = history::Past::new((&simplices, &self.birth, &[]), &self.position);
-        let inherited = history::inherited(&past, &self.position, (&proposal, &new, &patches));
+        let inherited = history::inherited(&past, &self.position, (&history::Made::by(&proposal, &new), &patches));
         let references = inherited.map(|(references, _)| references);
         let references = references.expect("what elements were at rest");
         let facets = boundary::<D>(&proposal.elements);
