@@ -22,7 +22,7 @@ const SMALL: [&str; 14] = [
     "--set",
     "gel.shape.cylinder.radius=0.03",
     "--set",
-    "gel.strength.confined={ pressure = 1e9, factor = 1.0 }",
+    "gel.strength.confined={ pressure = 1e9, factor = 1.0, time = 1e-6 }",
 ];
 
 fn gelfmu(arguments: &[&str]) -> Output {
@@ -52,6 +52,7 @@ fn the_strength_that_is_printed_stops_the_bb_at_the_depth() {
     let strength = &scene["gel"]["strength"];
     assert_eq!(strength["yield_stress"].as_float(), value["yield_stress"].as_f64());
     assert_eq!(strength["confined"]["factor"].as_float(), Some(1.0), "{lines}");
+    assert_eq!(strength["confined"]["time"].as_float(), Some(1e-6), "{lines}");
     assert_eq!(scene["projectile"]["velocity"][2].as_float(), Some(-60.0));
     let again = format!("gel.strength.yield_stress={}", value["yield_stress"]);
     let again = small(&["--depth", "0.015", "--json", "--set", &again]);

@@ -5,7 +5,7 @@ use ballistic_gel::element::{
     Answer, DEPTH, GroupAnswer, Kick, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power, Recall, Section,
     Simplices,
 };
-use ballistic_gel::material::{Material, NeoHookean};
+use ballistic_gel::material::{Confinement, Material, NeoHookean};
 use ballistic_gel::mesh::{ElementId, Mesh, NodeId, Patches};
 use fearless_simd::Level;
 
@@ -16,7 +16,7 @@ fn all_gels() -> [Material; 4] {
     [
         NeoHookean::new(1.0, 10.0).into(),
         gels::flowing(None),
-        gels::flowing(Some((2.0, 4.0))),
+        gels::flowing(Some(Confinement { pressure: 2.0, factor: 4.0, time: 0.05 })),
         gels::relaxing(&[(0.7, 0.4), (0.9, 0.03), (0.2, 1e-4)]),
     ]
 }
@@ -101,7 +101,8 @@ impl<const D: usize> Both<D> {
                 let size = its.inverse.norm() + its.out + its.plastic + its.jacobian.abs();
                 let off = (own.inverse - its.inverse).norm() + (own.out - its.out).abs();
                 let off = off + (own.plastic - its.plastic).abs() + (own.jacobian - its.jacobian).abs();
-                let off = off + (own.left - its.left).abs() + (own.stress - its.stress).abs();
+                let off =
+                    off + (own.left - its.left).abs() + (own.stress - its.stress).abs() + (own.felt - its.felt).abs();
                 assert!(off < 1e-9 * size, "{e}: {own:?} of {its:?}");
             }
         }

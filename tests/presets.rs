@@ -66,9 +66,9 @@ fn a_preset_fills_what_a_scene_does_not_set() {
 
 #[test]
 fn what_a_scene_sets_stays_as_it_is_at_any_depth() {
-    let scene = read(NAMED, &["gel.strength.yield_stress=0.2e6", "gel.density=1000.0"]).unwrap();
+    let scene = read(NAMED, &["gel.strength.yield_stress=0.1e6", "gel.density=1000.0"]).unwrap();
     let strength = scene.gel.strength.unwrap();
-    assert_eq!((strength.yield_stress, strength.cap, scene.gel.density), (0.2e6, 4.2e6, 1000.0));
+    assert_eq!((strength.yield_stress, strength.cap, scene.gel.density), (0.1e6, 0.16e6, 1000.0));
     let text = scene::resolve(NAMED, &["gel.density=1000.0".parse().unwrap()]).unwrap();
     let given = scene::from_preset(&text);
     assert!(
@@ -103,7 +103,9 @@ fn the_gels_of_both_shots_are_those_that_they_were_measured_with() {
         let gel = scene::read(scene::builtin(name).unwrap()).unwrap().gel;
         let (strength, own, viscosity) = (gel.strength.unwrap(), gel.volume.unwrap(), gel.viscosity.unwrap());
         assert_eq!((gel.density, gel.shear_modulus, gel.bulk_modulus), (1030.0, 4.8e6, bulk), "{name}");
-        assert_eq!((strength.yield_stress, strength.rate_exponent, strength.cap), (66.5e3, 0.95, 4.2e6), "{name}");
+        assert_eq!((strength.yield_stress, strength.rate_exponent, strength.cap), (10.25e3, 0.23, 0.16e6), "{name}");
+        let confined = strength.confined.unwrap();
+        assert_eq!((confined.pressure, confined.factor, confined.time), (0.3e6, 15.0, 3e-6), "{name}");
         assert_eq!((own.hugoniot_slope, own.tension_limit.unwrap()), volume, "{name}");
         assert_eq!((viscosity.linear, viscosity.quadratic), (0.1, quadratic), "{name}");
     }

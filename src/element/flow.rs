@@ -23,12 +23,14 @@ pub struct Memory<const D: usize> {
     pub left: f64,
     /// q, the equivalent stress at its own last tick, of the sound gel, Pa.
     pub stress: f64,
+    /// U′ as its strength feels it, Pa.
+    pub felt: f64,
 }
 
 impl<const D: usize> Default for Memory<D> {
     fn default() -> Self {
         let inverse = Tensor::<D>::identity();
-        Self { inverse, out: 1.0, plastic: 0.0, jacobian: 1.0, rate: 0.0, left: 1.0, stress: 0.0 }
+        Self { inverse, out: 1.0, plastic: 0.0, jacobian: 1.0, rate: 0.0, left: 1.0, stress: 0.0, felt: 0.0 }
     }
 }
 
@@ -36,10 +38,9 @@ impl<const D: usize> Memory<D> {
     /// Whether all of it are numbers.
     #[must_use]
     pub fn is_valid(&self) -> bool {
-        self.inverse
-            .iter()
-            .chain([&self.out, &self.plastic, &self.jacobian, &self.rate, &self.left, &self.stress])
-            .all(|number| number.is_finite())
+        let Self { inverse, out, plastic, jacobian, rate, left, stress, felt } = self;
+        let numbers = [out, plastic, jacobian, rate, left, stress, felt];
+        inverse.iter().chain(numbers).all(|number| number.is_finite())
     }
 }
 
@@ -179,11 +180,12 @@ impl<const D: usize> Flow<'_, D> {
         let deviator = trial.deviator();
         let stress = mu * (1.5 * deviator.norm_squared()).sqrt();
         let before = std::mem::replace(&mut memory.stress, stress);
+        memory.felt = strength.felt(memory.felt, slope, step);
         if step <= 0.0 || !self.at.is_upright() {
             return (trial, 0.0);
         }
         let Returned { stress: left, strain: flown } =
-            strength.returned((stress, mu * trial.trace()), slope, (step, memory.rate));
+            strength.returned((stress, mu * trial.trace()), memory.felt, (step, memory.rate));
         if flown == 0.0 {
             return (trial, 0.0);
         }
@@ -246,7 +248,7 @@ impl<const D: usize> Flow<'_, D> {
 mod tests {
     use super::*;
     use crate::element::Potential;
-    use crate::material::{BulkViscosity, EquationOfState, Softening, Strength};
+    use crate::material::{BulkViscosity, Confinement, EquationOfState, Softening, Strength};
     use crate::mesh::{Mesh, NodeId, Patches};
 
     fn gel() -> Flowing {
@@ -393,7 +395,11 @@ mod tests {
         let (mesh, _) = pair::<3>(Section::Spatial);
         let mesh = Mesh::new(mesh.rest, mesh.elements[..1].to_vec());
         let (strength, plain) = (gel().strength.unwrap(), gel());
-        let gel = Flowing { strength: Some(strength.confined(3.0, 5.0)), softening: None, ..plain };
+        let gel = Flowing {
+            strength: Some(strength.confined(Confinement { pressure: 3.0, factor: 5.0, time: 0.0 })),
+            softening: None,
+            ..plain
+        };
         let simplices = Simplices::new(&mesh, Material::Flowing(gel), Section::Spatial);
         // K (1/J − 1) with K = 60 at the sizes to which the rest is brought.
         for (size, confined) in

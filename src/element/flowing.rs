@@ -23,11 +23,12 @@ struct Memories<const D: usize, V> {
     rate: V,
     left: V,
     stress: V,
+    felt: V,
 }
 
-/// Numbers that an element remembers after its shape: ε_p, J, the rate of ε_p, what softening has left, q, and what viscosity added to U′ at
-/// the last own tick, Pa, which is of no use after it.
-const NUMBERS: usize = 6;
+/// Numbers that an element remembers after its shape: ε_p, J, the rate of ε_p, what softening has left, q, U′ as it is felt, and what viscosity
+/// added to U′ at the last own tick, Pa, which is of no use after it.
+const NUMBERS: usize = 7;
 
 impl<const D: usize> Remembering<D> for Flowing {
     fn rows(&self) -> usize {
@@ -37,14 +38,16 @@ impl<const D: usize> Remembering<D> for Flowing {
     fn put_memory(&self, rows: &mut [Recall], lane: usize, memory: &[Memory<D>]) {
         let memory = &memory[0];
         put_shape(rows, lane, memory);
-        let [plastic, jacobian, rate, left, stress, _] = numbers::<D>(rows);
+        let [plastic, jacobian, rate, left, stress, felt, _] = numbers::<D>(rows);
         (plastic.0[lane], jacobian.0[lane]) = (memory.plastic, memory.jacobian);
-        (rate.0[lane], left.0[lane], stress.0[lane]) = (memory.rate, memory.left, memory.stress);
+        (rate.0[lane], left.0[lane]) = (memory.rate, memory.left);
+        (stress.0[lane], felt.0[lane]) = (memory.stress, memory.felt);
     }
 
     fn take_memory(&self, rows: &[Recall], lane: usize, memory: &mut [Memory<D>]) {
-        let [plastic, jacobian, rate, left, stress] = [0, 1, 2, 3, 4].map(|i| rows[rows_of_shape::<D>() + i].0[lane]);
-        memory[0] = Memory { plastic, jacobian, rate, left, stress, ..shape(rows, lane) };
+        let number = |i: usize| rows[rows_of_shape::<D>() + i].0[lane];
+        let [plastic, jacobian, rate, left, stress, felt] = [0, 1, 2, 3, 4, 5].map(number);
+        memory[0] = Memory { plastic, jacobian, rate, left, stress, felt, ..shape(rows, lane) };
     }
 
     fn viscous(&self, rows: &[Recall], lane: usize) -> f64 {
@@ -132,10 +135,11 @@ fn returned<const D: usize, V: Number>(
     let square = deviator.dot(&deviator);
     let stress = (square * 1.5).root() * mu;
     let before = std::mem::replace(&mut memory.stress, stress);
+    memory.felt = strength.felt(memory.felt, slope, step);
     if step <= 0.0 {
         return (trial, none);
     }
-    let Returned { stress: left, strain } = strength.returned((stress, trace * mu), slope, (step, memory.rate));
+    let Returned { stress: left, strain } = strength.returned((stress, trace * mu), memory.felt, (step, memory.rate));
     let flown = at.upright.choose(strain, none);
     if !flown.any_positive() {
         return (trial, none);
@@ -175,20 +179,21 @@ impl<const D: usize, S: Simd> Memories<D, f64x8<S>> {
     #[inline(always)]
     fn load(simd: S, from: &mut [Recall]) -> (Self, f64x8<S>) {
         let shape = Symmetric::load(simd, from);
-        let [plastic, jacobian, rate, left, stress, _] = numbers::<D>(from);
-        let [plastic, rate, left, stress] = [plastic, rate, left, stress].map(|row| wide(simd, &row.0));
-        (Self { shape, plastic, rate, left, stress }, wide(simd, &jacobian.0))
+        let [plastic, jacobian, rate, left, stress, felt, _] = numbers::<D>(from);
+        let [plastic, rate, left, stress, felt] = [plastic, rate, left, stress, felt].map(|row| wide(simd, &row.0));
+        (Self { shape, plastic, rate, left, stress, felt }, wide(simd, &jacobian.0))
     }
 
     #[inline(always)]
     fn store(&self, to: &mut [Recall], (now, added): (f64x8<S>, f64x8<S>)) {
         self.shape.store(to);
-        let [plastic, jacobian, rate, left, stress, viscous] = numbers::<D>(to);
+        let [plastic, jacobian, rate, left, stress, felt, viscous] = numbers::<D>(to);
         self.plastic.store_slice(&mut plastic.0);
         now.store_slice(&mut jacobian.0);
         self.rate.store_slice(&mut rate.0);
         self.left.store_slice(&mut left.0);
         self.stress.store_slice(&mut stress.0);
+        self.felt.store_slice(&mut felt.0);
         added.store_slice(&mut viscous.0);
     }
 }

@@ -21,7 +21,7 @@ pub use neo_hookean::NeoHookean;
 pub use ogden::{Ogden, Term};
 pub use pressure::EquationOfState;
 pub use softening::Softening;
-pub use strength::{Returned, Strength};
+pub use strength::{Confinement, Returned, Strength};
 pub use viscoelastic::{Branch, Viscoelastic};
 pub use viscosity::BulkViscosity;
 pub use volume::{Volume, Volumetric};

@@ -21,14 +21,26 @@ pub struct Strength {
 }
 
 /// How many times as much a gel bears under pressure: once at none, in proportion up to `factor` times at `pressure`, Pa, and above.
+///
+/// It feels the pressure of the last `time`, s: τ p̃˙ = p − p̃. Waves that pass in less do not count; 0 feels what is now.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Confinement {
-    pressure: f64,
-    factor: f64,
+pub struct Confinement {
+    /// Pressure from which on it bears most, Pa.
+    pub pressure: f64,
+    /// How many times as much then.
+    pub factor: f64,
+    /// τ, s.
+    pub time: f64,
 }
 
 impl Confinement {
-    /// At a slope U′ = −p, Pa.
+    /// What is felt after a step, s, of U′ = −p, Pa, at its end: by the implicit Euler step.
+    #[inline(always)]
+    fn felt<T: Number>(&self, before: T, slope: T, step: f64) -> T {
+        before + (slope - before) * (step / (self.time + step))
+    }
+
+    /// At a slope U′ that is felt, Pa.
     #[inline(always)]
     fn times<T: Number>(&self, slope: T) -> T {
         let part = (slope * (-1.0 / self.pressure)).at_least(0.0);
@@ -75,14 +87,26 @@ impl Strength {
         Self { reference, fastest: self.fastest / self.reference * reference, ..self }
     }
 
-    /// The same law with `factor` times as much borne at that pressure, Pa, and above; less in proportion below it.
+    /// The same law with more borne under pressure.
     ///
     /// # Panics
-    /// Unless the pressure is positive and the factor 1 or more.
+    /// Unless the pressure is positive, the factor 1 or more and the time no less than 0.
     #[must_use]
-    pub fn confined(self, pressure: f64, factor: f64) -> Self {
-        assert!(pressure > 0.0 && factor >= 1.0, "a confined strength needs a pressure > 0 and a factor >= 1");
-        Self { confinement: Some(Confinement { pressure, factor }), ..self }
+    pub fn confined(self, confinement: Confinement) -> Self {
+        let Confinement { pressure, factor, time } = confinement;
+        let sound = pressure > 0.0 && factor >= 1.0 && time >= 0.0;
+        assert!(sound, "a confined strength needs a pressure > 0, a factor >= 1 and a time >= 0");
+        Self { confinement: Some(confinement), ..self }
+    }
+
+    /// U′ as the gel feels it after a step, s, with `slope` at its end, Pa.
+    #[must_use]
+    #[inline(always)]
+    pub fn felt<T: Number>(&self, before: T, slope: T, step: f64) -> T {
+        if step <= 0.0 {
+            return before;
+        }
+        self.confinement.map_or(slope, |confinement| confinement.felt(before, slope, step))
     }
 
     /// Y without pressure at a rate of equivalent plastic strain, 1/s.
@@ -102,8 +126,8 @@ impl Strength {
 
     /// Where a trial stress, Pa, comes back to in a step, s: if it is more than the gel bears, q = q_trial − 3μ̄ Δε = N Y(Δε/Δt), an
     /// implicit equation with one root, for the left side falls and the right one rises; else it stays, with no strain. It is
-    /// sought from the rate of the last return, 1/s, if there was one. N is what confinement makes of it at the slope U′, Pa, which the
-    /// return does not change.
+    /// sought from the rate of the last return, 1/s, if there was one. N is what confinement makes of it at the slope U′ that is felt, Pa,
+    /// which the return does not change.
     #[must_use]
     #[inline(always)]
     pub fn returned<T: Number>(&self, (trial, stiffness): (T, T), slope: T, (step, rate): (f64, T)) -> Returned<T> {
@@ -195,8 +219,20 @@ mod tests {
     }
 
     #[test]
+    fn it_feels_the_pressure_of_the_last_time_and_all_of_it_without() {
+        let feels = |time: f64| gel().confined(Confinement { pressure: 0.4e6, factor: 3.0, time });
+        let sliced = |n: i32| (0..n).fold(0.0, |felt, _| feels(2e-6).felt(felt, -1e6, 3e-6 / f64::from(n)));
+        let exact = -1e6 * (1.0 - (-1.5_f64).exp());
+        let [coarse, fine] = [100, 1000].map(|n| (sliced(n) / exact - 1.0).abs());
+        assert!(coarse < 5e-3 && fine < 0.11 * coarse, "{coarse:e}, {fine:e}");
+        assert_eq!((feels(0.0).felt(7.0, -1e6, 1e-9), feels(2e-6).felt(7.0, -1e6, 0.0)), (-1e6, 7.0));
+        assert_eq!(gel().felt(7.0, -1e6, 1e-9), -1e6);
+    }
+
+    #[test]
     fn under_pressure_it_bears_more_in_proportion_up_to_the_factor() {
-        let (gel, stiffness, step) = (gel().confined(0.4e6, 3.0), 3.0 * 4.8e6, 1e-7);
+        let confinement = Confinement { pressure: 0.4e6, factor: 3.0, time: 0.0 };
+        let (gel, stiffness, step) = (gel().confined(confinement), 3.0 * 4.8e6, 1e-7);
         for (slope, times) in [(1e6, 1.0), (0.0, 1.0), (-0.2e6, 2.0), (-0.4e6, 3.0), (-7e6, 3.0)] {
             for trial in [0.5e6, 1.5e6, 5e6, 5e7] {
                 let Returned { stress, strain } = gel.returned((trial, stiffness), slope, (step, 1e3));

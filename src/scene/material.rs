@@ -76,7 +76,8 @@ pub struct StrengthSpec {
     pub confined: Option<ConfinedSpec>,
 }
 
-/// How much more a gel bears under pressure: `factor` times as much at `pressure` and above, in proportion below.
+/// How much more a gel bears under pressure: `factor` times as much at `pressure` and above, in proportion below, of the pressure of
+/// the last `time`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
@@ -85,6 +86,9 @@ pub struct ConfinedSpec {
     pub pressure: f64,
     /// How many times as much, 1 to 1000.
     pub factor: f64,
+    /// Time after which it feels a pressure, s: 0 if absent.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub time: f64,
 }
 
 fn one() -> f64 {
@@ -94,6 +98,11 @@ fn one() -> f64 {
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
 fn is_one(number: &f64) -> bool {
     *number == 1.0
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
+fn is_zero(number: &f64) -> bool {
+    *number == 0.0
 }
 
 /// How gel that has flowed softens: of its shear modulus and its strength the part r + (1 - r)/(1 + (plastic strain/strain)^2)

@@ -99,13 +99,24 @@ const MATERIAL: Fact = fact(
     Materials::All,
     "of the models of this program the one that lets a projectile in",
 );
-const SHEAR: &str = "fitted with the yield stress: 72.2 of it, as in gelatin-10";
+const SHEAR: &str = "fitted with the yield stress: 468.3 of it, as in gelatin-10";
 const SOFT: &str = "of the method: 100 shear moduli; more changes the dent of a ball by 0.2 % [D]";
-const CAP: &str = "fitted with the yield stress: 63.2 of it, as in gelatin-10";
+const CAP: &str = "fitted with the yield stress: 15.61 of it, as in gelatin-10";
+const PRESSURE: &str = "fitted with the yield stress: 29.27 of it, as in gelatin-10";
 const EXPONENT: Fact = fact(
-    ("gel.strength.rate_exponent", "0.95"),
+    ("gel.strength.rate_exponent", "0.23"),
     Materials::Flowing,
-    "fitted, in gelatin-10, to a temporary cavity of the BB as wide as it comes with its depth: 10 mm; 14 to 15 mm are asked for [D]",
+    "[D] proposed: 0.1 MPa at 1/s, 1.15 MPa at 40 000/s around a BB",
+);
+const FACTOR: Fact = fact(
+    ("gel.strength.confined.factor", "15.0"),
+    Materials::Flowing,
+    "fitted, in gelatin-10, to a temporary cavity of the BB of 14 to 15 mm [D] at its depth",
+);
+const TIME: Fact = fact(
+    ("gel.strength.confined.time", "3e-6"),
+    Materials::Flowing,
+    "assumed: a quarter of the time in which the BB passes its radius; less makes the depth depend on the speed of sound",
 );
 const TENSION: Fact = fact(
     ("gel.volume.tension_limit", "5e6"),
@@ -117,10 +128,7 @@ const LINEAR: Fact =
 const QUADRATIC: Fact =
     fact(("gel.viscosity.quadratic", "1.2"), Materials::Flowing, "of the method: 1.2 to 1.5 are usual");
 
-const REFERENCE: Fact =
-    fact(("gel.strength.reference_rate", "500.0"), Materials::Flowing, "fitted with the exponent, in gelatin-10");
-
-const GELATIN_10: [Fact; 16] = [
+const GELATIN_10: [Fact; 18] = [
     MATERIAL,
     fact(("gel.density", "1030.0"), Materials::All, "[M-H: Wen 2013]"),
     fact(("gel.shear_modulus", "20e3"), Materials::Slow, "10 to 35 kPa at 4 °C [M-L: Cronin and Falzon 2011; Jussila]"),
@@ -148,22 +156,28 @@ const GELATIN_10: [Fact; 16] = [
     fact(("gel.volume.hugoniot_slope", "2.0"), Materials::Flowing, "shocks of 1520 m/s + 2.0 u [M-M: Nagayama 2006]"),
     TENSION,
     fact(
-        ("gel.strength.yield_stress", "66.5e3"),
+        ("gel.strength.yield_stress", "10.25e3"),
         Materials::Flowing,
         "fitted to 85 mm of a BB of 179.8 m/s [R1], in the scene fbi-bb",
     ),
-    REFERENCE,
     EXPONENT,
     fact(
-        ("gel.strength.cap", "4.2e6"),
+        ("gel.strength.cap", "0.16e6"),
         Materials::Flowing,
-        "fitted to how the depth of the BB grows from 165 to 195 m/s: 0.48 to 0.56 mm per m/s [D]",
+        "[D] proposed: 16 times the strength at 1/s; under pressure 2.4 MPa",
     ),
+    fact(
+        ("gel.strength.confined.pressure", "0.3e6"),
+        Materials::Flowing,
+        "fitted to how the depth of the BB grows from 165 to 195 m/s, 0.48 to 0.56 mm per m/s [D]; from 0.1 to 1 MPa it changes little",
+    ),
+    FACTOR,
+    TIME,
     LINEAR,
     QUADRATIC,
 ];
 
-const GELATIN_20: [Fact; 14] = [
+const GELATIN_20: [Fact; 16] = [
     MATERIAL,
     fact(("gel.density", "1060.0"), Materials::All, "1060, or 1070 [R11]"),
     fact(
@@ -172,7 +186,7 @@ const GELATIN_20: [Fact; 14] = [
         "assumed: the end at 10 °C of 25 to 60 kPa; 26 kPa at room temperature [R10→D]",
     ),
     fact(("gel.bulk_modulus", "6e6"), Materials::Slow, SOFT),
-    fact(("gel.shear_modulus", "9.425e6"), Materials::Flowing, SHEAR),
+    fact(("gel.shear_modulus", "9.984e6"), Materials::Flowing, SHEAR),
     fact(
         ("gel.bulk_modulus", "2.61e9"),
         Materials::Flowing,
@@ -185,23 +199,25 @@ const GELATIN_20: [Fact; 14] = [
     ),
     TENSION,
     fact(
-        ("gel.strength.yield_stress", "130.6e3"),
+        ("gel.strength.yield_stress", "21.32e3"),
         Materials::Flowing,
         "fitted to 49.7 mm of a BB of 180 m/s at 10 °C (49.7 ± 1.5 mm [R2]), in the scene fbi-bb",
     ),
-    REFERENCE,
     EXPONENT,
-    fact(("gel.strength.cap", "8.247e6"), Materials::Flowing, CAP),
+    fact(("gel.strength.cap", "0.3328e6"), Materials::Flowing, CAP),
+    fact(("gel.strength.confined.pressure", "0.624e6"), Materials::Flowing, PRESSURE),
+    FACTOR,
+    TIME,
     LINEAR,
     QUADRATIC,
 ];
 
-const SYNTHETIC_CLEAR: [Fact; 14] = [
+const SYNTHETIC_CLEAR: [Fact; 16] = [
     MATERIAL,
     fact(("gel.density", "880.0"), Materials::All, "[M-M: Bracq 2017]; 820 to 890 are sold"),
     fact(("gel.shear_modulus", "50e3"), Materials::Slow, "assumed: 30 to 100 kPa are in use for such gels"),
     fact(("gel.bulk_modulus", "5e6"), Materials::Slow, SOFT),
-    fact(("gel.shear_modulus", "12.89e6"), Materials::Flowing, SHEAR),
+    fact(("gel.shear_modulus", "14.02e6"), Materials::Flowing, SHEAR),
     fact(("gel.bulk_modulus", "1.82e9"), Materials::Flowing, "a sound speed of 1440 m/s, 1430 to 1450 [M-L]"),
     fact(
         ("gel.volume.hugoniot_slope", "1.92"),
@@ -210,13 +226,15 @@ const SYNTHETIC_CLEAR: [Fact; 14] = [
     ),
     TENSION,
     fact(
-        ("gel.strength.yield_stress", "178.6e3"),
+        ("gel.strength.yield_stress", "29.93e3"),
         Materials::Flowing,
         "fitted to 38.1 mm of a BB of 179.8 m/s (predicted, maker's window 31.75 to 44.45 mm [R4]), in the scene fbi-bb",
     ),
-    REFERENCE,
     EXPONENT,
-    fact(("gel.strength.cap", "11.28e6"), Materials::Flowing, CAP),
+    fact(("gel.strength.cap", "0.4672e6"), Materials::Flowing, CAP),
+    fact(("gel.strength.confined.pressure", "0.876e6"), Materials::Flowing, PRESSURE),
+    FACTOR,
+    TIME,
     LINEAR,
     QUADRATIC,
 ];

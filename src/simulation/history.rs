@@ -27,6 +27,8 @@ struct Mean<const D: usize> {
     plastic: f64,
     /// g.
     left: f64,
+    /// U′ as the strength feels it.
+    felt: f64,
     is_ring: bool,
     /// Whether it is of a gel that flows: F is the elastic part then.
     flows: bool,
@@ -239,14 +241,10 @@ impl<const D: usize> Mean<D> {
     }
 
     /// Of parts of old elements, with this measure at rest.
-    fn of(
-        past: &Past<'_, D>,
-        (x, strains): (&[Vector<D>], &Strains<D>),
-        (sources, rest): (&[Source], f64),
-    ) -> Self {
+    fn of(past: &Past<'_, D>, (x, strains): (&[Vector<D>], &Strains<D>), (sources, rest): (&[Source], f64)) -> Self {
         let is_ring = past.potential.section() == Section::Axisymmetric;
         let (mut strain, mut distortion, mut mass) = (Strain::zero(), 0.0, 0.0);
-        let (mut plastic, mut left, mut stored) = (0.0, 0.0, 0.0);
+        let (mut plastic, mut left, mut felt, mut stored) = (0.0, 0.0, 0.0, 0.0);
         let is_massive = sources.iter().any(|source| source.mass > 0.0);
         for source in sources {
             let (own, own_distortion) = strains.at(past, x, source.old);
@@ -255,6 +253,7 @@ impl<const D: usize> Mean<D> {
             let weight = if is_massive { source.mass } else { source.part * past.rest(source.old) };
             plastic += memory.plastic * weight;
             left += memory.left * weight;
+            felt += memory.felt * weight;
             strain = strain.plus(&own, weight);
             distortion += own_distortion * weight;
             mass += weight;
@@ -265,12 +264,12 @@ impl<const D: usize> Mean<D> {
         // By what is stored, not by mass: where patches hand on volumes that their elements did not have, the two differ.
         let distortion = if flows { UNDISTORTED + (stored / rest / left).max(0.0) } else { distortion / mass };
         let strain = Strain::zero().plus(&strain, 1.0 / mass);
-        Self { strain, distortion, plastic: plastic / mass, left, rest, is_ring, flows }
+        Self { strain, distortion, plastic: plastic / mass, left, felt: felt / mass, rest, is_ring, flows }
     }
 
     /// What its element remembers.
     fn recall(&self, memory: &mut Memory<D>) {
-        (memory.plastic, memory.left) = (self.plastic, self.left);
+        (memory.plastic, memory.left, memory.felt) = (self.plastic, self.left, self.felt);
     }
 
     /// Whether the nodes say how much matter there is, and how it is distorted.

@@ -5,13 +5,13 @@ use crate::algebra::{Vector, Vector3};
 use crate::avi::{Gel, Pressure, Surface, Wear};
 use crate::element::{Potential, Reference, Section, Simplices};
 use crate::material::{
-    Branch, BulkViscosity, EquationOfState, Flowing, Material, MooneyRivlin, NeoHookean, Ogden, Softening, Strength,
-    Viscoelastic,
+    Branch, BulkViscosity, Confinement, EquationOfState, Flowing, Material, MooneyRivlin, NeoHookean, Ogden, Softening,
+    Strength, Viscoelastic,
 };
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, Patches, Simplex, facet_measure, poor_quality};
 use crate::scene::{
-    ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene, StrengthSpec,
-    Symmetry,
+    ConfinedSpec, ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene,
+    StrengthSpec, Symmetry,
 };
 use crate::state::Birth;
 
@@ -206,7 +206,9 @@ fn part(gel: &GelTable) -> GelTable {
 
 fn strength(of: StrengthSpec) -> Strength {
     let strength = Strength::new(of.yield_stress, of.rate_exponent, of.cap).from_rate(of.reference_rate);
-    of.confined.map_or(strength, |confined| strength.confined(confined.pressure, confined.factor))
+    of.confined.map_or(strength, |ConfinedSpec { pressure, factor, time }| {
+        strength.confined(Confinement { pressure, factor, time })
+    })
 }
 
 /// What a gel is made of.
@@ -246,15 +248,15 @@ pub(super) fn material(gel: &GelTable) -> Material {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{ConfinedSpec, builtin, read};
+    use crate::scene::{builtin, read};
 
     #[test]
     fn what_stands_for_four_parts_bears_four_times_as_much_at_four_times_the_pressure() {
         let mut gel = read(builtin("fbi-bb-3d").unwrap()).unwrap().gel;
         let strength = gel.strength.as_mut().unwrap();
-        strength.confined = Some(ConfinedSpec { pressure: 7.5e6, factor: 6.0 });
+        strength.confined = Some(ConfinedSpec { pressure: 7.5e6, factor: 6.0, time: 2e-6 });
         let (one, four) = (strength.yield_stress, part(&gel).strength.unwrap());
         assert_eq!((four.yield_stress, four.cap), (4.0 * one, 4.0 * gel.strength.unwrap().cap));
-        assert_eq!(four.confined, Some(ConfinedSpec { pressure: 30e6, factor: 6.0 }));
+        assert_eq!(four.confined, Some(ConfinedSpec { pressure: 30e6, factor: 6.0, time: 2e-6 }));
     }
 }

@@ -41,7 +41,9 @@ impl<const D: usize> Gelatin<D> {
         let past = Past::new((&self.engine.gel().potential, &old, &state.memory), &state.position);
         let Birth { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
         let made = Made { position, rest, elements, same: &same, sources: &[], laid: &[] };
-        let Some((references, memory)) = inherited(&past, &state.position, (&made, &known.patches)) else { return Ok(()) };
+        let Some((references, memory)) = inherited(&past, &state.position, (&made, &known.patches)) else {
+            return Ok(());
+        };
         birth.references = references;
         self.go_on(birth, (memory, velocity), known)?;
         self.engine.count_drops(gone);

@@ -12,11 +12,7 @@ const MOST_LAID: f64 = 0.1;
 /// By new element, its measure at rest, of those that are made of parts of old ones; nothing of the others.
 ///
 /// `position` is where the old nodes are.
-pub(super) fn rests<const D: usize>(
-    past: &Past<'_, D>,
-    position: &[Vector<D>],
-    new: &Made<'_, D>,
-) -> Vec<f64> {
+pub(super) fn rests<const D: usize>(past: &Past<'_, D>, position: &[Vector<D>], new: &Made<'_, D>) -> Vec<f64> {
     let mut rests = vec![0.0; new.same.len()];
     new.sources.iter().for_each(|source| rests[source.new.index()] += rest_of(past, source));
     if past.potential.remembers() {
@@ -43,12 +39,7 @@ fn lay<const D: usize>(rests: &mut [f64], past: &Past<'_, D>, laid: &[Source]) {
 ///
 /// In gel that flows the bulk modulus is a thousand times the strength: a twentieth cut off one element of a wall, laid on the next
 /// one, was 2 MPa there, and 2 mJ at once that bulk viscosity had to take.
-fn keep_pressures<const D: usize>(
-    rests: &mut [f64],
-    past: &Past<'_, D>,
-    position: &[Vector<D>],
-    new: &Made<'_, D>,
-) {
+fn keep_pressures<const D: usize>(rests: &mut [f64], past: &Past<'_, D>, position: &[Vector<D>], new: &Made<'_, D>) {
     let is_ring = past.potential.section() == Section::Axisymmetric;
     let size = |x: &[Vector<D>], nodes: &Simplex| Reference::of(x, nodes).size(is_ring);
     let mut covered = vec![0.0; rests.len()];

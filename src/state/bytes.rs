@@ -153,19 +153,19 @@ impl Plain for Alarm {
 }
 
 impl<const D: usize> Plain for Memory<D> {
-    const SIZE: usize = 8 * (D * D + 6);
+    const SIZE: usize = 8 * (D * D + 7);
 
     fn put(&self, to: &mut [u8]) {
-        let numbers = [&self.out, &self.plastic, &self.jacobian, &self.rate, &self.left, &self.stress];
-        let own = self.inverse.iter().chain(numbers);
+        let Self { inverse, out, plastic, jacobian, rate, left, stress, felt } = self;
+        let own = inverse.iter().chain([out, plastic, jacobian, rate, left, stress, felt]);
         to.chunks_exact_mut(8).zip(own).for_each(|(to, number)| number.put(to));
     }
 
     fn take(from: &[u8]) -> Self {
         let number = |i: usize| f64::take(&from[8 * i..]);
         let inverse = Tensor::<D>::from_fn(|row, column| number(column * D + row));
-        let [out, plastic, jacobian, rate, left, stress] = [0, 1, 2, 3, 4, 5].map(|i| number(D * D + i));
-        Self { inverse, out, plastic, jacobian, rate, left, stress }
+        let [out, plastic, jacobian, rate, left, stress, felt] = [0, 1, 2, 3, 4, 5, 6].map(|i| number(D * D + i));
+        Self { inverse, out, plastic, jacobian, rate, left, stress, felt }
     }
 }
 

@@ -1,13 +1,14 @@
 //! Gels that remember, of parts of 1: fast enough to flow and to relax in a few steps.
 
 use ballistic_gel::material::{
-    Branch, BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Softening, Strength, Viscoelastic,
+    Branch, BulkViscosity, Confinement, EquationOfState, Flowing, Material, NeoHookean, Softening, Strength,
+    Viscoelastic,
 };
 
-/// One that flows under a slow ball and softens; it may bear so many times as much under a pressure.
-pub fn flowing(confined: Option<(f64, f64)>) -> Material {
+/// One that flows under a slow ball and softens; it may bear more under pressure.
+pub fn flowing(confined: Option<Confinement>) -> Material {
     let strength = Strength::new(0.02, 0.9, 0.06).from_rate(0.3);
-    let strength = confined.map_or(strength, |(pressure, factor)| strength.confined(pressure, factor));
+    let strength = confined.map_or(strength, |confinement| strength.confined(confinement));
     Material::Flowing(Flowing {
         shear_modulus: 1.0,
         state: EquationOfState::new(10.0, 1.5, 0.5),

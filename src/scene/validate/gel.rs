@@ -196,6 +196,7 @@ fn flowing(gel: &Gel) -> Check {
         if let Some(confined) = strength.confined {
             positive("gel.strength.confined.pressure", confined.pressure, "a positive pressure, Pa")?;
             within("gel.strength.confined.factor", confined.factor, 1.0..=1000.0)?;
+            within("gel.strength.confined.time", confined.time, 0.0..=1.0)?;
         }
     }
     if let Some(softening) = gel.softening {

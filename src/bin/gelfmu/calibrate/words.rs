@@ -64,7 +64,8 @@ pub fn text(task: &Task, search: &Search) -> String {
 fn lines(task: &Task, best: &Trial) -> String {
     let (strength, fitted) = (task.strength, best.yield_stress);
     let confined = strength.confined.map_or(String::new(), |confined| {
-        format!(", confined = {{ pressure = {:?}, factor = {:?} }}", confined.pressure, confined.factor)
+        let time = if confined.time > 0.0 { format!(", time = {:?}", confined.time) } else { String::new() };
+        format!(", confined = {{ pressure = {:?}, factor = {:?}{time} }}", confined.pressure, confined.factor)
     });
     let strength = format!(
         "[gel]\nstrength = {{ yield_stress = {fitted:?}, reference_rate = {:?}, rate_exponent = {:?}, cap = {:?}{confined} }}",
