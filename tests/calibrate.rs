@@ -22,7 +22,7 @@ const SMALL: [&str; 14] = [
     "--set",
     "gel.shape.cylinder.radius=0.03",
     "--set",
-    "gel.strength.confined={ pressure = 1e9, factor = 1.0, time = 1e-6 }",
+    "gel.strength={ yield_stress = 66.5e3, reference_rate = 500.0, rate_exponent = 0.95, cap = 4.2e6, confined = { pressure = 1e9, factor = 1.0, time = 1e-6 } }",
 ];
 
 fn gelfmu(arguments: &[&str]) -> Output {

@@ -24,7 +24,7 @@ impl<const D: usize> Gelatin<D> {
     /// it is.
     ///
     /// # Errors
-    /// [`NoStep`] if what is left cannot be stepped; then nothing is let go.
+    /// [`NoStep`] if what is left cannot be stepped; then nothing is let go, as where a node would be left without mass.
     pub fn shed(&mut self, thinnest: f64) -> Result<(), NoStep> {
         let old = self.present();
         let state = self.engine.state();
@@ -34,6 +34,9 @@ impl<const D: usize> Gelatin<D> {
             return Ok(());
         }
         let left = Left::of(&old, self.engine.last_tick(), (&state.position, &state.velocity), &gone);
+        if left.birth.mass.iter().any(|mass| *mass <= 0.0) {
+            return Ok(());
+        }
         let carried = self.energy_of(&old, &gone);
         let before = (state.ledger.momentum.remesh, state.ledger.angular_momentum.remesh);
         let Left { mut birth, same, velocity, gone } = left;

@@ -49,7 +49,8 @@ fn keep_pressures<const D: usize>(rests: &mut [f64], past: &Past<'_, D>, positio
     let mut missing: f64 = new.laid.iter().map(|source| rest_of(past, source)).sum();
     for ((rest, covered), nodes) in rests.iter_mut().zip(covered).zip(new.elements) {
         if *rest > 0.0 && covered > 0.0 {
-            let kept = *rest * size(new.position, nodes) / covered;
+            let grown = size(new.position, nodes) / covered;
+            let kept = *rest * grown.clamp(1.0 - MOST_LAID, 1.0 + MOST_LAID);
             missing -= kept - std::mem::replace(rest, kept);
         }
     }
