@@ -130,10 +130,10 @@ impl Strength {
     /// which the return does not change.
     #[must_use]
     #[inline(always)]
-    pub fn returned<T: Number>(&self, (trial, stiffness): (T, T), slope: T, (step, rate): (f64, T)) -> Returned<T> {
+    pub fn returned<T: Number>(&self, (trial, stiffness): (T, T), felt: T, (step, rate): (f64, T)) -> Returned<T> {
         let strain = match &self.confinement {
             Some(confinement) => {
-                let times = confinement.times(slope);
+                let times = confinement.times(felt);
                 self.flown((trial / times, stiffness / times), (step, rate))
             }
             None => self.flown((trial, stiffness), (step, rate)),

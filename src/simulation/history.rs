@@ -378,7 +378,7 @@ mod tests {
         };
         let material = (Material::Flowing(gel), Section::Spatial);
         let simplices = Simplices::in_patches(&mesh, Patches::alone(mesh.elements.len()), material);
-        let memory = vec![Memory { plastic: 0.7, left: 0.4, ..Memory::default() }; mesh.elements.len()];
+        let memory = vec![Memory { plastic: 0.7, left: 0.4, felt: -3.0, ..Memory::default() }; mesh.elements.len()];
         let (position, corner_mass) = (mesh.rest.clone(), vec![[0.0; 4]; mesh.elements.len()]);
         let mass = vec![0.0; position.len()];
         let birth = Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], mesh };
@@ -387,7 +387,7 @@ mod tests {
         let rest = rest_of(&past, &source);
         let mean = Mean::of(&past, (&position, &Strains::default()), (&[source], rest));
         assert!(
-            (mean.plastic - 0.7).abs() < 1e-15 && (mean.left - 0.4).abs() < 1e-15,
+            (mean.plastic - 0.7).abs() < 1e-15 && (mean.left - 0.4).abs() < 1e-15 && (mean.felt + 3.0).abs() < 1e-14,
             "{} {}",
             mean.plastic,
             mean.left

@@ -21,10 +21,11 @@ struct Left<const D: usize> {
 
 impl<const D: usize> Gelatin<D> {
     /// Lets go of gel thinner than `thinnest`, m: its mass, momentum and energy go to their accounts, and what is left goes on as
-    /// it is.
+    /// after an exchange that has made nothing new.
     ///
     /// # Errors
-    /// [`NoStep`] if what is left cannot be stepped; then nothing is let go, as where a node would be left without mass.
+    /// [`NoStep`] if what is left cannot be stepped; then nothing is let go, as where a node would be left without mass
+    /// or an element is inverted.
     pub fn shed(&mut self, thinnest: f64) -> Result<(), NoStep> {
         let old = self.present();
         let state = self.engine.state();

@@ -6,7 +6,8 @@ use crate::element::{Potential, Reference, Section};
 use crate::mesh::Simplex;
 use crate::remesh::Source;
 
-/// The part of its measure at rest that an element can be given at once of what no new one lies over; the rest is lost.
+/// The part of its measure at rest by which that of an element can change at once, by what no new one lies over, by what no old one
+/// lies under, or by its share of both: what goes beyond is lost, and J is not kept then.
 const MOST_LAID: f64 = 0.1;
 
 /// By new element, its measure at rest, of those that are made of parts of old ones; nothing of the others.
@@ -70,4 +71,70 @@ pub(super) fn rest_of<const D: usize>(past: &Past<'_, D>, source: &Source) -> f6
     }
     let whole: f64 = past.old.corner_mass[source.old.index()].iter().sum();
     source.mass / whole * past.rest(source.old)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::{Memory, Simplices};
+    use crate::material::{BulkViscosity, EquationOfState, Flowing, Material, Strength};
+    use crate::mesh::{Block, ElementId, Patches, Split, block};
+    use crate::state::Birth;
+
+    /// The measures at rest of two triangles of a gel that flows, squeezed in all by a tenth, when both are made anew: what is laid on the
+    /// first one, and by how much its tip is pulled out beyond the gel.
+    fn made(laid: f64, pulled: f64) -> ([f64; 2], [f64; 2]) {
+        let planes = [[0.0, 1.0]; 2].map(Vec::from);
+        let mut mesh = block::<2>(Block { planes, split: Split::Centred, faces: vec![] });
+        mesh.elements.truncate(2);
+        let gel = Flowing {
+            shear_modulus: 4.8,
+            state: EquationOfState::new(60.0, 0.0, 20.0),
+            strength: Some(Strength::new(0.3, 0.2, 1.6)),
+            softening: None,
+            viscosity: BulkViscosity { linear: 0.1, quadratic: 1.0 },
+            density: 1.0,
+        };
+        let (n, patches) = (mesh.elements.len(), Patches::alone(mesh.elements.len()));
+        let material = (Material::Flowing(gel), Section::Planar { thickness: 1.0 });
+        let simplices = Simplices::in_patches(&mesh, patches, material);
+        let position: Vec<_> = mesh.rest.iter().map(|x| x * 0.9_f64.sqrt()).collect();
+        let (mass, memory) = (vec![1.0; position.len()], vec![Memory::default(); n]);
+        let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
+        let birth = Birth {
+            tick: 0,
+            mesh,
+            position: position.clone(),
+            mass,
+            corner_mass: vec![[1.0; 4]; n],
+            references: vec![],
+        };
+        let past = Past::new((&simplices, &birth, &memory), &position);
+        let source = |at: u32, part: f64| Source { new: ElementId(at), old: ElementId(at), mass: 1.0, part };
+        let (sources, laid) = ([source(0, 1.0), source(1, 1.0)], [source(0, laid)]);
+        let mut now = position.clone();
+        let own = |node: &&crate::mesh::NodeId| !elements[1][..3].contains(node);
+        let tip = elements[0][..3].iter().find(own).unwrap().index();
+        let others = elements[0][..3].iter().filter(|node| node.index() != tip);
+        let foot = others.map(|node| position[node.index()] * 0.5).sum::<Vector<2>>();
+        now[tip] += (position[tip] - foot) * pulled;
+        let new =
+            Made { position: &now, rest: &rest, elements: &elements, same: &[None; 2], sources: &sources, laid: &laid };
+        let rests = rests(&past, &position, &new);
+        let sizes = [0, 1].map(|e| Reference::of(&now, &elements[e]).size(false));
+        ([rests[0], rests[1]], sizes)
+    }
+
+    #[test]
+    fn pressures_stay_alike_and_the_measure_in_all_what_it_was_where_a_surface_is_made_anew() {
+        let whole: f64 = made(0.0, 0.0).0.iter().sum();
+        for (laid, pulled) in [(0.0, 0.0), (0.0, 0.05), (0.04, -0.04), (0.03, 0.05)] {
+            let (rests, sizes) = made(laid, pulled);
+            let [first, second] = [0, 1].map(|e| sizes[e] / rests[e]);
+            assert!((first / second - 1.0).abs() < 1e-13, "{laid}, {pulled}: J {first} beside {second}");
+            let more = laid * whole * 0.5;
+            assert!((rests[0] + rests[1] - whole - more).abs() < 1e-13 * whole, "{laid}, {pulled}: {rests:?}");
+        }
+        assert!((made(0.0, 0.0).1[0] / made(0.0, 0.0).0[0] - 0.9).abs() < 1e-14);
+    }
 }

@@ -108,7 +108,7 @@ impl<'a> Task<'a> {
         let scene = source::load(name, &overrides)?.scene;
         let refuse = |key: &str, why: &str| Failure::BadInput(format!("scene {name}: {key}: {why}"));
         let Some(strength) = scene.gel.strength else {
-            let example = "{ yield_stress = 10e3, rate_exponent = 0.23, cap = 0.16e6 }";
+            let example = "{ yield_stress = 10e3, rate_exponent = 0.23, cap = 0.16e6, confined = { pressure = 0.3e6, factor = 15.0, time = 3e-6 } }";
             let why = format!(
                 "found none, expected gel.material = \"flowing\" with the strength to begin with, such as gel.strength = {example}"
             );
