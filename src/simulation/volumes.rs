@@ -15,7 +15,9 @@ const MOST_LAID: f64 = 0.1;
 /// `position` is where the old nodes are.
 pub(super) fn rests<const D: usize>(past: &Past<'_, D>, position: &[Vector<D>], new: &Made<'_, D>) -> Vec<f64> {
     let mut rests = vec![0.0; new.same.len()];
-    new.sources.iter().for_each(|source| rests[source.new.index()] += rest_of(past, source));
+    for source in new.sources {
+        rests[source.new.index()] += rest_of(past, source);
+    }
     if past.potential.remembers() {
         keep_pressures(&mut rests, past, position, new);
     } else {
@@ -28,7 +30,9 @@ pub(super) fn rests<const D: usize>(past: &Past<'_, D>, position: &[Vector<D>], 
 /// compresses it.
 fn lay<const D: usize>(rests: &mut [f64], past: &Past<'_, D>, laid: &[Source]) {
     let mut more = vec![0.0; rests.len()];
-    laid.iter().for_each(|source| more[source.new.index()] += rest_of(past, source));
+    for source in laid {
+        more[source.new.index()] += rest_of(past, source);
+    }
     for (rest, more) in rests.iter_mut().zip(more) {
         let most = MOST_LAID * rest.abs();
         *rest += more.clamp(-most, most);
@@ -58,7 +62,9 @@ fn keep_pressures<const D: usize>(rests: &mut [f64], past: &Past<'_, D>, positio
     let whole: f64 = rests.iter().sum();
     if whole > 0.0 {
         let part = 1.0 + (missing / whole).clamp(-MOST_LAID, MOST_LAID);
-        rests.iter_mut().for_each(|rest| *rest *= part);
+        for rest in rests {
+            *rest *= part;
+        }
     }
 }
 
