@@ -358,25 +358,29 @@ fn inverse<const D: usize>(a: &Tensor<D>) -> Option<Tensor<D>> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::element::Simplices;
     use crate::material::{BulkViscosity, EquationOfState, Flowing, Material, Strength};
     use crate::mesh::{Block, Split, block};
 
-    #[test]
-    fn an_element_that_was_made_of_nothing_hands_on_what_it_is() {
-        let planes = [[0.0, 1.0]; 3].map(Vec::from);
-        let mesh = block::<3>(Block { planes, split: Split::Centred, faces: vec![] });
-        let gel = Flowing {
+    /// A gel that flows, of parts of 1.
+    pub fn gel() -> Flowing {
+        Flowing {
             shear_modulus: 4.8,
             state: EquationOfState::new(60.0, 0.0, 20.0),
             strength: Some(Strength::new(0.3, 0.2, 1.6)),
             softening: None,
             viscosity: BulkViscosity { linear: 0.1, quadratic: 1.0 },
             density: 1.0,
-        };
-        let material = (Material::Flowing(gel), Section::Spatial);
+        }
+    }
+
+    #[test]
+    fn an_element_that_was_made_of_nothing_hands_on_what_it_is() {
+        let planes = [[0.0, 1.0]; 3].map(Vec::from);
+        let mesh = block::<3>(Block { planes, split: Split::Centred, faces: vec![] });
+        let material = (Material::Flowing(gel()), Section::Spatial);
         let simplices = Simplices::in_patches(&mesh, Patches::alone(mesh.elements.len()), material);
         let memory = vec![Memory { plastic: 0.7, left: 0.4, felt: -3.0, ..Memory::default() }; mesh.elements.len()];
         let (position, corner_mass) = (mesh.rest.clone(), vec![[0.0; 4]; mesh.elements.len()]);

@@ -35,7 +35,8 @@ fn lay<const D: usize>(rests: &mut [f64], past: &Past<'_, D>, laid: &[Source]) {
     }
     for (rest, more) in rests.iter_mut().zip(more) {
         let most = MOST_LAID * rest.abs();
-        *rest += more.clamp(-most, most);
+        // Not `clamp`, which panics where the bounds are no numbers.
+        *rest += more.max(-most).min(most);
     }
 }
 
@@ -83,8 +84,9 @@ pub(super) fn rest_of<const D: usize>(past: &Past<'_, D>, source: &Source) -> f6
 mod tests {
     use super::*;
     use crate::element::{Memory, Simplices};
-    use crate::material::{BulkViscosity, EquationOfState, Flowing, Material, Strength};
+    use crate::material::Material;
     use crate::mesh::{Block, ElementId, Patches, Split, block};
+    use crate::simulation::history::tests::gel;
     use crate::state::Birth;
 
     /// The measures at rest of two triangles of a gel that flows, squeezed in all by a tenth, when both are made anew: what is laid on the
@@ -93,16 +95,8 @@ mod tests {
         let planes = [[0.0, 1.0]; 2].map(Vec::from);
         let mut mesh = block::<2>(Block { planes, split: Split::Centred, faces: vec![] });
         mesh.elements.truncate(2);
-        let gel = Flowing {
-            shear_modulus: 4.8,
-            state: EquationOfState::new(60.0, 0.0, 20.0),
-            strength: Some(Strength::new(0.3, 0.2, 1.6)),
-            softening: None,
-            viscosity: BulkViscosity { linear: 0.1, quadratic: 1.0 },
-            density: 1.0,
-        };
         let (n, patches) = (mesh.elements.len(), Patches::alone(mesh.elements.len()));
-        let material = (Material::Flowing(gel), Section::Planar { thickness: 1.0 });
+        let material = (Material::Flowing(gel()), Section::Planar { thickness: 1.0 });
         let simplices = Simplices::in_patches(&mesh, patches, material);
         let position: Vec<_> = mesh.rest.iter().map(|x| x * 0.9_f64.sqrt()).collect();
         let (mass, memory) = (vec![1.0; position.len()], vec![Memory::default(); n]);
