@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
+use std::path::Path;
 
 /// CPU seconds of each thread of the process so far.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,16 +14,15 @@ pub struct Threads {
 impl Threads {
     /// Now; only Linux counts this finely.
     pub fn now() -> Option<Self> {
-        let mut others = BTreeMap::new();
-        for task in std::fs::read_dir("/proc/self/task").ok()? {
-            let task = task.ok()?;
-            // A thread may end between its name and its numbers.
-            if let Some(seconds) = on_core(&task.path().join("schedstat")) {
-                others.insert(task.file_name(), seconds);
-            }
-        }
         let this = std::fs::read_link("/proc/thread-self").ok()?;
-        let own = others.remove(this.file_name()?)?;
+        let own = on_core(Path::new("/proc/thread-self/schedstat"))?;
+        // A thread may end between its name and its numbers, and while threads end the list may miss others: it does not tell of this one.
+        let others = std::fs::read_dir("/proc/self/task")
+            .ok()?
+            .flatten()
+            .filter(|task| Some(&*task.file_name()) != this.file_name());
+        let others =
+            others.filter_map(|task| Some((task.file_name(), on_core(&task.path().join("schedstat"))?))).collect();
         Some(Self { own, others })
     }
 
@@ -35,7 +35,7 @@ impl Threads {
 }
 
 /// The first number is nanoseconds on a core.
-fn on_core(file: &std::path::Path) -> Option<f64> {
+fn on_core(file: &Path) -> Option<f64> {
     Some(1e-9 * std::fs::read_to_string(file).ok()?.split_whitespace().next()?.parse::<f64>().ok()?)
 }
 
