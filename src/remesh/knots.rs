@@ -34,9 +34,9 @@ impl Chain<'_> {
     pub fn unknot(&mut self, cloud: &mut Cloud, cut: &mut Cuttings) -> Result<(), RemeshError> {
         for _ in 0..KNOTS {
             let Some([first, second]) = crossing(&self.edges, self.old.position) else { return Ok(()) };
-            let walks = [[first, second], [second, first]].map(|[from, to]| self.between(from, to));
-            let small = |walk: &Vec<usize>| self.is_small(walk, cloud);
-            let knot = walks.into_iter().flatten().filter(small).min_by_key(Vec::len);
+            // A tip that is pushed through an edge goes in and comes out: all of it is in the longest loop.
+            let pairs = std::iter::once([first, second]).chain(self.crossed_beside([first, second]));
+            let knot = pairs.filter_map(|pair| self.knot(pair, cloud)).max_by_key(Vec::len);
             let Some(walk) = knot.or_else(|| self.tip([first, second], cloud)) else {
                 return Err(RemeshError::Crossing { edges: [first, second].map(|e| e.map(|n| NodeId(n as u32))) });
             };
@@ -46,6 +46,23 @@ impl Chain<'_> {
             Some(edges) => Err(RemeshError::Crossing { edges: edges.map(|e| e.map(|n| NodeId(n as u32))) }),
             None => Ok(()),
         }
+    }
+
+    /// The loop that begins with one of two edges that cross and ends with the other one, if there is a small one.
+    fn knot(&self, [first, second]: [[usize; 2]; 2], cloud: &Cloud) -> Option<Vec<usize>> {
+        let walks = [[first, second], [second, first]].map(|[from, to]| self.between(from, to));
+        walks.into_iter().flatten().filter(|walk| self.is_small(walk, cloud)).min_by_key(Vec::len)
+    }
+
+    /// Of two edges that cross, each with the edges beside the other one that it crosses, too.
+    fn crossed_beside(&self, [first, second]: [[usize; 2]; 2]) -> impl Iterator<Item = [[usize; 2]; 2]> {
+        let x = |edge: [usize; 2]| edge.map(|n| &self.old.position[n]);
+        let beside = |[from, to]: [usize; 2]| {
+            let sides = [self.before[from].map(|before| [before, from]), self.after[to].map(|after| [to, after])];
+            sides.into_iter().flatten()
+        };
+        let seconds = beside(second).map(move |other| [first, other]);
+        seconds.chain(beside(first).map(move |other| [other, second])).filter(move |[a, b]| do_cross(x(*a), x(*b)))
     }
 
     fn is_small(&self, walk: &[usize], cloud: &Cloud) -> bool {
@@ -126,7 +143,7 @@ impl Chain<'_> {
         any
     }
 
-    /// The nodes before and after a node that is the tip of a needle.
+    /// The nodes before and after a node that is the tip of a needle, or is beyond the axis.
     fn needle(&self, node: usize, cloud: &Cloud) -> Option<(usize, usize)> {
         let (before, after) = (self.before[node]?, self.after[node]?);
         let x = self.old.position;
@@ -136,9 +153,21 @@ impl Chain<'_> {
         let is_thin = wide >= 0.0 && wide < NEEDLE * cloud.size[node] * u.norm().max(v.norm());
         let is_sharp = u.dot(&v) > CORNER * u.norm() * v.norm();
         let joined = self.before[before].is_some() && self.after[after].is_some_and(|next| next != before);
-        let may_go = cloud.chosen[node] && is_thin && is_sharp && joined;
+        let may_go = cloud.chosen[node] && (is_thin && is_sharp || self.is_beyond(node)) && joined;
         (may_go && self.feature(node) != Some(Feature::Always) && !self.is_inside_another([before, node, after], cloud))
             .then_some((before, after))
+    }
+
+    /// Whether a node is beyond the axis that the boundary comes from or leads to, or a plane of symmetry there.
+    fn is_beyond(&self, node: usize) -> bool {
+        let x = self.old.position;
+        let is_axial = |n: usize| self.old.mesh.held[n][0] && x[n][0] == 0.0;
+        let two = |next: &[Option<usize>]| {
+            let one = next[node].filter(|n| is_axial(*n))?;
+            Some((one, next[one].filter(|n| is_axial(*n))?))
+        };
+        let from = two(&self.before).is_some_and(|(to, from)| cross(&x[from], &x[to], &x[node]) < 0.0);
+        from || two(&self.after).is_some_and(|(from, to)| cross(&x[from], &x[to], &x[node]) < 0.0)
     }
 
     /// The nodes from the start of an edge to the end of another one that is not far along the boundary, if all between may go.

@@ -131,13 +131,15 @@ pub struct Rules {
     /// In space, points of the surface go along it to where their elements are better, off its facets by so many target lengths
     /// at most; 0 leaves them where they are.
     pub slide: f64,
+    /// Whether the gel has a surface at rest, whose corners stay in the plane. What flows has none.
+    pub rests: bool,
     /// Points of a mesh at most.
     pub most: usize,
 }
 
 impl Default for Rules {
     fn default() -> Self {
-        Self { good: 0.5, poor: 0.3, sag: 0.06, slide: 0.0, most: 4_000_000 }
+        Self { good: 0.5, poor: 0.3, sag: 0.06, slide: 0.0, rests: true, most: 4_000_000 }
     }
 }
 

@@ -44,6 +44,7 @@ pub(super) struct Chain<'a> {
     pub before: Vec<Option<usize>>,
     pub after: Vec<Option<usize>>,
     pub can_go: Vec<bool>,
+    rests: bool,
     /// Where loaded faces end.
     ends: Vec<u8>,
     pub members: Vec<usize>,
@@ -53,7 +54,7 @@ pub(super) struct Chain<'a> {
 /// Why a node of the boundary must stay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Feature {
-    /// A corner of the body at rest, a fork, or the last node that is held in a direction or loaded.
+    /// A corner of the body at rest, unless it flows, a fork, or the last node that is held in a direction or loaded.
     Always,
     /// A corner where the boundary is now.
     Now,
@@ -61,14 +62,14 @@ pub(super) enum Feature {
 
 /// The nodes of the boundary that must stay, in their order.
 pub(super) fn features(old: &Moved<'_, 2>) -> impl Iterator<Item = (usize, Feature)> {
-    let chain = Chain::new(old);
+    let chain = Chain::new(old, true);
     let members = chain.members.clone();
     members.into_iter().filter_map(move |node| Some((node, chain.feature(node)?)))
 }
 
 /// By how much the boundary turns at each of its nodes that has one before and one after it, rad.
 pub(super) fn turns(old: &Moved<'_, 2>) -> impl Iterator<Item = (usize, f64)> {
-    let chain = Chain::new(old);
+    let chain = Chain::new(old, true);
     let members = chain.members.clone();
     members.into_iter().filter_map(move |node| {
         let [before, at, after] = [chain.before[node]?, node, chain.after[node]?].map(|n| &chain.old.position[n]);
@@ -86,9 +87,11 @@ pub(super) fn resample(
     cloud: &mut Cloud,
     (rules, cleared): (&Rules, Cleared<'_>),
 ) -> Result<Surface, RemeshError> {
-    let mut chain = Chain::new(old);
+    let mut chain = Chain::new(old, rules.rests);
     chain.members.iter().for_each(|&node| cloud.chosen[node] = true);
     let mut cut = Cuttings::default();
+    // A pit that a tip beside it is pushed through looks like a needle; what crosses and cannot be cut off may be at one.
+    let _ = chain.unknot(cloud, &mut cut);
     (0..WALKS).any(|_| !chain.blunt(cloud, &mut cut));
     chain.unknot(cloud, &mut cut)?;
     if rules.sag > 0.0 {
@@ -122,7 +125,7 @@ pub(super) fn crossing(edges: &[[usize; 2]], x: &[Point]) -> Option<[[usize; 2];
 }
 
 impl<'a> Chain<'a> {
-    fn new(old: &'a Moved<'a, 2>) -> Self {
+    fn new(old: &'a Moved<'a, 2>, rests: bool) -> Self {
         let edges: Vec<[usize; 2]> = old.mesh.facets.iter().map(|f| [f[0].index(), f[1].index()]).collect();
         let groups = old.mesh.facets.iter().map(|f| &f[..2]);
         let incidence = Incidence::new(old.position.len(), groups);
@@ -134,6 +137,7 @@ impl<'a> Chain<'a> {
             can_go: vec![false; old.position.len()],
             members: (0..old.position.len()).filter(|&n| !incidence.of(NodeId(n as u32)).is_empty()).collect(),
             near: Near::new(&[]),
+            rests,
             ends: super::marks::ends(old.mesh),
             edges,
         };
@@ -171,7 +175,7 @@ impl<'a> Chain<'a> {
         };
         let ends = |other: usize| (0..2).any(|i| held[node][i] && !held[other][i]);
         let is_end = self.ends.get(node).is_some_and(|loads| *loads != 0);
-        if ends(before) || ends(after) || is_end || is_corner(&self.old.mesh.rest) {
+        if ends(before) || ends(after) || is_end || self.rests && is_corner(&self.old.mesh.rest) {
             return Some(Feature::Always);
         }
         is_corner(self.old.position).then_some(Feature::Now)

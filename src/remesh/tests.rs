@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 
 const ANY: Acceptance = Acceptance { measure: 1.0, quality: 0.0 };
 const SAME_AREA: Acceptance = Acceptance { measure: 1e-12, quality: 0.0 };
-const ALL_NODES: Rules = Rules { good: 0.5, poor: 0.3, sag: 0.0, slide: 0.0, most: 100_000 };
+const ALL_NODES: Rules = Rules { good: 0.5, poor: 0.3, sag: 0.0, slide: 0.0, rests: true, most: 100_000 };
 
 type Size = fn(&Vector<2>) -> f64;
 type Map = fn(&Vector<2>) -> Vector<2>;
@@ -215,6 +215,53 @@ fn a_tip_that_is_pushed_through_another_wall_is_cut_off() {
         assert_eq!(find(&new.position, &tip), None);
         let found = judge(&old, &new, &SAME_AREA).unwrap();
         assert!((found.parts, found.loops) == (2, 4) && new.cleared > 0.0 && new.cleared < 0.06, "{found:?}");
+    }
+}
+
+/// The square with these nodes of its boundary elsewhere, on a new mesh.
+fn displaced(mesh: &Mesh<2>, places: &[(Vector<2>, Vector<2>)], rules: &Rules) -> Result<Proposal<2>, RemeshError> {
+    let place = |x: &Vector<2>| places.iter().find(|(from, _)| from == x).map_or(*x, |(_, to)| *to);
+    let position = moved(mesh, place);
+    let old = Moved { mesh, position: &position };
+    let new = propose(&old, &vec![0.125; position.len()], rules, &|x| *x)?;
+    let found = judge(&old, &new, &Acceptance { measure: 0.01, quality: 0.1 });
+    assert!(found.is_ok(), "{found:?}");
+    for (_, to) in places {
+        assert!(find(&new.position, to).is_none(), "{to}");
+    }
+    Ok(new)
+}
+
+/// The pit under it, turned over by the tip, looks like a needle; without the pit the tip stood in the gel.
+#[test]
+fn a_tip_that_folds_over_a_pit_and_through_its_wall_goes_with_the_pit() {
+    let (tip, pit) = ((at(0.625, 1.0), at(0.4, 0.98)), (at(0.5, 1.0), at(0.5, 0.95)));
+    displaced(&square(8), &[tip, pit], &Rules::default()).unwrap();
+    // Of a body at rest a corner stays; what flows has none.
+    let [tip, pit, base] =
+        [(at(1.0, 1.0), at(0.775, 0.98)), (at(0.875, 1.0), at(0.875, 0.95)), (at(1.0, 0.875), at(1.125, 1.0))];
+    let folded = |rests: bool| {
+        let place = |x: &Vector<2>| [tip, pit, base].iter().find(|(from, _)| from == x).map_or(*x, |(_, to)| *to);
+        let mesh = square(8);
+        let position = moved(&mesh, place);
+        let old = Moved { mesh: &mesh, position: &position };
+        propose(&old, &vec![0.125; position.len()], &Rules { rests, ..Rules::default() }, &|x| *x)
+    };
+    assert!(find(&folded(true).unwrap().position, &tip.1).is_some());
+    assert!(find(&folded(false).unwrap().position, &tip.1).is_none());
+}
+
+#[test]
+fn a_tip_that_goes_in_and_out_of_a_wall_goes_with_all_between() {
+    let places = [(0.75, at(0.34, 0.972)), (0.625, at(0.62, 0.965)), (0.5, at(0.6, 0.93)), (0.375, at(0.45, 0.95))];
+    displaced(&square(8), &places.map(|(x, to)| (at(x, 1.0), to)), &Rules::default()).unwrap();
+}
+
+#[test]
+fn a_node_that_is_beyond_the_axis_is_cut_off() {
+    for place in [at(-0.05, 1.05), at(-0.02, 0.98)] {
+        let new = displaced(&held(8), &[(at(0.125, 1.0), place)], &Rules::default()).unwrap();
+        assert!(new.position.iter().all(|x| x[0] >= 0.0));
     }
 }
 

@@ -88,8 +88,8 @@ pub enum Refused {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Way {
     /// Nodes of the boundary are left out where it is within so many chords of the chord without them, and in space go along it, off it
-    /// by so many target lengths at most.
-    Retained { sag: f64, slide: f64 },
+    /// by so many target lengths at most; and whether the gel has a surface at rest.
+    Retained { sag: f64, slide: f64, rests: bool },
     /// With this part of the sizes.
     Immersed { part: f64 },
 }
@@ -125,28 +125,28 @@ const WORN: f64 = 0.3;
 const SPLIT: f64 = 0.2;
 
 impl Way {
-    /// The attempts of a method.
-    pub fn of(method: RemeshMethod) -> [Self; 3] {
+    /// The attempts of a method in the plane, for a gel that flows or not.
+    pub fn of(method: RemeshMethod, flows: bool) -> [Self; 3] {
         match method {
-            RemeshMethod::Retained => [0.06, 0.02, 0.0].map(|sag| Self::Retained { sag, slide: 0.0 }),
+            RemeshMethod::Retained => [0.06, 0.02, 0.0].map(|sag| Self::Retained { sag, slide: 0.0, rests: !flows }),
             RemeshMethod::Immersed => [1.0, 0.7, 0.5].map(|part| Self::Immersed { part }),
         }
     }
 
     /// The attempts in space of a gel that does not flow: points of its surface go along it only where nothing else is taken.
     pub const SOLID: [Self; 3] = [
-        Self::Retained { sag: 0.06, slide: 0.0 },
-        Self::Retained { sag: 0.02, slide: 0.05 },
-        Self::Retained { sag: 0.2, slide: 0.1 },
+        Self::Retained { sag: 0.06, slide: 0.0, rests: true },
+        Self::Retained { sag: 0.02, slide: 0.05, rests: true },
+        Self::Retained { sag: 0.2, slide: 0.1, rests: true },
     ];
 
     /// The attempts in space of a gel that flows. Nothing tells any more how flat its surface was at rest, and a cavity in cells of a
     /// quarter of the ball's radius is flat to no more than 0.13 of a cell. Where no point slides, an element of the calibration shot is
     /// inverted after 11 µs.
     pub const FLOWING: [Self; 3] = [
-        Self::Retained { sag: 0.2, slide: 0.1 },
-        Self::Retained { sag: 0.06, slide: 0.05 },
-        Self::Retained { sag: 0.0, slide: 0.0 },
+        Self::Retained { sag: 0.2, slide: 0.1, rests: false },
+        Self::Retained { sag: 0.06, slide: 0.05, rests: false },
+        Self::Retained { sag: 0.0, slide: 0.0, rests: false },
     ];
 
     /// The worst shape that a mesh made so may have, if the old one has this worst shape.
@@ -166,8 +166,8 @@ pub(super) fn in_plane(
     cleared: Cleared<'_, 2>,
 ) -> Result<(Proposal<2>, f64), RemeshError> {
     match way {
-        Way::Retained { sag, .. } => {
-            Ok((remesh::propose(moved, size, &Rules { sag, ..Rules::default() }, cleared)?, MEASURE))
+        Way::Retained { sag, rests, .. } => {
+            Ok((remesh::propose(moved, size, &Rules { sag, rests, ..Rules::default() }, cleared)?, MEASURE))
         }
         Way::Immersed { part } => {
             let size: Vec<f64> = size.iter().map(|size| part * size).collect();
@@ -185,8 +185,8 @@ pub(super) fn in_space(
     cleared: Cleared<'_, 3>,
 ) -> Result<(Proposal<3>, f64), RemeshError> {
     match way {
-        Way::Retained { sag, slide } => {
-            let rules = Rules { sag, slide, ..Rules::default() };
+        Way::Retained { sag, slide, rests } => {
+            let rules = Rules { sag, slide, rests, ..Rules::default() };
             Ok((remesh::propose_in_space(moved, size, &rules, cleared)?, MEASURE))
         }
         Way::Immersed { .. } => Err(RemeshError::PlaneOnly),
@@ -257,7 +257,7 @@ impl<const D: usize> Gelatin<D> {
         let shown = flown.as_ref().map_or(*moved, |mesh| Moved { mesh, position: moved.position });
         let (proposal, measure) = mesher(way, &shown, size, &|x| cleared(&bodies, x))?;
         let worst = shapes.iter().copied().fold(f64::INFINITY, f64::min);
-        let measure = if self.engine.gel().potential.remembers() { measure.max(MEASURE_IN_FLOW) } else { measure };
+        let measure = if self.flows() { measure.max(MEASURE_IN_FLOW) } else { measure };
         let acceptance = Acceptance { measure, quality: way.worst::<D>(worst) };
         let pairing = Pairing::of(&old.mesh, &proposal);
         let shapes = pairing.carried(shapes, |e| self.recipe.shape(&proposal.position, &proposal.elements[e]));
@@ -282,14 +282,14 @@ impl<const D: usize> Gelatin<D> {
         Ok(Candidate { birth, memory, velocity, quality, defects, known })
     }
 
-    /// Whether the gel is one that flows, in space.
-    pub fn flows_in_space(&self) -> bool {
-        D == 3 && self.engine.gel().potential.remembers()
+    /// Whether the gel is one that flows.
+    pub fn flows(&self) -> bool {
+        self.engine.gel().potential.remembers()
     }
 
-    /// In space a gel that flows has no surface at rest that a new one would have to lie along: the mesh as if it were at rest now.
+    /// A gel that flows has no surface at rest that a new one would have to lie along: the mesh as if it were at rest now.
     fn forgotten(&self, moved: &Moved<'_, D>) -> Option<Mesh<D>> {
-        self.flows_in_space().then(|| Mesh { rest: moved.position.to_vec(), ..moved.mesh.clone() })
+        self.flows().then(|| Mesh { rest: moved.position.to_vec(), ..moved.mesh.clone() })
     }
 
     /// What a new mesh takes over; where a node of it is in a corner in which the density is below nothing, or of one that flows in space has
@@ -301,7 +301,7 @@ impl<const D: usize> Gelatin<D> {
     ) -> Transferred<D> {
         let carried = self.carried(old);
         let new = remesh::transfer_paired(moved, &carried, (proposal, pairing.clone()));
-        let is_light = || self.flows_in_space() && remesh::lightest(&proposal.elements, &new) < LIGHT;
+        let is_light = || D == 3 && self.flows() && remesh::lightest(&proposal.elements, &new) < LIGHT;
         if new.defects.massless == 0 && !is_light() {
             return new;
         }

@@ -175,21 +175,23 @@ pub(super) fn inherited<const D: usize>(
     let stays = stays(past.potential.patches(), patches, new.same);
     let again = (0..).map(ElementId).zip(new.same).filter_map(|(element, same)| Some((element, (*same)?)));
     for (element, same) in again {
-        // What stands in the patch that it stood in goes on as it is; in the plane, whose shots are calibrated so, all is made anew.
-        if D == 3 && flows && stays[element.index()] {
-            all.push((element, turned(&past.potential.reference(same.element), same)));
-            memory[element.index()] = past.memory[same.element.index()];
-            continue;
-        }
-        if flows {
-            let mean = Mean::alone(past, position, same.element);
-            let now = Reference::of(new.position, &new.elements[element.index()]);
-            all.push((element, mean.made(&now, &now)?));
-            mean.recall(&mut memory[element.index()]);
-            continue;
-        }
-        let alone = if stays[element.index()] { None } else { past.shares.get(same.element.index()) };
+        // What stands in the patch that it stood in goes on as it is; of what flows in the plane, whose shots are calibrated so, all
+        // takes the J of its patch.
+        let goes_on = stays[element.index()] && !(D == 2 && flows);
+        let alone = if goes_on { None } else { past.shares.get(same.element.index()) };
         let share = alone.copied().unwrap_or(1.0);
+        if flows {
+            let now = Reference::of(new.position, &new.elements[element.index()]);
+            let made = alone.and_then(|_| Mean::alone(past, position, same.element).again(&now));
+            // What goes on, and what is inside out, of which nothing can be made.
+            let is = || {
+                (turned(&past.potential.reference(same.element), same).scaled(share), past.memory[same.element.index()])
+            };
+            let (reference, recalled) = made.unwrap_or_else(is);
+            all.push((element, reference));
+            memory[element.index()] = recalled;
+            continue;
+        }
         if share != 1.0 || !past.potential.is_compatible(same.element) {
             all.push((element, turned(&past.potential.reference(same.element), same).scaled(share)));
         }
@@ -208,7 +210,7 @@ pub(super) fn inherited<const D: usize>(
             all.push((element, mean.made(&told, &now)?));
         }
         if flows {
-            mean.recall(&mut memory[element.index()]);
+            memory[element.index()] = mean.recalled();
         }
     }
     // What is made of nothing rests as it is.
@@ -267,9 +269,14 @@ impl<const D: usize> Mean<D> {
         Self { strain, distortion, plastic: plastic / mass, left, felt: felt / mass, rest, is_ring, flows }
     }
 
+    /// An element of its own shape now, and what it remembers.
+    fn again(&self, now: &Reference<D>) -> Option<(Reference<D>, Memory<D>)> {
+        Some((self.made(now, now)?, self.recalled()))
+    }
+
     /// What its element remembers.
-    fn recall(&self, memory: &mut Memory<D>) {
-        (memory.plastic, memory.left, memory.felt) = (self.plastic, self.left, self.felt);
+    fn recalled(&self) -> Memory<D> {
+        Memory { plastic: self.plastic, left: self.left, felt: self.felt, ..Memory::default() }
     }
 
     /// Whether the nodes say how much matter there is, and how it is distorted.
@@ -373,6 +380,44 @@ pub(super) mod tests {
             softening: None,
             viscosity: BulkViscosity { linear: 0.1, quadratic: 1.0 },
             density: 1.0,
+        }
+    }
+
+    #[test]
+    fn an_element_that_is_inside_out_goes_on_as_it_is() {
+        let mesh = block::<2>(Block { planes: [[0.0, 1.0]; 2].map(Vec::from), split: Split::Centred, faces: vec![] });
+        let n = mesh.elements.len();
+        let material = (Material::Flowing(gel()), Section::Planar { thickness: 1.0 });
+        let simplices = Simplices::in_patches(&mesh, Patches::alone(n), material);
+        let memory: Vec<_> = (0..n).map(|e| Memory { plastic: e as f64, jacobian: 1.0, ..Memory::default() }).collect();
+        // The middle is pushed out through a side: the element there is turned over.
+        let middle = Vector::<2>::new(0.5, 0.5);
+        let out = Vector::<2>::new(0.5, -0.2);
+        let position: Vec<_> = mesh.rest.iter().map(|x| if *x == middle { out } else { *x }).collect();
+        let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
+        let corner_mass = vec![[1.0; 4]; n];
+        let birth = Birth {
+            tick: 0,
+            position: position.clone(),
+            mass: vec![1.0; rest.len()],
+            corner_mass,
+            references: vec![],
+            mesh,
+        };
+        let past = Past::new((&simplices, &birth, &memory), &position);
+        let same: Vec<_> = (0..n as u32).map(|e| Some(Same { element: ElementId(e), corners: [0, 1, 2, 3] })).collect();
+        let new = Made { position: &position, rest: &rest, elements: &elements, same: &same, sources: &[], laid: &[] };
+        let (references, recalled) = inherited(&past, &position, (&new, &Patches::alone(n))).unwrap();
+        let turned: Vec<_> = (0..n).filter(|e| measure(&Reference::of(&position, &elements[*e]).edges) < 0.0).collect();
+        assert_eq!(turned.len(), 1);
+        for (element, reference) in references {
+            let e = element.index();
+            let was = simplices.reference(element);
+            assert_eq!(reference.edges == was.edges, turned.contains(&e), "{e}");
+            assert!(
+                (measure(&reference.edges) - measure(&was.edges)).abs() < 1e-14
+                    && recalled[e].plastic == memory[e].plastic
+            );
         }
     }
 

@@ -135,7 +135,7 @@ impl Gelatin<2> {
         method: RemeshMethod,
     ) -> Result<Successor, Refused> {
         let mut refused = None;
-        for (way, attempt) in Way::of(method).into_iter().zip(1..) {
+        for (way, attempt) in Way::of(method, self.flows()).into_iter().zip(1..) {
             match self.candidate((old, moved, worn), (size, in_plane), way) {
                 Ok(candidate) => return Ok(self.shown(candidate, moved, attempt)),
                 Err(why) => refused = Some(why),

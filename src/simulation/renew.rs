@@ -68,9 +68,9 @@ impl<const D: usize> Gelatin<D> {
         let size = self.sizes(&moved, (&sizes, &worn.0));
         let mut refused = vec![];
         let ways = match D {
-            3 if self.flows_in_space() => Way::FLOWING,
+            3 if self.flows() => Way::FLOWING,
             3 => Way::SOLID,
-            _ => Way::of(sizes.rules.method),
+            _ => Way::of(sizes.rules.method, self.flows()),
         };
         for (way, attempt) in ways.into_iter().zip(1..) {
             let candidate = match self.candidate((&old, &moved, &worn), (&size, mesher), way) {

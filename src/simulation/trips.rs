@@ -65,7 +65,8 @@ impl<const D: usize> Gel<D> {
     /// On a mesh of other sizes, as a run exchanges it; and what the transfer changed.
     fn exchanged(&self, size: &[f64], mesher: Mesher<D>) -> (Self, Defects<D>) {
         let moved = Moved { mesh: &self.birth.mesh, position: &self.position };
-        let attempts = Way::of(RemeshMethod::Retained).into_iter().map(|way| proposed(way, &moved, (size, mesher)));
+        let attempts =
+            Way::of(RemeshMethod::Retained, false).into_iter().map(|way| proposed(way, &moved, (size, mesher)));
         let proposal = attempts.flatten().next().expect("a good mesh");
         let carried = Carried {
             symmetry: symmetry(self.section),
