@@ -131,7 +131,7 @@ pub struct Rules {
     /// In space, points of the surface go along it to where their elements are better, off its facets by so many target lengths
     /// at most; 0 leaves them where they are.
     pub slide: f64,
-    /// Whether the gel has a surface at rest, whose corners stay in the plane. What flows has none.
+    /// Whether the gel has a surface at rest, whose corners stay and along which a new one lies. What flows has none.
     pub rests: bool,
     /// Points of a mesh at most.
     pub most: usize,

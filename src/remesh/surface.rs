@@ -44,6 +44,7 @@ pub(super) struct Chain<'a> {
     pub before: Vec<Option<usize>>,
     pub after: Vec<Option<usize>>,
     pub can_go: Vec<bool>,
+    /// Whether there is a surface at rest.
     rests: bool,
     /// Where loaded faces end.
     ends: Vec<u8>,
@@ -212,8 +213,9 @@ impl<'a> Chain<'a> {
             && self.after[before].is_some()
             && self.before[after].is_some()
             && self.is_straight([before, after], x, sag * LONG * size)
-            && [x, &self.old.mesh.rest]
+            && [Some(x), self.rests.then_some(&*self.old.mesh.rest)]
                 .iter()
+                .flatten()
                 .all(|x| self.is_straight([before, after], x, sag * distance(&x[before], &x[after])))
             && !self.is_inside_another([before, node, after], cloud)
     }

@@ -187,7 +187,10 @@ pub(super) fn in_space(
     match way {
         Way::Retained { sag, slide, rests } => {
             let rules = Rules { sag, slide, rests, ..Rules::default() };
-            Ok((remesh::propose_in_space(moved, size, &rules, cleared)?, MEASURE))
+            // Without a surface at rest that a new one would have to lie along: the mesh as if it were at rest now.
+            let flown = (!rests).then(|| Mesh { rest: moved.position.to_vec(), ..moved.mesh.clone() });
+            let shown = flown.as_ref().map_or(*moved, |mesh| Moved { mesh, position: moved.position });
+            Ok((remesh::propose_in_space(&shown, size, &rules, cleared)?, MEASURE))
         }
         Way::Immersed { .. } => Err(RemeshError::PlaneOnly),
     }
@@ -253,9 +256,7 @@ impl<const D: usize> Gelatin<D> {
         way: Way,
     ) -> Result<Candidate<D>, Refused> {
         let bodies = self.active_bodies();
-        let flown = self.forgotten(moved);
-        let shown = flown.as_ref().map_or(*moved, |mesh| Moved { mesh, position: moved.position });
-        let (proposal, measure) = mesher(way, &shown, size, &|x| cleared(&bodies, x))?;
+        let (proposal, measure) = mesher(way, moved, size, &|x| cleared(&bodies, x))?;
         let worst = shapes.iter().copied().fold(f64::INFINITY, f64::min);
         let measure = if self.flows() { measure.max(MEASURE_IN_FLOW) } else { measure };
         let acceptance = Acceptance { measure, quality: way.worst::<D>(worst) };
@@ -285,11 +286,6 @@ impl<const D: usize> Gelatin<D> {
     /// Whether the gel is one that flows.
     pub fn flows(&self) -> bool {
         self.engine.gel().potential.remembers()
-    }
-
-    /// A gel that flows has no surface at rest that a new one would have to lie along: the mesh as if it were at rest now.
-    fn forgotten(&self, moved: &Moved<'_, D>) -> Option<Mesh<D>> {
-        self.flows().then(|| Mesh { rest: moved.position.to_vec(), ..moved.mesh.clone() })
     }
 
     /// What a new mesh takes over; where a node of it is in a corner in which the density is below nothing, or of one that flows in space has
