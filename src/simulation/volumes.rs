@@ -65,7 +65,9 @@ fn keep_pressures<const D: usize>(rests: &mut [f64], past: &Past<'_, D>, positio
     if whole > 0.0 {
         let missing = gone(past, new.same) - whole - of_nothing;
         let part = 1.0 + (missing / whole).clamp(-MOST_LAID, MOST_LAID);
-        rests.iter_mut().for_each(|rest| *rest *= part);
+        for rest in rests {
+            *rest *= part;
+        }
     }
 }
 
