@@ -153,21 +153,22 @@ impl Chain<'_> {
         let is_thin = wide >= 0.0 && wide < NEEDLE * cloud.size[node] * u.norm().max(v.norm());
         let is_sharp = u.dot(&v) > CORNER * u.norm() * v.norm();
         let joined = self.before[before].is_some() && self.after[after].is_some_and(|next| next != before);
-        let may_go = cloud.chosen[node] && (is_thin && is_sharp || self.is_beyond(node)) && joined;
+        let may_go = cloud.chosen[node] && (is_thin && is_sharp || self.is_beyond(node, cloud)) && joined;
         (may_go && self.feature(node) != Some(Feature::Always) && !self.is_inside_another([before, node, after], cloud))
             .then_some((before, after))
     }
 
-    /// Whether a node is beyond the axis that the boundary comes from or leads to, or a plane of symmetry there.
-    fn is_beyond(&self, node: usize) -> bool {
+    /// Whether a node of what flows is beyond the axis that the boundary comes from or leads to, and little would go with it.
+    fn is_beyond(&self, node: usize, cloud: &Cloud) -> bool {
         let x = self.old.position;
         let is_axial = |n: usize| self.old.mesh.held[n][0] && x[n][0] == 0.0;
-        let two = |next: &[Option<usize>]| {
-            let one = next[node].filter(|n| is_axial(*n))?;
-            Some((one, next[one].filter(|n| is_axial(*n))?))
-        };
-        let from = two(&self.before).is_some_and(|(to, from)| cross(&x[from], &x[to], &x[node]) < 0.0);
-        from || two(&self.after).is_some_and(|(from, to)| cross(&x[from], &x[to], &x[node]) < 0.0)
+        let reaches =
+            |next: &[Option<usize>]| next[node].is_some_and(|one| is_axial(one) && next[one].is_some_and(is_axial));
+        let joined = |(before, after): (usize, usize)| self.is_small(&[before, node, after], cloud);
+        !self.rests
+            && x[node][0] < 0.0
+            && (reaches(&self.before) || reaches(&self.after))
+            && self.before[node].zip(self.after[node]).is_some_and(joined)
     }
 
     /// The nodes from the start of an edge to the end of another one that is not far along the boundary, if all between may go.

@@ -125,7 +125,7 @@ pub struct Rules {
     pub good: f64,
     /// Nodes inside whose worst element is no better than this are given up. A needle of 10° has 0.3.
     pub poor: f64,
-    /// Nodes of the boundary are left out where it is within so many chords of the chord without them, now and at rest, and
+    /// Nodes of the boundary are left out where it is within so many chords of the chord without them, now and, if it rests, at rest, and
     /// within as many of the longest edges there may be; 0 leaves all of them in.
     pub sag: f64,
     /// In space, points of the surface go along it to where their elements are better, off its facets by so many target lengths
@@ -185,7 +185,10 @@ pub fn propose_in_space(
     cleared: &dyn Fn(&Vector<3>) -> Vector<3>,
 ) -> Result<Proposal<3>, RemeshError> {
     check(old, size, rules)?;
-    Ok(local::propose(old, size, rules, cleared))
+    // Without a surface at rest that a new one would have to lie along: the mesh as if it were at rest now.
+    let flown = (!rules.rests).then(|| Mesh { rest: old.position.to_vec(), ..old.mesh.clone() });
+    let old = flown.as_ref().map_or(*old, |mesh| Moved { mesh, position: old.position });
+    Ok(local::propose(&old, size, rules, cleared))
 }
 
 /// The new elements between those that stay.

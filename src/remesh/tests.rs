@@ -257,8 +257,8 @@ fn a_tip_that_goes_in_and_out_of_a_wall_goes_with_all_between() {
 
 #[test]
 fn a_node_that_is_beyond_the_axis_is_cut_off() {
-    for place in [at(-0.05, 1.05), at(-0.02, 0.98)] {
-        let new = displaced(&held(8), &[(at(0.125, 1.0), place)], &Rules::default());
+    for place in [at(-0.05, 1.05), at(-0.02, 1.01)] {
+        let new = displaced(&held(8), &[(at(0.125, 1.0), place)], &Rules { rests: false, ..Rules::default() });
         assert!(new.position.iter().all(|x| x[0] >= 0.0));
     }
 }

@@ -187,10 +187,7 @@ pub(super) fn in_space(
     match way {
         Way::Retained { sag, slide, rests } => {
             let rules = Rules { sag, slide, rests, ..Rules::default() };
-            // Without a surface at rest that a new one would have to lie along: the mesh as if it were at rest now.
-            let flown = (!rests).then(|| Mesh { rest: moved.position.to_vec(), ..moved.mesh.clone() });
-            let shown = flown.as_ref().map_or(*moved, |mesh| Moved { mesh, position: moved.position });
-            Ok((remesh::propose_in_space(&shown, size, &rules, cleared)?, MEASURE))
+            Ok((remesh::propose_in_space(moved, size, &rules, cleared)?, MEASURE))
         }
         Way::Immersed { .. } => Err(RemeshError::PlaneOnly),
     }

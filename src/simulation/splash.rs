@@ -24,8 +24,7 @@ impl<const D: usize> Gelatin<D> {
     /// after an exchange that has made nothing new.
     ///
     /// # Errors
-    /// [`NoStep`] if what is left cannot be stepped; then nothing is let go, as where a node would be left without mass
-    /// or an element is inverted.
+    /// [`NoStep`] if what is left cannot be stepped; then nothing is let go, as where a node would be left without mass.
     pub fn shed(&mut self, thinnest: f64) -> Result<(), NoStep> {
         let old = self.present();
         let state = self.engine.state();

@@ -57,7 +57,7 @@ fn keep_pressures<const D: usize>(rests: &mut [f64], past: &Past<'_, D>, positio
         if *rest > 0.0 && covered > 0.0 {
             let grown = size(new.position, nodes) / covered;
             *rest *= grown.clamp(1.0 - MOST_LAID, 1.0 + MOST_LAID);
-        } else if same.is_none() {
+        } else if same.is_none() && *rest <= 0.0 {
             of_nothing += size(new.position, nodes);
         }
     }
@@ -99,59 +99,76 @@ mod tests {
     use crate::simulation::history::tests::gel;
     use crate::state::Birth;
 
-    /// The measures at rest of the first two of four triangles of a gel that flows, squeezed in all by a tenth, and what they are now, when
-    /// both are made anew, the third one stays and the fourth is cut off or stays: by how much the tip of the first one is pulled out beyond the gel.
-    fn made(pulled: f64, cut: bool) -> ([f64; 2], [f64; 2]) {
-        let planes = [[0.0, 1.0]; 2].map(Vec::from);
-        let mesh = block::<2>(Block { planes, split: Split::Centred, faces: vec![] });
-        let (n, patches) = (mesh.elements.len(), Patches::alone(mesh.elements.len()));
-        let material = (Material::Flowing(gel()), Section::Planar { thickness: 1.0 });
-        let simplices = Simplices::in_patches(&mesh, patches, material);
-        let position: Vec<_> = mesh.rest.iter().map(|x| x * 0.9_f64.sqrt()).collect();
-        let (mass, memory) = (vec![1.0; position.len()], vec![Memory::default(); n]);
-        let (mut elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
-        let birth = Birth {
-            tick: 0,
-            mesh,
-            position: position.clone(),
-            mass,
-            corner_mass: vec![[1.0; 4]; n],
-            references: vec![],
-        };
-        let past = Past::new((&simplices, &birth, &memory), &position);
-        let source = |at: u32| Source { new: ElementId(at), old: ElementId(at), mass: 1.0, part: 1.0 };
-        let sources = [source(0), source(1)];
-        let again = |e: u32| Some(Same { element: ElementId(e), corners: [0, 1, 2, 3] });
-        let same = [None, None, again(2), again(3)];
-        let left = if cut { 3 } else { 4 };
-        elements.truncate(left);
-        let mut now = position.clone();
-        let own = |node: &&crate::mesh::NodeId| !elements[1][..3].contains(node);
-        let tip = elements[0][..3].iter().find(own).unwrap().index();
-        let others = elements[0][..3].iter().filter(|node| node.index() != tip);
-        let foot = others.map(|node| position[node.index()] * 0.5).sum::<Vector<2>>();
-        now[tip] += (position[tip] - foot) * pulled;
-        let (elements, same) = (elements.as_slice(), &same[..left]);
-        let new = Made { position: &now, rest: &rest, elements, same, sources: &sources, laid: &[] };
-        let rests = rests(&past, &position, &new);
-        let sizes = [0, 1].map(|e| Reference::of(&now, &elements[e]).size(false));
-        ([rests[0], rests[1]], sizes)
+    /// A block of a gel that flows, of parts of 1, and memories of its elements.
+    fn flowing(n: usize, section: Section) -> (Simplices<2>, Birth<2>, Vec<Memory<2>>) {
+        let axis = || crate::mesh::uniform(0.0, 1.0, 1.0 / n as f64);
+        let mesh = block::<2>(Block { planes: [axis(), axis()], split: Split::Centred, faces: vec![] });
+        let (nodes, elements) = (mesh.rest.len(), mesh.elements.len());
+        let patches = if n > 1 { Patches::grouped(&mesh) } else { Patches::alone(elements) };
+        let simplices = Simplices::in_patches(&mesh, patches, (Material::Flowing(gel()), section));
+        let position = mesh.rest.iter().map(|x| x * 0.9_f64.sqrt() + wave(x) * (n as f64 - 1.0)).collect();
+        let (mass, corner_mass) = (vec![1.0; nodes], vec![[1.0; 4]; elements]);
+        let birth = Birth { tick: 0, mesh, position, mass, corner_mass, references: vec![] };
+        (simplices, birth, vec![Memory::default(); elements])
+    }
+
+    fn wave(x: &Vector<2>) -> Vector<2> {
+        Vector::<2>::new((5.0 * x[1]).sin() * x[0], (7.0 * x[0]).sin()) * 2e-3
+    }
+
+    fn whole(old: u32, new: u32) -> Source {
+        Source { new: ElementId(new), old: ElementId(old), mass: 1.0, part: 1.0 }
     }
 
     #[test]
     fn pressures_stay_alike_and_the_measure_in_all_what_it_was_where_a_surface_is_made_anew() {
-        let quarter = 0.25;
-        for (pulled, cut) in [(0.0, false), (0.05, false), (-0.04, false)] {
-            let (rests, sizes) = made(pulled, cut);
-            let [first, second] = [0, 1].map(|e| sizes[e] / rests[e]);
-            assert!((first / second - 1.0).abs() < 1e-13, "{pulled}, {cut}: J {first} beside {second}");
-            assert!((rests[0] + rests[1] - 2.0 * quarter).abs() < 1e-13, "{pulled}, {cut}: {rests:?}");
+        let (simplices, birth, memory) = flowing(1, Section::Planar { thickness: 1.0 });
+        let (elements, position) = (&birth.mesh.elements[..2], &birth.position);
+        let same: Vec<_> = (2..4).map(|e| Some(Same { element: ElementId(e), corners: [0, 1, 2, 3] })).collect();
+        let same = [vec![None; 2], same].concat();
+        let past = Past::new((&simplices, &birth, &memory), position);
+        let tip = elements[0][..3].iter().find(|node| !elements[1][..3].contains(node)).unwrap().index();
+        let others = elements[0][..3].iter().filter(|node| node.index() != tip);
+        let foot = others.map(|node| position[node.index()] * 0.5).sum::<Vector<2>>();
+        for pulled in [0.0, 0.05, -0.04] {
+            let mut now = position.clone();
+            now[tip] += (position[tip] - foot) * pulled;
+            let (rest, sources) = (&birth.mesh.rest, [whole(0, 0), whole(1, 1)]);
+            let elements = &birth.mesh.elements;
+            let new = Made { position: &now, rest, elements, same: &same, sources: &sources, laid: &[] };
+            let rests = rests(&past, position, &new);
+            let [first, second] = [0, 1].map(|e| Reference::of(&now, &elements[e]).size(false) / rests[e]);
+            assert!((first / second - 1.0).abs() < 1e-13, "{pulled}: J {first} beside {second}");
+            assert!((rests[0] + rests[1] - 0.5).abs() < 1e-13, "{pulled}: {rests:?}");
+            assert!(pulled != 0.0 || (first - 0.9).abs() < 1e-14);
         }
-        assert!((made(0.0, false).1[0] / made(0.0, false).0[0] - 0.9).abs() < 1e-14);
-        // What is cut off goes to what is made anew, as far as that can take it.
-        let (rests, _) = made(0.0, true);
-        for rest in rests {
-            assert!((rest - quarter * (1.0 + MOST_LAID)).abs() < 1e-14, "{rests:?}");
+    }
+
+    /// One element is cut off, one is made of nothing, half of the others are made anew, some of whose patches stay in part.
+    #[test]
+    fn an_exchange_keeps_the_measure_at_rest_of_what_flows() {
+        for section in [Section::Planar { thickness: 1.0 }, Section::Axisymmetric] {
+            let (simplices, birth, memory) = flowing(6, section);
+            let position = &birth.position;
+            let past = Past::new((&simplices, &birth, &memory), position);
+            let (n, is_ring) = (birth.mesh.elements.len() as u32, section == Section::Axisymmetric);
+            // The element 0 is gone, and the second one is there once more, of nothing.
+            let old: Vec<u32> = (1..n).chain([1]).collect();
+            let elements: Vec<_> = old.iter().map(|e| birth.mesh.elements[*e as usize]).collect();
+            let stays = |e: u32| e % 7 > 3;
+            let again = |e: &u32| stays(*e).then_some(Same { element: ElementId(*e), corners: [0, 1, 2, 3] });
+            let same: Vec<_> = old[..old.len() - 1].iter().map(again).chain([None]).collect();
+            let sources: Vec<_> = (1..n).filter(|e| !stays(*e)).map(|e| whole(e, e - 1)).collect();
+            let rest = &birth.mesh.rest;
+            let new = Made { position, rest, elements: &elements, same: &same, sources: &sources, laid: &[] };
+            let made: f64 = rests(&past, position, &new).iter().sum();
+            let handed = |e: u32| past.rest(ElementId(e)) * past.shares[e as usize];
+            let kept: f64 = (1..n).filter(|e| stays(*e)).map(handed).sum();
+            let of_nothing = Reference::of(position, &elements[elements.len() - 1]).size(is_ring);
+            let before: f64 = (0..n).map(|e| past.rest(ElementId(e))).sum();
+            let after = made + kept + of_nothing;
+            assert!((after / before - 1.0).abs() < 1e-13, "{section:?}: {before} {after}");
+            assert!(past.shares.iter().any(|share| (share - 1.0).abs() > 1e-5));
         }
     }
 }
