@@ -96,6 +96,11 @@ impl<'a, const D: usize> Past<'a, D> {
         Self { potential, old, memory, shares }
     }
 
+    /// What an old element remembers.
+    fn memory(&self, same: Same) -> Memory<D> {
+        self.memory[same.element.index()]
+    }
+
     /// Area or volume, or area times radius of a ring, of an old element at rest.
     pub fn rest(&self, element: ElementId) -> f64 {
         self.potential.reference(element).size(self.potential.section() == Section::Axisymmetric)
@@ -184,10 +189,8 @@ pub(super) fn inherited<const D: usize>(
             let now = Reference::of(new.position, &new.elements[element.index()]);
             let made = alone.and_then(|_| Mean::alone(past, position, same.element).again(&now));
             // What goes on, and what is inside out, of which nothing can be made.
-            let is = || {
-                (turned(&past.potential.reference(same.element), same).scaled(share), past.memory[same.element.index()])
-            };
-            let (reference, recalled) = made.unwrap_or_else(is);
+            let goes_on = || (turned(&past.potential.reference(same.element), same).scaled(share), past.memory(same));
+            let (reference, recalled) = made.unwrap_or_else(goes_on);
             all.push((element, reference));
             memory[element.index()] = recalled;
             continue;
