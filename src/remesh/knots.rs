@@ -34,8 +34,9 @@ impl Chain<'_> {
     pub fn unknot(&mut self, cloud: &mut Cloud, cut: &mut Cuttings) -> Result<(), RemeshError> {
         for _ in 0..KNOTS {
             let Some([first, second]) = crossing(&self.edges, self.old.position) else { return Ok(()) };
-            // A tip that is pushed through an edge goes in and comes out: all of it is in the longest loop.
-            let pairs = std::iter::once([first, second]).chain(self.crossed_beside([first, second]));
+            // A tip of what flows that is pushed through an edge goes in and comes out: all of it is in the longest loop.
+            let beside = self.crossed_beside([first, second]).filter(|_| !self.rests);
+            let pairs = std::iter::once([first, second]).chain(beside);
             let knot = pairs.filter_map(|pair| self.knot(pair, cloud)).max_by_key(Vec::len);
             let Some(walk) = knot.or_else(|| self.tip([first, second], cloud)) else {
                 return Err(RemeshError::Crossing { edges: [first, second].map(|e| e.map(|n| NodeId(n as u32))) });
