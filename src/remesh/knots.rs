@@ -154,22 +154,21 @@ impl Chain<'_> {
         let is_thin = wide >= 0.0 && wide < NEEDLE * cloud.size[node] * u.norm().max(v.norm());
         let is_sharp = u.dot(&v) > CORNER * u.norm() * v.norm();
         let joined = self.before[before].is_some() && self.after[after].is_some_and(|next| next != before);
-        let may_go = cloud.chosen[node] && (is_thin && is_sharp || self.is_beyond(node, cloud)) && joined;
+        let may_go =
+            cloud.chosen[node] && (is_thin && is_sharp || self.is_beyond([before, node, after], cloud)) && joined;
         (may_go && self.feature(node) != Some(Feature::Always) && !self.is_inside_another([before, node, after], cloud))
             .then_some((before, after))
     }
 
     /// Whether a node of what flows is beyond the axis that the boundary comes from or leads to, and little would go with it.
-    fn is_beyond(&self, node: usize, cloud: &Cloud) -> bool {
+    fn is_beyond(&self, [before, node, after]: [usize; 3], cloud: &Cloud) -> bool {
         let x = self.old.position;
         let is_axial = |n: usize| self.old.mesh.held[n][0] && x[n][0] == 0.0;
-        let reaches =
-            |next: &[Option<usize>]| next[node].is_some_and(|one| is_axial(one) && next[one].is_some_and(is_axial));
-        let joined = |(before, after): (usize, usize)| self.is_small(&[before, node, after], cloud);
+        let is_edge = |one: usize, next: Option<usize>| is_axial(one) && next.is_some_and(is_axial);
         !self.rests
             && x[node][0] < 0.0
-            && (reaches(&self.before) || reaches(&self.after))
-            && self.before[node].zip(self.after[node]).is_some_and(joined)
+            && (is_edge(before, self.before[before]) || is_edge(after, self.after[after]))
+            && self.is_small(&[before, node, after], cloud)
     }
 
     /// The nodes from the start of an edge to the end of another one that is not far along the boundary, if all between may go.

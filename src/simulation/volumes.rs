@@ -75,8 +75,8 @@ fn keep_pressures<const D: usize>(rests: &mut [f64], past: &Past<'_, D>, positio
 fn gone<const D: usize>(past: &Past<'_, D>, same: &[Option<Same>]) -> f64 {
     let mut is_gone = vec![true; past.potential.len()];
     same.iter().flatten().for_each(|same| is_gone[same.element.index()] = false);
-    let old = (0..).map(ElementId).zip(&is_gone).filter(|(_, is_gone)| **is_gone);
-    old.map(|(old, _)| past.rest(old) * past.shares.get(old.index()).unwrap_or(&1.0)).sum()
+    let old = (0..).map(ElementId).zip(&past.shares).zip(is_gone).filter(|(_, is_gone)| *is_gone);
+    old.map(|((old, share), _)| past.rest(old) * share).sum()
 }
 
 /// The part of an old element at rest that is in a new one. Where pressure is that of a patch, its elements hand on what they would
