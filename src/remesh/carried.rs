@@ -45,8 +45,6 @@ pub struct Transferred<const D: usize> {
     pub same: Vec<Option<Same>>,
     /// What the other new elements are made of, in their order.
     pub sources: Vec<Source>,
-    /// What was laid down on some of them because nothing lay over it.
-    pub laid: Vec<Source>,
     /// What was lost on the way.
     pub defects: Defects<D>,
 }

@@ -34,9 +34,8 @@ impl Chain<'_> {
     pub fn unknot(&mut self, cloud: &mut Cloud, cut: &mut Cuttings) -> Result<(), RemeshError> {
         for _ in 0..KNOTS {
             let Some([first, second]) = crossing(&self.edges, self.old.position) else { return Ok(()) };
-            // A tip of what flows that is pushed through an edge goes in and comes out: all of it is in the longest loop.
-            let beside = self.crossed_beside([first, second]).filter(|_| !self.rests);
-            let pairs = std::iter::once([first, second]).chain(beside);
+            // A tip that is pushed through an edge goes in and comes out: all of it is in the longest loop.
+            let pairs = std::iter::once([first, second]).chain(self.crossed_beside([first, second]));
             let knot = pairs.filter_map(|pair| self.knot(pair, cloud)).max_by_key(Vec::len);
             let Some(walk) = knot.or_else(|| self.tip([first, second], cloud)) else {
                 return Err(RemeshError::Crossing { edges: [first, second].map(|e| e.map(|n| NodeId(n as u32))) });
@@ -160,13 +159,12 @@ impl Chain<'_> {
             .then_some((before, after))
     }
 
-    /// Whether a node of what flows is beyond the axis that the boundary comes from or leads to, and little would go with it.
+    /// Whether a node is beyond the axis that the boundary comes from or leads to, and little would go with it.
     fn is_beyond(&self, [before, node, after]: [usize; 3], cloud: &Cloud) -> bool {
         let x = self.old.position;
         let is_axial = |n: usize| self.old.mesh.held[n][0] && x[n][0] == 0.0;
         let is_edge = |one: usize, next: Option<usize>| is_axial(one) && next.is_some_and(is_axial);
-        !self.rests
-            && x[node][0] < 0.0
+        x[node][0] < 0.0
             && (is_edge(before, self.before[before]) || is_edge(after, self.after[after]))
             && self.is_small(&[before, node, after], cloud)
     }

@@ -54,8 +54,6 @@ pub(super) struct Parts<const D: usize> {
     pub all: Vec<Part<D>>,
     /// What they are made of, in their order.
     pub sources: Vec<Source>,
-    /// What was laid down on them because nothing lay over it.
-    pub laid: Vec<Source>,
     /// Old mass that they do not lie over, or twice, kg.
     pub stray_mass: f64,
 }
@@ -98,25 +96,22 @@ impl<const D: usize> Parts<D> {
             part
         });
         let all = all.collect();
-        let mut parts = Self { all, sources, laid: vec![], stray_mass: 0.0 };
+        let mut parts = Self { all, sources, stray_mass: 0.0 };
         if gone.iter().any(Gone::is_uncovered) {
-            parts.lay_down((&gone, &pairing.gone), &Locator::new(&changed));
+            parts.lay_down(&gone, &Locator::new(&changed));
         }
         parts.all.iter_mut().for_each(Part::level);
         parts
     }
 
-    fn lay_down(&mut self, (gone, names): (&[Gone<D>], &[ElementId]), changed: &Locator<'_, D>) {
-        for (gone, old) in gone.iter().zip(names).filter(|(gone, _)| gone.is_uncovered()) {
+    fn lay_down(&mut self, gone: &[Gone<D>], changed: &Locator<'_, D>) {
+        for gone in gone.iter().filter(|gone| gone.is_uncovered()) {
             let mass: f64 = gone.left.iter().sum();
             self.stray_mass += mass.abs();
             let weights = gone.left.map(|left| left / mass);
             if let Some(place) = changed.nearest(&weighed(&gone.cell.corners, &weights)) {
                 let part = &mut self.all[place.cell];
                 part.add_point(mass, &weighed(&gone.velocity, &weights), &place.weights);
-                let whole = gone.heights.iter().sum::<f64>() / (D + 1) as f64;
-                let new = ElementId(part.element as u32);
-                self.laid.push(Source { new, old: *old, mass, part: mass / whole });
             }
         }
     }

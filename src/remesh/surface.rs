@@ -91,10 +91,8 @@ pub(super) fn resample(
     let mut chain = Chain::new(old, rules.rests);
     chain.members.iter().for_each(|&node| cloud.chosen[node] = true);
     let mut cut = Cuttings::default();
-    if !rules.rests {
-        // A pit that a tip beside it is pushed through looks like a needle; what crosses and cannot be cut off may be at one.
-        let _ = chain.unknot(cloud, &mut cut);
-    }
+    // A pit that a tip beside it is pushed through looks like a needle; what crosses and cannot be cut off may be at one.
+    let _ = chain.unknot(cloud, &mut cut);
     (0..WALKS).any(|_| !chain.blunt(cloud, &mut cut));
     chain.unknot(cloud, &mut cut)?;
     if rules.sag > 0.0 {

@@ -84,16 +84,14 @@ pub(super) struct Past<'a, const D: usize> {
     pub potential: &'a Simplices<D>,
     pub old: &'a Birth<D>,
     pub memory: &'a [Memory<D>],
-    /// J of each old element as a part of that of its patch; empty where each is a patch by itself.
+    /// J of each old element as a part of that of its patch.
     pub shares: Vec<f64>,
 }
 
 impl<'a, const D: usize> Past<'a, D> {
     /// With the nodes at these positions.
     pub fn new((potential, old, memory): (&'a Simplices<D>, &'a Birth<D>, &'a [Memory<D>]), x: &[Vector<D>]) -> Self {
-        let apart = potential.patches().largest() < 2 && !potential.remembers();
-        let shares = if apart { vec![] } else { shares(potential, x) };
-        Self { potential, old, memory, shares }
+        Self { potential, old, memory, shares: shares(potential, x) }
     }
 
     /// What an old element remembers.
@@ -149,16 +147,15 @@ pub(super) struct Made<'a, const D: usize> {
     pub elements: &'a [Simplex],
     /// The old element that each is, if it is one.
     pub same: &'a [Option<Same>],
-    /// What the others are made of, in their order, and what was laid down on them because nothing lay over it.
+    /// What the others are made of, in their order.
     pub sources: &'a [Source],
-    pub laid: &'a [Source],
 }
 
 impl<'a, const D: usize> Made<'a, D> {
     /// By an exchange.
     pub fn by(proposal: &'a Proposal<D>, new: &'a Transferred<D>) -> Self {
-        let Transferred { rest, same, sources, laid, .. } = new;
-        Self { position: &proposal.position, elements: &proposal.elements, rest, same, sources, laid }
+        let Transferred { rest, same, sources, .. } = new;
+        Self { position: &proposal.position, elements: &proposal.elements, rest, same, sources }
     }
 }
 
@@ -183,14 +180,13 @@ pub(super) fn inherited<const D: usize>(
         // What stands in the patch that it stood in goes on as it is; of what flows in the plane, whose shots are calibrated so, all
         // takes the J of its patch.
         let goes_on = stays[element.index()] && !(D == 2 && flows);
-        let alone = if goes_on { None } else { past.shares.get(same.element.index()) };
-        let share = alone.copied().unwrap_or(1.0);
+        let share = if goes_on { 1.0 } else { past.shares[same.element.index()] };
         if flows {
             let now = Reference::of(new.position, &new.elements[element.index()]);
-            let made = alone.and_then(|_| Mean::alone(past, position, same.element).again(&now));
+            let made = if goes_on { None } else { Mean::alone(past, position, same.element).again(&now) };
             // What goes on, and what is inside out, of which nothing can be made.
-            let goes_on = || (turned(&past.potential.reference(same.element), same).scaled(share), past.memory(same));
-            let (reference, recalled) = made.unwrap_or_else(goes_on);
+            let as_it_is = || (turned(&past.potential.reference(same.element), same).scaled(share), past.memory(same));
+            let (reference, recalled) = made.unwrap_or_else(as_it_is);
             all.push((element, reference));
             memory[element.index()] = recalled;
             continue;
@@ -409,7 +405,7 @@ pub(super) mod tests {
         };
         let past = Past::new((&simplices, &birth, &memory), &position);
         let same: Vec<_> = (0..n as u32).map(|e| Some(Same { element: ElementId(e), corners: [0, 1, 2, 3] })).collect();
-        let new = Made { position: &position, rest: &rest, elements: &elements, same: &same, sources: &[], laid: &[] };
+        let new = Made { position: &position, rest: &rest, elements: &elements, same: &same, sources: &[] };
         let (references, recalled) = inherited(&past, &position, (&new, &Patches::alone(n))).unwrap();
         let turned: Vec<_> = (0..n).filter(|e| measure(&Reference::of(&position, &elements[*e]).edges) < 0.0).collect();
         assert_eq!(turned.len(), 1);
