@@ -160,6 +160,6 @@ fn an_instance_whose_method_loses_energy_says_so_when_it_ends() {
     assert_eq!(unsafe { fmi2Terminate(host.c) }, OK);
     // A line of log is a format of C.
     let told = host.one_line().replace("%%", "%");
-    assert!(told.starts_with("the method itself has changed the energy by 12 %"), "{told}");
+    assert!(told.starts_with("the method itself has changed the energy by 13 %"), "{told}");
     assert_eq!(summary(&own)["doubt"], told);
 }
