@@ -74,22 +74,31 @@ fn a_density_below_nothing_does_not_stop_a_run() {
     assert!(goes_to_its_end(81).exchanges > 5);
 }
 
-/// What masses were off after an exchange, and what was cut off a wall, was pressed against the bulk modulus: it was 142, 48, 20 and 18 % of
-/// the energy.
+/// What masses were off after an exchange, and what was cut off a wall, was pressed against the bulk modulus: 142, 48, 20 and 19 % of the
+/// energy; 2.6, 3.7, 1.3 and 11.4 % since measures at rest go by volumes. 191 and 194 were stopped by it.
 #[test]
-fn an_exchange_stores_nothing_in_a_stiff_volume() {
-    for seed in [69, 71, 151, 34] {
+fn an_exchange_stores_little_in_a_stiff_volume() {
+    for (seed, most) in [(69, 0.1), (71, 0.05), (151, 0.02), (34, 0.12), (194, 0.1), (191, 0.3)] {
         let defect = goes_to_its_end(seed).defect;
-        assert!(defect.abs() < 0.12, "seed {seed}: {defect}");
+        assert!(defect.abs() < most, "seed {seed}: {defect}");
     }
 }
 
-/// Elements that lay over nothing, and nodes of hardly any mass, were thrown about.
+/// Without the retry from levelled densities a node of hardly any mass was thrown about, and an element inverted.
 #[test]
-fn what_has_hardly_any_mass_does_not_stop_a_run() {
-    for seed in [191, 194] {
-        assert!(goes_to_its_end(seed).exchanges > 5);
-    }
+fn a_light_node_does_not_stop_a_run() {
+    let text = ranges::text(190);
+    let other = text
+        .replace("-6.946056262688682e-1, 0.0, -4.8795056337952474e1", "-0.6944667051436145, 0.0, -48.78529732668488");
+    assert_ne!(other, text);
+    let ride = ride::ride(&other);
+    assert_eq!(ride.stop, None, "{ride:?}");
+}
+
+/// Where it measured at rest what its J asked for, an element that lay over nothing was thrown about.
+#[test]
+fn an_element_that_lies_over_nothing_does_not_stop_a_run() {
+    assert!(goes_to_its_end(178).exchanges > 5);
 }
 
 /// An element was inverted at two of its own ticks before the mesh was old enough to end.

@@ -159,7 +159,8 @@ impl Chain<'_> {
             .then_some((before, after))
     }
 
-    /// Whether a node is beyond the axis that the boundary comes from or leads to, and little would go with it.
+    /// Whether a node is beyond the axis x = 0, where the body is at x ≥ 0, that the boundary comes from or leads to, and little would go
+    /// with it.
     fn is_beyond(&self, [before, node, after]: [usize; 3], cloud: &Cloud) -> bool {
         let x = self.old.position;
         let is_axial = |n: usize| self.old.mesh.held[n][0] && x[n][0] == 0.0;

@@ -45,7 +45,7 @@ pub(super) struct Chain<'a> {
     pub after: Vec<Option<usize>>,
     pub can_go: Vec<bool>,
     /// Whether there is a surface at rest.
-    pub rests: bool,
+    rests: bool,
     /// Where loaded faces end.
     ends: Vec<u8>,
     pub members: Vec<usize>,

@@ -84,7 +84,7 @@ pub(super) struct Past<'a, const D: usize> {
     pub potential: &'a Simplices<D>,
     pub old: &'a Birth<D>,
     pub memory: &'a [Memory<D>],
-    /// J of each old element as a part of that of its patch.
+    /// J of each old element as a part of that of its patch, 1 of one by itself.
     pub shares: Vec<f64>,
 }
 

@@ -304,7 +304,7 @@ fn round_trips<const D: usize>((n, section): (usize, Section), mesher: Mesher<D>
     trips
 }
 
-/// What was measured first: changes and drifts of kinetic and stored energy.
+/// What was measured: changes and drifts of kinetic and stored energy.
 type Measured = [[f64; 2]; 2];
 
 fn check_trips(trips: &Trips, measured: &Measured) {
@@ -323,6 +323,7 @@ fn ten_round_trips_keep_mass_and_momenta_and_lose_what_was_measured() {
     check_trips(&space, &SPACE);
 }
 
-/// A finer mesh has less kinetic energy of the same waves: that is most of the change, and comes back.
+/// A finer mesh has less kinetic energy of the same waves: that is most of the change, and comes back. What does not is what means lose of
+/// the stored energy, 0.025 and 0.064 % each time.
 const PLANE: Measured = [[1.061e-2, 1.104e-3], [1.731e-5, 2.466e-4]];
 const SPACE: Measured = [[4.177e-3, 1.198e-3], [7.247e-5, 6.396e-4]];
