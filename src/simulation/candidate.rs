@@ -110,8 +110,7 @@ const MEASURE_IN_FLOW: f64 = 1e-4;
 /// the sizes do not resolve (`smooth_bodies_of_any_size_and_place_are_cut_out_whole`).
 const FAIR: f64 = 0.1;
 
-/// The mass of a new mesh is that of the old one to this part. Of single elements up to 1e-10 is missed, rounding leaves 2e-14 of all
-/// that a run with a hundred exchanges has.
+/// The mass of a new mesh is that of the old one to this part. Rounding leaves 2e-14 of all that a run with a hundred exchanges has.
 const SAME_MASS: f64 = 1e-12;
 /// A mesh may have so many times the kinetic energy of the old one at most: finer ones hold a few per cent more of short waves.
 const MOST_GAINED: f64 = 1.1;
