@@ -84,17 +84,6 @@ fn an_exchange_stores_little_in_a_stiff_volume() {
     }
 }
 
-/// Without the retry from levelled densities a node of hardly any mass was thrown about, and an element inverted.
-#[test]
-fn a_light_node_does_not_stop_a_run() {
-    let text = ranges::text(190);
-    let other = text
-        .replace("-6.946056262688682e-1, 0.0, -4.8795056337952474e1", "-0.6944667051436145, 0.0, -48.78529732668488");
-    assert_ne!(other, text);
-    let ride = ride::ride(&other);
-    assert_eq!(ride.stop, None, "{ride:?}");
-}
-
 /// Where it measured at rest what its J asked for, an element that lay over nothing was thrown about.
 #[test]
 fn an_element_that_lies_over_nothing_does_not_stop_a_run() {
