@@ -32,7 +32,9 @@ pub(super) fn rests<const D: usize>(past: &Past<'_, D>, position: &[Vector<D>], 
         covered[source.new.index()] += source.part * size(position, &past.old.mesh.elements[source.old.index()]);
     }
     // A ring that an axis goes through may measure anything.
-    rests.iter_mut().filter(|rest| !rest.is_finite()).for_each(|rest| *rest = 0.0);
+    for rest in rests.iter_mut().filter(|rest| !rest.is_finite()) {
+        *rest = 0.0;
+    }
     let mut of_nothing = 0.0;
     for (((rest, covered), nodes), same) in rests.iter_mut().zip(covered).zip(new.elements).zip(new.same) {
         if *rest > 0.0 && covered > 0.0 {
@@ -46,7 +48,9 @@ pub(super) fn rests<const D: usize>(past: &Past<'_, D>, position: &[Vector<D>], 
     if whole > 0.0 {
         let missing = gone(past, new.same) - whole - of_nothing;
         let part = 1.0 + (missing / whole).clamp(-MOST_SPREAD, MOST_SPREAD);
-        rests.iter_mut().for_each(|rest| *rest *= part);
+        for rest in &mut rests {
+            *rest *= part;
+        }
     }
     rests
 }
