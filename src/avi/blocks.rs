@@ -114,7 +114,7 @@ pub(super) struct Front {
     pub gives: bool,
     /// From which limit on and below which one the steps of the block stay as they are, s: of all its nodes.
     calm: (f64, f64),
-    /// The same of each node; none where all groups are of one step.
+    /// The same of each node; none where all groups are of one step and no limit was outside yet.
     calms: Vec<(f64, f64)>,
     /// Where its part begins.
     first: usize,
@@ -238,14 +238,7 @@ impl<const D: usize> Blocks<D> {
         front.calm = (grid.time(most), RAISE_MARGIN * grid.time(least));
         front.calms.clear();
         if least < most {
-            front.calms.resize(all.nodes.len(), (0.0, f64::INFINITY));
-            for group in groups {
-                let step = grid.time(clocks[group].step);
-                self.lanes.nodes(group, |number| {
-                    let calm = &mut front.calms[usize::from(number)];
-                    *calm = (calm.0.max(step), calm.1.min(RAISE_MARGIN * step));
-                });
-            }
+            front.watch((all.nodes.len(), groups, &self.lanes), (clocks, grid), &[]);
         }
     }
 
@@ -317,6 +310,31 @@ pub(super) fn groups_of(block: usize, groups: usize, all: usize) -> Range<usize>
 }
 
 impl Front {
+    /// Finds within which limits each of so many nodes leaves the steps of these groups as they are, s, of limits that are known, s, or infinite. None may
+    /// be below a step. No step is raised as long as one node of the group has a limit below [`RAISE_MARGIN`] steps: of those known the
+    /// least is watched for it, and the others need not be; if there is none, all are.
+    pub fn watch<const D: usize>(
+        &mut self,
+        (n_nodes, groups, lanes): (usize, Range<usize>, &Lanes<D>),
+        (clocks, grid): (&[Clock], TickGrid),
+        limits: &[f64],
+    ) {
+        self.calms.clear();
+        self.calms.resize(n_nodes, (0.0, f64::INFINITY));
+        for group in groups {
+            let step = grid.time(clocks[group].step);
+            let (mut least, raised) = ((f64::INFINITY, 0), RAISE_MARGIN * step);
+            lanes.nodes(group, |number| {
+                let number = usize::from(number);
+                self.calms[number].0 = self.calms[number].0.max(step);
+                let limit = limits.get(number).copied().unwrap_or(f64::INFINITY);
+                least = if limit < least.0 { (limit, number) } else { least };
+            });
+            let mut bound = |number: usize| self.calms[number].1 = self.calms[number].1.min(raised);
+            if least.0 < raised { bound(least.1) } else { lanes.nodes(group, |number| bound(usize::from(number))) }
+        }
+    }
+
     /// At the start of the node phase of a tick.
     pub fn open(&mut self, block: &Block, moment: &Moment) {
         self.gives = block.gives();

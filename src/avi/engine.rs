@@ -54,7 +54,7 @@ pub struct Engine<const D: usize, P> {
     pub(super) blocks: Option<Blocks<D>>,
     pub(super) watch: Watch,
     pub(super) scratch: Scratch<D>,
-    pub(super) pool: Option<Pool>,
+    pub(super) pool: Option<Arc<Pool>>,
     pub(super) queue: Queue,
     /// Least and greatest step of any group, ticks.
     pub(super) steps: (Tick, Tick),
@@ -206,7 +206,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Lets elements and nodes be shared by these threads; results do not depend on it.
     #[must_use]
-    pub fn with_pool(mut self, pool: Option<Pool>) -> Self {
+    pub fn with_pool(mut self, pool: Option<Arc<Pool>>) -> Self {
         self.pool = pool;
         self
     }

@@ -210,7 +210,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let Some(mut blocks) = self.blocks.take() else { return 0.0 };
         let (moment, n) = (self.moment(tick), blocks.groups);
         let books = (self.state.clocks.as_mut_slice(), self.scratch.answers.as_slice());
-        let settled = blocks.settle((self.grid, moment), books, self.pool.as_ref());
+        let settled = blocks.settle((self.grid, moment), books, self.pool.as_deref());
         self.state.ledger.energy.lose(&settled.spent);
         let record = &mut self.state.record;
         for report in blocks.all.iter().filter_map(|block| block.report) {

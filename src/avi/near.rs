@@ -4,6 +4,7 @@ use super::blocks::Due;
 use super::engine::Engine;
 use super::gel::SurfaceNode;
 use super::impact::STRETCH;
+use super::watch::Watch;
 use crate::algebra::{Vector3, embed};
 use crate::contact::{Body, BodyState};
 use crate::element::Potential;
@@ -31,22 +32,26 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     fn find_reached(&mut self, reach: f64) {
-        let (gel, watch, reached) = (&self.gel, &self.watch, &mut self.scratch.reached);
-        let mut see = |surface: u32| {
-            let size = gel.surface.nodes[surface as usize].size;
+        let (gel, watch, reached) = (&self.gel, &mut self.watch, &mut self.scratch.reached);
+        let size = |surface: u32| gel.surface.nodes[surface as usize].size;
+        let is_seen = |watch: &Watch, surface: u32| {
+            let size = size(surface);
             let meets = watch.may_be_within(surface, size.max(reach));
-            if meets || (watch.may_be_within(surface, STRETCH * size) && watch.may_touch_facets(surface)) {
-                reached.push(surface);
-            }
+            meets || (watch.may_be_within(surface, STRETCH * size) && watch.may_touch_facets(surface))
         };
         let Some(blocks) = &self.blocks else {
-            self.scratch.active.list.iter().filter_map(|a| gel.surface.of[*a as usize]).for_each(&mut see);
+            let active = self.scratch.active.list.iter().filter_map(|a| gel.surface.of[*a as usize]);
+            reached.extend(active.filter(|surface| is_seen(watch, *surface)));
             reached.sort_unstable();
             return;
         };
-        for block in blocks.all.iter().filter(|block| block.due != Due::Nothing) {
-            let fires = |number: &u16| block.due == Due::All || block.touched.binary_search(number).is_ok();
-            block.surface.iter().filter(|(number, _)| fires(number)).for_each(|(_, surface)| see(*surface));
+        for (run, block) in blocks.all.iter().enumerate().filter(|(_, block)| block.due != Due::Nothing) {
+            if watch.may_be_near(run, reach) {
+                let fires = |number: &u16| block.due == Due::All || block.touched.binary_search(number).is_ok();
+                let due = block.surface.iter().filter(|(number, _)| fires(number)).map(|(_, surface)| *surface);
+                reached.extend(due.filter(|surface| is_seen(watch, *surface)));
+                watch.note_run(run, block.surface.iter().map(|(_, surface)| (*surface, STRETCH * size(*surface))));
+            }
         }
         reached.sort_unstable();
         reached.dedup();

@@ -13,7 +13,7 @@ use crate::state::Tick;
 /// Nodes whose sums are taken together (numerics A9).
 const RUN: usize = 1024;
 /// Active nodes from which on all nodes are gone through, in runs that threads can share, instead of a list.
-const MANY: usize = 4096;
+const MANY: usize = 1024;
 
 /// Which nodes are active at a tick.
 #[derive(Debug, Default)]
@@ -255,7 +255,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let (active, mut total) = (&scratch.active, NodeSums::default());
         let each = |a: usize, node: Node<'_, D>, sums: &mut NodeSums| work(a, node, &blocks, sums);
         if many {
-            share(self.pool.as_ref(), all, |runs: Runs<'_, D>| runs.go(active, each));
+            share(self.pool.as_deref(), all, |runs: Runs<'_, D>| runs.go(active, each));
             total = scratch.sums.iter().fold(total, NodeSums::and);
         } else {
             active.list.iter().for_each(|a| each(*a as usize, all.node(*a as usize), &mut total));

@@ -1,6 +1,6 @@
 //! Which step a patch takes: the assembled nodal rule, the ratchet, and contact (numerics 1.3, 1.4, A7, A8).
 
-use super::blocks::{Block, Due};
+use super::blocks::{Block, Due, Front};
 use super::engine::Engine;
 use super::order::Order;
 use super::{Gel, Kind, StepError};
@@ -114,11 +114,20 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             // Of a block that stands still the groups that do not fire are not looked at.
             let waits = block.restless && block.due == Due::Some && !front.gives;
             block.restless = self.restless_groups((tick, i), &limits, groups) || waits;
+            if !block.restless {
+                self.watch_few(front, (i, block.nodes.len()), &limits);
+            }
         }
         self.scratch.limits = limits;
         if let Some(blocks) = &mut self.blocks {
             (blocks.all, blocks.fronts) = (all, fronts);
         }
+    }
+
+    /// Which limits of a block of so many nodes could change a step, where none does now.
+    fn watch_few(&self, front: &mut Front, (block, n_nodes): (usize, usize), limits: &[f64]) {
+        let Some(blocks) = &self.blocks else { return };
+        front.watch((n_nodes, blocks.groups_of(block), &blocks.lanes), (&self.state.clocks, self.grid), limits);
     }
 
     /// The groups of a block that fire and whose step may change; whether there are any, or one that does not fire counts its calm.

@@ -10,7 +10,7 @@ pub struct Pool {
 impl Pool {
     /// A pool of so many threads, 0 for all cores; `None` where one thread is enough or no thread can be had.
     #[must_use]
-    pub fn new(threads: usize) -> Option<Self> {
+    pub fn new(threads: usize) -> Option<Arc<Self>> {
         let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
         if threads == 1 {
             return None;
@@ -22,7 +22,7 @@ impl Pool {
             kept.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(handle);
             Ok(())
         });
-        Some(Self { pool: Some(builder.build().ok()?), handles })
+        Some(Arc::new(Self { pool: Some(builder.build().ok()?), handles }))
     }
 
     /// How many threads there are.

@@ -260,7 +260,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Its threads, for another engine.
-    pub fn take_pool(&mut self) -> Option<Pool> {
+    pub fn take_pool(&mut self) -> Option<Arc<Pool>> {
         self.pool.take()
     }
 

@@ -63,7 +63,7 @@ impl Cut for Found<'_> {
 const BATCHES: usize = SLOTS / LANES;
 
 /// Elements below which a tick is not shared: some 150 µs of work; a fork and join costs 12.
-pub(super) const SHARED: u64 = 16_384;
+pub(super) const SHARED: u64 = 4_096;
 
 impl<const D: usize> Blocks<D> {
     /// Finds out what fires; the number of elements of the blocks that must be swept.

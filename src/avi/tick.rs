@@ -8,7 +8,7 @@ use super::nodes::NodeSums;
 use super::phase::{Moment, Phase};
 use super::renew::Reached;
 use super::schedule::Kind;
-use super::sweep::{Sweep, fails};
+use super::sweep::{SHARED, Sweep, fails};
 use crate::contact::{BodyState, Exchange};
 use crate::element::Potential;
 use crate::mesh::ElementId;
@@ -30,9 +30,20 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// [`StepError`] when the mesh or the numbers fail.
     pub fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<Reached, StepError> {
         assert_eq!(exchanges.len(), self.bodies.len(), "every body has its exchange");
-        let reached = self.process((t, exchanges));
+        // Forked on the pool, work is not handed over from outside at every tick.
+        let reached = match self.pool.clone().filter(|_| self.is_busy()) {
+            Some(pool) => pool.run(|| self.process((t, exchanges))),
+            None => self.process((t, exchanges)),
+        };
         self.recall();
         reached
+    }
+
+    /// Whether a tick at which everything fires is shared among threads.
+    fn is_busy(&self) -> bool {
+        let Some(blocks) = &self.blocks else { return false };
+        let awake = blocks.all.iter().filter(|block| block.is_awake()).map(|block| block.n_elements).sum::<u64>();
+        awake > SHARED
     }
 
     /// All ticks up to time `t`, s, or until the mesh ends.
@@ -204,7 +215,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let elements = blocks.find_due(&sweep);
         let found = (self.state.stiffness.as_mut_slice(), self.scratch.answers.as_mut_slice());
-        blocks.sweep(&sweep, found, (self.pool.as_ref(), elements));
+        blocks.sweep(&sweep, found, (self.pool.as_deref(), elements));
         self.find_active(tick);
     }
 

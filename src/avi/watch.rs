@@ -16,6 +16,8 @@ pub(super) struct Watch {
     until: Vec<f64>,
     /// What will have been travelled before a facet around a node need be looked at, m.
     clear: Vec<f64>,
+    /// The least of a run of nodes: `until`, and `until` less how far from it facets are looked at, m.
+    runs: Vec<(f64, f64)>,
     /// What anything has travelled, m.
     travelled: f64,
     /// Greatest speed of a node, m/s.
@@ -34,7 +36,8 @@ impl Watch {
         let middle = places().sum::<Vector3>() / surface.nodes.len().max(1) as f64;
         let radius = places().map(|x| (x - middle).norm()).fold(0.0, f64::max);
         let until = vec![f64::NEG_INFINITY; surface.nodes.len()];
-        Self { clear: until.clone(), until, travelled: 0.0, speed, ball: (middle, radius), time, bodies: vec![] }
+        let (clear, runs) = (until.clone(), vec![]);
+        Self { until, clear, runs, travelled: 0.0, speed, ball: (middle, radius), time, bodies: vec![] }
     }
 
     /// Everything moves on to a time at which the bodies are there.
@@ -45,6 +48,7 @@ impl Watch {
         if !known {
             self.until.fill(f64::NEG_INFINITY);
             self.clear.fill(f64::NEG_INFINITY);
+            self.runs.clear();
         }
         self.ball.1 += wandered;
         let moved = self.bodies.iter().zip(bodies).map(|(was, now)| self.displacement(was, now)).fold(0.0, f64::max);
@@ -86,6 +90,23 @@ impl Watch {
         // What is no number must not hide a node.
         let far = self.until[node as usize] - self.travelled > distance;
         !far
+    }
+
+    /// Whether a body may be nearer than `reach` to a node of a run, or so near that facets are looked at; it may, of a run that was
+    /// not noted yet.
+    pub fn may_be_near(&self, run: usize, reach: f64) -> bool {
+        let far = |(until, apart): &(f64, f64)| until - self.travelled > reach && *apart > self.travelled;
+        !self.runs.get(run).is_some_and(far)
+    }
+
+    /// Takes down what is known of the nodes of a run, each with how far from it facets are looked at, m.
+    pub fn note_run(&mut self, run: usize, nodes: impl Iterator<Item = (u32, f64)>) {
+        // What is no number must not hide a run, as least of two numbers it would be lost.
+        let least = |least: f64, it: f64| if it >= least { least } else { it };
+        let of_node = |(node, looks): (u32, f64)| (self.until[node as usize], self.until[node as usize] - looks);
+        let of_run = nodes.map(of_node).fold((f64::INFINITY, f64::INFINITY), |a, b| (least(a.0, b.0), least(a.1, b.1)));
+        self.runs.resize(self.runs.len().max(run + 1), (f64::NEG_INFINITY, f64::NEG_INFINITY));
+        self.runs[run] = of_run;
     }
 
     /// Takes down how far the nearest body was.
