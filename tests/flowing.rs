@@ -86,9 +86,15 @@ fn a_run_is_taken_up_again_after_an_exchange_that_was_refused() {
     let scene = shot(&["scene.end_time=1.2e-4", "remesh.quality=0.5", strength]);
     let mut on = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
     let inputs = on.inputs();
-    let mut states = vec![];
-    for step in 1..=60 {
-        on.step(&inputs, scene.scene.end_time * f64::from(step) / 60.0).unwrap();
+    let (mut states, mut kept) = (vec![], vec![]);
+    for step in 1..=600 {
+        // What an interval without another mesh changes is the doing of the old one, in other patches.
+        let before = (on.renewals().len(), on.refusals().len(), on.observe().energy.remesh);
+        on.step(&inputs, scene.scene.end_time * f64::from(step) / 600.0).unwrap();
+        let energy = on.observe().energy;
+        if on.renewals().len() == before.0 && on.refusals().len() > before.1 {
+            kept.push((energy.remesh - before.2) / energy.initial);
+        }
         // The first state after the old mesh went on, which has flowed already.
         if states.is_empty() && !on.refusals().is_empty() {
             let mut bytes = vec![];
@@ -102,6 +108,8 @@ fn a_run_is_taken_up_again_after_an_exchange_that_was_refused() {
     other.restore(&saved).unwrap();
     other.step(&inputs, scene.scene.end_time).unwrap();
     assert_eq!(other.digest(), on.digest());
+    // Patches that are paired anew must not see how their elements differ: 0.25 and 0.04 % when they did.
+    assert!(!kept.is_empty() && kept.iter().all(|part: &f64| part.abs() < 3e-4), "{kept:?}");
 }
 
 /// The first 18 µs of the calibration shot in space, in a small block.
@@ -116,7 +124,7 @@ const IN_SPACE: [&str; 5] = [
 #[test]
 fn a_shot_that_no_mesh_can_follow_says_why_none_was_taken() {
     // 2.5 times the speed of the wave.
-    let scene = shot(&["projectile.velocity=[0.0,0.0,-1500.0]"]);
+    let scene = shot(&["projectile.velocity=[0.0,0.0,-2000.0]"]);
     let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
     assert_eq!(simulation.diagnosis(), None);
     let failure = simulation.step(&simulation.inputs(), scene.scene.end_time).unwrap_err();

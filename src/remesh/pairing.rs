@@ -13,6 +13,12 @@ pub struct Same {
 }
 
 impl Same {
+    /// An old element, its corners in their order.
+    #[must_use]
+    pub fn in_order(element: ElementId) -> Self {
+        Self { element, corners: [0, 1, 2, 3] }
+    }
+
     /// What belongs to the corners of the old element, in the order of the new one.
     #[must_use]
     pub fn turned<T: Copy>(&self, corners: &[T; 4]) -> [T; 4] {
@@ -55,7 +61,7 @@ impl Pairing {
             let kept = kept(new, nodes)?;
             let ahead = old.elements[next..].iter().take(AHEAD).position(|own| own[..=D] == kept[..=D])?;
             next += ahead + 1;
-            Some(Same { element: ElementId(next as u32 - 1), corners: [0, 1, 2, 3] })
+            Some(Same::in_order(ElementId(next as u32 - 1)))
         };
         let mut same: Vec<Option<Same>> = new.elements.iter().map(&mut in_order).collect();
         let left = Left::of(old, &gone(&same, old.elements.len()));

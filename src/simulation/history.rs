@@ -404,7 +404,7 @@ pub(super) mod tests {
             mesh,
         };
         let past = Past::new((&simplices, &birth, &memory), &position);
-        let same: Vec<_> = (0..n as u32).map(|e| Some(Same { element: ElementId(e), corners: [0, 1, 2, 3] })).collect();
+        let same: Vec<_> = (0..n as u32).map(|e| Some(Same::in_order(ElementId(e)))).collect();
         let new = Made { position: &position, rest: &rest, elements: &elements, same: &same, sources: &[] };
         let (references, recalled) = inherited(&past, &position, (&new, &Patches::alone(n))).unwrap();
         let turned: Vec<_> = (0..n).filter(|e| measure(&Reference::of(&position, &elements[*e]).edges) < 0.0).collect();

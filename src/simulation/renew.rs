@@ -2,6 +2,7 @@
 
 use super::RestoreError;
 use super::candidate::{self, Known, Mesher, Refused, Way, symmetry};
+use super::history::{Made, Past, inherited};
 use super::model::Gelatin;
 use super::observe::Frame;
 use super::recipe::Recipe;
@@ -11,7 +12,7 @@ use crate::algebra::Vector;
 use crate::avi::{NoStep, StepError};
 use crate::element::{Memory, Potential, Simplices};
 use crate::mesh::{ElementId, Mesh, Patches};
-use crate::remesh::{self, Moved, Neighbours};
+use crate::remesh::{self, Moved, Neighbours, Same};
 use crate::state::{Birth, State};
 use std::sync::Arc;
 use std::time::Instant;
@@ -99,12 +100,19 @@ impl<const D: usize> Gelatin<D> {
         self.keep(&old, worn).map_err(|NoStep { step }| StepError::Worn { time, step })
     }
 
-    /// Goes on with the old mesh.
+    /// Goes on with the old mesh, its elements in patches anew, as after an exchange that has made nothing.
     fn keep(&mut self, old: &Birth<D>, (across, shapes): (Neighbours, Vec<f64>)) -> Result<(), NoStep> {
         let state = self.engine.state();
-        let birth = Birth { tick: self.engine.last_tick(), position: state.position.clone(), ..old.clone() };
-        let (memory, velocity) = (state.memory.clone(), state.velocity.clone());
+        let mut birth = Birth { tick: self.engine.last_tick(), position: state.position.clone(), ..old.clone() };
         let patches = self.recipe.patches((&birth.mesh, &birth.position));
+        let past = Past::new((&self.engine.gel().potential, old, &state.memory), &state.position);
+        let Mesh { rest, elements, .. } = &birth.mesh;
+        let same: Vec<_> = (0..elements.len() as u32).map(|element| Some(Same::in_order(ElementId(element)))).collect();
+        let made = Made { position: &birth.position, rest, elements, same: &same, sources: &[] };
+        let (velocity, mut memory) = (state.velocity.clone(), state.memory.clone());
+        if let Some((references, recalled)) = inherited(&past, &state.position, (&made, &patches)) {
+            (birth.references, memory) = (references, recalled);
+        }
         self.go_on(birth, (memory, velocity), Known { patches, shapes, across: Some(across) })
     }
 

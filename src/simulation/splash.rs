@@ -102,7 +102,7 @@ impl<const D: usize> Left<D> {
         let renamed = |node: NodeId| NodeId(number[node.index()].unwrap_or(0));
         let elements: Vec<_> = kept.iter().map(|e| old.mesh.elements[*e].map(renamed)).collect();
         let of_nodes = |all: &[Vector<D>]| nodes.iter().map(|n| all[*n]).collect::<Vec<_>>();
-        let same = |e: &usize| Some(Same { element: ElementId(*e as u32), corners: [0, 1, 2, 3] });
+        let same = |e: &usize| Some(Same::in_order(ElementId(*e as u32)));
         let facets = boundary::<D>(&elements);
         let held = nodes.iter().map(|n| old.mesh.held[*n]).collect();
         let marks = marks_of(old, &facets, &nodes);

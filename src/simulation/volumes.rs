@@ -103,7 +103,7 @@ mod tests {
     fn pressures_stay_alike_and_the_measure_in_all_what_it_was_where_a_surface_is_made_anew() {
         let (simplices, birth, memory) = body(1, (Section::Planar { thickness: 1.0 }, Material::Flowing(gel())));
         let (elements, position) = (&birth.mesh.elements[..2], &birth.position);
-        let same: Vec<_> = (2..4).map(|e| Some(Same { element: ElementId(e), corners: [0, 1, 2, 3] })).collect();
+        let same: Vec<_> = (2..4).map(|e| Some(Same::in_order(ElementId(e)))).collect();
         let same = [vec![None; 2], same].concat();
         let past = Past::new((&simplices, &birth, &memory), position);
         let tip = elements[0][..3].iter().find(|node| !elements[1][..3].contains(node)).unwrap().index();
@@ -142,7 +142,7 @@ mod tests {
             let old: Vec<u32> = (1..n).chain([1]).collect();
             let elements: Vec<_> = old.iter().map(|e| birth.mesh.elements[*e as usize]).collect();
             let stays = |e: u32| e % 7 > 3;
-            let again = |e: &u32| stays(*e).then_some(Same { element: ElementId(*e), corners: [0, 1, 2, 3] });
+            let again = |e: &u32| stays(*e).then_some(Same::in_order(ElementId(*e)));
             let same: Vec<_> = old[..old.len() - 1].iter().map(again).chain([None]).collect();
             let sources: Vec<_> = (1..n).filter(|e| !stays(*e)).map(|e| whole(e, e - 1)).collect();
             let rest = &birth.mesh.rest;
