@@ -194,7 +194,12 @@ fn every_instruction_set_gives_the_same_bits() {
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     for case in in_space() {
-        let digest = |threads| run(fast::<3>(case, 0.0).with_pool(Pool::new(threads)), 0.5).digest();
+        let digest = |threads| {
+            let mut engine = fast::<3>(case, 0.0).with_pool(Pool::new(threads));
+            // The second part is a call that begins in a gel that moves.
+            engine.advance_to(0.2, &mut [Exchange::default()]).expect("a slow ball does not fail");
+            run(engine, 0.5).digest()
+        };
         let one = digest(1);
         assert_eq!([2, 3, 8].map(digest), [one; 3], "{case:?}");
     }

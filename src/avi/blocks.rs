@@ -310,9 +310,10 @@ pub(super) fn groups_of(block: usize, groups: usize, all: usize) -> Range<usize>
 }
 
 impl Front {
-    /// Finds within which limits each of so many nodes leaves the steps of these groups as they are, s, of limits that are known, s, or infinite. None may
-    /// be below a step. No step is raised as long as one node of the group has a limit below [`RAISE_MARGIN`] steps: of those known the
-    /// least is watched for it, and the others need not be; if there is none, all are.
+    /// Finds within which limits each of so many nodes leaves the steps of these groups as they are, s, of limits that are known, s,
+    /// or infinite. A limit below a step shortens it, whichever node has it. No step is raised as long as one node of the group has a
+    /// limit below [`RAISE_MARGIN`] steps: of those known the least is watched for it, and the others need not be; if there is none,
+    /// all are.
     pub fn watch<const D: usize>(
         &mut self,
         (n_nodes, groups, lanes): (usize, Range<usize>, &Lanes<D>),

@@ -236,6 +236,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Does something to every active node; the sums do not depend on the threads.
     fn over_nodes(&mut self, work: impl Fn(usize, Node<'_, D>, &Blocks<D>, &mut NodeSums) + Sync) -> NodeSums {
+        let pool = self.pool.clone().filter(|_| self.is_busy());
         let blocks = self.blocks.take().expect("the fast form has blocks");
         let (state, scratch) = (&mut self.state, &mut self.scratch);
         let many = scratch.active.all || scratch.active.list.len() >= MANY;
@@ -255,7 +256,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let (active, mut total) = (&scratch.active, NodeSums::default());
         let each = |a: usize, node: Node<'_, D>, sums: &mut NodeSums| work(a, node, &blocks, sums);
         if many {
-            share(self.pool.as_deref(), all, |runs: Runs<'_, D>| runs.go(active, each));
+            share(pool.as_deref(), all, |runs: Runs<'_, D>| runs.go(active, each));
             total = scratch.sums.iter().fold(total, NodeSums::and);
         } else {
             active.list.iter().for_each(|a| each(*a as usize, all.node(*a as usize), &mut total));

@@ -31,7 +31,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<Reached, StepError> {
         assert_eq!(exchanges.len(), self.bodies.len(), "every body has its exchange");
         // Forked on the pool, work is not handed over from outside at every tick.
-        let reached = match self.pool.clone().filter(|_| self.is_busy()) {
+        let reached = match self.pool.clone().filter(|_| self.is_busy() && self.has_ticks(t)) {
             Some(pool) => pool.run(|| self.process((t, exchanges))),
             None => self.process((t, exchanges)),
         };
@@ -39,8 +39,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         reached
     }
 
+    /// Whether a group fires up to time `t`, s.
+    fn has_ticks(&self, t: f64) -> bool {
+        let next = self.state.now.and_then(|now| self.next_tick(now));
+        next.is_some_and(|next| next <= self.grid.last_tick(t))
+    }
+
     /// Whether a tick at which everything fires is shared among threads.
-    fn is_busy(&self) -> bool {
+    pub(super) fn is_busy(&self) -> bool {
         let Some(blocks) = &self.blocks else { return false };
         let awake = blocks.all.iter().filter(|block| block.is_awake()).map(|block| block.n_elements).sum::<u64>();
         awake > SHARED

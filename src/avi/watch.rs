@@ -101,8 +101,8 @@ impl Watch {
 
     /// Takes down what is known of the nodes of a run, each with how far from it facets are looked at, m.
     pub fn note_run(&mut self, run: usize, nodes: impl Iterator<Item = (u32, f64)>) {
-        // What is no number must not hide a run, as least of two numbers it would be lost.
-        let least = |least: f64, it: f64| if it >= least { least } else { it };
+        // What is no number must not hide a run; as the least of two numbers it would be lost.
+        let least = |least: f64, it: f64| if least.is_nan() || it >= least { least } else { it };
         let of_node = |(node, looks): (u32, f64)| (self.until[node as usize], self.until[node as usize] - looks);
         let of_run = nodes.map(of_node).fold((f64::INFINITY, f64::INFINITY), |a, b| (least(a.0, b.0), least(a.1, b.1)));
         self.runs.resize(self.runs.len().max(run + 1), (f64::NEG_INFINITY, f64::NEG_INFINITY));

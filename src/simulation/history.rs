@@ -175,11 +175,13 @@ pub(super) fn inherited<const D: usize>(
     let mut memory = vec![Memory::default(); if flows { new.elements.len() } else { 0 }];
     let mut all = vec![];
     let stays = stays(past.potential.patches(), patches, new.same);
+    // The old mesh itself, where no other was taken.
+    let is_kept = new.sources.is_empty() && new.elements.len() == past.potential.len();
     let again = (0..).map(ElementId).zip(new.same).filter_map(|(element, same)| Some((element, (*same)?)));
     for (element, same) in again {
         // What stands in the patch that it stood in goes on as it is; of what flows in the plane, whose shots are calibrated so, all
-        // takes the J of its patch.
-        let goes_on = stays[element.index()] && !(D == 2 && flows);
+        // takes the J of its patch at an exchange.
+        let goes_on = stays[element.index()] && (is_kept || !(D == 2 && flows));
         let share = if goes_on { 1.0 } else { past.shares[same.element.index()] };
         if flows {
             let now = Reference::of(new.position, &new.elements[element.index()]);
