@@ -116,7 +116,7 @@ const SAME_MASS: f64 = 1e-12;
 const MOST_GAINED: f64 = 1.1;
 /// A node is light with less than this part of an even share of what its elements weigh. One of a seventh in front of the nose of
 /// `bullet-yaw` was thrown at twice the bullet's speed, and its step fell to a thousandth; of 15 runs of random scenes in the plane and in
-/// space (49, 162, 178, 190, 191 and two speeds beside each) three stopped without this, and none with it.
+/// space (49, 162, 178, 190, 191 and two speeds beside each) three stopped without this, and none with it; one, with other last digits.
 const LIGHT: f64 = 0.25;
 /// No better than this need a mesh in the plane be, if the old one was: a needle of 10°.
 const WORN: f64 = 0.3;

@@ -8,7 +8,7 @@ use crate::remesh::{Same, Source};
 
 /// By which part an element may measure more or less at rest than the old ones under it, to have their J: what goes beyond changes J. Over
 /// nothing it has less mass than it has stiffness, and would be thrown about: of 15 runs of random scenes (49, 162, 178, 190, 191 and two
-/// speeds beside each) five stopped without a limit, and none with it.
+/// speeds beside each) five stopped without a limit, and none with it; one, with other last digits.
 const MOST_GROWN: f64 = 0.1;
 /// The part by which what an exchange makes anew is compressed or let out at most, so that the measure at rest is in all what it was: what
 /// goes beyond is lost. Where few elements are made anew and a loop was cut off beside them, a tenth was a blow: a scene drawn at random
