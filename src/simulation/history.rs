@@ -149,13 +149,15 @@ pub(super) struct Made<'a, const D: usize> {
     pub same: &'a [Option<Same>],
     /// What the others are made of, in their order.
     pub sources: &'a [Source],
+    /// Whether it is the old mesh itself, where no other was taken: what stands in its patch goes on as it is.
+    pub is_kept: bool,
 }
 
 impl<'a, const D: usize> Made<'a, D> {
     /// By an exchange.
     pub fn by(proposal: &'a Proposal<D>, new: &'a Transferred<D>) -> Self {
         let Transferred { rest, same, sources, .. } = new;
-        Self { position: &proposal.position, elements: &proposal.elements, rest, same, sources }
+        Self { position: &proposal.position, elements: &proposal.elements, rest, same, sources, is_kept: false }
     }
 }
 
@@ -175,13 +177,11 @@ pub(super) fn inherited<const D: usize>(
     let mut memory = vec![Memory::default(); if flows { new.elements.len() } else { 0 }];
     let mut all = vec![];
     let stays = stays(past.potential.patches(), patches, new.same);
-    // The old mesh itself, where no other was taken.
-    let is_kept = new.sources.is_empty() && new.elements.len() == past.potential.len();
     let again = (0..).map(ElementId).zip(new.same).filter_map(|(element, same)| Some((element, (*same)?)));
     for (element, same) in again {
         // What stands in the patch that it stood in goes on as it is; of what flows in the plane, whose shots are calibrated so, all
         // takes the J of its patch at an exchange.
-        let goes_on = stays[element.index()] && (is_kept || !(D == 2 && flows));
+        let goes_on = stays[element.index()] && (new.is_kept || !(D == 2 && flows));
         let share = if goes_on { 1.0 } else { past.shares[same.element.index()] };
         if flows {
             let now = Reference::of(new.position, &new.elements[element.index()]);
@@ -407,7 +407,8 @@ pub(super) mod tests {
         };
         let past = Past::new((&simplices, &birth, &memory), &position);
         let same: Vec<_> = (0..n as u32).map(|e| Some(Same::in_order(ElementId(e)))).collect();
-        let new = Made { position: &position, rest: &rest, elements: &elements, same: &same, sources: &[] };
+        let new =
+            Made { position: &position, rest: &rest, elements: &elements, same: &same, sources: &[], is_kept: false };
         let (references, recalled) = inherited(&past, &position, (&new, &Patches::alone(n))).unwrap();
         let turned: Vec<_> = (0..n).filter(|e| measure(&Reference::of(&position, &elements[*e]).edges) < 0.0).collect();
         assert_eq!(turned.len(), 1);

@@ -108,7 +108,7 @@ impl<const D: usize> Gelatin<D> {
         let past = Past::new((&self.engine.gel().potential, old, &state.memory), &state.position);
         let Mesh { rest, elements, .. } = &birth.mesh;
         let same: Vec<_> = (0..elements.len() as u32).map(|element| Some(Same::in_order(ElementId(element)))).collect();
-        let made = Made { position: &birth.position, rest, elements, same: &same, sources: &[] };
+        let made = Made { position: &birth.position, rest, elements, same: &same, sources: &[], is_kept: true };
         let (velocity, mut memory) = (state.velocity.clone(), state.memory.clone());
         if let Some((references, recalled)) = inherited(&past, &state.position, (&made, &patches)) {
             (birth.references, memory) = (references, recalled);

@@ -43,7 +43,7 @@ impl<const D: usize> Gelatin<D> {
         let known = self.known(&birth.mesh, &birth.position);
         let past = Past::new((&self.engine.gel().potential, &old, &state.memory), &state.position);
         let Birth { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
-        let made = Made { position, rest, elements, same: &same, sources: &[] };
+        let made = Made { position, rest, elements, same: &same, sources: &[], is_kept: false };
         let Some((references, memory)) = inherited(&past, &state.position, (&made, &known.patches)) else {
             return Ok(());
         };

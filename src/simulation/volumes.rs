@@ -114,7 +114,7 @@ mod tests {
             now[tip] += (position[tip] - foot) * pulled;
             let (rest, sources) = (&birth.mesh.rest, [whole(0, 0), whole(1, 1)]);
             let elements = &birth.mesh.elements;
-            let new = Made { position: &now, rest, elements, same: &same, sources: &sources };
+            let new = Made { position: &now, rest, elements, same: &same, sources: &sources, is_kept: false };
             let rests = rests(&past, position, &new);
             let [first, second] = [0, 1].map(|e| Reference::of(&now, &elements[e]).size(false) / rests[e]);
             // As far as it may grow, and all may be spread.
@@ -146,7 +146,7 @@ mod tests {
             let same: Vec<_> = old[..old.len() - 1].iter().map(again).chain([None]).collect();
             let sources: Vec<_> = (1..n).filter(|e| !stays(*e)).map(|e| whole(e, e - 1)).collect();
             let rest = &birth.mesh.rest;
-            let new = Made { position, rest, elements: &elements, same: &same, sources: &sources };
+            let new = Made { position, rest, elements: &elements, same: &same, sources: &sources, is_kept: false };
             let made: f64 = rests(&past, position, &new).iter().sum();
             let handed = |e: u32| past.rest(ElementId(e)) * past.shares[e as usize];
             let kept: f64 = (1..n).filter(|e| stays(*e)).map(handed).sum();
