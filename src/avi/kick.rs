@@ -5,6 +5,7 @@ use super::engine::Engine;
 use super::impact::Touch;
 use super::nodes::NodeSums;
 use super::pace::Change;
+use super::phase::Phase;
 use super::settle::settle;
 use crate::algebra::{Vector, Vector3, embed, restrict};
 use crate::contact::{Freedom, Law, Motion};
@@ -64,11 +65,13 @@ pub(super) struct Carrier<const D: usize> {
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// What is left of the kicks of the fast form after its nodes were kicked, then the pressures and the contact solve; Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
     pub(super) fn kick_fast(&mut self, tick: Tick, sums: &NodeSums) -> f64 {
+        let begun = (self.phase == Phase::First).then(|| self.begin(tick));
+        let sums = begun.as_ref().unwrap_or(sums);
         sums.taken.post(&mut self.state.ledger);
         sums.damped.post(&mut self.state.ledger);
         let all = self.scratch.active.all;
         self.watch.speed = sums.fastest.sqrt().max(if all { 0.0 } else { self.watch.speed });
-        let mended = self.mend_kicks();
+        let mended = if begun.is_some() { 0.0 } else { self.mend_kicks() };
         self.find_carriers();
         self.press(tick);
         if let Law::Moreau { restitution, friction, .. } = self.rules.law {
@@ -77,8 +80,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         sums.work + mended + self.settle_carriers(tick)
     }
 
+    /// The kicks with which a mesh begins: its first sweep found the steps, with one more every group takes half of its own.
+    fn begin(&mut self, tick: Tick) -> NodeSums {
+        self.answer(tick);
+        self.stiffen();
+        self.advance_nodes(tick)
+    }
+
     /// The kicks of groups whose step has changed: half of the step behind and half of that ahead, where a sweep has taken all
-    /// of the step behind, or nothing at the start.
+    /// of the step behind.
     fn mend_kicks(&mut self) -> f64 {
         let mut answers = std::mem::take(&mut self.scratch.reference.elements);
         let mut work = 0.0;

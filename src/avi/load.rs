@@ -195,7 +195,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Adds what pressures make of it to the stiffness of the elements that fire. Those of a block that stands still were not swept:
     /// they have what their last sweep found instead of what pressures made of it then, so that it is the same as if they had been
     /// swept now, as after a restart.
-    fn stiffen(&mut self) {
+    pub(super) fn stiffen(&mut self) {
         let stiffness = &mut self.state.stiffness;
         if let Some(blocks) = &mut self.blocks {
             for stiffer in &self.scratch.stiffer {

@@ -58,11 +58,15 @@ impl Moment {
     }
 
     /// The length of the kick that a sweep takes, ticks: all of the step behind, mended where that ahead is another one. A group
-    /// that ends had half of its planned step already.
+    /// that begins takes half of its step as soon as it has one, a group that ends had half of its planned step already.
     #[inline]
     pub fn taken(&self, step: Tick) -> f64 {
-        let behind = self.behind(step) as f64;
-        if self.phase == Phase::Last { behind - 0.5 * self.planned(step) as f64 } else { behind }
+        match self.phase {
+            Phase::First if step == 0 => 0.0,
+            Phase::First => 0.5 * self.ahead(step) as f64,
+            Phase::Between => self.behind(step) as f64,
+            Phase::Last => self.behind(step) as f64 - 0.5 * self.planned(step) as f64,
+        }
     }
 
     /// The part of a kick that belongs to the step ahead.
@@ -101,6 +105,7 @@ mod tests {
         // A mesh from 12 to 27; a group of 8 fires at 12, 16, 24 and 27.
         let first = at(12, Phase::First);
         assert_eq!((first.fires(8), first.behind(0), first.ahead(8)), (true, 0, 4));
+        assert_eq!((first.taken(0), first.taken(8)), (0.0, 2.0));
         let second = at(16, Phase::Between);
         assert_eq!((second.fires(8), second.behind(8), second.ahead(8)), (true, 4, 8));
         let third = at(24, Phase::Between);
@@ -109,13 +114,13 @@ mod tests {
         assert!(end.fires(8) && !at(27, Phase::Between).fires(8));
         assert_eq!((end.behind(8), end.ahead(8), end.taken(8)), (3, 0, -1.0));
         let halves = |moment: &Moment| 0.5 * (moment.taken(8) + moment.ahead(8) as f64);
-        let kicks = 0.5 * first.ahead(8) as f64 + halves(&second) + halves(&third) + end.taken(8);
+        let kicks = first.taken(8) + halves(&second) + halves(&third) + end.taken(8);
         assert_eq!(kicks, 15.0);
     }
 
     #[test]
     fn a_mesh_that_ends_in_its_first_steps_has_what_has_passed() {
         let (first, end) = (at(12, Phase::First), at(14, Phase::Last));
-        assert_eq!(0.5 * first.ahead(8) as f64 + end.taken(8), 2.0);
+        assert_eq!(first.taken(8) + end.taken(8), 2.0);
     }
 }
