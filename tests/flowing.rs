@@ -152,6 +152,16 @@ fn a_gel_that_flows_in_space_keeps_its_books_over_exchanges_and_its_bits_on_more
 }
 
 #[test]
+fn no_element_of_a_mesh_weighs_less_than_nothing() {
+    // One did after 105 µs: 4 µs later a node had no other elements beside it, no mesh was taken, and the old one was turned inside out.
+    let changes = ["mesh.size=0.55e-3", "remesh.smallest=0.275e-3", "remesh.growth=0.25", "scene.end_time=1.2e-4"];
+    let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
+    let scene = scene::read(&scene::resolve(scene::builtin("fbi-bb").unwrap(), &changes).unwrap()).unwrap();
+    let done = run(&scene, 1, 1);
+    assert!(done.observe().cost.remeshes > 16 && done.refusals().is_empty(), "{:?}", done.refusals());
+}
+
+#[test]
 fn a_ball_is_not_pushed_on_by_what_is_made_inside_of_it() {
     let later = ["scene.end_time=3e-5"];
     let changes: Vec<Override> = IN_SPACE[1..].iter().chain(&later).map(|change| change.parse().unwrap()).collect();

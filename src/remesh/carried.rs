@@ -106,14 +106,19 @@ pub fn nodal_masses<const D: usize>(n_nodes: usize, elements: &[Simplex], corner
     mass
 }
 
-/// The least mass of a node of a changed element, as a part of an even share of what its elements weigh.
+/// The least mass of a node of a changed element, as a part of an even share of what its elements weigh; 0 if a changed element weighs
+/// nothing or less: its nodes have the mass of others around them then, and none as soon as those are gone.
 #[must_use]
 pub fn lightest<const D: usize>(elements: &[Simplex], new: &Transferred<D>) -> f64 {
     let even = |own: &[f64; 4]| [own[..=D].iter().sum::<f64>() / (D + 1) as f64; 4];
     let even: Vec<[f64; 4]> = new.corner_mass.iter().map(even).collect();
     let shares = nodal_masses::<D>(new.mass.len(), elements, &even);
-    let changed = elements.iter().zip(&new.same).filter(|(_, same)| same.is_none()).flat_map(|(e, _)| &e[..=D]);
-    changed.map(|node| new.mass[node.index()] / shares[node.index()]).fold(f64::INFINITY, f64::min)
+    let changed = elements.iter().zip(&even).zip(&new.same).filter(|(_, same)| same.is_none()).map(|(own, _)| own);
+    let least = |nodes: &Simplex| {
+        let parts = nodes[..=D].iter().map(|node| new.mass[node.index()] / shares[node.index()]);
+        parts.fold(f64::INFINITY, f64::min)
+    };
+    changed.map(|(nodes, even)| if even[0] > 0.0 { least(nodes) } else { 0.0 }).fold(f64::INFINITY, f64::min)
 }
 
 /// The density at the corners of an element times its measure, kg, from its corner masses: h_a = (D + 1)[(D + 2)σ_a − Σσ]; 0

@@ -289,3 +289,16 @@ fn a_node_has_an_even_share_of_a_uniform_body_and_less_in_a_corner_without_densi
     let after = transfer(&body.moved(), &body.carried(), &new);
     assert!(lightest(&new.elements, &after) < 0.9);
 }
+
+#[test]
+fn an_element_that_weighs_less_than_nothing_is_light_though_its_nodes_are_not() {
+    let mut random = Random::new(14);
+    let body = body([3, 3, 3], &mut random);
+    let (_, new, mut after) = remeshed(&body, [4, 3, 3], &mut random);
+    let (nodes, mass) = (new.elements[0], after.mass.clone());
+    for (corner, node) in after.corner_mass[0].iter_mut().zip(&nodes) {
+        // Others around the node have what this one owes.
+        *corner = -0.01 * mass[node.index()];
+    }
+    assert_eq!(lightest(&new.elements, &after), 0.0);
+}
