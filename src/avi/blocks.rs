@@ -4,6 +4,7 @@
 //! gathers from the blocks around it in their order. So no thread writes where another one reads, and no bit depends on
 //! who came first.
 
+use super::nodes::RUN;
 use super::order::Order;
 use super::pace::RAISE_MARGIN;
 use super::phase::Moment;
@@ -375,6 +376,13 @@ impl Block {
         let surface = nodes.iter().enumerate().filter_map(on_surface).collect();
         let n_elements = elements().count() as u64;
         Self { surface, n_elements, awake: AtomicBool::new(true), restless: true, nodes, ..Self::default() }
+    }
+
+    /// The runs in which its nodes are.
+    pub fn runs(&self) -> Vec<u32> {
+        let mut runs: Vec<u32> = self.nodes.iter().map(|node| (node.index() / RUN) as u32).collect();
+        runs.dedup();
+        runs
     }
 
     /// Whether some node of it has moved or moves.

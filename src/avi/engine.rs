@@ -1,6 +1,7 @@
 //! The engine: a gel and rigid bodies in time, what is stored and what is derived from it.
 
-use super::blocks::Blocks;
+use super::blocks::{Block, Blocks};
+use super::nodes::RUN;
 use super::order::Order;
 use super::phase::Phase;
 use super::renew::{Ends, Passage};
@@ -150,7 +151,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let scratch = Scratch::new(state.position.len(), gel.surface.nodes.len(), order.n_groups());
         let gel = Arc::new(gel);
-        let watch = Watch::new(&gel.surface, (0.0, 0.0), |node| embed(&state.position[node]));
+        let watch = Watch::new(&gel.surface, (0.0, vec![], vec![]), |node| embed(&state.position[node]));
         let start = start.unwrap_or_else(|| Start::of(&gel, &bodies, &state));
         let mut engine = Self {
             blocks: blocks(&gel, &order, &rules),
@@ -314,11 +315,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             blocks.restart((&state.clocks, self.grid), moves);
             blocks.remember(&self.order, &state.memory);
         }
-        let fastest = state.velocity.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max);
-        let (speed, now) = (fastest.sqrt(), self.grid.time(state.now.unwrap_or(self.origin)));
+        let speed = |run: &[Vector<D>]| run.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max).sqrt();
+        let speeds: Vec<f64> = state.velocity.chunks(RUN).map(speed).collect();
+        let all = || vec![(0..speeds.len() as u32).collect()];
+        let parts = self.blocks.as_ref().map_or_else(all, |blocks| blocks.all.iter().map(Block::runs).collect());
+        let now = self.grid.time(state.now.unwrap_or(self.origin));
         self.find_last();
         let place = |node: usize| embed(&self.position_at(NodeId(node as u32), now));
-        self.watch = Watch::new(&self.gel.surface, (speed, now), place);
+        self.watch = Watch::new(&self.gel.surface, (now, speeds, parts), place);
         self.placed = false;
         self.find_steps();
     }

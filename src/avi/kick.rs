@@ -69,8 +69,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let sums = begun.as_ref().unwrap_or(sums);
         sums.taken.post(&mut self.state.ledger);
         sums.damped.post(&mut self.state.ledger);
-        let all = self.scratch.active.all;
-        self.watch.speed = sums.fastest.sqrt().max(if all { 0.0 } else { self.watch.speed });
+        self.note_speeds();
         let mended = if begun.is_some() { 0.0 } else { self.mend_kicks() };
         self.find_carriers();
         self.press(tick);
@@ -151,16 +150,19 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         work
     }
 
-    /// The speeds of the active nodes of the reference form.
+    /// The speeds of the active nodes: run by run where the fast form has gone through all runs.
     pub(super) fn note_speeds(&mut self) {
-        for i in 0..self.scratch.active.list.len() {
+        let (all, runs) = (self.scratch.active.all, self.scratch.sums.iter().map(|sums| sums.fastest.sqrt()));
+        self.watch.note_speeds(all, runs);
+        let listed = if self.scratch.sums.is_empty() { self.scratch.active.list.len() } else { 0 };
+        for i in 0..listed {
             self.note_speed(self.scratch.active.list[i] as usize);
         }
     }
 
     fn note_speed(&mut self, node: usize) {
         let velocity = self.state.velocity[node];
-        self.watch.speed = self.watch.speed.max(velocity.norm());
+        self.watch.note_speed(node, velocity.norm());
         if let Some(blocks) = self.blocks.as_ref().filter(|_| velocity != Vector::<D>::zeros()) {
             blocks.wake(node);
         }

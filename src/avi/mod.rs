@@ -27,6 +27,7 @@ mod settle;
 mod sweep;
 mod tick;
 mod watch;
+mod wear;
 mod work;
 
 pub use engine::{Engine, NoStep, Rules};
@@ -35,7 +36,8 @@ pub use gel::{Gel, Surface, SurfaceNode};
 pub use grid::TickGrid;
 pub use load::{Loaded, Loads, Pressure};
 pub use pool::Pool;
-pub use renew::{Reached, Wear};
+pub use renew::Reached;
 pub use report::{Energies, Totals};
 pub use schedule::Kind;
+pub use wear::Wear;
 pub use work::Run;

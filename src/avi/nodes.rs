@@ -11,7 +11,7 @@ use crate::element::Potential;
 use crate::state::Tick;
 
 /// Nodes whose sums are taken together (numerics A9).
-const RUN: usize = 1024;
+pub(super) const RUN: usize = 1024;
 /// Active nodes from which on all nodes are gone through, in runs that threads can share, instead of a list.
 const MANY: usize = 1024;
 

@@ -3,29 +3,21 @@
 use super::engine::{Engine, NoStep, Start};
 use super::pace::nodal_limit;
 use super::phase::Phase;
+use super::wear::Wear;
 use super::{Gel, Kind, Pool, StepError, TickGrid};
 use crate::algebra::Vector;
 use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Memory, Potential};
 use crate::ledger::Ledger;
-use crate::mesh::{ElementId, NodeId, Simplex, is_worse};
-use crate::state::{Birth, Clock, Record, Tick};
+use crate::mesh::NodeId;
+use crate::state::{Birth, Record, Tick};
 use std::sync::Arc;
-
-/// When a mesh is worn: as soon as one of its elements is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Wear {
-    /// Which shape of each element, 1 being the best, is too bad.
-    pub quality: Vec<f64>,
-    /// To which measure, [`Potential::measure`], each may be compressed.
-    pub least: Vec<f64>,
-}
 
 /// What ends a mesh.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Ends {
     /// When it is worn; `None` if it never is.
-    wear: Option<Wear>,
+    pub wear: Option<Wear>,
     /// Ticks at or after which it ends whether it is worn or not, ascending.
     at: Vec<Tick>,
 }
@@ -39,11 +31,8 @@ pub enum Reached {
     Worn,
 }
 
-/// A mesh lasts at least so many of its finest steps (A12); where it wears out fast, to this part of what is allowed, so many.
-const SHORTEST_LIFE: (Tick, Tick) = (50, 4);
-const HALF_WORN: f64 = 0.7;
-/// So many at least where a facet is stretched over a body: at a sharp corner no mesh helps.
-const STRETCHED_LIFE: Tick = 200;
+/// A mesh lasts at least so many of its finest steps (A12).
+const SHORTEST_LIFE: Tick = 4;
 
 /// What goes on from one mesh to the next.
 pub(super) struct Passage<const D: usize> {
@@ -111,20 +100,20 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Whether the mesh ends at this tick: at once if it is worn, but on time only where all steps end, so that none is cut short.
-    pub(super) fn is_over(&self, tick: Tick) -> bool {
+    pub(super) fn is_over(&mut self, tick: Tick) -> bool {
         if self.state.now.is_none() || self.rules.schedule == Kind::Queue {
             return false;
         }
         let age = (tick - self.origin) / self.steps.0;
         let is_due = || self.next_exchange().is_some_and(|due| due <= tick);
         let is_whole = self.rules.schedule.fires(self.steps.1, tick);
-        age >= SHORTEST_LIFE.1 && (is_whole && is_due() || self.is_worn(tick, age) || self.has_collapsed(tick))
+        age >= SHORTEST_LIFE && (is_whole && is_due() || self.is_worn(tick, age) || self.has_collapsed(tick))
     }
 
     /// Whether a step of less than a tick ends the mesh, not the run: not if the mesh is so young that the next one would fare no
     /// better, by the finest step that it began with.
     pub(super) fn can_collapse(&self, tick: Tick) -> bool {
-        self.can_wear() && (tick - self.origin) as f64 >= SHORTEST_LIFE.1 as f64 * self.first.0
+        self.can_wear() && (tick - self.origin) as f64 >= SHORTEST_LIFE as f64 * self.first.0
     }
 
     /// Whether the stable step of a group is shorter than a tick, by the stiffness that its nodes had at their last ticks: before a tick,
@@ -148,33 +137,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn finest_groups(&self) -> impl Iterator<Item = usize> + '_ {
         let least = if self.steps.0 == 1 { self.state.clocks.as_slice() } else { &[] };
         least.iter().enumerate().filter(|(_, clock)| clock.step == 1).map(|(group, _)| group)
-    }
-
-    /// Whether the mesh is worn at this tick, so many finest steps old.
-    fn is_worn(&self, tick: Tick, age: Tick) -> bool {
-        let Some(wear) = &self.ends.wear else { return false };
-        if self.state.record.stretched && age >= STRETCHED_LIFE {
-            return true;
-        }
-        let part = if age < SHORTEST_LIFE.0 { HALF_WORN } else { 1.0 };
-        let time = self.grid.time(tick);
-        // What is at rest where it was made is not worn.
-        let moves =
-            |group: usize| self.blocks.as_ref().is_none_or(|blocks| blocks.all[group / blocks.groups].is_awake());
-        let fires = |clock: &Clock| self.rules.schedule.fires(clock.step, tick);
-        let groups = self.state.clocks.iter().enumerate().filter(|(group, clock)| fires(clock) && moves(*group));
-        let mut elements = groups.flat_map(|(group, _)| self.order.elements(self.order.slots(group)));
-        elements.any(|element| self.is_element_worn(element, time, (wear, part)))
-    }
-
-    fn is_element_worn(&self, element: ElementId, time: f64, (wear, part): (&Wear, f64)) -> bool {
-        let simplex: Simplex = [0, 1, 2, 3].map(NodeId);
-        let mut now = [Vector::<D>::zeros(); 4];
-        for (corner, node) in now.iter_mut().zip(self.gel.potential.nodes(element)) {
-            *corner = self.position_at(*node, time);
-        }
-        self.gel.potential.measure(&now) < part * wear.least[element.index()]
-            || is_worse(&now, &simplex, part * wear.quality[element.index()])
     }
 
     /// The last tick of this mesh: every group fires, its kick that of half of the step behind, and what stands on a body is held

@@ -3,9 +3,10 @@
 //! The distance of a point to a body changes by no more than point and body move. When a node was looked at, its distance was
 //! known; all that anything has travelled since is added up once for all nodes, and a node is looked at again only when that
 //! could have brought a body near. What is not looked at is proved to be out of reach, so no result depends on the clocks.
-//! So it is with the facets around a node.
+//! So it is with the facets around a node, and with the shapes of elements: none wears out before its nodes have gone some way.
 
 use super::gel::Surface;
+use super::nodes::RUN;
 use crate::algebra::Vector3;
 use crate::contact::{Body, BodyState};
 
@@ -18,10 +19,14 @@ pub(super) struct Watch {
     clear: Vec<f64>,
     /// The least of a run of nodes: `until`, and `until` less how far from it facets are looked at, m.
     runs: Vec<(f64, f64)>,
+    /// What nodes will have wandered before an element of a group can be worn, m; of all groups, or of none yet.
+    pub wear: Vec<f64>,
     /// What anything has travelled, m.
     travelled: f64,
-    /// Greatest speed of a node, m/s.
-    pub speed: f64,
+    /// Greatest speed of a run of nodes, m/s.
+    speeds: Vec<f64>,
+    /// Parts of the mesh: in which runs their nodes are, and what any of these has wandered at most, m.
+    parts: Vec<(Vec<u32>, f64)>,
     /// A ball around the surface: where, and its radius with all that nodes have travelled, m.
     ball: (Vector3, f64),
     /// When that was known, s, and where the bodies were.
@@ -30,19 +35,29 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// Of a surface with its nodes at these places at a time, no node faster than `speed`, nothing else known yet.
-    pub fn new(surface: &Surface, (speed, time): (f64, f64), place: impl Fn(usize) -> Vector3) -> Self {
+    /// Of a surface with its nodes at these places at a time, of a mesh with the nodes of its parts in these runs, whose greatest speeds
+    /// are known, and nothing else yet.
+    pub fn new(
+        surface: &Surface,
+        (time, speeds, parts): (f64, Vec<f64>, Vec<Vec<u32>>),
+        place: impl Fn(usize) -> Vector3,
+    ) -> Self {
         let places = || surface.nodes.iter().map(|at| place(at.node.index()));
         let middle = places().sum::<Vector3>() / surface.nodes.len().max(1) as f64;
         let radius = places().map(|x| (x - middle).norm()).fold(0.0, f64::max);
         let until = vec![f64::NEG_INFINITY; surface.nodes.len()];
-        let (clear, runs) = (until.clone(), vec![]);
-        Self { until, clear, runs, travelled: 0.0, speed, ball: (middle, radius), time, bodies: vec![] }
+        let (clear, runs, wear, bodies) = (until.clone(), vec![], vec![], vec![]);
+        let (travelled, ball, parts) = (0.0, (middle, radius), parts.into_iter().map(|runs| (runs, 0.0)).collect());
+        Self { until, clear, runs, wear, travelled, speeds, parts, ball, time, bodies }
     }
 
     /// Everything moves on to a time at which the bodies are there.
     pub fn go_on(&mut self, time: f64, bodies: &[BodyState]) {
-        let wandered = self.speed * (time - self.time).max(0.0);
+        let passed = (time - self.time).max(0.0);
+        let wandered = self.speed() * passed;
+        for (runs, wandered) in &mut self.parts {
+            *wandered += fastest(runs, &self.speeds) * passed;
+        }
         let known = self.bodies.len() == bodies.len()
             && self.bodies.iter().zip(bodies).all(|(was, now)| was.active || !now.active);
         if !known {
@@ -56,6 +71,35 @@ impl Watch {
         self.time = time;
         self.bodies.clear();
         self.bodies.extend_from_slice(bodies);
+    }
+
+    /// Greatest speed of a node, m/s.
+    pub fn speed(&self) -> f64 {
+        self.speeds.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// A node is as fast as that, m/s.
+    pub fn note_speed(&mut self, node: usize, speed: f64) {
+        let run = &mut self.speeds[node / RUN];
+        *run = run.max(speed);
+    }
+
+    /// So fast is the fastest of each run that has moved on, m/s: of all its nodes, or of some.
+    pub fn note_speeds(&mut self, of_all: bool, speeds: impl Iterator<Item = f64>) {
+        for (run, speed) in self.speeds.iter_mut().zip(speeds) {
+            *run = speed.max(if of_all { 0.0 } else { *run });
+        }
+    }
+
+    /// Parts of the mesh.
+    pub fn parts(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// What any node of a part has wandered at most up to a time that is not before the last one, m.
+    pub fn wandered(&self, part: usize, time: f64) -> f64 {
+        let (runs, wandered) = &self.parts[part];
+        wandered + fastest(runs, &self.speeds) * (time - self.time).max(0.0)
     }
 
     /// How far a point of the body near the surface can have come, m: |R − R′| ≤ 2 |q − q′| for rotations.
@@ -81,7 +125,7 @@ impl Watch {
             at.velocity.norm() + body.angular_velocity(at).norm() * self.arm(at) + growth + pull * horizon
         };
         let active = bodies.iter().zip(&self.bodies).filter(|(_, at)| at.active);
-        (active.map(approach).fold(0.0, f64::max) + self.speed) * horizon
+        (active.map(approach).fold(0.0, f64::max) + self.speed()) * horizon
     }
 
     /// Whether a body may be nearer to a node than this.
@@ -157,4 +201,9 @@ impl Watch {
         let straight = at.velocity.norm() * h + 0.5 * pull * h * h;
         straight + body.inverse_inertia.norm() * turning * h * (self.arm(at) + straight) + grown
     }
+}
+
+/// Greatest speed of these runs, m/s.
+fn fastest(runs: &[u32], speeds: &[f64]) -> f64 {
+    runs.iter().map(|run| speeds[*run as usize]).fold(0.0, f64::max)
 }

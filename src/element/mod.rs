@@ -133,6 +133,10 @@ pub trait Potential<const D: usize>: Send + Sync {
     fn measure(&self, _corners: &[Vector<D>; MAX_NODES]) -> f64 {
         1.0
     }
+    /// Whether that is so of them.
+    fn measures_rings(&self) -> bool {
+        false
+    }
     /// What all elements answer at these positions, but for their forces: what [`Self::evaluate`] gives, with its bits.
     fn measure_all(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
         let mut measured = Measured::of(self.len(), self.patches().len());

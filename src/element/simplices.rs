@@ -129,19 +129,11 @@ impl<const D: usize> Simplices<D> {
     /// [`Potential::measure`] of an element at rest.
     #[must_use]
     pub fn rest_measure(&self, element: ElementId) -> f64 {
-        match self.own_reference(element) {
-            Some(own) => self.measured((&own.edges, || own.radius)),
-            None => self.measured_of(&self.rest, &self.elements[element.index()]),
-        }
+        self.measured(&self.reference(element))
     }
 
-    fn measured_of(&self, x: &[Vector<D>], nodes: &Simplex) -> f64 {
-        self.measured((&edges(x, nodes), || Reference::of(x, nodes).radius))
-    }
-
-    fn measured(&self, (edges, radius): (&Tensor<D>, impl Fn() -> f64)) -> f64 {
-        let ring = self.remembers() && self.section == Section::Axisymmetric;
-        det(edges) * if ring { radius() } else { 1.0 }
+    fn measured(&self, at: &Reference<D>) -> f64 {
+        det(&at.edges) * if self.measures_rings() { at.radius } else { 1.0 }
     }
 
     /// Whether the nodes of an element say what it is at rest.
@@ -382,7 +374,11 @@ impl<const D: usize> Potential<D> for Simplices<D> {
     }
 
     fn measure(&self, corners: &[Vector<D>; MAX_NODES]) -> f64 {
-        self.measured_of(corners, &[0, 1, 2, 3].map(NodeId))
+        self.measured(&Reference::of(corners, &[0, 1, 2, 3].map(NodeId)))
+    }
+
+    fn measures_rings(&self) -> bool {
+        self.remembers() && self.section == Section::Axisymmetric
     }
 
     fn rest(&self) -> &[Vector<D>] {

@@ -72,6 +72,31 @@ fn is_clearly_better<const D: usize>(x: &[Vector<D>], simplex: &Simplex, than: f
     15_552.0 * volume * volume.abs() > (cube + CLOSE * cube.abs()) * (squares * squares * squares)
 }
 
+/// How far each node of a simplex may go, m, before its quality can be less than `than`, or its measure less than the part `least` of what
+/// it is now: of a ring, with its mean radius in it, at `radius`, else infinitely far out. Nothing of one that is inverted.
+///
+/// With S² = Σ l² of n sides, where nodes go δ, S grows by 2√n δ at most, and the measure falls by S √3/2 δ, the sum of the sides, in the
+/// plane and by S²/(6√3) δ, that of the faces, in space. Of the S that there may be at the end of the leeway, a twentieth of it at most, both
+/// are straight lines in δ, and what a quality asks for, c S^D, is below its chord.
+#[must_use]
+pub fn leeway<const D: usize>(x: &[Vector<D>], simplex: &Simplex, (than, least): (f64, f64), radius: f64) -> f64 {
+    /// So far at most, in S, and so much less for rounding.
+    const FARTHEST: f64 = 0.05;
+    const SAFE: f64 = 0.999;
+    let (squares, measure) = extent(x, simplex);
+    if measure <= 0.0 {
+        return 0.0;
+    }
+    let (span, growth) = (squares.sqrt(), 2.0 * ((D * (D + 1) / 2) as f64).sqrt());
+    let widest = span * (1.0 + FARTHEST * growth);
+    let powers = |span: f64| if D == 2 { (span, span * span) } else { (span * span, span * span * span) };
+    let fall = powers(widest).0 * if D == 2 { 0.75_f64.sqrt() } else { 1.0 / 108.0_f64.sqrt() };
+    let asked = if D == 2 { than / 48.0_f64.sqrt() } else { (than / 12.0) * (than / 12.0).sqrt() / 3.0 };
+    let shaped = (measure - asked * powers(span).1) / (fall + asked * growth * D as f64 * powers(widest).0);
+    let filled = (1.0 - least) / (fall / measure + 1.0 / radius);
+    SAFE * shaped.min(filled).min(FARTHEST * span).max(0.0)
+}
+
 /// Σ l² and area or volume of a simplex.
 fn extent<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> (f64, f64) {
     let pairs = (0..=D).flat_map(|i| (0..i).map(move |j| (i, j)));
@@ -97,6 +122,57 @@ fn outward<const D: usize>(corners: &[Vector3; 4], i: usize) -> Vector3 {
 mod tests {
     use super::*;
     use crate::mesh::NodeId;
+
+    /// A simplex of these random corners, upright, as wide as a face, each node moved by `way` in a random direction.
+    fn moved<const D: usize>(x: &[Vector<D>], way: f64, random: &mut impl FnMut() -> f64) -> Vec<Vector<D>> {
+        let step = |x: &Vector<D>| {
+            let direction = Vector::<D>::from_fn(|_, _| random());
+            x + direction * (way / direction.norm())
+        };
+        x.iter().map(step).collect()
+    }
+
+    fn check_leeway<const D: usize>() {
+        let ids = [0, 1, 2, 3].map(NodeId);
+        let mut seed = 0.37;
+        let mut random = || {
+            seed = (seed * 9301.0 + 0.492_97) % 1.0;
+            2.0 * seed - 1.0
+        };
+        let (mut n, mut tightest) = (0, f64::INFINITY);
+        for _ in 0..2000 {
+            let out = Vector::<D>::ith(0, 3.0);
+            let x: Vec<Vector<D>> = (0..=D).map(|_| Vector::<D>::from_fn(|_, _| random()) + out).collect();
+            let (quality, measure) = (shape_quality(&x, &ids), super::super::signed_volume(&x, &ids));
+            if quality <= 0.02 {
+                continue;
+            }
+            let radius = |x: &[Vector<D>]| x.iter().map(|x| x[0]).sum::<f64>() / (D + 1) as f64;
+            let (than, least) = (quality * (0.5 + 0.5 * random().abs()), random().abs());
+            let way = leeway(&x, &ids, (than, least), radius(&x));
+            assert!(way > 0.0 && way.is_finite());
+            for _ in 0..40 {
+                let there = moved(&x, way, &mut random);
+                let ring = |x: &[Vector<D>]| super::super::signed_volume(x, &ids) * radius(x);
+                assert!(!is_worse(&there, &ids, than) && ring(&there) >= least * measure * radius(&x));
+                let left = (shape_quality(&there, &ids) - than) / (quality - than);
+                tightest = tightest.min(left.min((ring(&there) / (measure * radius(&x)) - least) / (1.0 - least)));
+            }
+            n += 1;
+        }
+        assert!(n > 300 && tightest < 0.5, "{n} simplices, {tightest} of what there was is left at least");
+    }
+
+    #[test]
+    fn nodes_that_stay_within_their_leeway_wear_nothing() {
+        check_leeway::<2>();
+        check_leeway::<3>();
+        let ids = [0, 1, 2, 3].map(NodeId);
+        let half = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Vector::<2>::from);
+        let turned = [half[0], half[2], half[1]];
+        assert_eq!(leeway(&turned, &ids, (0.0, 0.5), f64::INFINITY), 0.0);
+        assert_eq!(leeway(&half, &ids, (0.9, 0.5), f64::INFINITY), 0.0);
+    }
 
     #[test]
     fn least_angles_of_known_simplices() {
