@@ -22,6 +22,8 @@ const ABOUT_THE_AXIS: [(&str, &Keys); 3] = [
 pub fn study() {
     head();
     row("fbi-bb-3d", "in space, as it comes: R/3.6, growth 0.25", &[]);
+    let finer = [("mesh.size", "0.43e-3"), ("remesh.smallest", "0.215e-3"), ("remesh.thinnest", "0.15e-3")];
+    row("fbi-bb-3d", "in space, R/5, growth 0.25", &finer);
     for (name, keys) in ABOUT_THE_AXIS {
         row("fbi-bb", name, keys);
     }

@@ -123,7 +123,7 @@ mod tests {
     use super::*;
     use crate::mesh::NodeId;
 
-    /// A simplex of these random corners, upright, as wide as a face, each node moved by `way` in a random direction.
+    /// These places, each moved by `way` in a random direction.
     fn moved<const D: usize>(x: &[Vector<D>], way: f64, random: &mut impl FnMut() -> f64) -> Vec<Vector<D>> {
         let step = |x: &Vector<D>| {
             let direction = Vector::<D>::from_fn(|_, _| random());
@@ -139,9 +139,9 @@ mod tests {
             seed = (seed * 9301.0 + 0.492_97) % 1.0;
             2.0 * seed - 1.0
         };
-        let (mut n, mut tightest) = (0, f64::INFINITY);
+        let mut n = 0;
         for _ in 0..2000 {
-            let out = Vector::<D>::ith(0, 3.0);
+            let out = Vector::<D>::from_fn(|axis, _| if axis == 0 { 3.0 } else { 0.0 });
             let x: Vec<Vector<D>> = (0..=D).map(|_| Vector::<D>::from_fn(|_, _| random()) + out).collect();
             let (quality, measure) = (shape_quality(&x, &ids), super::super::signed_volume(&x, &ids));
             if quality <= 0.02 {
@@ -155,12 +155,10 @@ mod tests {
                 let there = moved(&x, way, &mut random);
                 let ring = |x: &[Vector<D>]| super::super::signed_volume(x, &ids) * radius(x);
                 assert!(!is_worse(&there, &ids, than) && ring(&there) >= least * measure * radius(&x));
-                let left = (shape_quality(&there, &ids) - than) / (quality - than);
-                tightest = tightest.min(left.min((ring(&there) / (measure * radius(&x)) - least) / (1.0 - least)));
             }
             n += 1;
         }
-        assert!(n > 300 && tightest < 0.5, "{n} simplices, {tightest} of what there was is left at least");
+        assert!(n > 300, "{n} simplices");
     }
 
     #[test]
@@ -168,6 +166,13 @@ mod tests {
         check_leeway::<2>();
         check_leeway::<3>();
         let ids = [0, 1, 2, 3].map(NodeId);
+        let regular = [[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]].map(Vector::<3>::from);
+        let way = leeway(&regular, &ids, (0.0, 0.5), f64::INFINITY);
+        let shrunk = |way: f64| super::super::signed_volume(&regular.map(|x| x * (1.0 - way / x.norm())), &ids) * 0.375;
+        assert!(
+            shrunk(way) > 0.5 && shrunk(2.5 * way) < 0.5,
+            "less than half of what there is is lost on the safe side"
+        );
         let half = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Vector::<2>::from);
         let turned = [half[0], half[2], half[1]];
         assert_eq!(leeway(&turned, &ids, (0.0, 0.5), f64::INFINITY), 0.0);
