@@ -205,6 +205,22 @@ fn no_bit_depends_on_communication_steps_or_threads() {
     }
 }
 
+/// How far elements are from being worn is forgotten at a restart: to know it may spare work, and no bit may depend on it.
+#[test]
+fn a_restart_at_every_step_ends_every_mesh_where_it_ends_without() {
+    let shot = changed("fbi-bb", &["scene.end_time=6e-5", "mesh.size=0.54e-3", "remesh.smallest=0.27e-3"]);
+    for scene in [changed("ball-square", &SQUARE), changed("sphere-block", &SOLID), shot] {
+        let mut again = simulation(&scene, 1);
+        for step in 1..=300 {
+            let saved = again.save();
+            again.restore(&saved).expect("its own state");
+            advance(&mut again, scene.scene.end_time * f64::from(step) / 300.0);
+        }
+        assert!(again.observe().cost.remeshes > 1);
+        assert_eq!(again.digest(), run(&scene, (1, 1)).digest());
+    }
+}
+
 #[test]
 fn a_run_is_taken_up_again_on_the_mesh_that_it_had() {
     taken_up_again(&changed("ball-square", &SQUARE));

@@ -1,6 +1,6 @@
 //! The engine: a gel and rigid bodies in time, what is stored and what is derived from it.
 
-use super::blocks::{Block, Blocks};
+use super::blocks::Blocks;
 use super::nodes::RUN;
 use super::order::Order;
 use super::phase::Phase;
@@ -151,7 +151,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let scratch = Scratch::new(state.position.len(), gel.surface.nodes.len(), order.n_groups());
         let gel = Arc::new(gel);
-        let watch = Watch::new(&gel.surface, (0.0, vec![], vec![]), |node| embed(&state.position[node]));
+        let watch = Watch::new(&gel.surface, (0.0, vec![]), |node| embed(&state.position[node]));
         let start = start.unwrap_or_else(|| Start::of(&gel, &bodies, &state));
         let mut engine = Self {
             blocks: blocks(&gel, &order, &rules),
@@ -184,6 +184,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     #[must_use]
     pub fn by_reference(mut self) -> Self {
         self.blocks = None;
+        self.scratch.sums.clear();
+        self.derive();
         self
     }
 
@@ -302,7 +304,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         Ok(())
     }
 
-    /// Finds what is derived from the state: events, the last ticks of the nodes, what is awake, the greatest speed.
+    /// Finds what is derived from the state: events, the last ticks of the nodes, what is awake, the greatest speeds.
     fn derive(&mut self) {
         let state = &self.state;
         let queued = self.rules.schedule == Kind::Queue && state.now.is_some();
@@ -317,13 +319,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
         let speed = |run: &[Vector<D>]| run.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max).sqrt();
         let speeds: Vec<f64> = state.velocity.chunks(RUN).map(speed).collect();
-        let all = || vec![(0..speeds.len() as u32).collect()];
-        let parts = self.blocks.as_ref().map_or_else(all, |blocks| blocks.all.iter().map(Block::runs).collect());
         let now = self.grid.time(state.now.unwrap_or(self.origin));
         self.find_last();
         let place = |node: usize| embed(&self.position_at(NodeId(node as u32), now));
-        self.watch = Watch::new(&self.gel.surface, (now, speeds, parts), place);
+        self.watch = Watch::new(&self.gel.surface, (now, speeds), place);
         self.placed = false;
+        self.divide();
         self.find_steps();
     }
 

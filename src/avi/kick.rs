@@ -155,8 +155,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let (all, runs) = (self.scratch.active.all, self.scratch.sums.iter().map(|sums| sums.fastest.sqrt()));
         self.watch.note_speeds(all, runs);
         let listed = if self.scratch.sums.is_empty() { self.scratch.active.list.len() } else { 0 };
-        for i in 0..listed {
-            self.note_speed(self.scratch.active.list[i] as usize);
+        for node in self.scratch.active.list[..listed].iter().map(|node| *node as usize) {
+            self.watch.note_speed(node, self.state.velocity[node].norm());
         }
     }
 

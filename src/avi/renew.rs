@@ -81,6 +81,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// From when on the mesh is worn, if ever. A queue never is.
     pub fn set_wear(&mut self, wear: Option<Wear>) {
         self.ends.wear = wear;
+        self.divide();
     }
 
     /// Whether the mesh can be worn at all.
@@ -244,7 +245,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let mut new = Self::assemble((gel, self.rules), bodies, nodes, passage)?;
         new.ends.clone_from(&self.ends);
-        new.blocks = new.blocks.take().filter(|_| self.blocks.is_some());
+        if self.blocks.is_none() {
+            new = new.by_reference();
+        }
         if let (Some(new), Some(old)) = (&mut new.blocks, &self.blocks) {
             (new.level, new.never_rest) = (old.level, old.never_rest);
         }

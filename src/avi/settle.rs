@@ -1,7 +1,7 @@
 //! What the groups that fire leave in their clocks, and the residuals of their steps (numerics A6).
 
 use super::blocks::{Block, Blocks};
-use super::phase::Moment;
+use super::phase::{Moment, Phase};
 use super::pool::{Cut, share};
 use super::sweep::{SHARED, split};
 use super::{Pool, TickGrid};
@@ -59,9 +59,11 @@ impl<const D: usize> Blocks<D> {
         let updates = self.all.iter().filter_map(|block| block.report).map(|report| report.updates).sum::<u64>();
         let pool = pool.filter(|_| updates > SHARED);
         let ahead = |clock: &Clock| grid.time(moment.ahead(clock.step));
+        // What is at rest where a mesh begins was swept once, and not once more.
+        let answered = |block: &Block| block.report.is_some() || moment.phase == Phase::First;
         share(pool, Books { blocks: &mut self.all, clocks, answers, groups: self.groups }, |books| {
             let of_blocks = books.clocks.chunks_mut(books.groups).zip(books.answers.chunks(books.groups));
-            let swept = books.blocks.iter_mut().zip(of_blocks).filter(|(block, _)| block.report.is_some());
+            let swept = books.blocks.iter_mut().zip(of_blocks).filter(|(block, _)| answered(block));
             for (block, (clocks, answers)) in swept {
                 block.settled = Settled::default();
                 for (clock, answer) in clocks.iter_mut().zip(answers).filter(|(clock, _)| moment.fires(clock.step)) {
@@ -70,7 +72,7 @@ impl<const D: usize> Blocks<D> {
                 }
             }
         });
-        let swept = self.all.iter().filter(|block| block.report.is_some());
+        let swept = self.all.iter().filter(|block| answered(block));
         swept.fold(Settled::default(), |sum, block| sum.and(&block.settled))
     }
 }

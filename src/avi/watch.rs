@@ -10,7 +10,7 @@ use super::nodes::RUN;
 use crate::algebra::Vector3;
 use crate::contact::{Body, BodyState};
 
-/// The gap clocks of one surface.
+/// The gap clocks of one surface, and of the elements of its mesh.
 #[derive(Debug)]
 pub(super) struct Watch {
     /// Distance to the nearest body when a node was looked at last, and what had been travelled then, m.
@@ -19,13 +19,13 @@ pub(super) struct Watch {
     clear: Vec<f64>,
     /// The least of a run of nodes: `until`, and `until` less how far from it facets are looked at, m.
     runs: Vec<(f64, f64)>,
-    /// What nodes will have wandered before an element of a group can be worn, m; of all groups, or of none yet.
-    pub wear: Vec<f64>,
+    /// What the nodes of its part will have wandered before an element of a group can be worn, m.
+    sound: Vec<f64>,
     /// What anything has travelled, m.
     travelled: f64,
     /// Greatest speed of a run of nodes, m/s.
     speeds: Vec<f64>,
-    /// Parts of the mesh: in which runs their nodes are, and what any of these has wandered at most, m.
+    /// Parts of the mesh, if it can be worn: in which runs their nodes are, and what any of these has wandered at most, m.
     parts: Vec<(Vec<u32>, f64)>,
     /// A ball around the surface: where, and its radius with all that nodes have travelled, m.
     ball: (Vector3, f64),
@@ -35,20 +35,21 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// Of a surface with its nodes at these places at a time, of a mesh with the nodes of its parts in these runs, whose greatest speeds
-    /// are known, and nothing else yet.
-    pub fn new(
-        surface: &Surface,
-        (time, speeds, parts): (f64, Vec<f64>, Vec<Vec<u32>>),
-        place: impl Fn(usize) -> Vector3,
-    ) -> Self {
+    /// Of a surface with its nodes at these places at a time, no run of nodes of the mesh faster than that, nothing else known yet.
+    pub fn new(surface: &Surface, (time, speeds): (f64, Vec<f64>), place: impl Fn(usize) -> Vector3) -> Self {
         let places = || surface.nodes.iter().map(|at| place(at.node.index()));
         let middle = places().sum::<Vector3>() / surface.nodes.len().max(1) as f64;
         let radius = places().map(|x| (x - middle).norm()).fold(0.0, f64::max);
         let until = vec![f64::NEG_INFINITY; surface.nodes.len()];
-        let (clear, runs, wear, bodies) = (until.clone(), vec![], vec![], vec![]);
-        let (travelled, ball, parts) = (0.0, (middle, radius), parts.into_iter().map(|runs| (runs, 0.0)).collect());
-        Self { until, clear, runs, wear, travelled, speeds, parts, ball, time, bodies }
+        let (clear, runs, sound, parts, bodies) = (until.clone(), vec![], vec![], vec![], vec![]);
+        Self { until, clear, runs, sound, travelled: 0.0, speeds, parts, ball: (middle, radius), time, bodies }
+    }
+
+    /// Has parts of a mesh of so many groups, with their nodes in these runs, wander by themselves; how sound it is is not known yet.
+    pub fn divide(&mut self, parts: impl Iterator<Item = Vec<u32>>, n_groups: usize) {
+        self.parts = parts.map(|runs| (runs, 0.0)).collect();
+        self.sound.clear();
+        self.sound.resize(if self.parts.is_empty() { 0 } else { n_groups }, f64::NEG_INFINITY);
     }
 
     /// Everything moves on to a time at which the bodies are there.
@@ -100,6 +101,18 @@ impl Watch {
     pub fn wandered(&self, part: usize, time: f64) -> f64 {
         let (runs, wandered) = &self.parts[part];
         wandered + fastest(runs, &self.speeds) * (time - self.time).max(0.0)
+    }
+
+    /// Whether an element of a group may be worn where the nodes of its part have wandered so far, m.
+    pub fn may_be_worn(&self, group: usize, wandered: f64) -> bool {
+        // What is no number must not hide a group.
+        let far = self.sound[group] > wandered;
+        !far
+    }
+
+    /// Takes down what the nodes of its part will have wandered before an element of a group can be worn, m.
+    pub fn note_sound(&mut self, group: usize, wandered: f64) {
+        self.sound[group] = wandered;
     }
 
     /// How far a point of the body near the surface can have come, m: |R − R′| ≤ 2 |q − q′| for rotations.

@@ -1,6 +1,8 @@
 //! When a mesh is worn, and until when that need not be asked.
 
+use super::blocks::Block;
 use super::engine::Engine;
+use super::nodes::RUN;
 use crate::algebra::Vector;
 use crate::element::{MAX_NODES, Potential};
 use crate::mesh::{NodeId, Simplex, is_worse, leeway};
@@ -33,32 +35,42 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             return true;
         }
         let part = if age < YOUNG { HALF_WORN } else { 1.0 };
-        let mut until = std::mem::take(&mut self.watch.wear);
-        until.resize(self.state.clocks.len(), f64::NEG_INFINITY);
-        let worn = (0..self.watch.parts())
-            .any(|block| self.is_block_worn(block, (self.grid.time(tick), tick), part, &mut until));
-        self.watch.wear = until;
-        worn
+        (0..self.watch.parts()).any(|block| self.is_block_worn(block, (self.grid.time(tick), tick), part))
     }
 
     /// Whether an element of a block that fires, or in the reference form of all that do, is worn to this part of what is allowed.
-    fn is_block_worn(&self, block: usize, (time, tick): (f64, Tick), part: f64, until: &mut [f64]) -> bool {
+    fn is_block_worn(&mut self, block: usize, (time, tick): (f64, Tick), part: f64) -> bool {
+        let schedule = self.rules.schedule;
         let groups = match &self.blocks {
-            // What is at rest where it was made is not worn.
-            Some(blocks) if !blocks.all[block].is_awake() => return false,
-            Some(blocks) => blocks.groups_of(block),
+            Some(blocks) => {
+                let own = &blocks.all[block];
+                // What is at rest where it was made is not worn.
+                if !own.is_awake() || !schedule.fires(own.steps.0, tick) {
+                    return false;
+                }
+                blocks.groups_of(block)
+            }
             None => 0..self.state.clocks.len(),
         };
         let wandered = self.watch.wandered(block, time);
-        let mut fires = groups.filter(|group| self.rules.schedule.fires(self.state.clocks[*group].step, tick));
-        fires.any(|group| {
-            // What is no number must not hide a group.
-            let far = until[group] > wandered;
-            !far && self.leeway(group, time, part).is_none_or(|leeway| {
-                until[group] = wandered + leeway;
-                false
-            })
-        })
+        for group in groups {
+            if schedule.fires(self.state.clocks[group].step, tick) && self.watch.may_be_worn(group, wandered) {
+                let Some(leeway) = self.leeway(group, time, part) else { return true };
+                self.watch.note_sound(group, wandered + leeway);
+            }
+        }
+        false
+    }
+
+    /// Has the blocks of a mesh that can be worn wander by themselves, in the reference form all of it together.
+    pub(super) fn divide(&mut self) {
+        let (wears, n_groups) = (self.can_wear(), self.state.clocks.len());
+        let all = (0..self.state.position.len().div_ceil(RUN) as u32).collect();
+        match &self.blocks {
+            _ if !wears => self.watch.divide(std::iter::empty(), 0),
+            Some(blocks) => self.watch.divide(blocks.all.iter().map(Block::runs), n_groups),
+            None => self.watch.divide(std::iter::once(all), n_groups),
+        }
     }
 
     /// How far nodes may go before an element of a group can be worn, m; `None` if one is worn to this part of what is allowed.
