@@ -245,6 +245,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let mut new = Self::assemble((gel, self.rules), bodies, nodes, passage)?;
         new.ends.clone_from(&self.ends);
+        new.divide();
         if self.blocks.is_none() {
             new = new.by_reference();
         }
