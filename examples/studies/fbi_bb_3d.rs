@@ -2,17 +2,26 @@
 
 use super::fbi_bb::{Keys, head, row};
 
-/// Cells that grow as fast as those of the scene in space, as large, and smaller.
-const ABOUT_THE_AXIS: [(&str, &Keys); 3] = [
+/// Scenes and names of the shots, and what is changed in each: in space, and about the axis on cells that grow as fast.
+const RUNS: [(&str, &str, &Keys); 5] = [
+    ("fbi-bb-3d", "in space, as it comes: R/3.6, growth 0.25", &[]),
     (
+        "fbi-bb-3d",
+        "in space, R/5, growth 0.25",
+        &[("mesh.size", "0.43e-3"), ("remesh.smallest", "0.215e-3"), ("remesh.thinnest", "0.15e-3")],
+    ),
+    (
+        "fbi-bb",
         "about the axis: R/3.6, growth 0.25",
         &[("mesh.size", "0.6e-3"), ("remesh.smallest", "0.3e-3"), ("remesh.growth", "0.25")],
     ),
     (
+        "fbi-bb",
         "about the axis: R/5, growth 0.25",
         &[("mesh.size", "0.43e-3"), ("remesh.smallest", "0.215e-3"), ("remesh.growth", "0.25")],
     ),
     (
+        "fbi-bb",
         "about the axis: R/4, growth 0.25",
         &[("mesh.size", "0.55e-3"), ("remesh.smallest", "0.275e-3"), ("remesh.growth", "0.25")],
     ),
@@ -21,10 +30,5 @@ const ABOUT_THE_AXIS: [(&str, &Keys); 3] = [
 /// The columns of the calibration shot.
 pub fn study() {
     head();
-    row("fbi-bb-3d", "in space, as it comes: R/3.6, growth 0.25", &[]);
-    let finer = [("mesh.size", "0.43e-3"), ("remesh.smallest", "0.215e-3"), ("remesh.thinnest", "0.15e-3")];
-    row("fbi-bb-3d", "in space, R/5, growth 0.25", &finer);
-    for (name, keys) in ABOUT_THE_AXIS {
-        row("fbi-bb", name, keys);
-    }
+    RUNS.into_iter().for_each(|(scene, name, keys)| row(scene, name, keys));
 }

@@ -324,7 +324,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let place = |node: usize| embed(&self.position_at(NodeId(node as u32), now));
         self.watch = Watch::new(&self.gel.surface, (now, speeds), place);
         self.placed = false;
-        self.divide();
         self.find_steps();
     }
 

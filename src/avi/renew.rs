@@ -81,7 +81,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// From when on the mesh is worn, if ever. A queue never is.
     pub fn set_wear(&mut self, wear: Option<Wear>) {
         self.ends.wear = wear;
-        self.divide();
+        self.watch.divide(vec![], 0);
     }
 
     /// Whether the mesh can be worn at all.
@@ -245,7 +245,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let mut new = Self::assemble((gel, self.rules), bodies, nodes, passage)?;
         new.ends.clone_from(&self.ends);
-        new.divide();
         if self.blocks.is_none() {
             new = new.by_reference();
         }

@@ -25,7 +25,7 @@ pub(super) struct Watch {
     travelled: f64,
     /// Greatest speed of a run of nodes, m/s.
     speeds: Vec<f64>,
-    /// Parts of the mesh, if it can be worn: in which runs their nodes are, and what any of these has wandered at most, m.
+    /// Parts of the mesh, once it is asked whether it is worn: in which runs their nodes are, and what any of these has wandered at most, m.
     parts: Vec<(Vec<u32>, f64)>,
     /// A ball around the surface: where, and its radius with all that nodes have travelled, m.
     ball: (Vector3, f64),
@@ -45,11 +45,11 @@ impl Watch {
         Self { until, clear, runs, sound, travelled: 0.0, speeds, parts, ball: (middle, radius), time, bodies }
     }
 
-    /// Has parts of a mesh of so many groups, with their nodes in these runs, wander by themselves; how sound it is is not known yet.
-    pub fn divide(&mut self, parts: impl Iterator<Item = Vec<u32>>, n_groups: usize) {
-        self.parts = parts.map(|runs| (runs, 0.0)).collect();
-        self.sound.clear();
-        self.sound.resize(if self.parts.is_empty() { 0 } else { n_groups }, f64::NEG_INFINITY);
+    /// Has parts of a mesh of so many groups, with their nodes in these runs, wander by themselves from now on; how sound groups are is
+    /// not known yet. Without parts it is forgotten.
+    pub fn divide(&mut self, parts: Vec<Vec<u32>>, n_groups: usize) {
+        self.parts = parts.into_iter().map(|runs| (runs, 0.0)).collect();
+        self.sound = vec![f64::NEG_INFINITY; n_groups];
     }
 
     /// Everything moves on to a time at which the bodies are there.

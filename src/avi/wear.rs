@@ -4,7 +4,7 @@ use super::blocks::Block;
 use super::engine::Engine;
 use super::nodes::RUN;
 use crate::algebra::Vector;
-use crate::element::{MAX_NODES, Potential};
+use crate::element::{MAX_NODES, Potential, Reference};
 use crate::mesh::{NodeId, Simplex, is_worse, leeway};
 use crate::state::Tick;
 
@@ -34,6 +34,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if self.state.record.stretched && age >= STRETCHED_LIFE {
             return true;
         }
+        if self.watch.parts() == 0 {
+            self.divide();
+        }
         let part = if age < YOUNG { HALF_WORN } else { 1.0 };
         (0..self.watch.parts()).any(|block| self.is_block_worn(block, (self.grid.time(tick), tick), part))
     }
@@ -62,15 +65,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         false
     }
 
-    /// Has the blocks of a mesh that can be worn wander by themselves, in the reference form all of it together.
-    pub(super) fn divide(&mut self) {
-        let (wears, n_groups) = (self.can_wear(), self.state.clocks.len());
-        let all = (0..self.state.position.len().div_ceil(RUN) as u32).collect();
-        match &self.blocks {
-            _ if !wears => self.watch.divide(std::iter::empty(), 0),
-            Some(blocks) => self.watch.divide(blocks.all.iter().map(Block::runs), n_groups),
-            None => self.watch.divide(std::iter::once(all), n_groups),
-        }
+    /// Has blocks wander by themselves, in the reference form all of the mesh together.
+    fn divide(&mut self) {
+        let all = || vec![(0..self.state.position.len().div_ceil(RUN) as u32).collect()];
+        let parts = self.blocks.as_ref().map_or_else(all, |blocks| blocks.all.iter().map(Block::runs).collect());
+        self.watch.divide(parts, self.state.clocks.len());
     }
 
     /// How far nodes may go before an element of a group can be worn, m; `None` if one is worn to this part of what is allowed.
@@ -86,8 +85,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 return None;
             }
             let rings = self.gel.potential.measures_rings();
-            let middle = || now[..=D].iter().map(|x| x[0]).sum::<f64>() / (D + 1) as f64;
-            let radius = if rings { middle() } else { f64::INFINITY };
+            let radius = if rings { Reference::of(&now, &CORNERS).radius } else { f64::INFINITY };
             least = least.min(leeway(&now, &CORNERS, (wear.quality[e], wear.least[e] / measure), radius));
         }
         Some(least)

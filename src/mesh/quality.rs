@@ -126,7 +126,7 @@ fn outward<const D: usize>(corners: &[Vector3; 4], i: usize) -> Vector3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::NodeId;
+    use crate::mesh::{NodeId, signed_volume};
 
     /// These places, each moved by `way` to where `value` falls fastest.
     fn moved<const D: usize>(x: &[Vector<D>], way: f64, value: impl Fn(&[Vector<D>]) -> f64) -> Vec<Vector<D>> {
@@ -156,12 +156,12 @@ mod tests {
         for _ in 0..2000 {
             let out = Vector::<D>::from_fn(|axis, _| if axis == 0 { 3.0 } else { 0.0 });
             let x: Vec<Vector<D>> = (0..=D).map(|_| Vector::<D>::from_fn(|_, _| random()) + out).collect();
-            let (quality, measure) = (shape_quality(&x, &ids), super::super::signed_volume(&x, &ids));
+            let (quality, measure) = (shape_quality(&x, &ids), signed_volume(&x, &ids));
             if quality <= 0.02 {
                 continue;
             }
             let radius = |x: &[Vector<D>]| x.iter().map(|x| x[0]).sum::<f64>() / (D + 1) as f64;
-            let ring = |x: &[Vector<D>]| super::super::signed_volume(x, &ids) * radius(x);
+            let ring = |x: &[Vector<D>]| signed_volume(x, &ids) * radius(x);
             let part = 1.0 - 0.2 * random().abs();
             let way = leeway(&x, &ids, (part * quality, 0.0), radius(&x));
             let flattened = moved(&x, way, |x| shape_quality(x, &ids));
@@ -181,7 +181,7 @@ mod tests {
         let ids = [0, 1, 2, 3].map(NodeId);
         let regular = [[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]].map(Vector::<3>::from);
         let way = leeway(&regular, &ids, (0.0, 0.95), f64::INFINITY);
-        let shrunk = |way: f64| super::super::signed_volume(&regular.map(|x| x * (1.0 - way / x.norm())), &ids) * 0.375;
+        let shrunk = |way: f64| signed_volume(&regular.map(|x| x * (1.0 - way / x.norm())), &ids) * 0.375;
         assert!(shrunk(way) > 0.95 && shrunk(1.6 * way) < 0.95, "two thirds of what may be lost are used");
         let half = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Vector::<2>::from);
         let turned = [half[0], half[2], half[1]];
