@@ -1,6 +1,6 @@
 //! Elements of a gel that flows: F = F_e F_p, a return to the strength at every update of their own (numerics A16).
 
-use super::simplex::{Elastic, Element, Placed, Strain};
+use super::simplex::{Elastic, Placed, Strain};
 use super::{Answer, DEPTH, Section, Simplices};
 use crate::algebra::{Tensor, Vector, cube_root, det};
 use crate::material::{Flowing, Material, Returned, Volume, Volumetric};
@@ -87,21 +87,19 @@ impl<const D: usize> Simplices<D> {
         (step, memory, held): (f64, &mut [Memory<D>; DEPTH], &[f64; DEPTH]),
         answers: &mut [Answer<D>; DEPTH],
     ) -> Spent {
-        let strained: [Option<(Element<D>, Strain<D>)>; DEPTH] = std::array::from_fn(|k| {
-            let id = *ids.get(k)?;
-            let element = self.element(id);
-            let strain = self.strain((id, &element), x);
-            Some((element, strain))
-        });
+        let mut strains = [Strain::none(); DEPTH];
         let (mut volume, mut now) = (0.0, 0.0);
-        for (element, strain) in strained.iter().flatten() {
+        for (id, strain) in ids.iter().zip(&mut strains) {
+            let element = self.kept(*id);
+            *strain = self.strain((*id, element), x);
             volume += element.volume;
             now += element.volume * strain.jacobian();
         }
         let shared = if ids.len() > 1 { gel.shared(now / volume) } else { gel.volumetric(now / volume) };
         let mut spent = Spent { energy: volume * shared.energy, ..Spent::default() };
         let remembered = memory.iter_mut().zip(held);
-        for (((element, strain), (memory, held)), answer) in strained.iter().flatten().zip(remembered).zip(answers) {
+        for (((id, strain), (memory, held)), answer) in ids.iter().zip(&strains).zip(remembered).zip(answers) {
+            let element = self.kept(*id);
             let own = gel.own(strain.jacobian());
             let own = if ids.len() > 1 { own } else { Volumetric { energy: 0.0, slope: 0.0, curvature: 0.0 } };
             let flow = Flow { gel, at: Placed::new(element, strain) };
@@ -138,7 +136,7 @@ impl<const D: usize> Simplices<D> {
         let (hoop, j) = (flow.at.hoop(), flow.at.jacobian);
         let (mut spread, mut dilated) = (0.0, 0.0);
         for gradient in flow.at.gradients() {
-            let mut whole = gradient;
+            let mut whole = *gradient;
             whole[0] += hoop;
             spread += gradient.norm_squared() + hoop * hoop;
             dilated += whole.norm_squared();
@@ -212,7 +210,7 @@ impl<const D: usize> Flow<'_, D> {
 
     /// Least height of the element, m.
     fn height(&self) -> f64 {
-        1.0 / self.at.gradients().map(|gradient| gradient.norm_squared()).fold(0.0, f64::max).sqrt()
+        1.0 / self.at.gradients().iter().map(|gradient| gradient.norm_squared()).fold(0.0, f64::max).sqrt()
     }
 
     /// The stiffness without viscosity that would ask for the step that this one, κ, leaves with it.

@@ -89,11 +89,11 @@ impl<const D: usize> Simplices<D> {
         (step, memory): (f64, &mut [Memory<D>]),
         answer: &mut Answer<D>,
     ) -> Spent {
-        let element = self.element(id);
-        let strain = self.strain((id, &element), x);
+        let element = self.kept(id);
+        let strain = self.strain((id, element), x);
         let (last, rest) = memory.split_first_mut().expect("an element with branches remembers where it was");
         let now = place(&strain);
-        let mut sum = Branches::new(&element, &strain);
+        let mut sum = Branches::new(element, &strain);
         let mut spent = Spent::default();
         for (branch, own) in gel.branches().iter().zip(rest) {
             if step > 0.0 {

@@ -42,6 +42,8 @@ pub(super) struct Placed<'a, const D: usize> {
     pub jacobian: f64,
     /// J^(−2/3).
     pub scale: f64,
+    /// ∇N_a where the element is now, 1/m.
+    gradients: [Vector<D>; MAX_NODES],
 }
 
 /// The elastic part of an isochoric deformation: b̄ = J^(−2/3) F C̄_p⁻¹ Fᵀ, and its component out of the plane.
@@ -88,6 +90,11 @@ fn shape_gradients<const D: usize>(edges: &Tensor<D>) -> [Vector<D>; MAX_NODES] 
 }
 
 impl<const D: usize> Strain<D> {
+    /// Of no element.
+    pub fn none() -> Self {
+        Self { f: Tensor::<D>::zeros(), cofactor: Tensor::<D>::zeros(), out: 0.0, inner: 0.0 }
+    }
+
     pub fn jacobian(&self) -> f64 {
         self.inner * self.out
     }
@@ -97,7 +104,10 @@ impl<'a, const D: usize> Placed<'a, D> {
     pub fn new(element: &'a Element<D>, strain: &'a Strain<D>) -> Self {
         let jacobian = strain.jacobian().max(NeoHookean::FLOOR);
         let root = cube_root(jacobian);
-        Self { element, strain, jacobian, scale: 1.0 / (root * root) }
+        let push = strain.cofactor * (strain.out / jacobian);
+        let mut gradients = element.gradients;
+        gradients[..=D].iter_mut().for_each(|gradient| *gradient = push * *gradient);
+        Self { element, strain, jacobian, scale: 1.0 / (root * root), gradients }
     }
 
     pub fn is_upright(&self) -> bool {
@@ -111,10 +121,9 @@ impl<'a, const D: usize> Placed<'a, D> {
         Elastic { inner: f * memory.inverse * f.transpose() * self.scale, out }
     }
 
-    /// ∇N_a where the element is now.
-    pub fn gradients(&self) -> impl Iterator<Item = Vector<D>> {
-        let push = self.strain.cofactor * (self.strain.out / self.jacobian);
-        self.element.gradients[..=D].iter().map(move |gradient| push * gradient)
+    /// ∇N_a where the element is now, 1/m.
+    pub fn gradients(&self) -> &[Vector<D>] {
+        &self.gradients[..=D]
     }
 
     /// 1/(3r̄) of a ring where it is now, 1/m.

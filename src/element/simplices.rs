@@ -178,6 +178,11 @@ impl<const D: usize> Simplices<D> {
         self.element(element).volume
     }
 
+    /// An element at rest, of a gel that remembers.
+    pub(super) fn kept(&self, id: ElementId) -> &Element<D> {
+        &self.kept[id.index()]
+    }
+
     pub(super) fn element(&self, id: ElementId) -> Element<D> {
         self.kept.get(id.index()).copied().unwrap_or_else(|| self.made(id))
     }

@@ -3,27 +3,31 @@
 use super::Moved;
 use super::cell::edges;
 use crate::algebra::{Vector3, embed};
-use crate::mesh::{ElementId, Facet, facet_measure, neighbours, signed_volume};
+use crate::mesh::{ElementId, Facet, facet_measure, signed_volume};
 
 /// Edges of a sheet, in thicknesses, at most.
 const LONGEST: f64 = 4.0;
 
 /// Which elements break off: those across a sheet thinner than `thinnest`, m, from one of these facets of the surface to a node on
-/// another side of it, and every part of the body but the largest that is left without them. None, if all would.
+/// another side of it, and every part of the body but the largest that is left without them. None, if all would. `across` has the
+/// neighbours of each element.
 ///
 /// In the plane an element with two facets on the surface is no sheet but a corner, or a bend of a wall that is made of short edges. In
 /// space an element is across a sheet if all its nodes are on the surface and that faces away from itself at two of them.
 #[must_use]
-pub fn sheets<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet], thinnest: f64) -> Vec<bool> {
-    let across = neighbours::<D>(&moved.mesh.elements);
+pub fn sheets<const D: usize>(
+    moved: &Moved<'_, D>,
+    (facets, across): (&[Facet], &[[Option<ElementId>; 4]]),
+    thinnest: f64,
+) -> Vec<bool> {
     let mut gone = vec![false; across.len()];
     let all: Vec<(usize, f64)> =
-        if D == 2 { heights(moved, facets, &across).collect() } else { widths(moved, facets).collect() };
+        if D == 2 { heights(moved, facets, across).collect() } else { widths(moved, facets).collect() };
     for (e, height) in all {
         gone[e] = height < thinnest && is_long::<D>(moved, e, height);
     }
     if gone.iter().any(|gone| *gone) {
-        leave_largest(moved, &across, &mut gone);
+        leave_largest(moved, across, &mut gone);
     }
     gone
 }
@@ -32,11 +36,16 @@ pub fn sheets<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet], thinnest: 
 /// their other side, and no element between them could have a shape. In the plane: a tetrahedron at an edge of a block is no sheet, and
 /// tells itself from one by nothing that is known here.
 #[must_use]
-pub fn thinned<const D: usize>(moved: &Moved<'_, D>, facets: &[Facet], mut size: Vec<f64>, least: f64) -> Vec<f64> {
+pub fn thinned<const D: usize>(
+    moved: &Moved<'_, D>,
+    (facets, across): (&[Facet], &[[Option<ElementId>; 4]]),
+    mut size: Vec<f64>,
+    least: f64,
+) -> Vec<f64> {
     if D == 3 {
         return size;
     }
-    for (e, height) in heights(moved, facets, &neighbours::<D>(&moved.mesh.elements)) {
+    for (e, height) in heights(moved, facets, across) {
         for node in &moved.mesh.elements[e][..=D] {
             let size = &mut size[node.index()];
             *size = size.min((LONGEST * height).max(least));
@@ -134,7 +143,7 @@ fn leave_largest<const D: usize>(moved: &Moved<'_, D>, across: &[[Option<Element
 mod tests {
     use super::*;
     use crate::algebra::Vector;
-    use crate::mesh::{Block, Mesh, Split, block, boundary};
+    use crate::mesh::{Block, Mesh, Split, block, boundary, neighbours};
 
     /// A block with a fin of this thickness on it, along its side.
     fn finned(thickness: f64) -> Mesh<3> {
@@ -150,10 +159,11 @@ mod tests {
     fn a_thin_fin_on_a_block_in_space_breaks_off_and_nothing_else() {
         let mesh = finned(0.02);
         let moved = Moved { mesh: &mesh, position: &mesh.rest };
-        let gone = sheets(&moved, &mesh.facets, 0.05);
+        let surface = (&mesh.facets[..], &neighbours::<3>(&mesh.elements)[..]);
+        let gone = sheets(&moved, surface, 0.05);
         let reaches = |e: usize, z: f64| mesh.elements[e].iter().any(|n| mesh.rest[n.index()].z > z);
         assert!((0..gone.len()).all(|e| !gone[e] || reaches(e, 0.5)), "the block stays");
         assert!((0..gone.len()).all(|e| gone[e] || !reaches(e, 0.75)), "the upper half of the fin goes");
-        assert!(!sheets(&moved, &mesh.facets, 0.01).contains(&true), "a fin that is thick enough stays");
+        assert!(!sheets(&moved, surface, 0.01).contains(&true), "a fin that is thick enough stays");
     }
 }

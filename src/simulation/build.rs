@@ -9,7 +9,7 @@ use crate::algebra::{Tensor3, Vector, Vector3, restrict};
 use crate::avi::{Engine, Kind, NoStep, Pool, Rules};
 use crate::contact::{Body, BodyState, Bulge, Freedom, Law, Motion, Wrench};
 use crate::geometry::{Shape, SignedDistance};
-use crate::mesh::{self, Block, Face, Hold, Mesh, NodeId, Split};
+use crate::mesh::{self, Block, Face, Hold, Mesh, NodeId, Split, neighbours};
 use crate::scene::{
     self, Contact, ContactLaw, Dimension, GelShape, Lattice, Projectile, Scene, ScheduleKind, Support, body_name,
 };
@@ -118,7 +118,8 @@ where
 {
     let recipe = Recipe::of(scene);
     let mesh = Mesh { marks: loads::marks(scene, &mesh)?, ..mesh };
-    let simplices = recipe.simplices(&mesh, recipe.patches((&mesh, &mesh.rest)));
+    let across = neighbours::<D>(&mesh.elements);
+    let simplices = recipe.simplices(&mesh, recipe.patches((&mesh, &mesh.rest), &across));
     let mass = simplices.lumped_masses(&mesh, recipe.density);
     let gel = recipe.gel(simplices, (&mesh, &mesh.rest), mass);
     let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));
@@ -147,7 +148,7 @@ where
         facets,
         marks,
         seats,
-        across: None,
+        across: recipe.remesh.as_ref().map(|_| across),
         recipe,
         first: None,
         renewals: vec![],

@@ -38,8 +38,8 @@ pub(super) struct Known {
     pub patches: Patches,
     /// Quality of each element, infinite of those that are too good to matter.
     pub shapes: Vec<f64>,
-    /// Neighbours of each element, if anybody has asked.
-    pub across: Option<Neighbours>,
+    /// Neighbours of each element.
+    pub across: Neighbours,
 }
 
 /// Why a mesh may not replace another one.
@@ -212,7 +212,7 @@ impl<const D: usize> Gelatin<D> {
             let gap = gaps.fold(f64::INFINITY, f64::min).max(0.0);
             *size = size.min(sizes.usual + sizes.rules.growth * gap);
         }
-        let mut size = remesh::thinned(moved, &self.engine.gel().surface.facets, size, sizes.least);
+        let mut size = remesh::thinned(moved, (&self.engine.gel().surface.facets, across), size, sizes.least);
         if let Some(tip) = sizes.rules.tip {
             let ends = ends(&bodies);
             for (size, x) in size.iter_mut().zip(moved.position) {
@@ -267,7 +267,7 @@ impl<const D: usize> Gelatin<D> {
         let marks = remesh::marks(&old.mesh, (&facets, &new.rest), &proposal.origin);
         let (rest, held) = (new.rest.clone(), new.held.clone());
         let mesh = Mesh { rest, elements: proposal.elements.clone(), facets, held, marks };
-        let patches = self.recipe.patches((&mesh, &proposal.position));
+        let patches = self.recipe.patches((&mesh, &proposal.position), &across);
         let past = (&self.engine.gel().potential, old, self.engine.state().memory.as_slice());
         let past = history::Past::new(past, moved.position);
         let inherited = history::inherited(&past, moved.position, (&history::Made::by(&proposal, &new), &patches));
@@ -275,7 +275,7 @@ impl<const D: usize> Gelatin<D> {
         let Transferred { mass, corner_mass, velocity, defects, .. } = new;
         let tick = self.engine.last_tick();
         let birth = Birth { tick, mesh, position: proposal.position, mass, corner_mass, references };
-        let known = Known { patches, shapes, across: Some(across) };
+        let known = Known { patches, shapes, across };
         Ok(Candidate { birth, memory, velocity, quality, defects, known })
     }
 

@@ -9,6 +9,7 @@ use crate::material::{
     Strength, Viscoelastic,
 };
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, Patches, Simplex, facet_measure, poor_quality};
+use crate::remesh::Neighbours;
 use crate::scene::{
     ConfinedSpec, ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene,
     StrengthSpec, Symmetry,
@@ -86,18 +87,16 @@ impl Recipe {
         Simplices::in_patches(mesh, patches, (self.material, self.section))
     }
 
-    /// Which elements of a mesh, whose nodes are there when it is new, share their change of volume.
-    pub fn patches<const D: usize>(&self, (mesh, position): (&Mesh<D>, &[Vector<D>])) -> Patches {
+    /// Which elements of a mesh, whose nodes are there when it is new, with these neighbours share their change of volume.
+    pub fn patches<const D: usize>(&self, (mesh, position): (&Mesh<D>, &[Vector<D>]), across: &Neighbours) -> Patches {
         match (self.kind, &self.material) {
             (ElementKind::Plain, _) => Patches::alone(mesh.elements.len()),
             (
                 ElementKind::Patch,
                 Material::NeoHookean(_) | Material::MooneyRivlin(_) | Material::Ogden(_) | Material::Viscoelastic(_),
-            ) => Patches::grouped(mesh),
+            ) => Patches::among((&mesh.rest, &mesh.elements), across),
             // Of what has flowed the nodes do not say any more what was near what at rest.
-            (ElementKind::Patch, Material::Flowing(_)) => {
-                Patches::grouped(&Mesh { rest: position.to_vec(), ..mesh.clone() })
-            }
+            (ElementKind::Patch, Material::Flowing(_)) => Patches::among((position, &mesh.elements), across),
         }
     }
 

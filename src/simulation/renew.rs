@@ -11,7 +11,7 @@ use super::sensors::seats;
 use crate::algebra::Vector;
 use crate::avi::{NoStep, StepError};
 use crate::element::{Memory, Potential, Simplices};
-use crate::mesh::{ElementId, Mesh, Patches};
+use crate::mesh::{ElementId, Mesh, Patches, neighbours};
 use crate::remesh::{self, Moved, Neighbours, Same};
 use crate::state::{Birth, State};
 use std::sync::Arc;
@@ -104,7 +104,7 @@ impl<const D: usize> Gelatin<D> {
     fn keep(&mut self, old: &Birth<D>, (across, shapes): (Neighbours, Vec<f64>)) -> Result<(), NoStep> {
         let state = self.engine.state();
         let mut birth = Birth { tick: self.engine.last_tick(), position: state.position.clone(), ..old.clone() };
-        let patches = self.recipe.patches((&birth.mesh, &birth.position));
+        let patches = self.recipe.patches((&birth.mesh, &birth.position), &across);
         let past = Past::new((&self.engine.gel().potential, old, &state.memory), &state.position);
         let Mesh { rest, elements, .. } = &birth.mesh;
         let same: Vec<_> = (0..elements.len() as u32).map(|element| Some(Same::in_order(ElementId(element)))).collect();
@@ -113,7 +113,7 @@ impl<const D: usize> Gelatin<D> {
         if let Some((references, recalled)) = inherited(&past, &state.position, (&made, &patches)) {
             (birth.references, memory) = (references, recalled);
         }
-        self.go_on(birth, (memory, velocity), Known { patches, shapes, across: Some(across) })
+        self.go_on(birth, (memory, velocity), Known { patches, shapes, across })
     }
 
     /// Goes on with a mesh of which that is known.
@@ -134,10 +134,10 @@ impl<const D: usize> Gelatin<D> {
 }
 
 impl<const D: usize> Gelatin<D> {
-    /// What follows from a mesh of this gel whose nodes are there when it is new.
-    pub fn known(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Known {
+    /// What follows from a mesh of this gel with these neighbours, whose nodes are there when it is new.
+    pub fn known(&self, mesh: &Mesh<D>, position: &[Vector<D>], across: Neighbours) -> Known {
         let shapes = self.recipe.shapes(&mesh.elements, position);
-        Known { patches: self.recipe.patches((mesh, position)), shapes, across: None }
+        Known { patches: self.recipe.patches((mesh, position), &across), shapes, across }
     }
 
     pub fn gel_of(&self, birth: &Birth<D>, patches: Patches) -> crate::avi::Gel<D, Simplices<D>> {
@@ -167,19 +167,20 @@ impl<const D: usize> Gelatin<D> {
         if !self.recipe.holds(&birth) {
             return Err(wrong("an element of its mesh is on the axis or beyond it"));
         }
-        let Known { patches, shapes, .. } = self.known(&birth.mesh, &birth.position);
+        let across = neighbours::<D>(&birth.mesh.elements);
+        let Known { patches, shapes, across } = self.known(&birth.mesh, &birth.position, across);
         let other = self.engine.on_mesh(self.gel_of(&birth, patches), &birth.position, state.birth.clone());
         let mut other = other.map_err(|NoStep { .. }| wrong("its mesh cannot be stepped"))?;
         other.restore(state).map_err(wrong)?;
         self.engine = other.with_pool(self.engine.take_pool());
         self.first = first;
-        self.dress(&birth, (&shapes, None));
+        self.dress(&birth, (&shapes, across));
         Ok(())
     }
 
     /// Takes over what is kept of a mesh beside the engine; its elements were of these shapes when it was new.
-    pub fn dress(&mut self, birth: &Birth<D>, (shapes, across): (&[f64], Option<Neighbours>)) {
-        self.across = across;
+    pub fn dress(&mut self, birth: &Birth<D>, (shapes, across): (&[f64], Neighbours)) {
+        self.across = Some(across);
         self.facets.clone_from(&birth.mesh.facets);
         self.marks.clone_from(&birth.mesh.marks);
         self.seats = seats(&self.engine, &self.recipe);

@@ -5,14 +5,15 @@ use super::model::Gelatin;
 use crate::algebra::Vector;
 use crate::avi::NoStep;
 use crate::element::Potential;
-use crate::mesh::{ElementId, Facet, Mesh, NodeId, boundary, sorted};
-use crate::remesh::{self, Moved, Same};
+use crate::mesh::{ElementId, Facet, Mesh, NodeId, neighbours, outer, sorted};
+use crate::remesh::{self, Moved, Neighbours, Same};
 use crate::state::Birth;
 
 /// What is left of a mesh.
 struct Left<const D: usize> {
     /// The mesh; what its elements are at rest and remember is not in it yet.
     birth: Birth<D>,
+    across: Neighbours,
     same: Vec<Option<Same>>,
     velocity: Vec<Vector<D>>,
     /// Mass of what is gone, kg.
@@ -29,7 +30,8 @@ impl<const D: usize> Gelatin<D> {
         let old = self.present();
         let state = self.engine.state();
         let moved = Moved { mesh: &old.mesh, position: &state.position };
-        let gone = remesh::sheets(&moved, &self.engine.gel().surface.facets, thinnest);
+        let across = self.across.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
+        let gone = remesh::sheets(&moved, (&self.engine.gel().surface.facets, across), thinnest);
         if !gone.contains(&true) {
             return Ok(());
         }
@@ -39,8 +41,8 @@ impl<const D: usize> Gelatin<D> {
         }
         let carried = self.energy_of(&old, &gone);
         let before = (state.ledger.momentum.remesh, state.ledger.angular_momentum.remesh);
-        let Left { mut birth, same, velocity, gone } = left;
-        let known = self.known(&birth.mesh, &birth.position);
+        let Left { mut birth, across, same, velocity, gone } = left;
+        let known = self.known(&birth.mesh, &birth.position, across);
         let past = Past::new((&self.engine.gel().potential, &old, &state.memory), &state.position);
         let Birth { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
         let made = Made { position, rest, elements, same: &same, sources: &[], is_kept: false };
@@ -103,7 +105,8 @@ impl<const D: usize> Left<D> {
         let elements: Vec<_> = kept.iter().map(|e| old.mesh.elements[*e].map(renamed)).collect();
         let of_nodes = |all: &[Vector<D>]| nodes.iter().map(|n| all[*n]).collect::<Vec<_>>();
         let same = |e: &usize| Some(Same::in_order(ElementId(*e as u32)));
-        let facets = boundary::<D>(&elements);
+        let across = neighbours::<D>(&elements);
+        let facets = outer::<D>(&elements, &across);
         let held = nodes.iter().map(|n| old.mesh.held[*n]).collect();
         let marks = marks_of(old, &facets, &nodes);
         let birth = Birth {
@@ -114,7 +117,7 @@ impl<const D: usize> Left<D> {
             corner_mass: kept.iter().map(|e| old.corner_mass[*e]).collect(),
             references: vec![],
         };
-        Self { birth, same: kept.iter().map(same).collect(), velocity: of_nodes(velocity), gone: lost }
+        Self { birth, across, same: kept.iter().map(same).collect(), velocity: of_nodes(velocity), gone: lost }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::Patches;
 use crate::algebra::{Vector, cofactor};
-use crate::mesh::{ElementId, Mesh, edges};
+use crate::mesh::{ElementId, Simplex, edges, signed_volume};
 use std::f64::consts::PI;
 
 /// The dual graph of a mesh: a vertex for each group of elements, a link for each two that share facets.
@@ -27,13 +27,13 @@ pub(super) struct Link {
 
 impl<const D: usize> Dual<D> {
     /// Each element a group.
-    pub fn new(mesh: &Mesh<D>, across: &[[Option<ElementId>; 4]]) -> Self {
-        let n = mesh.elements.len();
+    pub fn new((nodes, elements): (&[Vector<D>], &[Simplex]), across: &[[Option<ElementId>; 4]]) -> Self {
+        let n = elements.len();
         let mut dual = Self::with_capacity(n, (D + 1) * n);
-        for (nodes, across) in mesh.elements.iter().zip(across) {
-            let sizes = facet_sizes(&edges(&mesh.rest, nodes));
+        for (simplex, across) in elements.iter().zip(across) {
+            let sizes = facet_sizes(&edges(nodes, simplex));
             let links = across.iter().zip(sizes).filter_map(|(to, shared)| to.map(|to| Link { to, shared }));
-            dual.push((mesh.measure(nodes), sizes.iter().sum()), links);
+            dual.push((signed_volume(nodes, simplex), sizes.iter().sum()), links);
         }
         dual
     }
@@ -127,9 +127,9 @@ mod tests {
     use crate::mesh::{NodeId, Patches, neighbours};
 
     fn dual<const D: usize>(points: &[[f64; D]], elements: &[[u32; 4]]) -> Dual<D> {
-        let rest = points.iter().map(|point| Vector::<D>::from(*point)).collect();
-        let mesh = Mesh::new(rest, elements.iter().map(|nodes| nodes.map(NodeId)).collect());
-        Dual::new(&mesh, &neighbours::<D>(&mesh.elements))
+        let nodes: Vec<_> = points.iter().map(|point| Vector::<D>::from(*point)).collect();
+        let elements: Vec<_> = elements.iter().map(|nodes| nodes.map(NodeId)).collect();
+        Dual::new((&nodes, &elements), &neighbours::<D>(&elements))
     }
 
     /// A regular octahedron of four tetrahedra around the z axis.

@@ -15,8 +15,10 @@ mod dual;
 mod pairing;
 mod rings;
 
-use super::{ElementId, Mesh, neighbours};
+use super::{ElementId, Mesh, Simplex, neighbours};
+use crate::algebra::Vector;
 use dual::Dual;
+use rings::Ring;
 
 /// Disjoint patches of elements: every element is in one of them.
 ///
@@ -51,28 +53,32 @@ impl Patches {
     /// ```
     #[must_use]
     pub fn grouped<const D: usize>(mesh: &Mesh<D>) -> Self {
-        if D == 2 { Self::paired(mesh) } else { Self::quadrupled(mesh) }
+        Self::among((&mesh.rest, &mesh.elements), &neighbours::<D>(&mesh.elements))
+    }
+
+    /// The same of elements between nodes there, where the neighbours are known.
+    #[must_use]
+    pub fn among<const D: usize>(
+        (nodes, elements): (&[Vector<D>], &[Simplex]),
+        across: &[[Option<ElementId>; 4]],
+    ) -> Self {
+        let (alone, dual) = (Self::alone(elements.len()), Dual::new((nodes, elements), across));
+        if D == 2 { alone.paired(&dual) } else { alone.quadrupled(&dual, &rings::rings(elements, across, &dual)) }
     }
 
     /// Pairs of elements that share a facet; what finds no partner stays alone.
-    fn paired<const D: usize>(mesh: &Mesh<D>) -> Self {
-        let alone = Self::alone(mesh.elements.len());
-        let dual = Dual::new(mesh, &neighbours::<D>(&mesh.elements));
-        alone.joined(&pairing::pair(&dual, vec![None; alone.len()]))
+    fn paired<const D: usize>(&self, dual: &Dual<D>) -> Self {
+        self.joined(&pairing::pair(dual, vec![None; self.len()]))
     }
 
     /// Rings of four, then pairs of pairs; what is left over stays in groups of one to three.
-    fn quadrupled<const D: usize>(mesh: &Mesh<D>) -> Self {
-        let alone = Self::alone(mesh.elements.len());
-        let across = neighbours::<D>(&mesh.elements);
-        let dual = Dual::new(mesh, &across);
-        let rings = rings::rings(&mesh.elements, &across, &dual);
-        let mut mates = vec![None; alone.len()];
-        for &[a, b, c, d] in &rings {
+    fn quadrupled<const D: usize>(&self, dual: &Dual<D>, rings: &[Ring]) -> Self {
+        let mut mates = vec![None; self.len()];
+        for &[a, b, c, d] in rings {
             pairing::marry(&mut mates, a, b);
             pairing::marry(&mut mates, c, d);
         }
-        let pairs = alone.joined(&pairing::pair(&dual, mates));
+        let pairs = self.joined(&pairing::pair(dual, mates));
         let patch = pairs.patch_of_elements();
         let mut mates = vec![None; pairs.len()];
         for [a, b, c, d] in rings.iter().map(|ring| ring.map(|e| patch[e.index()])) {

@@ -89,14 +89,17 @@ fn extend<const D: usize>(
 mod tests {
     use super::*;
     use crate::algebra::Vector;
-    use crate::mesh::{Mesh, NodeId, neighbours};
+    use crate::mesh::{NodeId, neighbours};
+
+    fn dual(nodes: &[Vector<2>], elements: &[[u32; 4]]) -> Dual<2> {
+        let elements: Vec<_> = elements.iter().map(|nodes| nodes.map(NodeId)).collect();
+        Dual::new((nodes, &elements), &neighbours::<2>(&elements))
+    }
 
     /// A strip of four triangles, the two in the middle a square.
     fn strip() -> Dual<2> {
-        let points = [[-2.0, 0.5], [0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0], [3.0, 0.5]];
-        let elements = [[0, 1, 2, 0], [1, 3, 2, 0], [3, 4, 2, 0], [3, 5, 4, 0]];
-        let mesh = Mesh::new(points.map(Vector::<2>::from).to_vec(), elements.map(|nodes| nodes.map(NodeId)).to_vec());
-        Dual::new(&mesh, &neighbours::<2>(&mesh.elements))
+        let nodes = [[-2.0, 0.5], [0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0], [3.0, 0.5]].map(Vector::<2>::from);
+        dual(&nodes, &[[0, 1, 2, 0], [1, 3, 2, 0], [3, 4, 2, 0], [3, 5, 4, 0]])
     }
 
     #[test]
@@ -114,10 +117,7 @@ mod tests {
     fn given_pairs_stay_and_an_odd_one_out_is_alone() {
         let given = vec![None, Some(ElementId(2)), Some(ElementId(1)), None];
         assert_eq!(candidates(&strip(), &given), []);
-        let mesh = Mesh::<2>::new(
-            [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Vector::<2>::from).to_vec(),
-            vec![[0, 1, 2, 0].map(NodeId)],
-        );
-        assert_eq!(pair(&Dual::new(&mesh, &neighbours::<2>(&mesh.elements)), vec![None]), [None]);
+        let nodes = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Vector::<2>::from);
+        assert_eq!(pair(&dual(&nodes, &[[0, 1, 2, 0]]), vec![None]), [None]);
     }
 }

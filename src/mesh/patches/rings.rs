@@ -11,7 +11,7 @@ use std::cmp::Reverse;
 use std::collections::VecDeque;
 
 /// Four elements around an edge, each a neighbour of the next.
-type Ring = [ElementId; 4];
+pub(super) type Ring = [ElementId; 4];
 
 /// Disjoint rings: first those of elements that have no other, then the most compact one, and so on.
 pub(super) fn rings<const D: usize>(

@@ -46,6 +46,14 @@ impl Ring {
         let is_whole = ring.tets.len() == sides.len() && (last == first) != ring.is_open;
         is_whole.then_some(ring)
     }
+
+    /// Whether an edge is between points of the ring that are not beside each other on it.
+    pub fn is_chord(&self, [p, q]: &[u32; 2]) -> bool {
+        let place = |point| self.points.iter().position(|other| other == point);
+        let (Some(p), Some(q)) = (place(p), place(q)) else { return false };
+        let apart = p.abs_diff(q);
+        apart > 1 && (self.is_open || apart + 1 < self.points.len())
+    }
 }
 
 /// The facets of the surface around a point, by their other two points, outward oriented.

@@ -62,7 +62,7 @@ pub(super) fn without_edge(complex: &Complex, (a, b): (u32, u32), enough: f64, f
         return None;
     }
     let is_end = complex.points[a as usize].ends & complex.points[b as usize].ends != 0;
-    if ring.is_open && (is_end || are_joined(complex, first, last) || !flat.turns(complex, (a, b), (first, last))) {
+    if ring.is_open && (is_end || !flat.turns(complex, (a, b), (first, last))) {
         return None;
     }
     let table = Table::of(complex, (a, b), &ring.points);
@@ -72,12 +72,24 @@ pub(super) fn without_edge(complex: &Complex, (a, b): (u32, u32), enough: f64, f
     }
     let mut new = vec![];
     table.collect((a, b), &ring.points, (0, n - 1), &mut new);
+    if lies_over(complex, &ring, &new) {
+        return None;
+    }
     let swept = if ring.is_open { complex.growth(&new, &ring.tets) } else { 0.0 };
     let change = Change { gone: ring.tets, new, swept, moved: None };
     // What is held does not shrink: its volume is not given back elsewhere.
     let is_held = [a, b].iter().all(|p| complex.points[*p as usize].held.contains(&true));
     let points: &[u32] = if is_held { &[] } else { &[first, last, a, b] };
     flat.level(complex, (worst, change), (points, enough))
+}
+
+/// Whether there is already, beside the ring, an edge or a triangle of those that come across it: in a mesh that lies over itself.
+fn lies_over(complex: &Complex, ring: &Ring, new: &[Tet]) -> bool {
+    let is_face = |[p, q, r]: [u32; 3]| complex.star(p).any(|(_, tet)| tet.contains(&q) && tet.contains(&r));
+    let is_edge = |[p, q]: [u32; 2]| ring.is_chord(&[p, q]) && are_joined(complex, p, q);
+    new.iter()
+        .step_by(2)
+        .any(|[p, q, r, _]| is_face([*p, *q, *r]) || [[*p, *q], [*q, *r], [*r, *p]].map(is_edge).contains(&true))
 }
 
 /// Puts an edge in the place of a face between two tetrahedra, if the three that come are better than `enough`.
@@ -101,4 +113,20 @@ pub(super) fn without_face(complex: &Complex, (t, k): (u32, usize), enough: f64)
 /// Whether two points have an edge.
 pub(super) fn are_joined(complex: &Complex, a: u32, b: u32) -> bool {
     complex.star(a).any(|(_, tet)| tet.contains(&b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::around_an_edge;
+    use super::*;
+
+    #[test]
+    fn no_edge_and_no_triangle_comes_that_is_there_already() {
+        let flat = Flat { sag: 0.0, slide: 0.0, volume: 0.0, swept: 0.0 };
+        let taken = |n: u32, more: &[Tet]| without_edge(&around_an_edge(n, more), (n, n + 1), 0.0, &flat);
+        let (_, change) = taken(4, &[]).unwrap();
+        assert!(change.new.iter().all(|tet| tet.contains(&0) && tet.contains(&2)), "by the shorter diagonal");
+        assert!(taken(4, &[[0, 2, 6, 7]]).is_none() && taken(4, &[[3, 2, 6, 7]]).is_some());
+        assert!(taken(3, &[]).is_some() && taken(3, &[[0, 1, 2, 5]]).is_none());
+    }
 }

@@ -1,12 +1,28 @@
 use super::super::{Moved, Origin, Proposal, Rules};
+use super::complex::{Complex, Tet};
 use super::propose;
 use crate::algebra::Vector;
-use crate::mesh::{Block, Mesh, Split, block, boundary, shape_quality, signed_volume, uniform};
+use crate::mesh::{Block, Mesh, NodeId, Split, block, boundary, shape_quality, signed_volume, uniform};
 use std::time::Instant;
 
 fn cube(n: usize, split: Split) -> Mesh<3> {
     let axis = || uniform(0.0, 1.0, 1.0 / n as f64);
     block(Block { planes: [axis(), axis(), axis()], split, faces: vec![] })
+}
+
+/// `n` tetrahedra around an edge from point n to n + 1, of four such points two nearer to it; and more of them, also of points n + 2 and
+/// n + 3 beside it.
+pub(super) fn around_an_edge(n: u32, more: &[Tet]) -> Complex {
+    let at = |k: u32| {
+        let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / f64::from(n)).sin_cos();
+        Vector::<3>::new(cos, sin, 0.0) * if n == 4 && k % 2 == 1 { 2.0 } else { 1.0 }
+    };
+    let others = [[0.0, 0.0, -1.2], [0.0, 0.0, 1.2], [0.0, 4.0, 4.0], [0.0, 5.0, 4.0]].map(Vector::<3>::from);
+    let rest: Vec<_> = (0..n).map(at).chain(others).collect();
+    let around = (0..n).map(|k| [k, (k + 1) % n, n, n + 1]);
+    let elements = around.chain(more.iter().copied()).map(|tet| tet.map(NodeId)).collect();
+    let mesh = Mesh::new(rest, elements);
+    Complex::new(&Moved { mesh: &mesh, position: &mesh.rest }, &vec![1.0; mesh.rest.len()])
 }
 
 fn volume(x: &[Vector<3>], elements: &[crate::mesh::Simplex]) -> f64 {
