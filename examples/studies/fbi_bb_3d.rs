@@ -30,5 +30,7 @@ const RUNS: [(&str, &str, &Keys); 5] = [
 /// The columns of the calibration shot.
 pub fn study() {
     head();
-    RUNS.into_iter().for_each(|(scene, name, keys)| row(scene, name, keys));
+    for (scene, name, keys) in RUNS {
+        row(scene, name, keys);
+    }
 }

@@ -210,7 +210,7 @@ impl<const D: usize> Flow<'_, D> {
 
     /// Least height of the element, m.
     fn height(&self) -> f64 {
-        1.0 / self.at.gradients().iter().map(|gradient| gradient.norm_squared()).fold(0.0, f64::max).sqrt()
+        1.0 / self.at.gradients().iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max).sqrt()
     }
 
     /// The stiffness without viscosity that would ask for the step that this one, κ, leaves with it.

@@ -43,7 +43,7 @@ fn change(complex: &Complex, (a, b): (u32, u32), is_on_surface: bool) -> Change 
 fn share_chord(complex: &Complex, (a, b): (u32, u32), ring: &Ring) -> bool {
     let of = |end: u32| {
         let faced = move |tet: Tet| EDGES.map(|[i, j]| [tet[i], tet[j]]).into_iter().filter(move |e| !e.contains(&end));
-        let chords = complex.star(end).flat_map(move |(_, tet)| faced(tet)).filter(|edge| ring.is_chord(edge));
+        let chords = complex.star(end).flat_map(move |(_, tet)| faced(tet)).filter(|edge| ring.is_chord(*edge));
         chords.map(|[p, q]| [p.min(q), p.max(q)])
     };
     of(a).any(|chord| of(b).any(|other| other == chord))

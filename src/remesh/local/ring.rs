@@ -48,8 +48,8 @@ impl Ring {
     }
 
     /// Whether an edge is between points of the ring that are not beside each other on it.
-    pub fn is_chord(&self, [p, q]: &[u32; 2]) -> bool {
-        let place = |point| self.points.iter().position(|other| other == point);
+    pub fn is_chord(&self, [p, q]: [u32; 2]) -> bool {
+        let place = |point| self.points.iter().position(|other| *other == point);
         let (Some(p), Some(q)) = (place(p), place(q)) else { return false };
         let apart = p.abs_diff(q);
         apart > 1 && (self.is_open || apart + 1 < self.points.len())

@@ -86,7 +86,7 @@ pub(super) fn without_edge(complex: &Complex, (a, b): (u32, u32), enough: f64, f
 /// Whether there is already, beside the ring, an edge or a triangle of those that come across it: in a mesh that lies over itself.
 fn lies_over(complex: &Complex, ring: &Ring, new: &[Tet]) -> bool {
     let is_face = |[p, q, r]: [u32; 3]| complex.star(p).any(|(_, tet)| tet.contains(&q) && tet.contains(&r));
-    let is_edge = |[p, q]: [u32; 2]| ring.is_chord(&[p, q]) && are_joined(complex, p, q);
+    let is_edge = |[p, q]: [u32; 2]| ring.is_chord([p, q]) && are_joined(complex, p, q);
     new.iter()
         .step_by(2)
         .any(|[p, q, r, _]| is_face([*p, *q, *r]) || [[*p, *q], [*q, *r], [*r, *p]].map(is_edge).contains(&true))

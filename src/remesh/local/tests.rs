@@ -198,7 +198,7 @@ fn what_is_flat_at_the_surface_is_cut_off() {
     let points = |over: f64| {
         vec![at(0.0, 0.0, 0.0), at(0.0, 1.0, 0.0), at(0.0, 0.5, 1.0), at(0.0, 0.5, over), at(0.8, 0.5, 0.4)]
     };
-    let elements = [[0, 1, 3, 4], [1, 2, 3, 4], [2, 0, 3, 4]].map(|nodes| nodes.map(crate::mesh::NodeId));
+    let elements = [[0, 1, 3, 4], [1, 2, 3, 4], [2, 0, 3, 4]].map(|nodes| nodes.map(NodeId));
     let mut mesh = Mesh::<3>::new(points(0.3), elements.to_vec());
     assert!(mesh.elements.iter().all(|e| signed_volume(&mesh.rest, e) > 0.0));
     mesh.held = vec![[true, false, false]; 5];
