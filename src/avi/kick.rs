@@ -137,7 +137,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let kicked = self.state.velocity[a];
             self.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
             let (first, both) = (kicked - self.scratch.before[a], self.state.velocity[a] - self.scratch.before[a]);
-            // Of p = m Δ the work is p·v⁻ + p·Δ/2, and Q half of p·Δ, between two ticks; that of the damping in it is not the element's.
+            // Of p = m Δ the work is p·v⁻ + p·Δ/2, and Q half of p·Δ: no kick is mended in the first or last tick of a mesh. That of
+            // the damping in it is not the element's.
             let damped = self.drag(a).dot(&(both - first));
             self.state.ledger.energy.damping += 0.5 * damped;
             let more = gel.mass[a] * (both.norm_squared() - first.norm_squared()) - damped;

@@ -90,7 +90,7 @@ impl<const D: usize> Simplices<D> {
         let mut strains = [Strain::none(); DEPTH];
         let (mut volume, mut now) = (0.0, 0.0);
         for (id, strain) in ids.iter().zip(&mut strains) {
-            let element = self.kept(*id);
+            let element = &self.kept[id.index()];
             *strain = self.strain((*id, element), x);
             volume += element.volume;
             now += element.volume * strain.jacobian();
@@ -99,7 +99,7 @@ impl<const D: usize> Simplices<D> {
         let mut spent = Spent { energy: volume * shared.energy, ..Spent::default() };
         let remembered = memory.iter_mut().zip(held);
         for (((id, strain), (memory, held)), answer) in ids.iter().zip(&strains).zip(remembered).zip(answers) {
-            let element = self.kept(*id);
+            let element = &self.kept[id.index()];
             let own = gel.own(strain.jacobian());
             let own = if ids.len() > 1 { own } else { Volumetric { energy: 0.0, slope: 0.0, curvature: 0.0 } };
             let flow = Flow { gel, at: Placed::new(element, strain) };

@@ -89,7 +89,7 @@ impl<const D: usize> Simplices<D> {
         (step, memory): (f64, &mut [Memory<D>]),
         answer: &mut Answer<D>,
     ) -> Spent {
-        let element = self.kept(id);
+        let element = &self.kept[id.index()];
         let strain = self.strain((id, element), x);
         let (last, rest) = memory.split_first_mut().expect("an element with branches remembers where it was");
         let now = place(&strain);

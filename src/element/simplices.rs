@@ -49,8 +49,8 @@ pub struct Simplices<const D: usize> {
     own: Vec<Option<u32>>,
     references: Vec<Reference<D>>,
     patches: Patches,
-    /// The elements at rest, where no lanes keep them; else none.
-    kept: Vec<Element<D>>,
+    /// The elements at rest, of a gel that remembers; else none.
+    pub(super) kept: Vec<Element<D>>,
 }
 
 /// An element at rest, if its nodes do not say it: where a new mesh takes the place of a worn one, nodes that were told where
@@ -176,11 +176,6 @@ impl<const D: usize> Simplices<D> {
     #[must_use]
     pub fn volume(&self, element: ElementId) -> f64 {
         self.element(element).volume
-    }
-
-    /// An element at rest, of a gel that remembers.
-    pub(super) fn kept(&self, id: ElementId) -> &Element<D> {
-        &self.kept[id.index()]
     }
 
     pub(super) fn element(&self, id: ElementId) -> Element<D> {

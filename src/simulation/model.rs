@@ -81,7 +81,7 @@ pub(super) struct Gelatin<const D: usize> {
     pub marks: Vec<u8>,
     /// Where the sensors are in its mesh.
     pub seats: Vec<Seat<D>>,
-    /// The neighbours of its elements, if an exchange has found them.
+    /// The neighbours of its elements, where meshes are exchanged; none while one is, or after that has failed.
     pub across: Option<Neighbours>,
     /// What it is made of.
     pub recipe: Recipe,

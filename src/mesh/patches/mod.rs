@@ -57,11 +57,15 @@ impl Patches {
     }
 
     /// The same of elements between nodes there, where the neighbours are known.
+    ///
+    /// # Panics
+    /// Unless they are those of so many elements.
     #[must_use]
     pub fn among<const D: usize>(
         (nodes, elements): (&[Vector<D>], &[Simplex]),
         across: &[[Option<ElementId>; 4]],
     ) -> Self {
+        assert_eq!(elements.len(), across.len(), "each element has its neighbours");
         let (alone, dual) = (Self::alone(elements.len()), Dual::new((nodes, elements), across));
         if D == 2 { alone.paired(&dual) } else { alone.quadrupled(&dual, &rings::rings(elements, across, &dual)) }
     }

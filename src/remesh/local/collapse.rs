@@ -39,7 +39,7 @@ fn change(complex: &Complex, (a, b): (u32, u32), is_on_surface: bool) -> Change 
     Change { gone, new, swept, moved: None }
 }
 
-/// Whether both ends face an edge across the ring. In a mesh that does not lie over itself none does.
+/// Whether both ends face an edge across the ring. In a mesh that does not lie over itself what comes would be inside out then.
 fn share_chord(complex: &Complex, (a, b): (u32, u32), ring: &Ring) -> bool {
     let of = |end: u32| {
         let faced = move |tet: Tet| EDGES.map(|[i, j]| [tet[i], tet[j]]).into_iter().filter(move |e| !e.contains(&end));

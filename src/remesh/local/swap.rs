@@ -72,7 +72,7 @@ pub(super) fn without_edge(complex: &Complex, (a, b): (u32, u32), enough: f64, f
     }
     let mut new = vec![];
     table.collect((a, b), &ring.points, (0, n - 1), &mut new);
-    if lies_over(complex, &ring, &new) {
+    if is_there_already(complex, &ring, &new) {
         return None;
     }
     let swept = if ring.is_open { complex.growth(&new, &ring.tets) } else { 0.0 };
@@ -83,8 +83,9 @@ pub(super) fn without_edge(complex: &Complex, (a, b): (u32, u32), enough: f64, f
     flat.level(complex, (worst, change), (points, enough))
 }
 
-/// Whether there is already, beside the ring, an edge or a triangle of those that come across it: in a mesh that lies over itself.
-fn lies_over(complex: &Complex, ring: &Ring, new: &[Tet]) -> bool {
+/// Whether there is already, beside the ring, an edge or a triangle of those that come across it, each between two of the tetrahedra
+/// in `new`: in a mesh that lies over itself.
+fn is_there_already(complex: &Complex, ring: &Ring, new: &[Tet]) -> bool {
     let is_face = |[p, q, r]: [u32; 3]| complex.star(p).any(|(_, tet)| tet.contains(&q) && tet.contains(&r));
     let is_edge = |[p, q]: [u32; 2]| ring.is_chord([p, q]) && are_joined(complex, p, q);
     new.iter()
