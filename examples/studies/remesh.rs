@@ -117,7 +117,7 @@ const SQUARE: Keys = &[
     ("scene.end_time", "1e-3"),
     ("remesh.quality", "0.3"),
 ];
-const DEEP: Keys = &[("scene.end_time", "1.5e-3")];
+const DEEP: Keys = &[("scene.end_time", "1.5e-3"), ("mesh.size", "4e-3"), ("remesh.smallest", "3.2e-3")];
 
 fn step_row(scene: &Scene, (name, method): (&str, &str)) {
     let mut simulation = Simulation::new(scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
