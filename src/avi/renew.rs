@@ -81,7 +81,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// From when on the mesh is worn, if ever. A queue never is.
     pub fn set_wear(&mut self, wear: Option<Wear>) {
         self.ends.wear = wear;
-        self.watch.divide(vec![], 0);
+        self.watch.forget_parts();
     }
 
     /// Whether the mesh can be worn at all.

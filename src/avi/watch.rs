@@ -46,10 +46,15 @@ impl Watch {
     }
 
     /// Has parts of a mesh of so many groups, with their nodes in these runs, wander by themselves from now on; how sound groups are is
-    /// not known yet. Without parts it is forgotten.
+    /// not known yet.
     pub fn divide(&mut self, parts: Vec<Vec<u32>>, n_groups: usize) {
         self.parts = parts.into_iter().map(|runs| (runs, 0.0)).collect();
         self.sound = vec![f64::NEG_INFINITY; n_groups];
+    }
+
+    /// Nothing wanders by itself any more.
+    pub fn forget_parts(&mut self) {
+        self.divide(vec![], 0);
     }
 
     /// Everything moves on to a time at which the bodies are there.

@@ -118,7 +118,7 @@ where
 {
     let recipe = Recipe::of(scene);
     let mesh = Mesh { marks: loads::marks(scene, &mesh)?, ..mesh };
-    let across = neighbours::<D>(&mesh.elements);
+    let across = if recipe.asks_for_neighbours() { neighbours::<D>(&mesh.elements) } else { vec![] };
     let simplices = recipe.simplices(&mesh, recipe.patches((&mesh, &mesh.rest), &across));
     let mass = simplices.lumped_masses(&mesh, recipe.density);
     let gel = recipe.gel(simplices, (&mesh, &mesh.rest), mass);

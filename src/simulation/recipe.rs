@@ -87,6 +87,11 @@ impl Recipe {
         Simplices::in_patches(mesh, patches, (self.material, self.section))
     }
 
+    /// Whether neighbours of elements are asked for at all.
+    pub fn asks_for_neighbours(&self) -> bool {
+        self.kind == ElementKind::Patch || self.remesh.is_some()
+    }
+
     /// Which elements of a mesh, whose nodes are there when it is new, with these neighbours share their change of volume.
     pub fn patches<const D: usize>(&self, (mesh, position): (&Mesh<D>, &[Vector<D>]), across: &Neighbours) -> Patches {
         match (self.kind, &self.material) {

@@ -70,12 +70,12 @@ impl Patches {
         if D == 2 { alone.paired(&dual) } else { alone.quadrupled(&dual, &rings::rings(elements, across, &dual)) }
     }
 
-    /// Pairs of elements that share a facet; what finds no partner stays alone.
+    /// Of single elements pairs that share a facet; what finds no partner stays alone.
     fn paired<const D: usize>(&self, dual: &Dual<D>) -> Self {
         self.joined(&pairing::pair(dual, vec![None; self.len()]))
     }
 
-    /// Rings of four, then pairs of pairs; what is left over stays in groups of one to three.
+    /// Of single elements rings of four, then pairs of pairs; what is left over stays in groups of one to three.
     fn quadrupled<const D: usize>(&self, dual: &Dual<D>, rings: &[Ring]) -> Self {
         let mut mates = vec![None; self.len()];
         for &[a, b, c, d] in rings {
