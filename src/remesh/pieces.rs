@@ -64,11 +64,26 @@ pub(super) struct Parts<const D: usize> {
 /// An old element that is gone.
 struct Gone<const D: usize> {
     cell: Cell<D>,
+    /// Its corner masses, kg.
+    own: [f64; 4],
     /// Density times measure at its corners, kg.
     heights: [f64; 4],
     velocity: [Vector<D>; 4],
     /// Corner masses that no new element lies over, kg.
     left: [f64; 4],
+    /// How often new elements lie over it: parts of its measure, summed.
+    covered: f64,
+}
+
+/// What new elements have of an old one that they lie over more than once, where the body lies over itself.
+#[derive(Clone, Copy)]
+struct Shared<const D: usize> {
+    /// Of the mass that each has in common with it.
+    mass: f64,
+    /// Of the measure.
+    part: f64,
+    /// By how much that moves faster than it does in the old one, m/s: together they have its momentum.
+    faster: Vector<D>,
 }
 
 /// Elements where their nodes are.
@@ -91,7 +106,7 @@ impl<const D: usize> Parts<D> {
             let mut part = Part { element, inertia: [[0.0; 4]; 4], momentum: [Vector::zeros(); 4] };
             under.near(element, &cell.bounds(), |t| {
                 let (mass, parts) = gone[t].give(cell, (&mut cutter, &mut part));
-                if mass > 0.0 {
+                if mass != 0.0 {
                     let part = gone[t].part(carried.symmetry, &parts);
                     sources.push(Source { new: ElementId(element as u32), old: pairing.gone[t], mass, part });
                 }
@@ -100,11 +115,35 @@ impl<const D: usize> Parts<D> {
         });
         let all = all.collect();
         let mut parts = Self { all, sources, stray_mass: 0.0 };
+        let shared: Vec<_> = gone.iter().map(Gone::shared).collect();
+        if shared.iter().any(Option::is_some) {
+            parts.share((&mut gone, &pairing.gone), &shared, (&changed, &mut cutter));
+        }
+        parts.sources.retain(|source| source.mass > 0.0);
         if gone.iter().any(|gone| gone.misses(UNCOVERED)) {
             parts.lay_down(&gone, &Locator::new(&changed));
         }
         parts.all.iter_mut().for_each(Part::level);
         parts
+    }
+
+    /// Leaves each new element its share of the old ones that are shared.
+    fn share(
+        &mut self,
+        (gone, ids): (&mut [Gone<D>], &[ElementId]),
+        shared: &[Option<Shared<D>>],
+        (changed, cutter): (&[Cell<D>], &mut Cutter),
+    ) {
+        for source in &mut self.sources {
+            let Ok(t) = ids.binary_search(&source.old) else { continue };
+            let Ok(n) = self.all.binary_search_by_key(&source.new.index(), |part| part.element) else { continue };
+            let Some(share) = shared[t] else { continue };
+            if let Some(moments) = cutter.moments(&gone[t].cell, &gone[t].heights, &changed[n]) {
+                self.all[n].leave(&moments, (&gone[t].velocity, share));
+                (source.mass, source.part) = (source.mass * share.mass, source.part * share.part);
+            }
+        }
+        gone.iter_mut().zip(shared).filter(|(_, shared)| shared.is_some()).for_each(|(gone, _)| gone.left = [0.0; 4]);
     }
 
     fn lay_down(&mut self, gone: &[Gone<D>], changed: &Locator<'_, D>) {
@@ -128,6 +167,18 @@ impl<const D: usize> Part<D> {
                 *sum += term;
             }
             self.momentum[i] += weighed(velocity, &moments.mixed[i]);
+        }
+    }
+
+    /// Of what was added, leaves that share.
+    fn leave(&mut self, moments: &Moments, (velocity, share): (&[Vector<D>; 4], Shared<D>)) {
+        let less = share.mass - 1.0;
+        for i in 0..=D {
+            for (sum, term) in self.inertia[i].iter_mut().zip(moments.inertia[i]) {
+                *sum += less * term;
+            }
+            let mass: f64 = moments.mixed[i].iter().sum();
+            self.momentum[i] += weighed(velocity, &moments.mixed[i]) * less + share.faster * (share.mass * mass);
         }
     }
 
@@ -162,12 +213,14 @@ impl<const D: usize> Part<D> {
 impl<const D: usize> Gone<D> {
     fn of(old: &Moved<'_, D>, carried: &Carried<'_, D>, element: ElementId) -> Self {
         let nodes = &old.mesh.elements[element.index()];
-        let left = carried.corner_mass[element.index()];
+        let own = carried.corner_mass[element.index()];
         Self {
             cell: Cell::of(old.position, nodes),
-            heights: heights::<D>(&left),
+            own,
+            heights: heights::<D>(&own),
             velocity: std::array::from_fn(|a: usize| carried.velocity[nodes[a.min(D)].index()]),
-            left,
+            left: own,
+            covered: 0.0,
         }
     }
 
@@ -181,12 +234,24 @@ impl<const D: usize> Gone<D> {
         if let Some(moments) = cutter.moments(&self.cell, &self.heights, new) {
             mass = moments.corner_mass.iter().sum();
             parts = moments.parts;
+            self.covered += parts.iter().sum::<f64>();
             part.add(&moments, &self.velocity);
             for (left, given) in self.left.iter_mut().zip(moments.corner_mass) {
                 *left -= given;
             }
         }
         (mass, parts)
+    }
+
+    /// What new elements may keep of it, if they lie over it more than once and have more than it had.
+    fn shared(&self) -> Option<Shared<D>> {
+        let given: [f64; 4] = std::array::from_fn(|a| self.own[a] - self.left[a]);
+        let [own, all] = [self.own, given].map(|masses| masses.iter().sum::<f64>());
+        (self.covered > 1.0 + PLACED && all > own && own > 0.0).then(|| {
+            let mass = own / all;
+            let lacking = std::array::from_fn(|a| self.own[a] - mass * given[a]);
+            Shared { mass, part: 1.0 / self.covered, faster: weighed(&self.velocity, &lacking) / own }
+        })
     }
 
     /// The part of it that these weights say, of a ring with its radius.

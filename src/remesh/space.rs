@@ -302,3 +302,33 @@ fn an_element_that_weighs_less_than_nothing_is_light_though_its_nodes_are_not() 
     }
     assert_eq!(lightest(&new.elements, &after), 0.0);
 }
+
+/// Where a body lies over itself, so can new elements: each has its share then, and nothing is taken from where it is not.
+#[test]
+fn what_new_elements_lie_over_twice_is_shared_by_them() {
+    let mut random = Random::new(19);
+    let body = body([4, 3, 3], &mut random).with_velocity(wavy);
+    let (xi, once) = body.other(&cells([5, 3, 2]), (1.0, &mut random), &affine);
+    let single = transfer(&body.moved(), &body.carried(), &once);
+    let (n, mut twice) = (xi.len(), once.clone());
+    twice.position.extend_from_within(..);
+    twice.origin.extend_from_within(..);
+    let again = |nodes: &Simplex| nodes.map(|node| NodeId(node.0 + n as u32));
+    let is_left = |nodes: &&Simplex| nodes.iter().all(|node| xi[node.index()].x < 0.7);
+    for part in [false, true] {
+        let mut new = twice.clone();
+        new.elements.extend(once.elements.iter().filter(|nodes| !part || is_left(nodes)).map(again));
+        let after = transfer(&body.moved(), &body.carried(), &new);
+        check_conserved(&after.defects, 1e-13);
+        assert!(after.defects.stray_mass < 1e-13 * after.defects.before.mass, "{:e}", after.defects.stray_mass);
+        let most = after.velocity.iter().map(Vector3::norm).fold(0.0, f64::max);
+        assert!(most < 1.8, "{most}");
+        for (i, whole) in single.mass.iter().enumerate().filter(|_| !part) {
+            assert!((after.mass[i] - 0.5 * whole).abs() < 1e-14 && (after.mass[i + n] - 0.5 * whole).abs() < 1e-14);
+            assert!((after.velocity[i] - single.velocity[i]).norm() < 1e-11, "node {i}");
+        }
+        let mut covered = vec![0.0; body.mesh.elements.len()];
+        after.sources.iter().for_each(|source| covered[source.old.index()] += source.part);
+        assert!(covered.iter().all(|covered| (covered - 1.0_f64).abs() < 1e-9), "{covered:?}");
+    }
+}
