@@ -7,7 +7,7 @@ use super::rehearsal::{Refusal, Rehearsal, Renewal};
 use super::renew::Renew;
 use super::sensors::Seat;
 use super::{RestoreError, SavedState};
-use crate::algebra::{Vector3, embed};
+use crate::algebra::{Vector3, embed, ordered_sum};
 use crate::avi::{Engine, Gel, Reached, Run, StepError, SurfaceNode, Totals};
 use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Potential, Simplices};
@@ -226,7 +226,8 @@ where
     }
 
     fn gel_mass(&self) -> f64 {
-        self.engine.gel().mass.iter().sum()
+        let mass = &self.engine.gel().mass;
+        ordered_sum(mass.len(), 0.0, |i| mass[i])
     }
 
     fn counts(&self) -> (usize, usize, usize) {
