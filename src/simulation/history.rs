@@ -2,6 +2,7 @@
 //! of the old elements that they are made of and what their nodes say (numerics 4.6).
 
 use super::shared::{measure, shares, stays};
+use super::strain::{Strain, UNDISTORTED};
 use super::volumes::{rest_of, rests};
 use crate::algebra::{Tensor, Vector, cofactor, cube_root, det};
 use crate::element::{Memory, Potential, Reference, Section, Simplices};
@@ -11,15 +12,13 @@ use crate::state::Birth;
 
 /// The nodes say what an element is if measure and distortion at rest are within this part of those of what it is made of.
 const HOLDS: f64 = 1e-9;
-/// Ī₁ of what is not distorted.
-const UNDISTORTED: f64 = 3.0;
 /// Halvings that find the deformation with the distortion of the old elements.
 const HALVINGS: usize = 40;
 
 /// What old elements make a new one of: means by mass, and the measure that they had at rest.
 struct Mean<const D: usize> {
     strain: Strain<D>,
-    /// Ī₁, whose mean the mean of F does not have.
+    /// Ī₁ with which it stores what they did in shear, which the mean of F does not have.
     distortion: f64,
     /// Area or volume, or area times radius of a ring, at rest.
     rest: f64,
@@ -32,66 +31,6 @@ struct Mean<const D: usize> {
     is_ring: bool,
     /// Whether it is of a gel that flows: F is the elastic part then.
     flows: bool,
-}
-
-/// F and the stretch out of the plane.
-#[derive(Clone, Copy)]
-struct Strain<const D: usize> {
-    f: Tensor<D>,
-    out: f64,
-}
-
-impl<const D: usize> Strain<D> {
-    /// Of an old element, or the elastic part where it flows; none of one that is inside out then.
-    fn of(past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
-        let (f, out) = match past.memory.get(element.index()) {
-            Some(memory) => {
-                past.potential.elastic(element, x, memory).unwrap_or_else(|| (Tensor::<D>::identity(), 1.0))
-            }
-            None => past.potential.deformation(element, x),
-        };
-        Self { f, out }
-    }
-
-    fn zero() -> Self {
-        Self { f: Tensor::<D>::zeros(), out: 0.0 }
-    }
-
-    fn plus(&self, other: &Self, part: f64) -> Self {
-        Self { f: self.f + other.f * part, out: self.out + other.out * part }
-    }
-
-    /// From this one to another.
-    fn between(&self, other: &Self, part: f64) -> Self {
-        Self::zero().plus(self, 1.0 - part).plus(other, part)
-    }
-
-    /// F C, λ³: along the same axes, but stretched three times as far.
-    fn thrice(&self) -> Self {
-        Self { f: self.f * self.f.transpose() * self.f, out: self.out * self.out * self.out }
-    }
-
-    /// F undistorted, but turned as it is: its first column in its direction, the others at right angles (Gram, Schmidt). All that lies
-    /// between it and F is upright if F is.
-    fn turning(&self) -> Self {
-        let mut axes = self.f;
-        for i in 0..D {
-            let mut axis = axes.column(i).into_owned();
-            for k in 0..i {
-                let other = axes.column(k).into_owned();
-                axis -= other * other.dot(&axis);
-            }
-            axes.set_column(i, &(axis / axis.norm()));
-        }
-        Self { f: axes, out: 1.0 }
-    }
-
-    /// Ī₁ = tr(FᵀF)/J^⅔: what a distortion costs, whatever the volume.
-    fn distortion(&self) -> f64 {
-        let across = if D == 2 { self.out * self.out } else { 0.0 };
-        let root = cube_root(det(&self.f) * self.out);
-        (self.f.norm_squared() + across) / (root * root)
-    }
 }
 
 /// What the elements of an old mesh were, and what they remember.
@@ -215,7 +154,8 @@ pub(super) fn inherited<const D: usize>(
     let mut is_known: Vec<bool> = new.same.iter().map(Option::is_some).collect();
     let strains = Strains::of(past, position, new.sources);
     let rests = rests(past, position, new);
-    for sources in new.sources.chunk_by(|a, b| a.new == b.new) {
+    let is_made = |sources: &&[Source]| sources.iter().any(|source| source.part > 0.0);
+    for sources in new.sources.chunk_by(|a, b| a.new == b.new).filter(is_made) {
         let element = sources[0].new;
         is_known[element.index()] = true;
         let nodes = &new.elements[element.index()];
@@ -253,7 +193,7 @@ impl<const D: usize> Mean<D> {
     /// Of one old element.
     fn alone(past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
         let mass = past.old.corner_mass[element.index()].iter().sum();
-        let source = Source { new: element, old: element, mass, part: 1.0 };
+        let source = Source { new: element, old: element, mass, part: 1.0, laid: 0.0 };
         let rest = rest_of(past, &source);
         Self::of(past, (x, &Strains::default()), (&[source], rest))
     }
@@ -261,7 +201,8 @@ impl<const D: usize> Mean<D> {
     /// Of parts of old elements, with this measure at rest.
     fn of(past: &Past<'_, D>, (x, strains): (&[Vector<D>], &Strains<D>), (sources, rest): (&[Source], f64)) -> Self {
         let is_ring = past.potential.section() == Section::Axisymmetric;
-        let (mut strain, mut distortion, mut mass) = (Strain::zero(), 0.0, 0.0);
+        let flows = past.potential.remembers();
+        let (mut strain, mut mass) = (Strain::zero(), 0.0);
         let (mut plastic, mut left, mut felt, mut stored) = (0.0, 0.0, 0.0, 0.0);
         let is_massive = sources.iter().any(|source| source.mass > 0.0);
         for source in sources {
@@ -273,14 +214,14 @@ impl<const D: usize> Mean<D> {
             left += memory.left * weight;
             felt += memory.felt * weight;
             strain = strain.plus(&own, weight);
-            distortion += own_distortion * weight;
             mass += weight;
-            stored += (own_distortion - UNDISTORTED) * source.part * past.rest(source.old) * memory.left;
+            // Of what flows little is elastic; what is laid on an element is lost.
+            let part = if flows { source.part } else { source.part + source.laid };
+            stored += (own_distortion - UNDISTORTED) * part * past.rest(source.old) * memory.left;
         }
-        let flows = past.potential.remembers();
         let left = left / mass;
         // By what is stored, not by mass: where patches hand on volumes that their elements did not have, the two differ.
-        let distortion = if flows { UNDISTORTED + (stored / rest / left).max(0.0) } else { distortion / mass };
+        let distortion = UNDISTORTED + (stored / rest / left).max(0.0);
         let strain = Strain::zero().plus(&strain, 1.0 / mass);
         Self { strain, distortion, plastic: plastic / mass, left, felt: felt / mass, rest, is_ring, flows }
     }
@@ -449,7 +390,7 @@ pub(super) mod tests {
         let mass = vec![0.0; position.len()];
         let birth = Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], mesh };
         let past = Past::new((&simplices, &birth, &memory), &position);
-        let source = Source { new: ElementId(0), old: ElementId(3), mass: 0.0, part: 1.0 };
+        let source = Source { new: ElementId(0), old: ElementId(3), mass: 0.0, part: 1.0, laid: 0.0 };
         let rest = rest_of(&past, &source);
         let mean = Mean::of(&past, (&position, &Strains::default()), (&[source], rest));
         assert!(
@@ -482,5 +423,24 @@ pub(super) mod tests {
             assert!((found.distortion() / wanted - 1.0).abs() < 1e-6, "{} for {wanted}", found.distortion());
             assert!((made.size(false) / mean.rest - 1.0).abs() < 1e-12);
         }
+    }
+    /// A sliver of a surface that is cut off may store more than all of what it is laid on.
+    #[test]
+    fn what_is_laid_on_a_solid_element_hands_on_what_it_stores() {
+        let mesh = block::<2>(Block { planes: [[0.0, 1.0]; 2].map(Vec::from), split: Split::Centred, faces: vec![] });
+        let solid = Material::NeoHookean(crate::material::NeoHookean::new(20e3, 2e6));
+        let n = mesh.elements.len();
+        let simplices = Simplices::in_patches(&mesh, Patches::alone(n), (solid, Section::Planar { thickness: 1.0 }));
+        let position: Vec<_> = mesh.rest.iter().map(|x| Vector::<2>::new(x[0] + x[1] * x[1], x[1])).collect();
+        let (mass, corner_mass) = (vec![1.0; position.len()], vec![[1.0; 4]; n]);
+        let birth = Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], mesh };
+        let past = Past::new((&simplices, &birth, &[]), &position);
+        let of = |old: u32| Strain::of(&past, &position, ElementId(old)).distortion() - UNDISTORTED;
+        assert!((of(0) - of(1)).abs() > 0.1);
+        let source = |old, part, laid| Source { new: ElementId(0), old: ElementId(old), mass: part, part, laid };
+        let (own, laid) = (source(0, 1.0, 0.0), source(1, 0.0, 0.5));
+        let rest = rest_of(&past, &own);
+        let mean = Mean::of(&past, (&position, &Strains::default()), (&[own, laid], rest));
+        assert!((mean.distortion - UNDISTORTED - of(0) - 0.5 * of(1)).abs() < 1e-12);
     }
 }

@@ -17,6 +17,7 @@ mod saved;
 mod sensors;
 mod shared;
 mod splash;
+mod strain;
 #[cfg(test)]
 mod trips;
 mod volumes;
