@@ -59,7 +59,7 @@ impl<'a, const D: usize> Past<'a, D> {
     }
 }
 
-/// Strains and distortions of old elements that are in new ones, found once: most are in several.
+/// Strains of old elements that are in new ones, and what they store in shear, in μ/2 by measure at rest; found once: most are in several.
 #[derive(Default)]
 struct Strains<const D: usize> {
     /// By old element, which of them is its own, if any.
@@ -82,7 +82,7 @@ impl<const D: usize> Strains<D> {
 
     fn found(past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> (Strain<D>, f64) {
         let strain = Strain::of(past, x, element);
-        (strain, strain.distortion())
+        (strain, if past.potential.remembers() { strain.distortion() } else { strain.square() } - UNDISTORTED)
     }
 
     /// That of an old element.
@@ -154,6 +154,7 @@ pub(super) fn inherited<const D: usize>(
     let mut is_known: Vec<bool> = new.same.iter().map(Option::is_some).collect();
     let strains = Strains::of(past, position, new.sources);
     let rests = rests(past, position, new);
+    let is_ring = past.potential.section() == Section::Axisymmetric;
     let is_made = |sources: &&[Source]| sources.iter().any(|source| source.part > 0.0);
     for sources in new.sources.chunk_by(|a, b| a.new == b.new).filter(is_made) {
         let element = sources[0].new;
@@ -161,7 +162,8 @@ pub(super) fn inherited<const D: usize>(
         let nodes = &new.elements[element.index()];
         let told = Reference::of(new.rest, nodes);
         let now = Reference::of(new.position, nodes);
-        let mean = Mean::of(past, (position, &strains), (sources, rests[element.index()]));
+        let sizes = (rests[element.index()], now.size(is_ring));
+        let mean = Mean::of(past, (position, &strains), (sources, sizes));
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
         }
@@ -195,18 +197,22 @@ impl<const D: usize> Mean<D> {
         let mass = past.old.corner_mass[element.index()].iter().sum();
         let source = Source { new: element, old: element, mass, part: 1.0, laid: 0.0 };
         let rest = rest_of(past, &source);
-        Self::of(past, (x, &Strains::default()), (&[source], rest))
+        Self::of(past, (x, &Strains::default()), (&[source], (rest, rest)))
     }
 
-    /// Of parts of old elements, with this measure at rest.
-    fn of(past: &Past<'_, D>, (x, strains): (&[Vector<D>], &Strains<D>), (sources, rest): (&[Source], f64)) -> Self {
+    /// Of parts of old elements, with this measure at rest and that measure now.
+    fn of(
+        past: &Past<'_, D>,
+        (x, strains): (&[Vector<D>], &Strains<D>),
+        (sources, (rest, size)): (&[Source], (f64, f64)),
+    ) -> Self {
         let is_ring = past.potential.section() == Section::Axisymmetric;
         let flows = past.potential.remembers();
         let (mut strain, mut mass) = (Strain::zero(), 0.0);
-        let (mut plastic, mut left, mut felt, mut stored) = (0.0, 0.0, 0.0, 0.0);
+        let (mut plastic, mut left, mut felt, mut stored, mut laid) = (0.0, 0.0, 0.0, 0.0, 0.0);
         let is_massive = sources.iter().any(|source| source.mass > 0.0);
         for source in sources {
-            let (own, own_distortion) = strains.at(past, x, source.old);
+            let (own, own_stored) = strains.at(past, x, source.old);
             let memory = past.memory.get(source.old.index()).copied().unwrap_or_default();
             // What was made of nothing in the mesh before has no mass: its mean is by volume.
             let weight = if is_massive { source.mass } else { source.part * past.rest(source.old) };
@@ -215,13 +221,18 @@ impl<const D: usize> Mean<D> {
             felt += memory.felt * weight;
             strain = strain.plus(&own, weight);
             mass += weight;
-            // Of what flows little is elastic; what is laid on an element is lost.
-            let part = if flows { source.part } else { source.part + source.laid };
-            stored += (own_distortion - UNDISTORTED) * part * past.rest(source.old) * memory.left;
+            let own_stored = own_stored * past.rest(source.old) * memory.left;
+            stored += own_stored * source.part;
+            laid += own_stored * source.laid;
+        }
+        // Of what flows little is elastic, and what is laid on an element is lost; of a solid, what it does not store itself.
+        if !flows {
+            stored += laid.clamp(0.0, stored.max(0.0));
         }
         let left = left / mass;
         // By what is stored, not by mass: where patches hand on volumes that their elements did not have, the two differ.
-        let distortion = UNDISTORTED + (stored / rest / left).max(0.0);
+        let root = if flows { 1.0 } else { cube_root(size / rest) };
+        let distortion = ((UNDISTORTED + stored / rest / left) / (root * root)).max(UNDISTORTED);
         let strain = Strain::zero().plus(&strain, 1.0 / mass);
         Self { strain, distortion, plastic: plastic / mass, left, felt: felt / mass, rest, is_ring, flows }
     }
@@ -392,7 +403,7 @@ pub(super) mod tests {
         let past = Past::new((&simplices, &birth, &memory), &position);
         let source = Source { new: ElementId(0), old: ElementId(3), mass: 0.0, part: 1.0, laid: 0.0 };
         let rest = rest_of(&past, &source);
-        let mean = Mean::of(&past, (&position, &Strains::default()), (&[source], rest));
+        let mean = Mean::of(&past, (&position, &Strains::default()), (&[source], (rest, rest)));
         assert!(
             (mean.plastic - 0.7).abs() < 1e-15 && (mean.left - 0.4).abs() < 1e-15 && (mean.felt + 3.0).abs() < 1e-14,
             "{} {}",
@@ -435,12 +446,14 @@ pub(super) mod tests {
         let (mass, corner_mass) = (vec![1.0; position.len()], vec![[1.0; 4]; n]);
         let birth = Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], mesh };
         let past = Past::new((&simplices, &birth, &[]), &position);
-        let of = |old: u32| Strain::of(&past, &position, ElementId(old)).distortion() - UNDISTORTED;
+        let of = |old: u32| Strain::of(&past, &position, ElementId(old)).square() - UNDISTORTED;
         assert!((of(0) - of(1)).abs() > 0.1);
         let source = |old, part, laid| Source { new: ElementId(0), old: ElementId(old), mass: part, part, laid };
         let (own, laid) = (source(0, 1.0, 0.0), source(1, 0.0, 0.5));
         let rest = rest_of(&past, &own);
-        let mean = Mean::of(&past, (&position, &Strains::default()), (&[own, laid], rest));
-        assert!((mean.distortion - UNDISTORTED - of(0) - 0.5 * of(1)).abs() < 1e-12);
+        let size = 0.9 * rest;
+        let mean = Mean::of(&past, (&position, &Strains::default()), (&[own, laid], (rest, size)));
+        let (square, stored) = (mean.distortion * cube_root(0.9).powi(2), of(0) + 0.5 * of(1));
+        assert!((square - UNDISTORTED - stored).abs() < 1e-12, "{square}, {stored}");
     }
 }

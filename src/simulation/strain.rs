@@ -61,8 +61,13 @@ impl<const D: usize> Strain<D> {
 
     /// Ī₁ = tr(FᵀF)/J^⅔: what a distortion costs, whatever the volume.
     pub fn distortion(&self) -> f64 {
-        let across = if D == 2 { self.out * self.out } else { 0.0 };
         let root = cube_root(det(&self.f) * self.out);
-        (self.f.norm_squared() + across) / (root * root)
+        self.square() / (root * root)
+    }
+
+    /// I₁ = tr(FᵀF): a solid stores μ/2 (I₁ − 3) beside what its volume does, also where it is nearly flat and Ī₁ is beyond all bounds.
+    pub fn square(&self) -> f64 {
+        let across = if D == 2 { self.out * self.out } else { 0.0 };
+        self.f.norm_squared() + across
     }
 }
