@@ -162,8 +162,7 @@ pub(super) fn inherited<const D: usize>(
         let nodes = &new.elements[element.index()];
         let told = Reference::of(new.rest, nodes);
         let now = Reference::of(new.position, nodes);
-        let sizes = (rests[element.index()], now.size(is_ring));
-        let mean = Mean::of(past, (position, &strains), (sources, sizes));
+        let mean = Mean::of(past, (position, &strains), (sources, (rests[element.index()], now.size(is_ring))));
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
         }
