@@ -448,11 +448,14 @@ pub(super) mod tests {
         let of = |old: u32| Strain::of(&past, &position, ElementId(old)).square() - UNDISTORTED;
         assert!((of(0) - of(1)).abs() > 0.1);
         let source = |old, part, laid| Source { new: ElementId(0), old: ElementId(old), mass: part, part, laid };
-        let (own, laid) = (source(0, 1.0, 0.0), source(1, 0.0, 0.5));
+        let own = source(0, 1.0, 0.0);
         let rest = rest_of(&past, &own);
-        let size = 0.9 * rest;
-        let mean = Mean::of(&past, (&position, &Strains::default()), (&[own, laid], (rest, size)));
-        let (square, stored) = (mean.distortion * cube_root(0.9).powi(2), of(0) + 0.5 * of(1));
-        assert!((square - UNDISTORTED - stored).abs() < 1e-12, "{square}, {stored}");
+        // A tenth of the other is less than what the element stores itself, half of it is more: as much again is handed on.
+        for (laid, stored) in [(0.1, of(0) + 0.1 * of(1)), (0.5, 2.0 * of(0))] {
+            let sources = [own, source(1, 0.0, laid)];
+            let mean = Mean::of(&past, (&position, &Strains::default()), (&sources, (rest, 0.9 * rest)));
+            let square = mean.distortion * cube_root(0.9).powi(2);
+            assert!((square - UNDISTORTED - stored).abs() < 1e-12, "{square}, {stored}");
+        }
     }
 }
