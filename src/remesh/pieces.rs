@@ -42,8 +42,6 @@ pub struct Source {
     pub mass: f64,
     /// Part of the area or volume of the old one, of a ring with its radius.
     pub part: f64,
-    /// Part of the old one that no new element lies over, and that is laid on this one.
-    pub laid: f64,
 }
 
 impl<const D: usize> Part<D> {
@@ -110,8 +108,7 @@ impl<const D: usize> Parts<D> {
                 let (mass, parts) = gone[t].give(cell, (&mut cutter, &mut part));
                 if mass != 0.0 {
                     let part = gone[t].part(carried.symmetry, &parts);
-                    let new = ElementId(element as u32);
-                    sources.push(Source { new, old: pairing.gone[t], mass, part, laid: 0.0 });
+                    sources.push(Source { new: ElementId(element as u32), old: pairing.gone[t], mass, part });
                 }
             });
             part
@@ -124,8 +121,7 @@ impl<const D: usize> Parts<D> {
         }
         parts.sources.retain(|source| source.mass > 0.0);
         if gone.iter().any(|gone| gone.misses(UNCOVERED)) {
-            parts.lay_down((&gone, &pairing.gone), &Locator::new(&changed));
-            parts.sources.sort_by_key(|source| source.new);
+            parts.lay_down(&gone, &Locator::new(&changed));
         }
         parts.all.iter_mut().for_each(Part::level);
         parts
@@ -150,18 +146,14 @@ impl<const D: usize> Parts<D> {
         gone.iter_mut().zip(shared).filter(|(_, shared)| shared.is_some()).for_each(|(gone, _)| gone.left = [0.0; 4]);
     }
 
-    fn lay_down(&mut self, (gone, ids): (&[Gone<D>], &[ElementId]), changed: &Locator<'_, D>) {
-        for (gone, old) in gone.iter().zip(ids).filter(|(gone, _)| gone.misses(UNCOVERED)) {
+    fn lay_down(&mut self, gone: &[Gone<D>], changed: &Locator<'_, D>) {
+        for gone in gone.iter().filter(|gone| gone.misses(UNCOVERED)) {
             let mass: f64 = gone.left.iter().sum();
             self.stray_mass += mass.abs();
             let middle = [1.0 / (D + 1) as f64; 4];
             let weights = if gone.misses(PLACED) { gone.left.map(|left| left / mass) } else { middle };
             if let Some(place) = changed.nearest(&weighed(&gone.cell.corners, &weights)) {
                 let part = &mut self.all[place.cell];
-                if gone.covered < 1.0 - PLACED {
-                    let (new, laid) = (ElementId(part.element as u32), 1.0 - gone.covered);
-                    self.sources.push(Source { new, old: *old, mass: 0.0, part: 0.0, laid });
-                }
                 part.add_point(mass, &weighed(&gone.velocity, &weights), &place.weights);
             }
         }

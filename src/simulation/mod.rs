@@ -17,7 +17,6 @@ mod saved;
 mod sensors;
 mod shared;
 mod splash;
-mod strain;
 #[cfg(test)]
 mod trips;
 mod volumes;

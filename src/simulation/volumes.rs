@@ -96,7 +96,7 @@ mod tests {
     }
 
     fn whole(old: u32, new: u32) -> Source {
-        Source { new: ElementId(new), old: ElementId(old), mass: 1.0, part: 1.0, laid: 0.0 }
+        Source { new: ElementId(new), old: ElementId(old), mass: 1.0, part: 1.0 }
     }
 
     #[test]
