@@ -182,9 +182,8 @@ impl<const D: usize> Part<D> {
         }
     }
 
-    /// Where the density would be far below nothing at a corner, draws it to its mean until it is nothing there, and the velocity to
-    /// its mean everywhere: exchanges add up point by point, and a node in such a corner could come to have no mass, or a momentum that
-    /// its mass does not bear. Mass and momentum stay; the centre of mass does not.
+    /// Where the density would be far below nothing at a corner, draws it to its mean until it is nothing there: exchanges add up
+    /// point by point, and a node in such a corner could come to have no mass. Mass and momentum stay; the centre of mass does not.
     fn level(&mut self) {
         let corner_mass = self.corner_mass();
         let (mean, heights) = (corner_mass.iter().sum::<f64>(), heights::<D>(&corner_mass));
@@ -194,8 +193,6 @@ impl<const D: usize> Part<D> {
             let mut level = [0.0; 4];
             level[..=D].iter_mut().zip(heights).for_each(|(level, height)| *level = mean + part * (height - mean));
             self.inertia = inertia::<D>(&level);
-            let velocity = self.momentum.iter().sum::<Vector<D>>() / mean;
-            self.momentum = self.corner_mass().map(|mass| velocity * mass);
         }
     }
 
@@ -267,37 +264,5 @@ impl<const D: usize> Gone<D> {
     fn misses(&self, part: f64) -> bool {
         let mass: f64 = self.left.iter().sum();
         mass.abs() > part * self.heights.iter().sum::<f64>() / (D + 1) as f64
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// An element of 1 kg at rest, from whose first corner a mass of 100 m/s is taken.
-    fn bitten(mass: f64) -> Part<3> {
-        let inertia = inertia::<3>(&[1.0; 4]);
-        let mut part = Part { element: 0, inertia, momentum: [Vector::<3>::zeros(); 4] };
-        part.add_point(-mass, &Vector::<3>::new(100.0, 0.0, 0.0), &[1.0, 0.0, 0.0, 0.0]);
-        part
-    }
-
-    #[test]
-    fn what_is_levelled_has_momenta_that_its_masses_bear() {
-        let (mut part, momentum) = (bitten(0.3), Vector::<3>::new(-30.0, 0.0, 0.0));
-        part.level();
-        let masses = part.corner_mass();
-        assert!((masses.iter().sum::<f64>() - 0.7).abs() < 1e-15);
-        assert!((part.momentum.iter().sum::<Vector<3>>() - momentum).norm() < 1e-13);
-        for (mass, own) in masses.iter().zip(part.momentum) {
-            assert!(*mass > 0.03 && (own / *mass - momentum / 0.7).norm() < 1e-12, "{mass} kg has {own} N·s");
-        }
-    }
-
-    #[test]
-    fn what_is_a_little_rough_stays_as_it_is() {
-        let (mut part, was) = (bitten(0.2), bitten(0.2));
-        part.level();
-        assert_eq!((part.inertia, part.momentum), (was.inertia, was.momentum));
     }
 }

@@ -21,8 +21,6 @@ struct Mean<const D: usize> {
     strain: Strain<D>,
     /// Ī₁, whose mean the mean of F does not have.
     distortion: f64,
-    /// The greatest Ī₁ that the mean of F may have: of the old elements, where they do not flow.
-    most: f64,
     /// Area or volume, or area times radius of a ring, at rest.
     rest: f64,
     /// ε_p.
@@ -71,21 +69,6 @@ impl<const D: usize> Strain<D> {
     /// F C, λ³: along the same axes, but stretched three times as far.
     fn thrice(&self) -> Self {
         Self { f: self.f * self.f.transpose() * self.f, out: self.out * self.out * self.out }
-    }
-
-    /// F undistorted, but turned as it is: its first column in its direction, the others at right angles (Gram, Schmidt). All that lies
-    /// between it and F is upright if F is.
-    fn turning(&self) -> Self {
-        let mut axes = self.f;
-        for i in 0..D {
-            let mut axis = axes.column(i).into_owned();
-            for k in 0..i {
-                let other = axes.column(k).into_owned();
-                axis -= other * other.dot(&axis);
-            }
-            axes.set_column(i, &(axis / axis.norm()));
-        }
-        Self { f: axes, out: 1.0 }
     }
 
     /// Ī₁ = tr(FᵀF)/J^⅔: what a distortion costs, whatever the volume.
@@ -263,7 +246,7 @@ impl<const D: usize> Mean<D> {
     /// Of parts of old elements, with this measure at rest.
     fn of(past: &Past<'_, D>, (x, strains): (&[Vector<D>], &Strains<D>), (sources, rest): (&[Source], f64)) -> Self {
         let is_ring = past.potential.section() == Section::Axisymmetric;
-        let (mut strain, mut distortion, mut mass, mut most) = (Strain::zero(), 0.0, 0.0, UNDISTORTED);
+        let (mut strain, mut distortion, mut mass) = (Strain::zero(), 0.0, 0.0);
         let (mut plastic, mut left, mut felt, mut stored) = (0.0, 0.0, 0.0, 0.0);
         let is_massive = sources.iter().any(|source| source.mass > 0.0);
         for source in sources {
@@ -276,7 +259,6 @@ impl<const D: usize> Mean<D> {
             felt += memory.felt * weight;
             strain = strain.plus(&own, weight);
             distortion += own_distortion * weight;
-            most = own_distortion.max(most);
             mass += weight;
             stored += (own_distortion - UNDISTORTED) * source.part * past.rest(source.old) * memory.left;
         }
@@ -285,8 +267,7 @@ impl<const D: usize> Mean<D> {
         // By what is stored, not by mass: where patches hand on volumes that their elements did not have, the two differ.
         let distortion = if flows { UNDISTORTED + (stored / rest / left).max(0.0) } else { distortion / mass };
         let strain = Strain::zero().plus(&strain, 1.0 / mass);
-        let most = if flows { distortion } else { most };
-        Self { strain, distortion, most, plastic: plastic / mass, left, felt: felt / mass, rest, is_ring, flows }
+        Self { strain, distortion, plastic: plastic / mass, left, felt: felt / mass, rest, is_ring, flows }
     }
 
     /// An element of its own shape now, and what it remembers.
@@ -323,18 +304,17 @@ impl<const D: usize> Mean<D> {
     fn made(&self, told: &Reference<D>, now: &Reference<D>) -> Option<Reference<D>> {
         let rest = Strain { f: Tensor::<D>::identity(), out: 1.0 };
         let mean = self.fitted(&self.strain, now);
-        let is_enough = |d: f64| d >= (1.0 - HOLDS) * self.distortion && d <= (1.0 + HOLDS) * self.most;
-        if let Some(fit) = mean.filter(|fit| is_enough(fit.1)) {
+        if let Some(fit) = mean.filter(|fit| {
+            fit.1 >= (1.0 - HOLDS) * self.distortion && !(self.flows && fit.1 > (1.0 + HOLDS) * self.distortion)
+        }) {
             return Some(fit.0);
         }
         // What lies between two that stand upright need not.
         let reaches = |strain: &Strain<D>| self.reaches(strain, now);
         let told = self.said(told, now).filter(reaches);
-        // Enough is on the way to more than enough, from rest; what flows is not turned.
+        // More than enough is only there where energy is handed on: on the way to it from rest then.
         let (from, aim) = match mean {
-            Some(fit) if fit.1 > self.distortion => {
-                (if self.flows { rest } else { self.strain.turning() }, self.strain)
-            }
+            Some(fit) if fit.1 > self.distortion => (rest, self.strain),
             _ => (self.strain, told.unwrap_or_else(|| self.strain.thrice())),
         };
         let (mut less, mut more) = (0.0, 1.0);
@@ -464,28 +444,5 @@ pub(super) mod tests {
             mean.left
         );
         assert!((mean.distortion - UNDISTORTED).abs() < 1e-12 && mean.rest > 0.0);
-    }
-    /// The mean of elements that are turned against each other is nearly flat: taken as it is, one such element stored half of what
-    /// a ball had brought.
-    #[test]
-    fn what_the_mean_distorts_more_than_its_elements_are_is_not_handed_on() {
-        let turn =
-            |angle: f64| Tensor::<3>::new(angle.cos(), -angle.sin(), 0.0, angle.sin(), angle.cos(), 0.0, 0.0, 0.0, 1.0);
-        let strain = Strain { f: (turn(0.2) + turn(3.1)) * 0.5, out: 1.0 };
-        let unit = Reference { edges: Tensor::<3>::identity(), radius: 0.0 };
-        let flat = Reference { edges: -Tensor::<3>::identity(), radius: 0.0 };
-        let (plastic, left, felt) = (0.0, 1.0, 0.0);
-        let (mut mean, distortion) = (
-            Mean { strain, distortion: 3.5, most: 3.5, rest: 0.2, plastic, left, felt, is_ring: false, flows: false },
-            strain.distortion(),
-        );
-        assert!(distortion > 10.0);
-        for wanted in [3.0, 3.5, 0.99 * distortion] {
-            (mean.distortion, mean.most) = (wanted, wanted);
-            let made = mean.made(&flat, &unit).unwrap();
-            let found = Strain { f: inverse(&made.edges).unwrap(), out: 1.0 };
-            assert!((found.distortion() / wanted - 1.0).abs() < 1e-6, "{} for {wanted}", found.distortion());
-            assert!((made.size(false) / mean.rest - 1.0).abs() < 1e-12);
-        }
     }
 }
