@@ -106,6 +106,7 @@ impl<const D: usize> Parts<D> {
             let mut part = Part { element, inertia: [[0.0; 4]; 4], momentum: [Vector::zeros(); 4] };
             under.near(element, &cell.bounds(), |t| {
                 let (mass, parts) = gone[t].give(cell, (&mut cutter, &mut part));
+                // What weighs less than nothing is shared as well, and no source after that.
                 if mass != 0.0 {
                     let part = gone[t].part(carried.symmetry, &parts);
                     sources.push(Source { new: ElementId(element as u32), old: pairing.gone[t], mass, part });
@@ -136,8 +137,8 @@ impl<const D: usize> Parts<D> {
     ) {
         for source in &mut self.sources {
             let Ok(t) = ids.binary_search(&source.old) else { continue };
-            let Ok(n) = self.all.binary_search_by_key(&source.new.index(), |part| part.element) else { continue };
             let Some(share) = shared[t] else { continue };
+            let Ok(n) = self.all.binary_search_by_key(&source.new.index(), |part| part.element) else { continue };
             if let Some(moments) = cutter.moments(&gone[t].cell, &gone[t].heights, &changed[n]) {
                 self.all[n].leave(&moments, (&gone[t].velocity, share));
                 (source.mass, source.part) = (source.mass * share.mass, source.part * share.part);
