@@ -151,14 +151,13 @@ fn an_exchange_that_is_rehearsed_is_made_just_so() {
     assert_eq!(on.digest(), run(&scene, (1, 1)).digest());
 }
 
-/// More nodes than this are on the axis, and none is far beyond it.
+/// More nodes than this are on the axis, and none is beyond it.
 fn check_axis(done: &Simulation, nodes: usize) {
     let points = done.frame().points;
     let on_axis = points.iter().filter(|x| x.x == 0.0).count();
     assert!(on_axis > nodes, "the axis has {on_axis} nodes");
-    // A ring is held from closing by the mean radius of its elements: a node of the surface beside the axis may pass it.
     let least = points.iter().map(|x| x.x).fold(f64::INFINITY, f64::min);
-    assert!(least > -0.5 * 2.5e-3, "matter is {least:e} m on the wrong side of the axis");
+    assert!(least > -1e-15, "matter is {least:e} m on the wrong side of the axis");
 }
 
 #[test]
@@ -170,6 +169,25 @@ fn a_ball_runs_into_a_cylinder_and_the_axis_stays_the_axis() {
     // 0.02; above 0.1 where rings take the inverse map whatever their measure at rest.
     assert!(seen.energy.energy_defect < 0.04, "defect {}", seen.energy.energy_defect);
     check_axis(&done, 30);
+}
+
+/// Where its wall could pass the axis, runs ended between 3.3 and 5 ms, as the cavity closed.
+#[test]
+fn a_cavity_that_closes_on_its_axis_does_not_stop_a_run() {
+    let round = [
+        "scene.dimension=axisymmetric",
+        "gel.shape={ cylinder = { radius = 0.07, height = 0.12 } }",
+        "mesh.tree={ coarsest = 4, core = 0.025, slope = 0.2 }",
+        "scene.end_time=10e-3",
+    ];
+    for sizes in [["mesh.size=5e-3", "remesh.smallest=4e-3"], ["mesh.size=2.5e-3", "remesh.smallest=2e-3"]] {
+        let done = run(&changed("sphere-deep", &[round.as_slice(), &sizes].concat()), (10, 1));
+        let seen = done.observe();
+        check_books(&seen);
+        assert!(seen.energy.contact < 0.0, "{sizes:?}: {} J", seen.energy.contact);
+        assert!(seen.projectile().kinematics.velocity.z > 0.0, "{sizes:?}: the ball has turned");
+        check_axis(&done, 10);
+    }
 }
 
 #[test]

@@ -7,6 +7,8 @@ use std::time::Instant;
 
 /// Cells beneath the ball, m: R/1.6, R/2 and R/2.5.
 const SIZES: [f64; 3] = [6.25e-3, 5e-3, 4e-3];
+/// The same about an axis, in a cylinder: R/2, R/4 and R/8.
+const ABOUT_AN_AXIS: [f64; 3] = [5e-3, 2.5e-3, 1.25e-3];
 /// Times at which the runs are compared, ms.
 const TIMES: [f64; 6] = [1.0, 1.5, 2.0, 3.0, 4.0, 6.0];
 
@@ -18,12 +20,25 @@ pub fn study() {
         "| cells, mm |{times} depth, mm | at, ms | end | meshes | elements | kept, % | attempts | least J | remesh, % of E₀ | bias, % | closure | momentum | mass | exchanging, % of the time | 1000 elements/s | CPU s |"
     );
     println!("|---|{}---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|", "---|".repeat(TIMES.len()));
-    SIZES.into_iter().for_each(row);
+    let block = scene("sphere-deep", &[]).gel.density * 0.14 * 0.14 * 0.12;
+    for size in SIZES {
+        row((size, ""), &[], block);
+    }
+    let round = [
+        ("scene.dimension", "axisymmetric".to_owned()),
+        ("gel.shape", "{ cylinder = { radius = 0.07, height = 0.12 } }".to_owned()),
+        ("mesh.tree", "{ coarsest = 4, core = 0.025, slope = 0.2 }".to_owned()),
+    ];
+    let cylinder = block * std::f64::consts::FRAC_PI_4;
+    for size in ABOUT_AN_AXIS {
+        row((size, ", about an axis"), &round, cylinder);
+    }
 }
 
-fn row(size: f64) {
-    let keys = [("mesh.size", size.to_string()), ("remesh.smallest", (0.8 * size).to_string())];
-    let scene = scene("sphere-deep", &keys);
+/// One run with cells of this size and these keys, of a gel of this mass.
+fn row((size, name): (f64, &str), keys: &[(&str, String)], mass: f64) {
+    let sizes = [("mesh.size", size.to_string()), ("remesh.smallest", (0.8 * size).to_string())];
+    let scene = scene("sphere-deep", &[keys, &sizes].concat());
     let (begun, clock) = (seconds(), Instant::now());
     let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
     let inputs = simulation.inputs();
@@ -40,15 +55,14 @@ fn row(size: f64) {
     let seen = simulation.observe();
     let (depth, at) = seen.projectile().contact.peak_depth;
     let end = end.map_or_else(|failure| format!("stops at {:.2} ms", 1e3 * failure.time()), |()| "–".to_owned());
-    let mass = scene.gel.density * 0.14 * 0.14 * 0.12;
     let renewals = simulation.renewals();
     let n = renewals.len().max(1) as f64;
     let kept = renewals.iter().map(|renewal| renewal.unchanged).sum::<f64>() / n;
     let exchanging: f64 = renewals.iter().map(|renewal| renewal.seconds).sum();
     let attempts: usize = renewals.iter().map(|renewal| renewal.attempt).sum();
-    tell_refusals(&format!("{} mm", 1e3 * size), &simulation);
+    tell_refusals(&format!("{} mm{name}", 1e3 * size), &simulation);
     println!(
-        "| {} |{seen_at} {:.2} | {:.2} | {end} | {} | {} | {:.0} | {attempts} | {:.3} | {:+.2} | {:+.2} | {:.0e} | {:.0e} | {:.0e} | {:.0} | {:.0} | {cpu:.0} |",
+        "| {}{name} |{seen_at} {:.2} | {:.2} | {end} | {} | {} | {:.0} | {attempts} | {:.3} | {:+.2} | {:+.2} | {:.0e} | {:.0e} | {:.0e} | {:.0} | {:.0} | {cpu:.0} |",
         1e3 * size,
         1e3 * depth,
         1e3 * at,

@@ -20,6 +20,8 @@ pub struct Gel<const D: usize, P> {
     pub behind: Vec<ElementId>,
     /// The pressures on it.
     pub loads: Loads,
+    /// The axes across the planes that the gel is mirrored at, in its own space: 0 of one about an axis.
+    pub mirrored: &'static [usize],
 }
 
 /// The nodes and facets that can touch.
@@ -64,13 +66,20 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
             star.of(facet[0]).iter().find(has_all).copied().expect("a facet bounds an element")
         };
         let behind = surface.facets.iter().map(owner).collect();
-        Self { potential, mass, held, star, surface, behind, loads: Loads::none() }
+        Self { potential, mass, held, star, surface, behind, loads: Loads::none(), mirrored: &[] }
     }
 
     /// The same under these pressures.
     #[must_use]
     pub fn with_loads(mut self, loads: Loads) -> Self {
         self.loads = loads;
+        self
+    }
+
+    /// The same, mirrored at the planes through the origin across these axes, or about the first: no node of its surface passes them.
+    #[must_use]
+    pub fn mirrored(mut self, axes: &'static [usize]) -> Self {
+        self.mirrored = axes;
         self
     }
 

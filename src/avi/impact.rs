@@ -121,7 +121,7 @@ const SETTLED: f64 = 1e-12;
 /// A node counts as inside up to this distance above the surface, in element sizes. A node that rests on a moving body at
 /// a distance of exactly zero is otherwise found inside or outside by rounding, and each miss costs an impact: the
 /// rebound of a mass that starts touching a bar was 2.3 % off. Rounding is ten thousand times smaller.
-const TOUCH: f64 = 1e-9;
+pub(super) const TOUCH: f64 = 1e-9;
 /// Removal of penetration is at most this fraction of the greatest approach speed seen (numerics 2.5).
 const BIAS_CAP: f64 = 0.1;
 /// Penetration that is left standing, in element sizes. Removing all of it pushes nodes off that fall back for ever, and
@@ -134,6 +134,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Body by body, the active nodes inside it, ascending, then the firing facets that a tip pierces or that are deep
     /// inside.
     pub(super) fn find_touches(&mut self, tick: Tick) {
+        self.find_meetings();
         self.find_facets();
         let mut touches = std::mem::take(&mut self.scratch.touches);
         touches.clear();
@@ -318,8 +319,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.bodies[body].strike(&mut self.scratch.now[body], &point, &-impulse);
     }
 
-    /// Moreau's law with Coulomb's friction for all touching points in order, swept until nothing changes; the projected
-    /// Gauss–Seidel method on the accumulated impulses.
+    /// Moreau's law with Coulomb's friction for all touching points in order, then between nodes and their images, swept until
+    /// nothing changes; the projected Gauss–Seidel method on the accumulated impulses.
     pub(super) fn solve(&mut self, restitution: f64, friction: f64) {
         let fastest = self.state.record.contacts.iter().map(|contact| contact.approach).fold(0.0, f64::max);
         for _ in 0..SWEEPS {
@@ -330,6 +331,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                     residual = residual.max(self.rub(i, friction));
                 }
             }
+            residual = residual.max(self.meet_all());
             if residual <= SETTLED * fastest {
                 break;
             }

@@ -43,9 +43,14 @@ impl Taken {
     pub fn add<const D: usize>(&mut self, free: &Vector<D>, freedom: Freedom, (at, push): (Vector3, Vector3)) {
         if free.min() == 0.0 {
             let taken = embed(&restrict::<D>(&push).component_mul(free)) - push;
-            self.momentum += freedom.translation(&taken);
-            self.angular_momentum += freedom.rotation(&at.cross(&taken));
+            self.give(freedom, (at, taken));
         }
+    }
+
+    /// A push on a node at `at` by what holds.
+    pub fn give(&mut self, freedom: Freedom, (at, push): (Vector3, Vector3)) {
+        self.momentum += freedom.translation(&push);
+        self.angular_momentum += freedom.rotation(&at.cross(&push));
     }
 
     pub fn post(&self, ledger: &mut Ledger) {
@@ -172,7 +177,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn find_carriers(&mut self) {
         let mut carriers = std::mem::take(&mut self.scratch.carriers);
         carriers.clear();
-        for node in self.scratch.touches.iter().flat_map(Touch::nodes).copied().chain(self.pressed()) {
+        let met = self.scratch.meetings.iter().map(|meeting| meeting.node);
+        for node in self.scratch.touches.iter().flat_map(Touch::nodes).copied().chain(met).chain(self.pressed()) {
             let (before, kicked) = (self.velocity_before(node), self.state.velocity[node.index()]);
             carriers.push(Carrier { node, before, kicked });
         }
@@ -263,6 +269,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
         taken.post(&mut self.state.ledger);
         self.scratch.touches = touches;
+        self.book_meetings();
     }
 
     /// Momentum and work that come from whoever holds or moves a body.

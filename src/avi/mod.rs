@@ -10,6 +10,7 @@ mod grid;
 mod impact;
 mod kick;
 mod load;
+mod mirror;
 mod near;
 mod nodes;
 mod order;

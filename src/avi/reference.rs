@@ -133,8 +133,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.scratch.reference = answers;
         self.damp();
         self.press(tick);
-        if let Law::Moreau { restitution, friction, .. } = self.rules.law {
-            self.solve(restitution, friction);
+        match self.rules.law {
+            Law::Moreau { restitution, friction, .. } => self.solve(restitution, friction),
+            Law::Reversal => _ = self.meet_all(),
         }
     }
 

@@ -3,6 +3,7 @@
 use super::impact::Touch;
 use super::kick::Carrier;
 use super::load::{Pushed, Stiffer};
+use super::mirror::Meeting;
 use super::nodes::{Active, NodeSums};
 use super::pace::{Change, Nearness};
 use super::reference::Answers;
@@ -57,7 +58,9 @@ pub(super) struct Scratch<const D: usize> {
     pub changed: Vec<Change>,
     /// Points of the surface inside a body.
     pub touches: Vec<Touch<D>>,
-    /// The nodes that carry them.
+    /// Nodes of the surface that have come to their image.
+    pub meetings: Vec<Meeting>,
+    /// The nodes that carry either.
     pub carriers: Vec<Carrier<D>>,
     /// What pressures do to the facets of what fires.
     pub pushed: Vec<Pushed<D>>,

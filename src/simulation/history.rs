@@ -204,8 +204,7 @@ pub(super) fn inherited<const D: usize>(
         let element = sources[0].new;
         is_known[element.index()] = true;
         let nodes = &new.elements[element.index()];
-        let told = Reference::of(new.rest, nodes);
-        let now = Reference::of(new.position, nodes);
+        let [told, now] = [new.rest, new.position].map(|x| Reference::of(x, nodes));
         let mean = Mean::of(past, (position, &strains), (sources, rests[element.index()]));
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
@@ -219,12 +218,15 @@ pub(super) fn inherited<const D: usize>(
         all.push((element, Reference::of(new.position, nodes)));
     }
     all.sort_by_key(|(element, _)| *element);
+    let is_ring = past.potential.section() == Section::Axisymmetric;
     for ((element, reference), memory) in all.iter().zip(&mut memory) {
         let now = Reference::of(new.position, &new.elements[element.index()]);
-        let out = if past.potential.section() == Section::Axisymmetric { now.radius / reference.radius } else { 1.0 };
+        let out = if is_ring { now.radius / reference.radius } else { 1.0 };
         memory.jacobian = det(&now.edges) / det(&reference.edges) * out;
     }
-    Some((all, memory))
+    // A ring of no radius is none.
+    let stands = |(_, reference): &(ElementId, Reference<D>)| !is_ring || reference.radius > 0.0;
+    all.iter().all(stands).then_some((all, memory))
 }
 
 /// The reference of an old element whose nodes may stand in another order now.

@@ -112,7 +112,8 @@ impl Recipe {
         (mesh, position): (&Mesh<D>, &[Vector<D>]),
         mass: Vec<f64>,
     ) -> Gel<D, Simplices<D>> {
-        let gel = Gel::new(simplices, mass, &mesh.held, self.surface(mesh, position));
+        let mirrored = if self.section == Section::Axisymmetric { &[0] } else { self.symmetry.mirrored() };
+        let gel = Gel::new(simplices, mass, &mesh.held, self.surface(mesh, position)).mirrored(mirrored);
         loads::loaded(gel, mesh, (self.section, &self.pressures))
     }
 

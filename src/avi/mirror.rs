@@ -1,0 +1,90 @@
+//! Gel that meets its own image: no node of the surface passes the axis of revolution or a plane of symmetry (numerics 2.9).
+
+use super::engine::Engine;
+use super::gel::SurfaceNode;
+use super::impact::TOUCH;
+use super::kick::Taken;
+use super::phase::Phase;
+use crate::algebra::{Vector3, embed};
+use crate::contact::impulse;
+use crate::element::Potential;
+use crate::mesh::NodeId;
+use crate::state::Tick;
+
+/// A node of the surface that may come to its image until its next tick.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Meeting {
+    /// The node.
+    pub node: NodeId,
+    /// Across which plane its image is.
+    axis: usize,
+    /// −x/Δt, with which it comes as far as to the plane, m/s.
+    least: f64,
+    /// u⁻, its velocity away from the plane before the tick, m/s.
+    before: f64,
+    /// J so far, away from the plane, N·s.
+    impulse: f64,
+}
+
+impl<const D: usize, P: Potential<D>> Engine<D, P> {
+    /// Finds the active nodes of the surface that are less than their size from their image, ascending.
+    pub(super) fn find_meetings(&mut self) {
+        let mut meetings = std::mem::take(&mut self.scratch.meetings);
+        meetings.clear();
+        if !self.gel.mirrored.is_empty() {
+            let (active, surface) = (&self.scratch.active, &self.gel.surface);
+            if active.all {
+                surface.nodes.iter().for_each(|at| meetings.extend(self.meetings_of(at)));
+            } else {
+                let reached = active.list.iter().filter_map(|node| surface.of[*node as usize]);
+                reached.for_each(|at| meetings.extend(self.meetings_of(&surface.nodes[at as usize])));
+                meetings.sort_unstable_by_key(|meeting| (meeting.node, meeting.axis));
+            }
+        }
+        self.scratch.meetings = meetings;
+    }
+
+    fn meetings_of(&self, at: &SurfaceNode) -> impl Iterator<Item = Meeting> + '_ {
+        let SurfaceNode { node, size, .. } = *at;
+        let x = self.state.position[node.index()];
+        // Where the mesh ends there is no step ahead: what is at the plane is held there.
+        let is_last = self.phase == Phase::Last;
+        let near = if is_last { TOUCH * size } else { size };
+        let meets = move |axis: &usize| x[*axis] < near && !self.gel.held(node.index())[*axis];
+        let meeting = move |axis: usize| {
+            let step = self.grid.time(self.shortest_around(node) as Tick);
+            let least = if is_last { 0.0 } else { -x[axis] / step };
+            Meeting { node, axis, least, before: self.velocity_before(node)[axis], impulse: 0.0 }
+        };
+        self.gel.mirrored.iter().copied().filter(meets).map(meeting)
+    }
+
+    /// One correction of all impulses between nodes and their images; by how much it changes a velocity at most, m/s.
+    pub(super) fn meet_all(&mut self) -> f64 {
+        (0..self.scratch.meetings.len()).map(|i| self.meet(i)).fold(0.0, f64::max)
+    }
+
+    /// One correction of the impulse between a node and its image, which is as heavy and comes as fast: that of a wall at rest; by
+    /// how much it changes the velocity, m/s.
+    fn meet(&mut self, i: usize) -> f64 {
+        let Meeting { node, axis, least, impulse: so_far, .. } = self.scratch.meetings[i];
+        let (a, compliance) = (node.index(), 1.0 / self.gel.mass[node.index()]);
+        let free = self.state.velocity[a][axis] - compliance * so_far;
+        let change = impulse(free, least, compliance) - so_far;
+        self.scratch.meetings[i].impulse += change;
+        self.state.velocity[a][axis] += compliance * change;
+        compliance * change.abs()
+    }
+
+    /// Posts the work of the images, Σ J (u⁻ + u⁺)/2, and their momentum, which is that of what holds the plane.
+    pub(super) fn book_meetings(&mut self) {
+        let mut taken = Taken::default();
+        for Meeting { node, axis, before, impulse, .. } in &self.scratch.meetings {
+            let a = node.index();
+            self.state.ledger.energy.contact += 0.5 * impulse * (before + self.state.velocity[a][*axis]);
+            let push = Vector3::ith(*axis, *impulse);
+            taken.give(self.freedom(), (embed(&self.state.position[a]), push));
+        }
+        taken.post(&mut self.state.ledger);
+    }
+}
