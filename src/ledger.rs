@@ -22,7 +22,7 @@ pub struct Ledger {
 /// Energy accounts, J.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct EnergyAccounts {
-    /// Σ J (u⁻ + u⁺)/2 of the contact law, without the removal of penetration.
+    /// Σ J (u⁻ + u⁺)/2 of the contact with bodies, without the removal of penetration, and of gel with its image.
     pub contact: f64,
     /// Σ Jₜ·(uₜ⁻ + uₜ⁺)/2 of friction.
     pub friction: f64,
@@ -53,7 +53,7 @@ pub struct EnergyAccounts {
 /// Momentum accounts.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct MomentumAccounts {
-    /// Taken up by held nodes.
+    /// Taken up by held nodes, and given by images.
     pub restraint: Account,
     /// External force or torque, and the reaction of a fixed or prescribed projectile.
     pub external: Account,

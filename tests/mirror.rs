@@ -36,9 +36,14 @@ fn bystander() -> (Body, BodyState) {
 }
 
 /// A strip between two walls that lets it slide along x, which comes to the plane x = 0.
-fn strip(n: usize, law: Law) -> Engine<2, Simplices<2>> {
+fn strip(n: usize, rules: (Kind, Law)) -> Engine<2, Simplices<2>> {
+    thrown(n, (GAP, SPEED), rules)
+}
+
+/// The same from so far and so fast.
+fn thrown(n: usize, (gap, speed): (f64, f64), (schedule, law): (Kind, Law)) -> Engine<2, Simplices<2>> {
     let h = LENGTH / n as f64;
-    let along = (0..=n).map(|i| GAP + h * i as f64).collect();
+    let along = (0..=n).map(|i| gap + h * i as f64).collect();
     let across = (0..=4).map(|i| h * f64::from(i)).collect();
     let faces = [false, true].map(|high| Face { axis: 1, high, hold: Hold::Normal }).to_vec();
     let mesh = mesh::block(Block { planes: [along, across], split: Split::Centred, faces });
@@ -46,12 +51,18 @@ fn strip(n: usize, law: Law) -> Engine<2, Simplices<2>> {
     let mass = simplices.lumped_masses(&mesh, 1.0);
     let surface = Surface::new::<2>(mesh.rest.len(), mesh.facets.clone(), |_| (h, h));
     let gel = Gel::new(simplices, mass, &mesh.held, surface).mirrored(&[0]);
-    let nodes = gel.potential.rest().iter().map(|x| (*x, Vector::<2>::new(-SPEED, 0.0))).collect();
-    let rules = Rules { schedule: Kind::Bins, cfl: 0.8, law, force_window: 1.0, damping: 0.0 };
+    let nodes = gel.potential.rest().iter().map(|x| (*x, Vector::<2>::new(-speed, 0.0))).collect();
+    let rules = Rules { schedule, cfl: 0.8, law, force_window: 1.0, damping: 0.0 };
     Engine::new(gel, vec![bystander()], rules, nodes)
 }
 
 const MOREAU: Law = Law::Moreau { restitution: 0.0, bias: 0.1, friction: 0.0 };
+
+/// Where the node of the surface is that has come the farthest, m.
+fn least(engine: &Engine<2, Simplices<2>>) -> f64 {
+    let nodes = engine.gel().surface.nodes.iter();
+    nodes.map(|at| engine.state().position[at.node.index()].x).fold(f64::INFINITY, f64::min)
+}
 
 /// Its mean velocity along x.
 fn mean(engine: &Engine<2, Simplices<2>>) -> f64 {
@@ -67,16 +78,15 @@ fn a_strip_leaves_its_image_as_a_bar_leaves_a_wall() {
     let (met, passage) = (GAP / SPEED, LENGTH / wave);
     let mut errors = vec![];
     for n in [20, 40] {
-        let mut engine = strip(n, MOREAU);
+        let mut engine = strip(n, (Kind::Bins, MOREAU));
         let mut beyond: f64 = 0.0;
         let mut speed_at = |t: f64| {
             engine.advance_to(t, &mut [Exchange::default()]).unwrap();
-            let least = engine.state().position.iter().map(|x| x.x).fold(f64::INFINITY, f64::min);
-            beyond = beyond.min(least);
+            beyond = beyond.min(least(&engine));
             mean(&engine)
         };
-        for i in 1..=10 {
-            speed_at(met + 0.1 * f64::from(i) * passage);
+        for i in 1..=200 {
+            speed_at(met + 0.005 * f64::from(i) * passage);
         }
         let halfway = speed_at(met + passage);
         let after = speed_at(met + 4.0 * passage);
@@ -97,19 +107,48 @@ fn a_strip_leaves_its_image_as_a_bar_leaves_a_wall() {
     assert!(errors[0] < 0.05 && errors[1] < 0.7 * errors[0], "{errors:?}");
 }
 
-/// The reference form and the paper's law do the same to it.
+/// The reference form, the other schedules and the paper's law do the same to it, also taken up again where it touches.
 #[test]
-fn the_image_is_met_in_either_form_and_by_either_law() {
+fn the_image_is_met_in_every_form_schedule_and_law() {
     let end = GAP / SPEED + 0.7;
     let run = |mut engine: Engine<2, Simplices<2>>| {
+        engine.advance_to(end - 0.5, &mut [Exchange::default()]).unwrap();
+        let state = engine.state().clone();
+        engine.advance_to(end - 0.3, &mut [Exchange::default()]).unwrap();
+        engine.restore(&state).unwrap();
         engine.advance_to(end, &mut [Exchange::default()]).unwrap();
+        let totals = engine.totals(end);
+        assert!(totals.energy_closure.1 < 1e-13 && totals.momentum_closure.1 < 1e-13, "{totals:?}");
+        assert!(least(&engine) > -1e-15, "a node is {:e} m beyond its image", least(&engine));
         (engine.state().ledger.energy.contact, engine.state().position.clone())
     };
-    let fast = run(strip(20, MOREAU));
+    let fast = run(strip(20, (Kind::Bins, MOREAU)));
     assert!(fast.0 < 0.0, "the strip has met its image");
-    for other in [run(strip(20, MOREAU).by_reference()), run(strip(20, Law::Reversal))] {
+    let others =
+        [(Kind::Bins, Law::Reversal), (Kind::Queue, MOREAU), (Kind::Global, MOREAU)].map(|rules| strip(20, rules));
+    for (i, other) in others.into_iter().chain([strip(20, (Kind::Bins, MOREAU)).by_reference()]).enumerate() {
+        let other = run(other);
         let off = fast.1.iter().zip(&other.1).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-        assert!(off < 1e-12, "{off:e} m apart");
-        assert!((fast.0 - other.0).abs() < 1e-9 * fast.0.abs(), "{} and {} J", fast.0, other.0);
+        // Steps of other schedules are other ones.
+        let (most, part) = if [1, 2].contains(&i) { (1e-2 * GAP, 0.1) } else { (1e-12, 1e-9) };
+        assert!(off < most, "{i}: {off:e} m apart");
+        assert!((fast.0 - other.0).abs() < part * fast.0.abs(), "{i}: {} and {} J", fast.0, other.0);
+    }
+}
+
+/// A node may go more than its size in a step.
+#[test]
+fn what_comes_faster_than_sound_does_not_pass_its_image() {
+    for (gap, speed) in [(0.051, 14.0), (0.07, 10.0)] {
+        let mut engine = thrown(20, (gap, speed), (Kind::Bins, MOREAU));
+        for i in 1..=40 {
+            // It is crushed: what happens to it then is another question.
+            let done = engine.advance_to(2.5e-4 * f64::from(i), &mut [Exchange::default()]);
+            assert!(least(&engine) > -1e-15, "a node is {:e} m beyond its image", least(&engine));
+            if done.is_err() {
+                break;
+            }
+        }
+        assert!(engine.state().ledger.energy.contact < 0.0, "it has met its image");
     }
 }

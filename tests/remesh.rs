@@ -178,15 +178,16 @@ fn a_cavity_that_closes_on_its_axis_does_not_stop_a_run() {
         "scene.dimension=axisymmetric",
         "gel.shape={ cylinder = { radius = 0.07, height = 0.12 } }",
         "mesh.tree={ coarsest = 4, core = 0.025, slope = 0.2 }",
-        "scene.end_time=10e-3",
+        "scene.end_time=6e-3",
     ];
     for sizes in [["mesh.size=5e-3", "remesh.smallest=4e-3"], ["mesh.size=2.5e-3", "remesh.smallest=2e-3"]] {
-        let done = run(&changed("sphere-deep", &[round.as_slice(), &sizes].concat()), (10, 1));
-        let seen = done.observe();
-        check_books(&seen);
-        assert!(seen.energy.contact < 0.0, "{sizes:?}: {} J", seen.energy.contact);
-        assert!(seen.projectile().kinematics.velocity.z > 0.0, "{sizes:?}: the ball has turned");
-        check_axis(&done, 10);
+        let scene = changed("sphere-deep", &[round.as_slice(), &sizes].concat());
+        let mut done = simulation(&scene, 1);
+        for step in 1..=60 {
+            advance(&mut done, 1e-4 * f64::from(step));
+            check_axis(&done, 5);
+        }
+        check_books(&done.observe());
     }
 }
 

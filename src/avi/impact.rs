@@ -134,7 +134,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Body by body, the active nodes inside it, ascending, then the firing facets that a tip pierces or that are deep
     /// inside.
     pub(super) fn find_touches(&mut self, tick: Tick) {
-        self.find_meetings();
+        self.find_meetings(tick);
         self.find_facets();
         let mut touches = std::mem::take(&mut self.scratch.touches);
         touches.clear();

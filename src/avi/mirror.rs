@@ -2,10 +2,10 @@
 
 use super::engine::Engine;
 use super::gel::SurfaceNode;
-use super::impact::TOUCH;
+use super::impact::{STRETCH, TOUCH};
 use super::kick::Taken;
 use super::phase::Phase;
-use crate::algebra::{Vector3, embed};
+use crate::algebra::{Vector, embed};
 use crate::contact::impulse;
 use crate::element::Potential;
 use crate::mesh::NodeId;
@@ -18,7 +18,7 @@ pub(super) struct Meeting {
     pub node: NodeId,
     /// Across which plane its image is.
     axis: usize,
-    /// −x/Δt, with which it comes as far as to the plane, m/s.
+    /// −x/Δt, with which it comes as far as to the plane, m/s; nothing of one that is beyond it: that is only stopped.
     least: f64,
     /// u⁻, its velocity away from the plane before the tick, m/s.
     before: f64,
@@ -27,36 +27,47 @@ pub(super) struct Meeting {
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Finds the active nodes of the surface that are less than their size from their image, ascending.
-    pub(super) fn find_meetings(&mut self) {
+    /// Finds the active nodes of the surface that may come to their image, ascending: those less than their size from it, or than
+    /// twice the way to their next tick.
+    pub(super) fn find_meetings(&mut self, tick: Tick) {
         let mut meetings = std::mem::take(&mut self.scratch.meetings);
         meetings.clear();
         if !self.gel.mirrored.is_empty() {
             let (active, surface) = (&self.scratch.active, &self.gel.surface);
             if active.all {
-                surface.nodes.iter().for_each(|at| meetings.extend(self.meetings_of(at)));
+                surface.nodes.iter().for_each(|at| meetings.extend(self.meetings_of(at, tick)));
             } else {
                 let reached = active.list.iter().filter_map(|node| surface.of[*node as usize]);
-                reached.for_each(|at| meetings.extend(self.meetings_of(&surface.nodes[at as usize])));
+                reached.for_each(|at| meetings.extend(self.meetings_of(&surface.nodes[at as usize], tick)));
                 meetings.sort_unstable_by_key(|meeting| (meeting.node, meeting.axis));
             }
         }
         self.scratch.meetings = meetings;
     }
 
-    fn meetings_of(&self, at: &SurfaceNode) -> impl Iterator<Item = Meeting> + '_ {
+    fn meetings_of(&self, at: &SurfaceNode, tick: Tick) -> impl Iterator<Item = Meeting> + '_ {
         let SurfaceNode { node, size, .. } = *at;
-        let x = self.state.position[node.index()];
+        let a = node.index();
+        let (x, v) = (self.state.position[a], self.state.velocity[a]);
         // Where the mesh ends there is no step ahead: what is at the plane is held there.
         let is_last = self.phase == Phase::Last;
-        let near = if is_last { TOUCH * size } else { size };
-        let meets = move |axis: &usize| x[*axis] < near && !self.gel.held(node.index())[*axis];
+        let reaches = move |axis: usize| {
+            x[axis] < size || x[axis] < STRETCH * size && x[axis] < 2.0 * v[axis].abs() * self.until_next(node, tick)
+        };
+        let is_there = move |axis: usize| if is_last { x[axis] < TOUCH * size } else { reaches(axis) };
+        let meets = move |axis: &usize| !self.gel.held(a)[*axis] && is_there(*axis);
         let meeting = move |axis: usize| {
-            let step = self.grid.time(self.shortest_around(node) as Tick);
-            let least = if is_last { 0.0 } else { -x[axis] / step };
+            let least = if is_last { 0.0 } else { (-x[axis] / self.until_next(node, tick)).min(0.0) };
             Meeting { node, axis, least, before: self.velocity_before(node)[axis], impulse: 0.0 }
         };
         self.gel.mirrored.iter().copied().filter(meets).map(meeting)
+    }
+
+    /// From now until the next tick of a node, s.
+    fn until_next(&self, node: NodeId, tick: Tick) -> f64 {
+        let groups = self.gel.star.of(node).iter().map(|element| self.order.group(*element));
+        let ahead = groups.map(|group| self.ahead(group, tick)).filter(|ahead| *ahead > 0);
+        ahead.min().map_or(f64::INFINITY, |ahead| self.grid.time(ahead))
     }
 
     /// One correction of all impulses between nodes and their images; by how much it changes a velocity at most, m/s.
@@ -71,6 +82,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let (a, compliance) = (node.index(), 1.0 / self.gel.mass[node.index()]);
         let free = self.state.velocity[a][axis] - compliance * so_far;
         let change = impulse(free, least, compliance) - so_far;
+        if change.abs() <= f64::EPSILON * so_far {
+            return 0.0;
+        }
         self.scratch.meetings[i].impulse += change;
         self.state.velocity[a][axis] += compliance * change;
         compliance * change.abs()
@@ -82,7 +96,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for Meeting { node, axis, before, impulse, .. } in &self.scratch.meetings {
             let a = node.index();
             self.state.ledger.energy.contact += 0.5 * impulse * (before + self.state.velocity[a][*axis]);
-            let push = Vector3::ith(*axis, *impulse);
+            let push = embed(&Vector::<D>::from_fn(|i, _| if i == *axis { *impulse } else { 0.0 }));
             taken.give(self.freedom(), (embed(&self.state.position[a]), push));
         }
         taken.post(&mut self.state.ledger);

@@ -201,7 +201,7 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
             "strength and failure: none, the gel does not tear"
         },
         "gravity: none",
-        "self-contact of the gel: none",
+        "self-contact of the gel: none, but for its image at an axis or a plane of symmetry",
         "heat: none",
         "air: none, neither around the gel nor in the cavity",
         "deformation of the bodies: none, they are rigid",
