@@ -3,14 +3,13 @@
 
 use ballistic_gel::algebra::{Vector, Vector3};
 use ballistic_gel::avi::{Engine, Gel, Kind, Pool, Reached, Rules, Surface, Wear};
-use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion, Wrench};
+use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion};
 use ballistic_gel::element::{Potential, Section, Simplices};
 use ballistic_gel::geometry::{Shape, Sphere};
 use ballistic_gel::material::{Confinement, Material, NeoHookean};
 use ballistic_gel::mesh::{self, Block, Face, Hold, Mesh, Patches, Split};
 use ballistic_gel::state::State;
 use fearless_simd::Level;
-use nalgebra::UnitQuaternion;
 
 #[path = "lanes/gels.rs"]
 mod gels;
@@ -95,17 +94,7 @@ fn engine<const D: usize>(case: Case, height: f64, (schedule, law): (Kind, Law))
 fn ball(freedom: Freedom, height: f64) -> (Body, BodyState) {
     let inertia = nalgebra::Matrix3::identity() * 0.01;
     let body = Body::new(Shape::Sphere(Sphere { radius: 0.3 }), Motion::Free, freedom, (0.3, inertia));
-    let state = BodyState {
-        time: 0.0,
-        position: Vector3::new(0.0, 0.0, 0.3 + height),
-        velocity: Vector3::new(0.0, 0.0, -0.2),
-        orientation: UnitQuaternion::identity(),
-        angular_momentum: Vector3::zeros(),
-        wrench: Wrench::default(),
-        bulge: None,
-        active: true,
-    };
-    (body, state)
+    (body, BodyState::starting(Vector3::new(0.0, 0.0, 0.3 + height), Vector3::new(0.0, 0.0, -0.2)))
 }
 
 const MOREAU: Law = Law::Moreau { restitution: 0.0, bias: 0.1, friction: 0.2 };

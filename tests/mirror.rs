@@ -4,12 +4,11 @@
 
 use ballistic_gel::algebra::{Vector, Vector3};
 use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
-use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion, Wrench};
+use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion};
 use ballistic_gel::element::{Potential, Section, Simplices};
 use ballistic_gel::geometry::{Shape, Sphere};
 use ballistic_gel::material::NeoHookean;
 use ballistic_gel::mesh::{self, Block, Face, Hold, Split};
-use nalgebra::UnitQuaternion;
 
 /// Of the strip: μ, K, ρ in SI units, its length, what lies between it and the plane, and how fast it comes.
 const SHEAR: f64 = 1.0;
@@ -22,17 +21,7 @@ const SPEED: f64 = 0.01;
 fn bystander() -> (Body, BodyState) {
     let inertia = nalgebra::Matrix3::identity();
     let body = Body::new(Shape::Sphere(Sphere { radius: 0.3 }), Motion::Free, Freedom::PLANAR, (1.0, inertia));
-    let state = BodyState {
-        time: 0.0,
-        position: Vector3::new(0.0, 0.0, 50.0),
-        velocity: Vector3::zeros(),
-        orientation: UnitQuaternion::identity(),
-        angular_momentum: Vector3::zeros(),
-        wrench: Wrench::default(),
-        bulge: None,
-        active: true,
-    };
-    (body, state)
+    (body, BodyState::starting(Vector3::new(0.0, 0.0, 50.0), Vector3::zeros()))
 }
 
 /// A strip between two walls that lets it slide along x, which comes to the plane x = 0.

@@ -49,6 +49,21 @@ pub struct BodyState {
 }
 
 impl BodyState {
+    /// A body at the start, upright, that does not turn and takes part; nothing acts on it.
+    #[must_use]
+    pub fn starting(position: Vector3, velocity: Vector3) -> Self {
+        Self {
+            time: 0.0,
+            position,
+            velocity,
+            orientation: UnitQuaternion::identity(),
+            angular_momentum: Vector3::zeros(),
+            wrench: Wrench::default(),
+            bulge: None,
+            active: true,
+        }
+    }
+
     /// Whether all of it are numbers, and its dome, if it is one, is a dome.
     #[must_use]
     pub fn is_valid(&self) -> bool {
@@ -196,16 +211,8 @@ mod tests {
         let inertia = Tensor3::from_diagonal(&Vector3::new(0.5, 0.7, 0.2));
         let shape = Shape::Sphere(Sphere { radius: 0.1 });
         let body = Body::new(shape, motion, Freedom::SPATIAL, (2.0, inertia));
-        let state = BodyState {
-            time: 0.0,
-            position: Vector3::new(0.1, -0.2, 0.3),
-            velocity: Vector3::new(1.0, 2.0, -3.0),
-            orientation: UnitQuaternion::identity(),
-            angular_momentum: Vector3::new(0.3, 1.0, 0.2),
-            wrench: Wrench::default(),
-            bulge: None,
-            active: true,
-        };
+        let start = BodyState::starting(Vector3::new(0.1, -0.2, 0.3), Vector3::new(1.0, 2.0, -3.0));
+        let state = BodyState { angular_momentum: Vector3::new(0.3, 1.0, 0.2), ..start };
         (body, state)
     }
 

@@ -7,7 +7,7 @@ use super::renew::Renew;
 use super::sensors::seats;
 use crate::algebra::{Tensor3, Vector, Vector3, restrict};
 use crate::avi::{Engine, Kind, NoStep, Pool, Rules};
-use crate::contact::{Body, BodyState, Bulge, Freedom, Law, Motion, Wrench};
+use crate::contact::{Body, BodyState, Bulge, Freedom, Law, Motion};
 use crate::geometry::{Shape, SignedDistance};
 use crate::mesh::{self, Block, Face, Hold, Mesh, NodeId, Split, neighbours};
 use crate::scene::{
@@ -192,17 +192,13 @@ fn body(scene: &Scene, i: usize, prescribed: bool) -> (Body, BodyState) {
         Body::new(shape, motion, freedom, (projectile.mass.unwrap_or(1.0), inertia))
     };
     let mut state = BodyState {
-        time: 0.0,
-        position: Vector3::from(projectile.position),
-        velocity: Vector3::from(projectile.velocity),
         orientation: orientation(freedom.turns(projectile.orientation)),
-        angular_momentum: Vector3::zeros(),
-        wrench: Wrench::default(),
         bulge: match &body.shape {
             Shape::Dome(dome) => Some(Bulge::at_rest(dome)),
             _ => None,
         },
         active: projectile.active,
+        ..BodyState::starting(projectile.position.into(), projectile.velocity.into())
     };
     if !projectile.fixed {
         state.angular_momentum = body.angular_momentum(&state, &Vector3::from(projectile.angular_velocity));

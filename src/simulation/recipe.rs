@@ -112,19 +112,20 @@ impl Recipe {
         (mesh, position): (&Mesh<D>, &[Vector<D>]),
         mass: Vec<f64>,
     ) -> Gel<D, Simplices<D>> {
-        let mirrored = if self.section == Section::Axisymmetric { &[0] } else { self.symmetry.mirrored() };
-        let gel = Gel::new(simplices, mass, &mesh.held, self.surface(mesh, position)).mirrored(mirrored);
+        let gel = Gel::new(simplices, mass, &mesh.held, self.surface(mesh, position)).mirrored(self.mirrored());
         loads::loaded(gel, mesh, (self.section, &self.pressures))
+    }
+
+    /// The axes across which it meets its image: those of the planes of symmetry, or the first about an axis of revolution.
+    fn mirrored(&self) -> &'static [usize] {
+        if self.section == Section::Axisymmetric { &[0] } else { self.symmetry.mirrored() }
     }
 
     /// All of the boundary but the axis of revolution and the planes of symmetry: areas at rest, sizes where the nodes are.
     fn surface<const D: usize>(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Surface {
         let rest = |facet: &Facet, i: usize| mesh.rest[facet[i].index()];
-        let axisymmetric = self.section == Section::Axisymmetric;
-        let on_axis = |facet: &Facet| axisymmetric && rest(facet, 0)[0] == 0.0 && rest(facet, 1)[0] == 0.0;
-        let mirror =
-            |facet: &Facet| self.symmetry.mirrored().iter().any(|i| (0..D).all(|node| rest(facet, node)[*i] == 0.0));
-        let facets = mesh.facets.iter().copied().filter(|facet| !on_axis(facet) && !mirror(facet)).collect();
+        let is_image = |facet: &Facet| self.mirrored().iter().any(|i| (0..D).all(|node| rest(facet, node)[*i] == 0.0));
+        let facets = mesh.facets.iter().copied().filter(|facet| !is_image(facet)).collect();
         let planes =
             |node: NodeId| self.symmetry.mirrored().iter().filter(|i| mesh.rest[node.index()][**i] == 0.0).count();
         let surface = Surface::new::<D>(mesh.rest.len(), facets, |facet| {

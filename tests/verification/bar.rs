@@ -6,11 +6,10 @@
 
 use ballistic_gel::algebra::{Tensor3, Vector, Vector3};
 use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface, SurfaceNode};
-use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion, Wrench};
+use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion};
 use ballistic_gel::element::{Answer, DEPTH, Memory, Potential};
 use ballistic_gel::geometry::{HalfSpace, Shape};
 use ballistic_gel::mesh::{ElementId, Incidence, NodeId, Patches};
-use nalgebra::UnitQuaternion;
 
 /// Springs between consecutive nodes along z: V = k/2 (Δz − L₀)².
 #[derive(Debug)]
@@ -132,16 +131,7 @@ pub fn end_surface(n_nodes: usize, size: f64) -> Surface {
 
 /// The body fills the half-space below its position.
 pub fn below_z(z: f64, velocity: f64) -> BodyState {
-    BodyState {
-        time: 0.0,
-        position: Vector3::new(0.0, 0.0, z),
-        velocity: Vector3::new(0.0, 0.0, velocity),
-        orientation: UnitQuaternion::identity(),
-        angular_momentum: Vector3::zeros(),
-        wrench: Wrench::default(),
-        bulge: None,
-        active: true,
-    }
+    BodyState::starting(Vector3::new(0.0, 0.0, z), Vector3::new(0.0, 0.0, velocity))
 }
 
 fn half_space() -> Shape {

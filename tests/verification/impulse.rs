@@ -4,7 +4,7 @@
 use super::noise::Noise;
 use super::row::{Row, below};
 use ballistic_gel::algebra::{Tensor3, Vector3};
-use ballistic_gel::contact::{Body, BodyState, Freedom, Motion, Wrench, impulse};
+use ballistic_gel::contact::{Body, BodyState, Freedom, Motion, impulse};
 use ballistic_gel::geometry::{Shape, Sphere};
 use nalgebra::{UnitQuaternion, Vector4};
 use std::sync::OnceLock;
@@ -28,16 +28,8 @@ fn rod(noise: &mut Noise) -> (Body, BodyState, f64) {
     // The hits are given; nothing asks where its surface is.
     let shape = Shape::Sphere(Sphere { radius });
     let body = Body::new(shape, Motion::Free, Freedom::SPATIAL, (mass, inertia));
-    let mut state = BodyState {
-        time: 0.0,
-        position: vector(noise),
-        velocity: vector(noise),
-        orientation: UnitQuaternion::from_scaled_axis(vector(noise)),
-        angular_momentum: Vector3::zeros(),
-        wrench: Wrench::default(),
-        bulge: None,
-        active: true,
-    };
+    let mut state = BodyState::starting(vector(noise), vector(noise));
+    state.orientation = UnitQuaternion::from_scaled_axis(vector(noise));
     state.angular_momentum = body.angular_momentum(&state, &vector(noise));
     (body, state, length)
 }

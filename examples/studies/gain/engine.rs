@@ -1,13 +1,12 @@
 use super::case::Case;
-use ballistic_gel::algebra::{Vector, Vector3};
+use ballistic_gel::algebra::Vector;
 use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
-use ballistic_gel::contact::{Body, BodyState, Freedom, Law, Motion, Wrench};
+use ballistic_gel::contact::{Body, BodyState, Freedom, Law, Motion};
 use ballistic_gel::element::{Section, Simplices};
 use ballistic_gel::geometry::SignedDistance as _;
 use ballistic_gel::material::NeoHookean;
 use ballistic_gel::mesh::{Facet, Mesh};
 use ballistic_gel::scene::{Contact, Scene};
-use nalgebra::UnitQuaternion;
 
 /// Fraction of the stable step that an element takes, in every schedule.
 pub const CFL: f64 = 0.8;
@@ -42,15 +41,6 @@ fn area(mesh: &Mesh<3>, facet: &Facet) -> f64 {
 fn ball(scene: &Scene) -> (Body, BodyState) {
     let (shape, mass) = (scene.shape(0), scene.projectile.mass.expect("the scene gives a mass"));
     let inertia = shape.specific_inertia().expect("a ball has an inertia") * mass;
-    let state = BodyState {
-        time: 0.0,
-        position: Vector3::from(scene.projectile.position),
-        velocity: Vector3::from(scene.projectile.velocity),
-        orientation: UnitQuaternion::identity(),
-        angular_momentum: Vector3::zeros(),
-        wrench: Wrench::default(),
-        bulge: None,
-        active: true,
-    };
+    let state = BodyState::starting(scene.projectile.position.into(), scene.projectile.velocity.into());
     (Body::new(shape, Motion::Free, Freedom::SPATIAL, (mass, inertia)), state)
 }

@@ -2,7 +2,7 @@
 
 use ballistic_gel::algebra::{Vector, Vector3};
 use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
-use ballistic_gel::contact::{Body, BodyState, Freedom, Law, Wrench};
+use ballistic_gel::contact::{Body, BodyState, Freedom, Law};
 use ballistic_gel::element::{
     Accumulated, Answer, DEPTH, GroupAnswer, Kick, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power, Recall,
     Row, Section, Simplices,
@@ -12,7 +12,6 @@ use ballistic_gel::material::{BulkViscosity, EquationOfState, Flowing, Material,
 use ballistic_gel::mesh::{self, Block, ElementId, Mesh, NodeId, Patches, Split};
 use ballistic_gel::state::{Clock, Tick};
 use fearless_simd::Level;
-use nalgebra::UnitQuaternion;
 use std::ops::Range;
 
 /// Length of a kick, s: any will do.
@@ -267,15 +266,6 @@ fn material(kernel: Kernel) -> Material {
 
 /// A body that is not there.
 fn nobody() -> (Body, BodyState) {
-    let state = BodyState {
-        time: 0.0,
-        position: Vector3::zeros(),
-        velocity: Vector3::zeros(),
-        orientation: UnitQuaternion::identity(),
-        angular_momentum: Vector3::zeros(),
-        wrench: Wrench::default(),
-        bulge: None,
-        active: false,
-    };
+    let state = BodyState { active: false, ..BodyState::starting(Vector3::zeros(), Vector3::zeros()) };
     (Body::fixed(Shape::Sphere(Sphere { radius: 1.0 }), Freedom::SPATIAL), state)
 }
