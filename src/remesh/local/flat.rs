@@ -28,6 +28,9 @@ type Place<'a> = &'a dyn Fn(u32) -> Vector<3>;
 impl Flat {
     /// Whether the facets on both sides of an edge may be those on both sides of the other diagonal.
     pub fn turns(&self, complex: &Complex, (a, b): (u32, u32), (first, last): (u32, u32)) -> bool {
+        if is_in_held_plane(complex, [a, b, first, last]) {
+            return self.sag > 0.0;
+        }
         let limit = self.limit(complex, a);
         self.both(complex, &|at: Place| {
             let [a, b, p, q] = [a, b, first, last].map(at);
@@ -43,7 +46,8 @@ impl Flat {
     /// Whether a point of the surface may be left out, its facets drawn to another one.
     pub fn spares(&self, complex: &Complex, a: u32, b: u32) -> bool {
         let limit = self.limit(complex, a);
-        let fan = fan(complex, a);
+        let bends = |[u, v]: &[u32; 2]| !is_in_held_plane(complex, [a, b, *u, *v]);
+        let fan: Vec<[u32; 2]> = fan(complex, a).into_iter().filter(bends).collect();
         self.both(complex, &|at: Place| {
             let [a_at, b_at] = [a, b].map(at);
             fan.iter().filter(|edge| !edge.contains(&b)).all(|&[u, v]| {
@@ -86,6 +90,12 @@ impl Flat {
         let point = |p: u32| &complex.points[p as usize];
         self.sag > 0.0 && holds(&|p| point(p).x) && holds(&|p| point(p).rest)
     }
+}
+
+/// Whether these points are held in a plane that they are in: facets between them are flat, whichever these are.
+fn is_in_held_plane(complex: &Complex, points: [u32; 4]) -> bool {
+    let [first, others @ ..] = points.map(|p| &complex.points[p as usize]);
+    (0..3).any(|axis| first.held[axis] && others.iter().all(|p| p.held[axis] && p.x[axis] == first.x[axis]))
 }
 
 pub(super) fn is_along(n: &Vector<3>, other: &Vector<3>) -> bool {

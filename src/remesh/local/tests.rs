@@ -190,6 +190,31 @@ fn a_point_that_was_pushed_along_the_surface_slides_back_and_the_volume_stays() 
     assert!(slid > 1.2 * held, "{held} {slid}");
 }
 
+/// A pyramid that stands on a plane of symmetry, with a point there that was pushed over an edge of the plane's facets, of the kite that
+/// these make: the edge is taken out, whichever way its facets face.
+#[test]
+fn on_a_plane_of_symmetry_facets_that_are_turned_over_are_joined_anew() {
+    let at = |x: f64, y: f64, z: f64| Vector::<3>::new(x, y, z);
+    let points = |over: f64| {
+        let kite = vec![at(0.0, 0.0, 0.0), at(0.0, 1.0, 0.0), at(0.0, 0.5, 0.8), at(0.0, 0.5, -0.8)];
+        [kite, vec![at(0.0, 0.5, over), at(0.8, 0.5, 0.0)]].concat()
+    };
+    let elements = [[0, 1, 4, 5], [1, 2, 4, 5], [2, 0, 4, 5], [1, 0, 3, 5]].map(|nodes| nodes.map(NodeId));
+    let mut mesh = Mesh::<3>::new(points(0.3), elements.to_vec());
+    assert!(mesh.elements.iter().all(|e| signed_volume(&mesh.rest, e) > 0.0));
+    for over in [0.01, -0.02] {
+        let position = points(over);
+        for (is_held, is_mended) in [(true, true), (false, over > 0.0)] {
+            mesh.held = (0..6).map(|point| [is_held && point < 5, false, false]).collect();
+            let old = Moved { mesh: &mesh, position: &position };
+            let new = propose(&old, &[1.0; 6], &Rules::default(), &|x| *x);
+            let kept = volume(&new.position, &new.elements) / volume(&position, &elements);
+            assert_eq!(new.elements.len() == 4 && worst(&new.position, &new.elements) > 0.3, is_mended);
+            assert!((kept - 1.0).abs() < 1e-14 || !is_mended, "{kept}");
+        }
+    }
+}
+
 /// A tetrahedron with a point on one of its faces, which was pushed over an edge of that face: nothing that leaves the body as it is makes
 /// what is between them upright again.
 #[test]
