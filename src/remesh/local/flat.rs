@@ -46,16 +46,17 @@ impl Flat {
     /// Whether a point of the surface may be left out, its facets drawn to another one.
     pub fn spares(&self, complex: &Complex, a: u32, b: u32) -> bool {
         let limit = self.limit(complex, a);
-        let bends = |[u, v]: &[u32; 2]| !is_in_held_plane(complex, [a, b, *u, *v]);
-        let fan: Vec<[u32; 2]> = fan(complex, a).into_iter().filter(bends).collect();
-        self.both(complex, &|at: Place| {
-            let [a_at, b_at] = [a, b].map(at);
-            fan.iter().filter(|edge| !edge.contains(&b)).all(|&[u, v]| {
-                let [u, v] = [u, v].map(at);
-                let [old, new] = [a_at, b_at].map(|apex| (u - apex).cross(&(v - apex)));
-                is_along(&new, &old) && (a_at - b_at).dot(&new).abs() <= limit * new.norm()
+        let is_held = |[u, v]: &[u32; 2]| is_in_held_plane(complex, [a, b, *u, *v]);
+        let (held, fan): (Vec<[u32; 2]>, Vec<[u32; 2]>) = fan(complex, a).into_iter().partition(is_held);
+        faces_as_before(complex, (a, b), &held)
+            && self.both(complex, &|at: Place| {
+                let [a_at, b_at] = [a, b].map(at);
+                fan.iter().filter(|edge| !edge.contains(&b)).all(|&[u, v]| {
+                    let [u, v] = [u, v].map(at);
+                    let [old, new] = [a_at, b_at].map(|apex| (u - apex).cross(&(v - apex)));
+                    is_along(&new, &old) && (a_at - b_at).dot(&new).abs() <= limit * new.norm()
+                })
             })
-        })
     }
 
     /// A change of this quality with the volume that there was: a little may be lost, and what is more is given back at one of
@@ -98,7 +99,46 @@ fn is_in_held_plane(complex: &Complex, points: [u32; 4]) -> bool {
     (0..3).any(|axis| first.held[axis] && others.iter().all(|p| p.held[axis] && p.x[axis] == first.x[axis]))
 }
 
+/// Whether facets of a held plane face, drawn from one point to another, as all of them did before; one of these may be turned over.
+fn faces_as_before(complex: &Complex, (a, b): (u32, u32), fan: &[[u32; 2]]) -> bool {
+    let facet = |apex: u32, [u, v]: &[u32; 2]| {
+        let [apex, u, v] = [apex, *u, *v].map(|p| complex.x(p));
+        (u - apex).cross(&(v - apex))
+    };
+    let before: Vector<3> = fan.iter().map(|edge| facet(a, edge)).sum();
+    fan.iter().filter(|edge| !edge.contains(&b)).all(|edge| facet(b, edge).dot(&before) > 0.0)
+}
+
 pub(super) fn is_along(n: &Vector<3>, other: &Vector<3>) -> bool {
     let along = n.dot(other);
     along > 0.0 && along * along >= TURNED * TURNED * n.norm_squared() * other.norm_squared()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{Mesh, NodeId};
+    use crate::remesh::Moved;
+
+    /// A point among four of a plane, of which one is in a bay of the others; and one beside the plane.
+    #[test]
+    fn a_point_of_a_held_plane_is_spared_if_no_facet_is_turned_over_by_it_whether_one_was_or_not() {
+        let points = |point: [f64; 2]| {
+            let plane = [[0.0, 0.0], [1.0, 0.0], [0.3, 0.3], [0.0, 1.0], point];
+            let plane = plane.map(|[y, z]| Vector::<3>::new(0.0, y, z));
+            [plane.as_slice(), &[Vector::<3>::new(1.0, 0.2, 0.2)]].concat()
+        };
+        let elements = [0, 1, 2, 3].map(|k| [k, (k + 1) % 4, 4, 5].map(NodeId));
+        let mut mesh = Mesh::<3>::new(points([0.1, 0.1]), elements.to_vec());
+        let flat = Flat { sag: 0.06, slide: 0.0, volume: 0.0, swept: 0.0 };
+        for (place, is_turned) in [([0.1, 0.1], false), ([0.1, -0.02], true)] {
+            let position = points(place);
+            for is_held in [true, false] {
+                mesh.held = (0..6).map(|point| [is_held && point < 5, false, false]).collect();
+                let complex = Complex::new(&Moved { mesh: &mesh, position: &position }, &[1.0; 6]);
+                let spares = |to: u32| flat.spares(&complex, 4, to);
+                assert_eq!((spares(1), spares(2)), (false, is_held || !is_turned), "{place:?} {is_held}");
+            }
+        }
+    }
 }
