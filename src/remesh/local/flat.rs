@@ -13,6 +13,8 @@ pub(super) struct Flat {
     pub sag: f64,
     /// How far a point that slides along the surface may come off its facets, in target lengths; 0 where none slides.
     pub slide: f64,
+    /// Whether facets of a held plane are flat, whichever they are: of a gel that flows 4° of `bullet-yaw` stop by it after 117 µs.
+    pub planes: bool,
     /// What the volume may change by in all, and has changed by, m³.
     pub volume: f64,
     pub swept: f64,
@@ -28,7 +30,7 @@ type Place<'a> = &'a dyn Fn(u32) -> Vector<3>;
 impl Flat {
     /// Whether the facets on both sides of an edge may be those on both sides of the other diagonal.
     pub fn turns(&self, complex: &Complex, (a, b): (u32, u32), (first, last): (u32, u32)) -> bool {
-        if is_in_held_plane(complex, [a, b, first, last]) {
+        if self.planes && is_in_held_plane(complex, [a, b, first, last]) {
             return self.sag > 0.0;
         }
         let limit = self.limit(complex, a);
@@ -46,7 +48,7 @@ impl Flat {
     /// Whether a point of the surface may be left out, its facets drawn to another one.
     pub fn spares(&self, complex: &Complex, a: u32, b: u32) -> bool {
         let limit = self.limit(complex, a);
-        let is_held = |[u, v]: &[u32; 2]| is_in_held_plane(complex, [a, b, *u, *v]);
+        let is_held = |[u, v]: &[u32; 2]| self.planes && is_in_held_plane(complex, [a, b, *u, *v]);
         let (held, fan): (Vec<[u32; 2]>, Vec<[u32; 2]>) = fan(complex, a).into_iter().partition(is_held);
         faces_as_before(complex, (a, b), &held)
             && self.both(complex, &|at: Place| {
@@ -130,7 +132,7 @@ mod tests {
         };
         let elements = [0, 1, 2, 3].map(|k| [k, (k + 1) % 4, 4, 5].map(NodeId));
         let mut mesh = Mesh::<3>::new(points([0.1, 0.1]), elements.to_vec());
-        let flat = Flat { sag: 0.06, slide: 0.0, volume: 0.0, swept: 0.0 };
+        let flat = Flat { sag: 0.06, slide: 0.0, planes: true, volume: 0.0, swept: 0.0 };
         for (place, is_turned) in [([0.1, 0.1], false), ([0.1, -0.02], true)] {
             let position = points(place);
             for is_held in [true, false] {

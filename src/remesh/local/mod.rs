@@ -55,7 +55,8 @@ pub(super) fn propose(
     rules: &Rules,
     cleared: &dyn Fn(&Vector<3>) -> Vector<3>,
 ) -> Proposal<3> {
-    let flat = Flat { sag: rules.sag, slide: rules.slide, volume: VOLUME * volume(old), swept: 0.0 };
+    let (sag, slide, planes) = (rules.sag, rules.slide, rules.rests);
+    let flat = Flat { sag, slide, planes, volume: VOLUME * volume(old), swept: 0.0 };
     let mut work = Work { complex: Complex::new(old, size), flat, poor: cube(rules.poor), cleared };
     work.run();
     work.complex.proposal()

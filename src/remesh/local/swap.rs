@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn no_edge_and_no_triangle_comes_that_is_there_already() {
-        let flat = Flat { sag: 0.0, slide: 0.0, volume: 0.0, swept: 0.0 };
+        let flat = Flat { sag: 0.0, slide: 0.0, planes: true, volume: 0.0, swept: 0.0 };
         let taken = |n: u32, more: &[Tet]| without_edge(&around_an_edge(n, more), (n, n + 1), 0.0, &flat);
         let (_, change) = taken(4, &[]).unwrap();
         assert!(change.new.iter().all(|tet| tet.contains(&0) && tet.contains(&2)), "by the shorter diagonal");
