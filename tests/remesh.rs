@@ -187,7 +187,9 @@ fn a_cavity_that_closes_on_its_axis_does_not_stop_a_run() {
             advance(&mut done, 1e-4 * f64::from(step));
             check_axis(&done, 5);
         }
-        check_books(&done.observe());
+        let seen = done.observe();
+        check_books(&seen);
+        assert!(seen.energy.contact < 0.0, "{sizes:?}: {} J", seen.energy.contact);
     }
 }
 

@@ -13,7 +13,7 @@ pub(super) struct Flat {
     pub sag: f64,
     /// How far a point that slides along the surface may come off its facets, in target lengths; 0 where none slides.
     pub slide: f64,
-    /// Whether facets of a held plane are flat, whichever they are: of a gel that flows 4° of `bullet-yaw` stop by it after 117 µs.
+    /// Whether facets of a held plane are flat, whichever they are. Not of a gel that flows: a yaw of 4° in `bullet-yaw` stops so after 117 µs.
     pub planes: bool,
     /// What the volume may change by in all, and has changed by, m³.
     pub volume: f64,
@@ -55,7 +55,7 @@ impl Flat {
                 let [a_at, b_at] = [a, b].map(at);
                 fan.iter().filter(|edge| !edge.contains(&b)).all(|&[u, v]| {
                     let [u, v] = [u, v].map(at);
-                    let [old, new] = [a_at, b_at].map(|apex| (u - apex).cross(&(v - apex)));
+                    let [old, new] = [a_at, b_at].map(|apex| twice_area(&apex, [&u, &v]));
                     is_along(&new, &old) && (a_at - b_at).dot(&new).abs() <= limit * new.norm()
                 })
             })
@@ -103,12 +103,14 @@ fn is_in_held_plane(complex: &Complex, points: [u32; 4]) -> bool {
 
 /// Whether facets of a held plane face, drawn from one point to another, as all of them did before; one of these may be turned over.
 fn faces_as_before(complex: &Complex, (a, b): (u32, u32), fan: &[[u32; 2]]) -> bool {
-    let facet = |apex: u32, [u, v]: &[u32; 2]| {
-        let [apex, u, v] = [apex, *u, *v].map(|p| complex.x(p));
-        (u - apex).cross(&(v - apex))
-    };
+    let facet = |apex: u32, [u, v]: &[u32; 2]| twice_area(complex.x(apex), [complex.x(*u), complex.x(*v)]);
     let before: Vector<3> = fan.iter().map(|edge| facet(a, edge)).sum();
     fan.iter().filter(|edge| !edge.contains(&b)).all(|edge| facet(b, edge).dot(&before) > 0.0)
+}
+
+/// Twice the area vector of a facet.
+pub(super) fn twice_area(apex: &Vector<3>, [u, v]: [&Vector<3>; 2]) -> Vector<3> {
+    (u - apex).cross(&(v - apex))
 }
 
 pub(super) fn is_along(n: &Vector<3>, other: &Vector<3>) -> bool {

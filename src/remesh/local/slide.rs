@@ -1,7 +1,7 @@
 //! A point of the surface goes along it to where its tetrahedra are better.
 
 use super::complex::{Complex, Tet, gradient};
-use super::flat::{Flat, is_along};
+use super::flat::{Flat, is_along, twice_area};
 use super::ring::fan;
 use super::smooth::{WAYS, aim};
 use super::split::blend;
@@ -57,8 +57,7 @@ fn along(complex: &Complex, (point, way): (u32, Vector<3>), star: &[(u32, Tet)])
 fn stays(complex: &Complex, (point, x): (u32, &Vector<3>), flat: &Flat) -> bool {
     let own = &complex.points[point as usize];
     fan(complex, point).iter().all(|[u, v]| {
-        let [u, v] = [u, v].map(|p| complex.x(*p));
-        let [old, new] = [&own.x, x].map(|apex| (u - apex).cross(&(v - apex)));
+        let [old, new] = [&own.x, x].map(|apex| twice_area(apex, [complex.x(*u), complex.x(*v)]));
         is_along(&new, &old) && (x - own.x).dot(&old).abs() <= flat.slide * own.size * old.norm()
     })
 }
