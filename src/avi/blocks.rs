@@ -9,8 +9,7 @@ use super::order::Order;
 use super::pace::RAISE_MARGIN;
 use super::settle::Settled;
 use super::{Gel, TickGrid};
-use crate::algebra::Vector;
-use crate::element::{Accumulated, Lanes, Local, MAX_NODES, Potential, Recall};
+use crate::element::{Accumulated, Lanes, Local, MAX_NODES, Potential, Recall, rounding};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
@@ -192,7 +191,7 @@ impl<const D: usize> Blocks<D> {
                 *at += 1;
             }
         }
-        let still = f64::EPSILON * gel.potential.rest().iter().map(Vector::<D>::amax).fold(0.0, f64::max);
+        let still = rounding(gel.potential.rest());
         let (groups, n_groups, locals) = (SLOTS / order.width(), order.n_groups(), vec![Local::new(still)]);
         let fronts = blocks.iter().map(|block| Front { first: block.first, ..Front::default() }).collect();
         let parts = vec![[0.0; 4]; n_parts];

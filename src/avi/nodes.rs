@@ -159,7 +159,7 @@ impl<const D: usize> Cut for Runs<'_, D> {
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Collects the nodes of what fires and is not known to be still.
-    pub(super) fn find_active(&mut self, tick: Tick) {
+    pub(super) fn find_active(&mut self) {
         let Some(blocks) = &mut self.blocks else { return };
         let active = &mut self.scratch.active;
         active.clear();

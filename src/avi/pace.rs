@@ -148,10 +148,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut limit = f64::INFINITY;
         lanes.nodes(group, |number| limit = limit.min(limits[usize::from(number)]));
         let (limit, step) = (self.grid.ticks(limit), clock.step as f64);
-        clock.step == 0
-            || limit < step
-            || clock.calm > 0
-            || (limit.is_finite() && limit >= RAISE_MARGIN * step)
+        clock.step == 0 || limit < step || clock.calm > 0 || (limit.is_finite() && limit >= RAISE_MARGIN * step)
     }
 
     /// The limits of the nodes of a block that can have changed, s; infinite for the others. All nodes of what fires are active

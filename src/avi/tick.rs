@@ -222,7 +222,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let elements = blocks.find_due(&sweep);
         let found = (self.state.stiffness.as_mut_slice(), self.scratch.answers.as_mut_slice());
         blocks.sweep(&sweep, found, (self.pool.as_deref(), elements));
-        self.find_active(tick);
+        self.find_active();
     }
 
     /// The groups that fire, ascending.

@@ -85,7 +85,7 @@ pub type Asked<'a> = (Range<usize>, &'a dyn Fn(usize) -> Option<Kick>, Power);
 
 /// What elements in lanes are made of, and what that knows of each at rest, batch by batch.
 #[derive(Debug, Clone)]
-enum Law<const D: usize> {
+pub(super) enum Law<const D: usize> {
     Elastic(NeoHookean, Vec<Metric<D>>),
     Flowing(Flowing, Vec<Gradients<D>>),
     Relaxing(Viscoelastic, Vec<Gradients<D>>),
@@ -153,6 +153,23 @@ impl<const D: usize> Lanes<D> {
     pub(super) fn tell(&mut self, slot: usize) {
         self.told.resize(self.batches.len(), [0.0; LANES]);
         self.told[slot / LANES][slot % LANES] = 1.0;
+    }
+
+    /// Takes all elements for what their nodes say.
+    pub(super) fn forget(&mut self) {
+        self.told.clear();
+    }
+
+    pub(super) fn law(&self) -> &Law<D> {
+        &self.law
+    }
+
+    pub(super) fn section(&self) -> Section {
+        self.section
+    }
+
+    pub(super) fn first_group<const N: usize>(&self) -> &[Batch; N] {
+        self.batches.first_chunk().expect("a group is whole")
     }
 
     /// Elements to a patch.
@@ -290,17 +307,9 @@ impl<const D: usize> Lanes<D> {
     ) -> GroupAnswer {
         // Loops, here and below: a closure is not compiled for the vector unit that its caller is compiled for.
         let batches: &[Batch; N] = self.batches[group * N..].first_chunk().expect("a group is whole");
-        let told: &[Wide] = self.told.get(group * N..(group + 1) * N).unwrap_or_default();
         let zero = f64x8::splat(simd, 0.0);
         let mut strains = [Strains::at_rest(zero); N];
-        for k in 0..N {
-            self.strain::<G, S>((&batches[k], told.get(k), &rest[k]), &local.positions, &mut strains[k]);
-        }
-        // Where one element of a patch is strained the pressure of all is.
-        let mut strained = strains[0].strained;
-        for k in 1..N {
-            strained = strained.or_greater(strains[k].strained);
-        }
+        let strained = self.strain_group::<N, G, S>((group, batches, rest), &local.positions, &mut strains);
         let mut slopes = [Slopes { slope: zero, curvature: zero }; N];
         let mut energy = volumetric(gel, batches, &strains, &mut slopes);
         let (mut given, mut lost, rows) = (zero, [zero; 3], gel.rows());
@@ -324,6 +333,25 @@ impl<const D: usize> Lanes<D> {
             answer.lost[i] = sum(lost[i]);
         }
         answer
+    }
+
+    /// The strains of all elements of a group; 1 in the lanes of patches of which one is strained, as the pressure of all is then, else 0.
+    #[inline(always)]
+    pub(super) fn strain_group<const N: usize, G: Solid<D>, S: Simd>(
+        &self,
+        (group, batches, rest): (usize, &[Batch; N], &[G::Rest; N]),
+        positions: &Aligned<Row>,
+        strains: &mut [Strains<D, f64x8<S>>; N],
+    ) -> f64x8<S> {
+        let told: &[Wide] = self.told.get(group * N..(group + 1) * N).unwrap_or_default();
+        for k in 0..N {
+            self.strain::<G, S>((&batches[k], told.get(k), &rest[k]), positions, &mut strains[k]);
+        }
+        let mut strained = strains[0].strained;
+        for k in 1..N {
+            strained = strained.or_greater(strains[k].strained);
+        }
+        strained
     }
 
     /// F from the edges x_a − x_0, and what follows from it. Where all nodes are at rest J is 1, not what rounding makes of it; so it is in
@@ -374,7 +402,7 @@ fn sweep_space(lanes: &Lanes<3>, level: Level, asked: Asked<'_>, local: &mut Loc
 /// Volumetric energy, J, and slope and curvature of each element: U(J) of an element that is a patch by itself; else
 /// U_s(J) of each and U_v(J̄) of the patch (numerics 5).
 #[inline(always)]
-fn volumetric<const D: usize, const N: usize, S: Simd>(
+pub(super) fn volumetric<const D: usize, const N: usize, S: Simd>(
     gel: &impl Solid<D>,
     batches: &[Batch; N],
     strains: &[Strains<D, f64x8<S>>; N],

@@ -39,6 +39,12 @@ impl<T> Aligned<T> {
     }
 }
 
+/// To what the greatest of these positions is rounded, m.
+#[must_use]
+pub fn rounding<const D: usize>(positions: &[Vector<D>]) -> f64 {
+    f64::EPSILON * positions.iter().map(Vector::<D>::amax).fold(0.0, f64::max)
+}
+
 impl Local {
     /// Room for the nodes of any block of a gel whose positions are rounded to `still`, m: what stands no farther from where it rests
     /// is taken to rest, as its force would be one of rounding.

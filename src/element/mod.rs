@@ -7,6 +7,7 @@ mod flow;
 mod flowing;
 mod lanes;
 mod local;
+mod measure;
 mod placed;
 mod pressure;
 mod recall;
@@ -25,7 +26,7 @@ use crate::mesh::{ElementId, NodeId, Patches};
 pub use batch::{Batch, LANES};
 pub use flow::{Memory, Spent};
 pub use lanes::{Asked, DEPTH, Found, GroupAnswer, Kick, Lanes, Power, places};
-pub use local::{Accumulated, Local, MOST_LOCAL_NODES, Row};
+pub use local::{Accumulated, Local, MOST_LOCAL_NODES, Row, rounding};
 pub use pressure::{Push, push};
 pub use recall::Recall;
 pub use simplices::{Reference, Section, Simplices};
@@ -137,7 +138,7 @@ pub trait Potential<const D: usize>: Send + Sync {
     fn measures_rings(&self) -> bool {
         false
     }
-    /// What all elements answer at these positions, but for their forces: what [`Self::evaluate`] gives, with its bits.
+    /// What all elements answer at these positions, but for their forces: what [`Self::evaluate`] gives, but for rounding.
     fn measure_all(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
         let mut measured = Measured::of(self.len(), self.patches().len());
         (0..self.patches().len()).for_each(|patch| measured.take(self, patch, (x, memory)));
