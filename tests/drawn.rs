@@ -75,22 +75,13 @@ fn a_density_below_nothing_does_not_stop_a_run() {
 }
 
 /// What masses were off after an exchange, and what was cut off a wall, was pressed against the bulk modulus: 142, 48, 20 and 19 % of the
-/// energy; 2.6, 3.7, 1.3 and 11.4 % since measures at rest go by volumes. 194 was stopped by it.
+/// energy; 2.6, 3.7, 1.3 and 11.4 % since measures at rest go by volumes. 191 and 194 were stopped by it.
 #[test]
 fn an_exchange_stores_little_in_a_stiff_volume() {
-    for (seed, most) in [(69, 0.1), (71, 0.05), (151, 0.02), (34, 0.12), (194, 0.1)] {
+    for (seed, most) in [(69, 0.1), (71, 0.05), (151, 0.02), (34, 0.12), (194, 0.1), (191, 0.3)] {
         let defect = goes_to_its_end(seed).defect;
         assert!(defect.abs() < most, "seed {seed}: {defect}");
     }
-}
-
-/// The one of two hundred that stops. A splash of a gel that is hardly compressible is pinched: a node of the surface passes an edge inside,
-/// the loop is cut off, and what closes it lies over nothing, so that a new point on it would have no mass. Whether it comes to that is
-/// chance: of this speed and four beside it (27.47 to 27.475 m/s) three stop.
-#[test]
-#[ignore = "stops at 0.49 of its way, at a surface that crosses itself"]
-fn a_splash_that_is_pinched_does_not_stop_a_run() {
-    assert!(goes_to_its_end(191).defect.abs() < 0.3);
 }
 
 /// Where it measured at rest what its J asked for, an element that lay over nothing was thrown about.
