@@ -7,6 +7,7 @@
 use super::nodes::RUN;
 use super::order::Order;
 use super::pace::RAISE_MARGIN;
+use super::phase::Moment;
 use super::settle::Settled;
 use super::{Gel, TickGrid};
 use crate::element::{Accumulated, Lanes, Local, MAX_NODES, Potential, Recall, rounding};
@@ -336,9 +337,9 @@ impl Front {
     }
 
     /// At the start of the node phase of a tick.
-    pub fn open(&mut self, block: &Block) {
+    pub fn open(&mut self, block: &Block, moment: &Moment) {
         self.gives = block.gives();
-        *self.stirred.get_mut() = !block.may_be_calm();
+        *self.stirred.get_mut() = !block.may_be_calm(moment);
     }
 
     /// Whether no limit may change a step.
@@ -400,8 +401,9 @@ impl Block {
 
     /// Whether all its steps stay as they are unless a node finds a limit that changes one: all have begun, and none is about to
     /// be raised.
-    fn may_be_calm(&self) -> bool {
-        self.gives() && !self.restless && self.steps.0 > 0
+    fn may_be_calm(&self, moment: &Moment) -> bool {
+        let begun = self.steps.0 > 0 && moment.tick >= moment.origin + self.steps.1;
+        self.gives() && !self.restless && begun
     }
 
     /// The numbers of its nodes that fire.
