@@ -7,7 +7,6 @@
 use super::nodes::RUN;
 use super::order::Order;
 use super::pace::RAISE_MARGIN;
-use super::phase::Moment;
 use super::settle::Settled;
 use super::{Gel, TickGrid};
 use crate::element::{Accumulated, Lanes, Local, MAX_NODES, Potential, Recall, rounding};
@@ -337,9 +336,9 @@ impl Front {
     }
 
     /// At the start of the node phase of a tick.
-    pub fn open(&mut self, block: &Block, moment: &Moment) {
+    pub fn open(&mut self, block: &Block) {
         self.gives = block.gives();
-        *self.stirred.get_mut() = !block.may_be_calm(moment);
+        *self.stirred.get_mut() = !block.may_be_calm();
     }
 
     /// Whether no limit may change a step.
@@ -401,9 +400,8 @@ impl Block {
 
     /// Whether all its steps stay as they are unless a node finds a limit that changes one: all have begun, and none is about to
     /// be raised.
-    fn may_be_calm(&self, moment: &Moment) -> bool {
-        let begun = self.steps.0 > 0 && moment.tick >= moment.origin + self.steps.1;
-        self.gives() && !self.restless && begun
+    fn may_be_calm(&self) -> bool {
+        self.gives() && !self.restless && self.steps.0 > 0
     }
 
     /// The numbers of its nodes that fire.

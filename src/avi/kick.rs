@@ -91,18 +91,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.advance_nodes(tick)
     }
 
-    /// The kicks of groups whose step has changed: half of the step behind and half of that ahead, where a sweep has taken all
-    /// of the step behind.
+    /// The kicks of groups whose step has changed: half of the step ahead, where a sweep has taken half of the planned one.
     fn mend_kicks(&mut self) -> f64 {
         let mut answers = std::mem::take(&mut self.scratch.reference.elements);
         let mut work = 0.0;
         for i in 0..self.scratch.changed.len() {
-            let Change { group, behind, ahead } = self.scratch.changed[i];
+            let Change { group, planned, ahead } = self.scratch.changed[i];
             let gives = |blocks: &Blocks<D>| blocks.fronts[group as usize / blocks.groups].gives;
             if !self.blocks.as_ref().is_some_and(gives) {
                 continue;
             }
-            let more = ahead as f64 - behind as f64;
+            let more = ahead as f64 - planned as f64;
             answers.clear();
             self.ask_again(group as usize, &mut answers);
             self.tell_power(group as usize, &answers);

@@ -5,7 +5,6 @@ use super::Kind;
 use super::blocks::SLOTS;
 use super::engine::Engine;
 use super::kick::Taken;
-use super::phase::Phase;
 use crate::algebra::{Vector, embed};
 use crate::element::{Potential, Section, push};
 use crate::mesh::{ElementId, Facet, NodeId};
@@ -172,7 +171,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         // Of f_a = p(z) w_a A n with Σ w_a = 1 and z = Σ z_b/D the part of p′ has the norm p′A|w|/√D ≤ p′A/√D.
         let area = push.forces.iter().sum::<Vector<D>>().norm();
         let more = pressure.abs() * push.stiffness + growth * area / (D as f64).sqrt();
-        let (forces, weight) = (push.forces.map(|force| force * pressure), self.length_behind(group, tick));
+        let (forces, weight) = (push.forces.map(|force| force * pressure), self.owed(group, tick));
         Some((Pushed { nodes: loaded.facet, forces, group, weight }, more))
     }
 
@@ -184,11 +183,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// The length of the step behind a group that fires, before the clocks are set, s.
-    pub(super) fn length_behind(&self, group: usize, tick: Tick) -> f64 {
+    /// The part of the kick of a group that fires that belongs to the step behind, before the clocks are set, s.
+    pub(super) fn owed(&self, group: usize, tick: Tick) -> f64 {
         self.grid.length(match self.rules.schedule {
-            Kind::Queue => (tick - self.state.alarms[group].last) as f64,
-            Kind::Bins | Kind::Global => self.moment(tick).taken(self.state.clocks[group].step),
+            Kind::Queue => 0.5 * (tick - self.state.alarms[group].last) as f64,
+            Kind::Bins | Kind::Global => self.moment(tick).owed(self.state.clocks[group].step),
         })
     }
 
@@ -250,9 +249,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let (gel, freedom, mut taken) = (self.gel.clone(), self.freedom(), Taken::default());
         let mut pushed = std::mem::take(&mut self.scratch.pushed);
         for pushed in &mut pushed {
-            if self.phase != Phase::Last {
-                pushed.weight = 0.5 * (pushed.weight + self.grid.time(self.ahead(pushed.group, tick)));
-            }
+            pushed.weight += 0.5 * self.grid.time(self.ahead(pushed.group, tick));
             for (node, impulse) in pushed.impulses() {
                 let (a, push) = (node.index(), embed(&impulse));
                 self.state.velocity[a] += impulse.component_mul(&gel.free(a)) / gel.mass[a];

@@ -159,13 +159,12 @@ impl<const D: usize> Cut for Runs<'_, D> {
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Collects the nodes of what fires and is not known to be still.
-    pub(super) fn find_active(&mut self, tick: Tick) {
-        let moment = self.moment(tick);
+    pub(super) fn find_active(&mut self) {
         let Some(blocks) = &mut self.blocks else { return };
         let active = &mut self.scratch.active;
         active.clear();
         for (block, front) in blocks.all.iter().zip(&mut blocks.fronts) {
-            front.open(block, &moment);
+            front.open(block);
         }
         active.all = blocks.all.iter().zip(&blocks.fronts).all(|(block, front)| block.due == Due::All && front.gives);
         if active.all {

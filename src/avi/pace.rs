@@ -61,9 +61,9 @@ pub(super) struct Nearness {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Change {
     pub group: u32,
-    /// From its own last tick until now, ticks; 0 at the start.
-    pub behind: Tick,
-    /// From now until its next one, ticks.
+    /// From now until what would have been its next own tick, ticks; 0 at the start.
+    pub planned: Tick,
+    /// From now until its next one.
     pub ahead: Tick,
 }
 
@@ -148,12 +148,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut limit = f64::INFINITY;
         lanes.nodes(group, |number| limit = limit.min(limits[usize::from(number)]));
         let (limit, step) = (self.grid.ticks(limit), clock.step as f64);
-        let begins = self.moment(tick).behind(clock.step) != clock.step;
-        clock.step == 0
-            || begins
-            || limit < step
-            || clock.calm > 0
-            || (limit.is_finite() && limit >= RAISE_MARGIN * step)
+        clock.step == 0 || limit < step || clock.calm > 0 || (limit.is_finite() && limit >= RAISE_MARGIN * step)
     }
 
     /// The limits of the nodes of a block that can have changed, s; infinite for the others. All nodes of what fires are active
@@ -216,10 +211,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let clock = &mut self.state.clocks[i];
             (clock.step, clock.calm) = (step, if near { 0 } else { calm });
             let moment = self.moment(tick);
-            let (behind, ahead) = (moment.behind(was.step), moment.ahead(step));
-            // In the first step of a mesh that begins between two of its ticks both may be as long with another step.
-            if behind != ahead || step != was.step {
-                self.scratch.changed.push(Change { group: *group, behind, ahead });
+            if step != was.step {
+                let (planned, ahead) = (moment.ahead(was.step), moment.ahead(step));
+                self.scratch.changed.push(Change { group: *group, planned, ahead });
             }
             if self.rules.schedule == Kind::Queue {
                 // Patches near contact wait for the common multiples of their steps, so that they fire together.
@@ -235,12 +229,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// One step for all: the least.
     fn level_out(&mut self, tick: Tick) {
-        if let Some(Change { behind, .. }) = self.scratch.changed.first().copied() {
+        if let Some(Change { planned, .. }) = self.scratch.changed.first().copied() {
             let ahead = self.state.clocks.iter().map(|clock| clock.step).filter(|step| *step > 0).min().unwrap_or(1);
             self.state.clocks.iter_mut().for_each(|clock| clock.step = ahead);
             self.scratch.changed.clear();
             let all = 0..self.state.clocks.len() as u32;
-            self.scratch.changed.extend(all.map(|group| Change { group, behind, ahead }));
+            self.scratch.changed.extend(all.map(|group| Change { group, planned, ahead }));
         }
         self.state.alarms[0] = Alarm { last: tick, next: tick + self.state.clocks[0].step };
     }

@@ -52,19 +52,24 @@ impl Moment {
     pub fn ahead(&self, step: Tick) -> Tick {
         match (self.phase, self.kind) {
             (Phase::Last, _) => 0,
-            (_, Kind::Bins) => step - (self.tick & (step - 1)),
+            (_, Kind::Bins) if step > 0 => step - (self.tick & (step - 1)),
             _ => step,
         }
     }
 
-    /// The length of the kick that a sweep takes, ticks: all of the step behind, mended where that ahead is another one. A group
-    /// that begins takes half of its step as soon as it has one, a group that ends had half of its planned step already.
+    /// The length of the kick that a sweep takes, ticks: what is owed and half of the step ahead as it is planned; mended where it
+    /// comes to be another one. A group that begins takes nothing before it has a step.
     #[inline]
     pub fn taken(&self, step: Tick) -> f64 {
+        if step == 0 { 0.0 } else { self.owed(step) + 0.5 * self.ahead(step) as f64 }
+    }
+
+    /// The part of a kick that belongs to the step behind, ticks: half of it. A group that ends had half of its planned step already.
+    #[inline]
+    pub fn owed(&self, step: Tick) -> f64 {
         match self.phase {
-            Phase::First if step == 0 => 0.0,
-            Phase::First => 0.5 * self.ahead(step) as f64,
-            Phase::Between => self.behind(step) as f64,
+            Phase::First => 0.0,
+            Phase::Between => 0.5 * self.behind(step) as f64,
             Phase::Last => self.behind(step) as f64 - 0.5 * self.planned(step) as f64,
         }
     }
@@ -112,10 +117,9 @@ mod tests {
         assert_eq!((third.behind(8), third.ahead(8)), (8, 8));
         let end = at(27, Phase::Last);
         assert!(end.fires(8) && !at(27, Phase::Between).fires(8));
-        assert_eq!((end.behind(8), end.ahead(8), end.taken(8)), (3, 0, -1.0));
-        let halves = |moment: &Moment| 0.5 * (moment.taken(8) + moment.ahead(8) as f64);
-        let kicks = first.taken(8) + halves(&second) + halves(&third) + end.taken(8);
-        assert_eq!(kicks, 15.0);
+        assert_eq!((end.behind(8), end.ahead(8)), (3, 0));
+        assert_eq!([&first, &second, &third, &end].map(|moment| moment.taken(8)), [2.0, 6.0, 8.0, -1.0]);
+        assert_eq!([&first, &second, &third, &end].map(|moment| moment.owed(8)), [0.0, 2.0, 4.0, -1.0]);
     }
 
     #[test]

@@ -205,7 +205,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let moment = self.moment(tick);
         let Some(blocks) = &mut self.blocks else {
             self.find_due(tick);
-            self.find_steps_behind(tick);
+            self.find_owed(tick);
             self.drift(tick);
             return self.evaluate(tick);
         };
@@ -222,7 +222,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let elements = blocks.find_due(&sweep);
         let found = (self.state.stiffness.as_mut_slice(), self.scratch.answers.as_mut_slice());
         blocks.sweep(&sweep, found, (self.pool.as_deref(), elements));
-        self.find_active(tick);
+        self.find_active();
     }
 
     /// The groups that fire, ascending.
@@ -252,8 +252,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn find_weights(&mut self, tick: Tick) {
         for i in 0..self.scratch.due.len() {
             let ahead = self.grid.time(self.ahead(self.scratch.due[i] as usize, tick));
-            let taken = self.scratch.weights[i];
-            self.scratch.weights[i] = if self.phase == Phase::Last { taken } else { 0.5 * (taken + ahead) };
+            self.scratch.weights[i] += 0.5 * ahead;
         }
     }
 
@@ -275,12 +274,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// The length of the step behind each firing group, s.
-    fn find_steps_behind(&mut self, tick: Tick) {
-        let steps = self.scratch.due.iter().map(|group| self.length_behind(*group as usize, tick));
-        let steps: Vec<f64> = steps.collect();
+    /// The part of the kick of each firing group that belongs to the step behind, s.
+    fn find_owed(&mut self, tick: Tick) {
+        let owed = self.scratch.due.iter().map(|group| self.owed(*group as usize, tick));
+        let owed: Vec<f64> = owed.collect();
         self.scratch.weights.clear();
-        self.scratch.weights.extend(steps);
+        self.scratch.weights.extend(owed);
     }
 
     pub(super) fn place_bodies(&mut self, time: f64) {
