@@ -193,6 +193,26 @@ fn a_gathered_mesh_has_the_same_patches_in_a_row() {
 }
 
 #[test]
+fn what_is_left_of_patches_stays_together() {
+    let mesh = cube::<3>(3, Split::Kuhn);
+    let patches = Patches::grouped(&mesh);
+    let kept: Vec<ElementId> = (0..mesh.elements.len() as u32).map(ElementId).filter(|e| e.0 % 7 > 1).collect();
+    let left = patches.left(&kept);
+    let (was, now) = (patches.patch_of_elements(), left.patch_of_elements());
+    assert_eq!(now.len(), kept.len());
+    let of = |old: &ElementId| was[old.index()];
+    for (a, b) in (0..kept.len()).flat_map(|a| (0..a).map(move |b| (a, b))) {
+        assert_eq!(of(&kept[a]) == of(&kept[b]), now[a] == now[b], "{a} and {b}");
+    }
+    let firsts: Vec<_> = left.iter().map(|elements| elements[0]).collect();
+    assert!(firsts.is_sorted() && left.iter().all(<[ElementId]>::is_sorted));
+    let all: Vec<ElementId> = (0..mesh.elements.len() as u32).map(ElementId).collect();
+    assert_eq!(patches.left(&all), patches);
+    let alone = Patches::alone(5).left(&[ElementId(1), ElementId(4)]);
+    assert_eq!(alone.iter().map(<[ElementId]>::len).collect::<Vec<_>>(), [1, 1]);
+}
+
+#[test]
 fn elements_can_stay_alone() {
     let patches = Patches::alone(3);
     assert_eq!((patches.len(), Patches::alone(0).is_empty()), (3, true));

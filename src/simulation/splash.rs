@@ -1,5 +1,6 @@
 //! What breaks off a gel and flies on as drops that nothing meets again.
 
+use super::candidate::Known;
 use super::history::{Made, Past, inherited};
 use super::model::Gelatin;
 use crate::algebra::Vector;
@@ -42,7 +43,10 @@ impl<const D: usize> Gelatin<D> {
         let carried = self.energy_of(&old, &gone);
         let before = (state.ledger.momentum.remesh, state.ledger.angular_momentum.remesh);
         let Left { mut birth, across, same, velocity, gone } = left;
-        let known = self.known(&birth.mesh, &birth.position, across);
+        let kept: Vec<ElementId> = same.iter().flatten().map(|same| same.element).collect();
+        let patches = self.engine.gel().potential.patches().left(&kept);
+        let shapes = self.recipe.shapes(&birth.mesh.elements, &birth.position);
+        let known = Known { patches, shapes, across };
         let past = Past::new((&self.engine.gel().potential, &old, &state.memory), &state.position);
         let Birth { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
         let made = Made { position, rest, elements, same: &same, sources: &[], is_kept: false };
@@ -53,7 +57,7 @@ impl<const D: usize> Gelatin<D> {
         self.go_on(birth, (memory, velocity), known)?;
         self.engine.count_drops(gone);
         let ledger = self.engine.ledger_mut();
-        // What the rest stores otherwise, in patches anew, is the doing of the mesh.
+        // What the rest of a patch stores otherwise is the doing of the mesh.
         ledger.energy.splash -= carried;
         ledger.momentum.splash += ledger.momentum.remesh.value() - before.0.value();
         ledger.angular_momentum.splash += ledger.angular_momentum.remesh.value() - before.1.value();

@@ -145,6 +145,24 @@ impl Patches {
         patch
     }
 
+    /// What is left of each where only these elements, ascending, are left, numbered anew.
+    #[must_use]
+    pub fn left(&self, kept: &[ElementId]) -> Self {
+        let patch = self.patch_of_elements();
+        let mut of = vec![vec![]; self.len()];
+        for (new, old) in (0..).map(ElementId).zip(kept) {
+            of[patch[old.index()].index()].push(new);
+        }
+        of.retain(|elements| !elements.is_empty());
+        of.sort_unstable();
+        let mut left = Self { start: vec![0], members: Vec::with_capacity(kept.len()) };
+        for elements in &of {
+            left.members.extend(elements);
+            left.start.push(left.members.len() as u32);
+        }
+        left
+    }
+
     /// Patches with their mates; they must stand in the order of their first elements.
     fn joined(&self, mates: &[Option<ElementId>]) -> Self {
         let mut joined = Self { start: vec![0], members: Vec::with_capacity(self.members.len()) };
