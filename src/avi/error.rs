@@ -8,8 +8,9 @@ use serde::{Deserialize, Serialize};
 pub enum StepError {
     /// An element stayed turned inside out.
     #[error(
-        "element {element} is inverted at {time:.6e} s: J = {jacobian:.3} at two of its own ticks in a row. \
-         The mesh cannot follow the deformation: use a smaller mesh.size near the impact, a lower speed, or a stiffer gel"
+        "element {element} is inverted at {time:.6e} s: J = {} at two of its own ticks in a row. \
+         The mesh cannot follow the deformation: use a smaller mesh.size near the impact, a lower speed, or a stiffer gel",
+        fixed(*jacobian, 3)
     )]
     Inverted {
         /// The element.
@@ -32,8 +33,9 @@ pub enum StepError {
     /// The stable step fell below a thousandth of what it was.
     #[error(
         "the step of element {element} fell to {step:.3e} s at {time:.6e} s, below a thousandth of the smallest at the start. \
-         It, or one around its nodes, is crushed or flat (least J beside it {jacobian:.3}): use a smaller mesh.size near the \
-         impact or a lower speed"
+         It, or one around its nodes, is crushed or flat (least J beside it {}): use a smaller mesh.size near the \
+         impact or a lower speed",
+        fixed(*jacobian, 3)
     )]
     StepCollapsed {
         /// The element.
@@ -96,6 +98,11 @@ pub enum StepError {
     },
 }
 
+/// A number with so many decimals, with an exponent instead where it is too great to be read so.
+pub(crate) fn fixed(value: f64, decimals: usize) -> String {
+    if value.abs() < 1e6 { format!("{value:.decimals$}") } else { format!("{value:.decimals$e}") }
+}
+
 /// A body in words.
 fn name(body: usize) -> String {
     if body == 0 { "the projectile".to_owned() } else { format!("fragment {body}") }
@@ -118,5 +125,17 @@ impl StepError {
             | Self::Spun { time, .. }
             | Self::Worn { time, .. } => *time,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_has_run_away_is_told_in_few_digits() {
+        assert_eq!([-0.0614, -1.38e83].map(|jacobian| fixed(jacobian, 3)), ["-0.061", "-1.380e83"]);
+        let error = StepError::Inverted { element: 7, time: 1e-3, jacobian: -1.38e83 };
+        assert!(error.to_string().contains("J = -1.380e83 at two"), "{error}");
     }
 }

@@ -33,6 +33,7 @@ mod work;
 
 pub use engine::{Engine, NoStep, Rules};
 pub use error::StepError;
+pub(crate) use error::fixed;
 pub use gel::{Gel, Surface, SurfaceNode};
 pub use grid::TickGrid;
 pub use load::{Loaded, Loads, Pressure};

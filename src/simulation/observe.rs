@@ -2,6 +2,7 @@
 
 use super::{Bulge, Exchange, Kinematics};
 use crate::algebra::Vector3;
+use crate::avi::fixed;
 
 /// Everything an importer, a table or a page shows of one instant.
 #[derive(Debug, Clone, PartialEq)]
@@ -184,12 +185,15 @@ impl EnergyReport {
         let there = self.initial.abs() + self.external.abs() + self.load.abs() + self.importer.abs();
         let part = accounts.iter().map(|(_, value)| value.abs()).sum::<f64>() / there;
         let is_doubtful = self.energy_defect > Self::BEARABLE && part > Self::BEARABLE;
-        let told = accounts.map(|(name, value)| format!("{name} {:+.1} %", 100.0 * value / there)).join(", ");
+        let sign = |value: f64| if value < 0.0 { "" } else { "+" };
+        let told = accounts
+            .map(|(name, value)| format!("{name} {}{} %", sign(value), fixed(100.0 * value / there, 1)))
+            .join(", ");
         is_doubtful.then(|| {
             format!(
-                "the method itself has changed the energy by {:.0} % of what there was ({told}): figures of this \
+                "the method itself has changed the energy by {} % of what there was ({told}): figures of this \
                  run may be wrong by as much",
-                100.0 * part
+                fixed(100.0 * part, 0)
             )
         })
     }
