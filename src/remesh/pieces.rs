@@ -17,9 +17,6 @@ const UNCOVERED: f64 = 1e-13;
 /// laid down from the middle of the old element.
 const PLACED: f64 = 1e-10;
 
-/// How far below nothing a density may be at a corner, in means of its element.
-const ROUGH: f64 = 3.0;
-
 /// What a new element has that is not an old one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Part<const D: usize> {
@@ -183,13 +180,14 @@ impl<const D: usize> Part<D> {
         }
     }
 
-    /// Where the density would be far below nothing at a corner, draws it to its mean until it is nothing there: exchanges add up
-    /// point by point, and a node in such a corner could come to have no mass. Mass and momentum stay; the centre of mass does not.
+    /// Where the density would be more than D of its means below nothing at a corner, draws it to its mean until it is nothing there: at
+    /// D + 1 means, as where a point of mass lies on the side across, a node in such a corner has no mass. Mass and momentum stay; the
+    /// centre of mass does not.
     fn level(&mut self) {
         let corner_mass = self.corner_mass();
         let (mean, heights) = (corner_mass.iter().sum::<f64>(), heights::<D>(&corner_mass));
         let least = heights[..=D].iter().copied().fold(f64::INFINITY, f64::min);
-        if mean > 0.0 && least < -ROUGH * mean {
+        if mean > 0.0 && least < -(D as f64) * mean {
             let part = mean / (mean - least);
             let mut level = [0.0; 4];
             level[..=D].iter_mut().zip(heights).for_each(|(level, height)| *level = mean + part * (height - mean));
