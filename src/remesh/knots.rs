@@ -69,11 +69,12 @@ impl Chain<'_> {
         self.area(walk).abs() < LARGEST_LOOP * cloud.size[walk[0]].powi(2)
     }
 
-    /// Of the tips that one of two crossing edges belongs to, the smallest that can be cut off so that nothing crosses the cut.
+    /// Of the tips of gel that one of two crossing edges belongs to, the smallest that can be cut off so that nothing crosses the cut. A gap
+    /// that is pushed through a wall is none: what closed it would be made of nothing.
     fn tip(&self, crossing: [[usize; 2]; 2], cloud: &Cloud) -> Option<Vec<usize>> {
         let tips = crossing.into_iter().flat_map(|edge| self.tips(edge));
-        let free = tips.filter(|tip| self.is_small(tip, cloud) && self.is_clear(tip));
-        free.map(|tip| (self.area(&tip).abs(), tip)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, tip)| tip)
+        let free = tips.filter(|tip| self.area(tip) > 0.0 && self.is_small(tip, cloud) && self.is_clear(tip));
+        free.map(|tip| (self.area(&tip), tip)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, tip)| tip)
     }
 
     /// The walks along the boundary around an edge, at least one end of which is between their ends, and all that is may go.

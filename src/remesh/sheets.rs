@@ -10,7 +10,7 @@ const LONGEST: f64 = 4.0;
 
 /// Which elements break off: those across a sheet thinner than `thinnest`, m, from one of these facets of the surface to a node on
 /// another side of it, and every part of the body but the largest that is left without them. None, if all would. `across` has the
-/// neighbours of each element.
+/// neighbours of each element. What is turned inside out is thinner than anything.
 ///
 /// In the plane an element with two facets on the surface is no sheet but a corner, or a bend of a wall that is made of short edges. In
 /// space an element is across a sheet if all its nodes are on the surface and that faces away from itself at two of them.
@@ -67,7 +67,7 @@ fn heights<const D: usize>(
         let (Some(opposite), None) = (bare.next(), bare.next()) else { return None };
         let base: Facet = [1, 2, 3].map(|k| nodes[(opposite + k) % (D + 1)]);
         let height = D as f64 * signed_volume(moved.position, nodes) / facet_measure(moved.position, &base);
-        (height > 0.0 && nodes[..=D].iter().all(|node| outer[node.index()])).then_some((e, height))
+        nodes[..=D].iter().all(|node| outer[node.index()]).then_some((e, height))
     })
 }
 

@@ -4,7 +4,6 @@ use super::candidate::Known;
 use super::history::{Made, Past, inherited};
 use super::model::Gelatin;
 use crate::algebra::Vector;
-use crate::avi::NoStep;
 use crate::element::Potential;
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, neighbours, outer, sorted};
 use crate::remesh::{self, Moved, Neighbours, Same};
@@ -23,22 +22,20 @@ struct Left<const D: usize> {
 
 impl<const D: usize> Gelatin<D> {
     /// Lets go of gel thinner than `thinnest`, m: its mass, momentum and energy go to their accounts, and what is left goes on as
-    /// after an exchange that has made nothing new.
-    ///
-    /// # Errors
-    /// [`NoStep`] if what is left cannot be stepped; then nothing is let go, as where a node would be left without mass.
-    pub fn shed(&mut self, thinnest: f64) -> Result<(), NoStep> {
+    /// after an exchange that has made nothing new. Whether something went: nothing does if a node would be left without mass, or what is
+    /// left could not be stepped.
+    pub fn shed(&mut self, thinnest: f64) -> bool {
         let old = self.present();
         let state = self.engine.state();
         let moved = Moved { mesh: &old.mesh, position: &state.position };
         let across = self.across.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
         let gone = remesh::sheets(&moved, (&self.engine.gel().surface.facets, across), thinnest);
         if !gone.contains(&true) {
-            return Ok(());
+            return false;
         }
         let left = Left::of(&old, self.engine.last_tick(), (&state.position, &state.velocity), &gone);
         if left.birth.mass.iter().any(|mass| *mass <= 0.0) {
-            return Ok(());
+            return false;
         }
         let carried = self.energy_of(&old, &gone);
         let before = (state.ledger.momentum.remesh, state.ledger.angular_momentum.remesh);
@@ -51,10 +48,12 @@ impl<const D: usize> Gelatin<D> {
         let Birth { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
         let made = Made { position, rest, elements, same: &same, sources: &[], is_kept: false };
         let Some((references, memory)) = inherited(&past, &state.position, (&made, &known.patches)) else {
-            return Ok(());
+            return false;
         };
         birth.references = references;
-        self.go_on(birth, (memory, velocity), known)?;
+        if self.go_on(birth, (memory, velocity), known).is_err() {
+            return false;
+        }
         self.engine.count_drops(gone);
         let ledger = self.engine.ledger_mut();
         // What the rest of a patch stores otherwise is the doing of the mesh.
@@ -63,7 +62,7 @@ impl<const D: usize> Gelatin<D> {
         ledger.angular_momentum.splash += ledger.angular_momentum.remesh.value() - before.1.value();
         ledger.energy.remesh += carried;
         (ledger.momentum.remesh, ledger.angular_momentum.remesh) = before;
-        Ok(())
+        true
     }
 
     /// Kinetic and stored energy of these elements of the mesh as it is now, J; of a patch by volume.
