@@ -166,4 +166,25 @@ mod tests {
         assert!((0..gone.len()).all(|e| gone[e] || !reaches(e, 0.75)), "the upper half of the fin goes");
         assert!(!sheets(&moved, surface, 0.01).contains(&true), "a fin that is thick enough stays");
     }
+
+    #[test]
+    fn a_fin_of_the_plane_whose_side_went_through_the_other_one_breaks_off() {
+        let planes = [vec![0.0, 0.25, 0.5, 1.0], vec![0.0, 0.25, 0.5, 0.75, 1.0]];
+        let mesh = block::<2>(Block { planes, split: Split::Kuhn, faces: vec![] });
+        let rest = mesh.rest.clone();
+        let middle = |e: &crate::mesh::Simplex| e[..3].iter().map(|n| rest[n.index()]).sum::<Vector<2>>() / 3.0;
+        let is_there = |e: &&crate::mesh::Simplex| middle(e)[1] < 0.5 || middle(e)[0] < 0.25;
+        let elements: Vec<_> = mesh.elements.iter().filter(is_there).copied().collect();
+        let mesh = Mesh { facets: boundary::<2>(&elements), elements, ..mesh };
+        let through = |x: &Vector<2>| *x == Vector::<2>::new(0.25, 0.75);
+        let of = |to: f64| {
+            let position: Vec<_> =
+                mesh.rest.iter().map(|x| if through(x) { Vector::<2>::new(to, 0.75) } else { *x }).collect();
+            let surface = (&mesh.facets[..], &neighbours::<2>(&mesh.elements)[..]);
+            sheets(&Moved { mesh: &mesh, position: &position }, surface, 1e-6)
+        };
+        assert!(!of(0.25).contains(&true) && !of(0.01).contains(&true));
+        let gone = of(-0.01);
+        assert!(gone.contains(&true) && (0..gone.len()).all(|e| !gone[e] || middle(&mesh.elements[e])[1] > 0.5));
+    }
 }

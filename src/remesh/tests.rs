@@ -218,6 +218,16 @@ fn a_tip_that_is_pushed_through_another_wall_is_cut_off() {
     }
 }
 
+/// The hole of a ring, pushed through its wall: what closed the gap would be gel made of nothing.
+#[test]
+fn a_gap_that_is_pushed_through_a_wall_is_not_filled() {
+    let mesh = rings(1, 0.5);
+    let position = moved(&mesh, |x| if *x == at(2.0, 1.5) { at(3.1, 1.5) } else { *x });
+    let sizes = vec![0.8; mesh.rest.len()];
+    let found = propose(&Moved { mesh: &mesh, position: &position }, &sizes, &Rules::default(), &|x| *x);
+    assert!(matches!(found, Err(RemeshError::Crossing { .. })), "{found:?}");
+}
+
 /// The square with these nodes of its boundary elsewhere, on a new mesh.
 fn displaced(mesh: &Mesh<2>, places: &[(Vector<2>, Vector<2>)], rules: &Rules) -> Proposal<2> {
     let place = |x: &Vector<2>| places.iter().find(|(from, _)| from == x).map_or(*x, |(_, to)| *to);
