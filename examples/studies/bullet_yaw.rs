@@ -43,7 +43,7 @@ struct Seen {
 pub fn study() {
     let ways: Vec<String> = WAYS.iter().map(|way| format!(" {way} mm |")).collect();
     println!(
-        "| yaw, ° |{} C_Mα | C_Lα | C_D | L of it, mm | L fitted, mm | x₀, mm | neck by the law, mm | meshes | refused | elements | M updates | bias, % of E₀ | remesh | closure | end, mm | CPU s |",
+        "| yaw, ° |{} C_Mα | C_Lα | C_D | L of it, mm | L fitted, mm | x₀, mm | neck to 30° by the law, mm | meshes | refused | elements | M updates | bias, % of E₀ | remesh | closure | end, mm | CPU s |",
         ways.concat()
     );
     println!("|---|{}---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|", "---|".repeat(WAYS.len()));

@@ -77,7 +77,7 @@ fn row((size, name): (f64, &str), keys: &[(&str, String)]) {
         100.0 * seen.energy.contact_bias / seen.energy.initial,
         seen.energy.energy_error,
         seen.momentum_error,
-        (simulation.frame().mass / mass - 1.0).abs(),
+        ((simulation.frame().mass + seen.cost.splashed) / mass - 1.0).abs(),
         100.0 * exchanging / wall,
         1e-3 * renewals.iter().map(|renewal| renewal.elements).sum::<usize>() as f64 / exchanging,
     );
