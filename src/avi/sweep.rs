@@ -90,7 +90,7 @@ impl<const D: usize> Blocks<D> {
             at_rest.for_each(|block| block.known = Known::Sums);
         }
         let still = self.still;
-        self.locals.resize_with(pool.map_or(1, Pool::threads), || Local::new(still));
+        self.locals.resize_with(pool.map_or(1, Pool::runs), || Local::new(still));
         let pool = pool.filter(|_| elements > SHARED);
         let with = (&self.lanes, self.level, self.strained);
         let (blocks, parts, locals) = (self.all.as_mut_slice(), self.parts.as_mut_slice(), self.locals.as_mut_slice());
