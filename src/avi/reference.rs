@@ -101,9 +101,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 let nodes = self.gel.potential.nodes(*element).iter();
                 let power = nodes.zip(&answer.forces).map(|(node, f)| f.dot(&self.state.velocity[node.index()]));
                 sum.power += power.sum::<f64>();
-                let now = (self.state.position.as_slice(), self.state.velocity.as_slice());
-                let stiffness = answer.stiffness * self.gel.potential.stiffer(*element, now, elapsed);
-                elements.push((*element, Answer { stiffness, ..*answer }));
+                elements.push((*element, *answer));
             }
         }
         sum

@@ -208,7 +208,6 @@ impl Block {
     /// Whether a node has moved or moves.
     fn load<const D: usize>(&self, sweep: &Sweep<'_, D>, local: &mut Local) -> bool {
         let mut moves = false;
-        local.begin();
         if self.due == Due::Some {
             // Empty lanes name node 0; what another block left there must not come in.
             local.load(0, [&Vector::<D>::zeros(); 3]);

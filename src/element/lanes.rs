@@ -9,7 +9,6 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::batch::{Batch, LANES, Wide, cofactor, fused, on, sum, wide};
-use super::closing::{SLACK, stiffer};
 use super::eight::{References, put_in};
 use super::elastic::Metric;
 use super::local::{Accumulated, Aligned, Local, Row};
@@ -24,9 +23,6 @@ use crate::material::{Flowing, Material, NeoHookean, Viscoelastic, Volume};
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, f64x8};
 use std::any::Any;
 use std::ops::Range;
-
-/// More than rounding makes of a bound.
-const ROUNDING: f64 = 1.001;
 
 /// Most elements of a patch.
 pub const DEPTH: usize = places(3);
@@ -320,11 +316,7 @@ impl<const D: usize> Lanes<D> {
         let mut answer = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
         for k in 0..N {
             let own = &mut memory[k * rows..(k + 1) * rows];
-            let mut pull = gel.pull(self.section, (&batches[k], &rest[k], kick, own), (&strains[k], &slopes[k]));
-            let resists = wide(simd, &batches[k].volume) * slopes[k].curvature;
-            if may_close::<D, S>((pull.stiffness, resists), strains[k].jacobian, (kick.elapsed, local.fastest)) {
-                pull.stiffness = pull.stiffness * self.stiffer(simd, &batches[k], (local, kick.elapsed));
-            }
+            let pull = gel.pull(self.section, (&batches[k], &rest[k], kick, own), (&strains[k], &slopes[k]));
             energy = fused(pull.energy, strained, energy);
             for i in 0..3 {
                 lost[i] += pull.lost[i];
@@ -341,25 +333,6 @@ impl<const D: usize> Lanes<D> {
             answer.lost[i] = sum(lost[i]);
         }
         answer
-    }
-
-    /// By what κ of eight elements is to be multiplied as they close.
-    #[inline(always)]
-    fn stiffer<S: Simd>(&self, simd: S, batch: &Batch, (local, step): (&Local, f64)) -> f64x8<S> {
-        let (x, v) = (
-            gather::<D, S>(simd, &batch.nodes, &local.positions),
-            gather::<D, S>(simd, &batch.nodes, &local.velocities),
-        );
-        let zero = f64x8::splat(simd, 0.0);
-        let (mut edges, mut rates) = ([[zero; D]; D], [[zero; D]; D]);
-        for i in 0..D {
-            for a in 0..D {
-                (edges[i][a], rates[i][a]) = (x[a + 1][i] - x[0][i], v[a + 1][i] - v[0][i]);
-            }
-        }
-        let radial = (x[0][0] + x[1][0] + x[2][0], v[0][0] + v[1][0] + v[2][0]);
-        let ring = if self.section == Section::Axisymmetric { Some(radial) } else { None };
-        stiffer((&edges, &rates), ring, step)
     }
 
     /// The strains of all elements of a group; 1 in the lanes of patches of which one is strained, as the pressure of all is then, else 0.
@@ -424,18 +397,6 @@ fn sweep_plane(lanes: &Lanes<2>, level: Level, asked: Asked<'_>, local: &mut Loc
 #[inline(never)]
 fn sweep_space(lanes: &Lanes<3>, level: Level, asked: Asked<'_>, local: &mut Local, found: Found<'_>) {
     lanes.sweep_laws::<{ places(3) }>(level, asked, local, found);
-}
-
-/// Whether one of eight elements with these κ and w U″, N/m and J, can lose more of its measure in a step, s, than it may without being
-/// stiffer, where no node has a greater |v|², m²/s²: J′ ≤ (Σ |∂J/∂x_a|² Σ |v_a|²)^½, and κ ≥ w U″ Σ |∂J/∂x_a|².
-#[inline(always)]
-fn may_close<const D: usize, S: Simd>(
-    (stiffness, resists): (f64x8<S>, f64x8<S>),
-    jacobian: f64x8<S>,
-    (step, fastest): (f64, f64),
-) -> bool {
-    let most = (D + 1) as f64 * fastest * (step / SLACK) * (step / SLACK) * ROUNDING;
-    (stiffness * most - resists * jacobian * jacobian).any_positive()
 }
 
 /// Volumetric energy, J, and slope and curvature of each element: U(J) of an element that is a patch by itself; else

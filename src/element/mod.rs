@@ -1,7 +1,6 @@
 //! Potential energies made of elements, in patches that share a volume change: what the integrator steps.
 
 mod batch;
-mod closing;
 mod eight;
 mod elastic;
 mod flow;
@@ -144,11 +143,6 @@ pub trait Potential<const D: usize>: Send + Sync {
         let mut measured = Measured::of(self.len(), self.patches().len());
         (0..self.patches().len()).for_each(|patch| measured.take(self, patch, (x, memory)));
         measured
-    }
-    /// By what κ of an element is to be multiplied with all nodes there, so fast, until a step, s, has passed: more than 1 where it
-    /// closes so fast that what it is where it is does not tell what it will be.
-    fn stiffer(&self, _element: ElementId, (_x, _v): (&[Vector<D>], &[Vector<D>]), _step: f64) -> f64 {
-        1.0
     }
     /// The positions of all nodes at which nothing is stored; of a potential that has lanes.
     fn rest(&self) -> &[Vector<D>] {
