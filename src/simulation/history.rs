@@ -202,10 +202,14 @@ pub(super) fn inherited<const D: usize>(
     let rests = rests(past, position, new);
     for sources in new.sources.chunk_by(|a, b| a.new == b.new) {
         let element = sources[0].new;
+        let rest = rests[element.index()];
+        if rest <= 0.0 {
+            continue;
+        }
         is_known[element.index()] = true;
         let nodes = &new.elements[element.index()];
         let [told, now] = [new.rest, new.position].map(|x| Reference::of(x, nodes));
-        let mean = Mean::of(past, (position, &strains), (sources, rests[element.index()]));
+        let mean = Mean::of(past, (position, &strains), (sources, rest));
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
         }
@@ -336,7 +340,7 @@ impl<const D: usize> Mean<D> {
     fn reaches(&self, strain: &Strain<D>, now: &Reference<D>) -> bool {
         let (whole, turned) = (measure(&now.edges), det(&strain.f));
         let rest = if self.is_ring { self.rest * strain.out / now.radius } else { self.rest };
-        let grown = if rest > 0.0 { whole / rest } else { 1.0 };
+        let grown = whole / rest;
         let (square, volume) = match D {
             2 => (strain.f.norm_squared() / turned * grown + strain.out * strain.out, grown * strain.out),
             _ => (strain.f.norm_squared(), turned),
@@ -350,8 +354,6 @@ impl<const D: usize> Mean<D> {
     fn fitted(&self, strain: &Strain<D>, now: &Reference<D>) -> Option<(Reference<D>, f64)> {
         let radius = if self.is_ring { now.radius / strain.out } else { now.radius };
         let rest = if self.is_ring { self.rest / radius } else { self.rest };
-        // Of matter that is nowhere by rounding, what it fills.
-        let rest = if rest > 0.0 { rest } else { measure(&now.edges) };
         let edges = inverse(&strain.f)? * now.edges;
         let scale = rest / measure(&edges);
         let edges = edges * if D == 2 { scale.sqrt() } else { cube_root(scale) };
@@ -422,6 +424,42 @@ pub(super) mod tests {
                 (measure(&reference.edges) - measure(&was.edges)).abs() < 1e-14
                     && recalled[e].plastic == memory[e].plastic
             );
+        }
+    }
+
+    #[test]
+    fn what_is_made_of_nothing_rests_as_it_is_and_remembers_nothing() {
+        let solid = Material::NeoHookean(crate::material::NeoHookean::new(20e3, 2e6));
+        let (plane, ring) = (Section::Planar { thickness: 1.0 }, Section::Axisymmetric);
+        let flowing = Material::Flowing(gel());
+        for (section, material) in [(plane, flowing), (ring, flowing), (plane, solid), (ring, solid)] {
+            let axis = || vec![1.0, 2.0];
+            let mesh = block::<2>(Block { planes: [axis(), axis()], split: Split::Centred, faces: vec![] });
+            let simplices = Simplices::in_patches(&mesh, Patches::alone(4), (material, section));
+            let memory = vec![Memory { plastic: 0.7, left: 0.4, felt: -3.0, ..Memory::default() }; 4];
+            // Stretched and sheared and let out.
+            let position: Vec<_> =
+                mesh.rest.iter().map(|x| Vector::<2>::new(1.1 * x[0] + 0.3 * x[1], 1.2 * x[1])).collect();
+            let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
+            let (mass, corner_mass) = (vec![1.0; rest.len()], vec![[1.0; 4]; 4]);
+            let birth = Birth { tick: 0, mesh, position: position.clone(), mass, corner_mass, references: vec![] };
+            let past = Past::new((&simplices, &birth, &memory), &position);
+            let same = [None, Some(1), Some(2), Some(3)].map(|e| e.map(|e| Same::in_order(ElementId(e))));
+            let sources = [Source { new: ElementId(0), old: ElementId(0), mass: 0.3, part: 0.3 }];
+            let new = Made {
+                position: &position,
+                rest: &rest,
+                elements: &elements,
+                same: &same,
+                sources: &sources,
+                is_kept: false,
+            };
+            let (references, recalled) = inherited(&past, &position, (&new, &Patches::alone(4))).unwrap();
+            let (_, own) = references.iter().find(|(element, _)| element.index() == 0).unwrap();
+            let now = Reference::of(&position, &elements[0]);
+            assert!(own.edges == now.edges && own.radius == now.radius, "{section:?}: {own:?}");
+            let expected = Memory { jacobian: 1.0, ..Memory::default() };
+            assert!(recalled.is_empty() || recalled[0] == expected, "{section:?}: {:?}", recalled[0]);
         }
     }
 
