@@ -89,13 +89,15 @@ pub(super) struct Report {
     pub updates: u64,
     /// Least J.
     pub least_jacobian: f64,
+    /// Whether an element of a group that fires is closed within its step.
+    pub closes: bool,
     /// The first group that has an element inverted for the second tick in a row, or an energy that is no number.
     pub failed: Option<usize>,
 }
 
 impl Default for Report {
     fn default() -> Self {
-        Self { updates: 0, least_jacobian: 1.0, failed: None }
+        Self { updates: 0, least_jacobian: 1.0, closes: false, failed: None }
     }
 }
 

@@ -3,9 +3,10 @@
 use super::blocks::{Block, Due, Front};
 use super::engine::Engine;
 use super::order::Order;
+use super::sweep::closes;
 use super::{Gel, Kind, StepError};
 use crate::algebra::{Vector3, embed};
-use crate::element::{Lanes, Potential};
+use crate::element::{CLOSED, FORESEEN, Lanes, Potential};
 use crate::geometry::{Gap, Shape};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Alarm, Clock, Tick};
@@ -94,6 +95,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if self.blocks.is_some() {
             groups.clear();
             self.attentive_blocks(tick, &mut groups);
+            self.closing(tick, &mut groups);
             self.around_contact(tick, &mut groups);
             groups.sort_unstable();
             groups.dedup();
@@ -181,6 +183,28 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.rules.cfl * limit(parts.sum(), self.gel.mass[node.index()])
     }
 
+    /// The firing groups of which an element would be closed within the step that they have.
+    fn closing(&self, tick: Tick, groups: &mut Vec<u32>) {
+        let Some(blocks) = &self.blocks else { return };
+        let (moment, answers) = (self.moment(tick), &self.scratch.answers);
+        for (i, _) in
+            blocks.all.iter().enumerate().filter(|(_, block)| block.report.is_some_and(|report| report.closes))
+        {
+            let concerned = |group: &usize| {
+                let step = self.state.clocks[*group].step;
+                moment.fires(step) && closes(&answers[*group], self.grid.time(step))
+            };
+            groups.extend(blocks.groups_of(i).filter(concerned).map(|group| group as u32));
+        }
+    }
+
+    /// When an element of a group is closed, going on as it does, ticks; infinite if that is not foreseen.
+    fn closed_after(&self, group: usize, (clock, tick): (&Clock, Tick)) -> f64 {
+        let after = self.grid.ticks(CLOSED / self.scratch.answers[group].closing);
+        let foreseen = FORESEEN * self.moment(tick).elapsed(clock.step) as f64;
+        if clock.step == 0 || after < foreseen { after } else { f64::INFINITY }
+    }
+
     /// The firing groups around the nodes that are close to a body whose steps that shortens, or whose calm it ends.
     fn around_contact(&self, tick: Tick, groups: &mut Vec<u32>) {
         for surface in &self.scratch.close {
@@ -206,6 +230,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             if limit < 1.0 && collapsed.is_none() {
                 collapsed = Some(self.collapse(i, limit, tick));
             }
+            let limit = limit.min(self.closed_after(i, (&was, tick)));
             let (step, calm) = self.ratchet(limit.max(1.0), &was, tick);
             let (step, near) = self.contact_step(i, step);
             let clock = &mut self.state.clocks[i];

@@ -8,7 +8,7 @@ use super::phase::{Moment, Phase};
 use super::pool::{Cut, share};
 use super::{Pool, TickGrid};
 use crate::algebra::Vector;
-use crate::element::{Accumulated, GroupAnswer, Kick, LANES, Lanes, Local, MOST_LOCAL_NODES, Power, Recall};
+use crate::element::{Accumulated, CLOSED, GroupAnswer, Kick, LANES, Lanes, Local, MOST_LOCAL_NODES, Power, Recall};
 use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
@@ -208,6 +208,7 @@ impl Block {
     /// Whether a node has moved or moves.
     fn load<const D: usize>(&self, sweep: &Sweep<'_, D>, local: &mut Local) -> bool {
         let mut moves = false;
+        local.begin();
         if self.due == Due::Some {
             // Empty lanes name node 0; what another block left there must not come in.
             local.load(0, [&Vector::<D>::zeros(); 3]);
@@ -244,12 +245,18 @@ impl Block {
         let mut report = Report { updates, ..Report::default() };
         for (group, answer) in groups.zip(answers).filter(|(group, _)| firing(group)) {
             report.least_jacobian = report.least_jacobian.min(answer.least_jacobian);
+            report.closes |= closes(answer, sweep.grid.time(sweep.clocks[group].step));
             if report.failed.is_none() && fails(&sweep.clocks[group], answer) {
                 report.failed = Some(group);
             }
         }
         self.report = Some(report);
     }
+}
+
+/// Whether an element of a group would be closed within a step, s.
+pub(super) fn closes(answer: &GroupAnswer, step: f64) -> bool {
+    answer.closing * step > CLOSED
 }
 
 /// Whether an answer ends the run: an element inverted for the second tick in a row, or an energy that is no number.

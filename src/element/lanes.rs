@@ -9,6 +9,7 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::batch::{Batch, LANES, Wide, cofactor, fused, on, sum, wide};
+use super::closing::closing;
 use super::eight::{References, put_in};
 use super::elastic::Metric;
 use super::local::{Accumulated, Aligned, Local, Row};
@@ -17,12 +18,15 @@ use super::recall::{Recall, Remembering};
 use super::relax::MOST_MEMORIES;
 use super::shuffle::{gather, scatter};
 use super::solid::{Slopes, Solid, Strains, Undeformed};
-use super::{MAX_NODES, Memory, Section, Spent};
+use super::{CLOSED, FORESEEN, MAX_NODES, Memory, Section, Spent};
 use crate::algebra::Number;
 use crate::material::{Flowing, Material, NeoHookean, Viscoelastic, Volume};
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, f64x8};
 use std::any::Any;
 use std::ops::Range;
+
+/// More than rounding makes of a bound.
+const ROUNDING: f64 = 1.001;
 
 /// Most elements of a patch.
 pub const DEPTH: usize = places(3);
@@ -42,6 +46,8 @@ pub struct GroupAnswer {
     pub power: f64,
     /// Least J.
     pub least_jacobian: f64,
+    /// How fast its elements close at most, 1/s; where none is closed within [`FORESEEN`] steps, anything less.
+    pub closing: f64,
     /// Which elements have J ≤ 0: bit 8k + l for the k-th element of the patch in lane l.
     pub inverted: u32,
     /// How many elements are below the continuation.
@@ -317,6 +323,10 @@ impl<const D: usize> Lanes<D> {
         for k in 0..N {
             let own = &mut memory[k * rows..(k + 1) * rows];
             let pull = gel.pull(self.section, (&batches[k], &rest[k], kick, own), (&strains[k], &slopes[k]));
+            let resists = wide(simd, &batches[k].volume) * slopes[k].curvature;
+            if may_close::<D, S>((pull.stiffness, resists), strains[k].jacobian, (kick.elapsed, local.fastest)) {
+                answer.closing = answer.closing.max(greatest(self.closing(simd, &batches[k], local)));
+            }
             energy = fused(pull.energy, strained, energy);
             for i in 0..3 {
                 lost[i] += pull.lost[i];
@@ -333,6 +343,25 @@ impl<const D: usize> Lanes<D> {
             answer.lost[i] = sum(lost[i]);
         }
         answer
+    }
+
+    /// How fast eight elements close, 1/s.
+    #[inline(always)]
+    fn closing<S: Simd>(&self, simd: S, batch: &Batch, local: &Local) -> f64x8<S> {
+        let (x, v) = (
+            gather::<D, S>(simd, &batch.nodes, &local.positions),
+            gather::<D, S>(simd, &batch.nodes, &local.velocities),
+        );
+        let zero = f64x8::splat(simd, 0.0);
+        let (mut edges, mut rates) = ([[zero; D]; D], [[zero; D]; D]);
+        for i in 0..D {
+            for a in 0..D {
+                (edges[i][a], rates[i][a]) = (x[a + 1][i] - x[0][i], v[a + 1][i] - v[0][i]);
+            }
+        }
+        let radial = (x[0][0] + x[1][0] + x[2][0], v[0][0] + v[1][0] + v[2][0]);
+        let ring = if self.section == Section::Axisymmetric { Some(radial) } else { None };
+        closing((&edges, &rates), ring)
     }
 
     /// The strains of all elements of a group; 1 in the lanes of patches of which one is strained, as the pressure of all is then, else 0.
@@ -399,6 +428,19 @@ fn sweep_space(lanes: &Lanes<3>, level: Level, asked: Asked<'_>, local: &mut Loc
     lanes.sweep_laws::<{ places(3) }>(level, asked, local, found);
 }
 
+/// Whether one of eight elements with these κ and w U″, N/m and J, can be [`CLOSED`] within [`FORESEEN`] of these steps, s, where no node
+/// has a greater |v|², m²/s²: |J′| ≤ (Σ |∂J/∂x_a|² Σ |v_a|²)^½, and κ ≥ w U″ Σ |∂J/∂x_a|². Of a mesh that begins no step is known.
+#[inline(always)]
+fn may_close<const D: usize, S: Simd>(
+    (stiffness, resists): (f64x8<S>, f64x8<S>),
+    jacobian: f64x8<S>,
+    (step, fastest): (f64, f64),
+) -> bool {
+    let within = FORESEEN / CLOSED * step;
+    let most = (D + 1) as f64 * fastest * within * within * ROUNDING;
+    step == 0.0 || (stiffness * most - resists * jacobian * jacobian).any_positive()
+}
+
 /// Volumetric energy, J, and slope and curvature of each element: U(J) of an element that is a patch by itself; else
 /// U_s(J) of each and U_v(J̄) of the patch (numerics 5).
 #[inline(always)]
@@ -432,16 +474,22 @@ pub(super) fn volumetric<const D: usize, const N: usize, S: Simd>(
     energy
 }
 
+/// The greatest of eight.
+#[inline(always)]
+fn greatest<S: Simd>(eight: f64x8<S>) -> f64 {
+    let (low, high) = eight.split();
+    let (low, high) = low.max(high).split();
+    let [a, b] = low.max(high).into();
+    if a > b { a } else { b }
+}
+
 /// Enters J of the k-th elements.
 #[inline(always)]
 fn note<S: Simd>(answer: &mut GroupAnswer, k: usize, jacobian: f64x8<S>) {
     let simd = jacobian.simd;
     let inverted = simd.to_bitmask_mask64x8(jacobian.simd_le(f64x8::splat(simd, 0.0))) as u32;
     let crushed = simd.to_bitmask_mask64x8(jacobian.simd_lt(f64x8::splat(simd, NeoHookean::FLOOR)));
-    let (low, high) = jacobian.split();
-    let (low, high) = low.min(high).split();
-    let [a, b] = low.min(high).into();
-    let least = if a < b { a } else { b };
+    let least = -greatest(-jacobian);
     answer.least_jacobian = if least < answer.least_jacobian { least } else { answer.least_jacobian };
     answer.inverted |= inverted << (k * LANES);
     answer.crushed += crushed.count_ones();

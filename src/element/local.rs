@@ -15,6 +15,8 @@ pub type Accumulated = [f64; 4];
 pub struct Local {
     /// Up to which component of its displacement a node is where it is at rest, m.
     still: f64,
+    /// Greatest |v|² of the nodes that were loaded, m²/s².
+    pub(super) fastest: f64,
     pub(super) positions: Box<Aligned<Row>>,
     pub(super) velocities: Box<Aligned<Row>>,
     pub(super) accumulated: Box<Aligned<Accumulated>>,
@@ -55,7 +57,12 @@ impl Local {
     )]
     pub fn new(still: f64) -> Self {
         let none = || Box::new(Aligned([[0.0; 4]; MOST_LOCAL_NODES]));
-        Self { still, positions: none(), velocities: none(), accumulated: none() }
+        Self { still, fastest: 0.0, positions: none(), velocities: none(), accumulated: none() }
+    }
+
+    /// Another block begins.
+    pub fn begin(&mut self) {
+        self.fastest = 0.0;
     }
 
     /// Sets where a node is, how far from where it is at rest, and how fast, and nothing accumulated.
@@ -65,6 +72,7 @@ impl Local {
         for i in 0..D {
             (place[i], speed[i]) = (position[i], velocity[i]);
         }
+        self.fastest = self.fastest.max(velocity.norm_squared());
         place[3] = if displacement.amax() > self.still { 1.0 } else { 0.0 };
         self.accumulated.0[number] = [0.0; 4];
     }

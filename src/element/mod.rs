@@ -1,6 +1,7 @@
 //! Potential energies made of elements, in patches that share a volume change: what the integrator steps.
 
 mod batch;
+mod closing;
 mod eight;
 mod elastic;
 mod flow;
@@ -30,6 +31,14 @@ pub use local::{Accumulated, Local, MOST_LOCAL_NODES, Row, rounding};
 pub use pressure::{Push, push};
 pub use recall::Recall;
 pub use simplices::{Reference, Section, Simplices};
+
+/// The part of its measure that an element may lose in a step, going on as it does.
+///
+/// Half of it: what resists goes as J⁻² or less, so it is at most four times as stiff then.
+pub const CLOSED: f64 = 0.5;
+/// How fast elements close is told where one would be [`CLOSED`] within so many of the steps behind: then a step may be doubled without it
+/// being asked once more.
+pub const FORESEEN: f64 = 2.0;
 
 /// Most nodes that an element may have.
 pub const MAX_NODES: usize = 4;
@@ -143,6 +152,10 @@ pub trait Potential<const D: usize>: Send + Sync {
         let mut measured = Measured::of(self.len(), self.patches().len());
         (0..self.patches().len()).for_each(|patch| measured.take(self, patch, (x, memory)));
         measured
+    }
+    /// How fast an element closes with all nodes there, so fast, −J′/J, 1/s: 0 if it does not.
+    fn closing(&self, _element: ElementId, (_x, _v): (&[Vector<D>], &[Vector<D>])) -> f64 {
+        0.0
     }
     /// The positions of all nodes at which nothing is stored; of a potential that has lanes.
     fn rest(&self) -> &[Vector<D>] {

@@ -1,6 +1,6 @@
 use super::flow::recalled;
 use super::simplex::{Element, Strain};
-use super::{Answer, DEPTH, Lanes, MAX_NODES, Measured, Memory, Potential, Spent, places};
+use super::{Answer, DEPTH, Lanes, MAX_NODES, Measured, Memory, Potential, Spent, closing, places};
 use crate::algebra::{Tensor, Vector, cofactor, det};
 use crate::material::{Hyperelastic, Material, NeoHookean, Sheared, Volume, Volumetric};
 use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex, edges};
@@ -371,6 +371,10 @@ impl<const D: usize> Potential<D> for Simplices<D> {
 
     fn is_crushed(&self, jacobian: f64) -> bool {
         jacobian < NeoHookean::FLOOR
+    }
+
+    fn closing(&self, element: ElementId, now: (&[Vector<D>], &[Vector<D>])) -> f64 {
+        closing::of_one((&self.elements[element.index()], self.section), now)
     }
 
     fn measure(&self, corners: &[Vector<D>; MAX_NODES]) -> f64 {

@@ -135,6 +135,7 @@ impl<const D: usize> Stand<D> {
     /// Puts the nodes of a run where the kernel finds them.
     pub fn load(&mut self, run: usize) {
         let (state, rest) = (self.engine.state(), self.engine.gel().potential.rest());
+        self.local.begin();
         for (number, node) in self.runs[run].nodes.iter().enumerate() {
             let a = node.index();
             let displacement = state.position[a] - rest[a];
