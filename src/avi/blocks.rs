@@ -150,7 +150,7 @@ pub(super) struct Blocks<const D: usize> {
     n_groups: usize,
     start: Vec<u32>,
     spots: Vec<Spot>,
-    /// One for each thread.
+    /// One for each run of a sweep (`Pool::runs`).
     pub locals: Vec<Local>,
     /// To what positions are rounded, m.
     pub still: f64,

@@ -35,7 +35,7 @@ struct Books<'a> {
 }
 
 impl Cut for Books<'_> {
-    /// As the sweep was cut: what a thread has written it reads again.
+    /// As the sweep was cut.
     fn cut(self, part: usize, of: usize) -> (Self, Self) {
         let Self { blocks, clocks, answers, groups } = self;
         let middle = split(blocks, part as f64 / of as f64);

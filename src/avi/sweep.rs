@@ -27,7 +27,7 @@ pub(super) struct Sweep<'a, const D: usize> {
     pub order: &'a Order,
 }
 
-/// What a sweep writes, from some block on, and what each thread works with.
+/// What a sweep writes, from some block on, and what each run of it works with.
 struct Found<'a> {
     first: usize,
     blocks: &'a mut [Block],
@@ -89,9 +89,9 @@ impl<const D: usize> Blocks<D> {
             let at_rest = self.all.iter_mut().filter(|block| block.known == Known::Rest);
             at_rest.for_each(|block| block.known = Known::Sums);
         }
-        let still = self.still;
-        self.locals.resize_with(pool.map_or(1, Pool::runs), || Local::new(still));
         let pool = pool.filter(|_| elements > SHARED);
+        let (runs, still) = (pool.map_or(1, Pool::runs), self.still);
+        self.locals.resize_with(runs.max(self.locals.len()), || Local::new(still));
         let with = (&self.lanes, self.level, self.strained);
         let (blocks, parts, locals) = (self.all.as_mut_slice(), self.parts.as_mut_slice(), self.locals.as_mut_slice());
         let (memory, groups, rows) = (self.memory.as_mut_slice(), self.groups, BATCHES * self.lanes.rows());

@@ -8,26 +8,38 @@ use crate::mesh::{ElementId, Facet, facet_measure, signed_volume};
 /// Edges of a sheet, in thicknesses, at most.
 const LONGEST: f64 = 4.0;
 
-/// Which elements break off: those across a sheet thinner than `thinnest`, m, from one of these facets of the surface to a node on
-/// another side of it, and every part of the body but the largest that is left without them. None, if all would. `across` has the
-/// neighbours of each element. What is turned inside out is thinner than anything.
+/// What of a gel is so thin that it breaks off.
+#[derive(Debug, Clone, Copy)]
+pub struct Thin {
+    /// What is thinner, m.
+    pub below: f64,
+    /// The part of the gel that goes at most: where more would, nothing does.
+    pub most: f64,
+}
+
+/// Which elements break off: those across a sheet that is too thin, from one of these facets of the surface to a node on another side of
+/// it, and every part of the body but the largest that is left without them. None, if all would. `across` has the neighbours of each
+/// element.
 ///
-/// In the plane an element with two facets on the surface is no sheet but a corner, or a bend of a wall that is made of short edges. In
+/// In the plane what is turned inside out is thinner than anything. There an element with two facets on the surface is no sheet but a corner, or a bend of a wall that is made of short edges. In
 /// space an element is across a sheet if all its nodes are on the surface and that faces away from itself at two of them.
 #[must_use]
 pub fn sheets<const D: usize>(
     moved: &Moved<'_, D>,
     (facets, across): (&[Facet], &[[Option<ElementId>; 4]]),
-    thinnest: f64,
+    thin: Thin,
 ) -> Vec<bool> {
     let mut gone = vec![false; across.len()];
     let all: Vec<(usize, f64)> =
         if D == 2 { heights(moved, facets, across).collect() } else { widths(moved, facets).collect() };
     for (e, height) in all {
-        gone[e] = height < thinnest && is_long::<D>(moved, e, height);
+        gone[e] = height < thin.below && is_long::<D>(moved, e, height);
     }
     if gone.iter().any(|gone| *gone) {
         leave_largest(moved, across, &mut gone);
+    }
+    if is_more(moved, &gone, thin.most) {
+        gone.fill(false);
     }
     gone
 }
@@ -45,7 +57,7 @@ pub fn thinned<const D: usize>(
     if D == 3 {
         return size;
     }
-    for (e, height) in heights(moved, facets, across) {
+    for (e, height) in heights(moved, facets, across).filter(|(_, height)| *height > 0.0) {
         for node in &moved.mesh.elements[e][..=D] {
             let size = &mut size[node.index()];
             *size = size.min((LONGEST * height).max(least));
@@ -54,7 +66,7 @@ pub fn thinned<const D: usize>(
     size
 }
 
-/// The elements across a sheet, and its thickness there, m.
+/// The elements across a sheet, and its thickness there, m; less than nothing of one that is turned inside out.
 fn heights<const D: usize>(
     moved: &Moved<'_, D>,
     facets: &[Facet],
@@ -112,6 +124,17 @@ fn is_long<const D: usize>(moved: &Moved<'_, D>, element: usize, height: f64) ->
     edges::<D>().iter().map(length).fold(0.0, f64::max) > LONGEST * height
 }
 
+/// Whether these elements have more than a part of the area or volume.
+fn is_more<const D: usize>(moved: &Moved<'_, D>, gone: &[bool], part: f64) -> bool {
+    let (mut lost, mut whole) = (0.0, 0.0);
+    for (nodes, gone) in moved.mesh.elements.iter().zip(gone) {
+        let measure = signed_volume(moved.position, nodes).abs();
+        whole += measure;
+        lost += if *gone { measure } else { 0.0 };
+    }
+    lost > part * whole
+}
+
 /// All but the largest part of what is left goes, too; if nothing is left, nothing goes.
 fn leave_largest<const D: usize>(moved: &Moved<'_, D>, across: &[[Option<ElementId>; 4]], gone: &mut [bool]) {
     let mut part = vec![usize::MAX; gone.len()];
@@ -145,6 +168,10 @@ mod tests {
     use crate::algebra::Vector;
     use crate::mesh::{Block, Mesh, Split, block, boundary, neighbours};
 
+    fn any(below: f64) -> Thin {
+        Thin { below, most: 1.0 }
+    }
+
     /// A block with a fin of this thickness on it, along its side.
     fn finned(thickness: f64) -> Mesh<3> {
         let planes = [vec![0.0, thickness, 0.25, 0.5], vec![0.0, 0.25, 0.5], vec![0.0, 0.25, 0.5, 0.75, 1.0]];
@@ -160,11 +187,11 @@ mod tests {
         let mesh = finned(0.02);
         let moved = Moved { mesh: &mesh, position: &mesh.rest };
         let surface = (&mesh.facets[..], &neighbours::<3>(&mesh.elements)[..]);
-        let gone = sheets(&moved, surface, 0.05);
+        let gone = sheets(&moved, surface, any(0.05));
         let reaches = |e: usize, z: f64| mesh.elements[e].iter().any(|n| mesh.rest[n.index()].z > z);
         assert!((0..gone.len()).all(|e| !gone[e] || reaches(e, 0.5)), "the block stays");
         assert!((0..gone.len()).all(|e| gone[e] || !reaches(e, 0.75)), "the upper half of the fin goes");
-        assert!(!sheets(&moved, surface, 0.01).contains(&true), "a fin that is thick enough stays");
+        assert!(!sheets(&moved, surface, any(0.01)).contains(&true), "a fin that is thick enough stays");
     }
 
     #[test]
@@ -181,10 +208,29 @@ mod tests {
             let position: Vec<_> =
                 mesh.rest.iter().map(|x| if through(x) { Vector::<2>::new(to, 0.75) } else { *x }).collect();
             let surface = (&mesh.facets[..], &neighbours::<2>(&mesh.elements)[..]);
-            sheets(&Moved { mesh: &mesh, position: &position }, surface, 1e-6)
+            sheets(&Moved { mesh: &mesh, position: &position }, surface, any(1e-6))
         };
         assert!(!of(0.25).contains(&true) && !of(0.01).contains(&true));
         let gone = of(-0.01);
         assert!(gone.contains(&true) && (0..gone.len()).all(|e| !gone[e] || middle(&mesh.elements[e])[1] > 0.5));
+    }
+
+    #[test]
+    fn a_dumbbell_is_not_cut_in_two_where_little_may_go() {
+        let planes = [vec![0.0, 0.05, 0.5], vec![0.0, 0.5, 1.0, 1.5, 2.0, 2.5]];
+        let mesh = block::<2>(Block { planes, split: Split::Kuhn, faces: vec![] });
+        let rest = mesh.rest.clone();
+        let middle = |e: &crate::mesh::Simplex| e[..3].iter().map(|n| rest[n.index()]).sum::<Vector<2>>() / 3.0;
+        let is_there = |e: &&crate::mesh::Simplex| {
+            let at = middle(e);
+            at[0] < 0.05 || at[1] < 1.0 || at[1] > 1.5
+        };
+        let elements: Vec<_> = mesh.elements.iter().filter(is_there).copied().collect();
+        let mesh = Mesh { facets: boundary::<2>(&elements), elements, ..mesh };
+        let moved = Moved { mesh: &mesh, position: &mesh.rest };
+        let surface = (&mesh.facets[..], &neighbours::<2>(&mesh.elements)[..]);
+        let gone = |most: f64| sheets(&moved, surface, Thin { below: 0.06, most }).iter().filter(|gone| **gone).count();
+        assert_eq!(gone(0.01), 0);
+        assert!(gone(0.6) > 0);
     }
 }

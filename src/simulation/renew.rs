@@ -12,7 +12,7 @@ use crate::algebra::Vector;
 use crate::avi::{NoStep, StepError};
 use crate::element::{Memory, Potential, Simplices};
 use crate::mesh::{ElementId, Mesh, Patches, neighbours};
-use crate::remesh::{self, Moved, Neighbours, Same};
+use crate::remesh::{self, Moved, Neighbours, Same, Thin};
 use crate::state::{Birth, State};
 use std::sync::Arc;
 use std::time::Instant;
@@ -52,6 +52,8 @@ impl Renew for Gelatin<3> {
 /// Gel thinner than this part of the least size breaks off where no mesh is taken with it, whatever the scene says: a wall pinched to
 /// nothing by the wall across, which no mesh makes thicker. One of 1e-10 m stopped a random scene (190).
 const PINCHED: f64 = 0.01;
+/// The part of the gel that may go with it: a body is not cut in two unasked.
+const MOST_PINCHED: f64 = 0.01;
 
 /// Neighbours and shapes of the elements of a worn mesh.
 type Worn = (Neighbours, Vec<f64>);
@@ -59,21 +61,25 @@ type Worn = (Neighbours, Vec<f64>);
 impl<const D: usize> Gelatin<D> {
     fn renew_by(&mut self, mesher: Mesher<D>) -> Result<(), StepError> {
         let Some(sizes) = self.recipe.remesh.clone() else { return Ok(()) };
-        let (begun, failure) = (Instant::now(), self.engine.failure().cloned());
+        let begun = Instant::now();
         if self.engine.state().birth.is_none() {
             self.first = Some(self.present());
         }
         // What cannot be stepped without its sheets goes on with them.
-        let _ = sizes.rules.thinnest.is_some_and(|thinnest| self.shed(thinnest));
+        if let Some(below) = sizes.rules.thinnest {
+            self.shed(Thin { below, most: 1.0 });
+        }
         let mut taken = self.exchange(mesher, (&sizes, begun));
-        if taken.is_err() && self.shed(PINCHED * sizes.least) {
+        let pinched = Thin { below: PINCHED * sizes.least, most: MOST_PINCHED };
+        if taken.is_err() && self.shed(pinched) {
             taken = self.exchange(mesher, (&sizes, begun));
         }
         let Err((refused, worn)) = taken else { return Ok(()) };
         let time = self.engine.now();
         self.refusals.push(Refusal { time, why: refused });
-        if let Some(failure) = failure {
-            return Err(failure);
+        // Of the gel as it is now: what failed may have been shed.
+        if let Some(failure) = self.engine.failure() {
+            return Err(failure.clone());
         }
         self.keep(&self.present(), worn).map_err(|NoStep { step }| StepError::Worn { time, step })
     }

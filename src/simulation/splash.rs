@@ -6,7 +6,7 @@ use super::model::Gelatin;
 use crate::algebra::Vector;
 use crate::element::Potential;
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, neighbours, outer, sorted};
-use crate::remesh::{self, Moved, Neighbours, Same};
+use crate::remesh::{self, Moved, Neighbours, Same, Thin};
 use crate::state::Birth;
 
 /// What is left of a mesh.
@@ -21,15 +21,15 @@ struct Left<const D: usize> {
 }
 
 impl<const D: usize> Gelatin<D> {
-    /// Lets go of gel thinner than `thinnest`, m: its mass, momentum and energy go to their accounts, and what is left goes on as
+    /// Lets go of gel so thin: its mass, momentum and energy go to their accounts, and what is left goes on as
     /// after an exchange that has made nothing new. Whether something went: nothing does if a node would be left without mass, or what is
     /// left could not be stepped.
-    pub fn shed(&mut self, thinnest: f64) -> bool {
+    pub fn shed(&mut self, thin: Thin) -> bool {
         let old = self.present();
         let state = self.engine.state();
         let moved = Moved { mesh: &old.mesh, position: &state.position };
         let across = self.across.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
-        let gone = remesh::sheets(&moved, (&self.engine.gel().surface.facets, across), thinnest);
+        let gone = remesh::sheets(&moved, (&self.engine.gel().surface.facets, across), thin);
         if !gone.contains(&true) {
             return false;
         }
