@@ -89,7 +89,7 @@ pub(super) struct Report {
     pub updates: u64,
     /// Least J.
     pub least_jacobian: f64,
-    /// Whether an element of a group that fires is closed within its step.
+    /// Whether an element of a group that fires is turned over within its step.
     pub closes: bool,
     /// The first group that has an element inverted for the second tick in a row, or an energy that is no number.
     pub failed: Option<usize>,

@@ -6,7 +6,7 @@ use super::order::Order;
 use super::sweep::closes;
 use super::{Gel, Kind, StepError};
 use crate::algebra::{Vector3, embed};
-use crate::element::{CLOSED, FORESEEN, Lanes, Potential};
+use crate::element::{FORESEEN, Lanes, Potential};
 use crate::geometry::{Gap, Shape};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Alarm, Clock, Tick};
@@ -183,7 +183,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.rules.cfl * limit(parts.sum(), self.gel.mass[node.index()])
     }
 
-    /// The firing groups of which an element would be closed within the step that they have.
+    /// The firing groups of which an element would be turned over within the step that they have.
     fn closing(&self, tick: Tick, groups: &mut Vec<u32>) {
         let Some(blocks) = &self.blocks else { return };
         let (moment, answers) = (self.moment(tick), &self.scratch.answers);
@@ -198,9 +198,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// When an element of a group is closed, going on as it does, ticks; infinite if that is not foreseen.
-    fn closed_after(&self, group: usize, (clock, tick): (&Clock, Tick)) -> f64 {
-        let after = self.grid.ticks(CLOSED / self.scratch.answers[group].closing);
+    /// When an element of a group is turned over, going on as it does, ticks; infinite if that is not foreseen.
+    fn turned_after(&self, group: usize, (clock, tick): (&Clock, Tick)) -> f64 {
+        let after = self.grid.ticks(1.0 / self.scratch.answers[group].closing);
         let foreseen = FORESEEN * self.moment(tick).elapsed(clock.step) as f64;
         if clock.step == 0 || after < foreseen { after } else { f64::INFINITY }
     }
@@ -230,7 +230,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             if limit < 1.0 && collapsed.is_none() {
                 collapsed = Some(self.collapse(i, limit, tick));
             }
-            let limit = limit.min(self.closed_after(i, (&was, tick)));
+            let limit = limit.min(self.turned_after(i, (&was, tick)));
             let (step, calm) = self.ratchet(limit.max(1.0), &was, tick);
             let (step, near) = self.contact_step(i, step);
             let clock = &mut self.state.clocks[i];

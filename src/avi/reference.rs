@@ -102,7 +102,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 let power = nodes.zip(&answer.forces).map(|(node, f)| f.dot(&self.state.velocity[node.index()]));
                 sum.power += power.sum::<f64>();
                 let now = (self.state.position.as_slice(), self.state.velocity.as_slice());
-                sum.closing = sum.closing.max(self.gel.potential.closing(*element, now));
+                sum.closing = sum.closing.max(self.gel.potential.closing(*element, answer.jacobian, now));
                 elements.push((*element, *answer));
             }
         }

@@ -8,7 +8,7 @@ use super::phase::{Moment, Phase};
 use super::pool::{Cut, share};
 use super::{Pool, TickGrid};
 use crate::algebra::Vector;
-use crate::element::{Accumulated, CLOSED, GroupAnswer, Kick, LANES, Lanes, Local, MOST_LOCAL_NODES, Power, Recall};
+use crate::element::{Accumulated, GroupAnswer, Kick, LANES, Lanes, Local, MOST_LOCAL_NODES, Power, Recall};
 use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
@@ -254,9 +254,9 @@ impl Block {
     }
 }
 
-/// Whether an element of a group would be closed within a step, s.
+/// Whether an element of a group would be turned over within a step, s.
 pub(super) fn closes(answer: &GroupAnswer, step: f64) -> bool {
-    answer.closing * step > CLOSED
+    answer.closing * step > 1.0
 }
 
 /// Whether an answer ends the run: an element inverted for the second tick in a row, or an energy that is no number.

@@ -3,14 +3,15 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices as in the equations")]
 
-use super::Section;
+use super::{Section, TURNED};
 use crate::algebra::{Number, Tensor, Vector};
 use crate::mesh::{Simplex, edges};
 
-/// How fast an element closes, −J′/J of its edges, m, that change with these rates, m/s, 1/s: 0 if it grows, is turned over, or none.
+/// How fast an element of this J closes, −J′/(J + [`TURNED`]), of its edges, m, that change with these rates, m/s, 1/s: 0 if it grows, is turned over, or none.
 /// Of a ring also Σ r and Σ v_r of its corners, m and m/s.
 #[inline(always)]
 pub(super) fn closing<const D: usize, V: Number>(
+    jacobian: V,
     (edges, rates): (&[[V; D]; D], &[[V; D]; D]),
     ring: Option<(V, V)>,
 ) -> V {
@@ -29,18 +30,19 @@ pub(super) fn closing<const D: usize, V: Number>(
     if let Some((radii, outward)) = ring {
         rate = rate + outward / radii;
     }
-    measure.choose(-rate, zero).at_least(0.0)
+    measure.choose(-rate * (jacobian / (jacobian + jacobian.constant(TURNED))), zero).at_least(0.0)
 }
 
 /// The same of one element with its nodes there, so fast.
 pub(super) fn of_one<const D: usize>(
+    jacobian: f64,
     (nodes, section): (&Simplex, Section),
     (x, v): (&[Vector<D>], &[Vector<D>]),
 ) -> f64 {
     let rows = |edges: &Tensor<D>| std::array::from_fn(|i| std::array::from_fn(|a| edges[(i, a)]));
     let radial = |of: &[Vector<D>]| nodes[..=D].iter().map(|node| of[node.index()][0]).sum::<f64>();
     let ring = (section == Section::Axisymmetric).then(|| (radial(x), radial(v)));
-    closing::<D, f64>((&rows(&edges(x, nodes)), &rows(&edges(v, nodes))), ring)
+    closing::<D, f64>(jacobian, (&rows(&edges(x, nodes)), &rows(&edges(v, nodes))), ring)
 }
 
 /// ∂ det E/∂E_ia.
@@ -67,13 +69,20 @@ mod tests {
 
     #[test]
     fn what_closes_does_so_by_its_height_and_nothing_else_closes() {
-        let closing = |height: f64, speed: f64| {
+        let closes = |jacobian: f64, height: f64, speed: f64| {
             let (edges, rates) = box_of(height, speed);
-            closing((&edges, &rates), None)
+            closing(jacobian, (&edges, &rates), None)
         };
+        let closing = |height: f64, speed: f64| closes(1.0, height, speed) * (1.0 + TURNED);
         for speed in [0.2, 2.0, 40.0] {
             assert!((closing(0.2, speed) - speed / 0.2).abs() < 1e-12 * speed, "{speed}");
         }
+        // J goes on by its rate, to what it may come to.
+        for jacobian in [1.5, 0.1, 1e-9] {
+            let rate = -jacobian * 2.0 / 0.2;
+            assert!((jacobian + rate / closes(jacobian, 0.2, 2.0) + TURNED).abs() < 1e-12);
+        }
+        assert_eq!(closes(-0.1, 0.2, 2.0), 0.0);
         assert_eq!([0.0, -50.0, f64::NAN].map(|speed| closing(0.2, speed)), [0.0; 3]);
         assert_eq!([-0.2, 0.0, f64::NAN].map(|height| closing(height, 2.0)), [0.0; 3]);
     }
@@ -81,13 +90,14 @@ mod tests {
     #[test]
     fn a_ring_closes_also_by_its_radius() {
         let (edges, rates) = ([[1.0, 0.2], [0.0, 1.0]], [[0.0, 1.0], [0.0, 0.0]]);
-        assert_eq!([3.0, -6.0].map(|outward| closing((&edges, &rates), Some((3.0, outward)))), [0.0, 2.0]);
+        assert_eq!([3.0, -6.0].map(|outward| closing(1.0, (&edges, &rates), Some((3.0, outward)))), [0.0, 2.0]);
     }
 
     #[test]
     fn the_plane_is_that_of_a_prism() {
-        let plane: f64 = closing((&[[1.0, 0.4], [0.1, 0.3]], &[[2.0, 0.5], [0.7, -1.5]]), None);
+        let plane: f64 = closing(1.0, (&[[1.0, 0.4], [0.1, 0.3]], &[[2.0, 0.5], [0.7, -1.5]]), None);
         let space = closing(
+            1.0,
             (&[[1.0, 0.4, 0.0], [0.1, 0.3, 0.0], [0.0, 0.0, 1.0]], &[[2.0, 0.5, 0.0], [0.7, -1.5, 0.0], [0.0; 3]]),
             None,
         );

@@ -18,7 +18,7 @@ use super::recall::{Recall, Remembering};
 use super::relax::MOST_MEMORIES;
 use super::shuffle::{gather, scatter};
 use super::solid::{Slopes, Solid, Strains, Undeformed};
-use super::{CLOSED, FORESEEN, MAX_NODES, Memory, Section, Spent};
+use super::{FORESEEN, MAX_NODES, Memory, Section, Spent, TURNED};
 use crate::algebra::Number;
 use crate::material::{Flowing, Material, NeoHookean, Viscoelastic, Volume};
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, f64x8};
@@ -46,7 +46,7 @@ pub struct GroupAnswer {
     pub power: f64,
     /// Least J.
     pub least_jacobian: f64,
-    /// How fast its elements close at most, 1/s; where none is closed within [`FORESEEN`] steps, anything less.
+    /// How fast its elements close at most, 1/s; where none is turned over within [`FORESEEN`] steps, anything less.
     pub closing: f64,
     /// Which elements have J ≤ 0: bit 8k + l for the k-th element of the patch in lane l.
     pub inverted: u32,
@@ -325,7 +325,7 @@ impl<const D: usize> Lanes<D> {
             let pull = gel.pull(self.section, (&batches[k], &rest[k], kick, own), (&strains[k], &slopes[k]));
             let resists = wide(simd, &batches[k].volume) * slopes[k].curvature;
             if may_close::<D, S>((pull.stiffness, resists), strains[k].jacobian, (kick.elapsed, local.fastest)) {
-                answer.closing = answer.closing.max(greatest(self.closing(simd, &batches[k], local)));
+                answer.closing = answer.closing.max(greatest(self.closing(strains[k].jacobian, &batches[k], local)));
             }
             energy = fused(pull.energy, strained, energy);
             for i in 0..3 {
@@ -345,9 +345,10 @@ impl<const D: usize> Lanes<D> {
         answer
     }
 
-    /// How fast eight elements close, 1/s.
+    /// How fast eight elements of these J close, 1/s.
     #[inline(always)]
-    fn closing<S: Simd>(&self, simd: S, batch: &Batch, local: &Local) -> f64x8<S> {
+    fn closing<S: Simd>(&self, jacobian: f64x8<S>, batch: &Batch, local: &Local) -> f64x8<S> {
+        let simd = jacobian.simd;
         let (x, v) = (
             gather::<D, S>(simd, &batch.nodes, &local.positions),
             gather::<D, S>(simd, &batch.nodes, &local.velocities),
@@ -361,7 +362,7 @@ impl<const D: usize> Lanes<D> {
         }
         let radial = (x[0][0] + x[1][0] + x[2][0], v[0][0] + v[1][0] + v[2][0]);
         let ring = if self.section == Section::Axisymmetric { Some(radial) } else { None };
-        closing((&edges, &rates), ring)
+        closing(jacobian, (&edges, &rates), ring)
     }
 
     /// The strains of all elements of a group; 1 in the lanes of patches of which one is strained, as the pressure of all is then, else 0.
@@ -428,7 +429,7 @@ fn sweep_space(lanes: &Lanes<3>, level: Level, asked: Asked<'_>, local: &mut Loc
     lanes.sweep_laws::<{ places(3) }>(level, asked, local, found);
 }
 
-/// Whether one of eight elements with these κ and w U″, N/m and J, can be [`CLOSED`] within [`FORESEEN`] of these steps, s, where no node
+/// Whether one of eight elements with these κ and w U″, N/m and J, can be [`TURNED`] within [`FORESEEN`] of these steps, s, where no node
 /// has a greater |v|², m²/s²: |J′| ≤ (Σ |∂J/∂x_a|² Σ |v_a|²)^½, and κ ≥ w U″ Σ |∂J/∂x_a|². Of a mesh that begins no step is known.
 #[inline(always)]
 fn may_close<const D: usize, S: Simd>(
@@ -436,9 +437,10 @@ fn may_close<const D: usize, S: Simd>(
     jacobian: f64x8<S>,
     (step, fastest): (f64, f64),
 ) -> bool {
-    let within = FORESEEN / CLOSED * step;
+    let within = FORESEEN * step;
     let most = (D + 1) as f64 * fastest * within * within * ROUNDING;
-    step == 0.0 || (stiffness * most - resists * jacobian * jacobian).any_positive()
+    let from = jacobian + TURNED;
+    step == 0.0 || (stiffness * most - resists * from * from).any_positive()
 }
 
 /// Volumetric energy, J, and slope and curvature of each element: U(J) of an element that is a patch by itself; else

@@ -373,8 +373,8 @@ impl<const D: usize> Potential<D> for Simplices<D> {
         jacobian < NeoHookean::FLOOR
     }
 
-    fn closing(&self, element: ElementId, now: (&[Vector<D>], &[Vector<D>])) -> f64 {
-        closing::of_one((&self.elements[element.index()], self.section), now)
+    fn closing(&self, element: ElementId, jacobian: f64, now: (&[Vector<D>], &[Vector<D>])) -> f64 {
+        closing::of_one(jacobian, (&self.elements[element.index()], self.section), now)
     }
 
     fn measure(&self, corners: &[Vector<D>; MAX_NODES]) -> f64 {
