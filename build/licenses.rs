@@ -111,7 +111,7 @@ fn built(message: &str) -> Option<(String, PathBuf)> {
 pub fn license_files(folder: &Path) -> Result<Vec<PathBuf>, String> {
     let entries = fs::read_dir(folder).map_err(|e| format!("cannot read {}: {e}", folder.display()))?;
     let mut files: Vec<PathBuf> =
-        entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.is_file() && is_license(p)).collect();
+        entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| is_license(p) && is_text(p)).collect();
     files.sort();
     Ok(files)
 }
@@ -121,10 +121,16 @@ fn is_license(path: &Path) -> bool {
     ["LICENSE", "LICENCE", "COPYING", "NOTICE", "UNLICENSE", "COPYRIGHT"].iter().any(|start| name.starts_with(start))
 }
 
+/// Whether a file holds more than where its text is: some crates pack a link as the path that it leads to.
+fn is_text(path: &Path) -> bool {
+    fs::read_to_string(path).is_ok_and(|text| text.trim().contains(char::is_whitespace))
+}
+
 fn list(packages: &[Package]) -> String {
     let mut text = String::from("Crates linked into the library, with their licences (SPDX).\n\n");
     for package in packages {
-        let _ = writeln!(text, "{}: {}", package.name, package.license);
+        let missing = if package.files.is_empty() { ", without a text of it in the package" } else { "" };
+        let _ = writeln!(text, "{}: {}{missing}", package.name, package.license);
     }
     text
 }

@@ -168,6 +168,37 @@ fn a_body_cannot_be_made_active_inside_the_gel() {
     assert!(simulation.overlap(1, &inputs).unwrap() > 1e-3, "{:?}", simulation.overlap(1, &inputs));
 }
 
+/// A body whose surface no node of the gel's surface is in, because it is inside the gel.
+#[test]
+fn a_body_cannot_be_put_into_the_gel_past_its_surface() {
+    let small = ["fragment[1].shape.cylinder={radius=5e-3, length=10e-3}", "mesh.size=5e-3"];
+    let scene = |more: &[&str]| with(&[&small[..], more].concat());
+    let inputs = |simulation: &Simulation, z: f64| {
+        let mut inputs = simulation.inputs()[1];
+        inputs.active = true;
+        inputs.kinematics.velocity = Vector3::zeros();
+        inputs.kinematics.position.z = z;
+        inputs
+    };
+    for active in [true, false] {
+        let mut simulation = made(&scene(&[&format!("fragment[1].active={active}")]), CouplingMode::Prescribed);
+        run(&mut simulation, (1e-5, 1), |_, _| ());
+        let inside = inputs(&simulation, -0.015);
+        assert_eq!(simulation.overlap(1, &inside), None, "no node of the surface says so");
+        assert!(simulation.is_swallowed(1, &inside), "active: {active}");
+        assert!(!simulation.is_swallowed(1, &inputs(&simulation, 0.015)));
+        // Below the block.
+        assert!(!simulation.is_swallowed(1, &inputs(&simulation, -0.05)));
+        assert!(!simulation.is_swallowed(1, &Inputs { active: false, ..inside }));
+    }
+    let tilted = ["fragment[1].position=[0.02, 0.005, -0.015]", "fragment[1].orientation=[0.8, 0.6, 0.0, 0.0]"];
+    let refused = Simulation::new(&scene(&tilted), CouplingMode::Integrated, 1).err().unwrap();
+    assert_eq!(
+        refused.to_string(),
+        "fragment[1].position: at the start the centre of that body is in the gel; move it out"
+    );
+}
+
 #[test]
 fn an_inactive_body_in_the_way_is_not_there() {
     let scene = with(&["fragment[1].active=false", "fragment[1].position=[-0.02, 0, 0.001]", "projectile.active=true"]);

@@ -171,13 +171,17 @@ fn an_override_at_fault_is_named_and_a_fault_of_the_file_keeps_its_line() {
 
 #[test]
 fn a_command_line_that_makes_no_sense_is_bad_input() {
-    let cases: [(&[&str], &str); 13] = [
+    let cases: [(&[&str], &str); 17] = [
         (&["fly"], "unrecognized subcommand 'fly'"),
         (&["run", "--speed", "3"], "unexpected argument '--speed'"),
         (&["run", "--step", "0"], "expected a positive time, s"),
         (&["run", "--step", "nan"], "expected a positive time, s"),
         (&["run", "--set", "mesh.size"], "mesh.size: found no value, expected key=value, such as mesh.size=2e-3"),
-        (&["run", "--threads", "-1"], "unexpected argument '-1'"),
+        (&["run", "--threads", "-1"], "expected 0 for all cores, or a number of threads up to 1024"),
+        (&["run", "--step", "-1e-6"], "expected a positive time, s"),
+        (&["run", "--accuracy", "-1"], "expected a positive error in percent, such as 2%"),
+        (&["calibrate", "--depth", "-0.08"], "expected a positive length, m"),
+        (&["trade", "ball-square", "--only", "speed"], "expected one of the knobs of this scene: contact size, "),
         (&["run", "--threads", "5000"], "expected 0 for all cores, or a number of threads up to 1024"),
         (&["bench", "--elements", "0"], "expected a number of elements from 7000 to 20000000"),
         (&["bench", "--elements", "26000,many"], "expected a number of elements from 7000 to 20000000"),
@@ -191,6 +195,33 @@ fn a_command_line_that_makes_no_sense_is_bad_input() {
         assert_eq!(said.status, Some(2), "{arguments:?}");
         assert!(said.err.contains(message), "{arguments:?}: {}", said.err);
     }
+}
+
+#[test]
+fn check_takes_overrides_and_refuses_what_cannot_be_built() {
+    let size = "--set=mesh.size=4e-4";
+    let said = gelfmu(&["check", "ball-square", size]);
+    assert!(said.out.trim_end().ends_with("Run it with: gelfmu run ball-square --set mesh.size=4e-4"), "{}", said.out);
+    let elements = |more: &[&str]| {
+        let value = json(&gelfmu(&[&["check", "ball-square", "--json"], more].concat()).out);
+        value["elements"].as_u64().expect("a number of elements")
+    };
+    assert!(elements(&[size]) > elements(&[]));
+    for command in [&["check"][..], &["run", "--direct"]] {
+        let folder = folder();
+        let said = gelfmu_in(folder.path(), &[command, &["sphere-block", "--set", "mesh.size=1e-5"]].concat());
+        assert_eq!(said.status, Some(2), "{}", said.err);
+        assert!(said.err.contains("mesh.size: the mesh would have about "), "{}", said.err);
+        let left = folder.path().join("gelfmu-out/sphere-block");
+        assert!(!left.exists(), "a run that has not begun leaves nothing");
+    }
+}
+
+#[test]
+fn a_mode_of_coupling_that_a_run_does_not_take_is_said() {
+    let folder = folder();
+    let said = small(folder.path(), &["--set", "coupling.mode=corrected"]);
+    assert!(said.err.contains("coupling.mode of the scene is for importers of the packed FMU"), "{}", said.err);
 }
 
 #[test]

@@ -9,7 +9,8 @@ pub enum StepError {
     /// An element stayed turned inside out.
     #[error(
         "element {element} is inverted at {time:.6e} s: J = {} at two of its own ticks in a row. \
-         The mesh cannot follow the deformation: use a smaller mesh.size near the impact, a lower speed, or a stiffer gel",
+         The mesh cannot follow the deformation: exchange it on the way, with a `remesh` table in the scene, or use a smaller \
+         mesh.size near the impact, a lower speed, or a stiffer gel",
         fixed(*jacobian, 3)
     )]
     Inverted {

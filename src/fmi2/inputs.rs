@@ -262,10 +262,24 @@ impl Given<'_> {
             self.hand_over(input, &mut inputs)?;
         }
         self.check_bulge(&inputs, duration)?;
-        match model.simulation.overlap(self.body, &inputs) {
-            Some(depth) => Err(self.inside(depth)),
-            None => Ok(inputs),
+        if let Some(depth) = model.simulation.overlap(self.body, &inputs) {
+            return Err(self.inside(depth));
         }
+        if model.simulation.is_swallowed(self.body, &inputs) {
+            return Err(self.swallowed(was_active, &inputs));
+        }
+        Ok(inputs)
+    }
+
+    /// Nor can it be put there past the surface of the gel.
+    fn swallowed(&self, was_active: bool, inputs: &Inputs) -> CallError {
+        let found: [f64; 3] = inputs.kinematics.position.into();
+        let expected =
+            "a place outside the gel: the centre of the body would be in it, where no surface of the gel meets it";
+        let remedy =
+            if was_active { "; hand over each place that it comes through on its way" } else { "; move it out" };
+        let name = format!("{}.position", body_name(self.body));
+        CallError::value(name, format!("{found:?}"), expected.to_owned() + remedy)
     }
 
     /// A body cannot come to be inside the gel.

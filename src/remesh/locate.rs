@@ -5,6 +5,8 @@ use super::cell::Cell;
 use crate::algebra::Vector;
 use crate::mesh::{ElementId, Simplex};
 
+/// A point so far out of an element, in its size, is in it.
+const ROUNDING: f64 = 1e-9;
 /// Elements per leaf.
 const LEAF: usize = 4;
 
@@ -26,6 +28,16 @@ pub fn nearest<const D: usize>(x: &[Vector<D>], elements: &[Simplex], p: &Vector
     let places = elements.iter().enumerate().map(|(cell, nodes)| Cell::of(x, nodes).nearest(p, cell));
     let place = places.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
     Some((ElementId(place.cell as u32), place.weights))
+}
+
+/// Whether a point is in an element of a mesh with its nodes at `x`, but for rounding.
+#[must_use]
+pub fn is_inside<const D: usize>(x: &[Vector<D>], elements: &[Simplex], p: &Vector<D>) -> bool {
+    let Some((element, weights)) = nearest(x, elements, p) else { return false };
+    let corners = || elements[element.index()][..=D].iter().map(|node| x[node.index()]);
+    let there: Vector<D> = corners().zip(weights).map(|(x, weight)| x * weight).sum();
+    let size = corners().map(|x| (x - p).norm()).fold(0.0, f64::max);
+    (there - p).norm() <= ROUNDING * size
 }
 
 /// A search tree over elements.

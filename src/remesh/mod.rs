@@ -69,7 +69,7 @@ pub use immersed::{
     Background, Cell, Immersed, Steps, cells, cut_out, distances, immerse, rounding, snapped, triangulated,
 };
 pub use judge::{Acceptance, Known, Quality, Rejected, judge, judge_known};
-pub use locate::nearest;
+pub use locate::{is_inside, nearest};
 pub use marks::marks;
 pub use next::{Neighbours, neighbours_after};
 pub use overlapped::overlapped;

@@ -22,6 +22,7 @@ pub(super) fn validate(scene: &Scene) -> Check {
     gel::check(scene)?;
     load::check(scene)?;
     sensor::check(scene)?;
+    size(scene)?;
     check_body(scene)?;
     let most = format!("at most {MOST_FRAGMENTS}");
     require(
@@ -68,12 +69,15 @@ fn header(header: &Header) -> Check {
     require(step >= end / MOST_STEPS, "scene.communication_step", || format!("{step:?}"), &expected)
 }
 
-fn mesh(scene: &Scene) -> Check {
+fn size(scene: &Scene) -> Check {
     let size = scene.mesh.size;
     positive("mesh.size", size, "a positive length, m")?;
     let smallest = gel::smallest_dimension(&scene.gel.shape);
     let expected = format!("at most the smallest dimension of the gel, {smallest:?} m");
-    require(size <= smallest, "mesh.size", || format!("{size:?}"), &expected)?;
+    require(size <= smallest, "mesh.size", || format!("{size:?}"), &expected)
+}
+
+fn mesh(scene: &Scene) -> Check {
     resolves(scene)?;
     let round = scene.scene.dimension == Dimension::Spatial && matches!(scene.gel.shape, GelShape::Cylinder { .. });
     let flat = round && scene.mesh.lattice == Lattice::Kuhn;

@@ -1,7 +1,7 @@
 //! From a checked scene to an engine at time 0.
 
 use super::loads;
-use super::model::{Erase, Gelatin, Model, overlap};
+use super::model::{Erase, Gelatin, Model, is_swallowed, overlap};
 use super::recipe::Recipe;
 use super::renew::Renew;
 use super::sensors::seats;
@@ -67,6 +67,12 @@ pub enum BuildError {
         /// `load[i]`.
         key: String,
     },
+    /// A body is in the gel at the start.
+    #[error("{body}.position: at the start the centre of that body is in the gel; move it out")]
+    Swallowed {
+        /// `projectile` or `fragment[i]`.
+        body: String,
+    },
     /// Gel and a body overlap at the start.
     #[error("{body}.position: at the start the surface of the gel is {depth:.3e} m inside that body; move it out")]
     Overlap {
@@ -130,6 +136,9 @@ where
         let position = |node: NodeId| crate::algebra::embed(&mesh.rest[node.index()]);
         if let Some(depth) = overlap(&gel, (body, state), (position, |_| 0.0)).filter(|_| state.active) {
             return Err(BuildError::Overlap { body: body_name(i), depth });
+        }
+        if state.active && is_swallowed((&mesh.rest, &mesh.elements), (body, state)) {
+            return Err(BuildError::Swallowed { body: body_name(i) });
         }
     }
     let engine = Engine::try_new(gel, bodies, rules(scene), nodes);

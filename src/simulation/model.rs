@@ -7,13 +7,13 @@ use super::rehearsal::{Refusal, Rehearsal, Renewal};
 use super::renew::Renew;
 use super::sensors::Seat;
 use super::{RestoreError, SavedState};
-use crate::algebra::{Vector3, embed, ordered_sum};
+use crate::algebra::{Vector, Vector3, embed, ordered_sum, restrict};
 use crate::avi::{Engine, Gel, Reached, Run, StepError, SurfaceNode, Totals};
 use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Potential, Simplices};
 use crate::ledger::Ledger;
-use crate::mesh::{Facet, NodeId};
-use crate::remesh::Neighbours;
+use crate::mesh::{Facet, NodeId, Simplex};
+use crate::remesh::{self, Neighbours};
 use crate::state::{Birth, Clock, Record, State, Tick};
 use std::sync::Arc;
 
@@ -49,6 +49,8 @@ pub(super) trait Model: Send {
     /// How deep the surface of the gel would be, m, inside a body that comes to be there, until the gel looks again; if that is
     /// more than it may be.
     fn overlap(&self, i: usize, at: &BodyState) -> Option<f64>;
+    /// Whether a body so would have the gel around its centre.
+    fn swallows(&self, i: usize, at: &BodyState) -> bool;
     /// Mass of the gel, kg.
     fn gel_mass(&self) -> f64;
     /// Elements, nodes, elements below the continuation.
@@ -110,6 +112,16 @@ pub(super) fn overlap<const D: usize, P>(
         (depth > OVERLAP * surface.size).then_some(depth)
     };
     gel.surface.nodes.iter().filter_map(too_deep).reduce(f64::max)
+}
+
+/// Whether the centre of a body is in the gel, and in the body too: then the gel is where the body is, and its surface need not be anywhere
+/// near, so that no contact would say so.
+pub(super) fn is_swallowed<const D: usize>(
+    (x, elements): (&[Vector<D>], &[Simplex]),
+    (body, at): (&Body, &BodyState),
+) -> bool {
+    let centre = restrict::<D>(&at.position);
+    body.gap(at, &at.position).distance < 0.0 && remesh::is_inside(x, elements, &centre)
 }
 
 /// Fraction of an element's size within which a node counts as in contact.
@@ -223,6 +235,12 @@ where
         let gel = self.engine.gel();
         let position = |node| embed(&self.engine.position_at(node, at.time));
         overlap(gel, (self.body(i).0, at), (position, |node| self.longest_step(node)))
+    }
+
+    fn swallows(&self, i: usize, at: &BodyState) -> bool {
+        let gel = self.engine.gel();
+        let x: Vec<_> = (0..gel.mass.len() as u32).map(|n| self.engine.position_at(NodeId(n), at.time)).collect();
+        is_swallowed((&x, gel.potential.elements()), (self.body(i).0, at))
     }
 
     fn gel_mass(&self) -> f64 {

@@ -358,6 +358,19 @@ impl Simulation {
         comes.then(|| self.model.overlap(body, &self.given(body, inputs))).flatten()
     }
 
+    /// Whether these inputs put a body into the gel that has not come through its surface, so that nothing of that would touch it. Looked
+    /// for where a body comes, or goes further at once than its centre is deep in itself: less is no way through a surface.
+    #[must_use]
+    pub fn is_swallowed(&self, body: usize, inputs: &Inputs) -> bool {
+        if !inputs.active {
+            return false;
+        }
+        let (was, there) = (self.now(body), self.given(body, inputs));
+        let way = (there.position - was.position).norm();
+        let jumps = || way > 0.0 && way > -self.model.body(body).0.gap(&there, &there.position).distance;
+        (!was.active || jumps()) && self.model.swallows(body, &there)
+    }
+
     /// Why a simulation cannot go on.
     #[must_use]
     pub fn failure(&self) -> Option<&StepError> {

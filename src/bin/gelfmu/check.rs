@@ -2,13 +2,17 @@
 
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::job::RunError;
 use crate::level;
+use crate::options::CheckOptions;
 use crate::source::{self, Source};
 use ballistic_gel::scene::{self, Fact, Preset};
+use ballistic_gel::simulation::{CouplingMode, Simulation};
 use serde_json::{Value, json};
 
-pub fn check(name: &str, console: &Console) -> Result<(), Failure> {
-    let Source { scene, text, .. } = source::load(name, &[])?;
+pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
+    let Source { scene, text, .. } = source::load(&options.scene, &options.set)?;
+    let cost = Simulation::new(&scene, CouplingMode::Integrated, 1).map_err(RunError::from)?.observe().cost;
     let (modelled, off) = (scene::modelled(&scene), scene::switched_off(&scene));
     let given = scene::from_preset(&text);
     let result = json!({
@@ -17,6 +21,9 @@ pub fn check(name: &str, console: &Console) -> Result<(), Failure> {
         "valid": true,
         "modelled": modelled,
         "switched_off": off,
+        "elements": cost.elements,
+        "nodes": cost.nodes,
+        "smallest_step": cost.smallest_step,
         "preset": scene.gel.preset.map(Preset::name),
         "from_preset": given.iter().map(|fact| value(fact)).collect::<Vec<_>>(),
         "fidelity": scene.fidelity,
@@ -25,6 +32,7 @@ pub fn check(name: &str, console: &Console) -> Result<(), Failure> {
         let set = if level.set.is_empty() { String::new() } else { format!(" ({})", level.set.join(" ")) };
         format!("{}: {}{set}", fidelity.as_str(), level::expectation(level))
     });
+    let set: String = options.set.iter().map(|o| format!(" --set {}={}", o.key, o.value)).collect();
     let levels: Vec<String> = levels.collect();
     let levels = if levels.is_empty() {
         String::new()
@@ -32,14 +40,19 @@ pub fn check(name: &str, console: &Console) -> Result<(), Failure> {
         format!("{}\n{}\n\n", console.heading("fidelity"), bullets(&levels))
     };
     let text = format!(
-        "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{}{levels}The scene is good. Run it with: gelfmu run {name}",
+        "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{}{levels}The scene is good: {} elements, {} nodes, steps of {:.3e} s and more. Run it \
+         with: gelfmu run {}{set}",
         scene.scene.name,
         scene.scene.title,
         console.heading("models"),
         bullets(&modelled),
         console.heading("switched off"),
         bullets(&off),
-        presets(scene.gel.preset, &given, console)
+        presets(scene.gel.preset, &given, console),
+        cost.elements,
+        cost.nodes,
+        cost.smallest_step,
+        options.scene
     );
     console.result(&result, &text);
     Ok(())

@@ -49,7 +49,7 @@ fn dispatch(command: Command, console: &Console) -> Result<u8, Failure> {
         Command::Calibrate(options) => return calibrate::calibrate(&options, console),
         Command::Trade(options) => return trade::trade(&options, console),
         Command::TradeRow(options) => trade::row(&options)?,
-        Command::Check { scene } => check::check(&scene, console)?,
+        Command::Check(options) => check::check(&options, console)?,
         Command::Pack(options) => listing::pack(&options, console)?,
         Command::RemeshDemo(options) => remesh_demo::show(&options, console)?,
         Command::Scenes { name } => listing::scenes(name.as_deref(), console)?,

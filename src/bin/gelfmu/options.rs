@@ -49,10 +49,9 @@ pub enum Command {
     /// gel.strength.yield_stress is changed. Ctrl-C keeps the best strength so far.
     Calibrate(CalibrateOptions),
     /// Check a scene, and print what it models and what is switched off
-    Check {
-        /// Name of a built-in scene, or path of a scene file
-        scene: String,
-    },
+    ///
+    /// The scene is built, so that what cannot be run is refused here, too.
+    Check(CheckOptions),
     /// Measure how fast this machine steps a gel, and print tables
     Bench(BenchOptions),
     /// Write the FMU for this host
@@ -91,6 +90,16 @@ pub enum Command {
 /// Name of the scene that is run and packed if none is named.
 pub const DEFAULT_SCENE: &str = "fbi-bb";
 
+/// Which scene to check.
+#[derive(Debug, Args)]
+pub struct CheckOptions {
+    /// Name of a built-in scene, or path of a scene file
+    pub scene: String,
+    /// Replace a value of the scene, such as mesh.size=2e-3; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<Override>,
+}
+
 /// How to run a scene.
 #[derive(Debug, Default, Args)]
 pub struct RunOptions {
@@ -108,13 +117,13 @@ pub struct RunOptions {
     #[arg(long)]
     pub force: bool,
     /// Communication step, s (`scene.communication_step` if absent)
-    #[arg(long, value_name = "H", value_parser = positive)]
+    #[arg(long, value_name = "H", value_parser = positive, allow_hyphen_values = true)]
     pub step: Option<f64>,
     /// Step the library without the FMU: same digest
     #[arg(long)]
     pub direct: bool,
     /// Threads, 0 for all cores; results do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_hyphen_values = true)]
     pub threads: usize,
 }
 
@@ -125,7 +134,7 @@ pub struct LevelOptions {
     #[arg(long, value_name = "LEVEL")]
     pub fidelity: Option<Fidelity>,
     /// Cheapest level whose error is known to be no greater, such as 2%
-    #[arg(long, value_name = "PERCENT", conflicts_with = "fidelity", value_parser = accuracy)]
+    #[arg(long, value_name = "PERCENT", conflicts_with = "fidelity", value_parser = accuracy, allow_hyphen_values = true)]
     pub accuracy: Option<f64>,
 }
 
@@ -135,16 +144,16 @@ pub struct CalibrateOptions {
     /// Name of a built-in scene, or path of a scene file, with a gel.strength to begin with (`fbi-bb` if absent)
     pub scene: Option<String>,
     /// Depth at which the projectile stopped, from the entry surface to its foremost point, m
-    #[arg(long, value_name = "DEPTH", default_value_t = 85e-3, value_parser = length)]
+    #[arg(long, value_name = "DEPTH", default_value_t = 85e-3, value_parser = length, allow_hyphen_values = true)]
     pub depth: f64,
     /// Speed of the projectile along -z, m/s (projectile.velocity if absent)
-    #[arg(long, value_name = "SPEED", value_parser = speed)]
+    #[arg(long, value_name = "SPEED", value_parser = speed, allow_hyphen_values = true)]
     pub speed: Option<f64>,
     /// Replace a value of the scene, such as mesh.size=0.4e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
     /// Threads, 0 for all cores; results do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_hyphen_values = true)]
     pub threads: usize,
 }
 
@@ -158,7 +167,7 @@ pub struct DemoOptions {
     /// remesh.quality=0.05 and remesh.compression=0
     pub scene: Option<String>,
     /// Exchange the mesh at this time, s, worn or not, and draw that (the first exchange if absent)
-    #[arg(long, value_name = "TIME", value_parser = positive)]
+    #[arg(long, value_name = "TIME", value_parser = positive, allow_hyphen_values = true)]
     pub at: Option<f64>,
     /// Replace a value of the scene, such as projectile.velocity=[0,0,-30]; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
@@ -167,7 +176,7 @@ pub struct DemoOptions {
     #[arg(long, visible_alias = "output", value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Threads, 0 for all cores; results do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_hyphen_values = true)]
     pub threads: usize,
 }
 
@@ -178,10 +187,10 @@ pub struct BenchOptions {
     #[arg(long)]
     pub quick: bool,
     /// Threads to compare with one, 0 for all cores
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = threads)]
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = threads, allow_hyphen_values = true)]
     pub threads: usize,
     /// About how many elements the meshes have, such as 26000,165000,1000000 (the default; 7000 if quick)
-    #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = elements)]
+    #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = elements, allow_hyphen_values = true)]
     pub elements: Vec<usize>,
     /// Measure elements of this kind alone, in the sections that tell them apart
     #[arg(long, value_name = "KIND", value_enum)]
@@ -303,7 +312,7 @@ pub struct TradeOptions {
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=6))]
     pub finer: u32,
     /// Processes at once, each of one thread
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = jobs)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = jobs, allow_hyphen_values = true)]
     pub jobs: usize,
     /// Folder for the curve and its runs (`gelfmu-out/SCENE-trade` if absent)
     #[arg(long, value_name = "DIR")]

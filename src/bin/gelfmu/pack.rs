@@ -3,7 +3,7 @@
 mod description;
 mod documentation;
 mod requirement;
-mod resources;
+pub mod resources;
 
 use crate::job::RunError;
 use ballistic_gel::fmi2::{self, Ports};

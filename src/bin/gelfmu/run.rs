@@ -4,9 +4,12 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::job::{Ending, Job, RunError, check_step};
 use crate::options::{DEFAULT_SCENE, RunOptions};
+use crate::pack::resources;
 use crate::progress::Bar;
+use crate::source::Source;
 use crate::{direct, interrupt, level, summary, through_fmu};
-use ballistic_gel::output;
+use ballistic_gel::scene::CouplingMode;
+use ballistic_gel::{fmi2, output};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -19,7 +22,7 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
     let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
     let (source, expected) = level::load(name, &options.set, &options.level)?;
     options.step.map_or(Ok(()), |step| check_step(step, &source.scene))?;
-    let header = source.scene.scene;
+    let header = source.scene.scene.clone();
     let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(&header.name));
     usable(&folder, options)?;
     let way = if options.direct { "by the library" } else { "through the packed FMU" };
@@ -27,9 +30,14 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
     if let Some(expected) = expected {
         console.note(&expected);
     }
-    keep_scene(&folder, &source.text)?;
+    if source.scene.coupling.mode != CouplingMode::Integrated {
+        console.note(
+            "coupling.mode of the scene is for importers of the packed FMU: here the component moves the projectile",
+        );
+    }
+    let kept = keep_scene(&folder, &source)?;
     let job = Job { scene: (source.text, source.folder), folder, step: options.step, threads: options.threads };
-    let ending = watch(&job, options.direct, console)?;
+    let ending = watch(&job, options.direct, console).inspect_err(|_| abandon(&job.folder, &kept))?;
     let (text, summary) = read_summary(&job.folder)?;
     console.result(&text.trim_end(), &summary::describe(&summary, &job.folder));
     if let Some(doubt) = summary["doubt"].as_str() {
@@ -62,11 +70,28 @@ fn writable(refuse: impl Fn(&str, &str) -> Failure, error: &std::io::Error) -> F
     refuse(&error.to_string(), "a folder that can be written")
 }
 
-/// Keeps the scene beside what comes of it.
-fn keep_scene(folder: &Path, text: &str) -> Result<(), RunError> {
-    let path = folder.join("scene.toml");
+/// Keeps the scene, and the files that it names, beside what comes of it: it can be run again from there.
+fn keep_scene(folder: &Path, source: &Source) -> Result<Vec<PathBuf>, RunError> {
+    let (text, files) = resources::of((&source.text, &source.scene), &fmi2::files_in(&source.folder))?;
     let kept = format!("# As it is run, with what the command wrote over it.\n\n{text}");
-    std::fs::write(&path, kept).map_err(|source| RunError::File { verb: "write", path, source })
+    let all = files.into_iter().chain([("scene.toml".to_owned(), kept.into_bytes())]);
+    let write = |(name, bytes): (String, Vec<u8>)| {
+        let path = folder.join(name);
+        let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+        match made.and_then(|()| std::fs::write(&path, bytes)) {
+            Ok(()) => Ok(path),
+            Err(source) => Err(RunError::File { verb: "write", path, source }),
+        }
+    };
+    all.map(write).collect()
+}
+
+/// Takes away what was kept of a run that has not begun; what cannot be removed does no harm.
+fn abandon(folder: &Path, kept: &[PathBuf]) {
+    if !folder.join("history.csv").exists() {
+        kept.iter().for_each(|path| drop(std::fs::remove_file(path)));
+        let _ = std::fs::remove_dir(folder);
+    }
 }
 
 /// Runs the job with a progress bar, until it ends or the user interrupts it.

@@ -68,10 +68,12 @@ fn updates(s: &Value) -> String {
 }
 
 fn rebound(s: &Value) -> String {
-    if s["rebound_velocity"].is_null() {
-        "none yet: still in contact, or not long out of it".to_owned()
-    } else {
-        quantity(&s["rebound_velocity"], "m/s")
+    let speed = || quantity(&s["rebound_velocity"], "m/s");
+    match (s["rebound_velocity"].as_f64(), s["contact_duration"].as_f64(), s["final_depth"].as_f64()) {
+        (_, None, _) => "none: it has not met the gel".to_owned(),
+        (None, Some(_), _) => "none yet: still in contact, or not long out of it".to_owned(),
+        (Some(back), _, Some(depth)) if back > 0.0 && depth > 0.0 => format!("{}, still in the gel", speed()),
+        (Some(_), ..) => speed(),
     }
 }
 
@@ -129,7 +131,7 @@ fn files(folder: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::{describe, quantity};
-    use serde_json::json;
+    use serde_json::{Value, json};
     use std::path::Path;
 
     #[test]
@@ -152,7 +154,17 @@ mod tests {
 
     #[test]
     fn a_projectile_that_has_not_left_is_in_contact() {
-        let text = describe(&json!({ "rebound_velocity": null, "completed": false }), Path::new("nowhere"));
+        let ended = |contact: Value, rebound: Value, depth: f64| {
+            let summary = json!({ "rebound_velocity": rebound, "contact_duration": contact, "final_depth": depth });
+            describe(&summary, Path::new("nowhere"))
+        };
+        let text = ended(json!(1e-3), json!(null), 0.01);
         assert!(text.contains("in contact") && text.contains("stopped early"), "{text}");
+        let text = ended(json!(null), json!(null), -0.01);
+        assert!(text.contains("none: it has not met the gel"), "{text}");
+        let text = ended(json!(1e-3), json!(1.5), 0.08);
+        assert!(text.contains("1.500 m/s, still in the gel"), "{text}");
+        let text = ended(json!(1e-3), json!(1.5), -0.01);
+        assert!(text.contains("1.500 m/s") && !text.contains("still"), "{text}");
     }
 }

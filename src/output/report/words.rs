@@ -26,20 +26,22 @@ pub(super) fn failure(scene: &Scene, summary: &Summary) -> String {
 /// One paragraph.
 pub(super) fn summary(scene: &Scene, summary: &Summary) -> String {
     let (depth, fragments) = (depth(summary), fragments(summary));
-    let sentences = [meeting(scene), depth, outcome(scene, summary), fragments, trust(summary), thickness(scene)];
+    let sentences =
+        [meeting(scene, summary), depth, outcome(scene, summary), fragments, trust(summary), thickness(scene)];
     format!("<section><p class=\"lead\">{}</p></section>\n", sentences.join(" ").trim())
 }
 
-fn meeting(scene: &Scene) -> String {
+fn meeting(scene: &Scene, summary: &Summary) -> String {
     let speed = Vector3::from(scene.projectile.velocity).norm();
     let gel = Vector3::from(scene.gel.velocity).norm();
+    let meets = if summary.contact_duration.is_some() { "meets the gel" } else { "sets out" };
     match (scene.projectile.fixed, speed > 0.0, gel > 0.0) {
         (true, _, true) => {
             format!("The gel is thrown at {} against a body that is held in place.", quantity(gel, "m/s"))
         }
         (true, ..) => "The projectile is held in place.".to_string(),
-        (false, true, _) => format!("A projectile meets the gel at {}.", quantity(speed, "m/s")),
-        (false, false, _) => "A projectile at rest meets the gel.".to_string(),
+        (false, true, _) => format!("A projectile {meets} at {}.", quantity(speed, "m/s")),
+        (false, false, _) => format!("A projectile {meets} from rest."),
     }
 }
 
@@ -61,6 +63,12 @@ fn outcome(scene: &Scene, summary: &Summary) -> String {
     };
     let end = match summary.rebound_velocity {
         _ if scene.projectile.fixed => String::new(),
+        Some(speed) if speed > 0.0 && summary.final_depth > 0.0 => format!(
+            " At {} it moves back the way it came with <strong>{}</strong>, still {} deep.",
+            quantity(summary.end_time, "s"),
+            quantity(speed, "m/s"),
+            quantity(summary.final_depth, "m")
+        ),
         Some(speed) if speed > 0.0 => {
             format!(" It leaves the way it came with <strong>{}</strong>.", quantity(speed, "m/s"))
         }

@@ -57,6 +57,14 @@ pub fn ladder(scene: &Scene, steps: u32, has_failed: HasFailed) -> Vec<Rung> {
     meshes(scene, steps, has_failed).into_iter().chain(turned).collect()
 }
 
+/// The knobs of a scene beside its mesh.
+pub fn knobs(scene: &Scene) -> Vec<&'static str> {
+    let all = ladder(scene, 1, HasFailed::No).into_iter().map(|rung| rung.knob);
+    let mut knobs: Vec<_> = all.filter(|knob| !knob.starts_with(MESH)).collect();
+    knobs.dedup();
+    knobs
+}
+
 /// How the scene as it comes ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HasFailed {

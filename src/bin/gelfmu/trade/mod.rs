@@ -70,6 +70,13 @@ impl<'a> Task<'a> {
         let scene = source::load(&options.scene, &options.set)?.scene;
         let own = || Path::new("gelfmu-out").join(format!("{}-trade", scene.scene.name));
         let folder = options.out.clone().unwrap_or_else(own);
+        let knobs = ladder::knobs(&scene);
+        if let Some(strange) = options.only.iter().find(|name| !knobs.contains(&name.as_str())) {
+            let expected = format!("one of the knobs of this scene: {}", knobs.join(", "));
+            return Err(Failure::BadInput(format!(
+                "--only {strange}: found no knob of this name, expected {expected}"
+            )));
+        }
         Ok(Self { options, scene, folder })
     }
 

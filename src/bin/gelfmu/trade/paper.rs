@@ -11,12 +11,16 @@ use serde_json::{Map, Value, json};
 use std::fs;
 use std::path::Path;
 
-/// Writes `trade.md`, `trade.csv` and, if there is one, the picture.
+/// Writes `trade.md`, `trade.csv` and, if there is one, the picture; one of an earlier curve goes.
 pub fn write(folder: &Path, curve: &Curve, picture: Option<String>) -> Result<(), Failure> {
-    let tables = [("trade.md", markdown(curve)), ("trade.csv", csv(curve))];
-    for (name, text) in tables.into_iter().chain(picture.map(|picture| ("trade.svg", picture))) {
+    let all = [("trade.md", Some(markdown(curve))), ("trade.csv", Some(csv(curve))), ("trade.svg", picture)];
+    for (name, text) in all {
         let path = folder.join(name);
-        fs::write(&path, text).map_err(named("write", &path))?;
+        match text {
+            Some(text) => fs::write(&path, text).map_err(named("write", &path))?,
+            None if path.exists() => fs::remove_file(&path).map_err(named("remove", &path))?,
+            None => {}
+        }
     }
     Ok(())
 }
@@ -118,9 +122,14 @@ pub fn text(curve: &Curve, folder: &Path, console: &Console) -> String {
     let lists = lists.into_iter().filter(|(_, lines)| !lines.is_empty());
     let lists: Vec<String> =
         lists.map(|(name, lines)| format!("{}\n  {}", console.heading(name), lines.join("\n  "))).collect();
-    let levels =
-        format!("{}\n{}", console.heading("levels, as lines of the scene"), levels::lines(&levels::choose(curve)));
-    let files = ["trade.md", "trade.csv", "trade.svg"].map(|name| folder.join(name).display().to_string());
+    let chosen = levels::choose(curve);
+    let levels = if chosen.is_empty() {
+        "no levels: too few runs have a known error\n".to_owned()
+    } else {
+        format!("{}\n{}", console.heading("levels, as lines of the scene"), levels::lines(&chosen))
+    };
+    let files = ["trade.md", "trade.csv", "trade.svg"].map(|name| folder.join(name));
+    let files: Vec<String> = files.iter().filter(|path| path.exists()).map(|path| path.display().to_string()).collect();
     format!("{table}\n{LEGEND}\n\n{}\n\n{levels}\n{}", lists.join("\n\n"), files.join("\n"))
 }
 
@@ -135,9 +144,10 @@ fn markdown(curve: &Curve) -> String {
     let rows = curve.runs.iter().map(|assessed| line(&pad(cells(assessed))));
     let lists = [references(curve), failures(curve)].concat();
     let lists: Vec<String> = lists.iter().map(|sentence| format!("- {sentence}")).collect();
-    let levels = levels::lines(&levels::choose(curve));
+    let chosen = levels::choose(curve);
+    let levels = if chosen.is_empty() { String::new() } else { format!("\n```toml\n{}```\n", levels::lines(&chosen)) };
     let table = format!("{}{}{}", line(&header), line(&rule), rows.collect::<String>());
-    format!("{table}\n{LEGEND}.\n\n{}\n\n```toml\n{levels}```\n", lists.join("\n"))
+    format!("{table}\n{LEGEND}.\n\n{}\n{levels}", lists.join("\n"))
 }
 
 /// All figures, SI, a line per run.
