@@ -1,5 +1,8 @@
 //! The command as a user meets it: exit status, messages, results.
 
+#[path = "command/check.rs"]
+mod check;
+
 use ballistic_gel::scene;
 use serde_json::Value;
 use std::path::Path;
@@ -68,21 +71,6 @@ fn scenes_prints_a_scene_that_can_be_kept_and_changed() {
     let known: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
     let known = known.join(", ");
     refused(&["scenes", "x"], &format!("scene x: found no built-in scene of this name, expected one of {known}"));
-}
-
-#[test]
-fn check_says_what_a_scene_models_and_what_is_switched_off() {
-    for (name, text) in scene::builtins() {
-        let scene = scene::read(text).unwrap();
-        let said = gelfmu(&["check", name]);
-        assert_eq!((said.status, said.err.as_str()), (Some(0), ""), "{name}");
-        for line in scene::modelled(&scene).iter().chain(&scene::switched_off(&scene)) {
-            assert!(said.out.contains(line), "{name}: {line}");
-        }
-        let value = json(&gelfmu(&["check", name, "--json"]).out);
-        assert_eq!((&value["scene"], &value["valid"]), (&Value::from(name), &Value::from(true)));
-        assert_eq!(value["switched_off"].as_array().map(Vec::len), Some(scene::switched_off(&scene).len()));
-    }
 }
 
 #[test]
@@ -181,7 +169,7 @@ fn a_command_line_that_makes_no_sense_is_bad_input() {
         (&["run", "--step", "-1e-6"], "expected a positive time, s"),
         (&["run", "--accuracy", "-1"], "expected a positive error in percent, such as 2%"),
         (&["calibrate", "--depth", "-0.08"], "expected a positive length, m"),
-        (&["trade", "ball-square", "--only", "speed"], "expected one of the knobs of this scene: contact size, "),
+        (&["trade", "ball-square", "--only", "speed"], "expected one of the knobs of this scene: cfl, schedule, "),
         (&["run", "--threads", "5000"], "expected 0 for all cores, or a number of threads up to 1024"),
         (&["bench", "--elements", "0"], "expected a number of elements from 7000 to 20000000"),
         (&["bench", "--elements", "26000,many"], "expected a number of elements from 7000 to 20000000"),
@@ -194,26 +182,6 @@ fn a_command_line_that_makes_no_sense_is_bad_input() {
         let said = gelfmu(arguments);
         assert_eq!(said.status, Some(2), "{arguments:?}");
         assert!(said.err.contains(message), "{arguments:?}: {}", said.err);
-    }
-}
-
-#[test]
-fn check_takes_overrides_and_refuses_what_cannot_be_built() {
-    let size = "--set=mesh.size=4e-4";
-    let said = gelfmu(&["check", "ball-square", size]);
-    assert!(said.out.trim_end().ends_with("Run it with: gelfmu run ball-square --set mesh.size=4e-4"), "{}", said.out);
-    let elements = |more: &[&str]| {
-        let value = json(&gelfmu(&[&["check", "ball-square", "--json"], more].concat()).out);
-        value["elements"].as_u64().expect("a number of elements")
-    };
-    assert!(elements(&[size]) > elements(&[]));
-    for command in [&["check"][..], &["run", "--direct"]] {
-        let folder = folder();
-        let said = gelfmu_in(folder.path(), &[command, &["sphere-block", "--set", "mesh.size=1e-5"]].concat());
-        assert_eq!(said.status, Some(2), "{}", said.err);
-        assert!(said.err.contains("mesh.size: the mesh would have about "), "{}", said.err);
-        let left = folder.path().join("gelfmu-out/sphere-block");
-        assert!(!left.exists(), "a run that has not begun leaves nothing");
     }
 }
 

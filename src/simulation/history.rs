@@ -197,19 +197,13 @@ pub(super) fn inherited<const D: usize>(
             all.push((element, turned(&past.potential.reference(same.element), same).scaled(share)));
         }
     }
-    let mut is_known: Vec<bool> = new.same.iter().map(Option::is_some).collect();
     let strains = Strains::of(past, position, new.sources);
     let rests = rests(past, position, new);
-    for sources in new.sources.chunk_by(|a, b| a.new == b.new) {
-        let element = sources[0].new;
-        let rest = rests[element.index()];
-        if rest <= 0.0 {
-            continue;
-        }
-        is_known[element.index()] = true;
-        let nodes = &new.elements[element.index()];
+    let is_there = |element: ElementId| rests[element.index()] > 0.0;
+    for sources in new.sources.chunk_by(|a, b| a.new == b.new).filter(|sources| is_there(sources[0].new)) {
+        let (element, nodes) = (sources[0].new, &new.elements[sources[0].new.index()]);
         let [told, now] = [new.rest, new.position].map(|x| Reference::of(x, nodes));
-        let mean = Mean::of(past, (position, &strains), (sources, rest));
+        let mean = Mean::of(past, (position, &strains), (sources, rests[element.index()]));
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
         }
@@ -218,7 +212,9 @@ pub(super) fn inherited<const D: usize>(
         }
     }
     // What is made of nothing rests as it is.
-    for (element, nodes) in (0..).map(ElementId).zip(new.elements).filter(|(e, _)| !is_known[e.index()]) {
+    for (element, nodes) in
+        (0..).map(ElementId).zip(new.elements).filter(|(e, _)| new.same[e.index()].is_none() && !is_there(*e))
+    {
         all.push((element, Reference::of(new.position, nodes)));
     }
     all.sort_by_key(|(element, _)| *element);

@@ -32,7 +32,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
         let set = if level.set.is_empty() { String::new() } else { format!(" ({})", level.set.join(" ")) };
         format!("{}: {}{set}", fidelity.as_str(), level::expectation(level))
     });
-    let set: String = options.set.iter().map(|o| format!(" --set {}={}", o.key, o.value)).collect();
+    let set: Vec<String> = options.set.iter().map(|o| format!(" --set {}={}", o.key, o.value)).collect();
     let levels: Vec<String> = levels.collect();
     let levels = if levels.is_empty() {
         String::new()
@@ -41,7 +41,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
     };
     let text = format!(
         "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{}{levels}The scene is good: {} elements, {} nodes, steps of {:.3e} s and more. Run it \
-         with: gelfmu run {}{set}",
+         with: gelfmu run {}{}",
         scene.scene.name,
         scene.scene.title,
         console.heading("models"),
@@ -52,7 +52,8 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
         cost.elements,
         cost.nodes,
         cost.smallest_step,
-        options.scene
+        options.scene,
+        set.concat()
     );
     console.result(&result, &text);
     Ok(())

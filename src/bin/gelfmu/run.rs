@@ -89,7 +89,9 @@ fn keep_scene(folder: &Path, source: &Source) -> Result<Vec<PathBuf>, RunError> 
 /// Takes away what was kept of a run that has not begun; what cannot be removed does no harm.
 fn abandon(folder: &Path, kept: &[PathBuf]) {
     if !folder.join("history.csv").exists() {
-        kept.iter().for_each(|path| drop(std::fs::remove_file(path)));
+        for path in kept {
+            let _ = std::fs::remove_file(path);
+        }
         let _ = std::fs::remove_dir(folder);
     }
 }

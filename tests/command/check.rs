@@ -1,0 +1,40 @@
+//! `gelfmu check`.
+
+use super::{folder, gelfmu, gelfmu_in, json};
+use ballistic_gel::scene;
+use serde_json::Value;
+
+#[test]
+fn check_says_what_a_scene_models_and_what_is_switched_off() {
+    for (name, text) in scene::builtins() {
+        let scene = scene::read(text).unwrap();
+        let said = gelfmu(&["check", name]);
+        assert_eq!((said.status, said.err.as_str()), (Some(0), ""), "{name}");
+        for line in scene::modelled(&scene).iter().chain(&scene::switched_off(&scene)) {
+            assert!(said.out.contains(line), "{name}: {line}");
+        }
+        let value = json(&gelfmu(&["check", name, "--json"]).out);
+        assert_eq!((&value["scene"], &value["valid"]), (&Value::from(name), &Value::from(true)));
+        assert_eq!(value["switched_off"].as_array().map(Vec::len), Some(scene::switched_off(&scene).len()));
+    }
+}
+
+#[test]
+fn check_takes_overrides_and_refuses_what_cannot_be_built() {
+    let size = "--set=mesh.size=4e-4";
+    let said = gelfmu(&["check", "ball-square", size]);
+    assert!(said.out.trim_end().ends_with("Run it with: gelfmu run ball-square --set mesh.size=4e-4"), "{}", said.out);
+    let elements = |more: &[&str]| {
+        let value = json(&gelfmu(&[&["check", "ball-square", "--json"], more].concat()).out);
+        value["elements"].as_u64().expect("a number of elements")
+    };
+    assert!(elements(&[size]) > elements(&[]));
+    for command in [&["check"][..], &["run", "--direct"]] {
+        let folder = folder();
+        let said = gelfmu_in(folder.path(), &[command, &["sphere-block", "--set", "mesh.size=1e-5"]].concat());
+        assert_eq!(said.status, Some(2), "{}", said.err);
+        assert!(said.err.contains("mesh.size: the mesh would have about "), "{}", said.err);
+        let left = folder.path().join("gelfmu-out/sphere-block");
+        assert!(!left.exists(), "a run that has not begun leaves nothing");
+    }
+}
