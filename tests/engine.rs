@@ -7,7 +7,7 @@ use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion};
 use ballistic_gel::element::{Potential, Section, Simplices};
 use ballistic_gel::geometry::{Shape, Sphere};
 use ballistic_gel::material::{Confinement, Material, NeoHookean};
-use ballistic_gel::mesh::{self, Block, Face, Hold, Mesh, Patches, Split};
+use ballistic_gel::mesh::{self, Block, ElementId, Face, Hold, Mesh, Patches, Split};
 use ballistic_gel::state::State;
 use fearless_simd::Level;
 
@@ -308,6 +308,33 @@ fn an_engine_that_ends_and_goes_on_with_the_same_mesh_gives_the_same_motion() {
             totals.ledger.energy.remesh
         );
     }
+}
+
+#[test]
+fn an_energy_given_to_elements_changes_neither_momentum_nor_angular_momentum() {
+    let mut engine = fast::<3>(SPACE, 0.0);
+    engine.advance_to(0.3, &mut [Exchange::default()]).unwrap();
+    let (gel, before) = (engine.gel(), engine.totals(0.3));
+    let made: Vec<_> = (0..gel.potential.len() as u32)
+        .step_by(3)
+        .map(ElementId)
+        .map(|element| (element, gel.potential.volume(element)))
+        .collect();
+    for part in [1e-3, -1e-3] {
+        let given = part * before.energies.gel_kinetic;
+        let (was, booked) = (engine.totals(0.3), engine.state().ledger.energy.remesh);
+        engine.refund(&made, given);
+        let now = engine.totals(0.3);
+        let grown = now.energies.gel_kinetic - was.energies.gel_kinetic;
+        assert!((grown / given - 1.0).abs() < 1e-10, "{grown:e} of {given:e} J");
+        assert!(((engine.state().ledger.energy.remesh - booked) / given - 1.0).abs() < 1e-10);
+        assert!(now.energy_closure.1 < 1e-13 && now.momentum_closure.1 < 1e-14, "{now:?}");
+        assert!(now.angular_momentum_closure.1 < 1e-14, "{now:?}");
+    }
+    let was = engine.state().clone();
+    engine.refund(&[], 1.0);
+    engine.refund(&made, 0.0);
+    assert_eq!(*engine.state(), was, "nothing is given to nothing, nor does nothing change anything");
 }
 
 #[test]

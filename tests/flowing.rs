@@ -147,6 +147,8 @@ fn a_gel_that_flows_in_space_keeps_its_books_over_exchanges_and_its_bits_on_more
     assert!(seen.cost.remeshes > 3 && done.refusals().is_empty(), "{} meshes", seen.cost.remeshes);
     assert!(seen.energy.energy_error < 1e-10 && seen.momentum_error < 1e-12, "{:?}", seen.energy);
     assert!(seen.energy.energy_defect < 0.01, "defect {}", seen.energy.energy_defect);
+    let taken = seen.energy.remesh / seen.energy.initial;
+    assert!(taken.abs() < 1e-4, "{taken}");
     assert!(seen.energy.plastic < 0.0, "{:?}", seen.energy);
     let kept = done.frame().mass + seen.cost.splashed;
     assert!((kept / mass - 1.0).abs() < 1e-12, "mass {:e}", kept / mass - 1.0);

@@ -20,6 +20,7 @@ mod pierce;
 mod pool;
 mod recall;
 mod reference;
+mod refund;
 mod renew;
 mod report;
 mod schedule;

@@ -8,7 +8,7 @@ use crate::avi::NoStep;
 use crate::contact::{Body, BodyState};
 use crate::element::{Memory, Potential, Section};
 use crate::geometry::Pole;
-use crate::mesh::{Mesh, Patches, neighbours, outer};
+use crate::mesh::{ElementId, Mesh, Patches, neighbours, outer};
 use crate::remesh::{
     self, Acceptance, Carried, Defects, Moved, Neighbours, Pairing, Proposal, Quality, Range, Rejected, RemeshError,
     Rules, Symmetry, Transferred,
@@ -30,6 +30,8 @@ pub(super) struct Candidate<const D: usize> {
     pub defects: Defects<D>,
     /// What follows from the mesh.
     pub known: Known,
+    /// The elements that are not old ones.
+    pub made: Vec<ElementId>,
 }
 
 /// What follows from a mesh and the places of its nodes, and is found once.
@@ -122,6 +124,13 @@ const LIGHT: f64 = 0.25;
 const WORN: f64 = 0.3;
 /// What the splitting of long edges may leave in space where nothing makes it better.
 const SPLIT: f64 = 0.2;
+
+impl<const D: usize> Candidate<D> {
+    /// The elements that are not old ones, and their masses, kg.
+    pub fn made_with_masses(&self) -> Vec<(ElementId, f64)> {
+        self.made.iter().map(|e| (*e, self.birth.corner_mass[e.index()].iter().sum())).collect()
+    }
+}
 
 impl Way {
     /// The attempts of a method in the plane, for a gel that flows or not.
@@ -272,11 +281,12 @@ impl<const D: usize> Gelatin<D> {
         let past = history::Past::new(past, moved.position);
         let inherited = history::inherited(&past, moved.position, (&history::Made::by(&proposal, &new), &patches));
         let (references, memory) = inherited.ok_or(Refused::Restless)?;
+        let made = (0..).map(ElementId).zip(&new.same).filter(|(_, same)| same.is_none()).map(|(e, _)| e).collect();
         let Transferred { mass, corner_mass, velocity, defects, .. } = new;
         let tick = self.engine.last_tick();
         let birth = Birth { tick, mesh, position: proposal.position, mass, corner_mass, references };
         let known = Known { patches, shapes, across };
-        Ok(Candidate { birth, memory, velocity, quality, defects, known })
+        Ok(Candidate { birth, memory, velocity, quality, defects, known, made })
     }
 
     /// Whether the gel is one that flows.

@@ -145,7 +145,7 @@ impl Gelatin<2> {
     }
 
     fn shown(&self, candidate: Candidate<2>, moved: &Moved<'_, 2>, attempt: usize) -> Successor {
-        let Candidate { birth, memory, velocity, quality, defects, known } = candidate;
+        let Candidate { birth, memory, velocity, quality, defects, known, .. } = candidate;
         let before = self.engine.gel().stored_energy(moved.position, &self.engine.state().memory);
         let stored = [before, self.gel_of(&birth, known.patches).stored_energy(&birth.position, &memory)];
         Successor { points: birth.position, elements: birth.mesh.elements, velocity, attempt, quality, defects, stored }

@@ -112,11 +112,15 @@ impl<const D: usize> Gelatin<D> {
             };
             let renewal = Renewal::of(&candidate, self.engine.now(), attempt);
             let booked = self.engine.state().ledger.energy.remesh;
+            let made = candidate.made_with_masses();
             if let Err(why) = self.go_on(candidate.birth, (candidate.memory, candidate.velocity), candidate.known) {
                 refused.push(Refused::Steps(why));
                 continue;
             }
             self.engine.count_exchange();
+            if self.flows() {
+                self.engine.refund(&made, booked - self.engine.state().ledger.energy.remesh);
+            }
             let energy = self.engine.state().ledger.energy.remesh - booked;
             self.renewals.push(Renewal { energy, seconds: begun.elapsed().as_secs_f64(), ..renewal });
             return Ok(());

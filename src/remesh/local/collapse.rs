@@ -11,7 +11,7 @@ use super::ring::{Ring, fan};
 /// itself, and along the end of a loaded face from there. Two points that have the edge and another neighbour in common, but no
 /// tetrahedron with all three, would weld what is not one; so would two that face the same edge, but in no tetrahedron with both; and
 /// so would two that the surface joins to a third one, but by no facet with all three (the link condition; Dey and others 1999).
-pub(super) fn onto(complex: &Complex, (a, b): (u32, u32), enough: f64, flat: &Flat) -> Option<(f64, Change)> {
+pub(super) fn onto(complex: &Complex, (a, b): (u32, u32), enough: f64, flat: &Flat<'_>) -> Option<(f64, Change)> {
     let [from, to] = [a, b].map(|point| &complex.points[point as usize]);
     let is_held_less = (0..3).all(|axis| to.held[axis] || !from.held[axis]);
     let leaves_end = from.ends & !to.ends != 0;

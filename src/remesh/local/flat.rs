@@ -3,12 +3,12 @@
 use super::complex::{Change, Complex};
 use super::level::Level;
 use super::ring::fan;
-use super::{FAIR, cube};
+use super::{FAIR, STANDING, cube};
 use crate::algebra::Vector;
 
 /// How flat is flat.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Flat {
+#[derive(Clone, Copy)]
+pub(super) struct Flat<'a> {
     /// How far a point may be from a new facet, in target lengths; 0 where the surface must stay as it is.
     pub sag: f64,
     /// How far a point that slides along the surface may come off its facets, in target lengths; 0 where none slides.
@@ -18,6 +18,9 @@ pub(super) struct Flat {
     /// What the volume may change by in all, and has changed by, m³.
     pub volume: f64,
     pub swept: f64,
+    /// The place nearest to one that is in no body, of a gel that flows: no facets come that are deep in one. Of others they may be 0.3 of a size
+    /// deep, and all that is remade around the body has some that are.
+    pub cleared: Option<&'a dyn Fn(&Vector<3>) -> Vector<3>>,
 }
 
 /// The part of what the volume may change by that one operation may take without giving it back.
@@ -27,7 +30,7 @@ const TURNED: f64 = 0.7;
 
 type Place<'a> = &'a dyn Fn(u32) -> Vector<3>;
 
-impl Flat {
+impl Flat<'_> {
     /// Whether the facets on both sides of an edge may be those on both sides of the other diagonal.
     pub fn turns(&self, complex: &Complex, (a, b): (u32, u32), (first, last): (u32, u32)) -> bool {
         if self.planes && is_in_held_plane(complex, [a, b, first, last]) {
@@ -42,7 +45,22 @@ impl Flat {
             let height = (b - a).cross(&(q - p));
             let rises = (p - a).dot(&height).abs() <= limit * height.norm();
             rises && new.iter().all(|n| old.iter().all(|o| is_along(n, o)))
-        })
+        }) && self.stands_off(complex, (&[[a, b]], &[[first, last]]))
+    }
+
+    /// Whether edges of the surface that come are no deeper in a body than points may stand, or than those that go: a facet that is deep is
+    /// stopped there, and pushed out once it is split.
+    fn stands_off(&self, complex: &Complex, (old, new): (&[[u32; 2]], &[[u32; 2]])) -> bool {
+        let Some(cleared) = self.cleared else { return true };
+        let depth = |[p, q]: &[u32; 2]| {
+            let middle = (complex.x(*p) + complex.x(*q)) / 2.0;
+            (cleared(&middle) - middle).norm()
+        };
+        let deepest = |edges: &[[u32; 2]]| edges.iter().map(depth).fold(0.0, f64::max);
+        let size = |[p, _]: &[u32; 2]| complex.points[*p as usize].size;
+        let least = new.iter().map(size).fold(f64::INFINITY, f64::min);
+        let comes = deepest(new);
+        comes <= STANDING * least || comes <= deepest(old)
     }
 
     /// Whether a point of the surface may be left out, its facets drawn to another one.
@@ -59,6 +77,7 @@ impl Flat {
                     is_along(&new, &old) && (a_at - b_at).dot(&new).abs() <= limit * new.norm()
                 })
             })
+            && self.stands_off(complex, (&spokes(&fan, (a, b)), &spokes(&fan, (b, b))))
     }
 
     /// A change of this quality with the volume that there was: a little may be lost, and what is more is given back at one of
@@ -93,6 +112,11 @@ impl Flat {
         let point = |p: u32| &complex.points[p as usize];
         self.sag > 0.0 && holds(&|p| point(p).x) && holds(&|p| point(p).rest)
     }
+}
+
+/// The edges from a point to those of a fan, but for one.
+fn spokes(fan: &[[u32; 2]], (apex, other): (u32, u32)) -> Vec<[u32; 2]> {
+    fan.iter().flatten().filter(|p| **p != other).map(|p| [apex, *p]).collect()
 }
 
 /// Whether these points are held in a plane that they are in: facets between them are flat, whichever these are.
@@ -134,7 +158,7 @@ mod tests {
         };
         let elements = [0, 1, 2, 3].map(|k| [k, (k + 1) % 4, 4, 5].map(NodeId));
         let mut mesh = Mesh::<3>::new(points([0.1, 0.1]), elements.to_vec());
-        let flat = Flat { sag: 0.06, slide: 0.0, planes: true, volume: 0.0, swept: 0.0 };
+        let flat = Flat { sag: 0.06, slide: 0.0, planes: true, volume: 0.0, swept: 0.0, cleared: None };
         for (place, is_turned) in [([0.1, 0.1], false), ([0.1, -0.02], true)] {
             let position = points(place);
             for is_held in [true, false] {
@@ -143,6 +167,28 @@ mod tests {
                 let spares = |to: u32| flat.spares(&complex, 4, to);
                 assert_eq!((spares(1), spares(2)), (false, is_held || !is_turned), "{place:?} {is_held}");
             }
+        }
+    }
+
+    /// The edge of two facets beneath a body, so much below their other diagonal, which is so deep in it.
+    #[test]
+    fn no_facet_comes_that_is_deep_in_a_body_unless_one_as_deep_goes() {
+        for (depth, below, stands_off) in [(0.05, 0.02, true), (0.07, 0.02, false), (0.07, -0.01, true)] {
+            let points = [[0.0, 0.0, -below], [1.0, 1.0, -below], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.5, 0.5, -1.0]];
+            let position = points.map(Vector::<3>::from).to_vec();
+            let elements = [[0, 3, 1, 4], [0, 1, 2, 4]].map(|nodes| nodes.map(NodeId)).to_vec();
+            let mesh = Mesh::<3>::new(position.clone(), elements);
+            let complex = Complex::new(&Moved { mesh: &mesh, position: &position }, &[1.0; 5]);
+            let beneath = |x: &Vector<3>| Vector::<3>::new(x[0], x[1], x[2].min(-depth));
+            let stays_clear: Option<&dyn Fn(&Vector<3>) -> Vector<3>> = Some(&beneath);
+            let turns = |cleared| {
+                Flat { sag: 0.06, slide: 0.0, planes: true, volume: 0.0, swept: 0.0, cleared }.turns(
+                    &complex,
+                    (0, 1),
+                    (2, 3),
+                )
+            };
+            assert_eq!((turns(None), turns(stays_clear)), (true, stands_off), "{depth} {below}");
         }
     }
 }

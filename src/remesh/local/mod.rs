@@ -42,7 +42,7 @@ const GAIN: f64 = 1.02;
 /// What the volume of the body may change by, as a part of it, where its surface is made of other facets and cannot give it back:
 /// half of what a second mesh of the same sizes may.
 const VOLUME: f64 = 5e-7;
-/// Points of the surface may stand so deep in a body, in target lengths: twice what contact leaves standing.
+/// Points of the surface may stand so deep in a body, in target lengths: twice what contact leaves standing, of a gel that flows just that.
 const STANDING: f64 = 0.06;
 /// Times that all is gone through at most.
 const ROUNDS: usize = 6;
@@ -56,7 +56,8 @@ pub(super) fn propose(
     cleared: &dyn Fn(&Vector<3>) -> Vector<3>,
 ) -> Proposal<3> {
     let (sag, slide, planes) = (rules.sag, rules.slide, rules.rests);
-    let flat = Flat { sag, slide, planes, volume: VOLUME * volume(old), swept: 0.0 };
+    let stays_clear = (!rules.rests).then_some(cleared);
+    let flat = Flat { sag, slide, planes, volume: VOLUME * volume(old), swept: 0.0, cleared: stays_clear };
     let mut work = Work { complex: Complex::new(old, size), flat, poor: cube(rules.poor), cleared };
     work.run();
     work.complex.proposal()
@@ -64,7 +65,7 @@ pub(super) fn propose(
 
 struct Work<'a> {
     complex: Complex,
-    flat: Flat,
+    flat: Flat<'a>,
     /// The cube of the quality that new tetrahedra must have.
     poor: f64,
     cleared: &'a dyn Fn(&Vector<3>) -> Vector<3>,

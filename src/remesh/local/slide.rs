@@ -20,7 +20,7 @@ const PLANE: f64 = 1e-9;
 pub(super) fn slide(
     complex: &mut Complex,
     point: u32,
-    (flat, cleared): (&Flat, &dyn Fn(&Vector<3>) -> Vector<3>),
+    (flat, cleared): (&Flat<'_>, &dyn Fn(&Vector<3>) -> Vector<3>),
 ) -> bool {
     if !complex.points[point as usize].is_on_surface || complex.points[point as usize].ends != 0 {
         return false;
@@ -54,7 +54,7 @@ fn along(complex: &Complex, (point, way): (u32, Vector<3>), star: &[(u32, Tet)])
 }
 
 /// Whether a point of the surface is near the planes of its facets there, and none of them is turned far.
-fn stays(complex: &Complex, (point, x): (u32, &Vector<3>), flat: &Flat) -> bool {
+fn stays(complex: &Complex, (point, x): (u32, &Vector<3>), flat: &Flat<'_>) -> bool {
     let own = &complex.points[point as usize];
     fan(complex, point).iter().all(|[u, v]| {
         let [old, new] = [&own.x, x].map(|apex| twice_area(apex, [complex.x(*u), complex.x(*v)]));

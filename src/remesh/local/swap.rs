@@ -54,7 +54,12 @@ fn ends((a, b): (u32, u32), [p, q, r]: [u32; 3]) -> [Tet; 2] {
 
 /// Takes an edge out, if what comes is better than `enough`; and how good it is. At the surface only where that is flat
 /// and no loaded face may end.
-pub(super) fn without_edge(complex: &Complex, (a, b): (u32, u32), enough: f64, flat: &Flat) -> Option<(f64, Change)> {
+pub(super) fn without_edge(
+    complex: &Complex,
+    (a, b): (u32, u32),
+    enough: f64,
+    flat: &Flat<'_>,
+) -> Option<(f64, Change)> {
     let ring = Ring::of(complex, a, b)?;
     let n = ring.points.len();
     let [first, last] = [ring.points[0], ring.points[n - 1]];
@@ -123,7 +128,7 @@ mod tests {
 
     #[test]
     fn no_edge_and_no_triangle_comes_that_is_there_already() {
-        let flat = Flat { sag: 0.0, slide: 0.0, planes: true, volume: 0.0, swept: 0.0 };
+        let flat = Flat { sag: 0.0, slide: 0.0, planes: true, volume: 0.0, swept: 0.0, cleared: None };
         let taken = |n: u32, more: &[Tet]| without_edge(&around_an_edge(n, more), (n, n + 1), 0.0, &flat);
         let (_, change) = taken(4, &[]).unwrap();
         assert!(change.new.iter().all(|tet| tet.contains(&0) && tet.contains(&2)), "by the shorter diagonal");
