@@ -4,11 +4,11 @@ use super::fbi_bb::{Keys, head, row};
 
 /// Scenes and names of the shots, and what is changed in each: in space, and about the axis on cells that grow as fast.
 const RUNS: [(&str, &str, &Keys); 5] = [
-    ("fbi-bb-3d", "in space, as it comes: R/3.6, growth 0.25", &[]),
+    ("fbi-bb-3d", "in space, as it comes: R/5, growth 0.25", &[]),
     (
         "fbi-bb-3d",
-        "in space, R/5, growth 0.25",
-        &[("mesh.size", "0.43e-3"), ("remesh.smallest", "0.215e-3"), ("remesh.thinnest", "0.15e-3")],
+        "in space, R/3.6, growth 0.25",
+        &[("mesh.size", "0.6e-3"), ("remesh.smallest", "0.3e-3"), ("remesh.thinnest", "0.21e-3")],
     ),
     (
         "fbi-bb",
