@@ -88,7 +88,7 @@ pub fn study() {
 pub fn head() {
     let times: Vec<String> = TIMES.iter().map(|time| format!(" {time} ms: mm |")).collect();
     println!(
-        "| |{} depth, mm | at, ms | cavity, mm | at, ms | at the end, mm | meshes | refused | elements | M updates | plastic, % of E₀ | damage | viscous | remesh | of it kinetic | integration | bias | splash | closure | CPU s | exchanging, s |",
+        "| |{} depth, mm | at, ms | cavity, mm | at, ms | at the end, mm | meshes | refused | elements | M updates | plastic, % of E₀ | damage | viscous | remesh | kinetic taken | integration | bias | splash | closure | CPU s | exchanging, s |",
         times.concat()
     );
     println!(
