@@ -305,7 +305,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Finds what is derived from the state: events, the last ticks of the nodes, what is awake, the greatest speeds.
-    fn derive(&mut self) {
+    pub(super) fn derive(&mut self) {
         let state = &self.state;
         let queued = self.rules.schedule == Kind::Queue && state.now.is_some();
         self.queue = Queue::new(if queued { &state.alarms } else { &[] });

@@ -44,6 +44,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.state.velocity[a] += impulse * (part / self.gel.mass[a]);
         }
         self.state.ledger.energy.remesh += part * (work + 0.5 * part * more);
+        self.derive();
     }
 
     /// m (ê·(v_b − v_a)) ê along the edges of these elements, ascending.
