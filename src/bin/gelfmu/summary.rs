@@ -21,7 +21,7 @@ fn rows(s: &Value) -> Vec<(&'static str, String)> {
         ("element steps", format!("{} to {}", quantity(&s["smallest_step"], "s"), quantity(&s["largest_step"], "s"))),
         ("element updates", updates(s)),
         ("greatest depth", deepest(s)),
-        ("depth at the end", quantity(&s["final_depth"], "m")),
+        ("depth at the end", depth(&s["final_depth"])),
         ("speed at the end", quantity(&s["final_velocity"], "m/s")),
         ("rebound velocity", rebound(s)),
         ("contact", quantity(&s["contact_duration"], "s")),
@@ -54,7 +54,15 @@ fn completed(s: &Value) -> &'static str {
 }
 
 fn deepest(s: &Value) -> String {
-    format!("{} at {}", quantity(&s["peak_depth"], "m"), quantity(&s["time_of_peak_depth"], "s"))
+    format!("{} at {}", depth(&s["peak_depth"]), quantity(&s["time_of_peak_depth"], "s"))
+}
+
+/// How deep something is, or how high where it is not.
+fn depth(value: &Value) -> String {
+    match value.as_f64() {
+        Some(depth) if depth < 0.0 => format!("none, {} above the entry surface", quantity(&Value::from(-depth), "m")),
+        _ => quantity(value, "m"),
+    }
 }
 
 fn updates(s: &Value) -> String {
@@ -162,6 +170,7 @@ mod tests {
         assert!(text.contains("in contact") && text.contains("stopped early"), "{text}");
         let text = ended(json!(null), json!(null), -0.01);
         assert!(text.contains("none: it has not met the gel"), "{text}");
+        assert!(text.contains("none, 10.000 mm above the entry surface"), "{text}");
         let text = ended(json!(1e-3), json!(1.5), 0.08);
         assert!(text.contains("1.500 m/s, still in the gel"), "{text}");
         let text = ended(json!(1e-3), json!(1.5), -0.01);

@@ -116,13 +116,18 @@ fn thickness(scene: &Scene) -> String {
     }
 }
 
+/// How deep something is, m, or how high where it is not.
+fn deep(depth: f64) -> String {
+    if depth < 0.0 { format!("none, {} above the entry surface", quantity(-depth, "m")) } else { quantity(depth, "m") }
+}
+
 /// The figures that are looked for first.
 pub(super) fn key_figures(scene: &Scene, summary: &Summary) -> String {
     let known = |value: Option<f64>, unit: &str| value.map_or("none yet".to_string(), |value| quantity(value, unit));
     let way = [
-        ("greatest depth", quantity(summary.peak_depth, "m")),
+        ("greatest depth", deep(summary.peak_depth)),
         ("reached after", quantity(summary.time_of_peak_depth, "s")),
-        ("depth at the end", quantity(summary.final_depth, "m")),
+        ("depth at the end", deep(summary.final_depth)),
         ("rebound speed", known(summary.rebound_velocity, "m/s")),
     ];
     let rest = [
