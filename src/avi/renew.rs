@@ -9,7 +9,7 @@ use crate::algebra::Vector;
 use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Memory, Potential};
 use crate::ledger::Ledger;
-use crate::mesh::NodeId;
+use crate::mesh::{ElementId, NodeId};
 use crate::state::{Birth, Record, Tick};
 use std::sync::Arc;
 
@@ -108,30 +108,44 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let age = (tick - self.origin) / self.steps.0;
         let is_due = || self.next_exchange().is_some_and(|due| due <= tick);
         let is_whole = self.rules.schedule.fires(self.steps.1, tick);
-        age >= SHORTEST_LIFE && (is_whole && is_due() || self.is_worn(tick, age) || self.has_collapsed(tick))
+        age >= SHORTEST_LIFE && (is_whole && is_due() || self.is_worn(tick, age)) || self.has_collapsed()
     }
 
-    /// Whether a step of less than a tick ends the mesh, not the run: not if the mesh is so young that the next one would fare no
-    /// better, by the finest step that it began with.
-    pub(super) fn can_collapse(&self, tick: Tick) -> bool {
-        self.can_wear() && (tick - self.origin) as f64 >= SHORTEST_LIFE as f64 * self.first.0
+    /// A step of less than a tick that has ended a mesh so young, by the finest step that it began with, that the next one would fare no
+    /// better.
+    #[must_use]
+    pub fn early_collapse(&self) -> Option<&StepError> {
+        let is_young = ((self.last_tick() - self.origin) as f64) < SHORTEST_LIFE as f64 * self.first.0;
+        self.failure.as_ref().filter(|failure| is_young && matches!(failure, StepError::StepCollapsed { .. }))
     }
 
     /// Whether the stable step of a group is shorter than a tick, by the stiffness that its nodes had at their last ticks: before a tick,
     /// element by element; [`Self::find_collapse`] has it after the sweep, block by block. Their roundings may differ by where they tell
     /// a tick apart, and either then ends the mesh.
-    fn has_collapsed(&self, tick: Tick) -> bool {
+    fn has_collapsed(&self) -> bool {
         let known = (self.state.stiffness.as_slice(), &*self.order);
         let is_short = |node: &NodeId| self.grid.ticks(self.rules.cfl * nodal_limit(&self.gel, known, *node)) < 1.0;
         let mut elements = self.finest_groups().flat_map(|group| self.order.elements(self.order.slots(group)));
-        self.can_collapse(tick) && elements.any(|element| self.gel.potential.nodes(element).iter().any(is_short))
+        self.can_wear() && elements.any(|element| self.gel.potential.nodes(element).iter().any(is_short))
     }
 
     /// The first group whose stable step is shorter than a tick.
     fn find_collapse(&self, tick: Tick) -> Option<StepError> {
         let mut limits = self.finest_groups().map(|group| (group, self.group_limit(group)));
-        let collapsed = limits.find(|(_, limit)| *limit < 1.0).filter(|_| self.can_collapse(tick));
+        let collapsed = limits.find(|(_, limit)| *limit < 1.0).filter(|_| self.can_wear());
         collapsed.map(|(group, limit)| self.collapse(group, limit, tick))
+    }
+
+    /// The stiffest element around each node whose stable step is shorter than a tick.
+    pub fn stepless(&self) -> impl Iterator<Item = ElementId> + '_ {
+        let known = (self.state.stiffness.as_slice(), &*self.order);
+        let is_short =
+            move |node: &NodeId| self.grid.ticks(self.rules.cfl * nodal_limit(&self.gel, known, *node)) < 1.0;
+        let stiffness = |element: &ElementId| self.state.stiffness[self.order.slot(*element)];
+        let stiffest = move |node: NodeId| {
+            self.gel.star.of(node).iter().copied().max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)))
+        };
+        (0..self.gel.mass.len() as u32).map(NodeId).filter(is_short).filter_map(stiffest)
     }
 
     /// The groups whose step is a tick: no step is shorter, whatever is stable.

@@ -182,8 +182,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.reschedule();
         match collapsed {
             // As what is inverted.
-            Some(StepError::StepCollapsed { jacobian, .. }) if jacobian <= 0.0 && self.can_wear() => {}
-            Some(StepError::StepCollapsed { .. }) if self.can_collapse(tick) => {}
+            Some(StepError::StepCollapsed { .. }) if self.can_wear() => {}
             Some(error) => return Err(error),
             None => {}
         }

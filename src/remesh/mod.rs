@@ -75,7 +75,7 @@ pub use next::{Neighbours, neighbours_after};
 pub use overlapped::overlapped;
 pub use pairing::{Pairing, Same};
 pub use pieces::Source;
-pub use sheets::{Thin, sheets, thinned};
+pub use sheets::{Thin, sheets, thinned, with_what_hangs_on};
 pub use sizing::{Range, curved, graded};
 pub use transfer::{transfer, transfer_paired};
 

@@ -13,13 +13,12 @@ const LONGEST: f64 = 4.0;
 pub struct Thin {
     /// What is thinner, m.
     pub below: f64,
-    /// The part of the gel that goes at most: where more would, nothing does.
+    /// The part of the gel that goes at most: what hangs on a sheet and has more stays, and nothing goes where more would in all.
     pub most: f64,
 }
 
 /// Which elements break off: those across a sheet that is too thin, from one of these facets of the surface to a node on another side of
-/// it, and every part of the body but the largest that is left without them. None, if all would. `across` has the neighbours of each
-/// element.
+/// it, and [what hangs on them](with_what_hangs_on). None, if all would. `across` has the neighbours of each element.
 ///
 /// In the plane what is turned inside out is thinner than anything. There an element with two facets on the surface is no sheet but a corner, or a bend of a wall that is made of short edges. In
 /// space an element is across a sheet if all its nodes are on the surface and that faces away from itself at two of them.
@@ -35,10 +34,22 @@ pub fn sheets<const D: usize>(
     for (e, height) in all {
         gone[e] = height < thin.below && is_long::<D>(moved, e, height);
     }
-    if gone.iter().any(|gone| *gone) {
-        leave_largest(moved, across, &mut gone);
+    with_what_hangs_on(moved, across, gone, thin.most)
+}
+
+/// These elements, and every part of the body that is left without them and has at most this part of its area or volume, but for the
+/// largest: what is heavier is a body of its own. None, if all would go, or more than that part. `across` has the neighbours of each element.
+#[must_use]
+pub fn with_what_hangs_on<const D: usize>(
+    moved: &Moved<'_, D>,
+    across: &[[Option<ElementId>; 4]],
+    mut gone: Vec<bool>,
+    most: f64,
+) -> Vec<bool> {
+    if gone.contains(&true) {
+        drop_light(moved, across, &mut gone, most);
     }
-    if is_more(moved, &gone, thin.most) {
+    if is_more(moved, &gone, most) {
         gone.fill(false);
     }
     gone
@@ -135,31 +146,43 @@ fn is_more<const D: usize>(moved: &Moved<'_, D>, gone: &[bool], part: f64) -> bo
     lost > part * whole
 }
 
-/// All but the largest part of what is left goes, too; if nothing is left, nothing goes.
-fn leave_largest<const D: usize>(moved: &Moved<'_, D>, across: &[[Option<ElementId>; 4]], gone: &mut [bool]) {
-    let mut part = vec![usize::MAX; gone.len()];
-    let mut sizes: Vec<f64> = vec![];
+/// Parts of what is left that have at most this part of it go, too, but for the largest; if nothing is left, nothing goes.
+fn drop_light<const D: usize>(moved: &Moved<'_, D>, across: &[[Option<ElementId>; 4]], gone: &mut [bool], most: f64) {
+    let (part, sizes) = parts(moved, across, gone);
+    let Some(largest) = (0..sizes.len()).max_by(|a, b| sizes[*a].total_cmp(&sizes[*b])) else {
+        return gone.fill(false);
+    };
+    let light = most * sizes.iter().map(|size| size.abs()).sum::<f64>();
+    for (gone, part) in gone.iter_mut().zip(part) {
+        *gone = part.is_none_or(|part| part != largest && sizes[part] <= light);
+    }
+}
+
+/// Which part of what is left each element is in, if it is left, and the area or volume of each part.
+fn parts<const D: usize>(
+    moved: &Moved<'_, D>,
+    across: &[[Option<ElementId>; 4]],
+    gone: &[bool],
+) -> (Vec<Option<usize>>, Vec<f64>) {
+    let (mut part, mut sizes) = (vec![None; gone.len()], vec![]);
     for start in 0..gone.len() {
-        if gone[start] || part[start] != usize::MAX {
+        if gone[start] || part[start].is_some() {
             continue;
         }
         let (mut waiting, mut size) = (vec![start], 0.0);
-        part[start] = sizes.len();
+        part[start] = Some(sizes.len());
         while let Some(e) = waiting.pop() {
             size += signed_volume(moved.position, &moved.mesh.elements[e]);
             for other in across[e].iter().flatten().map(|other| other.index()) {
-                if !gone[other] && part[other] == usize::MAX {
-                    part[other] = sizes.len();
+                if !gone[other] && part[other].is_none() {
+                    part[other] = Some(sizes.len());
                     waiting.push(other);
                 }
             }
         }
         sizes.push(size);
     }
-    let largest = (0..sizes.len()).max_by(|a, b| sizes[*a].total_cmp(&sizes[*b]));
-    for (e, gone) in gone.iter_mut().enumerate() {
-        *gone = largest.is_some_and(|largest| part[e] != largest);
-    }
+    (part, sizes)
 }
 
 #[cfg(test)]
@@ -192,6 +215,22 @@ mod tests {
         assert!((0..gone.len()).all(|e| !gone[e] || reaches(e, 0.5)), "the block stays");
         assert!((0..gone.len()).all(|e| gone[e] || !reaches(e, 0.75)), "the upper half of the fin goes");
         assert!(!sheets(&moved, surface, any(0.01)).contains(&true), "a fin that is thick enough stays");
+    }
+
+    #[test]
+    fn what_hangs_on_what_is_gone_goes_with_it_unless_that_is_too_much() {
+        let mesh = finned(0.02);
+        let moved = Moved { mesh: &mesh, position: &mesh.rest };
+        let across = neighbours::<3>(&mesh.elements);
+        let highest = |e: &crate::mesh::Simplex| e.iter().map(|n| mesh.rest[n.index()].z).fold(0.0, f64::max);
+        let fin: Vec<bool> = mesh.elements.iter().map(|e| highest(e) > 0.5).collect();
+        let root: Vec<bool> = mesh.elements.iter().map(|e| (0.5..=0.75).contains(&(highest(e) - 1e-9))).collect();
+        assert!(root.contains(&true) && root != fin);
+        let gone = |of: &[bool], most: f64| with_what_hangs_on(&moved, &across, of.to_vec(), most);
+        assert_eq!(gone(&root, 0.05), fin);
+        assert_eq!(gone(&root, 0.0193), root, "2 % of the body stay, by themselves");
+        assert!(!gone(&root, 0.019).contains(&true), "nor does as much go at once");
+        assert!(!gone(&vec![false; fin.len()], 1.0).contains(&true));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //!
 //! This is the only place that erases the dimension. Nothing here reads a file or the environment, and the clock only to tell how long an exchange of the mesh took.
 
+mod broken;
 mod build;
 mod candidate;
 mod history;

@@ -52,8 +52,11 @@ impl Renew for Gelatin<3> {
 /// Gel thinner than this part of the least size breaks off where no mesh is taken with it, whatever the scene says: a wall pinched to
 /// nothing by the wall across, which no mesh makes thicker. One of 1e-10 m stopped a random scene (190).
 const PINCHED: f64 = 0.01;
-/// The part of the gel that may go with it: a body is not cut in two unasked.
+/// The part of the gel that may go with it, and of what hangs on it: what is heavier stays.
 const MOST_PINCHED: f64 = 0.01;
+
+/// How often gel breaks off at one time, so that a mesh is taken: each time what the next one was refused for.
+const MOST_BREAKS: usize = 32;
 
 /// Neighbours and shapes of the elements of a worn mesh.
 type Worn = (Neighbours, Vec<f64>);
@@ -65,6 +68,12 @@ impl<const D: usize> Gelatin<D> {
         if self.engine.state().birth.is_none() {
             self.first = Some(self.present());
         }
+        // A mesh that has no step as soon as it is made: nor has the next one with what is in it.
+        if let Some(failure) = self.engine.early_collapse().cloned()
+            && !self.break_off(&[])
+        {
+            return Err(failure);
+        }
         // What cannot be stepped without its sheets goes on with them.
         if let Some(below) = sizes.rules.thinnest {
             self.shed(Thin { below, most: 1.0 });
@@ -73,6 +82,12 @@ impl<const D: usize> Gelatin<D> {
         let pinched = Thin { below: PINCHED * sizes.least, most: MOST_PINCHED };
         if taken.is_err() && self.shed(pinched) {
             taken = self.exchange(mesher, (&sizes, begun));
+        }
+        for _ in 0..MOST_BREAKS {
+            match &taken {
+                Err((refused, _)) if self.break_off(refused) => taken = self.exchange(mesher, (&sizes, begun)),
+                _ => break,
+            }
         }
         let Err((refused, worn)) = taken else { return Ok(()) };
         let time = self.engine.now();

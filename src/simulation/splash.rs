@@ -21,30 +21,35 @@ struct Left<const D: usize> {
 }
 
 impl<const D: usize> Gelatin<D> {
-    /// Lets go of gel so thin: its mass, momentum and energy go to their accounts, and what is left goes on as
-    /// after an exchange that has made nothing new. Whether something went: nothing does if a node would be left without mass, or what is
-    /// left could not be stepped.
+    /// Lets go of gel so thin; whether something went.
     pub fn shed(&mut self, thin: Thin) -> bool {
         let old = self.present();
-        let state = self.engine.state();
-        let moved = Moved { mesh: &old.mesh, position: &state.position };
+        let moved = Moved { mesh: &old.mesh, position: &self.engine.state().position };
         let across = self.across.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
         let gone = remesh::sheets(&moved, (&self.engine.gel().surface.facets, across), thin);
+        self.let_go(&old, &gone)
+    }
+
+    /// Lets go of these elements: their mass, momentum and energy go to their accounts, and what is left goes on as
+    /// after an exchange that has made nothing new. Whether something went: nothing does if a node would be left without mass, or what is
+    /// left could not be stepped.
+    pub fn let_go(&mut self, old: &Birth<D>, gone: &[bool]) -> bool {
         if !gone.contains(&true) {
             return false;
         }
-        let left = Left::of(&old, self.engine.last_tick(), (&state.position, &state.velocity), &gone);
+        let state = self.engine.state();
+        let left = Left::of(old, self.engine.last_tick(), (&state.position, &state.velocity), gone);
         if left.birth.mass.iter().any(|mass| *mass <= 0.0) {
             return false;
         }
-        let carried = self.energy_of(&old, &gone);
+        let carried = self.energy_of(old, gone);
         let before = (state.ledger.momentum.remesh, state.ledger.angular_momentum.remesh);
         let Left { mut birth, across, same, velocity, gone } = left;
         let kept: Vec<ElementId> = same.iter().flatten().map(|same| same.element).collect();
         let patches = self.engine.gel().potential.patches().left(&kept);
         let shapes = self.recipe.shapes(&birth.mesh.elements, &birth.position);
         let known = Known { patches, shapes, across };
-        let past = Past::new((&self.engine.gel().potential, &old, &state.memory), &state.position);
+        let past = Past::new((&self.engine.gel().potential, old, &state.memory), &state.position);
         let Birth { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
         let made = Made { position, rest, elements, same: &same, sources: &[], is_kept: false };
         let Some((references, memory)) = inherited(&past, &state.position, (&made, &known.patches)) else {

@@ -1,0 +1,67 @@
+//! What no mesh can follow: it breaks off before the run ends by it.
+
+use super::candidate::Refused;
+use super::model::Gelatin;
+use crate::algebra::Vector;
+use crate::mesh::{NodeId, Simplex, neighbours, signed_volume};
+use crate::remesh::{self, Moved, RemeshError};
+
+/// The part of the gel that may go at once.
+const MOST: f64 = 0.01;
+
+impl<const D: usize> Gelatin<D> {
+    /// Lets go of the elements that are turned inside out, of the stiffest around each node that has no stable step, and of those at whose
+    /// sides meshes were refused because the boundary crosses or touches itself there, with what hangs on them. Whether something went.
+    pub fn break_off(&mut self, refused: &[Refused]) -> bool {
+        let old = self.present();
+        let position = &self.engine.state().position;
+        let moved = Moved { mesh: &old.mesh, position };
+        let across = self.across.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
+        let mut gone: Vec<bool> = old.mesh.elements.iter().map(|nodes| signed_volume(position, nodes) <= 0.0).collect();
+        self.engine.stepless().for_each(|element| gone[element.index()] = true);
+        for edge in refused.iter().flat_map(|why| edges(why, position)) {
+            let elements = old.mesh.elements.iter().enumerate();
+            elements.filter(|(_, nodes)| has::<D>(nodes, &edge)).for_each(|(e, _)| gone[e] = true);
+        }
+        let gone = remesh::with_what_hangs_on(&moved, across, gone, MOST);
+        self.let_go(&old, &gone)
+    }
+}
+
+/// The nodes at the ends of each edge for which there is no mesh, as far as they are old ones.
+fn edges<const D: usize>(why: &Refused, position: &[Vector<D>]) -> Vec<Vec<NodeId>> {
+    let at = |place: &[f64; 2]| {
+        let there = position.iter().position(|x| x[0] == place[0] && x[1] == place[1]);
+        there.map(|node| NodeId(node as u32))
+    };
+    let old = |edge: &[NodeId; 2]| edge.iter().copied().filter(|node| node.index() < position.len()).collect();
+    match why {
+        Refused::Made(RemeshError::Crossing { edges }) => edges.iter().map(old).collect(),
+        Refused::Made(RemeshError::Blocked { edge }) => vec![edge.iter().filter_map(at).collect()],
+        Refused::Made(RemeshError::Coincident { place }) => vec![at(place).into_iter().collect()],
+        _ => vec![],
+    }
+}
+
+/// Whether an element has all of these nodes, if there are any.
+fn has<const D: usize>(element: &Simplex, nodes: &[NodeId]) -> bool {
+    !nodes.is_empty() && nodes.iter().all(|node| element[..=D].contains(node))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elements_break_off_at_old_ends_of_edges_that_no_mesh_has() {
+        let position = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Vector::<2>::from);
+        let of = |why: RemeshError| edges(&Refused::Made(why), &position);
+        let [a, b, c, new] = [0, 1, 2, 7].map(NodeId);
+        assert_eq!(of(RemeshError::Crossing { edges: [[a, c], [b, new]] }), [vec![a, c], vec![b]]);
+        assert_eq!(of(RemeshError::Blocked { edge: [[1.0, 0.0], [0.5, 0.5]] }), [vec![b]]);
+        assert_eq!(of(RemeshError::Coincident { place: [0.2, 0.3] }), [vec![]; 1]);
+        assert!(edges(&Refused::Massless { nodes: 1 }, &position).is_empty());
+        let element = [a, b, c, NodeId(0)];
+        assert!(has::<2>(&element, &[a, c]) && !has::<2>(&element, &[a, new]) && !has::<2>(&element, &[]));
+    }
+}
