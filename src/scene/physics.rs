@@ -239,7 +239,7 @@ fn pressure(scene: &Scene) -> [Option<&'static str>; 4] {
         (!shocks).then_some("speed of shocks: that of sound, the equation of state has no slope"),
         (!voids).then_some("voids: none, the gel bears any tension"),
         gel.viscosity.is_none().then_some("bulk viscosity: none, shocks ring from element to element"),
-        splash.then_some("splash: thin sheets stay with the gel, unless they are pinched to nothing"),
+        splash.then_some("splash: thin sheets stay with the gel, unless no mesh can follow them"),
     ]
 }
 

@@ -33,7 +33,7 @@ pub struct Remesh {
     /// Edges may grow by so much per length of distance.
     pub growth: f64,
     /// Sheets of gel thinner than this break off when the mesh is exchanged, and fly on as drops that nothing meets again, m; if absent,
-    /// only what is thinner than a hundredth of the least edge, and only where no mesh is taken with it.
+    /// only what is thinner than a hundredth of the least edge or no mesh can follow, and only where no mesh is taken with it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thinnest: Option<f64>,
 }
