@@ -11,6 +11,9 @@ const SIZES: [f64; 3] = [6.25e-3, 5e-3, 4e-3];
 const QUARTERS: [f64; 4] = [6.25e-3, 5e-3, 4e-3, 3.2e-3];
 /// The same about an axis, in a cylinder: R/2, R/4 and R/8.
 const ABOUT_AN_AXIS: [f64; 3] = [5e-3, 2.5e-3, 1.25e-3];
+/// Speeds about an axis on the finer two of these, m/s.
+const SPEEDS: [f64; 16] =
+    [17.0, 18.0, 18.5, 19.0, 19.5, 19.8, 19.9, 20.0, 20.1, 20.2, 20.5, 21.0, 21.5, 22.0, 23.0, 24.0];
 /// Times at which the runs are compared, ms.
 const TIMES: [f64; 6] = [1.0, 1.5, 2.0, 3.0, 4.0, 6.0];
 
@@ -28,14 +31,58 @@ pub fn study() {
     for size in QUARTERS {
         row((size, ", a quarter"), &[("gel.symmetry", "quarter".to_owned())]);
     }
-    let round = [
+    for size in ABOUT_AN_AXIS {
+        row((size, ", about an axis"), &round());
+    }
+}
+
+/// What puts the ball on the axis of a cylinder.
+fn round() -> [(&'static str, String); 3] {
+    [
         ("scene.dimension", "axisymmetric".to_owned()),
         ("gel.shape", "{ cylinder = { radius = 0.07, height = 0.12 } }".to_owned()),
         ("mesh.tree", "{ coarsest = 4, core = 0.025, slope = 0.2 }".to_owned()),
-    ];
-    for size in ABOUT_AN_AXIS {
-        row((size, ", about an axis"), &round);
+    ]
+}
+
+/// About an axis, by speed: whether the run reaches its end, and what it took.
+pub fn speeds() {
+    println!(
+        "| m/s | cells, mm | depth, mm | at, ms | end | meshes | least J | broken off, % of the mass | splash, % of E₀ | remesh, % | integration, % | CPU s |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
+    for speed in SPEEDS {
+        ABOUT_AN_AXIS[1..].iter().for_each(|size| speed_row(speed, *size));
     }
+}
+
+fn speed_row(speed: f64, size: f64) {
+    let keys = [
+        ("mesh.size", size.to_string()),
+        ("remesh.smallest", (0.8 * size).to_string()),
+        ("projectile.velocity", format!("[0.0, 0.0, {}]", -speed)),
+    ];
+    let scene = scene("sphere-deep", &[&round()[..], &keys].concat());
+    let begun = seconds();
+    let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
+    let mass = simulation.frame().mass;
+    let end = simulation.step(&simulation.inputs(), scene.scene.end_time);
+    let end = end.map_or_else(|failure| format!("stops at {:.2} ms", 1e3 * failure.time()), |()| "–".to_owned());
+    let (seen, cpu) = (simulation.observe(), seconds() - begun);
+    let (depth, at) = seen.projectile().contact.peak_depth;
+    let part = |energy: f64| 100.0 * energy / seen.energy.initial;
+    println!(
+        "| {speed} | {} | {:.1} | {:.2} | {end} | {} | {:.3} | {:.2} | {:+.1} | {:+.1} | {:+.1} | {cpu:.0} |",
+        1e3 * size,
+        1e3 * depth,
+        1e3 * at,
+        seen.cost.remeshes,
+        seen.cost.min_jacobian,
+        100.0 * seen.cost.splashed / mass,
+        part(seen.energy.splash),
+        part(seen.energy.remesh),
+        part(seen.energy.integration),
+    );
 }
 
 /// One run with cells of this size and these keys.
