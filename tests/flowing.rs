@@ -135,6 +135,19 @@ fn a_shot_that_no_mesh_can_follow_says_why_none_was_taken() {
     assert!(why.starts_with(". No other mesh was taken at ") && !reasons.is_empty() && named, "{why}");
 }
 
+/// These runs stopped, at the first mesh that was refused.
+#[test]
+fn what_no_mesh_can_follow_breaks_off_a_gel_that_flows_and_the_books_close() {
+    let scene = shot(&["projectile.velocity=[0.0,0.0,-2000.0]"]);
+    let mass = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap().frame().mass;
+    let done = run(&scene, 3, 2);
+    let seen = done.observe();
+    assert!(seen.energy.energy_error < 1e-10 && seen.momentum_error < 1e-11, "{:?}", seen.energy);
+    let kept = (done.frame().mass + seen.cost.splashed) / mass;
+    assert!((kept - 1.0).abs() < 1e-12, "mass {:e}", kept - 1.0);
+    assert_eq!(run(&scene, 1, 1).digest(), done.digest());
+}
+
 #[test]
 fn a_gel_that_flows_in_space_keeps_its_books_over_exchanges_and_its_bits_on_more_threads() {
     let changes: Vec<Override> = IN_SPACE.iter().map(|change| change.parse().unwrap()).collect();

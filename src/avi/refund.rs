@@ -70,8 +70,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 /// ε of ε w + ½ε² s = E, or as much of it as may be.
 fn part_for(energy: f64, (work, square): (f64, f64)) -> f64 {
     let root = work * work + 2.0 * square * energy;
-    // Where not even nothing is left of the motion, as much is taken as may be.
-    let part = 2.0 * energy / (work + root.max(0.0).sqrt());
+    // Where these impulses cannot take as much, they take what they can.
+    let part = if root < 0.0 { -work / square } else { 2.0 * energy / (work + root.sqrt()) };
     if part.is_finite() { part.clamp(-MOST, MOST) } else { 0.0 }
 }
 
@@ -86,6 +86,8 @@ mod tests {
             assert!((part * work + 0.5 * part * part * square - energy).abs() < 1e-15);
         }
         assert_eq!([5.0, -5.0].map(|energy| part_for(energy, (1.0, 1.0))), [MOST, -MOST]);
+        // 1/40 is all that there is to take.
+        assert_eq!([-5.0].map(|energy| part_for(energy, (1.0, 20.0))), [-0.05]);
         assert_eq!([0.0, 1.0].map(|energy| part_for(energy, (0.0, 0.0))), [0.0, 0.0]);
     }
 }

@@ -31,7 +31,7 @@ pub enum Reached {
     Worn,
 }
 
-/// A mesh lasts at least so many of its finest steps (A12).
+/// A mesh lasts at least so many of its finest steps unless a step collapses (A12).
 const SHORTEST_LIFE: Tick = 4;
 
 /// What goes on from one mesh to the next.

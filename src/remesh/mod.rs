@@ -17,6 +17,7 @@ mod cloud;
 mod defects;
 mod delaunay;
 mod error;
+mod hanging;
 mod immersed;
 mod judge;
 mod knots;
@@ -65,6 +66,7 @@ pub use bend::{bends, bends_within};
 pub use carried::{Carried, Symmetry, Transferred, corner_masses, levelled, lightest, nodal_masses};
 pub use defects::{Books, Defects};
 pub use error::RemeshError;
+pub use hanging::with_what_hangs_on;
 pub use immersed::{
     Background, Cell, Immersed, Steps, cells, cut_out, distances, immerse, rounding, snapped, triangulated,
 };
@@ -75,7 +77,7 @@ pub use next::{Neighbours, neighbours_after};
 pub use overlapped::overlapped;
 pub use pairing::{Pairing, Same};
 pub use pieces::Source;
-pub use sheets::{Thin, sheets, thinned, with_what_hangs_on};
+pub use sheets::{sheets, thinned};
 pub use sizing::{Range, curved, graded};
 pub use transfer::{transfer, transfer_paired};
 

@@ -1,4 +1,4 @@
-//! Gel so thin that it breaks off: the sheets of a splash and what hangs on them.
+//! Gel so thin that it breaks off: the sheets of a splash.
 
 use super::Moved;
 use super::cell::edges;
@@ -8,17 +8,8 @@ use crate::mesh::{ElementId, Facet, facet_measure, signed_volume};
 /// Edges of a sheet, in thicknesses, at most.
 const LONGEST: f64 = 4.0;
 
-/// What of a gel is so thin that it breaks off.
-#[derive(Debug, Clone, Copy)]
-pub struct Thin {
-    /// What is thinner, m.
-    pub below: f64,
-    /// The part of the gel that goes at most: what hangs on a sheet and has more stays, and nothing goes where more would in all.
-    pub most: f64,
-}
-
-/// Which elements break off: those across a sheet that is too thin, from one of these facets of the surface to a node on another side of
-/// it, and [what hangs on them](with_what_hangs_on). None, if all would. `across` has the neighbours of each element.
+/// Which elements are across a sheet thinner than this, m: from one of these facets of the surface to a node on another side of it.
+/// `across` has the neighbours of each element.
 ///
 /// In the plane what is turned inside out is thinner than anything. There an element with two facets on the surface is no sheet but a corner, or a bend of a wall that is made of short edges. In
 /// space an element is across a sheet if all its nodes are on the surface and that faces away from itself at two of them.
@@ -26,33 +17,15 @@ pub struct Thin {
 pub fn sheets<const D: usize>(
     moved: &Moved<'_, D>,
     (facets, across): (&[Facet], &[[Option<ElementId>; 4]]),
-    thin: Thin,
+    below: f64,
 ) -> Vec<bool> {
-    let mut gone = vec![false; across.len()];
+    let mut thin = vec![false; across.len()];
     let all: Vec<(usize, f64)> =
         if D == 2 { heights(moved, facets, across).collect() } else { widths(moved, facets).collect() };
     for (e, height) in all {
-        gone[e] = height < thin.below && is_long::<D>(moved, e, height);
+        thin[e] = height < below && is_long::<D>(moved, e, height);
     }
-    with_what_hangs_on(moved, across, gone, thin.most)
-}
-
-/// These elements, and every part of the body that is left without them and has at most this part of its area or volume, but for the
-/// largest: what is heavier is a body of its own. None, if all would go, or more than that part. `across` has the neighbours of each element.
-#[must_use]
-pub fn with_what_hangs_on<const D: usize>(
-    moved: &Moved<'_, D>,
-    across: &[[Option<ElementId>; 4]],
-    mut gone: Vec<bool>,
-    most: f64,
-) -> Vec<bool> {
-    if gone.contains(&true) {
-        drop_light(moved, across, &mut gone, most);
-    }
-    if is_more(moved, &gone, most) {
-        gone.fill(false);
-    }
-    gone
+    thin
 }
 
 /// The target sizes with those of sheets no longer than so many of their thicknesses: the chords of longer edges would run through
@@ -135,65 +108,11 @@ fn is_long<const D: usize>(moved: &Moved<'_, D>, element: usize, height: f64) ->
     edges::<D>().iter().map(length).fold(0.0, f64::max) > LONGEST * height
 }
 
-/// Whether these elements have more than a part of the area or volume.
-fn is_more<const D: usize>(moved: &Moved<'_, D>, gone: &[bool], part: f64) -> bool {
-    let (mut lost, mut whole) = (0.0, 0.0);
-    for (nodes, gone) in moved.mesh.elements.iter().zip(gone) {
-        let measure = signed_volume(moved.position, nodes).abs();
-        whole += measure;
-        lost += if *gone { measure } else { 0.0 };
-    }
-    lost > part * whole
-}
-
-/// Parts of what is left that have at most this part of it go, too, but for the largest; if nothing is left, nothing goes.
-fn drop_light<const D: usize>(moved: &Moved<'_, D>, across: &[[Option<ElementId>; 4]], gone: &mut [bool], most: f64) {
-    let (part, sizes) = parts(moved, across, gone);
-    let Some(largest) = (0..sizes.len()).max_by(|a, b| sizes[*a].total_cmp(&sizes[*b])) else {
-        return gone.fill(false);
-    };
-    let light = most * sizes.iter().map(|size| size.abs()).sum::<f64>();
-    for (gone, part) in gone.iter_mut().zip(part) {
-        *gone = part.is_none_or(|part| part != largest && sizes[part] <= light);
-    }
-}
-
-/// Which part of what is left each element is in, if it is left, and the area or volume of each part.
-fn parts<const D: usize>(
-    moved: &Moved<'_, D>,
-    across: &[[Option<ElementId>; 4]],
-    gone: &[bool],
-) -> (Vec<Option<usize>>, Vec<f64>) {
-    let (mut part, mut sizes) = (vec![None; gone.len()], vec![]);
-    for start in 0..gone.len() {
-        if gone[start] || part[start].is_some() {
-            continue;
-        }
-        let (mut waiting, mut size) = (vec![start], 0.0);
-        part[start] = Some(sizes.len());
-        while let Some(e) = waiting.pop() {
-            size += signed_volume(moved.position, &moved.mesh.elements[e]);
-            for other in across[e].iter().flatten().map(|other| other.index()) {
-                if !gone[other] && part[other].is_none() {
-                    part[other] = Some(sizes.len());
-                    waiting.push(other);
-                }
-            }
-        }
-        sizes.push(size);
-    }
-    (part, sizes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::algebra::Vector;
     use crate::mesh::{Block, Mesh, Split, block, boundary, neighbours};
-
-    fn any(below: f64) -> Thin {
-        Thin { below, most: 1.0 }
-    }
 
     /// A block with a fin of this thickness on it, along its side.
     fn finned(thickness: f64) -> Mesh<3> {
@@ -210,27 +129,11 @@ mod tests {
         let mesh = finned(0.02);
         let moved = Moved { mesh: &mesh, position: &mesh.rest };
         let surface = (&mesh.facets[..], &neighbours::<3>(&mesh.elements)[..]);
-        let gone = sheets(&moved, surface, any(0.05));
+        let gone = sheets(&moved, surface, 0.05);
         let reaches = |e: usize, z: f64| mesh.elements[e].iter().any(|n| mesh.rest[n.index()].z > z);
         assert!((0..gone.len()).all(|e| !gone[e] || reaches(e, 0.5)), "the block stays");
         assert!((0..gone.len()).all(|e| gone[e] || !reaches(e, 0.75)), "the upper half of the fin goes");
-        assert!(!sheets(&moved, surface, any(0.01)).contains(&true), "a fin that is thick enough stays");
-    }
-
-    #[test]
-    fn what_hangs_on_what_is_gone_goes_with_it_unless_that_is_too_much() {
-        let mesh = finned(0.02);
-        let moved = Moved { mesh: &mesh, position: &mesh.rest };
-        let across = neighbours::<3>(&mesh.elements);
-        let highest = |e: &crate::mesh::Simplex| e.iter().map(|n| mesh.rest[n.index()].z).fold(0.0, f64::max);
-        let fin: Vec<bool> = mesh.elements.iter().map(|e| highest(e) > 0.5).collect();
-        let root: Vec<bool> = mesh.elements.iter().map(|e| (0.5..=0.75).contains(&(highest(e) - 1e-9))).collect();
-        assert!(root.contains(&true) && root != fin);
-        let gone = |of: &[bool], most: f64| with_what_hangs_on(&moved, &across, of.to_vec(), most);
-        assert_eq!(gone(&root, 0.05), fin);
-        assert_eq!(gone(&root, 0.0193), root, "2 % of the body stay, by themselves");
-        assert!(!gone(&root, 0.019).contains(&true), "nor does as much go at once");
-        assert!(!gone(&vec![false; fin.len()], 1.0).contains(&true));
+        assert!(!sheets(&moved, surface, 0.01).contains(&true), "a fin that is thick enough stays");
     }
 
     #[test]
@@ -247,29 +150,10 @@ mod tests {
             let position: Vec<_> =
                 mesh.rest.iter().map(|x| if through(x) { Vector::<2>::new(to, 0.75) } else { *x }).collect();
             let surface = (&mesh.facets[..], &neighbours::<2>(&mesh.elements)[..]);
-            sheets(&Moved { mesh: &mesh, position: &position }, surface, any(1e-6))
+            sheets(&Moved { mesh: &mesh, position: &position }, surface, 1e-6)
         };
         assert!(!of(0.25).contains(&true) && !of(0.01).contains(&true));
         let gone = of(-0.01);
         assert!(gone.contains(&true) && (0..gone.len()).all(|e| !gone[e] || middle(&mesh.elements[e])[1] > 0.5));
-    }
-
-    #[test]
-    fn a_dumbbell_is_not_cut_in_two_where_little_may_go() {
-        let planes = [vec![0.0, 0.05, 0.5], vec![0.0, 0.5, 1.0, 1.5, 2.0, 2.5]];
-        let mesh = block::<2>(Block { planes, split: Split::Kuhn, faces: vec![] });
-        let rest = mesh.rest.clone();
-        let middle = |e: &crate::mesh::Simplex| e[..3].iter().map(|n| rest[n.index()]).sum::<Vector<2>>() / 3.0;
-        let is_there = |e: &&crate::mesh::Simplex| {
-            let at = middle(e);
-            at[0] < 0.05 || at[1] < 1.0 || at[1] > 1.5
-        };
-        let elements: Vec<_> = mesh.elements.iter().filter(is_there).copied().collect();
-        let mesh = Mesh { facets: boundary::<2>(&elements), elements, ..mesh };
-        let moved = Moved { mesh: &mesh, position: &mesh.rest };
-        let surface = (&mesh.facets[..], &neighbours::<2>(&mesh.elements)[..]);
-        let gone = |most: f64| sheets(&moved, surface, Thin { below: 0.06, most }).iter().filter(|gone| **gone).count();
-        assert_eq!(gone(0.01), 0);
-        assert!(gone(0.6) > 0);
     }
 }

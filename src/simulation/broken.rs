@@ -2,12 +2,11 @@
 
 use super::candidate::Refused;
 use super::model::Gelatin;
+use super::renew::MOST_BROKEN;
 use crate::algebra::Vector;
-use crate::mesh::{NodeId, Simplex, neighbours, signed_volume};
-use crate::remesh::{self, Moved, RemeshError};
-
-/// The part of the gel that may go at once.
-const MOST: f64 = 0.01;
+use crate::avi::StepError;
+use crate::mesh::{NodeId, Simplex, signed_volume};
+use crate::remesh::RemeshError;
 
 impl<const D: usize> Gelatin<D> {
     /// Lets go of the elements that are turned inside out, of the stiffest around each node that has no stable step, and of those at whose
@@ -15,16 +14,18 @@ impl<const D: usize> Gelatin<D> {
     pub fn break_off(&mut self, refused: &[Refused]) -> bool {
         let old = self.present();
         let position = &self.engine.state().position;
-        let moved = Moved { mesh: &old.mesh, position };
-        let across = self.across.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
-        let mut gone: Vec<bool> = old.mesh.elements.iter().map(|nodes| signed_volume(position, nodes) <= 0.0).collect();
+        let elements = &old.mesh.elements;
+        let mut gone: Vec<bool> = elements.iter().map(|nodes| signed_volume(position, nodes) <= 0.0).collect();
         self.engine.stepless().for_each(|element| gone[element.index()] = true);
-        for edge in refused.iter().flat_map(|why| edges(why, position)) {
-            let elements = old.mesh.elements.iter().enumerate();
-            elements.filter(|(_, nodes)| has::<D>(nodes, &edge)).for_each(|(e, _)| gone[e] = true);
+        // What has collapsed by the sums of its blocks may not have by its own.
+        if let Some(StepError::StepCollapsed { element, .. }) = self.engine.failure() {
+            gone[*element] = true;
         }
-        let gone = remesh::with_what_hangs_on(&moved, across, gone, MOST);
-        self.let_go(&old, &gone)
+        for edge in refused.iter().flat_map(|why| edges(why, position)) {
+            let beside = elements.iter().enumerate().filter(|(_, nodes)| has::<D>(nodes, &edge));
+            beside.for_each(|(e, _)| gone[e] = true);
+        }
+        self.let_go(&old, gone, MOST_BROKEN)
     }
 }
 
@@ -34,9 +35,8 @@ fn edges<const D: usize>(why: &Refused, position: &[Vector<D>]) -> Vec<Vec<NodeI
         let there = position.iter().position(|x| x[0] == place[0] && x[1] == place[1]);
         there.map(|node| NodeId(node as u32))
     };
-    let old = |edge: &[NodeId; 2]| edge.iter().copied().filter(|node| node.index() < position.len()).collect();
     match why {
-        Refused::Made(RemeshError::Crossing { edges }) => edges.iter().map(old).collect(),
+        Refused::Made(RemeshError::Crossing { edges }) => edges.map(Vec::from).into(),
         Refused::Made(RemeshError::Blocked { edge }) => vec![edge.iter().filter_map(at).collect()],
         Refused::Made(RemeshError::Coincident { place }) => vec![at(place).into_iter().collect()],
         _ => vec![],
@@ -56,12 +56,12 @@ mod tests {
     fn elements_break_off_at_old_ends_of_edges_that_no_mesh_has() {
         let position = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Vector::<2>::from);
         let of = |why: RemeshError| edges(&Refused::Made(why), &position);
-        let [a, b, c, new] = [0, 1, 2, 7].map(NodeId);
-        assert_eq!(of(RemeshError::Crossing { edges: [[a, c], [b, new]] }), [vec![a, c], vec![b]]);
+        let [a, b, c, d] = [0, 1, 2, 3].map(NodeId);
+        assert_eq!(of(RemeshError::Crossing { edges: [[a, c], [b, d]] }), [vec![a, c], vec![b, d]]);
         assert_eq!(of(RemeshError::Blocked { edge: [[1.0, 0.0], [0.5, 0.5]] }), [vec![b]]);
         assert_eq!(of(RemeshError::Coincident { place: [0.2, 0.3] }), [vec![]; 1]);
         assert!(edges(&Refused::Massless { nodes: 1 }, &position).is_empty());
         let element = [a, b, c, NodeId(0)];
-        assert!(has::<2>(&element, &[a, c]) && !has::<2>(&element, &[a, new]) && !has::<2>(&element, &[]));
+        assert!(has::<2>(&element, &[a, c]) && !has::<2>(&element, &[a, d]) && !has::<2>(&element, &[]));
     }
 }

@@ -12,7 +12,7 @@ use crate::algebra::Vector;
 use crate::avi::{NoStep, StepError};
 use crate::element::{Memory, Potential, Simplices};
 use crate::mesh::{ElementId, Mesh, Patches, neighbours};
-use crate::remesh::{self, Moved, Neighbours, Same, Thin};
+use crate::remesh::{self, Moved, Neighbours, Same};
 use crate::state::{Birth, State};
 use std::sync::Arc;
 use std::time::Instant;
@@ -52,8 +52,8 @@ impl Renew for Gelatin<3> {
 /// Gel thinner than this part of the least size breaks off where no mesh is taken with it, whatever the scene says: a wall pinched to
 /// nothing by the wall across, which no mesh makes thicker. One of 1e-10 m stopped a random scene (190).
 const PINCHED: f64 = 0.01;
-/// The part of the gel that may go with it, and of what hangs on it: what is heavier stays.
-const MOST_PINCHED: f64 = 0.01;
+/// The part of the gel that may go so at once, and of what hangs on it: what is heavier stays.
+pub(super) const MOST_BROKEN: f64 = 0.01;
 
 /// How often gel breaks off at one time, so that a mesh is taken: each time what the next one was refused for.
 const MOST_BREAKS: usize = 32;
@@ -76,11 +76,10 @@ impl<const D: usize> Gelatin<D> {
         }
         // What cannot be stepped without its sheets goes on with them.
         if let Some(below) = sizes.rules.thinnest {
-            self.shed(Thin { below, most: 1.0 });
+            self.shed(below, 1.0);
         }
         let mut taken = self.exchange(mesher, (&sizes, begun));
-        let pinched = Thin { below: PINCHED * sizes.least, most: MOST_PINCHED };
-        if taken.is_err() && self.shed(pinched) {
+        if taken.is_err() && self.shed(PINCHED * sizes.least, MOST_BROKEN) {
             taken = self.exchange(mesher, (&sizes, begun));
         }
         for _ in 0..MOST_BREAKS {

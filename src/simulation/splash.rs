@@ -6,7 +6,7 @@ use super::model::Gelatin;
 use crate::algebra::Vector;
 use crate::element::Potential;
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, neighbours, outer, sorted};
-use crate::remesh::{self, Moved, Neighbours, Same, Thin};
+use crate::remesh::{self, Moved, Neighbours, Same};
 use crate::state::Birth;
 
 /// What is left of a mesh.
@@ -21,19 +21,22 @@ struct Left<const D: usize> {
 }
 
 impl<const D: usize> Gelatin<D> {
-    /// Lets go of gel so thin; whether something went.
-    pub fn shed(&mut self, thin: Thin) -> bool {
+    /// Lets go of gel thinner than this, m, and of what hangs on it, each at most this part of the gel; whether something went.
+    pub fn shed(&mut self, below: f64, most: f64) -> bool {
         let old = self.present();
         let moved = Moved { mesh: &old.mesh, position: &self.engine.state().position };
         let across = self.across.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
-        let gone = remesh::sheets(&moved, (&self.engine.gel().surface.facets, across), thin);
-        self.let_go(&old, &gone)
+        let thin = remesh::sheets(&moved, (&self.engine.gel().surface.facets, across), below);
+        self.let_go(&old, thin, most)
     }
 
-    /// Lets go of these elements: their mass, momentum and energy go to their accounts, and what is left goes on as
-    /// after an exchange that has made nothing new. Whether something went: nothing does if a node would be left without mass, or what is
-    /// left could not be stepped.
-    pub fn let_go(&mut self, old: &Birth<D>, gone: &[bool]) -> bool {
+    /// Lets go of these elements, and [of what hangs on them](remesh::with_what_hangs_on): their mass, momentum and energy go to their
+    /// accounts, and what is left goes on as after an exchange that has made nothing new. Whether something went: nothing does if a node
+    /// would be left without mass, or what is left could not be stepped.
+    pub fn let_go(&mut self, old: &Birth<D>, gone: Vec<bool>, most: f64) -> bool {
+        let across = self.across.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
+        let mass: Vec<f64> = old.corner_mass.iter().map(|corners| corners[..=D].iter().sum()).collect();
+        let gone = &remesh::with_what_hangs_on(across, &mass, gone, most);
         if !gone.contains(&true) {
             return false;
         }
