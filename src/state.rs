@@ -85,14 +85,25 @@ pub struct Record {
     pub splashed: f64,
     /// Smallest J.
     pub min_jacobian: f64,
-    /// Whether a facet was so deep in a body at the last tick that the mesh is worn.
-    pub stretched: bool,
+    /// How far the surface was stretched over a body at the last tick.
+    pub stretch: Stretch,
     /// One global stable step: its length now, ticks; up to which tick it is counted; the updates so far.
     pub synchronous: (f64, Tick, f64),
     /// Σ |J| of the pressures on faces, N·s.
     pub pressed: f64,
     /// The contact of each body.
     pub contacts: Vec<ContactRecord>,
+}
+
+/// How deep facets are in bodies: between its nodes nothing else shows how far a surface is stretched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Stretch {
+    /// No deeper than a mesh bears.
+    Little,
+    /// So deep that the mesh is worn.
+    Worn,
+    /// Deeper than anything may be (A11): the mesh ends.
+    Leaking,
 }
 
 /// What has been seen of the contact of a body since the start.
@@ -126,7 +137,7 @@ impl Record {
             remeshes: 0,
             splashed: 0.0,
             min_jacobian: 1.0,
-            stretched: false,
+            stretch: Stretch::Little,
             synchronous: (f64::INFINITY, 0, 0.0),
             pressed: 0.0,
             contacts,
@@ -255,11 +266,11 @@ impl Clone for Record {
     }
 
     fn clone_from(&mut self, from: &Self) {
-        let Self { updates, remeshes, splashed, min_jacobian, stretched, synchronous, pressed, contacts } = from;
+        let Self { updates, remeshes, splashed, min_jacobian, stretch, synchronous, pressed, contacts } = from;
         self.contacts.clone_from(contacts);
         (self.updates, self.remeshes, self.splashed) = (*updates, *remeshes, *splashed);
         self.pressed = *pressed;
-        (self.min_jacobian, self.stretched, self.synchronous) = (*min_jacobian, *stretched, *synchronous);
+        (self.min_jacobian, self.stretch, self.synchronous) = (*min_jacobian, *stretch, *synchronous);
     }
 }
 

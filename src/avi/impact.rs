@@ -1,6 +1,5 @@
 //! The contact phase: which nodes touch, and the impulses of one tick (numerics 2.3, A7).
 
-use super::StepError;
 use super::engine::Engine;
 use super::facet::{Deep, deepest};
 use super::phase::Phase;
@@ -106,12 +105,6 @@ const FACE_DEPTH: f64 = 0.3;
 /// Twice [`SLOP`], so that nodes carry what is flat. Nodes may stand as deep: with 0.03 of them left those that came of split facets were pushed
 /// out, by 0.8 % of the energy of `fbi-bb-3d`, with 0.06 by 0.15 %.
 const DRAWN_DEPTH: f64 = 2.0 * SLOP;
-/// A leak is a facet that is somewhere, or where the body's axis pierces it, deeper in the body than this all the same, in
-/// the same measure (A11). A facet that is stopped at one point still turns about it: the sharp corner of a cube comes 0.6
-/// deep and is held, so half a size would be too little.
-const LEAK: f64 = 1.0;
-/// A mesh that can be exchanged is worn once a facet is so deep, in the same measure: it has been stretched over the body then.
-const STRETCHED: f64 = 0.5;
 /// Facets are looked at around nodes so near to a body, in element sizes: a surface that is stretched further has long been
 /// stopped.
 pub(super) const STRETCH: f64 = 8.0;
@@ -199,7 +192,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// A body where it is at this tick.
-    fn placed(&self, body: usize) -> (&Body, &BodyState) {
+    pub(super) fn placed(&self, body: usize) -> (&Body, &BodyState) {
         (&self.bodies[body], &self.scratch.was[body])
     }
 
@@ -466,33 +459,5 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let (number, sum, greatest) = record.window;
         let sum = if window == number { sum + impulse } else { impulse };
         record.window = (window, sum, greatest.max(sum.norm()));
-    }
-
-    /// No facet that reaches from a node to a body may be deep inside it (A11), in the least size of those nodes. Whether one is
-    /// so deep that the mesh is worn is kept for the next tick.
-    pub(super) fn check_leaks(&mut self, time: f64) -> Result<(), StepError> {
-        let facets = std::mem::take(&mut self.scratch.facets);
-        let deep = |(body, facet, (size, _)): &_| self.check_facet(*facet, *size, (*body as usize, time));
-        let stretched = facets.iter().try_fold(false, |stretched, facet| Ok(stretched | deep(facet)?));
-        self.scratch.facets = facets;
-        self.state.record.stretched = stretched?;
-        Ok(())
-    }
-
-    /// Whether a facet is deep enough in a body to wear the mesh out, if one can be.
-    fn check_facet(&self, facet: ElementId, size: f64, (body, time): (usize, f64)) -> Result<bool, StepError> {
-        let (fixed, at) = self.placed(body);
-        let unit = size.min(fixed.shape.inner_radius());
-        let looked_for = if self.can_wear() { STRETCHED } else { LEAK };
-        let deep = deepest::<D>(&self.corners(facet), looked_for * unit, |p| fixed.gap(at, p)).map(|deep| deep.point);
-        let pierced = self.piercing(facet, (fixed, at)).map(|piercing| piercing.point);
-        for point in deep.into_iter().chain(pierced) {
-            let depth = -fixed.gap(at, &point).distance;
-            if depth > LEAK * unit {
-                let element = self.gel.behind[facet.index()].index();
-                return Err(StepError::Leak { body, element, time, depth, at: point.into() });
-            }
-        }
-        Ok(deep.is_some() && looked_for < LEAK)
     }
 }

@@ -9,6 +9,7 @@ mod gel;
 mod grid;
 mod impact;
 mod kick;
+mod leak;
 mod load;
 mod mirror;
 mod near;

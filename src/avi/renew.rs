@@ -10,7 +10,7 @@ use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Memory, Potential};
 use crate::ledger::Ledger;
 use crate::mesh::{ElementId, NodeId};
-use crate::state::{Birth, Record, Tick};
+use crate::state::{Birth, Record, Stretch, Tick};
 use std::sync::Arc;
 
 /// What ends a mesh.
@@ -108,15 +108,24 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let age = (tick - self.origin) / self.steps.0;
         let is_due = || self.next_exchange().is_some_and(|due| due <= tick);
         let is_whole = self.rules.schedule.fires(self.steps.1, tick);
-        age >= SHORTEST_LIFE && (is_whole && is_due() || self.is_worn(tick, age)) || self.has_collapsed()
+        age >= SHORTEST_LIFE && (is_whole && is_due() || self.is_worn(tick, age))
+            || self.has_collapsed()
+            || self.leaks()
     }
 
-    /// A step of less than a tick that has ended a mesh so young, by the finest step that it began with, that the next one would fare no
-    /// better.
+    /// A step of less than a tick, or a leak, that has ended a mesh so young, by the finest step that it began with, that the next one
+    /// would fare no better.
     #[must_use]
-    pub fn early_collapse(&self) -> Option<&StepError> {
+    pub fn early_failure(&self) -> Option<&StepError> {
         let is_young = ((self.last_tick() - self.origin) as f64) < SHORTEST_LIFE as f64 * self.first.0;
-        self.failure.as_ref().filter(|failure| is_young && matches!(failure, StepError::StepCollapsed { .. }))
+        let ends_at_once =
+            |failure: &&StepError| matches!(failure, StepError::StepCollapsed { .. } | StepError::Leak { .. });
+        self.failure.as_ref().filter(|failure| is_young && ends_at_once(failure))
+    }
+
+    /// Whether the surface leaked at the last tick.
+    fn leaks(&self) -> bool {
+        self.can_wear() && self.state.record.stretch == Stretch::Leaking
     }
 
     /// Whether the stable step of a group is shorter than a tick, by the stiffness that its nodes had at their last ticks: before a tick,
@@ -179,6 +188,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.book(tick, work);
         self.book_contact();
         self.receive(time, (t, exchanges));
+        self.failure = self.failure.take().or_else(|| self.find_leak(time).1);
         let length = self.state.record.synchronous.0;
         self.state.record.synchronous = (length, tick, self.synchronous_until(tick as f64));
         self.state.now = Some(tick);
@@ -227,7 +237,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Counts an exchange of the mesh.
     pub fn count_exchange(&mut self) {
-        self.state.record.stretched = false;
+        self.state.record.stretch = Stretch::Little;
         self.state.record.remeshes += 1;
     }
 

@@ -6,7 +6,7 @@ use super::nodes::RUN;
 use crate::algebra::Vector;
 use crate::element::{MAX_NODES, Potential, Reference};
 use crate::mesh::{NodeId, Simplex, is_worse, leeway};
-use crate::state::Tick;
+use crate::state::{Stretch, Tick};
 
 /// When a mesh is worn: as soon as one of its elements is.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,7 +31,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if self.ends.wear.is_none() {
             return false;
         }
-        if self.state.record.stretched && age >= STRETCHED_LIFE {
+        if self.state.record.stretch >= Stretch::Worn && age >= STRETCHED_LIFE {
             return true;
         }
         if self.watch.parts() == 0 {

@@ -9,7 +9,7 @@ use crate::mesh::{NodeId, Simplex, signed_volume};
 use crate::remesh::RemeshError;
 
 impl<const D: usize> Gelatin<D> {
-    /// Lets go of the elements that are turned inside out, of the stiffest around each node that has no stable step, and of those at whose
+    /// Lets go of the elements that are turned inside out, of the stiffest around each node that has no stable step, of one behind a facet that leaks, and of those at whose
     /// sides meshes were refused because the boundary crosses or touches itself there, with what hangs on them. Whether something went.
     pub fn break_off(&mut self, refused: &[Refused]) -> bool {
         let old = self.present();
@@ -18,7 +18,8 @@ impl<const D: usize> Gelatin<D> {
         let mut gone: Vec<bool> = elements.iter().map(|nodes| signed_volume(position, nodes) <= 0.0).collect();
         self.engine.stepless().for_each(|element| gone[element.index()] = true);
         // What has collapsed by the sums of its blocks may not have by its own.
-        if let Some(StepError::StepCollapsed { element, .. }) = self.engine.failure() {
+        if let Some(StepError::StepCollapsed { element, .. } | StepError::Leak { element, .. }) = self.engine.failure()
+        {
             gone[*element] = true;
         }
         for edge in refused.iter().flat_map(|why| edges(why, position)) {

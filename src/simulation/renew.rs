@@ -68,8 +68,8 @@ impl<const D: usize> Gelatin<D> {
         if self.engine.state().birth.is_none() {
             self.first = Some(self.present());
         }
-        // A mesh that has no step as soon as it is made: nor has the next one with what is in it.
-        if let Some(failure) = self.engine.early_collapse().cloned()
+        // A mesh that fails as soon as it is made: so does the next one with what is in it.
+        if let Some(failure) = self.engine.early_failure().cloned()
             && !self.break_off(&[])
         {
             return Err(failure);
