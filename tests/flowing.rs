@@ -158,7 +158,7 @@ fn a_facet_that_leaks_ends_its_mesh_and_not_the_run() {
     }
 }
 
-/// These runs stopped, at the first mesh that was refused.
+/// This run stopped, at a step that collapsed in a young mesh.
 #[test]
 fn what_no_mesh_can_follow_breaks_off_a_gel_that_flows_and_the_books_close() {
     let scene = shot(&["projectile.velocity=[0.0,0.0,-2000.0]"]);

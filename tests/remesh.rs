@@ -199,7 +199,7 @@ fn a_cavity_that_closes_on_its_axis_does_not_stop_a_run() {
 }
 
 /// Where the boundary crossed itself for so long that an element was turned over, or the step of a young mesh collapsed, these runs ended
-/// between 7 and 16 ms. In the second one a twentieth of the gel hangs by the element whose step collapses.
+/// between 7 and 16 ms. In the second one a flap hangs by the one element whose step collapses.
 #[test]
 fn what_no_mesh_can_follow_breaks_off_and_does_not_stop_a_run() {
     for speed in [19.9, 20.5] {

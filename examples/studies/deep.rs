@@ -2,6 +2,7 @@
 
 use super::cpu::seconds;
 use super::run::{scene, tell_refusals};
+use ballistic_gel::avi::StepError;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use std::time::Instant;
 
@@ -45,6 +46,11 @@ fn round() -> [(&'static str, String); 3] {
     ]
 }
 
+/// Where a run stopped, if it did.
+fn told(end: Result<(), StepError>) -> String {
+    end.map_or_else(|failure| format!("stops at {:.2} ms", 1e3 * failure.time()), |()| "–".to_owned())
+}
+
 /// About an axis, by speed: whether the run reaches its end, and what it took.
 pub fn speeds() {
     println!(
@@ -67,7 +73,7 @@ fn speed_row(speed: f64, size: f64) {
     let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
     let mass = simulation.frame().mass;
     let end = simulation.step(&simulation.inputs(), scene.scene.end_time);
-    let end = end.map_or_else(|failure| format!("stops at {:.2} ms", 1e3 * failure.time()), |()| "–".to_owned());
+    let end = told(end);
     let (seen, cpu) = (simulation.observe(), seconds() - begun);
     let (depth, at) = seen.projectile().contact.peak_depth;
     let part = |energy: f64| 100.0 * energy / seen.energy.initial;
@@ -104,7 +110,7 @@ fn row((size, name): (f64, &str), keys: &[(&str, String)]) {
     let (cpu, wall) = (seconds() - begun, clock.elapsed().as_secs_f64());
     let seen = simulation.observe();
     let (depth, at) = seen.projectile().contact.peak_depth;
-    let end = end.map_or_else(|failure| format!("stops at {:.2} ms", 1e3 * failure.time()), |()| "–".to_owned());
+    let end = told(end);
     let renewals = simulation.renewals();
     let n = renewals.len().max(1) as f64;
     let kept = renewals.iter().map(|renewal| renewal.unchanged).sum::<f64>() / n;

@@ -9,9 +9,6 @@ use crate::mesh::ElementId;
 /// Bodies that meet in a node or an edge only are two.
 #[must_use]
 pub fn with_what_hangs_on(across: &[[Option<ElementId>; 4]], mass: &[f64], gone: Vec<bool>, most: f64) -> Vec<bool> {
-    if !gone.contains(&true) {
-        return gone;
-    }
     let light = most * mass.iter().sum::<f64>();
     let lost: f64 = mass.iter().zip(&gone).filter(|(_, gone)| **gone).map(|(mass, _)| mass).sum();
     let bodies = parts(across, &vec![false; gone.len()]);

@@ -17,7 +17,7 @@ impl<const D: usize> Gelatin<D> {
         let elements = &old.mesh.elements;
         let mut gone: Vec<bool> = elements.iter().map(|nodes| signed_volume(position, nodes) <= 0.0).collect();
         self.engine.stepless().for_each(|element| gone[element.index()] = true);
-        // What has collapsed by the sums of its blocks may not have by its own.
+        // What has collapsed by the sums of its blocks may not have by its own; a leak is told by nothing else.
         if let Some(StepError::StepCollapsed { element, .. } | StepError::Leak { element, .. }) = self.engine.failure()
         {
             gone[*element] = true;

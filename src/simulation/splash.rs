@@ -34,6 +34,10 @@ impl<const D: usize> Gelatin<D> {
     /// accounts, and what is left goes on as after an exchange that has made nothing new. Whether something went: nothing does if a node
     /// would be left without mass, or what is left could not be stepped.
     pub fn let_go(&mut self, old: &Birth<D>, gone: Vec<bool>, most: f64) -> bool {
+        // As at most exchanges.
+        if !gone.contains(&true) {
+            return false;
+        }
         let across = self.across.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
         let mass: Vec<f64> = old.corner_mass.iter().map(|corners| corners[..=D].iter().sum()).collect();
         let gone = &remesh::with_what_hangs_on(across, &mass, gone, most);
