@@ -8,11 +8,11 @@ use crate::mesh::ElementId;
 ///
 /// Bodies that meet in a node or an edge only are two.
 #[must_use]
-pub fn with_what_hangs_on(across: &[[Option<ElementId>; 4]], mass: &[f64], gone: Vec<bool>, most: f64) -> Vec<bool> {
+pub fn with_what_hangs_on(across: &[[Option<ElementId>; 4]], mass: &[f64], gone: &[bool], most: f64) -> Vec<bool> {
     let light = most * mass.iter().sum::<f64>();
-    let lost: f64 = mass.iter().zip(&gone).filter(|(_, gone)| **gone).map(|(mass, _)| mass).sum();
+    let lost: f64 = mass.iter().zip(gone).filter(|(_, gone)| **gone).map(|(mass, _)| mass).sum();
     let bodies = parts(across, &vec![false; gone.len()]);
-    let left = parts(across, &gone);
+    let left = parts(across, gone);
     let weights = weights(&left, mass);
     if weights.is_empty() || lost > light {
         return vec![false; gone.len()];
@@ -83,8 +83,8 @@ mod tests {
 
     fn gone(lengths: &[usize], which: &[usize], most: f64) -> Vec<usize> {
         let across = rows(lengths);
-        let named = (0..across.len()).map(|e| which.contains(&e)).collect();
-        let gone = with_what_hangs_on(&across, &vec![1.0; across.len()], named, most);
+        let named: Vec<bool> = (0..across.len()).map(|e| which.contains(&e)).collect();
+        let gone = with_what_hangs_on(&across, &vec![1.0; across.len()], &named, most);
         (0..gone.len()).filter(|e| gone[*e]).collect()
     }
 

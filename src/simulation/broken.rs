@@ -26,7 +26,7 @@ impl<const D: usize> Gelatin<D> {
             let beside = elements.iter().enumerate().filter(|(_, nodes)| has::<D>(nodes, &edge));
             beside.for_each(|(e, _)| gone[e] = true);
         }
-        self.let_go(&old, gone, MOST_BROKEN)
+        self.let_go(&old, &gone, MOST_BROKEN)
     }
 }
 

@@ -27,13 +27,13 @@ impl<const D: usize> Gelatin<D> {
         let moved = Moved { mesh: &old.mesh, position: &self.engine.state().position };
         let across = self.across.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
         let thin = remesh::sheets(&moved, (&self.engine.gel().surface.facets, across), below);
-        self.let_go(&old, thin, most)
+        self.let_go(&old, &thin, most)
     }
 
     /// Lets go of these elements, and [of what hangs on them](remesh::with_what_hangs_on): their mass, momentum and energy go to their
     /// accounts, and what is left goes on as after an exchange that has made nothing new. Whether something went: nothing does if a node
     /// would be left without mass, or what is left could not be stepped.
-    pub fn let_go(&mut self, old: &Birth<D>, gone: Vec<bool>, most: f64) -> bool {
+    pub fn let_go(&mut self, old: &Birth<D>, gone: &[bool], most: f64) -> bool {
         // As at most exchanges.
         if !gone.contains(&true) {
             return false;
