@@ -16,7 +16,7 @@ const STEP: f64 = 1e-5;
 pub type Keys = [(&'static str, &'static str)];
 
 /// Strengths that do not know the pressure and stop the BB as deep: by the power 0.23 of the rate, and by 0.95.
-const SLOW: &str =
+pub const SLOW: &str =
     "{ yield_stress = 0.138e6, rate_exponent = 0.23, cap = 1.6e6, confined = { pressure = 1.0, factor = 1.0 } }";
 const STEEP: &str = "{ yield_stress = 66.5e3, reference_rate = 500.0, rate_exponent = 0.95, cap = 4.2e6, confined = { pressure = 1.0, factor = 1.0 } }";
 

@@ -2,6 +2,7 @@
 
 mod backface_dent;
 mod ball_bounce;
+mod bb_limit;
 mod behind_plate;
 mod bounce_visco;
 mod bullet_yaw;
@@ -37,7 +38,7 @@ mod table;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 21] = [
+const STUDIES: [Study; 22] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -74,6 +75,7 @@ const STUDIES: [Study; 21] = [
         "the calibration shot: trajectory, depth, forces, energy, by mesh size, grading and speed",
         fbi_bb::study,
     ),
+    ("bb-limit", "depth and forces of fbi-bb on finer and finer meshes, by the law of the strength", bb_limit::study),
     (
         "behind-plate",
         "fbi-bb behind a plate that it perforates, against shots at the speed that is left",

@@ -99,6 +99,20 @@ impl Strength {
         Self { confinement: Some(confinement), ..self }
     }
 
+    /// How steeply the shear stress that it bears follows the pressure at most, ∂τ/∂p = (factor − 1) Y/(√3 P), τ = q/√3, at the cap.
+    #[must_use]
+    pub fn steepest_friction(&self) -> f64 {
+        self.confinement
+            .map_or(0.0, |confinement| (confinement.factor - 1.0) * self.cap / (3.0_f64.sqrt() * confinement.pressure))
+    }
+
+    /// How steeply it may follow the pressure for small disturbances of a flow to fade, 2√(m(1 − m)): with k across the direction of shear at an angle
+    /// 2θ they grow as −1 + (1 − m) sin²2θ/(1 − ∂τ/∂p cos 2θ), the shorter the faster (numerics 6.2). Above it a flow has no limit of refinement.
+    #[must_use]
+    pub fn stable_friction(&self) -> f64 {
+        2.0 * (self.exponent * (1.0 - self.exponent)).sqrt()
+    }
+
     /// U′ as the gel feels it after a step, s, with `slope` at its end, Pa.
     #[must_use]
     #[inline(always)]
@@ -199,6 +213,24 @@ mod tests {
         let later = gel.from_rate(500.0);
         assert_eq!((later.at(500.0), later.at(1e9)), (0.133e6, 1.6e6));
         assert!((later.at(5e5) / gel.at(1e3) - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn friction_is_as_steep_as_disturbances_in_no_direction_bear() {
+        let confinement = Confinement { pressure: 0.4e6, factor: 3.0, time: 0.0 };
+        let rise = 1e-6 * 0.4e6;
+        let more = confinement.times(-rise) - confinement.times(0.0);
+        let slope = more * 1.6e6 / (rise * 3.0_f64.sqrt());
+        assert!((gel().confined(confinement).steepest_friction() / slope - 1.0).abs() < 1e-9);
+        assert_eq!(gel().steepest_friction(), 0.0);
+        for m in [0.05, 0.23, 0.4] {
+            let law = Strength::new(0.1e6, m, 1e6);
+            let growth =
+                |friction: f64, cosine: f64| (1.0 - m) * (1.0 - cosine * cosine) / (1.0 - friction * cosine) - 1.0;
+            let most =
+                |friction: f64| (0..=2000).map(|i| growth(friction, f64::from(i) / 2000.0)).fold(f64::MIN, f64::max);
+            assert!(most(0.999 * law.stable_friction()) < 0.0 && most(1.001 * law.stable_friction()) > 0.0, "{m}");
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The tables of what a gel is made of.
 
 use super::Gel;
-use crate::material::Term;
+use crate::material::{Confinement, Strength, Term};
 use serde::{Deserialize, Serialize};
 
 /// Material model.
@@ -89,6 +89,20 @@ pub struct ConfinedSpec {
     /// Time after which it feels a pressure, s: 0 if absent.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub time: f64,
+}
+
+impl StrengthSpec {
+    /// The law that it tells.
+    ///
+    /// # Panics
+    /// Where the values are none that a scene is let through with.
+    #[must_use]
+    pub fn law(self) -> Strength {
+        let strength = Strength::new(self.yield_stress, self.rate_exponent, self.cap).from_rate(self.reference_rate);
+        self.confined.map_or(strength, |ConfinedSpec { pressure, factor, time }| {
+            strength.confined(Confinement { pressure, factor, time })
+        })
+    }
 }
 
 fn one() -> f64 {

@@ -2,7 +2,7 @@
 
 use super::{
     BodyShape, ContactLaw, Dimension, ElementKind, Face, GelShape, Lattice, MaterialModel, RemeshMethod, Scene,
-    ScheduleKind, Support, Supports, Symmetry, body_name, numbered,
+    ScheduleKind, StrengthSpec, Support, Supports, Symmetry, body_name, numbered,
 };
 use crate::algebra::Vector3;
 use crate::geometry::{Shape, SignedDistance, Solid};
@@ -132,16 +132,24 @@ fn flow(scene: &Scene) -> [Option<&'static str>; 7] {
     let (gel, remesh) = (&scene.gel, scene.remesh.as_ref());
     let shocks = gel.volume.is_some_and(|volume| volume.hugoniot_slope > 0.0);
     let voids = gel.volume.is_some_and(|volume| volume.tension_limit.is_some());
-    let confined = gel.strength.is_some_and(|strength| strength.confined.is_some());
     [
         gel.strength.is_some().then_some("strength: the gel flows where shear is more than it bears at its rate"),
-        confined.then_some("confinement: gel under pressure bears more shear"),
+        gel.strength.and_then(confinement),
         gel.softening.is_some().then_some("softening: gel that has flowed loses stiffness and strength"),
         shocks.then_some("pressure: by the speed of shocks"),
         voids.then_some("tension: limited, the gel opens voids that close again"),
         gel.viscosity.is_some().then_some("bulk viscosity: shocks are spread over elements"),
         remesh.is_some_and(|remesh| remesh.thinnest.is_some()).then_some("splash: thin sheets break off and fly on"),
     ]
+}
+
+/// What pressure does to the strength, and whether it does so too steeply for a limit of refinement (numerics 6.2).
+fn confinement(strength: StrengthSpec) -> Option<&'static str> {
+    strength.confined?;
+    let law = strength.law();
+    let is_steep = law.steepest_friction() > law.stable_friction();
+    let steep = "confinement: gel under pressure bears more shear, so steeply that depths have no limit of refinement";
+    Some(if is_steep { steep } else { "confinement: gel under pressure bears more shear" })
 }
 
 fn elements(scene: &Scene) -> &'static str {

@@ -5,13 +5,12 @@ use crate::algebra::{Vector, Vector3};
 use crate::avi::{Gel, Pressure, Surface, Wear};
 use crate::element::{Potential, Reference, Section, Simplices};
 use crate::material::{
-    Branch, BulkViscosity, Confinement, EquationOfState, Flowing, Material, MooneyRivlin, NeoHookean, Ogden, Softening,
-    Strength, Viscoelastic,
+    Branch, BulkViscosity, EquationOfState, Flowing, Material, MooneyRivlin, NeoHookean, Ogden, Softening, Viscoelastic,
 };
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, Patches, Simplex, facet_measure, poor_quality};
 use crate::remesh::Neighbours;
 use crate::scene::{
-    ConfinedSpec, ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene,
+    ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene,
     StrengthSpec, Symmetry,
 };
 use crate::state::Birth;
@@ -210,13 +209,6 @@ fn part(gel: &GelTable) -> GelTable {
     part
 }
 
-fn strength(of: StrengthSpec) -> Strength {
-    let strength = Strength::new(of.yield_stress, of.rate_exponent, of.cap).from_rate(of.reference_rate);
-    of.confined.map_or(strength, |ConfinedSpec { pressure, factor, time }| {
-        strength.confined(Confinement { pressure, factor, time })
-    })
-}
-
 /// What a gel is made of.
 pub(super) fn material(gel: &GelTable) -> Material {
     match gel.material {
@@ -242,7 +234,7 @@ pub(super) fn material(gel: &GelTable) -> Material {
                     volume.hugoniot_slope,
                     volume.tension_limit.unwrap_or(f64::INFINITY),
                 ),
-                strength: gel.strength.map(strength),
+                strength: gel.strength.map(StrengthSpec::law),
                 softening: gel.softening.map(|s| Softening::new(s.strain, s.residual, s.time)),
                 viscosity: BulkViscosity { linear: viscosity.linear, quadratic: viscosity.quadratic },
                 density: gel.density,
