@@ -41,7 +41,7 @@ pub enum Section {
 /// This is the reference: one element after the other, its gradients found anew. [`Lanes`] is the fast form.
 #[derive(Debug, Clone)]
 pub struct Simplices<const D: usize> {
-    pub(super) material: Material,
+    pub(crate) material: Material,
     pub(super) section: Section,
     elements: Vec<Simplex>,
     rest: Vec<Vector<D>>,

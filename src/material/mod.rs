@@ -122,6 +122,20 @@ impl Material {
         }
     }
 
+    /// √(μ/(λ + 2μ)), speed of a wave of shear at rest as a part of that of one of pressure: a change of volume by as much stores what a shear of
+    /// one does.
+    #[must_use]
+    pub fn slowness_of_shear(&self) -> f64 {
+        let shear = match self {
+            Self::NeoHookean(gel) => gel.shear_modulus(),
+            Self::Flowing(gel) => gel.shear_modulus,
+            Self::MooneyRivlin(gel) => gel.shear_modulus(),
+            Self::Ogden(gel) => gel.shear_modulus(),
+            Self::Viscoelastic(gel) => gel.instantaneous().shear_modulus(),
+        };
+        (shear / self.wave_modulus()).sqrt()
+    }
+
     /// λ + 2μ, modulus of the pressure wave at rest, Pa.
     #[must_use]
     pub fn wave_modulus(&self) -> f64 {

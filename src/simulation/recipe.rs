@@ -10,8 +10,8 @@ use crate::material::{
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, Patches, Simplex, facet_measure, poor_quality};
 use crate::remesh::Neighbours;
 use crate::scene::{
-    ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene,
-    StrengthSpec, Symmetry,
+    ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene, StrengthSpec,
+    Symmetry,
 };
 use crate::state::Birth;
 
@@ -246,7 +246,7 @@ pub(super) fn material(gel: &GelTable) -> Material {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{builtin, read};
+    use crate::scene::{ConfinedSpec, builtin, read};
 
     #[test]
     fn what_stands_for_four_parts_bears_four_times_as_much_at_four_times_the_pressure() {
