@@ -2,6 +2,7 @@
 
 use super::history;
 use super::model::Gelatin;
+use super::past::{Made, Past};
 use super::recipe::{Recipe, Sizes};
 use crate::algebra::{Vector, Vector3, embed, restrict};
 use crate::avi::NoStep;
@@ -278,8 +279,8 @@ impl<const D: usize> Gelatin<D> {
         let mesh = Mesh { rest, elements: proposal.elements.clone(), facets, held, marks };
         let patches = self.recipe.patches((&mesh, &proposal.position), &across);
         let past = (&self.engine.gel().potential, old, self.engine.state().memory.as_slice());
-        let past = history::Past::new(past, moved.position);
-        let inherited = history::inherited(&past, moved.position, (&history::Made::by(&proposal, &new), &patches));
+        let past = Past::new(past, moved.position);
+        let inherited = history::inherited(&past, moved.position, (&Made::by(&proposal, &new), &patches));
         let (references, memory) = inherited.ok_or(Refused::Restless)?;
         let made = (0..).map(ElementId).zip(&new.same).filter(|(_, same)| same.is_none()).map(|(e, _)| e).collect();
         let Transferred { mass, corner_mass, velocity, defects, .. } = new;

@@ -2,9 +2,10 @@
 
 use super::RestoreError;
 use super::candidate::{self, Known, Mesher, Refused, Way, symmetry};
-use super::history::{Made, Past, inherited};
+use super::history::inherited;
 use super::model::Gelatin;
 use super::observe::Frame;
+use super::past::{Made, Past};
 use super::recipe::{Recipe, Sizes};
 use super::rehearsal::{Refusal, Rehearsal, Renewal};
 use super::sensors::seats;

@@ -1,8 +1,9 @@
 //! What breaks off a gel and flies on as drops that nothing meets again.
 
 use super::candidate::Known;
-use super::history::{Made, Past, inherited};
+use super::history::inherited;
 use super::model::Gelatin;
+use super::past::{Made, Past};
 use crate::algebra::Vector;
 use crate::element::Potential;
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, neighbours, outer, sorted};

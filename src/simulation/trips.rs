@@ -1,7 +1,7 @@
 //! Exchanges of a mesh without motion in between: the patch test through one (numerics V1), and round trips (V18).
 
 use super::candidate::{Cleared, Mesher, Refused, Way, in_plane, in_space};
-use super::history;
+use super::{history, past};
 use crate::algebra::{Tensor, Tensor3, Vector, cofactor, det};
 use crate::element::{Answer, DEPTH, Potential, Reference, Section, Simplices};
 use crate::material::NeoHookean;
@@ -76,8 +76,8 @@ impl<const D: usize> Gel<D> {
         };
         let new = remesh::transfer(&moved, &carried, &proposal);
         let (simplices, patches) = (self.simplices(), Patches::alone(proposal.elements.len()));
-        let past = history::Past::new((&simplices, &self.birth, &[]), &self.position);
-        let inherited = history::inherited(&past, &self.position, (&history::Made::by(&proposal, &new), &patches));
+        let past = past::Past::new((&simplices, &self.birth, &[]), &self.position);
+        let inherited = history::inherited(&past, &self.position, (&past::Made::by(&proposal, &new), &patches));
         let references = inherited.map(|(references, _)| references);
         let references = references.expect("what elements were at rest");
         let facets = boundary::<D>(&proposal.elements);

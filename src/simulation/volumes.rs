@@ -1,6 +1,6 @@
 //! What the elements that an exchange makes measure at rest (numerics 4.6): area or volume, or area times radius of a ring.
 
-use super::history::{Made, Past};
+use super::past::{Made, Past};
 use crate::algebra::Vector;
 use crate::element::{Potential, Reference, Section};
 use crate::material::Material;
