@@ -14,7 +14,7 @@ use crate::algebra::Vector;
 pub use axis::{divisible, graded, uniform};
 pub use lattice::{Grid, Split};
 pub use patches::Patches;
-pub use quality::{is_worse, least_angle, least_of, leeway, poor_quality, shape_quality};
+pub use quality::{is_worse, least_angle, leeway, poor_quality, shape_quality};
 pub use shapes::{Block, Face, Hold, block, cylinder, l_beam, rays, shell};
 pub use topology::{FACES, Incidence, boundary, neighbours, outer};
 pub(crate) use topology::{facet, sorted};

@@ -15,32 +15,6 @@ pub fn least_angle<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
     pairs.map(angle).fold(180.0, f64::min)
 }
 
-/// The least angle of all these simplices, degrees; 180 of none. An angle is looked at closely where its tangent may be less than
-/// that of the least so far.
-#[must_use]
-pub fn least_of<const D: usize>(x: &[Vector<D>], simplices: &[Simplex]) -> f64 {
-    let (mut least, mut tangent) = (180.0_f64, f64::INFINITY);
-    for simplex in simplices {
-        let normals = normals(x, simplex);
-        let squares = normals.map(|normal| normal.norm_squared());
-        for (i, j) in (0..=D).flat_map(|i| (0..i).map(move |j| (i, j))) {
-            let along = -normals[i].dot(&normals[j]);
-            // |n × m|² = |n|²|m|² − (n·m)², where rounding leaves so much of it.
-            let (both, bound) = (squares[i] * squares[j], along * along * (1.0 + tangent * (1.0 + CLOSE)));
-            if both * (1.0 - CLOSE) > bound || along <= 0.0 && tangent < f64::INFINITY {
-                continue;
-            }
-            let across = normals[i].cross(&normals[j]);
-            let square = across.norm_squared();
-            least = least.min(across.norm().atan2(along).to_degrees());
-            if along > 0.0 {
-                tangent = tangent.min(square / (along * along));
-            }
-        }
-    }
-    least
-}
-
 /// How well shaped a simplex is: 4√3 A/Σ l² of a triangle, 12 (3V)^⅔/Σ l² of a tetrahedron; 1 of an equilateral one, and no more
 /// than 0 of one that is inverted (numerics 4.1).
 #[must_use]

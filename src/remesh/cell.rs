@@ -80,6 +80,17 @@ impl<const D: usize> Cell<D> {
         (!is_apart).then_some(weights)
     }
 
+    /// Whether one of the sides has all corners of another element beyond it, but for a part of the height over it.
+    pub fn is_beside(&self, other: &Self, part: f64) -> bool {
+        let mut most = [f64::MIN; 4];
+        for corner in &other.corners[..=D] {
+            for (most, weight) in most.iter_mut().zip(&self.weights(corner)[..=D]) {
+                *most = most.max(*weight);
+            }
+        }
+        most[..=D].iter().any(|weight| *weight <= part)
+    }
+
     /// Square of the longest edge, m².
     pub fn longest_edge_squared(&self) -> f64 {
         let square = |[a, b]: &[usize; 2]| (self.corners[*b] - self.corners[*a]).norm_squared();

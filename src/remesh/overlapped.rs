@@ -10,6 +10,8 @@ use crate::mesh::{Simplex, signed_volume};
 
 /// Overlaps below this part of an element are of rounding.
 const ROUNDING: f64 = 1e-9;
+/// Weights of what only touches an element, as one with a common node does, are below this.
+const TOUCHING: f64 = 1e-12;
 
 /// ∫ρ over what elements have in common, counted once for every two, where the density is linear in each. Nothing is looked for
 /// unless a node of the surface is inside an element that is not its own: surfaces that cross at edges alone are not seen.
@@ -28,7 +30,8 @@ pub fn overlapped<const D: usize>(body: &Moved<'_, D>, density: impl Fn(&Vector<
         let at = |a: usize| if a <= D { measure * density(&cell.corners[a]) } else { 0.0 };
         let heights = [0, 1, 2, 3].map(at);
         locator.near(&cell.bounds(), |other| {
-            if other > e && !are_neighbours::<D>(nodes, &elements[other]) && cells[other].is_upright {
+            let apart = || cell.is_beside(&cells[other], TOUCHING) || cells[other].is_beside(cell, TOUCHING);
+            if other > e && !are_neighbours::<D>(nodes, &elements[other]) && cells[other].is_upright && !apart() {
                 let common = cutter.moments(cell, &heights, &cells[other]);
                 let common = common.map_or(0.0, |common| common.corner_mass.iter().sum());
                 sum += if common > ROUNDING * heights[0].abs() { common } else { 0.0 };

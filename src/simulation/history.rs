@@ -80,6 +80,9 @@ pub(super) fn inherited<const D: usize>(
 
 /// The reference of an old element whose nodes may stand in another order now.
 fn turned<const D: usize>(reference: &Reference<D>, same: Same) -> Reference<D> {
+    if same == Same::in_order(same.element) {
+        return *reference;
+    }
     let corner = |a: usize| if a == 0 { Vector::<D>::zeros() } else { reference.edges.column(a - 1).into_owned() };
     let corners = same.turned(&[0, 1, 2, 3].map(|a| if a <= D { corner(a) } else { Vector::<D>::zeros() }));
     Reference { edges: Tensor::<D>::from_fn(|i, j| corners[j + 1][i] - corners[0][i]), ..*reference }

@@ -63,6 +63,9 @@ impl<const D: usize> Reference<D> {
 
     /// The same shape with this part of the measure.
     pub(super) fn scaled(&self, part: f64) -> Self {
+        if part == 1.0 {
+            return *self;
+        }
         Self { edges: self.edges * if D == 2 { part.sqrt() } else { cube_root(part) }, ..*self }
     }
 }

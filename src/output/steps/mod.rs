@@ -5,6 +5,7 @@ mod page;
 mod panels;
 
 use super::files::{self, OutputError};
+use crate::mesh::least_angle;
 use crate::remesh::{Defects, Quality};
 use crate::scene::{RemeshMethod, Scene};
 use crate::simulation::{Rehearsal, Successor};
@@ -80,13 +81,14 @@ impl Figures {
 
 impl Change {
     fn of(new: &Successor) -> Self {
-        let Successor { attempt, quality: Quality { least, angle, change, .. }, stored, ref defects, .. } = *new;
+        let Successor { attempt, quality: Quality { least, change, .. }, stored, ref defects, .. } = *new;
         let Defects { before, after, .. } = defects;
+        let angles = new.elements.iter().map(|nodes| least_angle(&new.points, nodes));
         Self {
             attempt,
             elements: new.elements.len(),
             least_quality: least,
-            least_angle: angle,
+            least_angle: angles.fold(180.0, f64::min),
             area: change,
             mass: defects.relative_mass(),
             momentum: defects.momentum_defect().norm() / (2.0 * before.mass * before.kinetic).sqrt(),
