@@ -199,10 +199,10 @@ fn a_cavity_that_closes_on_its_axis_does_not_stop_a_run() {
 }
 
 /// Where the boundary crossed itself for so long that an element was turned over, or the step of a young mesh collapsed, these runs ended
-/// between 7 and 16 ms; of sixteen speeds these are the ones at which no mesh is taken.
+/// between 7 and 16 ms; of sixteen speeds these are the ones at which most breaks off.
 #[test]
 fn what_no_mesh_can_follow_breaks_off_and_does_not_stop_a_run() {
-    for speed in [19.0, 24.0] {
+    for speed in [19.5, 20.5] {
         let scene = deep_round(2.5e-3, &[format!("projectile.velocity=[0.0, 0.0, {}]", -speed)]);
         let whole = run(&scene, (1, 1));
         let (seen, mass) = (whole.observe(), simulation(&scene, 1).frame().mass);
