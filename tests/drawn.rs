@@ -88,7 +88,7 @@ fn an_exchange_stores_little_in_a_stiff_volume() {
 /// An element drawn out over nothing (403) gave 70 % of the energy in one exchange, and one patch had three times all of it (210), where
 /// the mean of F of what is turned against each other was all but flat: they had gained 67 and 114 % in the end.
 #[test]
-fn an_exchange_stores_no_more_than_there_was() {
+fn exchanges_do_not_feed_a_run() {
     for (seed, most) in [(403, 0.05), (210, 0.2)] {
         let ride = goes_to_its_end(seed);
         assert!(ride.remesh < 0.0 && ride.defect.abs() < most, "seed {seed}: {ride:?}");

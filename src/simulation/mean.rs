@@ -12,7 +12,7 @@ use crate::remesh::Source;
 const HOLDS: f64 = 1e-9;
 /// Ī₁ of what is not distorted.
 const UNDISTORTED: f64 = 3.0;
-/// Halvings that find the deformation with the distortion of the old elements.
+/// Halvings that find the deformation with the distortion of the old elements, and a rotation.
 const HALVINGS: usize = 40;
 
 /// What old elements make a new one of: means by mass, and the measure that they had at rest.
@@ -50,6 +50,10 @@ impl<const D: usize> Strain<D> {
             None => past.potential.deformation(element, x),
         };
         Self { f, out }
+    }
+
+    fn rest() -> Self {
+        Self { f: Tensor::<D>::identity(), out: 1.0 }
     }
 
     fn zero() -> Self {
@@ -179,31 +183,36 @@ impl<const D: usize> Mean<D> {
 
     /// What has the measure at rest of what it is made of, and its distortion: on the way from the mean of F, which has less, to what
     /// the nodes say, or where they say less, to more of the same. Of what is turned against each other the mean is all but flat, and has
-    /// more: there it is what lies on the way to it from rest.
+    /// more: there it is less of the same. A mean that is turned inside out says nothing, and it is less of what the nodes say then.
     ///
     /// The mean of F alone forgets how old elements differ. A ball of 20 m/s lost 20 % of its energy by it on its way into gel,
     /// and what the nodes say alone, where they stood upright, gained 6 % (h = R/2, 18 meshes).
     pub fn made(&self, told: &Reference<D>, now: &Reference<D>) -> Option<Reference<D>> {
-        let rest = Strain { f: Tensor::<D>::identity(), out: 1.0 };
         let mean = self.fitted(&self.strain, now);
-        let holds = |fit: &(_, f64)| (fit.1 - self.distortion).abs() <= HOLDS * self.distortion;
+        let holds = |fit: &(_, f64)| (fit.1 / self.distortion - 1.0).abs() <= HOLDS;
         if let Some(fit) = mean.filter(holds) {
             return Some(fit.0);
         }
         // What lies between two that stand upright need not.
         let told = self.said(told, now).filter(|told| self.reaches(told, now));
         let (from, aim) = match mean {
-            Some(fit) if fit.1 > self.distortion => (rest, self.strain),
-            _ => (self.strain, told.unwrap_or_else(|| self.strain.thrice())),
+            Some(fit) if fit.1 > self.distortion => (self.undistorted(&self.strain), self.strain),
+            Some(_) => (self.strain, told.unwrap_or_else(|| self.strain.thrice())),
+            None => told.map_or((Strain::rest(), Strain::rest()), |told| (self.undistorted(&told), told)),
         };
         let (mut less, mut more) = (0.0, 1.0);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (less + more);
             if self.reaches(&from.between(&aim, middle), now) { more = middle } else { less = middle }
         }
-        // Where the mean is turned inside out, nothing is known of the shape, and it rests in the one that it has.
-        let fit = self.fitted(&from.between(&aim, less), now).or_else(|| self.fitted(&rest, now));
+        // Of which nothing is known, that rests in the shape that it has.
+        let fit = self.fitted(&from.between(&aim, less), now).or_else(|| self.fitted(&Strain::rest(), now));
         fit.map(|fit| fit.0)
+    }
+
+    /// What is turned as this is, and not distorted. The elastic part of a gel that flows is triangular, and taken as if not turned.
+    fn undistorted(&self, strain: &Strain<D>) -> Strain<D> {
+        if self.flows { Strain::rest() } else { Strain { f: rotation(&strain.f), out: 1.0 } }
     }
 
     /// Whether an element with this F, but for the change of volume, and the measure at rest is distorted so far or further, or is none.
@@ -236,6 +245,12 @@ impl<const D: usize> Mean<D> {
     }
 }
 
+/// The rotation in what is upright, F = VR, by Newton's way: halfway between a tensor and the transpose of its inverse both have the same
+/// R, and every stretch λ is (λ + 1/λ)/2, half of what it was or less, and soon 1.
+fn rotation<const D: usize>(f: &Tensor<D>) -> Tensor<D> {
+    (0..HALVINGS).fold(*f, |f, _| (f + cofactor(&f) / det(&f)) * 0.5)
+}
+
 /// The inverse of what is upright.
 fn inverse<const D: usize>(a: &Tensor<D>) -> Option<Tensor<D>> {
     let det = det(a);
@@ -262,22 +277,41 @@ mod tests {
         let (mass, corner_mass) = (vec![1.0; position.len()], vec![[1.0; 4]; n]);
         let birth = Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], mesh };
         let past = Past::new((&simplices, &birth, &[]), &position);
-        // Half a turn apart, and one of them wider.
-        let turned = |x: f64, y: f64| Strain { f: Tensor::<2>::from_diagonal(&Vector::<2>::new(x, y)), out: 1.0 };
-        let all = [turned(1.5, 0.67), turned(-1.0, -0.66)].map(|strain| (strain, strain.distortion()));
-        let [less, most] = [all[1].1, all[0].1];
-        let strains = Strains { place: vec![Some(0), Some(1), None, None], all: all.to_vec() };
         let sources = [0, 1].map(|old| Source { new: ElementId(2), old: ElementId(old), mass: 1.0, part: 0.5 });
-        let mean = Mean::of(&past, (&position, &strains), (&sources, 0.25));
-        let now = Reference::of(&position, &elements[2]);
-        let (_, flat) = mean.fitted(&mean.strain, &now).unwrap();
-        assert!(flat > 10.0 * most && less < mean.distortion && mean.distortion < most, "{less} {most} {flat}");
+        let there = Reference::of(&position, &elements[2]);
+        let mut upright = None;
+        for angle in [0.0, 1.0, 2.0, 3.0] {
+            let turn = Tensor::<2>::new(f64::cos(angle), -f64::sin(angle), f64::sin(angle), f64::cos(angle));
+            // Half a turn apart, and one of them wider.
+            let turned = |x: f64, y: f64| Strain { f: turn * Tensor::<2>::new(x, 0.0, 0.2 * x, y), out: 1.0 };
+            let all = [turned(1.5, 0.67), turned(-1.0, -0.66)].map(|strain| (strain, strain.distortion()));
+            let [less, most] = [all[1].1, all[0].1];
+            let strains = Strains { place: vec![Some(0), Some(1), None, None], all: all.to_vec() };
+            let mean = Mean::of(&past, (&position, &strains), (&sources, 0.25));
+            let now = Reference { edges: turn * there.edges, ..there };
+            let (_, flat) = mean.fitted(&mean.strain, &now).unwrap();
+            assert!(flat > 10.0 * most && less < mean.distortion && mean.distortion < most, "{less} {most} {flat}");
 
-        let made = mean.made(&now, &now).unwrap();
+            let made = mean.made(&there, &now).unwrap();
 
-        let found = Strain { f: now.edges * inverse(&made.edges).unwrap(), out: 1.0 }.distortion();
-        assert!((found / mean.distortion - 1.0).abs() < HOLDS, "{found} {}", mean.distortion);
-        assert!((measure(&made.edges) / 0.25 - 1.0).abs() < HOLDS, "{made:?}");
+            let found = Strain { f: now.edges * inverse(&made.edges).unwrap(), out: 1.0 };
+            assert!((found.distortion() / mean.distortion - 1.0).abs() < HOLDS, "{angle}: {}", found.distortion());
+            assert!((measure(&made.edges) / 0.25 - 1.0).abs() < HOLDS, "{made:?}");
+            // However it is turned it is the same at rest, and stretched along the axes of the mean.
+            let first: Tensor<2> = *upright.get_or_insert(made.edges);
+            assert!((made.edges - first).amax() < 1e-9, "{angle}: {made:?}");
+            let [squares, of_mean] = [found.f, mean.strain.f].map(|f| f * f.transpose());
+            let across = squares * of_mean - of_mean * squares;
+            assert!(across.amax() < 1e-9 * squares.norm() * of_mean.norm(), "{angle}: {across}");
+        }
+    }
+
+    #[test]
+    fn a_rotation_is_what_is_left_of_a_deformation_without_its_stretch() {
+        let turn = nalgebra::Rotation3::from_euler_angles(0.3, 2.0, -1.2).into_inner();
+        let other = nalgebra::Rotation3::from_euler_angles(1.0, 0.5, 0.1).into_inner();
+        let stretch = other * Tensor::<3>::from_diagonal(&Vector::<3>::new(4.0, 0.3, 1e-6)) * other.transpose();
+        assert!((rotation::<3>(&(stretch * turn)) - turn).amax() < 1e-9);
     }
 
     #[test]
