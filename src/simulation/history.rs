@@ -1,5 +1,5 @@
-//! What the elements of a new mesh were at rest: what their nodes say where that is true, else a deformation between the mean
-//! of the old elements that they are made of and what their nodes say (numerics 4.6).
+//! What the elements of a new mesh were at rest: what their nodes say where that is true, else what the old elements that they are made of
+//! make of them (numerics 4.6).
 
 use super::mean::{Mean, Strains};
 use super::past::{Made, Past};
