@@ -167,7 +167,7 @@ pub fn propose(
     let surface = surface::resample(old, &mut cloud, (rules, cleared))?;
     points::keep(old, &worst, &limits, &mut cloud, &surface);
     let parts = parts::divide(old, &worst, &limits, &cloud, &surface);
-    let filled = if parts.edges.is_empty() { vec![] } else { fill(old, size, &parts, &mut cloud)? };
+    let filled = if parts.edges.is_empty() { vec![] } else { fill(old, (size, rules.most), &parts, &mut cloud)? };
     Ok(Proposal { cleared: surface.cleared, ..cloud.proposal(&parts.joined(old, &filled)) })
 }
 
@@ -194,11 +194,16 @@ pub fn propose_in_space(
 }
 
 /// The new elements between those that stay.
-fn fill(old: &Moved<'_, 2>, size: &[f64], parts: &Parts, cloud: &mut Cloud) -> Result<Vec<[usize; 3]>, RemeshError> {
+fn fill(
+    old: &Moved<'_, 2>,
+    (size, most): (&[f64], usize),
+    parts: &Parts,
+    cloud: &mut Cloud,
+) -> Result<Vec<[usize; 3]>, RemeshError> {
     let open = parts.open.iter().map(|e| old.mesh.elements[e.index()]).collect();
     let part = Part::new(old, size, open);
     let around = Surface::around(parts.edges.clone(), cloud);
-    points::fill(&part, &square(old), cloud, &around);
+    points::fill(&part, (&square(old), most), cloud, &around)?;
     let sites = sites(&part, &around, cloud, old.position.len());
     delaunay::triangulate(&sites, &around, &part, cloud)
 }

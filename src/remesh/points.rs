@@ -6,7 +6,7 @@ use super::near::Near;
 use super::shape::{Point, clearance, distance, shares};
 use super::surface::Surface;
 use super::tree::{Square, leaves};
-use super::{Moved, Origin};
+use super::{Moved, Origin, RemeshError};
 use crate::mesh::Simplex;
 
 /// No old node stays if another point is nearer than this many target sizes, and no new point is put where one is nearer than
@@ -54,13 +54,22 @@ pub(super) fn keep(old: &Moved<'_, 2>, worst: &[f64], limits: &Limits, cloud: &m
     }
 }
 
-/// Chooses middles of tree cells in the part of the body that is filled anew.
-pub(super) fn fill(part: &Part<'_>, square: &Square, cloud: &mut Cloud, limits: &Surface) {
-    let leaves = leaves(square, |middle, half| part.least(middle, half));
+/// Chooses middles of tree cells in the part of the body that is filled anew, of so many cells at most.
+///
+/// # Errors
+/// [`RemeshError::TooMany`] if there would be more.
+pub(super) fn fill(
+    part: &Part<'_>,
+    (square, most): (&Square, usize),
+    cloud: &mut Cloud,
+    limits: &Surface,
+) -> Result<(), RemeshError> {
+    let leaves = leaves(square, |middle, half| part.least(middle, half), most)?;
     let candidates: Vec<(Point, f64)> =
         leaves.into_iter().filter_map(|(middle, _)| part.size(&middle).map(|size| (middle, size))).collect();
     let taken: Vec<Point> = (0..cloud.position.len()).filter(|&p| cloud.chosen[p]).map(|p| cloud.position[p]).collect();
     scatter(&candidates, &taken, cloud, limits);
+    Ok(())
 }
 
 /// Adds those of the candidates, places and sizes, that are near none of the points taken, none before them and no edge; gives

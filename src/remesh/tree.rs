@@ -1,5 +1,6 @@
 //! The quadtree over the square around the body: cells no larger than the target size in them.
 
+use super::RemeshError;
 use super::shape::Point;
 use std::collections::HashSet;
 
@@ -24,11 +25,19 @@ pub(super) struct Square {
 
 /// Middles and edges, m, of the leaves of a 2:1 balanced quadtree. A cell is divided while it is larger than the least size in
 /// it, which `least` gives for a middle and half an edge, m; none where no leaves are wanted.
-pub(super) fn leaves(square: &Square, least: impl Fn(&Point, f64) -> Option<f64>) -> Vec<(Point, f64)> {
+///
+/// # Errors
+/// [`RemeshError::TooMany`] as soon as there are more than `most`: the sizes of a splash that is thrown far ask for any number.
+pub(super) fn leaves(
+    square: &Square,
+    least: impl Fn(&Point, f64) -> Option<f64>,
+    most: usize,
+) -> Result<Vec<(Point, f64)>, RemeshError> {
     let mut leaves = HashSet::new();
     let mut wanted = vec![];
     let mut open = vec![Cell { level: 0, at: [0, 0] }];
     while let Some(cell) = open.pop() {
+        check(leaves.len() + open.len(), most)?;
         let (middle, edge) = cell.place(square);
         match least(&middle, 0.5 * edge) {
             Some(size) if size < edge && cell.level < DEEPEST => open.extend(cell.children()),
@@ -39,13 +48,18 @@ pub(super) fn leaves(square: &Square, least: impl Fn(&Point, f64) -> Option<f64>
             None => drop(leaves.insert(cell)),
         }
     }
-    let mut found: Vec<(Point, f64)> = balanced(leaves, wanted).into_iter().map(|cell| cell.place(square)).collect();
+    let mut found: Vec<(Point, f64)> =
+        balanced(leaves, wanted, most)?.into_iter().map(|cell| cell.place(square)).collect();
     found.retain(|(middle, edge)| least(middle, 0.5 * edge).is_some());
-    found
+    Ok(found)
+}
+
+fn check(points: usize, most: usize) -> Result<(), RemeshError> {
+    if points <= most { Ok(()) } else { Err(RemeshError::TooMany { points: points as f64, most }) }
 }
 
 /// The leaves in their order once no two that touch along an edge are more than a level apart.
-fn balanced(mut leaves: HashSet<Cell>, mut waiting: Vec<Cell>) -> Vec<Cell> {
+fn balanced(mut leaves: HashSet<Cell>, mut waiting: Vec<Cell>, most: usize) -> Result<Vec<Cell>, RemeshError> {
     while let Some(cell) = waiting.pop() {
         if !leaves.contains(&cell) {
             continue;
@@ -55,13 +69,14 @@ fn balanced(mut leaves: HashSet<Cell>, mut waiting: Vec<Cell>) -> Vec<Cell> {
         if let Some(leaf) = large {
             leaves.remove(&leaf);
             leaves.extend(leaf.children());
+            check(leaves.len(), most)?;
             waiting.push(cell);
             waiting.extend(leaf.children());
         }
     }
     let mut sorted: Vec<Cell> = leaves.into_iter().collect();
     sorted.sort_unstable();
-    sorted
+    Ok(sorted)
 }
 
 impl Cell {
@@ -98,7 +113,7 @@ mod tests {
     #[test]
     fn leaves_fill_the_square_and_are_as_small_as_asked() {
         let away = |p: &Point, half: f64| ((p[0] - half).max(0.0).powi(2) + (p[1] - half).max(0.0).powi(2)).sqrt();
-        let found = leaves(&UNIT, |p, half| Some(0.01 + 0.3 * away(p, half)));
+        let found = leaves(&UNIT, |p, half| Some(0.01 + 0.3 * away(p, half)), 10_000).unwrap();
         let area: f64 = found.iter().map(|(_, edge)| edge * edge).sum();
         assert!((area - 1.0).abs() < 1e-12);
         assert!(found.iter().all(|(p, edge)| *edge <= 0.01 + 0.3 * away(p, 0.5 * edge)));
@@ -108,10 +123,12 @@ mod tests {
 
     #[test]
     fn neighbours_are_at_most_one_level_apart() {
-        let found = leaves(&UNIT, |p, half| {
+        let size = |p: &Point, half: f64| {
             let holds = (p - Point::new(0.3, 0.3)).abs().max() <= half;
             Some(if holds { 0.002 } else { 1.0 })
-        });
+        };
+        let found = leaves(&UNIT, size, 1000).unwrap();
+        assert!(matches!(leaves(&UNIT, size, found.len() - 1), Err(RemeshError::TooMany { .. })));
         let touch = |(p, a): &(Point, f64), (q, b): &(Point, f64)| {
             let gap = (p - q).abs() - Point::repeat(0.5 * (a + b));
             gap.max() < 1e-12 && gap.min() < -1e-12
@@ -126,7 +143,7 @@ mod tests {
 
     #[test]
     fn no_leaves_stand_where_none_are_wanted() {
-        let found = leaves(&UNIT, |p, half| (p[0] - half < 0.5).then_some(0.125));
+        let found = leaves(&UNIT, |p, half| (p[0] - half < 0.5).then_some(0.125), 1000).unwrap();
         assert_eq!(found.len(), 32);
     }
 }

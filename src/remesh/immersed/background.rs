@@ -31,11 +31,13 @@ const MARGIN: f64 = 2.0;
 
 /// The quadtree, balanced 2:1: cells that meet the body are no larger than the least target size in them, the others as large as
 /// the balance lets them. The edge of the square is the least size times a power of two: the finest cells have just that size.
-#[must_use]
-pub fn cells(old: &Moved<'_, 2>, size: &[f64]) -> Vec<Cell> {
+///
+/// # Errors
+/// If there would be more than `most`.
+pub fn cells(old: &Moved<'_, 2>, (size, most): (&[f64], usize)) -> Result<Vec<Cell>, RemeshError> {
     let part = whole(old, size);
-    let tree = leaves(&square(old, size), |middle, half| part.least(middle, half).or(Some(f64::INFINITY)));
-    tree.into_iter().map(|(middle, edge)| Cell { middle, edge }).collect()
+    let tree = leaves(&square(old, size), |middle, half| part.least(middle, half).or(Some(f64::INFINITY)), most)?;
+    Ok(tree.into_iter().map(|(middle, edge)| Cell { middle, edge }).collect())
 }
 
 /// The square about the middle of the body.

@@ -39,7 +39,7 @@ pub struct Steps {
 /// If sizes or positions are no numbers to mesh with.
 pub fn immerse(old: &Moved<'_, 2>, size: &[f64], rules: &Rules) -> Result<Steps, RemeshError> {
     check(old, size, rules)?;
-    let cells = cells(old, size);
+    let cells = cells(old, (size, rules.most))?;
     let background = triangulated(&cells)?;
     let distance = distances(old, &background.points);
     let immersed = snapped((old, size), &background, &distance)?;
