@@ -160,6 +160,9 @@ fn an_instance_whose_method_loses_energy_says_so_when_it_ends() {
     assert_eq!(unsafe { fmi2Terminate(host.c) }, OK);
     // A line of log is a format of C.
     let told = host.one_line().replace("%%", "%");
-    assert!(told.starts_with("the method itself has changed the energy by 13 %"), "{told}");
+    let share =
+        told.strip_prefix("the method itself has changed the energy by ").and_then(|rest| rest.split_once(" %"));
+    let percent: f64 = share.and_then(|(percent, _)| percent.parse().ok()).unwrap_or_else(|| panic!("{told}"));
+    assert!((10.0..20.0).contains(&percent), "{told}");
     assert_eq!(summary(&own)["doubt"], told);
 }
