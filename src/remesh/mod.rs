@@ -220,8 +220,11 @@ fn check<const D: usize>(old: &Moved<'_, D>, size: &[f64], rules: &Rules) -> Res
     if let Some(n) = old.position.iter().position(|x| !x.iter().all(|x| x.is_finite())) {
         return Err(RemeshError::NotFinite { node: id(n), place: embed(&old.position[n]).into() });
     }
-    let points = estimate(old, size);
-    if points <= rules.most as f64 { Ok(()) } else { Err(RemeshError::TooMany { points, most: rules.most }) }
+    at_most(estimate(old, size), rules.most)
+}
+
+fn at_most(points: f64, most: usize) -> Result<(), RemeshError> {
+    if points <= most as f64 { Ok(()) } else { Err(RemeshError::TooMany { points, most }) }
 }
 
 /// About how many points a mesh of these sizes has: areas, or volumes, and those of the boundary over those of a point.

@@ -1,7 +1,7 @@
 //! The quadtree over the square around the body: cells no larger than the target size in them.
 
-use super::RemeshError;
 use super::shape::Point;
+use super::{RemeshError, at_most};
 use std::collections::HashSet;
 
 /// Halvings of the square at most: cells of a 2^30th of its edge.
@@ -37,7 +37,7 @@ pub(super) fn leaves(
     let mut wanted = vec![];
     let mut open = vec![Cell { level: 0, at: [0, 0] }];
     while let Some(cell) = open.pop() {
-        check(leaves.len() + open.len(), most)?;
+        at_most((leaves.len() + open.len()) as f64, most)?;
         let (middle, edge) = cell.place(square);
         match least(&middle, 0.5 * edge) {
             Some(size) if size < edge && cell.level < DEEPEST => open.extend(cell.children()),
@@ -54,10 +54,6 @@ pub(super) fn leaves(
     Ok(found)
 }
 
-fn check(points: usize, most: usize) -> Result<(), RemeshError> {
-    if points <= most { Ok(()) } else { Err(RemeshError::TooMany { points: points as f64, most }) }
-}
-
 /// The leaves in their order once no two that touch along an edge are more than a level apart.
 fn balanced(mut leaves: HashSet<Cell>, mut waiting: Vec<Cell>, most: usize) -> Result<Vec<Cell>, RemeshError> {
     while let Some(cell) = waiting.pop() {
@@ -69,7 +65,7 @@ fn balanced(mut leaves: HashSet<Cell>, mut waiting: Vec<Cell>, most: usize) -> R
         if let Some(leaf) = large {
             leaves.remove(&leaf);
             leaves.extend(leaf.children());
-            check(leaves.len(), most)?;
+            at_most(leaves.len() as f64, most)?;
             waiting.push(cell);
             waiting.extend(leaf.children());
         }
