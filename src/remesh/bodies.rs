@@ -126,7 +126,13 @@ impl<const D: usize> Body<D> {
     }
 
     pub fn carried(&self) -> Carried<'_, D> {
-        Carried { symmetry: self.symmetry, mass: &self.mass, corner_mass: &self.corner_mass, velocity: &self.velocity }
+        Carried {
+            symmetry: self.symmetry,
+            mass: &self.mass,
+            corner_mass: &self.corner_mass,
+            velocity: &self.velocity,
+            is_level: false,
+        }
     }
 
     pub fn books(&self) -> Books<D> {

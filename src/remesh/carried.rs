@@ -2,7 +2,7 @@
 
 use super::{Defects, Same, Source};
 use crate::algebra::Vector;
-use crate::mesh::{ElementId, Simplex};
+use crate::mesh::Simplex;
 
 /// What a mesh stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,6 +26,8 @@ pub struct Carried<'a, const D: usize> {
     pub corner_mass: &'a [[f64; 4]],
     /// Velocities of the nodes, m/s.
     pub velocity: &'a [Vector<D>],
+    /// Whether the density of what is gone is drawn to its mean where it would be below nothing; momentum stays.
+    pub is_level: bool,
 }
 
 /// What a new mesh carries.
@@ -75,23 +77,23 @@ pub fn corner_masses<const D: usize>(
     elements.iter().zip(mass).map(|(nodes, m)| shares(nodes).map(|share| m * share)).collect()
 }
 
-/// Corner masses of which those of the elements `gone` stand for a density that is nowhere below nothing: where it would be, it is drawn
-/// to its mean until it is nothing at the worst corner. Masses of elements stay, their centres do not.
-#[must_use]
-pub fn levelled<const D: usize>(corner_mass: &[[f64; 4]], gone: &[ElementId]) -> Vec<[f64; 4]> {
-    let mut level = corner_mass.to_vec();
-    for corners in gone.iter().map(|element| element.index()) {
-        let corners = &mut level[corners];
-        let mean = corners.iter().sum::<f64>() / (D + 1) as f64;
-        let least = heights::<D>(corners)[..=D].iter().copied().fold(f64::INFINITY, f64::min);
-        // The mean of the density times measure is the mass.
-        let whole = mean * (D + 1) as f64;
-        if whole > 0.0 && least < 0.0 {
-            let part = whole / (whole - least);
-            corners[..=D].iter_mut().for_each(|corner| *corner = mean + part * (*corner - mean));
-        }
+/// Corner masses of the same whole whose density is nowhere below nothing: where it would be, it is drawn to its mean until it is nothing at
+/// the worst corner. The mass stays, its centre does not.
+pub(super) fn levelled<const D: usize>(corner_mass: &[f64; 4]) -> [f64; 4] {
+    let mut level = *corner_mass;
+    // The mean of the density times measure is the mass.
+    let whole = corner_mass[..=D].iter().sum::<f64>();
+    let (mean, least) = (whole / (D + 1) as f64, least_height::<D>(corner_mass));
+    if whole > 0.0 && least < 0.0 {
+        let part = whole / (whole - least);
+        level[..=D].iter_mut().for_each(|corner| *corner = mean + part * (*corner - mean));
     }
     level
+}
+
+/// The least density at a corner of an element times its measure, kg.
+pub(super) fn least_height<const D: usize>(corner_mass: &[f64; 4]) -> f64 {
+    heights::<D>(corner_mass)[..=D].iter().copied().fold(f64::INFINITY, f64::min)
 }
 
 /// Masses of the nodes, kg: the sums of the corner masses around them.

@@ -63,7 +63,7 @@ use surface::Surface;
 use tree::Square;
 
 pub use bend::{bends, bends_within};
-pub use carried::{Carried, Symmetry, Transferred, corner_masses, levelled, lightest, nodal_masses};
+pub use carried::{Carried, Symmetry, Transferred, corner_masses, lightest, nodal_masses};
 pub use defects::{Books, Defects};
 pub use error::RemeshError;
 pub use hanging::with_what_hangs_on;

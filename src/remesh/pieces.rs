@@ -1,6 +1,6 @@
 //! Mass and momentum of the new elements, from the old ones that they lie over.
 
-use super::carried::heights;
+use super::carried::{heights, least_height, levelled};
 use super::cell::{Cell, weighed};
 use super::locate::Locator;
 use super::overlay::{Cutter, Moments, inertia};
@@ -181,17 +181,17 @@ impl<const D: usize> Part<D> {
     }
 
     /// Where the density would be more than D of its means below nothing at a corner, draws it to its mean until it is nothing there: at
-    /// D + 1 means, as where a point of mass lies on the side across, a node in such a corner has no mass. Mass and momentum stay; the
-    /// centre of mass does not.
+    /// D + 1 means, as where a point of mass lies on the side across, a node in such a corner has no mass. What goes from corner to corner
+    /// moves as the whole does: mass and momentum stay, the centre of mass does not.
     fn level(&mut self) {
-        let corner_mass = self.corner_mass();
-        let (mean, heights) = (corner_mass.iter().sum::<f64>(), heights::<D>(&corner_mass));
-        let least = heights[..=D].iter().copied().fold(f64::INFINITY, f64::min);
-        if mean > 0.0 && least < -(D as f64) * mean {
-            let part = mean / (mean - least);
-            let mut level = [0.0; 4];
-            level[..=D].iter_mut().zip(heights).for_each(|(level, height)| *level = mean + part * (height - mean));
-            self.inertia = inertia::<D>(&level);
+        let was = self.corner_mass();
+        let whole: f64 = was.iter().sum();
+        if whole > 0.0 && least_height::<D>(&was) < -(D as f64) * whole {
+            let now = levelled::<D>(&was);
+            self.inertia = inertia::<D>(&heights::<D>(&now));
+            let velocity = self.momentum.iter().sum::<Vector<D>>() / whole;
+            let moved = now.into_iter().zip(was).map(|(now, was)| velocity * (now - was));
+            self.momentum.iter_mut().zip(moved).for_each(|(own, more)| *own += more);
         }
     }
 
@@ -209,15 +209,23 @@ impl<const D: usize> Part<D> {
 impl<const D: usize> Gone<D> {
     fn of(old: &Moved<'_, D>, carried: &Carried<'_, D>, element: ElementId) -> Self {
         let nodes = &old.mesh.elements[element.index()];
-        let own = carried.corner_mass[element.index()];
-        Self {
+        let was = carried.corner_mass[element.index()];
+        let own = if carried.is_level { levelled::<D>(&was) } else { was };
+        let velocity = std::array::from_fn(|a: usize| carried.velocity[nodes[a.min(D)].index()]);
+        let mut gone = Self {
             cell: Cell::of(old.position, nodes),
             own,
             heights: heights::<D>(&own),
-            velocity: std::array::from_fn(|a: usize| carried.velocity[nodes[a.min(D)].index()]),
+            velocity,
             left: own,
             covered: 0.0,
+        };
+        if own != was {
+            let lacking: [f64; 4] = std::array::from_fn(|a| was[a] - own[a]);
+            let faster = weighed(&velocity, &lacking) / own.iter().sum::<f64>();
+            gone.velocity.iter_mut().for_each(|velocity| *velocity += faster);
         }
+        gone
     }
 
     /// Gives a new element what that lies over; an element that is turned inside out has nothing to give. How much mass, kg,
@@ -263,5 +271,28 @@ impl<const D: usize> Gone<D> {
     fn misses(&self, part: f64) -> bool {
         let mass: f64 = self.left.iter().sum();
         mass.abs() > part * self.heights.iter().sum::<f64>() / (D + 1) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_drawn_to_its_mean_moves_as_before() {
+        let velocity = Vector::<2>::new(-60.0, 70.0);
+        let mut part =
+            Part { element: 0, inertia: inertia::<2>(&[1e-6, 1e-6, 1e-6, 0.0]), momentum: [velocity * 1e-6 / 3.0; 4] };
+        part.momentum[3] = Vector::zeros();
+        // What hung on it, twenty times its mass, near one of its corners.
+        part.add_point(20e-6, &velocity, &[0.98, 0.01, 0.01, 0.0]);
+        let corners = part.corner_mass();
+        part.level();
+        let level = part.corner_mass();
+        assert!(level[0] < corners[0] && heights::<2>(&level)[1] >= -1e-18, "{level:?}");
+        assert!((level.iter().sum::<f64>() - 21e-6).abs() < 1e-18);
+        for (momentum, mass) in part.momentum.iter().zip(level) {
+            assert!((momentum - velocity * mass).amax() < 1e-15, "{momentum} of {mass} kg");
+        }
     }
 }

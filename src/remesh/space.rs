@@ -258,7 +258,7 @@ fn an_element_inside_out_gives_its_mass_to_its_neighbours() {
 #[test]
 fn nothing_at_all_can_be_transferred() {
     let mesh = Mesh::<3>::new(vec![], vec![]);
-    let carried = Carried { symmetry: Symmetry::Spatial, mass: &[], corner_mass: &[], velocity: &[] };
+    let carried = Carried { symmetry: Symmetry::Spatial, mass: &[], corner_mass: &[], velocity: &[], is_level: false };
     let new = Proposal {
         position: vec![Vector::zeros()],
         origin: vec![Origin::Inside],
@@ -288,6 +288,10 @@ fn a_node_has_an_even_share_of_a_uniform_body_and_less_in_a_corner_without_densi
     body.mass = nodal_masses::<3>(body.xi.len(), &body.mesh.elements, &body.corner_mass);
     let after = transfer(&body.moved(), &body.carried(), &new);
     assert!(lightest(&new.elements, &after) < 0.9);
+    let body = body.with_velocity(wavy);
+    let after = transfer(&body.moved(), &Carried { is_level: true, ..body.carried() }, &new);
+    check_conserved(&after.defects, 1e-13);
+    assert!(after.mass.iter().all(|mass| *mass > 0.0));
 }
 
 #[test]

@@ -425,7 +425,8 @@ mod tests {
     #[test]
     fn nothing_at_all_can_be_transferred() {
         let mesh = crate::mesh::Mesh::<2>::new(vec![], vec![]);
-        let carried = Carried { symmetry: Symmetry::Planar, mass: &[], corner_mass: &[], velocity: &[] };
+        let carried =
+            Carried { symmetry: Symmetry::Planar, mass: &[], corner_mass: &[], velocity: &[], is_level: false };
         let new = Proposal {
             position: vec![Vector::zeros()],
             origin: vec![Origin::Inside],

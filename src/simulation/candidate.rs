@@ -308,8 +308,7 @@ impl<const D: usize> Gelatin<D> {
         if new.defects.massless == 0 && !is_light() {
             return new;
         }
-        let corner_mass = remesh::levelled::<D>(&old.corner_mass, &pairing.gone);
-        remesh::transfer_paired(moved, &Carried { corner_mass: &corner_mass, ..carried }, (proposal, pairing))
+        remesh::transfer_paired(moved, &Carried { is_level: true, ..carried }, (proposal, pairing))
     }
 
     fn carried<'a>(&'a self, old: &'a Birth<D>) -> Carried<'a, D> {
@@ -318,6 +317,7 @@ impl<const D: usize> Gelatin<D> {
             mass: &old.mass,
             corner_mass: &old.corner_mass,
             velocity: &self.engine.state().velocity,
+            is_level: false,
         }
     }
 }

@@ -73,6 +73,7 @@ impl<const D: usize> Gel<D> {
             mass: &self.birth.mass,
             corner_mass: &self.birth.corner_mass,
             velocity: &self.velocity,
+            is_level: false,
         };
         let new = remesh::transfer(&moved, &carried, &proposal);
         let (simplices, patches) = (self.simplices(), Patches::alone(proposal.elements.len()));
