@@ -25,13 +25,24 @@ pub(super) struct Watch {
     travelled: f64,
     /// Greatest speed of a run of nodes, m/s.
     speeds: Vec<f64>,
-    /// Parts of the mesh, once it is asked whether it is worn: in which runs their nodes are, and what any of these has wandered at most, m.
-    parts: Vec<(Vec<u32>, f64)>,
+    /// Parts of the mesh, once it is asked whether it is worn.
+    parts: Vec<Part>,
     /// A ball around the surface: where, and its radius with all that nodes have travelled, m.
     ball: (Vector3, f64),
     /// When that was known, s, and where the bodies were.
     time: f64,
     bodies: Vec<BodyState>,
+}
+
+/// A part of a mesh whose nodes wander by themselves.
+#[derive(Debug)]
+struct Part {
+    /// In which runs its nodes are.
+    runs: Vec<u32>,
+    /// What any of them has wandered at most, m.
+    wandered: f64,
+    /// The least `sound` of its groups, m.
+    sound: f64,
 }
 
 impl Watch {
@@ -48,7 +59,7 @@ impl Watch {
     /// Has parts of a mesh of so many groups, with their nodes in these runs, wander by themselves from now on; how sound groups are is
     /// not known yet.
     pub fn divide(&mut self, parts: Vec<Vec<u32>>, n_groups: usize) {
-        self.parts = parts.into_iter().map(|runs| (runs, 0.0)).collect();
+        self.parts = parts.into_iter().map(|runs| Part { runs, wandered: 0.0, sound: f64::NEG_INFINITY }).collect();
         self.sound = vec![f64::NEG_INFINITY; n_groups];
     }
 
@@ -61,8 +72,8 @@ impl Watch {
     pub fn go_on(&mut self, time: f64, bodies: &[BodyState]) {
         let passed = (time - self.time).max(0.0);
         let wandered = self.speed() * passed;
-        for (runs, wandered) in &mut self.parts {
-            *wandered += fastest(runs, &self.speeds) * passed;
+        for part in &mut self.parts {
+            part.wandered += fastest(&part.runs, &self.speeds) * passed;
         }
         let known = self.bodies.len() == bodies.len()
             && self.bodies.iter().zip(bodies).all(|(was, now)| was.active || !now.active);
@@ -104,20 +115,28 @@ impl Watch {
 
     /// What any node of a part has wandered at most up to a time that is not before the last one, m.
     pub fn wandered(&self, part: usize, time: f64) -> f64 {
-        let (runs, wandered) = &self.parts[part];
+        let Part { runs, wandered, .. } = &self.parts[part];
         wandered + fastest(runs, &self.speeds) * (time - self.time).max(0.0)
     }
 
-    /// Whether an element of a group may be worn where the nodes of its part have wandered so far, m.
-    pub fn may_be_worn(&self, group: usize, wandered: f64) -> bool {
-        // What is no number must not hide a group.
-        let far = self.sound[group] > wandered;
-        !far
+    /// Whether an element of a part whose nodes have wandered so far, m, may be worn.
+    pub fn may_be_worn(&self, part: usize, wandered: f64) -> bool {
+        reaches(self.parts[part].sound, wandered)
+    }
+
+    /// The same of an element of a group.
+    pub fn may_group_be_worn(&self, group: usize, wandered: f64) -> bool {
+        reaches(self.sound[group], wandered)
     }
 
     /// Takes down what the nodes of its part will have wandered before an element of a group can be worn, m.
     pub fn note_sound(&mut self, group: usize, wandered: f64) {
         self.sound[group] = wandered;
+    }
+
+    /// Takes down that of a part of these groups.
+    pub fn note_part(&mut self, part: usize, groups: std::ops::Range<usize>) {
+        self.parts[part].sound = self.sound[groups].iter().copied().fold(f64::INFINITY, least);
     }
 
     /// How far a point of the body near the surface can have come, m: |R − R′| ≤ 2 |q − q′| for rotations.
@@ -163,8 +182,6 @@ impl Watch {
 
     /// Takes down what is known of the nodes of a run, each with how far from it facets are looked at, m.
     pub fn note_run(&mut self, run: usize, nodes: impl Iterator<Item = (u32, f64)>) {
-        // What is no number must not hide a run; as the least of two numbers it would be lost.
-        let least = |least: f64, it: f64| if least.is_nan() || it >= least { least } else { it };
         let of_node = |(node, looks): (u32, f64)| (self.until[node as usize], self.until[node as usize] - looks);
         let of_run = nodes.map(of_node).fold((f64::INFINITY, f64::INFINITY), |a, b| (least(a.0, b.0), least(a.1, b.1)));
         self.runs.resize(self.runs.len().max(run + 1), (f64::NEG_INFINITY, f64::NEG_INFINITY));
@@ -219,6 +236,17 @@ impl Watch {
         let straight = at.velocity.norm() * h + 0.5 * pull * h * h;
         straight + body.inverse_inertia.norm() * turning * h * (self.arm(at) + straight) + grown
     }
+}
+
+/// Whether what was sound so far, m, may not be so any more; what is no number hides nothing.
+fn reaches(sound: f64, wandered: f64) -> bool {
+    let far = sound > wandered;
+    !far
+}
+
+/// The least of two, or what is no number, which must not be lost.
+fn least(least: f64, it: f64) -> f64 {
+    if least.is_nan() || it >= least { least } else { it }
 }
 
 /// Greatest speed of these runs, m/s.

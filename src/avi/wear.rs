@@ -3,6 +3,7 @@
 use super::blocks::Block;
 use super::engine::Engine;
 use super::nodes::RUN;
+use super::phase::{Moment, Phase};
 use crate::algebra::Vector;
 use crate::element::{MAX_NODES, Potential, Reference};
 use crate::mesh::{NodeId, Simplex, is_worse, leeway};
@@ -38,30 +39,32 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.divide();
         }
         let part = if age < YOUNG { HALF_WORN } else { 1.0 };
-        (0..self.watch.parts()).any(|block| self.is_block_worn(block, (self.grid.time(tick), tick), part))
+        (0..self.watch.parts()).any(|block| self.is_block_worn(block, tick, part))
     }
 
-    /// Whether an element of a block that fires, or in the reference form of all that do, is worn to this part of what is allowed.
-    fn is_block_worn(&mut self, block: usize, (time, tick): (f64, Tick), part: f64) -> bool {
-        let schedule = self.rules.schedule;
+    /// Whether an element of a block, in the reference form of all of the mesh, is worn to this part of what is allowed, if half of its step
+    /// is behind: within it neighbours of shorter ones can turn it over, and its kick at the end would be by that. Before, the end of the
+    /// mesh would take back some of the half kick ahead, by what the element has become since.
+    fn is_block_worn(&mut self, block: usize, tick: Tick, part: f64) -> bool {
         let groups = match &self.blocks {
-            Some(blocks) => {
-                let own = &blocks.all[block];
-                // What is at rest where it was made is not worn.
-                if !own.is_awake() || !schedule.fires(own.steps.0, tick) {
-                    return false;
-                }
-                blocks.groups_of(block)
-            }
+            // What is at rest where it was made is not worn.
+            Some(blocks) if !blocks.all[block].is_awake() => return false,
+            Some(blocks) => blocks.groups_of(block),
             None => 0..self.state.clocks.len(),
         };
+        let (time, end) = (self.grid.time(tick), Moment { phase: Phase::Last, ..self.moment(tick) });
         let wandered = self.watch.wandered(block, time);
-        for group in groups {
-            if schedule.fires(self.state.clocks[group].step, tick) && self.watch.may_be_worn(group, wandered) {
+        if !self.watch.may_be_worn(block, wandered) {
+            return false;
+        }
+        for group in groups.clone() {
+            let is_owed = end.owed(self.state.clocks[group].step) >= 0.0;
+            if is_owed && self.watch.may_group_be_worn(group, wandered) {
                 let Some(leeway) = self.leeway(group, time, part) else { return true };
                 self.watch.note_sound(group, wandered + leeway);
             }
         }
+        self.watch.note_part(block, groups);
         false
     }
 
