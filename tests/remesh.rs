@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+use ballistic_gel::avi::StepError;
 use ballistic_gel::scene::{self, Override, Scene};
 use ballistic_gel::simulation::{CouplingMode, Observation, RestoreError, Saved, SavedState, Simulation};
 
@@ -349,4 +350,19 @@ fn a_state_that_is_refused_on_another_mesh_changes_nothing() {
     assert_eq!(early.digest(), before);
     advance(&mut early, scene.scene.end_time);
     assert_eq!(early.digest(), run(&scene, (1, 1)).digest());
+}
+
+/// What no stable run can come to: its nodes are thirty times as fast as they were.
+#[test]
+fn a_run_with_far_more_energy_than_it_can_have_ends_in_words() {
+    let mut run = simulation(&changed("ball-square", &SQUARE), 1);
+    advance(&mut run, 1e-3);
+    let mut saved = run.save();
+    let SavedState::Flat(state) = &mut saved.state else { panic!("a scene in the plane") };
+    state.velocity.iter_mut().for_each(|velocity| *velocity *= 30.0);
+    run.restore(&saved).unwrap();
+    let inputs = run.inputs();
+    let failure = run.step(&inputs, 2e-3).unwrap_err();
+    assert!(matches!(failure, StepError::Diverged { part, time } if part > 10.0 && time > 1e-3), "{failure}");
+    assert_eq!(run.step(&inputs, 3e-3), Err(failure));
 }

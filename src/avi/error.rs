@@ -97,6 +97,17 @@ pub enum StepError {
         /// The stable step, s.
         step: f64,
     },
+    /// The method has made more energy than there can be.
+    #[error(
+        "at {time:.6e} s gel and bodies have {part:.1e} times the energy that there was and came in: the method has made it, and what \
+         follows would mean nothing. Use a smaller mesh.size near the impact, a lower speed, or a lower integrator.cfl"
+    )]
+    Diverged {
+        /// When, s.
+        time: f64,
+        /// Energy, of what there was at the start and came in since.
+        part: f64,
+    },
 }
 
 /// A number with so many decimals, with an exponent instead where it is too great to be read so.
@@ -124,7 +135,8 @@ impl StepError {
             | Self::StepCollapsed { time, .. }
             | Self::Leak { time, .. }
             | Self::Spun { time, .. }
-            | Self::Worn { time, .. } => *time,
+            | Self::Worn { time, .. }
+            | Self::Diverged { time, .. } => *time,
         }
     }
 }

@@ -51,8 +51,8 @@ pub(super) trait Model: Send {
     fn overlap(&self, i: usize, at: &BodyState) -> Option<f64>;
     /// Whether a body so would have the gel around its centre.
     fn swallows(&self, i: usize, at: &BodyState) -> bool;
-    /// Mass of the gel, kg.
-    fn gel_mass(&self) -> f64;
+    /// What rounding leaves of the energy of the gel at rest, J.
+    fn noise(&self) -> f64;
     /// Elements, nodes, elements below the continuation.
     fn counts(&self) -> (usize, usize, usize);
     /// Part of the elements that are at rest not what their nodes say.
@@ -128,6 +128,12 @@ pub(super) fn is_swallowed<const D: usize>(
 const TOUCHING: f64 = 0.1;
 
 impl<const D: usize> Gelatin<D> {
+    /// Mass of the gel, kg.
+    pub fn gel_mass(&self) -> f64 {
+        let mass = &self.engine.gel().mass;
+        ordered_sum(mass.len(), 0.0, |i| mass[i])
+    }
+
     fn cells(&self, t: f64) -> FrameCells {
         let (measured, potential) = (self.engine.measure_at(t), &self.engine.gel().potential);
         let mut energy_density = vec![0.0; self.engine.gel().potential.len()];
@@ -243,9 +249,8 @@ where
         is_swallowed((&x, gel.potential.elements()), (self.body(i).0, at))
     }
 
-    fn gel_mass(&self) -> f64 {
-        let mass = &self.engine.gel().mass;
-        ordered_sum(mass.len(), 0.0, |i| mass[i])
+    fn noise(&self) -> f64 {
+        self.recipe.noise(self.gel_mass())
     }
 
     fn counts(&self) -> (usize, usize, usize) {

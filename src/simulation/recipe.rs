@@ -76,6 +76,13 @@ impl Recipe {
         }
     }
 
+    /// What rounding leaves of the energy of so much gel at rest, J.
+    pub fn noise(&self, mass: f64) -> f64 {
+        /// Of a strain of one; a real one is a millionth of that or more.
+        const ROUND_OFF: f64 = 1e-14;
+        ROUND_OFF * self.material.wave_modulus() * mass / self.density
+    }
+
     /// How many parts like the one that is computed make all of the gel.
     pub fn copies(&self) -> f64 {
         self.symmetry.copies()

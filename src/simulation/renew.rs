@@ -10,7 +10,7 @@ use super::recipe::{Recipe, Sizes};
 use super::rehearsal::{Refusal, Rehearsal, Renewal};
 use super::sensors::seats;
 use crate::algebra::Vector;
-use crate::avi::{NoStep, StepError};
+use crate::avi::{NoStep, StepError, Totals};
 use crate::element::{Memory, Potential, Simplices};
 use crate::mesh::{ElementId, Mesh, Patches, neighbours};
 use crate::remesh::{self, Moved, Neighbours, Same};
@@ -59,6 +59,9 @@ pub(super) const MOST_BROKEN: f64 = 0.01;
 /// How often gel breaks off at one time, so that a mesh is taken: each time what the next one was refused for.
 const MOST_BREAKS: usize = 32;
 
+/// A run that has so many times the energy that it can have is none any more.
+const RUNAWAY: f64 = 10.0;
+
 /// Neighbours and shapes of the elements of a worn mesh.
 type Worn = (Neighbours, Vec<f64>);
 
@@ -68,6 +71,9 @@ impl<const D: usize> Gelatin<D> {
         let begun = Instant::now();
         if self.engine.state().birth.is_none() {
             self.first = Some(self.present());
+        }
+        if let Some(diverged) = self.diverged() {
+            return Err(diverged);
         }
         // A mesh that fails as soon as it is made: so does the next one with what is in it.
         if let Some(failure) = self.engine.early_failure().cloned()
@@ -97,6 +103,17 @@ impl<const D: usize> Gelatin<D> {
             return Err(failure.clone());
         }
         self.keep(&self.present(), worn).map_err(|NoStep { step }| StepError::Worn { time, step })
+    }
+
+    /// Whether there is far more energy than there was at the start and came in since: a ball at 23 m/s once went on so to 1e223 m, every
+    /// new mesh refused at length.
+    fn diverged(&self) -> Option<StepError> {
+        let time = self.engine.now();
+        let Totals { energies, ledger, initial_energy, .. } = self.engine.totals(time);
+        let came = [initial_energy, ledger.energy.external, ledger.energy.load, ledger.energy.importer];
+        let there: f64 = came.iter().map(|energy| energy.abs()).sum();
+        let part = energies.discrete() / there;
+        (there > self.recipe.noise(self.gel_mass()) && part > RUNAWAY).then_some(StepError::Diverged { time, part })
     }
 
     /// Goes on with a better mesh of what there is, begun then.

@@ -66,9 +66,7 @@ pub(super) struct Facts {
 }
 
 impl Facts {
-    fn of(scene: &Scene, mode: CouplingMode, gel_mass: f64) -> Self {
-        /// Of a strain of one; a real one is a millionth of that or more.
-        const ROUND_OFF: f64 = 1e-14;
+    fn of(scene: &Scene, mode: CouplingMode, noise: f64) -> Self {
         let material = material(&scene.gel);
         Self {
             origin: xxhash_rust::xxh3::xxh3_64(format!("{scene:?} {mode:?}").as_bytes()),
@@ -76,7 +74,7 @@ impl Facts {
             force_window: scene.force_window(),
             contact_modulus: material.contact_modulus(),
             specific_impedance: (scene.gel.density * material.wave_modulus()).sqrt(),
-            noise: ROUND_OFF * material.wave_modulus() * gel_mass / scene.gel.density,
+            noise,
         }
     }
 }
@@ -100,8 +98,7 @@ impl Simulation {
     /// [`BuildError`] if the scene asks for what cannot be built.
     pub fn new(scene: &Scene, mode: CouplingMode, threads: usize) -> Result<Self, BuildError> {
         let model = build(scene, mode == CouplingMode::Prescribed, threads)?;
-        let (facts, exchanges) =
-            (Facts::of(scene, mode, model.gel_mass()), vec![Exchange::default(); model.n_bodies()]);
+        let (facts, exchanges) = (Facts::of(scene, mode, model.noise()), vec![Exchange::default(); model.n_bodies()]);
         Ok(Self { model, mode, facts, time: 0.0, exchanges, failure: None, before: vec![] })
     }
 
