@@ -2,7 +2,7 @@
 
 use ballistic_gel::algebra::Vector;
 use ballistic_gel::element::{
-    Answer, DEPTH, GroupAnswer, Kick, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power, Recall, Section,
+    Answer, DEPTH, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power, Recall, Section,
     Simplices,
 };
 use ballistic_gel::material::{Confinement, Material, NeoHookean};
@@ -62,13 +62,13 @@ impl<const D: usize> Both<D> {
 
     /// Goes on to these positions, and compares everything that both answer.
     fn advance(&mut self, x: &[Vector<D>], elapsed: f64) {
-        for (number, (x, rest)) in x.iter().zip(self.simplices.rest()).enumerate() {
-            self.local.load(number, [x, &(x - rest), &Vector::<D>::zeros()]);
-        }
+        let hold = Vector::<D>::zeros();
+        let nodes = x.iter().zip(self.simplices.rest()).enumerate();
+        self.local.load(Level::new(), nodes.map(|(number, (x, rest))| (number, [x, &hold, rest], 0.0)));
         let (mut stiffness, mut groups) = ([0.0; 2 * LANES], [GroupAnswer::default(); 2]);
-        let kick = |_| Some(Kick { length: 1.0, elapsed });
+        let kick = Kick { length: 1.0, elapsed };
         let found = (&mut stiffness[..], &mut groups[..], self.batches.as_mut_slice());
-        self.lanes.sweep(Level::new(), (0..2, &kick, Power::Untold), &mut self.local, found);
+        self.lanes.sweep(Level::new(), (0..2, Kicks::Same(kick), Power::Untold), &mut self.local, found);
         let (mut energy, mut lost) = (0.0, 0.0);
         for e in 0..9 {
             let mut answers = [Answer::default(); DEPTH];

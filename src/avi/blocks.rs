@@ -113,9 +113,9 @@ pub(super) struct Spot {
 pub(super) struct Front {
     /// Whether what the block gives to them is in its part.
     pub gives: bool,
-    /// From which limit on and below which one the steps of the block stay as they are, s: of all its nodes.
+    /// From which limit on and below which one the steps of the block stay as they are, s, whichever node has it.
     calm: (f64, f64),
-    /// The same of each node; none where all groups are of one step and no limit was outside yet.
+    /// The same of each node, no less; none where all groups are of one step and no limit was outside yet.
     calms: Vec<(f64, f64)>,
     /// Where its part begins.
     first: usize,
@@ -247,8 +247,10 @@ impl<const D: usize> Blocks<D> {
     #[inline]
     pub fn tell(&self, spot: Spot, limit: f64, moves: bool) {
         let front = &self.fronts[spot.block as usize];
-        let (least, most) = *front.calms.get(spot.at as usize - front.first).unwrap_or(&front.calm);
-        let calm = least <= limit && limit < most;
+        let calms = |(least, most): (f64, f64)| least <= limit && limit < most;
+        let own = || front.calms.get(spot.at as usize - front.first);
+        // What no node of the block finds anything in needs no look at its own.
+        let calm = calms(front.calm) || own().is_some_and(|own| calms(*own));
         if !calm {
             front.stirred.store(true, Ordering::Relaxed);
         }

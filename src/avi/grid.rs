@@ -35,7 +35,8 @@ impl TickGrid {
     #[must_use]
     #[inline]
     pub fn time(&self, tick: Tick) -> f64 {
-        tick as f64 * self.tau
+        // Below 2⁵³ (A3): vector units before AVX-512 turn but signed numbers.
+        tick.cast_signed() as f64 * self.tau
     }
 
     /// A length of so many ticks, whole or not, s.

@@ -1,17 +1,24 @@
 //! The node phase of the fast form: every active node drifts, learns its limit and takes its kick, in one pass.
 
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+
+use super::TickGrid;
 use super::blocks::{Blocks, Due};
 use super::damping::{Damped, fade};
 use super::engine::Engine;
 use super::kick::Taken;
-use super::pace::limit;
+use super::pace::limit as nodal_limit;
 use super::pool::{Cut, share};
 use crate::algebra::{Vector, embed};
-use crate::element::Potential;
+use crate::contact::Freedom;
+use crate::element::{Potential, on};
 use crate::state::Tick;
 
 /// Nodes whose sums are taken together (numerics A9).
 pub(super) const RUN: usize = 1024;
+/// Nodes that are gone through together, each stage for all of them: what they gather, their limits, their kicks, and what that says of
+/// the steps around.
+const TOGETHER: usize = 32;
 /// Active nodes from which on all nodes are gone through, in runs that threads can share, instead of a list.
 const MANY: usize = 1024;
 
@@ -62,6 +69,26 @@ pub(super) struct Node<'a, const D: usize> {
     fade: &'a mut f64,
 }
 
+impl<const D: usize> Node<'_, D> {
+    /// To a tick; how long it took, s.
+    #[inline(always)]
+    fn drift(&mut self, grid: TickGrid, tick: Tick) -> f64 {
+        let passed = grid.time(tick - *self.last);
+        *self.position += *self.velocity * passed;
+        *self.last = tick;
+        passed
+    }
+
+    /// Takes from its speed what damping takes in this time, s, of a mass, kg.
+    fn damp(&mut self, (rate, passed): (f64, f64), mass: f64, (damped, freedom): (&mut Damped, Freedom)) {
+        *self.fade = fade(rate, passed);
+        *self.velocity += *self.before * *self.fade;
+        let drag = *self.before * (mass * *self.fade);
+        damped.energy += 0.5 * drag.dot(&(*self.before + *self.velocity));
+        damped.add(freedom, (self.position, &drag));
+    }
+}
+
 /// What is summed over nodes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NodeSums {
@@ -109,24 +136,68 @@ struct Runs<'a, const D: usize> {
 }
 
 impl<const D: usize> Runs<'_, D> {
-    fn node(&mut self, i: usize) -> Node<'_, D> {
+    #[inline(always)]
+    fn node(&mut self, node: usize) -> Node<'_, D> {
+        let i = node - self.first;
         let Self { position, velocity, before, last, limit, excess, fade, .. } = self;
         let (position, velocity, before) = (&mut position[i], &mut velocity[i], &mut before[i]);
         let (last, limit, excess, fade) = (&mut last[i], &mut limit[i], &mut excess[i], &mut fade[i]);
         Node { position, velocity, before, last, limit, excess, fade }
     }
 
-    /// Goes through the active nodes, run by run.
-    fn go(mut self, active: &Active, work: impl Fn(usize, Node<'_, D>, &mut NodeSums)) {
+    /// Goes through the active nodes, run by run, some of them at a time.
+    #[inline(always)]
+    fn go(mut self, active: &Active, work: impl Fn(&mut Self, &[usize], &mut NodeSums)) {
         for run in 0..self.sums.len() {
             let mut sums = NodeSums::default();
-            let first = self.first;
-            let nodes = run * RUN..self.position.len().min((run + 1) * RUN);
-            for i in nodes.filter(|i| active.has(first + i)) {
-                work(first + i, self.node(i), &mut sums);
+            let nodes = self.first + run * RUN..self.first + self.position.len().min((run + 1) * RUN);
+            let mut nodes = nodes.filter(|node| active.has(*node));
+            loop {
+                let (mut some, mut n) = ([0; TOGETHER], 0);
+                some.iter_mut().zip(&mut nodes).for_each(|(place, node)| {
+                    *place = node;
+                    n += 1;
+                });
+                if n == 0 {
+                    break;
+                }
+                work(&mut self, &some[..n], &mut sums);
             }
             self.sums[run] = sums;
         }
+    }
+}
+
+/// What the blocks around some nodes give to them.
+struct Gathered<const D: usize> {
+    /// Σ p, N·s.
+    push: [Vector<D>; TOGETHER],
+    /// CFL · 2/√λ_a, s.
+    limit: [f64; TOGETHER],
+}
+
+impl<const D: usize> Gathered<D> {
+    /// Gathered from the blocks in their order.
+    #[inline(always)]
+    fn new(nodes: &[usize], blocks: &Blocks<D>, (mass, cfl): (&[f64], f64)) -> Self {
+        let mut all = Self { push: [Vector::zeros(); TOGETHER], limit: [0.0; TOGETHER] };
+        let mut masses = [1.0; TOGETHER];
+        for (i, a) in nodes.iter().enumerate() {
+            let (mut push, mut stiffness) = (Vector::<D>::zeros(), 0.0);
+            for spot in blocks.spots(*a) {
+                let part = &blocks.parts[spot.at as usize];
+                stiffness += part[3];
+                if blocks.fronts[spot.block as usize].gives {
+                    (0..D).for_each(|i| push[i] += part[i]);
+                }
+            }
+            (all.push[i], all.limit[i], masses[i]) = (push, stiffness, mass[*a]);
+        }
+        // All of them, and apart from the rest: so roots and divisions go side by side.
+        for (limit, mass) in all.limit.iter_mut().zip(&masses) {
+            *limit = cfl * nodal_limit(*limit, *mass);
+        }
+        all
     }
 }
 
@@ -182,9 +253,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub(super) fn drift_active(&mut self, tick: Tick) {
         let grid = self.grid;
         if self.blocks.is_some() {
-            self.over_nodes(|_, node, _, _| {
-                *node.position += *node.velocity * grid.time(tick - *node.last);
-                *node.last = tick;
+            self.over_nodes(|runs, nodes, _, _| {
+                for node in nodes {
+                    runs.node(*node).drift(grid, tick);
+                }
             });
         }
     }
@@ -194,50 +266,49 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub(super) fn advance_nodes(&mut self, tick: Tick) -> NodeSums {
         let (gel, grid, cfl, freedom) = (self.gel.clone(), self.grid, self.rules.cfl, self.freedom());
         let (share, rate) = (self.share_ahead(), self.rules.damping);
-        self.over_nodes(|a, node, blocks, sums| {
-            let spots = blocks.spots(a);
-            let (mut p, mut stiffness) = (Vector::<D>::zeros(), 0.0);
-            for spot in spots {
-                let part = &blocks.parts[spot.at as usize];
-                stiffness += part[3];
-                if blocks.fronts[spot.block as usize].gives {
-                    (0..D).for_each(|i| p[i] += part[i]);
+        self.over_nodes(
+            #[inline(always)]
+            |runs, nodes, blocks, sums| {
+                let gathered = Gathered::new(nodes, blocks, (&gel.mass, cfl));
+                let mut moves = [false; TOGETHER];
+                // Its own: what nodes are given can't change it.
+                let mut found = *sums;
+                for (i, (a, p)) in nodes.iter().copied().zip(&gathered.push).enumerate() {
+                    let mut node = runs.node(a);
+                    let passed = node.drift(grid, tick);
+                    *node.limit = gathered.limit[i];
+                    found.limit = found.limit.min(gathered.limit[i]);
+                    let before = *node.velocity;
+                    *node.before = before;
+                    *node.velocity += if gel.is_free(a) { *p } else { p.component_mul(&gel.free(a)) } / gel.mass[a];
+                    if rate > 0.0 {
+                        node.damp((rate, passed), gel.mass[a], (&mut found.damped, freedom));
+                    }
+                    let excess = share * p.dot(&(*node.velocity - before));
+                    found.work += 0.5 * p.dot(&(before + *node.velocity)) + *node.excess - excess;
+                    *node.excess = excess;
+                    found.fastest = found.fastest.max(node.velocity.norm_squared());
+                    if !gel.is_free(a) {
+                        found.taken.add(&gel.free(a), freedom, (embed(node.position), embed(p)));
+                    }
+                    moves[i] = *node.velocity != Vector::<D>::zeros();
                 }
-            }
-            let passed = grid.time(tick - *node.last);
-            *node.position += *node.velocity * passed;
-            *node.last = tick;
-            *node.limit = cfl * limit(stiffness, gel.mass[a]);
-            sums.limit = sums.limit.min(*node.limit);
-            let before = *node.velocity;
-            *node.before = before;
-            *node.velocity += if gel.is_free(a) { p } else { p.component_mul(&gel.free(a)) } / gel.mass[a];
-            if rate > 0.0 {
-                *node.fade = fade(rate, passed);
-                *node.velocity += before * *node.fade;
-                let drag = before * (gel.mass[a] * *node.fade);
-                sums.damped.energy += 0.5 * drag.dot(&(before + *node.velocity));
-                sums.damped.add(freedom, (node.position, &drag));
-            }
-            let excess = share * p.dot(&(*node.velocity - before));
-            sums.work += 0.5 * p.dot(&(before + *node.velocity)) + *node.excess - excess;
-            *node.excess = excess;
-            sums.fastest = sums.fastest.max(node.velocity.norm_squared());
-            if !gel.is_free(a) {
-                sums.taken.add(&gel.free(a), freedom, (embed(node.position), embed(&p)));
-            }
-            let moves = *node.velocity != Vector::<D>::zeros();
-            for spot in spots {
-                blocks.tell(*spot, *node.limit, moves);
-            }
-        })
+                *sums = found;
+                for (i, a) in nodes.iter().enumerate() {
+                    for spot in blocks.spots(*a) {
+                        blocks.tell(*spot, gathered.limit[i], moves[i]);
+                    }
+                }
+            },
+        )
     }
 
-    /// Does something to every active node; the sums do not depend on the threads.
-    fn over_nodes(&mut self, work: impl Fn(usize, Node<'_, D>, &Blocks<D>, &mut NodeSums) + Sync) -> NodeSums {
+    /// Does something to the active nodes, some of them at a time; the sums do not depend on the threads.
+    fn over_nodes(&mut self, work: impl Fn(&mut Runs<'_, D>, &[usize], &Blocks<D>, &mut NodeSums) + Sync) -> NodeSums {
         let pool = self.pool.clone().filter(|_| self.is_busy());
         let blocks = self.blocks.take().expect("the fast form has blocks");
         let (state, scratch) = (&mut self.state, &mut self.scratch);
+        let level = blocks.level;
         let many = scratch.active.all || scratch.active.list.len() >= MANY;
         let runs = if many { state.position.len().div_ceil(RUN) } else { 0 };
         scratch.sums.resize(runs, NodeSums::default());
@@ -253,12 +324,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             sums: &mut scratch.sums,
         };
         let (active, mut total) = (&scratch.active, NodeSums::default());
-        let each = |a: usize, node: Node<'_, D>, sums: &mut NodeSums| work(a, node, &blocks, sums);
         if many {
-            share(pool.as_deref(), all, |runs: Runs<'_, D>| runs.go(active, each));
+            share(pool.as_deref(), all, |runs: Runs<'_, D>| {
+                on!(level, _simd => runs.go(active, #[inline(always)] |runs, nodes, sums| work(runs, nodes, &blocks, sums)));
+            });
             total = scratch.sums.iter().fold(total, NodeSums::and);
         } else {
-            active.list.iter().for_each(|a| each(*a as usize, all.node(*a as usize), &mut total));
+            for some in active.list.chunks(TOGETHER) {
+                let mut nodes = [0; TOGETHER];
+                nodes.iter_mut().zip(some).for_each(|(node, listed)| *node = *listed as usize);
+                work(&mut all, &nodes[..some.len()], &blocks, &mut total);
+            }
         }
         self.blocks = Some(blocks);
         total

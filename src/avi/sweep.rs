@@ -8,7 +8,7 @@ use super::phase::{Moment, Phase};
 use super::pool::{Cut, share};
 use super::{Pool, TickGrid};
 use crate::algebra::Vector;
-use crate::element::{Accumulated, GroupAnswer, Kick, LANES, Lanes, Local, MOST_LOCAL_NODES, Power, Recall};
+use crate::element::{Accumulated, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MOST_LOCAL_NODES, Power, Recall};
 use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
@@ -167,7 +167,7 @@ impl Block {
             }
             return;
         }
-        let moves = self.load(sweep, local);
+        let moves = self.load(sweep, level, local);
         // Of a block that fires in part the other nodes may move.
         let moves = moves || strained || (self.due == Due::Some && self.is_awake());
         self.awake.store(moves, Ordering::Relaxed);
@@ -178,7 +178,9 @@ impl Block {
         self.is_ahead |= !memory.is_empty();
         let steady = self.steady(&sweep.moment);
         let power = if steady.is_some() { Power::Untold } else { Power::Told };
-        lanes.sweep(level, (groups.clone(), &kick, power), local, (&mut *stiffness, &mut *answers, memory));
+        let same = steady.and_then(|step| sweep.kick(step));
+        let kicks = same.map_or(Kicks::Each(&kick), Kicks::Same);
+        lanes.sweep(level, (groups.clone(), kicks, power), local, (&mut *stiffness, &mut *answers, memory));
         if let Some(step) = steady {
             answers[0].power = local.work(self.nodes.len()) / sweep.grid.time(step);
         }
@@ -206,26 +208,16 @@ impl Block {
     }
 
     /// Whether a node has moved or moves.
-    fn load<const D: usize>(&self, sweep: &Sweep<'_, D>, local: &mut Local) -> bool {
-        let mut moves = false;
+    fn load<const D: usize>(&self, sweep: &Sweep<'_, D>, level: Level, local: &mut Local) -> bool {
         local.begin();
-        if self.due == Due::Some {
-            // Empty lanes name node 0; what another block left there must not come in.
-            local.load(0, [&Vector::<D>::zeros(); 3]);
-        }
-        let mut load = |number: usize, node: &NodeId| {
-            let a = node.index();
-            let position = sweep.drifted(a);
-            let displacement = position - sweep.rest[a];
-            local.load(number, [&position, &displacement, &sweep.velocity[a]]);
-            moves = moves || displacement != Vector::<D>::zeros() || sweep.velocity[a] != Vector::<D>::zeros();
-        };
+        let nodes = self.nodes.as_slice();
         if self.due == Due::All {
-            self.nodes.iter().enumerate().for_each(|(number, node)| load(number, node));
-        } else {
-            self.active().for_each(|number| load(number, &self.nodes[number]));
+            return local.load(level, nodes.iter().enumerate().map(|(number, node)| sweep.node(number, *node)));
         }
-        moves
+        // Empty lanes name node 0; what another block left there must not come in.
+        let nobody = Vector::<D>::zeros();
+        local.load(level, std::iter::once((0, [&nobody; 3], 0.0)));
+        local.load(level, self.active().map(|number| sweep.node(number, nodes[number])))
     }
 
     /// Notes what the groups that fire answered.
@@ -272,9 +264,11 @@ impl<const D: usize> Sweep<'_, D> {
         self.moment.fires(step).then_some(Kick { length, elapsed })
     }
 
-    /// Where a node is at this tick, m.
+    /// A node with its number in a block, as it is loaded there.
     #[inline(always)]
-    fn drifted(&self, node: usize) -> Vector<D> {
-        self.position[node] + self.velocity[node] * self.grid.time(self.moment.tick - self.last[node])
+    fn node(&self, number: usize, node: NodeId) -> (usize, [&Vector<D>; 3], f64) {
+        let a = node.index();
+        let passed = self.grid.time(self.moment.tick - self.last[a]);
+        (number, [&self.position[a], &self.velocity[a], &self.rest[a]], passed)
     }
 }

@@ -19,7 +19,7 @@ pub struct Batch {
     pub(super) volume: Wide,
     /// 1 over the determinant of the edges at rest, 1/mᴰ; 0 in an empty lane.
     pub(super) scale: Wide,
-    /// Numbers of the nodes within the block.
+    /// Where the rows of the nodes begin within the block.
     pub(super) nodes: [[u16; LANES]; MAX_NODES],
 }
 
@@ -68,7 +68,7 @@ macro_rules! on {
         )
     };
 }
-pub(super) use on;
+pub(crate) use on;
 
 /// As one vector.
 #[inline(always)]
@@ -82,20 +82,37 @@ pub(super) fn fused<S: Simd>(a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> 
     a.simd.mul_add_precise_f64x8(a, b, c)
 }
 
-/// cof F; returns det F.
+/// cof F.
 #[inline(always)]
-pub(super) fn cofactor<const D: usize, S: Simd>(f: &[[f64x8<S>; D]; D], c: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {
-    if D == 2 {
-        (c[0][0], c[0][1], c[1][0], c[1][1]) = (f[1][1], -f[1][0], -f[0][1], f[0][0]);
-        return fused(f[0][0], f[1][1], -(f[0][1] * f[1][0]));
-    }
+pub(super) fn cofactors<const D: usize, S: Simd>(f: &[[f64x8<S>; D]; D]) -> [[f64x8<S>; D]; D] {
+    let mut all = *f;
     for i in 0..D {
         for j in 0..D {
-            let (k, l, m, n) = ((i + 1) % D, (i + 2) % D, (j + 1) % D, (j + 2) % D);
-            c[i][j] = fused(f[k][m], f[l][n], -(f[k][n] * f[l][m]));
+            all[i][j] = cofactor(f, i, j);
         }
     }
-    fused(f[0][0], c[0][0], fused(f[0][1], c[0][1], f[0][2 % D] * c[0][2 % D]))
+    all
+}
+
+/// det F.
+#[inline(always)]
+pub(super) fn determinant<const D: usize, S: Simd>(f: &[[f64x8<S>; D]; D]) -> f64x8<S> {
+    if D == 2 {
+        return fused(f[0][0], f[1][1], -(f[0][1] * f[1][0]));
+    }
+    let last = f[0][2 % D] * cofactor(f, 0, 2 % D);
+    fused(f[0][0], cofactor(f, 0, 0), fused(f[0][1], cofactor(f, 0, 1), last))
+}
+
+/// ∂ det F/∂F_ij.
+#[inline(always)]
+fn cofactor<const D: usize, S: Simd>(f: &[[f64x8<S>; D]; D], i: usize, j: usize) -> f64x8<S> {
+    let (k, l, m, n) = ((i + 1) % D, (i + 2) % D, (j + 1) % D, (j + 2) % D);
+    match (D, i == j) {
+        (2, true) => f[k][m],
+        (2, false) => -f[k][m],
+        _ => fused(f[k][m], f[l][n], -(f[k][n] * f[l][m])),
+    }
 }
 
 /// Σ over the lanes: halves first.

@@ -4,7 +4,7 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::Section;
-use super::batch::{LANES, Wide, fused, wide};
+use super::batch::{LANES, Wide, cofactors, fused, wide};
 use super::eight::Shape;
 use super::recall::Remembering;
 use super::solid::{Eight, Pull, Slopes, Solid, Strains, Undeformed};
@@ -98,7 +98,7 @@ impl<const D: usize> Solid<D> for NeoHookean {
         let (pressure, shape) = (-(volume * u.slope), volume * mu);
         let (push, beside) = (pressure * squeeze, s.inner * s.hoop);
         let around = fused(pressure, s.inner, -(shape * s.out)) * s.hoop;
-        let (mut square, mut volumetric) = (zero, zero);
+        let (cofactor, mut square, mut volumetric) = (cofactors(&s.f), zero, zero);
         let mut forces = [[zero; D]; D];
         for i in 0..D {
             let ring = if i == 0 { beside } else { zero };
@@ -109,9 +109,9 @@ impl<const D: usize> Solid<D> for NeoHookean {
                     shear = fused(s.f[i][b], wide(simd, rest.of(a, b)), shear);
                 }
                 square = fused(s.f[i][a], shear, square);
-                forces[a][i] = fused(push, s.cofactor[i][a], -shear);
-                first -= s.cofactor[i][a];
-                let b = if D == 2 { fused(s.cofactor[i][a], squeeze, ring) } else { s.cofactor[i][a] };
+                forces[a][i] = fused(push, cofactor[i][a], -shear);
+                first -= cofactor[i][a];
+                let b = if D == 2 { fused(cofactor[i][a], squeeze, ring) } else { cofactor[i][a] };
                 volumetric = fused(b, b, volumetric);
             }
             let b = if D == 2 { fused(first, squeeze, ring) } else { first };
@@ -119,8 +119,9 @@ impl<const D: usize> Solid<D> for NeoHookean {
         }
         let volumetric = if D == 2 { volumetric } else { volumetric * (squeeze * squeeze) };
         let turn = match section {
-            Section::Planar { .. } => zero + 1.0,
-            Section::Spatial => (square * scale * (12.0 / mu)).root(),
+            // Said by D, so that nobody need look.
+            _ if D == 3 => (square * scale * (12.0 / mu)).root(),
+            Section::Planar { .. } | Section::Spatial => zero + 1.0,
             Section::Axisymmetric => {
                 let strain = square * (s.hoop * scale) * (3.0 / (std::f64::consts::PI * mu));
                 two_largest(strain, s.inner, s.out)

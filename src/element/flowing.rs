@@ -96,13 +96,13 @@ impl<const D: usize> Solid<D> for Flowing {
         let spread = nodes.metric.trace();
         let mut viscous = (zero, zero);
         if kick.elapsed > 0.0 {
-            let rate = (s.jacobian - before) / (at.jacobian * kick.elapsed);
+            let rate = (s.jacobian() - before) / (at.jacobian * kick.elapsed);
             viscous = (rate, resistance(self, nodes.sharpest, rate) * rate);
         }
         let (mu, slope) = (own.left * self.shear_modulus, u.slope + viscous.1);
         let lost = [
             volume * lost * ((sound + own.left) * 0.5),
-            volume * viscous.1 * (s.jacobian - before),
+            volume * viscous.1 * (s.jacobian() - before),
             volume * stored * (sound - own.left),
         ];
         let minors = if matches!(section, Section::Planar { .. }) { 1.0 } else { 2.0 };
@@ -114,7 +114,7 @@ impl<const D: usize> Solid<D> for Flowing {
         let pressure = slope - at.upright.choose(mu * elastic.trace() / (at.jacobian * 3.0), zero);
         let pulled = (&at.pulled(&own.shape), own.shape.out);
         let (forces, around) = at.forces(rest, pulled, (-(volume * mu * at.scale), -(volume * pressure)));
-        own.store(memory, (s.jacobian, viscous.1));
+        own.store(memory, (s.jacobian(), viscous.1));
         Pull { forces, around, stiffness, energy: volume * stored * own.left, lost }
     }
 }

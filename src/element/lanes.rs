@@ -8,25 +8,20 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{Batch, LANES, Wide, cofactor, fused, on, sum, wide};
-use super::closing::closing;
+use super::batch::{Batch, LANES, Wide, determinant, on, wide};
 use super::eight::{References, put_in};
 use super::elastic::Metric;
-use super::local::{Accumulated, Aligned, Local, Row};
+use super::local::{Accumulated, Rows, number_of, row_of};
 use super::placed::Gradients;
 use super::recall::{Recall, Remembering};
 use super::relax::MOST_MEMORIES;
-use super::shuffle::{gather, scatter};
+use super::shuffle::gather;
 use super::solid::{Slopes, Solid, Strains, Undeformed};
-use super::{FORESEEN, MAX_NODES, Memory, Section, Spent, TURNED};
+use super::{MAX_NODES, Memory, Section, Spent};
 use crate::algebra::Number;
 use crate::material::{Flowing, Material, NeoHookean, Viscoelastic, Volume};
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdSplit, f64x8};
-use std::any::Any;
+use fearless_simd::{Level, Select, Simd, SimdBase, f64x8};
 use std::ops::Range;
-
-/// More than rounding makes of a bound.
-const ROUNDING: f64 = 1.001;
 
 /// Most elements of a patch.
 pub const DEPTH: usize = places(3);
@@ -86,8 +81,17 @@ pub enum Power {
 /// Where a sweep leaves κ of each slot, the answer of each group, and what its elements remember.
 pub type Found<'a> = (&'a mut [f64], &'a mut [GroupAnswer], &'a mut [Recall]);
 
-/// A run of groups, the kick of each that is swept, and whether its power is asked for.
-pub type Asked<'a> = (Range<usize>, &'a dyn Fn(usize) -> Option<Kick>, Power);
+/// The kicks of the groups of a run.
+#[derive(Clone, Copy)]
+pub enum Kicks<'a> {
+    /// One for all of them.
+    Same(Kick),
+    /// That of each group that is swept.
+    Each(&'a dyn Fn(usize) -> Option<Kick>),
+}
+
+/// A run of groups, their kicks, and whether their power is asked for.
+pub type Asked<'a> = (Range<usize>, Kicks<'a>, Power);
 
 /// What elements in lanes are made of, and what that knows of each at rest, batch by batch.
 #[derive(Debug, Clone)]
@@ -140,7 +144,7 @@ impl<const D: usize> Lanes<D> {
     pub(super) fn put(&mut self, at: usize, rest: &References<D>, nodes: &[[u16; MAX_NODES]; LANES]) {
         let (batch, section) = (&mut self.batches[at], self.section);
         for (lane, nodes) in nodes.iter().enumerate() {
-            batch.nodes.iter_mut().zip(nodes).for_each(|(wide, node)| wide[lane] = *node);
+            batch.nodes.iter_mut().zip(nodes).for_each(|(wide, node)| wide[lane] = row_of(*node));
         }
         match &mut self.law {
             Law::Elastic(gel, law) => {
@@ -174,8 +178,10 @@ impl<const D: usize> Lanes<D> {
         self.section
     }
 
-    pub(super) fn first_group<const N: usize>(&self) -> &[Batch; N] {
-        self.batches.first_chunk().expect("a group is whole")
+    /// The batches of a group.
+    #[inline(always)]
+    pub(super) fn batches_of<const N: usize>(&self, group: usize) -> &[Batch; N] {
+        self.batches[group * N..].first_chunk().expect("a group is whole")
     }
 
     /// Elements to a patch.
@@ -187,7 +193,7 @@ impl<const D: usize> Lanes<D> {
     /// Shows the numbers, within the block, of the nodes of the elements of a group, again and again where they share them.
     pub fn nodes(&self, group: usize, mut see: impl FnMut(u16)) {
         for batch in &self.batches[group * self.depth..(group + 1) * self.depth] {
-            batch.filled().for_each(|lane| batch.nodes[..=D].iter().for_each(|wide| see(wide[lane])));
+            batch.filled().for_each(|lane| batch.nodes[..=D].iter().for_each(|wide| see(number_of(wide[lane]))));
         }
     }
 
@@ -199,7 +205,8 @@ impl<const D: usize> Lanes<D> {
         let batches = &self.batches[groups.start * self.depth..groups.end * self.depth];
         for (batch, stiffness) in batches.iter().zip(stiffness.chunks_exact(LANES)) {
             // Loops: as a chain of iterators this takes six times as long.
-            let mut add = |a: usize, lane: usize| part[usize::from(batch.nodes[a][lane])][3] += stiffness[lane];
+            let mut add =
+                |a: usize, lane: usize| part[usize::from(number_of(batch.nodes[a][lane]))][3] += stiffness[lane];
             for a in 0..=D {
                 (0..LANES).for_each(|lane| add(a, lane));
             }
@@ -246,132 +253,13 @@ impl<const D: usize> Lanes<D> {
         self.law.gel().viscous(batch, lane)
     }
 
-    /// Sweeps over those groups of a run for which there is a `kick`: accumulates Σ length · f and Σ κ at the nodes of the block, and
-    /// writes κ of each slot, the answer of each group, and what its elements remember then, all from the first group on.
-    ///
-    /// # Panics
-    /// In neither two nor three dimensions.
-    pub fn sweep(&self, level: Level, asked: Asked<'_>, local: &mut Local, found: Found<'_>) {
-        // Not generic, so that the kernels are compiled here and not again by all who step an engine of their own.
-        let lanes: &dyn Any = self;
-        if let Some(lanes) = lanes.downcast_ref() {
-            sweep_plane(lanes, level, asked, local, found);
-        } else {
-            sweep_space(lanes.downcast_ref().expect("the gel has two or three dimensions"), level, asked, local, found);
-        }
-    }
-
-    /// With patches of one or `N` places.
-    #[inline(always)]
-    fn sweep_laws<const N: usize>(&self, level: Level, asked: Asked<'_>, local: &mut Local, found: Found<'_>) {
-        match &self.law {
-            Law::Elastic(gel, rest) => self.sweep_of::<N, _>((level, gel, rest), asked, local, found),
-            Law::Flowing(gel, rest) => self.sweep_of::<N, _>((level, gel, rest), asked, local, found),
-            Law::Relaxing(gel, rest) => self.sweep_of::<N, _>((level, gel, rest), asked, local, found),
-        }
-    }
-
-    fn sweep_of<const N: usize, G: Solid<D>>(
-        &self,
-        (level, gel, rest): (Level, &G, &[G::Rest]),
-        asked: Asked<'_>,
-        local: &mut Local,
-        found: Found<'_>,
-    ) {
-        if self.depth == 1 {
-            on!(level, simd => self.sweep_in::<1, _, _>((simd, gel, rest), asked, local, found));
-        } else {
-            on!(level, simd => self.sweep_in::<N, _, _>((simd, gel, rest), asked, local, found));
-        }
-    }
-
-    #[inline(always)]
-    fn sweep_in<const N: usize, G: Solid<D>, S: Simd>(
-        &self,
-        (simd, gel, rest): (S, &G, &[G::Rest]),
-        (groups, kick, power): Asked<'_>,
-        local: &mut Local,
-        (stiffness, answers, memory): Found<'_>,
-    ) {
-        let (first, rows) = (groups.start, N * gel.rows());
-        for ((group, stiffness), answer) in groups.zip(stiffness.chunks_exact_mut(LANES * N)).zip(answers) {
-            let Some(kick) = kick(group) else { continue };
-            let rest: &[G::Rest; N] = rest[group * N..].first_chunk().expect("a group is whole");
-            let memory = &mut memory[(group - first) * rows..(group - first + 1) * rows];
-            *answer = self.sweep_group((simd, gel, rest), (group, kick, power), local, (stiffness, memory));
-        }
-    }
-
-    /// One group: first the strains and J of every element, then J̄ of every patch, then the forces.
-    #[inline(always)]
-    fn sweep_group<const N: usize, G: Solid<D>, S: Simd>(
-        &self,
-        (simd, gel, rest): (S, &G, &[G::Rest; N]),
-        (group, kick, power): (usize, Kick, Power),
-        local: &mut Local,
-        (stiffness, memory): (&mut [f64], &mut [Recall]),
-    ) -> GroupAnswer {
-        // Loops, here and below: a closure is not compiled for the vector unit that its caller is compiled for.
-        let batches: &[Batch; N] = self.batches[group * N..].first_chunk().expect("a group is whole");
-        let zero = f64x8::splat(simd, 0.0);
-        let mut strains = [Strains::at_rest(zero); N];
-        let strained = self.strain_group::<N, G, S>((group, batches, rest), &local.positions, &mut strains);
-        let mut slopes = [Slopes { slope: zero, curvature: zero }; N];
-        let mut energy = volumetric(gel, batches, &strains, &mut slopes);
-        let (mut given, mut lost, rows) = (zero, [zero; 3], gel.rows());
-        let mut answer = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
-        for k in 0..N {
-            let own = &mut memory[k * rows..(k + 1) * rows];
-            let pull = gel.pull(self.section, (&batches[k], &rest[k], kick, own), (&strains[k], &slopes[k]));
-            let resists = wide(simd, &batches[k].volume) * slopes[k].curvature;
-            if may_close::<D, S>((pull.stiffness, resists), strains[k].jacobian, (kick.elapsed, local.fastest)) {
-                answer.closing = answer.closing.max(greatest(self.closing(strains[k].jacobian, &batches[k], local)));
-            }
-            energy = fused(pull.energy, strained, energy);
-            for i in 0..3 {
-                lost[i] += pull.lost[i];
-            }
-            if power == Power::Told {
-                given = fused(pull.power(&batches[k].nodes, &local.velocities), strained, given);
-            }
-            scatter::<D, S>(&batches[k].nodes, &pull.kicks(strained * kick.length), &mut local.accumulated);
-            pull.stiffness.store_slice(&mut stiffness[k * LANES..(k + 1) * LANES]);
-            note(&mut answer, k, strains[k].jacobian);
-        }
-        (answer.energy, answer.power) = (sum(energy), sum(given));
-        for i in 0..3 {
-            answer.lost[i] = sum(lost[i]);
-        }
-        answer
-    }
-
-    /// How fast eight elements of these J close, 1/s.
-    #[inline(always)]
-    fn closing<S: Simd>(&self, jacobian: f64x8<S>, batch: &Batch, local: &Local) -> f64x8<S> {
-        let simd = jacobian.simd;
-        let (x, v) = (
-            gather::<D, S>(simd, &batch.nodes, &local.positions),
-            gather::<D, S>(simd, &batch.nodes, &local.velocities),
-        );
-        let zero = f64x8::splat(simd, 0.0);
-        let (mut edges, mut rates) = ([[zero; D]; D], [[zero; D]; D]);
-        for i in 0..D {
-            for a in 0..D {
-                (edges[i][a], rates[i][a]) = (x[a + 1][i] - x[0][i], v[a + 1][i] - v[0][i]);
-            }
-        }
-        let radial = (x[0][0] + x[1][0] + x[2][0], v[0][0] + v[1][0] + v[2][0]);
-        let ring = if self.section == Section::Axisymmetric { Some(radial) } else { None };
-        closing(jacobian, (&edges, &rates), ring)
-    }
-
     /// The strains of all elements of a group; 1 in the lanes of patches of which one is strained, as the pressure of all is then, else 0.
     #[inline(always)]
     pub(super) fn strain_group<const N: usize, G: Solid<D>, S: Simd>(
         &self,
         (group, batches, rest): (usize, &[Batch; N], &[G::Rest; N]),
-        positions: &Aligned<Row>,
-        strains: &mut [Strains<D, f64x8<S>>; N],
+        positions: &Rows,
+        strains: &mut [Strains<D, f64x8<S>>],
     ) -> f64x8<S> {
         let told: &[Wide] = self.told.get(group * N..(group + 1) * N).unwrap_or_default();
         for k in 0..N {
@@ -390,7 +278,7 @@ impl<const D: usize> Lanes<D> {
     fn strain<G: Solid<D>, S: Simd>(
         &self,
         (batch, told, rest): (&Batch, Option<&Wide>, &G::Rest),
-        positions: &Aligned<Row>,
+        positions: &Rows,
         s: &mut Strains<D, f64x8<S>>,
     ) {
         let simd = s.inner.simd;
@@ -408,39 +296,13 @@ impl<const D: usize> Lanes<D> {
             }
         }
         let unit = rest.deform((strained, wide(simd, &batch.scale)), &mut s.f);
-        s.inner = away.select(cofactor(&s.f, &mut s.cofactor) * unit, one);
-        s.jacobian = s.inner;
-        if self.section == Section::Axisymmetric {
+        s.inner = away.select(determinant(&s.f) * unit, one);
+        if D == 2 && self.section == Section::Axisymmetric {
             s.hoop = batch.hoop(simd);
             s.out = away.select((rows[0][0] + rows[1][0] + rows[2][0]) * s.hoop, one);
-            s.jacobian = s.inner * s.out;
         }
         s.strained = if G::REMEMBERS { one } else { strained };
     }
-}
-
-#[inline(never)]
-fn sweep_plane(lanes: &Lanes<2>, level: Level, asked: Asked<'_>, local: &mut Local, found: Found<'_>) {
-    lanes.sweep_laws::<{ places(2) }>(level, asked, local, found);
-}
-
-#[inline(never)]
-fn sweep_space(lanes: &Lanes<3>, level: Level, asked: Asked<'_>, local: &mut Local, found: Found<'_>) {
-    lanes.sweep_laws::<{ places(3) }>(level, asked, local, found);
-}
-
-/// Whether one of eight elements with these κ and w U″, N/m and J, can be [`TURNED`] within [`FORESEEN`] of these steps, s, where no node
-/// has a greater |v|², m²/s²: |J′| ≤ (Σ |∂J/∂x_a|² Σ |v_a|²)^½, and κ ≥ w U″ Σ |∂J/∂x_a|². Of a mesh that begins no step is known.
-#[inline(always)]
-fn may_close<const D: usize, S: Simd>(
-    (stiffness, resists): (f64x8<S>, f64x8<S>),
-    jacobian: f64x8<S>,
-    (step, fastest): (f64, f64),
-) -> bool {
-    let within = FORESEEN * step;
-    let most = (D + 1) as f64 * fastest * within * within * ROUNDING;
-    let from = jacobian + TURNED;
-    step == 0.0 || (stiffness * most - resists * from * from).any_positive()
 }
 
 /// Volumetric energy, J, and slope and curvature of each element: U(J) of an element that is a patch by itself; else
@@ -449,50 +311,29 @@ fn may_close<const D: usize, S: Simd>(
 pub(super) fn volumetric<const D: usize, const N: usize, S: Simd>(
     gel: &impl Solid<D>,
     batches: &[Batch; N],
-    strains: &[Strains<D, f64x8<S>>; N],
-    slopes: &mut [Slopes<f64x8<S>>; N],
+    strains: &[Strains<D, f64x8<S>>],
+    slopes: &mut [Slopes<f64x8<S>>],
 ) -> f64x8<S> {
-    let simd = strains[0].jacobian.simd;
+    let simd = strains[0].inner.simd;
     if N == 1 {
-        let u = gel.volume().volumetric(strains[0].jacobian);
+        let u = gel.volume().volumetric(strains[0].jacobian());
         slopes[0] = Slopes { slope: u.slope, curvature: u.curvature.at_least(0.0) };
         return wide(simd, &batches[0].volume) * u.energy;
     }
     let mut volume = wide(simd, &batches[0].volume);
-    let mut now = volume * strains[0].jacobian;
+    let mut now = volume * strains[0].jacobian();
     for k in 1..N {
         let own = wide(simd, &batches[k].volume);
-        (volume, now) = (volume + own, now + own * strains[k].jacobian);
+        (volume, now) = (volume + own, now + own * strains[k].jacobian());
     }
     // An empty lane has no volume; the smallest number keeps it from 0/0.
     let shared = gel.volume().shared(now / volume.at_least(f64::MIN_POSITIVE));
     let mut energy = volume * shared.energy;
     for k in 0..N {
-        let own = gel.volume().own(strains[k].jacobian);
+        let own = gel.volume().own(strains[k].jacobian());
         energy += wide(simd, &batches[k].volume) * own.energy;
         slopes[k].slope = own.slope + shared.slope;
         slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
     }
     energy
-}
-
-/// The greatest of eight.
-#[inline(always)]
-fn greatest<S: Simd>(eight: f64x8<S>) -> f64 {
-    let (low, high) = eight.split();
-    let (low, high) = low.max(high).split();
-    let [a, b] = low.max(high).into();
-    if a > b { a } else { b }
-}
-
-/// Enters J of the k-th elements.
-#[inline(always)]
-fn note<S: Simd>(answer: &mut GroupAnswer, k: usize, jacobian: f64x8<S>) {
-    let simd = jacobian.simd;
-    let inverted = simd.to_bitmask_mask64x8(jacobian.simd_le(f64x8::splat(simd, 0.0))) as u32;
-    let crushed = simd.to_bitmask_mask64x8(jacobian.simd_lt(f64x8::splat(simd, NeoHookean::FLOOR)));
-    let least = -greatest(-jacobian);
-    answer.least_jacobian = if least < answer.least_jacobian { least } else { answer.least_jacobian };
-    answer.inverted |= inverted << (k * LANES);
-    answer.crushed += crushed.count_ones();
 }

@@ -1,6 +1,10 @@
 //! The nodes of a run of elements, numbered by themselves, while it is swept: small enough for the nearest cache.
 
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+
+use super::batch::on;
 use crate::algebra::Vector;
+use fearless_simd::{Level, Simd, SimdBase, f64x4};
 
 /// Most nodes that a block may number for itself.
 pub const MOST_LOCAL_NODES: usize = 4096;
@@ -10,6 +14,45 @@ pub type Row = [f64; 4];
 /// Impulse of a node (three components), N·s, and Σ κ of the elements around it, N/m.
 pub type Accumulated = [f64; 4];
 
+/// Numbers of a row, and of a line of the cache.
+const ROW: usize = 4;
+const LINE: usize = 8;
+/// Where the row of a node begins is a `u16`, and so many rows there are that nobody need look whether it is one of them: what a
+/// block has not is never touched.
+const NUMBERS: usize = (1 << 16) + ROW;
+
+/// Four numbers of each node of a block, node by node.
+pub(super) type Rows = [f64; NUMBERS];
+
+/// Where the row of a node begins, by its number within the block.
+///
+/// # Panics
+/// If no block has so many nodes.
+#[must_use]
+pub(super) fn row_of(number: u16) -> u16 {
+    assert!(usize::from(number) < MOST_LOCAL_NODES, "a block numbers no more nodes");
+    number * ROW as u16
+}
+
+/// The number of the node whose row begins there.
+#[inline]
+#[must_use]
+pub(super) fn number_of(first: u16) -> u16 {
+    first / ROW as u16
+}
+
+/// The row that begins there.
+#[inline(always)]
+pub(super) fn row(rows: &Rows, first: u16) -> &[f64] {
+    &rows[usize::from(first)..usize::from(first) + ROW]
+}
+
+/// The same, to be changed.
+#[inline(always)]
+pub(super) fn row_mut(rows: &mut Rows, first: u16) -> &mut [f64] {
+    &mut rows[usize::from(first)..usize::from(first) + ROW]
+}
+
 /// The nodes of one block while it is swept.
 #[derive(Debug)]
 pub struct Local {
@@ -17,28 +60,43 @@ pub struct Local {
     still: f64,
     /// Greatest |v|² of the nodes that were loaded, m²/s².
     pub(super) fastest: f64,
-    pub(super) positions: Box<Aligned<Row>>,
-    pub(super) velocities: Box<Aligned<Row>>,
-    pub(super) accumulated: Box<Aligned<Accumulated>>,
+    positions: Aligned,
+    velocities: Aligned,
+    accumulated: Aligned,
 }
 
-/// What belongs to the nodes of a block, each in one half of a line of the cache.
+/// Rows, none of which lies in two lines of the cache.
 #[derive(Debug)]
-#[repr(align(64))]
-pub(super) struct Aligned<T>([T; MOST_LOCAL_NODES]);
+struct Aligned {
+    numbers: Vec<f64>,
+    first: usize,
+}
 
-impl<T> Aligned<T> {
-    /// That of a node; its number is below [`MOST_LOCAL_NODES`], which is said so that nobody need look.
-    #[inline]
-    pub fn of(&self, number: u16) -> &T {
-        &self.0[usize::from(number) % MOST_LOCAL_NODES]
+impl Aligned {
+    /// All zero: of that the system gives as much as is touched.
+    fn new() -> Self {
+        let numbers = vec![0.0; NUMBERS + LINE];
+        // Where it can't be told, some rows lie in two lines.
+        let first = numbers.as_ptr().align_offset(LINE * size_of::<f64>());
+        Self { first: if first < LINE { first } else { 0 }, numbers }
     }
 
-    /// The same, to be changed.
     #[inline]
-    pub fn of_mut(&mut self, number: u16) -> &mut T {
-        &mut self.0[usize::from(number) % MOST_LOCAL_NODES]
+    fn rows(&self) -> &Rows {
+        self.numbers[self.first..].first_chunk().expect("there is a line more")
     }
+
+    #[inline]
+    fn rows_mut(&mut self) -> &mut Rows {
+        self.numbers[self.first..].first_chunk_mut().expect("there is a line more")
+    }
+}
+
+/// With zeros.
+#[inline(always)]
+fn four<const D: usize, S: Simd>(simd: S, v: &Vector<D>) -> f64x4<S> {
+    let of = |i: usize| if i < D { v[i] } else { 0.0 };
+    f64x4::from_slice(simd, &[of(0), of(1), of(2), 0.0])
 }
 
 /// To what the greatest of these positions is rounded, m.
@@ -51,13 +109,9 @@ impl Local {
     /// Room for the nodes of any block of a gel whose positions are rounded to `still`, m: what stands no farther from where it rests
     /// is taken to rest, as its force would be one of rounding.
     #[must_use]
-    #[allow(
-        clippy::large_stack_arrays,
-        reason = "an eighth of a megabyte, on its way to the heap: a vector would not keep the lines"
-    )]
     pub fn new(still: f64) -> Self {
-        let none = || Box::new(Aligned([[0.0; 4]; MOST_LOCAL_NODES]));
-        Self { still, fastest: 0.0, positions: none(), velocities: none(), accumulated: none() }
+        let [positions, velocities, accumulated] = [Aligned::new(), Aligned::new(), Aligned::new()];
+        Self { still, fastest: 0.0, positions, velocities, accumulated }
     }
 
     /// Another block begins.
@@ -65,29 +119,75 @@ impl Local {
         self.fastest = 0.0;
     }
 
-    /// Sets where a node is, how far from where it is at rest, and how fast, and nothing accumulated.
-    #[inline]
-    pub fn load<const D: usize>(&mut self, number: usize, [position, displacement, velocity]: [&Vector<D>; 3]) {
-        let (place, speed) = (&mut self.positions.0[number], &mut self.velocities.0[number]);
-        for i in 0..D {
-            (place[i], speed[i]) = (position[i], velocity[i]);
+    /// Loads nodes, each with its number, where it was and how fast it is since, where it rests, and how long ago that was, s: where it
+    /// is now, how fast, and nothing accumulated. Whether one of them has moved or moves.
+    pub fn load<'a, const D: usize>(
+        &mut self,
+        level: Level,
+        nodes: impl Iterator<Item = (usize, [&'a Vector<D>; 3], f64)>,
+    ) -> bool {
+        on!(level, simd => self.load_in(simd, nodes))
+    }
+
+    #[inline(always)]
+    fn load_in<'a, const D: usize, S: Simd>(
+        &mut self,
+        simd: S,
+        nodes: impl Iterator<Item = (usize, [&'a Vector<D>; 3], f64)>,
+    ) -> bool {
+        let places: &mut [Row] = self.positions.rows_mut().as_chunks_mut().0;
+        let speeds: &mut [Row] = self.velocities.rows_mut().as_chunks_mut().0;
+        let sums: &mut [Accumulated] = self.accumulated.rows_mut().as_chunks_mut().0;
+        let (none, still) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, self.still));
+        let (mut moves, mut fastest) = (false, self.fastest);
+        for (number, [position, velocity, rest], passed) in nodes {
+            let speed = four(simd, velocity);
+            let place = four(simd, position) + speed * passed;
+            let away = place - four(simd, rest);
+            place.store_slice(&mut places[number]);
+            let has_moved = simd.to_bitmask_mask64x4(away.abs().simd_gt(still)) != 0;
+            places[number][3] = if has_moved { 1.0 } else { 0.0 };
+            speed.store_slice(&mut speeds[number]);
+            none.store_slice(&mut sums[number]);
+            let rests = away.simd_eq(none) & speed.simd_eq(none);
+            moves |= simd.to_bitmask_mask64x4(rests) != 0b1111;
+            let square = velocity.norm_squared();
+            fastest = if square > fastest { square } else { fastest };
         }
-        self.fastest = self.fastest.max(velocity.norm_squared());
-        place[3] = if displacement.amax() > self.still { 1.0 } else { 0.0 };
-        self.accumulated.0[number] = [0.0; 4];
+        self.fastest = fastest;
+        moves
+    }
+
+    /// Where the nodes are, and how fast.
+    #[inline]
+    pub(super) fn motion(&self) -> [&Rows; 2] {
+        [self.positions.rows(), self.velocities.rows()]
+    }
+
+    /// The same, and what is accumulated at them.
+    #[inline]
+    pub(super) fn at_work(&mut self) -> ([&Rows; 2], &mut Rows) {
+        ([self.positions.rows(), self.velocities.rows()], self.accumulated.rows_mut())
     }
 
     /// What the sweep left at the first nodes.
+    ///
+    /// # Panics
+    /// If no block has so many nodes.
     #[must_use]
     pub fn accumulated(&self, n_nodes: usize) -> &[Accumulated] {
-        &self.accumulated.0[..n_nodes]
+        &self.accumulated.rows().as_chunks().0[..n_nodes]
     }
 
     /// Σ p·v over the first nodes of what the sweep left there, J.
+    ///
+    /// # Panics
+    /// If no block has so many nodes.
     #[must_use]
     pub fn work(&self, n_nodes: usize) -> f64 {
         let mut sums = [0.0; 3];
-        for (push, velocity) in self.accumulated.0[..n_nodes].iter().zip(&self.velocities.0) {
+        let velocities: &[Row] = self.velocities.rows().as_chunks().0;
+        for (push, velocity) in self.accumulated(n_nodes).iter().zip(velocities) {
             (0..3).for_each(|i| sums[i] += push[i] * velocity[i]);
         }
         sums[0] + sums[1] + sums[2]

@@ -10,7 +10,7 @@ use super::local::{Local, rounding};
 use super::solid::{Slopes, Solid, Strains};
 use super::{DEPTH, Kick, Lanes, Measured, Memory, Potential, Recall, Simplices, places};
 use crate::algebra::Vector;
-use crate::mesh::ElementId;
+use crate::mesh::{ElementId, NodeId};
 use fearless_simd::{Level, Simd, SimdBase, f64x8};
 use std::any::Any;
 
@@ -72,10 +72,10 @@ impl<const D: usize> Simplices<D> {
             if !self.is_compatible(*element) {
                 lanes.tell(k * LANES + lane);
             }
-            for (a, node) in self.nodes(*element).iter().enumerate() {
-                let (now, rest) = (x[node.index()], self.rest()[node.index()]);
-                local.load(number(lane, a), [&now, &(now - rest), &Vector::<D>::zeros()]);
-            }
+            let (nodes, rest, hold) = (self.nodes(*element).iter().enumerate(), self.rest(), Vector::<D>::zeros());
+            let of =
+                |(a, node): (usize, &NodeId)| (number(lane, a), [&x[node.index()], &hold, &rest[node.index()]], 0.0);
+            local.load(Level::new(), nodes.map(of));
         }
     }
 
@@ -138,19 +138,19 @@ impl<const D: usize> Lanes<D> {
         local: &Local,
         memory: &mut [Recall],
     ) -> Answers {
-        let (batches, rest) = (self.first_group::<N>(), rest.first_chunk().expect("a group is whole"));
+        let (batches, rest) = (self.batches_of::<N>(0), rest.first_chunk().expect("a group is whole"));
         let zero = f64x8::splat(simd, 0.0);
         let mut strains = [Strains::at_rest(zero); N];
-        let strained = self.strain_group::<N, G, S>((0, batches, rest), &local.positions, &mut strains);
+        let strained = self.strain_group::<N, G, S>((0, batches, rest), local.motion()[0], &mut strains);
         let mut slopes = [Slopes { slope: zero, curvature: zero }; N];
-        let mut energy = volumetric(gel, batches, &strains, &mut slopes);
+        let mut energy = volumetric::<D, N, S>(gel, batches, &strains, &mut slopes);
         let (mut answers, rows, kick) = (Answers::default(), gel.rows(), Kick { length: 0.0, elapsed: 0.0 });
         for k in 0..N {
             let own = &mut memory[k * rows..(k + 1) * rows];
             let pull = gel.pull(self.section(), (&batches[k], &rest[k], kick, own), (&strains[k], &slopes[k]));
             energy = fused(pull.energy, strained, energy);
             pull.stiffness.store_slice(&mut answers.stiffness[k]);
-            strains[k].jacobian.store_slice(&mut answers.jacobian[k]);
+            strains[k].jacobian().store_slice(&mut answers.jacobian[k]);
         }
         energy.store_slice(&mut answers.energy);
         answers

@@ -1,5 +1,6 @@
 //! Potential energies made of elements, in patches that share a volume change: what the integrator steps.
 
+mod abreast;
 mod batch;
 mod closing;
 mod eight;
@@ -24,9 +25,10 @@ mod symmetric;
 use crate::algebra::Vector;
 use crate::mesh::{ElementId, NodeId, Patches};
 
+pub(crate) use batch::on;
 pub use batch::{Batch, LANES};
 pub use flow::{Memory, Spent};
-pub use lanes::{Asked, DEPTH, Found, GroupAnswer, Kick, Lanes, Power, places};
+pub use lanes::{Asked, DEPTH, Found, GroupAnswer, Kick, Kicks, Lanes, Power, places};
 pub use local::{Accumulated, Local, MOST_LOCAL_NODES, Row, rounding};
 pub use pressure::{Push, push};
 pub use recall::Recall;

@@ -3,7 +3,7 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{LANES, Wide, fused, wide};
+use super::batch::{LANES, Wide, cofactors, fused, wide};
 use super::eight::Shape;
 use super::solid::{Strains, Undeformed};
 use super::symmetric::Symmetric;
@@ -16,9 +16,10 @@ use fearless_simd::{Simd, SimdBase, f64x8};
 #[repr(align(64))]
 pub(super) struct Gradients<const D: usize>([[Wide; D]; D]);
 
-/// Eight strained elements: J no less than where the law is continued, J^(−2/3), and where that is above 0, none is continued.
+/// Eight strained elements: cof F, J no less than where the law is continued, J^(−2/3), and where that is above 0, none is continued.
 pub(super) struct Placed<'a, const D: usize, V> {
     pub strain: &'a Strains<D, V>,
+    pub cofactor: [[V; D]; D],
     pub jacobian: V,
     pub scale: V,
     pub upright: V,
@@ -128,14 +129,7 @@ impl<const D: usize, V: Number> AtNodes<D, V> {
     }
 }
 
-impl<'a, const D: usize, V: Number> Placed<'a, D, V> {
-    #[inline(always)]
-    pub fn new(strain: &'a Strains<D, V>) -> Self {
-        let jacobian = strain.jacobian.at_least(NeoHookean::FLOOR);
-        let upright = strain.jacobian - NeoHookean::FLOOR;
-        Self { strain, jacobian, scale: exp(ln(jacobian) * (-2.0 / 3.0)), upright }
-    }
-
+impl<const D: usize, V: Number> Placed<'_, D, V> {
     /// F C̄⁻¹ of what is remembered.
     #[inline(always)]
     pub fn pulled(&self, memory: &Symmetric<D, V>) -> [[V; D]; D] {
@@ -174,7 +168,7 @@ impl<'a, const D: usize, V: Number> Placed<'a, D, V> {
     /// J^(2/3) F⁻¹ b̄ F⁻ᵀ, the C̄⁻¹ of a b̄.
     #[inline(always)]
     pub fn remembered(&self, elastic: &Symmetric<D, V>) -> Symmetric<D, V> {
-        let (c, s) = (&self.strain.cofactor, self.strain);
+        let (c, s) = (&self.cofactor, self.strain);
         let none = self.scale.constant(0.0);
         let over = self.scale.constant(1.0) / (s.inner * s.inner * self.scale);
         let (mut half, mut inner) = ([[none; D]; D], [[none; D]; D]);
@@ -200,7 +194,15 @@ impl<'a, const D: usize, V: Number> Placed<'a, D, V> {
     }
 }
 
-impl<const D: usize, S: Simd> Placed<'_, D, f64x8<S>> {
+impl<'a, const D: usize, S: Simd> Placed<'a, D, f64x8<S>> {
+    #[inline(always)]
+    pub fn new(strain: &'a Strains<D, f64x8<S>>) -> Self {
+        let jacobian = strain.jacobian().at_least(NeoHookean::FLOOR);
+        let upright = strain.jacobian() - NeoHookean::FLOOR;
+        let scale = exp(ln(jacobian) * (-2.0 / 3.0));
+        Self { strain, cofactor: cofactors(&strain.f), jacobian, scale, upright }
+    }
+
     /// Of the elements where they are now.
     #[inline(always)]
     pub fn at_nodes(&self, rest: &Gradients<D>) -> AtNodes<D, f64x8<S>> {
@@ -210,9 +212,9 @@ impl<const D: usize, S: Simd> Placed<'_, D, f64x8<S>> {
         for a in 0..D {
             let gradient = all[a];
             for i in 0..D {
-                let mut sum = s.cofactor[i][0] * gradient[0];
+                let mut sum = self.cofactor[i][0] * gradient[0];
                 for j in 1..D {
-                    sum = fused(s.cofactor[i][j], gradient[j], sum);
+                    sum = fused(self.cofactor[i][j], gradient[j], sum);
                 }
                 all[a][i] = sum * part;
             }
@@ -235,7 +237,7 @@ impl<const D: usize, S: Simd> Placed<'_, D, f64x8<S>> {
         for i in 0..D {
             for a in 0..D {
                 for j in 0..D {
-                    let stress = fused(area, s.cofactor[i][j], shape * pulled[i][j]);
+                    let stress = fused(area, self.cofactor[i][j], shape * pulled[i][j]);
                     forces[a][i] = fused(stress, wide(simd, &rest.0[a][j]), forces[a][i]);
                 }
             }

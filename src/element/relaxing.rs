@@ -102,7 +102,7 @@ impl<const D: usize> Solid<D> for Viscoelastic {
             springs.add(&at, (branch.shear_modulus, &own), [&nodes, &still]);
         }
         now.inverse.chosen(now.upright, &before.inverse).store(last);
-        s.jacobian.store_slice(&mut jacobian.0);
+        s.jacobian().store_slice(&mut jacobian.0);
         let turning = u.slope.absolute() * turn(section, s) + self.equilibrium().shear_modulus();
         let bound = turning * still.metric.trace() + u.curvature * dilated(&at, &nodes) + springs.curvature;
         let pulled = (&springs.pulled, springs.out);
@@ -154,9 +154,9 @@ impl<const D: usize, V: Number> Place<D, V> {
         };
         for i in 0..D {
             for j in i..D {
-                let (mut inverse, mut shape) = (s.cofactor[0][i] * s.cofactor[0][j], s.f[0][i] * s.f[0][j]);
+                let (mut inverse, mut shape) = (at.cofactor[0][i] * at.cofactor[0][j], s.f[0][i] * s.f[0][j]);
                 for k in 1..D {
-                    inverse = inverse + s.cofactor[k][i] * s.cofactor[k][j];
+                    inverse = inverse + at.cofactor[k][i] * at.cofactor[k][j];
                     shape = shape + s.f[k][i] * s.f[k][j];
                 }
                 (now.inverse.inner[i][j], now.shape.inner[i][j]) = (inverse * over, shape * at.scale);

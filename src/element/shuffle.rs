@@ -4,29 +4,29 @@
 
 use super::MAX_NODES;
 use super::batch::LANES;
-use super::local::{Accumulated, Aligned, Row};
+use super::local::{Rows, row, row_mut};
 use fearless_simd::{Simd, SimdBase, SimdSplit, f64x4, f64x8};
 
 /// The rows of the nodes of eight elements, turned: component by component, eight lanes each.
 #[inline(always)]
 pub(super) fn gather<const D: usize, S: Simd>(
     simd: S,
-    numbers: &[[u16; LANES]; MAX_NODES],
-    rows: &Aligned<Row>,
+    nodes: &[[u16; LANES]; MAX_NODES],
+    rows: &Rows,
 ) -> [[f64x8<S>; 4]; MAX_NODES] {
     // Written out: what a loop fills would be set to zero before.
-    let first = turned(simd, &numbers[0], rows);
-    let last = if D == 3 { turned(simd, &numbers[3], rows) } else { first };
-    [first, turned(simd, &numbers[1], rows), turned(simd, &numbers[2], rows), last]
+    let first = turned(simd, &nodes[0], rows);
+    let last = if D == 3 { turned(simd, &nodes[3], rows) } else { first };
+    [first, turned(simd, &nodes[1], rows), turned(simd, &nodes[2], rows), last]
 }
 
 /// The rows of one node of each of eight elements, turned.
 #[inline(always)]
-fn turned<S: Simd>(simd: S, numbers: &[u16; LANES], rows: &Aligned<Row>) -> [f64x8<S>; 4] {
+fn turned<S: Simd>(simd: S, nodes: &[u16; LANES], rows: &Rows) -> [f64x8<S>; 4] {
     let mut four = [f64x8::splat(simd, 0.0); 4];
     for r in 0..4 {
-        let low = f64x4::from_slice(simd, rows.of(numbers[lane(r, 0)]));
-        four[r] = simd.combine_f64x4(low, f64x4::from_slice(simd, rows.of(numbers[lane(r, 1)])));
+        let low = f64x4::from_slice(simd, row(rows, nodes[lane(r, 0)]));
+        four[r] = simd.combine_f64x4(low, f64x4::from_slice(simd, row(rows, nodes[lane(r, 1)])));
     }
     columns(simd, four)
 }
@@ -34,9 +34,9 @@ fn turned<S: Simd>(simd: S, numbers: &[u16; LANES], rows: &Aligned<Row>) -> [f64
 /// Adds what eight elements give to their nodes: node by node, one lane after the other.
 #[inline(always)]
 pub(super) fn scatter<const D: usize, S: Simd>(
-    numbers: &[[u16; LANES]; MAX_NODES],
+    nodes: &[[u16; LANES]; MAX_NODES],
     kicks: &[[f64x8<S>; 4]; MAX_NODES],
-    accumulated: &mut Aligned<Accumulated>,
+    accumulated: &mut Rows,
 ) {
     let simd = kicks[0][0].simd;
     for a in 0..=D {
@@ -44,13 +44,13 @@ pub(super) fn scatter<const D: usize, S: Simd>(
         for l in 0..LANES {
             // Lane l = 4 r₀ + 2 r₁ + h.
             let (low, high) = four[(l & 2) + (l >> 2)].split();
-            add(simd, accumulated.of_mut(numbers[a][l]), if l & 1 == 0 { low } else { high });
+            add(simd, row_mut(accumulated, nodes[a][l]), if l & 1 == 0 { low } else { high });
         }
     }
 }
 
 #[inline(always)]
-fn add<S: Simd>(simd: S, sum: &mut Accumulated, part: f64x4<S>) {
+fn add<S: Simd>(simd: S, sum: &mut [f64], part: f64x4<S>) {
     (f64x4::from_slice(simd, sum) + part).store_slice(sum);
 }
 

@@ -6,7 +6,7 @@
 use super::batch::{Batch, LANES, fused};
 use super::eight::Shape;
 use super::lanes::Kick;
-use super::local::{Aligned, Row};
+use super::local::Rows;
 use super::recall::{Recall, Remembering};
 use super::shuffle::gather;
 use super::{MAX_NODES, Section};
@@ -18,7 +18,7 @@ use fearless_simd::{Simd, SimdBase, f64x8};
 pub(super) type Eight<'a, R> = (&'a Batch, &'a R, Kick, &'a mut [Recall]);
 
 /// A material in lanes.
-pub(super) trait Solid<const D: usize>: Remembering<D> {
+pub(super) trait Solid<const D: usize>: Remembering<D> + Copy {
     /// What it knows of eight elements at rest.
     type Rest: Undeformed<D>;
     /// Whether elements can be strained where their nodes are at rest.
@@ -58,15 +58,13 @@ pub(super) struct Pull<const D: usize, V> {
     pub lost: [V; 3],
 }
 
-/// F, or what the law goes by instead, its cofactors, λ, 1/(3R̄), det F and J of eight elements; 1 where they pull, 0 where all is at rest.
+/// F, or what the law goes by instead, λ, 1/(3R̄) and det F of eight elements; 1 where they pull, 0 where all is at rest.
 #[derive(Clone, Copy)]
 pub(super) struct Strains<const D: usize, V> {
     pub f: [[V; D]; D],
-    pub cofactor: [[V; D]; D],
     pub out: V,
     pub hoop: V,
     pub inner: V,
-    pub jacobian: V,
     pub strained: V,
 }
 
@@ -81,7 +79,13 @@ impl<const D: usize, V: Number> Strains<D, V> {
     #[inline(always)]
     pub fn at_rest(zero: V) -> Self {
         let (none, one) = ([[zero; D]; D], zero + 1.0);
-        Self { f: none, cofactor: none, out: one, hoop: zero, inner: one, jacobian: one, strained: zero }
+        Self { f: none, out: one, hoop: zero, inner: one, strained: zero }
+    }
+
+    /// J.
+    #[inline(always)]
+    pub fn jacobian(&self) -> V {
+        if D == 2 { self.inner * self.out } else { self.inner }
     }
 }
 
@@ -108,7 +112,7 @@ impl<const D: usize, S: Simd> Pull<D, f64x8<S>> {
 
     /// Σ f·v, W.
     #[inline(always)]
-    pub fn power(&self, nodes: &[[u16; LANES]; MAX_NODES], velocities: &Aligned<Row>) -> f64x8<S> {
+    pub fn power(&self, nodes: &[[u16; LANES]; MAX_NODES], velocities: &Rows) -> f64x8<S> {
         let simd = self.around.simd;
         let v = gather::<D, S>(simd, nodes, velocities);
         let mut power = if D == 2 { self.around * (v[0][0] + v[1][0] + v[2][0]) } else { f64x8::splat(simd, 0.0) };

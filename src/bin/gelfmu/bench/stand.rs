@@ -4,8 +4,8 @@ use ballistic_gel::algebra::{Vector, Vector3};
 use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
 use ballistic_gel::contact::{Body, BodyState, Freedom, Law};
 use ballistic_gel::element::{
-    Accumulated, Answer, DEPTH, GroupAnswer, Kick, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power, Recall,
-    Row, Section, Simplices,
+    Accumulated, Answer, DEPTH, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power,
+    Recall, Row, Section, Simplices,
 };
 use ballistic_gel::geometry::{Shape, Sphere};
 use ballistic_gel::material::{BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Strength};
@@ -136,11 +136,11 @@ impl<const D: usize> Stand<D> {
     pub fn load(&mut self, run: usize) {
         let (state, rest) = (self.engine.state(), self.engine.gel().potential.rest());
         self.local.begin();
-        for (number, node) in self.runs[run].nodes.iter().enumerate() {
+        let of = |(number, node): (usize, &NodeId)| {
             let a = node.index();
-            let displacement = state.position[a] - rest[a];
-            self.local.load(number, [&state.position[a], &displacement, &state.velocity[a]]);
-        }
+            (number, [&state.position[a], &state.velocity[a], &rest[a]], 0.0)
+        };
+        self.local.load(Level::new(), self.runs[run].nodes.iter().enumerate().map(of));
     }
 
     /// The kernel over one run.
@@ -151,7 +151,7 @@ impl<const D: usize> Stand<D> {
         let rows = lanes.depth() * lanes.rows();
         let memory = &mut self.memory[groups.start * rows..groups.end * rows];
         let found = (&mut self.stiffness[slots], &mut self.answers[groups.clone()], memory);
-        lanes.sweep(level, (groups, &|_| Some(KICK), Power::Untold), &mut self.local, found);
+        lanes.sweep(level, (groups, Kicks::Same(KICK), Power::Untold), &mut self.local, found);
     }
 
     /// Loads the nodes of every run.
@@ -228,7 +228,7 @@ impl<const D: usize> Stand<D> {
         let groups = n_elements / LANES;
         let memory = &mut self.memory[..groups * lanes.rows()];
         let found = (&mut self.stiffness[..n_elements], &mut self.answers[..groups], memory);
-        lanes.sweep(level, (0..groups, &|_| Some(KICK), Power::Untold), &mut self.local, found);
+        lanes.sweep(level, (0..groups, Kicks::Same(KICK), Power::Untold), &mut self.local, found);
     }
 }
 
