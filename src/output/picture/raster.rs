@@ -71,13 +71,15 @@ pub(super) struct Canvas {
 }
 
 /// A triangle in sample coordinates.
-struct Face<'a> {
+struct Face {
     corners: [[f64; 3]; 3],
     speeds: [f64; 3],
-    /// Which of the edges opposite to the corners are edges of the polygon.
-    drawn: [bool; 3],
-    polygon: &'a Polygon,
+    substance: Substance,
     shade: f64,
+    /// Up to which weight of the corner across an edge of the mesh a place is on its line; less than any where none is drawn.
+    lines: [f64; 3],
+    /// How much a line darkens.
+    darkness: f64,
 }
 
 impl Canvas {
@@ -91,23 +93,23 @@ impl Canvas {
         let shade = view.shade(&normal(corners));
         for i in 1..corners.len() - 1 {
             let fan = [corners[0], corners[i], corners[i + 1]];
-            self.fill(&Face {
-                corners: fan.map(|corner| view.project(&corner.at).map(|x| x * FINE as f64)),
-                speeds: fan.map(|corner| corner.speed),
-                drawn: [true, i + 2 == corners.len(), i == 1],
-                polygon,
-                shade,
-            });
+            let edges = match polygon.substance {
+                Substance::Gel { .. } => [true, i + 2 == corners.len(), i == 1],
+                Substance::Body => [false; 3],
+            };
+            let places = fan.map(|corner| view.project(&corner.at).map(|x| x * FINE as f64));
+            let double = cross(places[0], places[1], places[2]);
+            if double != 0.0 && double.is_finite() {
+                let face = Face::new(places, fan.map(|corner| corner.speed), (polygon.substance, shade));
+                self.fill(&face.with_lines(edges, double.abs()), double);
+            }
         }
     }
 
-    fn fill(&mut self, face: &Face) {
+    /// Fills a face of this signed area, doubled.
+    fn fill(&mut self, face: &Face, double: f64) {
         let [width, height] = self.size.map(|n| n * FINE);
         let [a, b, c] = face.corners;
-        let double = cross(a, b, c);
-        if double == 0.0 || !double.is_finite() {
-            return;
-        }
         let span = |axis: usize, n: usize| {
             let low = a[axis].min(b[axis]).min(c[axis]).floor().max(0.0) as usize;
             low..(a[axis].max(b[axis]).max(c[axis]).ceil().max(0.0) as usize).min(n)
@@ -117,14 +119,11 @@ impl Canvas {
             let p = [x as f64 + 0.5, y as f64 + 0.5, 0.0];
             let weights = [cross(p, b, c), cross(a, p, c), cross(a, b, p)].map(|w| w / double);
             if weights.iter().all(|w| *w >= 0.0) {
-                self.put(y * width + x, &face.sample(weights, double.abs()));
+                let (height, place) = (face.height(weights), &mut self.samples[y * width + x]);
+                if height > place.height {
+                    *place = face.sample(weights, height);
+                }
             }
-        }
-    }
-
-    fn put(&mut self, place: usize, sample: &Sample) {
-        if sample.height > self.samples[place].height {
-            self.samples[place] = *sample;
         }
     }
 
@@ -137,30 +136,36 @@ impl Canvas {
     }
 }
 
-impl Face<'_> {
-    fn sample(&self, weights: [f64; 3], double: f64) -> Sample {
-        let blend = |values: [f64; 3]| (0..3).map(|i| weights[i] * values[i]).sum::<f64>() as f32;
-        let line = match self.polygon.substance {
-            Substance::Gel { .. } => self.line(weights, double),
-            Substance::Body => 0.0,
-        };
-        Sample {
-            height: blend(self.corners.map(|corner| corner[2])),
-            shade: (self.shade * (1.0 - line)) as f32,
-            speed: blend(self.speeds),
-            substance: Some(self.polygon.substance),
-        }
+impl Face {
+    fn new(corners: [[f64; 3]; 3], speeds: [f64; 3], (substance, shade): (Substance, f64)) -> Self {
+        Self { corners, speeds, substance, shade, lines: [f64::NEG_INFINITY; 3], darkness: 0.0 }
     }
 
-    /// How much an edge of the mesh darkens this place: edges fade out where elements are a few pixels wide.
-    fn line(&self, weights: [f64; 3], double: f64) -> f64 {
-        let strength = 0.4 * ((double.sqrt() / FINE as f64 - 4.0) / 10.0).clamp(0.0, 1.0);
-        let near = (0..3).filter(|i| self.drawn[*i]).any(|i| {
+    /// With lines along those of the edges opposite to the corners that are edges of the mesh, on a face of this area, doubled: they fade
+    /// out where elements are a few pixels wide.
+    fn with_lines(self, edges: [bool; 3], double: f64) -> Self {
+        let line = |i: usize| {
             let [p, q] = [self.corners[(i + 1) % 3], self.corners[(i + 2) % 3]];
-            weights[i] * double < 0.5 * FINE as f64 * (p[0] - q[0]).hypot(p[1] - q[1])
-        });
-        if near { strength } else { 0.0 }
+            0.5 * FINE as f64 * (p[0] - q[0]).hypot(p[1] - q[1]) / double
+        };
+        let lines = [0, 1, 2].map(|i| if edges[i] { line(i) } else { f64::NEG_INFINITY });
+        Self { lines, darkness: 0.4 * ((double.sqrt() / FINE as f64 - 4.0) / 10.0).clamp(0.0, 1.0), ..self }
     }
+
+    fn height(&self, weights: [f64; 3]) -> f32 {
+        blend(weights, self.corners.map(|corner| corner[2]))
+    }
+
+    fn sample(&self, weights: [f64; 3], height: f32) -> Sample {
+        let is_on_line = (0..3).any(|i| weights[i] < self.lines[i]);
+        let shade = if is_on_line { self.shade * (1.0 - self.darkness) } else { self.shade };
+        Sample { height, shade: shade as f32, speed: blend(weights, self.speeds), substance: Some(self.substance) }
+    }
+}
+
+/// Σ w x.
+fn blend(weights: [f64; 3], values: [f64; 3]) -> f32 {
+    (0..3).map(|i| weights[i] * values[i]).sum::<f64>() as f32
 }
 
 /// Twice the signed area of a triangle in the picture.
