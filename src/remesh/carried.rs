@@ -77,18 +77,24 @@ pub fn corner_masses<const D: usize>(
     elements.iter().zip(mass).map(|(nodes, m)| shares(nodes).map(|share| m * share)).collect()
 }
 
-/// Corner masses of the same whole whose density is nowhere below nothing: where it would be, it is drawn to its mean until it is nothing at
-/// the worst corner. The mass stays, its centre does not.
+/// Corner masses of the same whole whose density is nowhere below nothing, if that weighs something: where it would be, it is drawn to its
+/// mean until it is nothing at the worst corner. The mass stays, its centre does not. What weighs nothing or less stays as it is: its mean
+/// is no better.
 pub(super) fn levelled<const D: usize>(corner_mass: &[f64; 4]) -> [f64; 4] {
     let mut level = *corner_mass;
-    // The mean of the density times measure is the mass.
-    let whole = corner_mass[..=D].iter().sum::<f64>();
-    let (mean, least) = (whole / (D + 1) as f64, least_height::<D>(corner_mass));
-    if whole > 0.0 && least < 0.0 {
-        let part = whole / (whole - least);
+    if let Some(part) = bearable::<D>(corner_mass) {
+        let mean = corner_mass[..=D].iter().sum::<f64>() / (D + 1) as f64;
         level[..=D].iter_mut().for_each(|corner| *corner = mean + part * (*corner - mean));
     }
     level
+}
+
+/// The part of what corners differ from their mean by that leaves a density below nothing at none of them, h̄/(h̄ − min h); nothing if
+/// all of it does, or the whole weighs nothing or less.
+pub(super) fn bearable<const D: usize>(corner_mass: &[f64; 4]) -> Option<f64> {
+    // The mean of the density times measure is the mass.
+    let (whole, least) = (corner_mass[..=D].iter().sum::<f64>(), least_height::<D>(corner_mass));
+    (whole > 0.0 && least < 0.0).then(|| whole / (whole - least))
 }
 
 /// The least density at a corner of an element times its measure, kg.
