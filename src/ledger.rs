@@ -109,6 +109,19 @@ impl EnergyAccounts {
         self.accounts().iter().map(|account| account.abs()).sum()
     }
 
+    /// What was there at the start, `initial`, and what work from outside has brought or taken since, |E₀| + |external| + |load|, J: what a
+    /// defect is relative to. Accounts are net: of what was put in and taken back again nothing counts.
+    #[must_use]
+    pub fn worked(&self, initial: f64) -> f64 {
+        initial.abs() + self.external.abs() + self.load.abs()
+    }
+
+    /// The same with the jumps that an importer has made, which no method answers for, J: all that there can have been.
+    #[must_use]
+    pub fn provided(&self, initial: f64) -> f64 {
+        self.worked(initial) + self.importer.abs()
+    }
+
     /// Books what a patch has lost; the residual of its step, which is made of what it stores, has that, too.
     pub fn lose(&mut self, spent: &Spent) {
         self.plastic -= spent.plastic;
@@ -160,6 +173,15 @@ impl MomentumAccounts {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_was_provided_counts_jumps_of_the_importer_and_nothing_that_the_method_makes() {
+        let books = EnergyAccounts { external: -3.0, load: 0.5, importer: -0.25, ..EnergyAccounts::default() };
+        let made = EnergyAccounts { integration: 9.0, contact_bias: 9.0, remesh: 9.0, plastic: -9.0, ..books };
+        for books in [books, made] {
+            assert_eq!((books.worked(-2.0), books.provided(-2.0)), (5.5, 5.75));
+        }
+    }
 
     #[test]
     fn a_million_equal_parts_add_up_to_round_off() {

@@ -139,8 +139,7 @@ impl Simulation {
 fn energy(totals: &Totals, noise: f64) -> EnergyReport {
     let (books, energies) = (&totals.ledger.energy, &totals.energies);
     let defect = books.integration.abs() + books.contact_bias.abs() + books.importer.abs() + books.remesh.abs();
-    // What was there at the start, and what came in since.
-    let scale = totals.initial_energy.abs() + books.external.abs() + books.load.abs();
+    let scale = books.worked(totals.initial_energy);
     let scale = if scale > noise { scale } else { 1.0 };
     EnergyReport {
         kinetic: energies.gel_kinetic + energies.body_kinetic,

@@ -3,6 +3,7 @@
 use super::{Bulge, Exchange, Kinematics};
 use crate::algebra::Vector3;
 use crate::avi::fixed;
+use crate::ledger::EnergyAccounts;
 
 /// Everything an importer, a table or a page shows of one instant.
 #[derive(Debug, Clone, PartialEq)]
@@ -182,12 +183,12 @@ impl EnergyReport {
     pub fn doubt(&self) -> Option<String> {
         let accounts =
             [("integration", self.integration), ("contact_bias", self.contact_bias), ("remesh", self.remesh)];
-        let there = self.initial.abs() + self.external.abs() + self.load.abs() + self.importer.abs();
-        let part = accounts.iter().map(|(_, value)| value.abs()).sum::<f64>() / there;
+        let provided = self.provided();
+        let part = accounts.iter().map(|(_, value)| value.abs()).sum::<f64>() / provided;
         let is_doubtful = self.energy_defect > Self::BEARABLE && part > Self::BEARABLE;
         let sign = |value: f64| if value < 0.0 { "" } else { "+" };
         let told = accounts
-            .map(|(name, value)| format!("{name} {}{} %", sign(value), fixed(100.0 * value / there, 1)))
+            .map(|(name, value)| format!("{name} {}{} %", sign(value), fixed(100.0 * value / provided, 1)))
             .join(", ");
         is_doubtful.then(|| {
             format!(
@@ -196,6 +197,12 @@ impl EnergyReport {
                 fixed(100.0 * part, 0)
             )
         })
+    }
+
+    /// What was there at the start and came in since, J.
+    fn provided(&self) -> f64 {
+        let Self { external, load, importer, initial, .. } = *self;
+        EnergyAccounts { external, load, importer, ..EnergyAccounts::default() }.provided(initial)
     }
 }
 

@@ -110,10 +110,9 @@ impl<const D: usize> Gelatin<D> {
     fn diverged(&self) -> Option<StepError> {
         let time = self.engine.now();
         let Totals { energies, ledger, initial_energy, .. } = self.engine.totals(time);
-        let came = [initial_energy, ledger.energy.external, ledger.energy.load, ledger.energy.importer];
-        let there: f64 = came.iter().map(|energy| energy.abs()).sum();
-        let part = energies.discrete() / there;
-        (there > self.recipe.noise(self.gel_mass()) && part > RUNAWAY).then_some(StepError::Diverged { time, part })
+        let provided = ledger.energy.provided(initial_energy);
+        let part = energies.discrete() / provided;
+        (provided > self.recipe.noise(self.gel_mass()) && part > RUNAWAY).then_some(StepError::Diverged { time, part })
     }
 
     /// Goes on with a better mesh of what there is, begun then.
