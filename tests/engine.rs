@@ -7,7 +7,7 @@ use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion};
 use ballistic_gel::element::{Potential, Section, Simplices};
 use ballistic_gel::geometry::{Shape, Sphere};
 use ballistic_gel::material::{Confinement, Material, NeoHookean};
-use ballistic_gel::mesh::{self, Block, ElementId, Face, Hold, Mesh, Patches, Split};
+use ballistic_gel::mesh::{self, Block, ElementId, Face, Hold, Mesh, NodeId, Patches, Split};
 use ballistic_gel::state::State;
 use fearless_simd::Level;
 
@@ -375,4 +375,45 @@ fn compare_begun(case: Case, fast: &Engine<3, Simplices<3>>, reference: &Engine<
     assert!(clocks().any(|(_, reference)| reference.ahead.abs() > 1e-10), "{case:?}");
     assert!(difference(fast.state(), reference.state()) < 1e-14, "{case:?}");
     clocks().filter(|(clock, _)| !fast.last_tick().is_multiple_of(clock.step)).count()
+}
+
+/// Rows of a long cell and of ones a 64th as long, which go at a speed to where the rows are held: the long cells alone are crushed, by
+/// their neighbours.
+fn crushed(speed: f64) -> Engine<2, Simplices<2>> {
+    let across = std::iter::once(0.0).chain((64..=80).map(|i| f64::from(i) / 64.0)).collect();
+    let planes = [across, (0..=12).map(f64::from).collect()];
+    let left = Face { axis: 0, high: false, hold: Hold::All };
+    let mesh: Mesh<2> = mesh::block(Block { planes, split: Split::Kuhn, faces: vec![left] });
+    let alone = Patches::alone(mesh.elements.len());
+    let material = (NeoHookean::new(1.0, 10.0), Section::Planar { thickness: 1.0 });
+    let simplices = Simplices::in_patches(&mesh, alone, material);
+    let mass = simplices.lumped_masses(&mesh, 1.0);
+    let surface = Surface::new::<2>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));
+    let velocity = |x: &Vector<2>| Vector::<2>::new(if x[0] > 0.0 { -speed } else { 0.0 }, 0.0);
+    let nodes = mesh.rest.iter().map(|x| (*x, velocity(x))).collect();
+    let rules = Rules { schedule: Kind::Bins, cfl: 0.8, law: MOREAU, force_window: 1.0, damping: 0.0 };
+    Engine::new(Gel::new(simplices, mass, &mesh.held, surface), vec![ball(Freedom::PLANAR, 100.0)], rules, nodes)
+}
+
+/// Only elements of the longest step can be worn, and none of them fires before the end of the first one: their mesh ends within it, at the
+/// next tick of their neighbours, but not before half of it.
+#[test]
+fn an_element_that_is_crushed_within_its_step_ends_its_mesh_from_half_of_it_on() {
+    for by_reference in [false, true] {
+        let made = |speed: f64| if by_reference { crushed(speed).by_reference() } else { crushed(speed) };
+        let mut still = made(0.0);
+        still.advance_to(0.0, &mut [Exchange::default()]).unwrap();
+        let steps = (0..still.gel().potential.len() as u32).map(|element| still.step_of(ElementId(element)));
+        let steps: Vec<_> = steps.collect();
+        let (step, finest) = (*steps.iter().max().unwrap(), *steps.iter().min().unwrap());
+        assert!(step >= 8 * finest, "{step} and {finest} ticks");
+        let least: Vec<f64> = steps.iter().map(|own| if *own == step { 1.0 } else { 0.0 }).collect();
+        // In a young mesh seven tenths of what they measure at rest: that is so after this part of the step.
+        for (part, end) in [(0.3, step / 2), (0.6, step * 5 / 8), (0.74, step * 6 / 8)] {
+            let mut engine = made(0.3 / (part * still.grid().time(step)));
+            engine.set_wear(Some(Wear { quality: vec![0.0; least.len()], least: least.clone() }));
+            let reached = engine.advance_to(still.grid().time(step), &mut [Exchange::default()]);
+            assert_eq!((reached, engine.last_tick()), (Ok(Reached::Worn), end), "{part} of {step} ticks");
+        }
+    }
 }
