@@ -7,7 +7,7 @@ use super::phase::Phase;
 use super::renew::{Ends, Passage};
 use super::schedule::{Kind, Queue};
 use super::scratch::Scratch;
-use super::watch::Watch;
+use super::watch::{Watch, least};
 use super::{Gel, Pool, StepError, TickGrid};
 use crate::algebra::{Vector, embed};
 use crate::contact::{Body, BodyState, Freedom, Law};
@@ -423,9 +423,7 @@ fn first_steps<const D: usize, P: Potential<D>>(
 
 /// The grid of these stable steps, unless there is one, and the shortest of them, ticks.
 fn grid_of(steps: &[f64], grid: Option<TickGrid>) -> Result<(TickGrid, f64), NoStep> {
-    // Any NaN must come out: `f64::min` would drop it.
-    let least = |least: f64, step: &f64| if least.is_nan() || *step >= least { least } else { *step };
-    let step = steps.iter().fold(f64::INFINITY, least);
+    let step = steps.iter().copied().fold(f64::INFINITY, least);
     if !step.is_normal() {
         return Err(NoStep { step });
     }

@@ -197,8 +197,7 @@ impl Watch {
     /// Whether a facet around a node may be deep in a body.
     #[inline]
     pub fn may_touch_facets(&self, node: u32) -> bool {
-        let far = self.clear[node as usize] > self.travelled;
-        !far
+        reaches(self.clear[node as usize], self.travelled)
     }
 
     /// Takes down how far anything may travel before a facet around a node need be looked at, m.
@@ -244,8 +243,8 @@ fn reaches(sound: f64, wandered: f64) -> bool {
     !far
 }
 
-/// The least of two, or what is no number, which must not be lost.
-fn least(least: f64, it: f64) -> f64 {
+/// The least of two, or what is no number, which must not be lost: `f64::min` would drop it.
+pub(super) fn least(least: f64, it: f64) -> f64 {
     if least.is_nan() || it >= least { least } else { it }
 }
 
