@@ -2,9 +2,9 @@
 //! threads, and with what is at rest computed or not.
 
 use ballistic_gel::algebra::{Vector, Vector3};
-use ballistic_gel::avi::{Engine, Gel, Kind, Pool, Reached, Rules, Surface, Wear};
+use ballistic_gel::avi::{Engine, Gel, Kind, NoStep, Pool, Reached, Rules, Surface, Wear};
 use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion};
-use ballistic_gel::element::{Potential, Section, Simplices};
+use ballistic_gel::element::{Memory, Potential, Section, Simplices};
 use ballistic_gel::geometry::{Shape, Sphere};
 use ballistic_gel::material::{Confinement, Material, NeoHookean};
 use ballistic_gel::mesh::{self, Block, ElementId, Face, Hold, Mesh, NodeId, Patches, Split};
@@ -375,6 +375,24 @@ fn compare_begun(case: Case, fast: &Engine<3, Simplices<3>>, reference: &Engine<
     assert!(clocks().any(|(_, reference)| reference.ahead.abs() > 1e-10), "{case:?}");
     assert!(difference(fast.state(), reference.state()) < 1e-14, "{case:?}");
     clocks().filter(|(clock, _)| !fast.last_tick().is_multiple_of(clock.step)).count()
+}
+
+/// Sheared by γ = 300 and relaxed: its steps are some γ⁻¹ of those at the start, and would be γ⁻² and less than a tick had it never flowed.
+#[test]
+fn a_mesh_that_has_flowed_far_begins_with_steps_by_what_it_remembers() {
+    let case = Case { gel: Made::Flowing, ..SPACE };
+    let mut old = fast::<3>(case, 1.0);
+    old.advance_to(0.0, &mut [Exchange::default()]).unwrap();
+    let mut sheared = nalgebra::Matrix3::identity();
+    sheared[(0, 2)] = 300.0;
+    let nodes = || old.state().position.iter().map(|x| (sheared * x, Vector::<3>::zeros())).collect::<Vec<_>>();
+    let [fresh, flowed] = [old.state().memory.clone(), old.state().memory.clone()];
+    let inverse = sheared.try_inverse().unwrap();
+    let flowed = flowed.into_iter().map(|own| Memory { inverse: inverse * inverse.transpose(), ..own }).collect();
+    let [unmoved, relaxed] = [nodes(), nodes()];
+    let unmoved = old.renewed((gel::<3>(case), Some(fresh)), unmoved, None).map(|_| ());
+    assert!(matches!(unmoved, Err(NoStep { step }) if step > 0.0), "{unmoved:?}");
+    assert_eq!(old.renewed((gel::<3>(case), Some(flowed)), relaxed, None).map(|_| ()), Ok(()));
 }
 
 /// Rows of a long cell and of ones a 64th as long, which go at a speed to where the rows are held: the long cells alone are crushed, by

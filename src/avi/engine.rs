@@ -428,9 +428,6 @@ fn grid_of(steps: &[f64], grid: Option<TickGrid>) -> Result<(TickGrid, f64), NoS
         return Err(NoStep { step });
     }
     let grid = grid.unwrap_or_else(|| TickGrid::new(steps));
-    if grid.ticks(step) < 1.0 {
-        return Err(NoStep { step });
-    }
     Ok((grid, grid.ticks(step)))
 }
 

@@ -3,6 +3,7 @@
 use super::engine::{Engine, NoStep, Start};
 use super::pace::nodal_limit;
 use super::phase::Phase;
+use super::watch::least;
 use super::wear::Wear;
 use super::{Gel, Kind, Pool, StepError, TickGrid};
 use crate::algebra::Vector;
@@ -207,6 +208,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         birth: Option<Arc<Birth<D>>>,
     ) -> Result<Self, NoStep> {
         let mut new = self.followed((gel, memory), nodes, self.last_tick())?;
+        // With what elements remember: one that has flowed far is none the stiffer for it.
+        let step = new.stable_steps().into_iter().fold(f64::INFINITY, least);
+        if !step.is_normal() || new.grid.ticks(step) < 1.0 {
+            return Err(NoStep { step });
+        }
         let (was, now) =
             (Start::of(&self.gel, &self.bodies, &self.state), Start::of(&new.gel, &new.bodies, &new.state));
         let ledger = &mut new.state.ledger;
@@ -222,7 +228,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// `birth` is the mesh, unless it is that of the start.
     ///
     /// # Errors
-    /// [`NoStep`] if a step of the mesh is no number or shorter than a tick.
+    /// [`NoStep`] if a step of the mesh is no number.
     pub fn on_mesh(
         &self,
         gel: Gel<D, P>,
