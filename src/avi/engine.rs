@@ -38,6 +38,8 @@ pub struct Rules {
 pub struct NoStep {
     /// The step, s.
     pub step: f64,
+    /// The stiffest element around a node whose step is shorter than a tick, if that is why.
+    pub element: Option<ElementId>,
 }
 
 /// A gel and rigid bodies in time.
@@ -425,7 +427,7 @@ fn first_steps<const D: usize, P: Potential<D>>(
 fn grid_of(steps: &[f64], grid: Option<TickGrid>) -> Result<(TickGrid, f64), NoStep> {
     let step = steps.iter().copied().fold(f64::INFINITY, least);
     if !step.is_normal() {
-        return Err(NoStep { step });
+        return Err(NoStep { step, element: None });
     }
     let grid = grid.unwrap_or_else(|| TickGrid::new(steps));
     Ok((grid, grid.ticks(step)))

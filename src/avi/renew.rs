@@ -211,7 +211,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         // With what elements remember: one that has flowed far is none the stiffer for it.
         let step = new.stable_steps().into_iter().fold(f64::INFINITY, least);
         if !step.is_normal() || new.grid.ticks(step) < 1.0 {
-            return Err(NoStep { step });
+            return Err(NoStep { step, element: new.stepless().next() });
         }
         let (was, now) =
             (Start::of(&self.gel, &self.bodies, &self.state), Start::of(&new.gel, &new.bodies, &new.state));

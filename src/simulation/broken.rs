@@ -3,14 +3,15 @@
 use super::candidate::Refused;
 use super::model::Gelatin;
 use super::renew::MOST_BROKEN;
-use crate::algebra::Vector;
+use crate::algebra::{Vector, Vector3, embed};
 use crate::avi::StepError;
 use crate::mesh::{NodeId, Simplex, signed_volume};
 use crate::remesh::RemeshError;
 
 impl<const D: usize> Gelatin<D> {
-    /// Lets go of the elements that are turned inside out, of the stiffest around each node that has no stable step, of one behind a facet that leaks, and of those at whose
-    /// sides meshes were refused because the boundary crosses or touches itself there, with what hangs on them. Whether something went.
+    /// Lets go of the elements that are turned inside out, of the stiffest around each node that has no stable step, of one behind a facet that
+    /// leaks, of those at whose sides meshes were refused because the boundary crosses or touches itself there, and of those by which new
+    /// meshes could not be stepped, with what hangs on them. Whether something went.
     pub fn break_off(&mut self, refused: &[Refused]) -> bool {
         let old = self.present();
         let position = &self.engine.state().position;
@@ -22,21 +23,26 @@ impl<const D: usize> Gelatin<D> {
         {
             gone[*element] = true;
         }
-        for edge in refused.iter().flat_map(|why| edges(why, position)) {
-            let beside = elements.iter().enumerate().filter(|(_, nodes)| has::<D>(nodes, &edge));
+        for corners in refused.iter().flat_map(|why| blamed(why, position)) {
+            let beside = elements.iter().enumerate().filter(|(_, nodes)| has::<D>(nodes, &corners));
             beside.for_each(|(e, _)| gone[e] = true);
         }
         self.let_go(&old, &gone, MOST_BROKEN)
     }
 }
 
-/// The nodes at the ends of each edge for which there is no mesh, as far as they are old ones.
-fn edges<const D: usize>(why: &Refused, position: &[Vector<D>]) -> Vec<Vec<NodeId>> {
+/// The old nodes at the ends of each edge for which there is no mesh, and those of each element for which a mesh could not be stepped, if
+/// that is made of old ones.
+fn blamed<const D: usize>(why: &Refused, position: &[Vector<D>]) -> Vec<Vec<NodeId>> {
     let at = |place: &[f64; 2]| {
         let there = position.iter().position(|x| x[0] == place[0] && x[1] == place[1]);
         there.map(|node| NodeId(node as u32))
     };
+    let corner = |place: &Vector3| position.iter().position(|x| embed(x) == *place).map(|node| NodeId(node as u32));
     match why {
+        Refused::Steps { corners, .. } => {
+            vec![corners.iter().map(corner).collect::<Option<Vec<_>>>().unwrap_or_default()]
+        }
         Refused::Made(RemeshError::Crossing { edges }) => edges.map(Vec::from).into(),
         Refused::Made(RemeshError::Blocked { edge }) => vec![edge.iter().filter_map(at).collect()],
         Refused::Made(RemeshError::Coincident { place }) => vec![at(place).into_iter().collect()],
@@ -52,16 +58,24 @@ fn has<const D: usize>(element: &Simplex, nodes: &[NodeId]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::avi::NoStep;
+    use crate::mesh::ElementId;
 
     #[test]
     fn elements_break_off_at_old_ends_of_edges_that_no_mesh_has() {
         let position = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Vector::<2>::from);
-        let of = |why: RemeshError| edges(&Refused::Made(why), &position);
+        let of = |why: RemeshError| blamed(&Refused::Made(why), &position);
         let [a, b, c, d] = [0, 1, 2, 3].map(NodeId);
         assert_eq!(of(RemeshError::Crossing { edges: [[a, c], [b, d]] }), [vec![a, c], vec![b, d]]);
         assert_eq!(of(RemeshError::Blocked { edge: [[1.0, 0.0], [0.5, 0.5]] }), [vec![b]]);
         assert_eq!(of(RemeshError::Coincident { place: [0.2, 0.3] }), [vec![]; 1]);
-        assert!(edges(&Refused::Massless { nodes: 1 }, &position).is_empty());
+        assert!(blamed(&Refused::Massless { nodes: 1 }, &position).is_empty());
+        let stepless = |corners: [[f64; 3]; 3]| {
+            let why = NoStep { step: 1e-12, element: Some(ElementId(7)) };
+            blamed(&Refused::Steps { why, corners: corners.map(Vector3::from).into() }, &position)
+        };
+        assert_eq!(stepless([[1.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), [vec![c, a, d]]);
+        assert_eq!(stepless([[1.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.5, 0.0, 1.0]]), [vec![]; 1]);
         let element = [a, b, c, NodeId(0)];
         assert!(has::<2>(&element, &[a, c]) && !has::<2>(&element, &[a, d]) && !has::<2>(&element, &[]));
     }

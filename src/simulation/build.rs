@@ -142,7 +142,7 @@ where
         }
     }
     let engine = Engine::try_new(gel, bodies, rules(scene), nodes);
-    let mut engine = engine.map_err(|NoStep { step }| BuildError::NoStep { step })?.with_pool(Pool::new(threads));
+    let mut engine = engine.map_err(|NoStep { step, .. }| BuildError::NoStep { step })?.with_pool(Pool::new(threads));
     let ticks = engine.grid().ticks(scene.scene.end_time);
     if ticks > MOST_TICKS {
         return Err(BuildError::TooLong { ticks, limit: MOST_TICKS });

@@ -83,8 +83,13 @@ pub enum Refused {
     #[error("an element of the new mesh has no shape at rest: the old ones under it are inverted")]
     Restless,
     /// It cannot be stepped.
-    #[error("in the new mesh {0}")]
-    Steps(NoStep),
+    #[error("in the new mesh {why}")]
+    Steps {
+        /// Why not.
+        why: NoStep,
+        /// The corners of the element that has no step, m.
+        corners: Vec<Vector3>,
+    },
 }
 
 /// A way to make a mesh, one attempt after the other.

@@ -9,7 +9,7 @@ use super::past::{Made, Past};
 use super::recipe::{Recipe, Sizes};
 use super::rehearsal::{Refusal, Rehearsal, Renewal};
 use super::sensors::seats;
-use crate::algebra::Vector;
+use crate::algebra::{Vector, embed};
 use crate::avi::{NoStep, StepError, Totals};
 use crate::element::{Memory, Potential, Simplices};
 use crate::mesh::{ElementId, Mesh, Patches, neighbours};
@@ -102,7 +102,7 @@ impl<const D: usize> Gelatin<D> {
         if let Some(failure) = self.engine.failure() {
             return Err(failure.clone());
         }
-        self.keep(&self.present(), worn).map_err(|NoStep { step }| StepError::Worn { time, step })
+        self.keep(&self.present(), worn).map_err(|NoStep { step, .. }| StepError::Worn { time, step })
     }
 
     /// Whether there is far more energy than there was at the start and came in since: a ball at 23 m/s once went on so to 1e223 m, every
@@ -144,8 +144,11 @@ impl<const D: usize> Gelatin<D> {
             let renewal = Renewal::of(&candidate, self.engine.now(), attempt);
             let booked = self.engine.state().ledger.energy.remesh;
             let made = candidate.made_with_masses();
-            if let Err(why) = self.go_on(candidate.birth, (candidate.memory, candidate.velocity), candidate.known) {
-                refused.push(Refused::Steps(why));
+            let birth = Arc::new(candidate.birth);
+            if let Err(why) = self.go_on(Arc::clone(&birth), (candidate.memory, candidate.velocity), candidate.known) {
+                let nodes = why.element.iter().flat_map(|element| &birth.mesh.elements[element.index()][..=D]);
+                let corners = nodes.map(|node| embed(&birth.position[node.index()])).collect();
+                refused.push(Refused::Steps { why, corners });
                 continue;
             }
             self.engine.count_exchange();
@@ -172,17 +175,16 @@ impl<const D: usize> Gelatin<D> {
         if let Some((references, recalled)) = inherited(&past, &state.position, (&made, &patches)) {
             (birth.references, memory) = (references, recalled);
         }
-        self.go_on(birth, (memory, velocity), Known { patches, shapes, across })
+        self.go_on(Arc::new(birth), (memory, velocity), Known { patches, shapes, across })
     }
 
     /// Goes on with a mesh of which that is known.
     pub(super) fn go_on(
         &mut self,
-        birth: Birth<D>,
+        birth: Arc<Birth<D>>,
         (memory, velocity): (Vec<Memory<D>>, Vec<Vector<D>>),
         known: Known,
     ) -> Result<(), NoStep> {
-        let birth = Arc::new(birth);
         let Known { patches, shapes, across } = known;
         let gel = self.gel_of(&birth, patches);
         let nodes = birth.position.iter().copied().zip(velocity).collect();

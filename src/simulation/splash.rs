@@ -9,6 +9,7 @@ use crate::element::Potential;
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, neighbours, outer, sorted};
 use crate::remesh::{self, Moved, Neighbours, Same};
 use crate::state::Birth;
+use std::sync::Arc;
 
 /// What is left of a mesh.
 struct Left<const D: usize> {
@@ -64,7 +65,7 @@ impl<const D: usize> Gelatin<D> {
             return false;
         };
         birth.references = references;
-        if self.go_on(birth, (memory, velocity), known).is_err() {
+        if self.go_on(Arc::new(birth), (memory, velocity), known).is_err() {
             return false;
         }
         self.engine.count_drops(gone);
