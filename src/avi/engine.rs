@@ -32,7 +32,7 @@ pub struct Rules {
     pub damping: f64,
 }
 
-/// A stable step that is no number.
+/// A stable step that is no number, or shorter than a tick.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("the stable step of an element is {step:e} s: stiffness and mass are too far apart, or there is no element")]
 pub struct NoStep {

@@ -17,7 +17,7 @@ use crate::state::Tick;
 /// Nodes whose sums are taken together (numerics A9).
 pub(super) const RUN: usize = 1024;
 /// Nodes that are gone through together, each stage for all of them: what they gather, their limits, their kicks, and what that says of
-/// the steps around.
+/// the steps around. Not tuned: any number does that fills vectors and stays in the nearest cache.
 const TOGETHER: usize = 32;
 /// Active nodes from which on all nodes are gone through, in runs that threads can share, instead of a list.
 const MANY: usize = 1024;
@@ -180,24 +180,33 @@ impl<const D: usize> Gathered<D> {
     /// Gathered from the blocks in their order.
     #[inline(always)]
     fn new(nodes: &[usize], blocks: &Blocks<D>, (mass, cfl): (&[f64], f64)) -> Self {
-        let mut all = Self { push: [Vector::zeros(); TOGETHER], limit: [0.0; TOGETHER] };
-        let mut masses = [1.0; TOGETHER];
+        let (mut push, mut limit) = ([Vector::<D>::zeros(); TOGETHER], [0.0; TOGETHER]);
+        let (mut stiffnesses, mut masses) = ([0.0; TOGETHER], [1.0; TOGETHER]);
         for (i, a) in nodes.iter().enumerate() {
-            let (mut push, mut stiffness) = (Vector::<D>::zeros(), 0.0);
             for spot in blocks.spots(*a) {
                 let part = &blocks.parts[spot.at as usize];
-                stiffness += part[3];
+                stiffnesses[i] += part[3];
                 if blocks.fronts[spot.block as usize].gives {
-                    (0..D).for_each(|i| push[i] += part[i]);
+                    (0..D).for_each(|axis| push[i][axis] += part[axis]);
                 }
             }
-            (all.push[i], all.limit[i], masses[i]) = (push, stiffness, mass[*a]);
+            masses[i] = mass[*a];
         }
         // All of them, and apart from the rest: so roots and divisions go side by side.
-        for (limit, mass) in all.limit.iter_mut().zip(&masses) {
-            *limit = cfl * nodal_limit(*limit, *mass);
+        for i in 0..TOGETHER {
+            limit[i] = cfl * nodal_limit(stiffnesses[i], masses[i]);
         }
-        all
+        Self { push, limit }
+    }
+
+    /// Tells the blocks around these nodes of their limits, and which of them move.
+    #[inline(always)]
+    fn tell(&self, (nodes, moves): (&[usize], &[bool; TOGETHER]), blocks: &Blocks<D>) {
+        for (i, a) in nodes.iter().enumerate() {
+            for spot in blocks.spots(*a) {
+                blocks.tell(*spot, self.limit[i], moves[i]);
+            }
+        }
     }
 }
 
@@ -294,11 +303,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                     moves[i] = *node.velocity != Vector::<D>::zeros();
                 }
                 *sums = found;
-                for (i, a) in nodes.iter().enumerate() {
-                    for spot in blocks.spots(*a) {
-                        blocks.tell(*spot, gathered.limit[i], moves[i]);
-                    }
-                }
+                gathered.tell((nodes, &moves), blocks);
             },
         )
     }

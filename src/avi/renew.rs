@@ -114,11 +114,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             || self.leaks()
     }
 
-    /// A step of less than a tick, or a leak, that has ended a mesh so young, by the finest step that it began with, that the next one
-    /// would fare no better.
+    /// A step of less than a tick, or a leak, that has ended a mesh so young that the next one would fare no better: by the finest step that
+    /// it would have begun with had its elements never flowed, which a state that is restored knows, too, and by a tick at least.
     #[must_use]
     pub fn early_failure(&self) -> Option<&StepError> {
-        let is_young = ((self.last_tick() - self.origin) as f64) < SHORTEST_LIFE as f64 * self.first.0;
+        let is_young = ((self.last_tick() - self.origin) as f64) < SHORTEST_LIFE as f64 * self.first.0.max(1.0);
         let ends_at_once =
             |failure: &&StepError| matches!(failure, StepError::StepCollapsed { .. } | StepError::Leak { .. });
         self.failure.as_ref().filter(|failure| is_young && ends_at_once(failure))
@@ -213,6 +213,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if !step.is_normal() || new.grid.ticks(step) < 1.0 {
             return Err(NoStep { step, element: new.stepless().next() });
         }
+        new.state.record.synchronous.0 = new.grid.ticks(step);
         let (was, now) =
             (Start::of(&self.gel, &self.bodies, &self.state), Start::of(&new.gel, &new.bodies, &new.state));
         let ledger = &mut new.state.ledger;

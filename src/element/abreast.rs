@@ -20,7 +20,8 @@ use std::any::Any;
 /// More than rounding makes of a bound.
 const ROUNDING: f64 = 1.001;
 
-/// Batches abreast. One after the other a plain tetrahedron takes a fifth longer; with 8 or 16 it takes as long.
+/// Batches abreast: one group in patches of four places, several of others. One after the other a plain tetrahedron takes 15.2 ns in the
+/// place of 14.1; with 8 or 16 it takes as long as with 4.
 const ABREAST: usize = 4;
 
 /// Groups on their way through the stages: batches of the g-th from g times those of a group on.

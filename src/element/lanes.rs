@@ -41,7 +41,7 @@ pub struct GroupAnswer {
     pub power: f64,
     /// Least J.
     pub least_jacobian: f64,
-    /// How fast its elements close at most, 1/s; where none is turned over within [`FORESEEN`] steps, anything less.
+    /// How fast its elements close at most, 1/s; where none is turned over within [`super::FORESEEN`] steps, anything less.
     pub closing: f64,
     /// Which elements have J ≤ 0: bit 8k + l for the k-th element of the patch in lane l.
     pub inverted: u32,

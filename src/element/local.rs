@@ -135,9 +135,9 @@ impl Local {
         simd: S,
         nodes: impl Iterator<Item = (usize, [&'a Vector<D>; 3], f64)>,
     ) -> bool {
-        let places: &mut [Row] = self.positions.rows_mut().as_chunks_mut().0;
-        let speeds: &mut [Row] = self.velocities.rows_mut().as_chunks_mut().0;
-        let sums: &mut [Accumulated] = self.accumulated.rows_mut().as_chunks_mut().0;
+        let places: &mut [Row] = &mut self.positions.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
+        let speeds: &mut [Row] = &mut self.velocities.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
+        let sums: &mut [Accumulated] = &mut self.accumulated.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
         let (none, still) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, self.still));
         let (mut moves, mut fastest) = (false, self.fastest);
         for (number, [position, velocity, rest], passed) in nodes {
@@ -176,7 +176,7 @@ impl Local {
     /// If no block has so many nodes.
     #[must_use]
     pub fn accumulated(&self, n_nodes: usize) -> &[Accumulated] {
-        &self.accumulated.rows().as_chunks().0[..n_nodes]
+        &self.accumulated.rows().as_chunks().0[..MOST_LOCAL_NODES][..n_nodes]
     }
 
     /// Σ p·v over the first nodes of what the sweep left there, J.

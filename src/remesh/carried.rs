@@ -82,7 +82,7 @@ pub fn corner_masses<const D: usize>(
 /// is no better.
 pub(super) fn levelled<const D: usize>(corner_mass: &[f64; 4]) -> [f64; 4] {
     let mut level = *corner_mass;
-    if let Some(part) = bearable::<D>(corner_mass) {
+    if let Some(part) = bearable_part::<D>(corner_mass) {
         let mean = corner_mass[..=D].iter().sum::<f64>() / (D + 1) as f64;
         level[..=D].iter_mut().for_each(|corner| *corner = mean + part * (*corner - mean));
     }
@@ -91,7 +91,7 @@ pub(super) fn levelled<const D: usize>(corner_mass: &[f64; 4]) -> [f64; 4] {
 
 /// The part of what corners differ from their mean by that leaves a density below nothing at none of them, h̄/(h̄ − min h); nothing if
 /// all of it does, or the whole weighs nothing or less.
-pub(super) fn bearable<const D: usize>(corner_mass: &[f64; 4]) -> Option<f64> {
+pub(super) fn bearable_part<const D: usize>(corner_mass: &[f64; 4]) -> Option<f64> {
     // The mean of the density times measure is the mass.
     let (whole, least) = (corner_mass[..=D].iter().sum::<f64>(), least_height::<D>(corner_mass));
     (whole > 0.0 && least < 0.0).then(|| whole / (whole - least))

@@ -1,6 +1,6 @@
 //! Mass and momentum of the new elements, from the old ones that they lie over.
 
-use super::carried::{bearable, heights, least_height, levelled};
+use super::carried::{bearable_part, heights, least_height, levelled};
 use super::cell::{Cell, weighed};
 use super::locate::Locator;
 use super::overlay::{Cutter, Moments, inertia};
@@ -189,7 +189,7 @@ impl<const D: usize> Part<D> {
         let was = self.corner_mass();
         let whole: f64 = was.iter().sum();
         let is_far_below = least_height::<D>(&was) < -(D as f64) * whole;
-        if let Some(part) = bearable::<D>(&was).filter(|_| is_far_below) {
+        if let Some(part) = bearable_part::<D>(&was).filter(|_| is_far_below) {
             self.inertia = inertia::<D>(&heights::<D>(&levelled::<D>(&was)));
             let mean = self.momentum[..=D].iter().sum::<Vector<D>>() / (D + 1) as f64;
             self.momentum[..=D].iter_mut().for_each(|own| *own = mean + (*own - mean) * part);
