@@ -298,10 +298,9 @@ mod tests {
         let greatest = |momenta: &[Vector<D>; 4]| momenta.iter().map(Vector::<D>::norm).fold(0.0, f64::max);
         assert!(greatest(&part.momentum) <= greatest(&was), "{:?} after {was:?}", part.momentum);
         let beside = 1.0 / (D + 1) as f64;
-        for a in 0..=D {
-            let mass = part.corner_mass()[a] + beside;
-            let speed = ((part.momentum[a] + velocity[a] * beside) / mass).norm();
-            assert!(part.corner_mass()[a] > 0.0 && speed < 2.0, "corner {a}: {speed} m/s");
+        for ((mass, momentum), velocity) in part.corner_mass().iter().zip(part.momentum).zip(velocity).take(D + 1) {
+            let speed = ((momentum + velocity * beside) / (mass + beside)).norm();
+            assert!(*mass > 0.0 && speed < 2.0, "{speed} m/s");
         }
     }
 

@@ -202,7 +202,7 @@ impl EnergyReport {
     /// What was there at the start and came in since, J.
     fn provided(&self) -> f64 {
         let Self { external, load, importer, initial, .. } = *self;
-        EnergyAccounts { external, load, importer, ..EnergyAccounts::default() }.provided(initial)
+        EnergyAccounts { external, importer, load, ..EnergyAccounts::default() }.provided(initial)
     }
 }
 

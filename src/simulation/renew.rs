@@ -145,7 +145,7 @@ impl<const D: usize> Gelatin<D> {
             let booked = self.engine.state().ledger.energy.remesh;
             let made = candidate.made_with_masses();
             let birth = Arc::new(candidate.birth);
-            if let Err(why) = self.go_on(Arc::clone(&birth), (candidate.memory, candidate.velocity), candidate.known) {
+            if let Err(why) = self.go_on(&birth, (candidate.memory, candidate.velocity), candidate.known) {
                 let nodes = why.element.iter().flat_map(|element| &birth.mesh.elements[element.index()][..=D]);
                 let corners = nodes.map(|node| embed(&birth.position[node.index()])).collect();
                 refused.push(Refused::Steps { why, corners });
@@ -175,21 +175,21 @@ impl<const D: usize> Gelatin<D> {
         if let Some((references, recalled)) = inherited(&past, &state.position, (&made, &patches)) {
             (birth.references, memory) = (references, recalled);
         }
-        self.go_on(Arc::new(birth), (memory, velocity), Known { patches, shapes, across })
+        self.go_on(&Arc::new(birth), (memory, velocity), Known { patches, shapes, across })
     }
 
     /// Goes on with a mesh of which that is known.
     pub(super) fn go_on(
         &mut self,
-        birth: Arc<Birth<D>>,
+        birth: &Arc<Birth<D>>,
         (memory, velocity): (Vec<Memory<D>>, Vec<Vector<D>>),
         known: Known,
     ) -> Result<(), NoStep> {
         let Known { patches, shapes, across } = known;
-        let gel = self.gel_of(&birth, patches);
+        let gel = self.gel_of(birth, patches);
         let nodes = birth.position.iter().copied().zip(velocity).collect();
-        self.engine = self.engine.renewed((gel, Some(memory)), nodes, Some(Arc::clone(&birth)))?;
-        self.dress(&birth, (&shapes, across));
+        self.engine = self.engine.renewed((gel, Some(memory)), nodes, Some(Arc::clone(birth)))?;
+        self.dress(birth, (&shapes, across));
         Ok(())
     }
 }

@@ -65,7 +65,7 @@ impl<const D: usize> Gelatin<D> {
             return false;
         };
         birth.references = references;
-        if self.go_on(Arc::new(birth), (memory, velocity), known).is_err() {
+        if self.go_on(&Arc::new(birth), (memory, velocity), known).is_err() {
             return false;
         }
         self.engine.count_drops(gone);
