@@ -7,7 +7,7 @@ use super::blocks::{Blocks, Due};
 use super::damping::{Damped, fade};
 use super::engine::Engine;
 use super::kick::Taken;
-use super::pace::limit as nodal_limit;
+use super::pace;
 use super::pool::{Cut, share};
 use crate::algebra::{Vector, embed};
 use crate::contact::Freedom;
@@ -194,7 +194,7 @@ impl<const D: usize> Gathered<D> {
         }
         // All of them, and apart from the rest: so roots and divisions go side by side.
         for i in 0..TOGETHER {
-            limit[i] = cfl * nodal_limit(stiffnesses[i], masses[i]);
+            limit[i] = cfl * pace::limit(stiffnesses[i], masses[i]);
         }
         Self { push, limit }
     }
