@@ -4,15 +4,17 @@
 //! gathers from the blocks around it in their order. So no thread writes where another one reads, and no bit depends on
 //! who came first.
 
+use super::gather::{Overlap, TOGETHER};
 use super::nodes::RUN;
 use super::order::Order;
 use super::pace::RAISE_MARGIN;
 use super::settle::Settled;
 use super::{Gel, TickGrid};
-use crate::element::{Accumulated, Lanes, Local, MAX_NODES, Potential, Recall, rounding};
+use crate::element::{Accumulated, Corner, Lanes, Local, MAX_NODES, Potential, Recall, rounding};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -59,11 +61,10 @@ pub(super) struct Block {
     pub steps: (Tick, Tick),
     /// How much of it fires at this tick.
     pub due: Due,
-    /// The nodes of the groups that fire, if not all do.
-    pub touched: Vec<u16>,
-    /// How many groups fired when those were found, 0 if they must be found anew: of steps that are powers of two so many are always
-    /// the same ones.
-    pub n_firing: usize,
+    /// What is around the groups that fire where some do, by the longest step that fires then.
+    pub firing: BTreeMap<Tick, Around>,
+    /// The longest step that fires at this tick, whether a group has it or not, ticks.
+    pub longest: Tick,
     /// What is known of its part.
     pub known: Known,
     /// Whether some node of it has moved or moves.
@@ -80,6 +81,15 @@ pub(super) struct Block {
     pub settled: Settled,
     /// The group whose answer holds the power of all that have not told theirs, if they were found in one sum.
     pub holder: Option<usize>,
+}
+
+/// What is around some groups of a block.
+#[derive(Debug, Default)]
+pub(super) struct Around {
+    /// Their nodes, ascending.
+    pub nodes: Vec<u16>,
+    /// The corners at these of all elements of the block, in the order of a sweep.
+    pub corners: Vec<Corner>,
 }
 
 /// What a sweep of a block finds.
@@ -117,8 +127,6 @@ pub(super) struct Front {
     calm: (f64, f64),
     /// The same of each node, no less; none where all groups are of one step and no limit was outside yet.
     calms: Vec<(f64, f64)>,
-    /// Where its part begins.
-    first: usize,
     /// Whether a node has found another one.
     stirred: AtomicBool,
 }
@@ -150,6 +158,8 @@ pub(super) struct Blocks<const D: usize> {
     n_groups: usize,
     start: Vec<u32>,
     spots: Vec<Spot>,
+    /// What blocks have in common with each stretch of nodes.
+    pub overlaps: Vec<Vec<Overlap>>,
     /// One for each run of a sweep (`Pool::runs`).
     pub locals: Vec<Local>,
     /// To what positions are rounded, m.
@@ -193,9 +203,10 @@ impl<const D: usize> Blocks<D> {
                 *at += 1;
             }
         }
+        let overlaps = Overlap::all(&blocks, n_nodes);
         let still = rounding(gel.potential.rest());
         let (groups, n_groups, locals) = (SLOTS / order.width(), order.n_groups(), vec![Local::new(still)]);
-        let fronts = blocks.iter().map(|block| Front { first: block.first, ..Front::default() }).collect();
+        let fronts = blocks.iter().map(|_| Front::default()).collect();
         let parts = vec![[0.0; 4]; n_parts];
         let memory = lanes.memory();
         Some(Self {
@@ -210,6 +221,7 @@ impl<const D: usize> Blocks<D> {
             n_groups,
             start,
             spots,
+            overlaps,
             still,
             locals,
             level: Level::new(),
@@ -235,7 +247,8 @@ impl<const D: usize> Blocks<D> {
         let steps = clocks[groups.clone()].iter().map(|clock| clock.step);
         let (least, most) = steps.fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
         let (all, front) = (&mut self.all[block], &mut self.fronts[block]);
-        (all.steps, all.n_firing) = ((least, most), 0);
+        all.steps = (least, most);
+        all.firing.clear();
         front.calm = (grid.time(most), RAISE_MARGIN * grid.time(least));
         front.calms.clear();
         if least < most {
@@ -243,20 +256,17 @@ impl<const D: usize> Blocks<D> {
         }
     }
 
-    /// A node has this limit, s, and moves or not; a block around a node that moves must be swept from now on.
-    #[inline]
-    pub fn tell(&self, spot: Spot, limit: f64, moves: bool) {
-        let front = &self.fronts[spot.block as usize];
-        let calms = |(least, most): (f64, f64)| least <= limit && limit < most;
-        let own = || front.calms.get(spot.at as usize - front.first);
-        // What no node of the block finds anything in needs no look at its own.
-        let calm = calms(front.calm) || own().is_some_and(|own| calms(*own));
-        if !calm {
-            front.stirred.store(true, Ordering::Relaxed);
+    /// Σ p, N·s, and Σ κ, N/m, that the blocks give to these nodes, in their order.
+    pub fn given(&self, nodes: &[usize]) -> [Accumulated; TOGETHER] {
+        let mut parts = [[0.0; 4]; TOGETHER];
+        for (node, sum) in nodes.iter().zip(&mut parts) {
+            for spot in self.spots(*node) {
+                let part = &self.parts[spot.at as usize];
+                let from = if self.fronts[spot.block as usize].gives { 0 } else { 3 };
+                (from..4).for_each(|i| sum[i] += part[i]);
+            }
         }
-        if moves && !front.gives {
-            self.rouse(spot.block as usize);
-        }
+        parts
     }
 
     /// The blocks around a node that moves must be swept from now on.
@@ -273,7 +283,8 @@ impl<const D: usize> Blocks<D> {
         }
     }
 
-    fn rouse(&self, block: usize) {
+    /// A block must be swept from now on.
+    pub fn rouse(&self, block: usize) {
         let awake = &self.all[block].awake;
         // Threads share what is written: not again and again.
         if !awake.load(Ordering::Relaxed) {
@@ -295,7 +306,11 @@ impl<const D: usize> Blocks<D> {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let of = |block: &Block| size_of::<Block>() + 4 * block.nodes.capacity() + 8 * block.surface.capacity();
+        let around = |around: &Around| 2 * around.nodes.capacity() + 4 * around.corners.capacity();
+        let of = |block: &Block| {
+            let own = 4 * block.nodes.capacity() + 8 * block.surface.capacity();
+            size_of::<Block>() + own + block.firing.values().map(around).sum::<usize>()
+        };
         let fronts = self.fronts.iter().map(|front| size_of::<Front>() + 16 * front.calms.capacity()).sum::<usize>();
         let parts = size_of::<Accumulated>() * self.parts.len() + fronts;
         self.lanes.bytes()
@@ -304,6 +319,7 @@ impl<const D: usize> Blocks<D> {
             + self.all.iter().map(of).sum::<usize>()
             + 4 * self.start.len()
             + 8 * self.spots.len()
+            + self.overlaps.iter().map(|overlaps| size_of_val(overlaps.as_slice())).sum::<usize>()
     }
 }
 
@@ -343,6 +359,24 @@ impl Front {
     pub fn open(&mut self, block: &Block) {
         self.gives = block.gives();
         *self.stirred.get_mut() = !block.may_be_calm();
+    }
+
+    /// Whether limits between these, s, leave all steps as they are, whichever nodes have them.
+    #[inline]
+    pub fn calms_all(&self, (least, most): (f64, f64)) -> bool {
+        self.calm.0 <= least && most < self.calm.1
+    }
+
+    /// Whether this limit, s, of a node, by its number within the block, does.
+    #[inline]
+    pub fn calms_at(&self, number: usize, limit: f64) -> bool {
+        // What no node of the block finds anything in needs no look at its own.
+        self.calms_all((limit, limit)) || self.calms.get(number).is_some_and(|own| own.0 <= limit && limit < own.1)
+    }
+
+    /// A node has found another one.
+    pub fn stir(&self) {
+        self.stirred.store(true, Ordering::Relaxed);
     }
 
     /// Whether no limit may change a step.
@@ -408,10 +442,15 @@ impl Block {
         self.gives() && !self.restless && self.steps.0 > 0
     }
 
+    /// The nodes of the groups that fire, if not all do.
+    pub fn touched(&self) -> &[u16] {
+        self.firing.get(&self.longest).map_or(&[], |around| around.nodes.as_slice())
+    }
+
     /// The numbers of its nodes that fire.
     pub fn active(&self) -> impl Iterator<Item = usize> + '_ {
         let all = if self.due == Due::All { 0..self.nodes.len() } else { 0..0 };
-        let some = if self.due == Due::Some { self.touched.as_slice() } else { &[] };
+        let some = if self.due == Due::Some { self.touched() } else { &[] };
         all.chain(some.iter().map(|number| usize::from(*number)))
     }
 }

@@ -5,6 +5,7 @@ mod damping;
 mod engine;
 mod error;
 mod facet;
+mod gather;
 mod gel;
 mod grid;
 mod impact;

@@ -6,19 +6,17 @@ use super::TickGrid;
 use super::blocks::{Blocks, Due};
 use super::damping::{Damped, fade};
 use super::engine::Engine;
+use super::gather::{Gathered, Rule, STRETCH, Stretch, TOGETHER};
 use super::kick::Taken;
-use super::pace;
 use super::pool::{Cut, share};
 use crate::algebra::{Vector, embed};
 use crate::contact::Freedom;
 use crate::element::{Potential, on};
 use crate::state::Tick;
+use std::ops::Range;
 
 /// Nodes whose sums are taken together (numerics A9).
 pub(super) const RUN: usize = 1024;
-/// Nodes that are gone through together, each stage for all of them: what they gather, their limits, their kicks, and what that says of
-/// the steps around. Not tuned: any number does that fills vectors and stays in the nearest cache.
-const TOGETHER: usize = 32;
 /// Active nodes from which on all nodes are gone through, in runs that threads can share, instead of a list.
 const MANY: usize = 1024;
 
@@ -50,6 +48,12 @@ impl Active {
             self.listed[node] = true;
             self.list.push(node as u32);
         }
+    }
+
+    /// Whether one of these is active.
+    #[inline]
+    fn has_any(&self, nodes: Range<usize>) -> bool {
+        self.all || self.listed[nodes].contains(&true)
     }
 
     #[inline]
@@ -145,67 +149,28 @@ impl<const D: usize> Runs<'_, D> {
         Node { position, velocity, before, last, limit, excess, fade }
     }
 
-    /// Goes through the active nodes, run by run, some of them at a time.
+    /// Goes through the active nodes, run by run and stretch by stretch.
     #[inline(always)]
-    fn go(mut self, active: &Active, work: impl Fn(&mut Self, &[usize], &mut NodeSums)) {
+    fn go(
+        mut self,
+        (active, blocks): (&Active, &Blocks<D>),
+        rule: Rule<'_>,
+        work: impl Fn(&mut Self, &[usize], &mut Gathered<D>, &mut NodeSums),
+    ) {
         for run in 0..self.sums.len() {
             let mut sums = NodeSums::default();
-            let nodes = self.first + run * RUN..self.first + self.position.len().min((run + 1) * RUN);
-            let mut nodes = nodes.filter(|node| active.has(*node));
-            loop {
-                let (mut some, mut n) = ([0; TOGETHER], 0);
-                some.iter_mut().zip(&mut nodes).for_each(|(place, node)| {
-                    *place = node;
-                    n += 1;
-                });
-                if n == 0 {
-                    break;
+            let end = self.first + self.position.len().min((run + 1) * RUN);
+            for first in (self.first + run * RUN..end).step_by(STRETCH) {
+                let nodes = first..end.min(first + STRETCH);
+                if active.has_any(nodes.clone()) {
+                    let mut stretch = Stretch::new(first, blocks);
+                    stretch.go(nodes.filter(|node| active.has(*node)), rule, |nodes, gathered| {
+                        work(&mut self, nodes, gathered, &mut sums);
+                    });
+                    stretch.tell(blocks);
                 }
-                work(&mut self, &some[..n], &mut sums);
             }
             self.sums[run] = sums;
-        }
-    }
-}
-
-/// What the blocks around some nodes give to them.
-struct Gathered<const D: usize> {
-    /// Σ p, N·s.
-    push: [Vector<D>; TOGETHER],
-    /// CFL · 2/√λ_a, s.
-    limit: [f64; TOGETHER],
-}
-
-impl<const D: usize> Gathered<D> {
-    /// Gathered from the blocks in their order.
-    #[inline(always)]
-    fn new(nodes: &[usize], blocks: &Blocks<D>, (mass, cfl): (&[f64], f64)) -> Self {
-        let (mut push, mut limit) = ([Vector::<D>::zeros(); TOGETHER], [0.0; TOGETHER]);
-        let (mut stiffnesses, mut masses) = ([0.0; TOGETHER], [1.0; TOGETHER]);
-        for (i, a) in nodes.iter().enumerate() {
-            for spot in blocks.spots(*a) {
-                let part = &blocks.parts[spot.at as usize];
-                stiffnesses[i] += part[3];
-                if blocks.fronts[spot.block as usize].gives {
-                    (0..D).for_each(|axis| push[i][axis] += part[axis]);
-                }
-            }
-            masses[i] = mass[*a];
-        }
-        // All of them, and apart from the rest: so roots and divisions go side by side.
-        for i in 0..TOGETHER {
-            limit[i] = cfl * pace::limit(stiffnesses[i], masses[i]);
-        }
-        Self { push, limit }
-    }
-
-    /// Tells the blocks around these nodes of their limits, and which of them move.
-    #[inline(always)]
-    fn tell(&self, (nodes, moves): (&[usize], &[bool; TOGETHER]), blocks: &Blocks<D>) {
-        for (i, a) in nodes.iter().enumerate() {
-            for spot in blocks.spots(*a) {
-                blocks.tell(*spot, self.limit[i], moves[i]);
-            }
         }
     }
 }
@@ -260,36 +225,33 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Drifts the active nodes and nothing else.
     pub(super) fn drift_active(&mut self, tick: Tick) {
-        let grid = self.grid;
-        if self.blocks.is_some() {
-            self.over_nodes(|runs, nodes, _, _| {
-                for node in nodes {
-                    runs.node(*node).drift(grid, tick);
-                }
-            });
+        let active = &self.scratch.active;
+        for (node, last) in self.last.iter_mut().enumerate().filter(|(node, _)| active.has(*node)) {
+            let passed = self.grid.time(tick - *last);
+            self.state.position[node] += self.state.velocity[node] * passed;
+            *last = tick;
         }
     }
 
     /// Drifts the active nodes, learns their limits and kicks them: v += p/m in the free directions, with p and Σ κ gathered from
     /// the blocks in their order, and damps them; held directions take up the rest.
     pub(super) fn advance_nodes(&mut self, tick: Tick) -> NodeSums {
-        let (gel, grid, cfl, freedom) = (self.gel.clone(), self.grid, self.rules.cfl, self.freedom());
+        let (gel, grid, freedom) = (self.gel.clone(), self.grid, self.freedom());
         let (share, rate) = (self.share_ahead(), self.rules.damping);
         self.over_nodes(
             #[inline(always)]
-            |runs, nodes, blocks, sums| {
-                let gathered = Gathered::new(nodes, blocks, (&gel.mass, cfl));
-                let mut moves = [false; TOGETHER];
+            |runs, nodes, gathered, sums| {
                 // Its own: what nodes are given can't change it.
                 let mut found = *sums;
-                for (i, (a, p)) in nodes.iter().copied().zip(&gathered.push).enumerate() {
+                for (i, a) in nodes.iter().copied().enumerate() {
+                    let p = gathered.push(i);
                     let mut node = runs.node(a);
                     let passed = node.drift(grid, tick);
                     *node.limit = gathered.limit[i];
                     found.limit = found.limit.min(gathered.limit[i]);
                     let before = *node.velocity;
                     *node.before = before;
-                    *node.velocity += if gel.is_free(a) { *p } else { p.component_mul(&gel.free(a)) } / gel.mass[a];
+                    *node.velocity += if gel.is_free(a) { p } else { p.component_mul(&gel.free(a)) } / gel.mass[a];
                     if rate > 0.0 {
                         node.damp((rate, passed), gel.mass[a], (&mut found.damped, freedom));
                     }
@@ -298,18 +260,20 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                     *node.excess = excess;
                     found.fastest = found.fastest.max(node.velocity.norm_squared());
                     if !gel.is_free(a) {
-                        found.taken.add(&gel.free(a), freedom, (embed(node.position), embed(p)));
+                        found.taken.add(&gel.free(a), freedom, (embed(node.position), embed(&p)));
                     }
-                    moves[i] = *node.velocity != Vector::<D>::zeros();
+                    gathered.moves[i] = *node.velocity != Vector::<D>::zeros();
                 }
                 *sums = found;
-                gathered.tell((nodes, &moves), blocks);
             },
         )
     }
 
     /// Does something to the active nodes, some of them at a time; the sums do not depend on the threads.
-    fn over_nodes(&mut self, work: impl Fn(&mut Runs<'_, D>, &[usize], &Blocks<D>, &mut NodeSums) + Sync) -> NodeSums {
+    fn over_nodes(
+        &mut self,
+        work: impl Fn(&mut Runs<'_, D>, &[usize], &mut Gathered<D>, &mut NodeSums) + Sync,
+    ) -> NodeSums {
         let pool = self.pool.clone().filter(|_| self.is_busy());
         let blocks = self.blocks.take().expect("the fast form has blocks");
         let (state, scratch) = (&mut self.state, &mut self.scratch);
@@ -329,16 +293,20 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             sums: &mut scratch.sums,
         };
         let (active, mut total) = (&scratch.active, NodeSums::default());
+        let rule = Rule { mass: &self.gel.mass, cfl: self.rules.cfl };
         if many {
             share(pool.as_deref(), all, |runs: Runs<'_, D>| {
-                on!(level, _simd => runs.go(active, #[inline(always)] |runs, nodes, sums| work(runs, nodes, &blocks, sums)));
+                on!(level, _simd => runs.go((active, &blocks), rule, #[inline(always)] |a, b, c, d| work(a, b, c, d)));
             });
             total = scratch.sums.iter().fold(total, NodeSums::and);
         } else {
             for some in active.list.chunks(TOGETHER) {
                 let mut nodes = [0; TOGETHER];
                 nodes.iter_mut().zip(some).for_each(|(node, listed)| *node = *listed as usize);
-                work(&mut all, &nodes[..some.len()], &blocks, &mut total);
+                let nodes = &nodes[..some.len()];
+                let mut gathered = Gathered::new(blocks.given(nodes), nodes, rule);
+                work(&mut all, nodes, &mut gathered, &mut total);
+                gathered.tell(nodes, &blocks);
             }
         }
         self.blocks = Some(blocks);

@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::blocks::{Block, Blocks, Due, Known, Report, SLOTS, groups_of};
+use super::blocks::{Around, Block, Blocks, Due, Known, Report, SLOTS, groups_of};
 use super::order::Order;
 use super::phase::{Moment, Phase};
 use super::pool::{Cut, share};
@@ -128,6 +128,21 @@ pub(super) fn split(blocks: &[Block], part: f64) -> usize {
     blocks.iter().position(reached).map_or(blocks.len(), |at| at + 1)
 }
 
+impl Around {
+    /// Of these groups of all of a block.
+    fn new<const D: usize>(
+        (lanes, all): (&Lanes<D>, std::ops::Range<usize>),
+        groups: impl Iterator<Item = usize>,
+    ) -> Self {
+        let mut is_touched = [false; MOST_LOCAL_NODES];
+        groups.for_each(|group| lanes.nodes(group, |node| is_touched[usize::from(node)] = true));
+        let nodes = (0..).zip(&is_touched).filter(|(_, touched)| **touched).map(|(node, _)| node).collect();
+        let mut corners = vec![];
+        lanes.corners(all, |corner| corners.extend(is_touched[usize::from(corner.node)].then_some(corner)));
+        Self { nodes, corners }
+    }
+}
+
 impl Block {
     fn find_due<const D: usize>(&mut self, sweep: &Sweep<'_, D>, (lanes, groups): (&Lanes<D>, std::ops::Range<usize>)) {
         self.looked_at = false;
@@ -138,16 +153,9 @@ impl Block {
             (true, false) => Due::Some,
         };
         if self.due == Due::Some {
-            let due = || groups.clone().filter(|group| fires(sweep.clocks[*group].step));
-            let n_firing = due().count();
-            if std::mem::replace(&mut self.n_firing, n_firing) == n_firing {
-                return;
-            }
-            let mut seen = [0_u64; MOST_LOCAL_NODES / 64];
-            due().for_each(|group| lanes.nodes(group, |node| seen[usize::from(node) / 64] |= 1 << (node % 64)));
-            self.touched.clear();
-            let numbers = (0..self.nodes.len()).filter(|number| seen[number / 64] >> (number % 64) & 1 == 1);
-            self.touched.extend(numbers.map(|number| number as u16));
+            let due = groups.clone().filter(|group| fires(sweep.clocks[*group].step));
+            self.longest = 1 << sweep.moment.tick.trailing_zeros();
+            self.firing.entry(self.longest).or_insert_with(|| Around::new((lanes, groups), due));
         }
     }
 
@@ -188,15 +196,27 @@ impl Block {
         if self.due == Due::All {
             part.copy_from_slice(given);
         } else {
-            part.fill([0.0; 4]);
-            for number in &self.touched {
-                part[usize::from(*number)] = given[usize::from(*number)];
+            self.put_some(given, stiffness, part);
+            if self.known == Known::Nothing {
+                lanes.sum_stiffness(groups.clone(), stiffness, part);
             }
-            lanes.sum_stiffness(groups.clone(), stiffness, part);
         }
         self.known = if !moves && self.due == Due::All { Known::Rest } else { Known::Sums };
         self.inspect(sweep, (groups.clone(), answers), moves);
         self.holder = steady.map(|_| groups.start);
+    }
+
+    /// Puts what a sweep of some groups gave into the part, where nothing comes from the others but their κ.
+    fn put_some(&self, given: &[Accumulated], stiffness: &[f64], part: &mut [Accumulated]) {
+        let Some(Around { nodes, corners }) = self.firing.get(&self.longest) else { return };
+        part.iter_mut().for_each(|part| part[..3].fill(0.0));
+        for number in nodes {
+            let [x, y, z, _] = given[usize::from(*number)];
+            part[usize::from(*number)] = [x, y, z, 0.0];
+        }
+        for corner in corners {
+            part[usize::from(corner.node)][3] += stiffness[usize::from(corner.slot)];
+        }
     }
 
     /// The step of all its groups, ticks, if they fire together after one that was whole: then the powers of all are found at the

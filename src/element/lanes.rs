@@ -60,6 +60,15 @@ impl GroupAnswer {
     }
 }
 
+/// A corner of an element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Corner {
+    /// The slot of the element, from that of the first group on.
+    pub slot: u16,
+    /// The number of the node within the block.
+    pub node: u16,
+}
+
 /// The kick of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kick {
@@ -202,13 +211,19 @@ impl<const D: usize> Lanes<D> {
         for sum in part.iter_mut() {
             sum[3] = 0.0;
         }
+        self.corners(groups, |corner| part[usize::from(corner.node)][3] += stiffness[usize::from(corner.slot)]);
+    }
+
+    /// Shows the corners of the elements of these groups in the order of a sweep; empty slots are at the first node.
+    #[inline(always)]
+    pub fn corners(&self, groups: Range<usize>, mut see: impl FnMut(Corner)) {
         let batches = &self.batches[groups.start * self.depth..groups.end * self.depth];
-        for (batch, stiffness) in batches.iter().zip(stiffness.chunks_exact(LANES)) {
+        for (batch, first) in batches.iter().zip((0..).step_by(LANES)) {
             // Loops: as a chain of iterators this takes six times as long.
-            let mut add =
-                |a: usize, lane: usize| part[usize::from(number_of(batch.nodes[a][lane]))][3] += stiffness[lane];
             for a in 0..=D {
-                (0..LANES).for_each(|lane| add(a, lane));
+                for lane in 0..LANES {
+                    see(Corner { slot: first + lane as u16, node: number_of(batch.nodes[a][lane]) });
+                }
             }
         }
     }

@@ -28,7 +28,7 @@ use crate::mesh::{ElementId, NodeId, Patches};
 pub(crate) use batch::on;
 pub use batch::{Batch, LANES};
 pub use flow::{Memory, Spent};
-pub use lanes::{Asked, DEPTH, Found, GroupAnswer, Kick, Kicks, Lanes, Power, places};
+pub use lanes::{Asked, Corner, DEPTH, Found, GroupAnswer, Kick, Kicks, Lanes, Power, places};
 pub use local::{Accumulated, Local, MOST_LOCAL_NODES, Row, rounding};
 pub use pressure::{Push, push};
 pub use recall::Recall;

@@ -1,0 +1,279 @@
+//! What nodes are given by the blocks around them, and what these are told of them.
+//!
+//! Some nodes are looked up one by one; where many are active, whole stretches of them are gone through, block by block: a block and a
+//! stretch have some tens of nodes in common, which stand beside each other in both, while to go from node to node is to go back and
+//! forth between blocks. Each sum runs over the blocks in their order either way: the same bits.
+
+#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+
+use super::blocks::{Block, Blocks};
+use super::pace;
+use crate::algebra::Vector;
+use crate::element::Accumulated;
+use crate::mesh::NodeId;
+
+/// Nodes that are gone through together, each stage for all of them: what they gather, their limits, their kicks. Not tuned: any number
+/// does that fills vectors and stays in the nearest cache.
+pub(super) const TOGETHER: usize = 32;
+/// Nodes of a stretch, a part of a run of them: what is gathered for it stays in the nearest cache.
+pub(super) const STRETCH: usize = 256;
+
+/// What says how long a step around a node may be.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rule<'a> {
+    /// By node, kg.
+    pub mass: &'a [f64],
+    pub cfl: f64,
+}
+
+/// What some nodes gather from the blocks around them, and what these are told.
+pub(super) struct Gathered<const D: usize> {
+    /// Σ p, N·s, and Σ κ, N/m.
+    parts: [Accumulated; TOGETHER],
+    /// CFL · 2/√λ_a, s.
+    pub limit: [f64; TOGETHER],
+    /// Whether they move after their kicks.
+    pub moves: [bool; TOGETHER],
+}
+
+impl<const D: usize> Gathered<D> {
+    /// What these nodes are given, and their limits.
+    #[inline(always)]
+    pub fn new(parts: [Accumulated; TOGETHER], nodes: &[usize], rule: Rule<'_>) -> Self {
+        let (mut mass, mut limit) = ([1.0; TOGETHER], [0.0; TOGETHER]);
+        nodes.iter().zip(&mut mass).for_each(|(node, own)| *own = rule.mass[*node]);
+        // All of them, and apart from the rest: so roots and divisions go side by side.
+        for i in 0..TOGETHER {
+            limit[i] = rule.cfl * pace::limit(parts[i][3], mass[i]);
+        }
+        Self { parts, limit, moves: [false; TOGETHER] }
+    }
+
+    /// Σ p of the i-th, N·s.
+    #[inline(always)]
+    pub fn push(&self, i: usize) -> Vector<D> {
+        Vector::<D>::from_fn(|axis, _| self.parts[i][axis])
+    }
+
+    /// Tells the blocks around these nodes of their limits, and that they must be swept from now on where a node moves.
+    pub fn tell(&self, nodes: &[usize], blocks: &Blocks<D>) {
+        for (i, node) in nodes.iter().enumerate() {
+            for spot in blocks.spots(*node) {
+                let front = &blocks.fronts[spot.block as usize];
+                if !front.calms_at(spot.at as usize - blocks.all[spot.block as usize].first, self.limit[i]) {
+                    front.stir();
+                }
+                if self.moves[i] && !front.gives {
+                    blocks.rouse(spot.block as usize);
+                }
+            }
+        }
+    }
+}
+
+/// What a block and a stretch of nodes have in common: the number, within the block, of the first such node, and how many these are.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Overlap {
+    block: u32,
+    first: u16,
+    n: u16,
+}
+
+impl Overlap {
+    /// Those of each stretch of so many nodes in all, in the order of the blocks.
+    pub fn all(blocks: &[Block], n_nodes: usize) -> Vec<Vec<Self>> {
+        let mut overlaps = vec![vec![]; n_nodes.div_ceil(STRETCH)];
+        for (block, own) in (0..).zip(blocks) {
+            let mut first = 0;
+            for nodes in own.nodes.chunk_by(|a, b| a.index() / STRETCH == b.index() / STRETCH) {
+                let n = nodes.len() as u16;
+                overlaps[nodes[0].index() / STRETCH].push(Self { block, first, n });
+                first += n;
+            }
+        }
+        overlaps
+    }
+
+    /// The numbers of the nodes within the block.
+    fn numbers(&self) -> std::ops::Range<usize> {
+        let first = usize::from(self.first);
+        first..first + usize::from(self.n)
+    }
+}
+
+/// A stretch of nodes, each at its number modulo [`STRETCH`].
+pub(super) struct Stretch {
+    at: usize,
+    /// Σ p, N·s, and Σ κ, N/m.
+    parts: [Accumulated; STRETCH],
+    /// Which of them are active, CFL · 2/√λ_a of these, s, and whether they move after their kicks.
+    active: [bool; STRETCH],
+    limit: [f64; STRETCH],
+    moves: [bool; STRETCH],
+}
+
+impl Stretch {
+    /// From this node on, gathered from the blocks in their order.
+    #[inline(always)]
+    pub fn new<const D: usize>(first: usize, blocks: &Blocks<D>) -> Self {
+        let (at, mut parts) = (first / STRETCH, [[0.0; 4]; STRETCH]);
+        for overlap in &blocks.overlaps[at] {
+            let block = &blocks.all[overlap.block as usize];
+            let nodes = &block.nodes[overlap.numbers()];
+            let given = &blocks.parts[block.first..][overlap.numbers()];
+            let gives = blocks.fronts[overlap.block as usize].gives;
+            for (node, given) in nodes.iter().zip(given) {
+                let given = if gives { *given } else { [0.0, 0.0, 0.0, given[3]] };
+                let part = &mut parts[node.index() % STRETCH];
+                (0..4).for_each(|i| part[i] += given[i]);
+            }
+        }
+        Self { at, parts, limit: [0.0; STRETCH], active: [false; STRETCH], moves: [false; STRETCH] }
+    }
+
+    /// Does something to these nodes of the stretch, some of them at a time.
+    #[inline(always)]
+    pub fn go<const D: usize>(
+        &mut self,
+        mut nodes: impl Iterator<Item = usize>,
+        rule: Rule<'_>,
+        mut work: impl FnMut(&[usize], &mut Gathered<D>),
+    ) {
+        loop {
+            let (mut some, mut n) = ([0; TOGETHER], 0);
+            some.iter_mut().zip(&mut nodes).for_each(|(place, node)| {
+                *place = node;
+                n += 1;
+            });
+            let some = &some[..n];
+            if some.is_empty() {
+                break;
+            }
+            let mut parts = [[0.0; 4]; TOGETHER];
+            some.iter().zip(&mut parts).for_each(|(node, part)| *part = self.parts[node % STRETCH]);
+            let mut gathered = Gathered::new(parts, some, rule);
+            work(some, &mut gathered);
+            for (i, node) in some.iter().enumerate() {
+                let at = node % STRETCH;
+                (self.active[at], self.limit[at], self.moves[at]) = (true, gathered.limit[i], gathered.moves[i]);
+            }
+        }
+    }
+
+    /// Tells the blocks around of the limits, and that they must be swept from now on where a node moves.
+    #[inline(always)]
+    pub fn tell<const D: usize>(&self, blocks: &Blocks<D>) {
+        let limits = self.limits();
+        for overlap in &blocks.overlaps[self.at] {
+            let (block, front) = (&blocks.all[overlap.block as usize], &blocks.fronts[overlap.block as usize]);
+            let nodes = &block.nodes[overlap.numbers()];
+            if front.gives {
+                let calms = |(node, number): (&NodeId, usize)| {
+                    let at = node.index() % STRETCH;
+                    !self.active[at] || front.calms_at(number, self.limit[at])
+                };
+                if !front.calms_all(limits) && !nodes.iter().zip(overlap.numbers()).all(calms) {
+                    front.stir();
+                }
+            } else if !block.is_awake() && nodes.iter().any(|node| self.moves[node.index() % STRETCH]) {
+                blocks.rouse(overlap.block as usize);
+            }
+        }
+    }
+
+    /// The least and the greatest limit of the active ones, s; no numbers if one is none.
+    #[inline(always)]
+    fn limits(&self) -> (f64, f64) {
+        let (mut least, mut most, mut are_numbers) = (f64::INFINITY, 0.0, true);
+        for (limit, active) in self.limit.iter().zip(&self.active) {
+            least = if *active & (*limit < least) { *limit } else { least };
+            most = if *active & (*limit > most) { *limit } else { most };
+            are_numbers &= !limit.is_nan();
+        }
+        if are_numbers { (least, most) } else { (f64::NAN, f64::NAN) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::blocks::Front;
+    use super::super::{Engine, Gel, Kind, Rules, Surface};
+    use super::*;
+    use crate::algebra::Vector3;
+    use crate::contact::{Body, BodyState, Exchange, Freedom, Law};
+    use crate::element::{Potential, Section, Simplices};
+    use crate::geometry::{Shape, Sphere};
+    use crate::material::NeoHookean;
+    use crate::mesh::{Block as Cells, Patches, Split, block, graded};
+
+    /// Several blocks and stretches, of more than one step, that move.
+    fn engine() -> Engine<3, Simplices<3>> {
+        let planes = std::array::from_fn(|_| graded(1.0, 0.05, (0.3, 1.3, 0.2)));
+        let mesh = block::<3>(Cells { planes, split: Split::Centred, faces: vec![] });
+        let gel = (NeoHookean::new(1e3, 1e4), Section::Spatial);
+        let simplices = Simplices::in_patches(&mesh, Patches::alone(mesh.elements.len()), gel);
+        let mass = simplices.lumped_masses(&mesh, 1.0);
+        let surface = Surface::new::<3>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));
+        let law = Law::Moreau { restitution: 0.0, bias: 0.0, friction: 0.0 };
+        let rules = Rules { schedule: Kind::Bins, cfl: 0.8, law, force_window: 1.0, damping: 0.0 };
+        let nodes = mesh.rest.iter().map(|x| (x * 1.01, x * 0.1)).collect();
+        let nobody = BodyState { active: false, ..BodyState::starting(Vector3::zeros(), Vector3::zeros()) };
+        let body = (Body::fixed(Shape::Sphere(Sphere { radius: 1.0 }), Freedom::SPATIAL), nobody);
+        Engine::new(Gel::new(simplices, mass, &mesh.held, surface), vec![body], rules, nodes)
+    }
+
+    /// Two of three blocks give something.
+    fn open(blocks: &mut Blocks<3>) {
+        for (i, (block, front)) in blocks.all.iter_mut().zip(&mut blocks.fronts).enumerate() {
+            *block.awake.get_mut() = i % 3 > 0;
+            front.open(block);
+            front.gives = i % 3 > 0;
+        }
+    }
+
+    fn move_some(nodes: &[usize], gathered: &mut Gathered<3>) {
+        nodes.iter().zip(&mut gathered.moves).for_each(|(node, moves)| *moves = node % 50 == 0);
+    }
+
+    fn by_stretch(nodes: &[usize], rule: Rule<'_>, blocks: &Blocks<3>) {
+        let mut stretch = Stretch::new(nodes[0], blocks);
+        stretch.go(nodes.iter().copied(), rule, |nodes, gathered| {
+            assert_eq!(gathered.parts, blocks.given(nodes));
+            move_some(nodes, gathered);
+        });
+        stretch.tell(blocks);
+    }
+
+    fn by_node(nodes: &[usize], rule: Rule<'_>, blocks: &Blocks<3>) {
+        for nodes in nodes.chunks(TOGETHER) {
+            let mut gathered = Gathered::new(blocks.given(nodes), nodes, rule);
+            move_some(nodes, &mut gathered);
+            gathered.tell(nodes, blocks);
+        }
+    }
+
+    #[test]
+    fn the_same_is_given_and_told_stretch_by_stretch_and_node_by_node() {
+        let mut engine = engine();
+        engine.advance_to(1e-3, &mut [Exchange::default()]).expect("the gel only swings");
+        let (n_nodes, mass) = (engine.gel().potential.rest().len(), engine.gel().mass.clone());
+        let mut blocks = engine.blocks.take().expect("bins have the fast form");
+        assert!(n_nodes > 3 * STRETCH && blocks.all.iter().any(|block| block.steps.0 < block.steps.1));
+        let active: Vec<usize> = (0..n_nodes).filter(|node| node % 7 != 3).collect();
+        let mut all = vec![];
+        for cfl in [0.1, 0.4, 0.8, 1.6, 6.4] {
+            let rule = Rule { mass: &mass, cfl };
+            let told = [by_stretch, by_node].map(|tell| {
+                open(&mut blocks);
+                active.chunk_by(|a, b| a / STRETCH == b / STRETCH).for_each(|nodes| tell(nodes, rule, &blocks));
+                let calm: Vec<bool> = blocks.fronts.iter_mut().map(Front::is_calm).collect();
+                (calm, blocks.all.iter().map(Block::is_awake).collect::<Vec<bool>>())
+            });
+            assert_eq!(told[0], told[1], "at a CFL of {cfl}");
+            all.push(told[0].clone());
+        }
+        let has = |calm: bool| all.iter().any(|(of_blocks, _)| of_blocks.contains(&calm));
+        assert!(has(true) && has(false), "some blocks are calm and some are not");
+        assert!(all.iter().all(|(_, awake)| awake[0]), "who moves wakes a block that slept");
+    }
+}
