@@ -23,6 +23,16 @@ const SOLID: [&str; 6] = [
     "remesh.smallest=4e-3",
 ];
 
+/// A shot in space into a small block of gel that flows, so soft in volume that what it remembers counts in steps.
+const FLOWED: [&str; 6] = [
+    "scene.end_time=4e-5",
+    "gel.shape.block.size=[0.0192, 0.0192, 0.0096]",
+    "gel.bulk_modulus=10e6",
+    "mesh.tree.coarsest=4",
+    "mesh.size=1.2e-3",
+    "remesh.smallest=0.6e-3",
+];
+
 fn changed(name: &str, changes: &[&str]) -> Scene {
     let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
     scene::read(&scene::resolve(scene::builtin(name).unwrap(), &changes).unwrap()).unwrap()
@@ -297,6 +307,14 @@ fn a_run_is_taken_up_again_on_the_mesh_that_it_had() {
     taken_up_again(&changed("ball-square", &SQUARE));
     taken_up_again(&changed("sphere-block", &SOLID));
     taken_up_again(&changed("ball-square", &[FOUR.as_slice(), &["remesh.method=immersed"]].concat()));
+}
+
+/// The steps with which such a mesh begins are those of what its elements remember then, of which a later state has nothing but the steps.
+#[test]
+fn a_run_is_taken_up_again_on_a_mesh_of_what_has_flowed() {
+    let shot = changed("fbi-bb-3d", &FLOWED);
+    assert!(run(&shot, (1, 1)).observe().cost.remeshes > 3);
+    taken_up_again(&shot);
 }
 
 fn taken_up_again(scene: &Scene) {

@@ -9,9 +9,9 @@ use super::schedule::{Kind, Queue};
 use super::scratch::Scratch;
 use super::watch::{Watch, least};
 use super::{Gel, Pool, StepError, TickGrid};
-use crate::algebra::{Vector, embed};
+use crate::algebra::{Vector, Vector3, embed};
 use crate::contact::{Body, BodyState, Freedom, Law};
-use crate::element::{LANES, Measured, Memory, Potential};
+use crate::element::{LANES, Measured, Potential};
 use crate::ledger::Ledger;
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Alarm, Clock, MOST_TICKS, Sizes, State, Tick};
@@ -33,13 +33,13 @@ pub struct Rules {
 }
 
 /// A stable step that is no number, or shorter than a tick.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("the stable step of an element is {step:e} s: stiffness and mass are too far apart, or there is no element")]
 pub struct NoStep {
     /// The step, s.
     pub step: f64,
-    /// The stiffest element around a node whose step is shorter than a tick, if that is why.
-    pub element: Option<ElementId>,
+    /// Where the corners of the stiffest element around a node are whose step is shorter than a tick, m; none if that is not why.
+    pub corners: Vec<Vector3>,
 }
 
 /// A gel and rigid bodies in time.
@@ -61,7 +61,7 @@ pub struct Engine<const D: usize, P> {
     pub(super) queue: Queue,
     /// Least and greatest step of any group, ticks.
     pub(super) steps: (Tick, Tick),
-    /// Shortest and longest stable step when the mesh was new, ticks.
+    /// Shortest and longest stable step of an element when the mesh was new, ticks.
     pub(super) first: (f64, f64),
     /// What ends the mesh.
     pub(super) ends: Ends,
@@ -82,8 +82,8 @@ pub struct Engine<const D: usize, P> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Start {
     pub energy: f64,
-    pub momentum: crate::algebra::Vector3,
-    pub angular_momentum: crate::algebra::Vector3,
+    pub momentum: Vector3,
+    pub angular_momentum: Vector3,
     /// Σ m|v| and Σ |x × mv|, scales of momentum and angular momentum.
     pub scale: (f64, f64),
 }
@@ -117,23 +117,23 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         nodes: Vec<(Vector<D>, Vector<D>)>,
     ) -> Result<Self, NoStep> {
         let passage = Passage::begin(bodies.len());
-        Self::assemble((gel, rules), bodies, nodes, passage)
+        Self::assemble((gel, rules), bodies, nodes, passage).map(|(engine, _)| engine)
     }
 
-    /// At the start, or where another mesh has ended.
+    /// At the start, or where another mesh has ended; and the stable steps of the elements when the mesh is new, s.
     pub(super) fn assemble(
         (gel, rules): (Gel<D, P>, Rules),
         bodies: Vec<(Body, BodyState)>,
         nodes: Vec<(Vector<D>, Vector<D>)>,
         passage: Passage<D>,
-    ) -> Result<Self, NoStep> {
+    ) -> Result<(Self, Vec<f64>), NoStep> {
         assert!(!bodies.is_empty(), "there is a body, if only one that touches nothing");
         let (position, velocity): (Vec<_>, Vec<_>) = nodes.into_iter().unzip();
         let (bodies, at): (Vec<_>, Vec<_>) = bodies.into_iter().unzip();
-        let Passage { tick: origin, grid, ledger, mut record, start, memory } = passage;
+        let Passage { tick: origin, grid, ledger, mut record, start, memory, steps } = passage;
         let memory = memory.unwrap_or_else(|| gel.fresh_memory());
         let measured = gel.measure(&position, &memory);
-        let steps = first_steps(&gel, &measured, (&position, &memory), rules.cfl);
+        let steps = steps.unwrap_or_else(|| super::pace::stable_steps(&gel, &measured.stiffness, rules.cfl));
         let (grid, step) = grid_of(&steps, grid)?;
         record.synchronous = (step, origin, record.synchronous.2);
         let order = order(&gel, &rules, |element| grid.ticks(steps[element.index()]));
@@ -179,7 +179,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             start,
         };
         engine.derive();
-        Ok(engine)
+        Ok((engine, steps))
     }
 
     /// The same with the reference form of every phase: one element after the other.
@@ -408,26 +408,11 @@ fn blocks<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, order: &Order, rules
     fast.then(|| Blocks::new(gel, order)).flatten()
 }
 
-/// The stable steps of elements that remember nothing: what stands with what, and the ticks, must be the same where a mesh is taken
-/// up again with what it has come to remember since.
-fn first_steps<const D: usize, P: Potential<D>>(
-    gel: &Gel<D, P>,
-    measured: &Measured,
-    (position, memory): (&[Vector<D>], &[Memory<D>]),
-    cfl: f64,
-) -> Vec<f64> {
-    let fresh = gel.fresh_memory();
-    if fresh == memory {
-        return super::pace::stable_steps(gel, &measured.stiffness, cfl);
-    }
-    super::pace::stable_steps(gel, &gel.measure(position, &fresh).stiffness, cfl)
-}
-
 /// The grid of these stable steps, unless there is one, and the shortest of them, ticks.
 fn grid_of(steps: &[f64], grid: Option<TickGrid>) -> Result<(TickGrid, f64), NoStep> {
     let step = steps.iter().copied().fold(f64::INFINITY, least);
     if !step.is_normal() {
-        return Err(NoStep { step, element: None });
+        return Err(NoStep { step, corners: vec![] });
     }
     let grid = grid.unwrap_or_else(|| TickGrid::new(steps));
     Ok((grid, grid.ticks(step)))
@@ -438,7 +423,7 @@ fn order<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, rules: &Rules, ticks:
     let step = |patch: usize| {
         let limit =
             gel.potential.patches().of(patch).iter().map(|element| ticks(*element)).fold(f64::INFINITY, f64::min);
-        rules.schedule.step(limit.max(1.0))
+        rules.schedule.step(limit.clamp(1.0, MOST_TICKS as f64))
     };
     match rules.schedule {
         // What touches the surface stands apart: contact shortens the steps of whole groups.

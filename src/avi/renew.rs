@@ -3,10 +3,9 @@
 use super::engine::{Engine, NoStep, Start};
 use super::pace::nodal_limit;
 use super::phase::Phase;
-use super::watch::least;
 use super::wear::Wear;
 use super::{Gel, Kind, Pool, StepError, TickGrid};
-use crate::algebra::Vector;
+use crate::algebra::{Vector, Vector3, embed};
 use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Memory, Potential};
 use crate::ledger::Ledger;
@@ -44,6 +43,8 @@ pub(super) struct Passage<const D: usize> {
     pub start: Option<Start>,
     /// What the elements remember, if not nothing.
     pub memory: Option<Vec<Memory<D>>>,
+    /// Their stable steps when the mesh was new, s, if they are known.
+    pub steps: Option<Vec<f64>>,
 }
 
 impl<const D: usize> Passage<D> {
@@ -56,6 +57,7 @@ impl<const D: usize> Passage<D> {
             record: Record::new(n_bodies),
             start: None,
             memory: None,
+            steps: None,
         }
     }
 }
@@ -114,11 +116,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             || self.leaks()
     }
 
-    /// A step of less than a tick, or a leak, that has ended a mesh so young that the next one would fare no better: by the finest step that
-    /// it would have begun with had its elements never flowed, which a state that is restored knows, too, and by a tick at least.
+    /// A step of less than a tick, or a leak, that has ended a mesh so young that the next one would fare no better, by the finest step that
+    /// it began with.
     #[must_use]
     pub fn early_failure(&self) -> Option<&StepError> {
-        let is_young = ((self.last_tick() - self.origin) as f64) < SHORTEST_LIFE as f64 * self.first.0.max(1.0);
+        let is_young = ((self.last_tick() - self.origin) as f64) < SHORTEST_LIFE as f64 * self.first.0;
         let ends_at_once =
             |failure: &&StepError| matches!(failure, StepError::StepCollapsed { .. } | StepError::Leak { .. });
         self.failure.as_ref().filter(|failure| is_young && ends_at_once(failure))
@@ -156,6 +158,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.gel.star.of(node).iter().copied().max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)))
         };
         (0..self.gel.mass.len() as u32).map(NodeId).filter(is_short).filter_map(stiffest)
+    }
+
+    /// Where the corners of the first of these are, m.
+    fn stepless_corners(&self) -> Vec<Vector3> {
+        let nodes = self.stepless().next().map_or(&[][..], |element| self.gel.potential.nodes(element));
+        nodes.iter().map(|node| embed(&self.state.position[node.index()])).collect()
     }
 
     /// The groups whose step is a tick: no step is shorter, whatever is stable.
@@ -197,7 +205,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// An engine that goes on with another gel, its nodes at these positions and velocities, from where this one has ended; what
-    /// energy, momentum and angular momentum change by is booked. `birth` is its mesh.
+    /// energy, momentum and angular momentum change by is booked. `birth` is its mesh, and is told the steps with which it begins.
     ///
     /// # Errors
     /// [`NoStep`] if a step of the new mesh is no number or shorter than a tick; this engine keeps all it has then.
@@ -205,22 +213,20 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         &mut self,
         (gel, memory): (Gel<D, P>, Option<Vec<Memory<D>>>),
         nodes: Vec<(Vector<D>, Vector<D>)>,
-        birth: Option<Arc<Birth<D>>>,
+        birth: Option<Birth<D>>,
     ) -> Result<Self, NoStep> {
-        let mut new = self.followed((gel, memory), nodes, self.last_tick())?;
         // With what elements remember: one that has flowed far is none the stiffer for it.
-        let step = new.stable_steps().into_iter().fold(f64::INFINITY, least);
-        if !step.is_normal() || new.grid.ticks(step) < 1.0 {
-            return Err(NoStep { step, element: new.stepless().next() });
+        let (mut new, steps) = self.followed((gel, memory), nodes, (self.last_tick(), None))?;
+        if new.first.0 < 1.0 {
+            return Err(NoStep { step: new.grid.length(new.first.0), corners: new.stepless_corners() });
         }
-        new.state.record.synchronous.0 = new.grid.ticks(step);
         let (was, now) =
             (Start::of(&self.gel, &self.bodies, &self.state), Start::of(&new.gel, &new.bodies, &new.state));
         let ledger = &mut new.state.ledger;
         ledger.energy.remesh += now.energy - was.energy;
         ledger.momentum.remesh += now.momentum - was.momentum;
         ledger.angular_momentum.remesh += now.angular_momentum - was.angular_momentum;
-        new.state.birth = birth;
+        new.state.birth = birth.map(|birth| Arc::new(Birth { steps, ..birth }));
         new.pool = self.pool.take();
         Ok(new)
     }
@@ -237,7 +243,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         birth: Option<Arc<Birth<D>>>,
     ) -> Result<Self, NoStep> {
         let nodes = position.iter().map(|x| (*x, Vector::<D>::zeros())).collect();
-        let mut other = self.followed((gel, None), nodes, birth.as_ref().map_or(0, |birth| birth.tick))?;
+        // What its elements remembered when it was new nobody knows any more, but for the steps that this gave them.
+        let began = birth.as_ref().map_or((0, None), |birth| (birth.tick, Some(birth.steps.clone())));
+        let (mut other, _) = self.followed((gel, None), nodes, began)?;
         other.state.birth = birth;
         Ok(other)
     }
@@ -262,8 +270,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         &self,
         (gel, memory): (Gel<D, P>, Option<Vec<Memory<D>>>),
         nodes: Vec<(Vector<D>, Vector<D>)>,
-        tick: Tick,
-    ) -> Result<Self, NoStep> {
+        (tick, steps): (Tick, Option<Vec<f64>>),
+    ) -> Result<(Self, Vec<f64>), NoStep> {
         let bodies: Vec<(Body, BodyState)> =
             self.bodies.iter().cloned().zip(self.state.bodies.iter().copied()).collect();
         let passage = Passage {
@@ -273,8 +281,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             record: self.state.record.clone(),
             start: Some(*self.start()),
             memory,
+            steps,
         };
-        let mut new = Self::assemble((gel, self.rules), bodies, nodes, passage)?;
+        let (mut new, steps) = Self::assemble((gel, self.rules), bodies, nodes, passage)?;
         new.ends.clone_from(&self.ends);
         if self.blocks.is_none() {
             new = new.by_reference();
@@ -282,6 +291,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if let (Some(new), Some(old)) = (&mut new.blocks, &self.blocks) {
             (new.level, new.never_rest) = (old.level, old.never_rest);
         }
-        Ok(new)
+        Ok((new, steps))
     }
 }

@@ -4,7 +4,7 @@ use super::candidate::Refused;
 use super::model::Gelatin;
 use super::renew::MOST_BROKEN;
 use crate::algebra::{Vector, Vector3, embed};
-use crate::avi::StepError;
+use crate::avi::{NoStep, StepError};
 use crate::mesh::{NodeId, Simplex, signed_volume};
 use crate::remesh::RemeshError;
 
@@ -40,7 +40,7 @@ fn blamed<const D: usize>(why: &Refused, position: &[Vector<D>]) -> Vec<Vec<Node
     };
     let corner = |place: &Vector3| position.iter().position(|x| embed(x) == *place).map(|node| NodeId(node as u32));
     match why {
-        Refused::Steps { corners, .. } => {
+        Refused::Steps(NoStep { corners, .. }) => {
             vec![corners.iter().map(corner).collect::<Option<Vec<_>>>().unwrap_or_default()]
         }
         Refused::Made(RemeshError::Crossing { edges }) => edges.map(Vec::from).into(),
@@ -58,8 +58,6 @@ fn has<const D: usize>(element: &Simplex, nodes: &[NodeId]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::avi::NoStep;
-    use crate::mesh::ElementId;
 
     #[test]
     fn elements_break_off_at_old_ends_of_edges_that_no_mesh_has() {
@@ -71,8 +69,8 @@ mod tests {
         assert_eq!(of(RemeshError::Coincident { place: [0.2, 0.3] }), [vec![]; 1]);
         assert!(blamed(&Refused::Massless { nodes: 1 }, &position).is_empty());
         let stepless = |corners: [[f64; 3]; 3]| {
-            let why = NoStep { step: 1e-12, element: Some(ElementId(7)) };
-            blamed(&Refused::Steps { why, corners: corners.map(Vector3::from).into() }, &position)
+            let corners = corners.map(Vector3::from).into();
+            blamed(&Refused::Steps(NoStep { step: 1e-12, corners }), &position)
         };
         assert_eq!(stepless([[1.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), [vec![c, a, d]]);
         assert_eq!(stepless([[1.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.5, 0.0, 1.0]]), [vec![]; 1]);

@@ -83,13 +83,8 @@ pub enum Refused {
     #[error("an element of the new mesh has no shape at rest: the old ones under it are inverted")]
     Restless,
     /// It cannot be stepped.
-    #[error("in the new mesh {why}")]
-    Steps {
-        /// Why not.
-        why: NoStep,
-        /// The corners of the element that has no step, m.
-        corners: Vec<Vector3>,
-    },
+    #[error("in the new mesh {0}")]
+    Steps(NoStep),
 }
 
 /// A way to make a mesh, one attempt after the other.
@@ -290,7 +285,8 @@ impl<const D: usize> Gelatin<D> {
         let made = (0..).map(ElementId).zip(&new.same).filter(|(_, same)| same.is_none()).map(|(e, _)| e).collect();
         let Transferred { mass, corner_mass, velocity, defects, .. } = new;
         let tick = self.engine.last_tick();
-        let birth = Birth { tick, mesh, position: proposal.position, mass, corner_mass, references };
+        let (position, steps) = (proposal.position, vec![]);
+        let birth = Birth { tick, mesh, position, mass, corner_mass, references, steps };
         let known = Known { patches, shapes, across };
         Ok(Candidate { birth, memory, velocity, quality, defects, known, made })
     }

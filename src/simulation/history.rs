@@ -129,6 +129,7 @@ pub(super) mod tests {
             mass: vec![1.0; rest.len()],
             corner_mass,
             references: vec![],
+            steps: vec![],
             mesh,
         };
         let past = Past::new((&simplices, &birth, &memory), &position);
@@ -164,7 +165,15 @@ pub(super) mod tests {
                 mesh.rest.iter().map(|x| Vector::<2>::new(1.1 * x[0] + 0.3 * x[1], 1.2 * x[1])).collect();
             let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
             let (mass, corner_mass) = (vec![1.0; rest.len()], vec![[1.0; 4]; 4]);
-            let birth = Birth { tick: 0, mesh, position: position.clone(), mass, corner_mass, references: vec![] };
+            let birth = Birth {
+                tick: 0,
+                mesh,
+                position: position.clone(),
+                mass,
+                corner_mass,
+                references: vec![],
+                steps: vec![],
+            };
             let past = Past::new((&simplices, &birth, &memory), &position);
             let same = [None, Some(1), Some(2), Some(3)].map(|e| e.map(|e| Same::in_order(ElementId(e))));
             let sources = [Source { new: ElementId(0), old: ElementId(0), mass: 0.3, part: 0.3 }];

@@ -275,7 +275,8 @@ mod tests {
         let simplices = Simplices::in_patches(&mesh, Patches::alone(n), material);
         let (position, elements) = (mesh.rest.clone(), mesh.elements.clone());
         let (mass, corner_mass) = (vec![1.0; position.len()], vec![[1.0; 4]; n]);
-        let birth = Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], mesh };
+        let birth =
+            Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], steps: vec![], mesh };
         let past = Past::new((&simplices, &birth, &[]), &position);
         let sources = [0, 1].map(|old| Source { new: ElementId(2), old: ElementId(old), mass: 1.0, part: 0.5 });
         let there = Reference::of(&position, &elements[2]);
@@ -323,7 +324,8 @@ mod tests {
         let memory = vec![Memory { plastic: 0.7, left: 0.4, felt: -3.0, ..Memory::default() }; mesh.elements.len()];
         let (position, corner_mass) = (mesh.rest.clone(), vec![[0.0; 4]; mesh.elements.len()]);
         let mass = vec![0.0; position.len()];
-        let birth = Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], mesh };
+        let birth =
+            Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], steps: vec![], mesh };
         let past = Past::new((&simplices, &birth, &memory), &position);
         let source = Source { new: ElementId(0), old: ElementId(3), mass: 0.0, part: 1.0 };
         let rest = rest_of(&past, &source);

@@ -9,7 +9,7 @@ use super::past::{Made, Past};
 use super::recipe::{Recipe, Sizes};
 use super::rehearsal::{Refusal, Rehearsal, Renewal};
 use super::sensors::seats;
-use crate::algebra::{Vector, embed};
+use crate::algebra::Vector;
 use crate::avi::{NoStep, StepError, Totals};
 use crate::element::{Memory, Potential, Simplices};
 use crate::mesh::{ElementId, Mesh, Patches, neighbours};
@@ -144,11 +144,8 @@ impl<const D: usize> Gelatin<D> {
             let renewal = Renewal::of(&candidate, self.engine.now(), attempt);
             let booked = self.engine.state().ledger.energy.remesh;
             let made = candidate.made_with_masses();
-            let birth = Arc::new(candidate.birth);
-            if let Err(why) = self.go_on(&birth, (candidate.memory, candidate.velocity), candidate.known) {
-                let nodes = why.element.iter().flat_map(|element| &birth.mesh.elements[element.index()][..=D]);
-                let corners = nodes.map(|node| embed(&birth.position[node.index()])).collect();
-                refused.push(Refused::Steps { why, corners });
+            if let Err(why) = self.go_on(candidate.birth, (candidate.memory, candidate.velocity), candidate.known) {
+                refused.push(Refused::Steps(why));
                 continue;
             }
             self.engine.count_exchange();
@@ -175,21 +172,21 @@ impl<const D: usize> Gelatin<D> {
         if let Some((references, recalled)) = inherited(&past, &state.position, (&made, &patches)) {
             (birth.references, memory) = (references, recalled);
         }
-        self.go_on(&Arc::new(birth), (memory, velocity), Known { patches, shapes, across })
+        self.go_on(birth, (memory, velocity), Known { patches, shapes, across })
     }
 
     /// Goes on with a mesh of which that is known.
     pub(super) fn go_on(
         &mut self,
-        birth: &Arc<Birth<D>>,
+        birth: Birth<D>,
         (memory, velocity): (Vec<Memory<D>>, Vec<Vector<D>>),
         known: Known,
     ) -> Result<(), NoStep> {
         let Known { patches, shapes, across } = known;
-        let gel = self.gel_of(birth, patches);
+        let gel = self.gel_of(&birth, patches);
         let nodes = birth.position.iter().copied().zip(velocity).collect();
-        self.engine = self.engine.renewed((gel, Some(memory)), nodes, Some(Arc::clone(birth)))?;
-        self.dress(birth, (&shapes, across));
+        self.engine = self.engine.renewed((gel, Some(memory)), nodes, Some(birth))?;
+        self.dress(&self.present(), (&shapes, across));
         Ok(())
     }
 }
@@ -265,6 +262,7 @@ impl<const D: usize> Gelatin<D> {
             mass: gel.mass.clone(),
             corner_mass,
             references: vec![],
+            steps: vec![],
             mesh,
         })
     }

@@ -9,7 +9,6 @@ use crate::element::Potential;
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, neighbours, outer, sorted};
 use crate::remesh::{self, Moved, Neighbours, Same};
 use crate::state::Birth;
-use std::sync::Arc;
 
 /// What is left of a mesh.
 struct Left<const D: usize> {
@@ -65,7 +64,7 @@ impl<const D: usize> Gelatin<D> {
             return false;
         };
         birth.references = references;
-        if self.go_on(&Arc::new(birth), (memory, velocity), known).is_err() {
+        if self.go_on(birth, (memory, velocity), known).is_err() {
             return false;
         }
         self.engine.count_drops(gone);
@@ -133,6 +132,7 @@ impl<const D: usize> Left<D> {
             mass: nodes.iter().map(|n| mass[*n]).collect(),
             corner_mass: kept.iter().map(|e| old.corner_mass[*e]).collect(),
             references: vec![],
+            steps: vec![],
         };
         Self { birth, across, same: kept.iter().map(same).collect(), velocity: of_nodes(velocity), gone: lost }
     }

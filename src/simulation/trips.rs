@@ -36,7 +36,8 @@ impl<const D: usize> Gel<D> {
         let corner_mass = remesh::corner_masses(&mesh.rest, &mesh.elements, &mass, symmetry(section));
         let mass = remesh::nodal_masses::<D>(position.len(), &mesh.elements, &corner_mass);
         let velocity = vec![Vector::zeros(); position.len()];
-        let birth = Birth { tick: 0, mesh, position: position.clone(), mass, corner_mass, references: vec![] };
+        let birth =
+            Birth { tick: 0, mesh, position: position.clone(), mass, corner_mass, references: vec![], steps: vec![] };
         Self { birth, position, velocity, section }
     }
 
@@ -85,7 +86,7 @@ impl<const D: usize> Gel<D> {
         let mesh = Mesh { rest: new.rest, elements: proposal.elements, facets, held: new.held, marks: vec![] };
         let position = proposal.position.clone();
         let (mass, corner_mass) = (new.mass, new.corner_mass);
-        let birth = Birth { tick: 0, mesh, position: proposal.position, mass, corner_mass, references };
+        let birth = Birth { tick: 0, mesh, position: proposal.position, mass, corner_mass, references, steps: vec![] };
         (Self { birth, position, velocity: new.velocity, section: self.section }, new.defects)
     }
 

@@ -104,7 +104,7 @@ mod tests {
         let simplices = Simplices::in_patches(&mesh, patches, (material, section));
         let position = mesh.rest.iter().map(|x| x * 0.9_f64.sqrt() + wave(x) * (n as f64 - 1.0)).collect();
         let (mass, corner_mass) = (vec![1.0; nodes], vec![[1.0; 4]; elements]);
-        let birth = Birth { tick: 0, mesh, position, mass, corner_mass, references: vec![] };
+        let birth = Birth { tick: 0, mesh, position, mass, corner_mass, references: vec![], steps: vec![] };
         (simplices, birth, vec![Memory::default(); elements])
     }
 

@@ -20,6 +20,9 @@ pub struct Birth<const D: usize> {
     pub corner_mass: Vec<[f64; 4]>,
     /// Those elements that are at rest not what their nodes say.
     pub references: Vec<(ElementId, Reference<D>)>,
+    /// The stable steps of its elements with what they remembered then, s, by which they are ordered; none before it is stepped, or if
+    /// it is that of the start.
+    pub steps: Vec<f64>,
 }
 
 impl<const D: usize> Birth<D> {
@@ -29,7 +32,7 @@ impl<const D: usize> Birth<D> {
         (rest, position): (Vec<Vector<D>>, Vec<Vector<D>>),
         (mass, held): (Vec<f64>, &[u8]),
         (elements, corner_mass): (Vec<Simplex>, Vec<[f64; 4]>),
-        (references, marks): (Vec<(ElementId, Reference<D>)>, Vec<u8>),
+        (references, steps, marks): (Vec<(ElementId, Reference<D>)>, Vec<f64>, Vec<u8>),
     ) -> Option<Self> {
         let n = rest.len();
         let whole = |(element, reference): &(ElementId, Reference<D>)| {
@@ -48,9 +51,11 @@ impl<const D: usize> Birth<D> {
         let placed = rest.iter().chain(&position).all(|x| x.iter().all(|x| x.is_finite()));
         let weighed = corner_mass.iter().flatten().all(|mass| mass.is_finite());
         let heavy = mass.iter().all(|mass| *mass > 0.0 && mass.is_finite());
-        let counted = [position.len(), mass.len(), held.len()] == [n; 3] && corner_mass.len() == elements.len();
+        let counted = [position.len(), mass.len(), held.len()] == [n; 3]
+            && [corner_mass.len(), steps.len()] == [elements.len(); 2];
+        let stepped = steps.iter().all(|step| *step > 0.0 && step.is_normal());
         let sound = |(simplex, told): (&Simplex, &bool)| known(simplex) && upright(simplex, *told);
-        if !(counted && heavy && placed && weighed && elements.iter().zip(&told).all(sound)) {
+        if !(counted && stepped && heavy && placed && weighed && elements.iter().zip(&told).all(sound)) {
             return None;
         }
         let held = held.iter().map(|held| std::array::from_fn(|i| held >> i & 1 == 1)).collect();
@@ -58,7 +63,8 @@ impl<const D: usize> Birth<D> {
         if !marks.is_empty() && marks.len() != facets.len() {
             return None;
         }
-        Some(Self { tick, mesh: Mesh { rest, elements, facets, held, marks }, position, mass, corner_mass, references })
+        let mesh = Mesh { rest, elements, facets, held, marks };
+        Some(Self { tick, mesh, position, mass, corner_mass, references, steps })
     }
 
     /// The held directions of each node: bit i for the i-th.

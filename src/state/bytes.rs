@@ -193,8 +193,8 @@ fn read_all<T: Plain>(items: &mut Vec<T>, n: usize, bytes: &mut &[u8]) {
 
 /// Mass and held directions of a node of a mesh that is not that of the start.
 const NODE_BORN: usize = f64::SIZE + u8::SIZE;
-/// Nodes and corner masses of an element of such a mesh.
-const ELEMENT_BORN: usize = Simplex::SIZE + <[f64; 4]>::SIZE;
+/// Nodes, corner masses and first step of an element of such a mesh.
+const ELEMENT_BORN: usize = Simplex::SIZE + <[f64; 4]>::SIZE + f64::SIZE;
 
 /// The mesh in these bytes; `None` if they are no mesh.
 fn read_birth<const D: usize>(sizes: &Sizes, (tick, marks): (Tick, &[u8]), mut bytes: &[u8]) -> Option<Arc<Birth<D>>> {
@@ -206,15 +206,16 @@ fn read_birth<const D: usize>(sizes: &Sizes, (tick, marks): (Tick, &[u8]), mut b
     read_all(&mut held, sizes.nodes, &mut bytes);
     let mut corner_mass = vec![];
     read_all(&mut elements, sizes.born, &mut bytes);
-    let mut references = vec![];
+    let (mut references, mut steps) = (vec![], vec![]);
     read_all(&mut corner_mass, sizes.born, &mut bytes);
     read_all(&mut references, sizes.references, &mut bytes);
+    read_all(&mut steps, sizes.born, &mut bytes);
     Some(Arc::new(Birth::of(
         tick,
         (rest, position),
         (mass, &held),
         (elements, corner_mass),
-        (references, marks.to_vec()),
+        (references, steps, marks.to_vec()),
     )?))
 }
 
@@ -293,6 +294,7 @@ impl<const D: usize> State<D> {
             write_all(&birth.mesh.elements, sink);
             write_all(&birth.corner_mass, sink);
             write_all(&birth.references, sink);
+            write_all(&birth.steps, sink);
         }
     }
 
