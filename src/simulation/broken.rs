@@ -2,7 +2,7 @@
 
 use super::candidate::Refused;
 use super::model::Gelatin;
-use super::renew::MOST_BROKEN;
+use super::renew::{MOST_BREAKS, MOST_BROKEN};
 use crate::algebra::{Vector, Vector3, embed};
 use crate::avi::{NoStep, StepError};
 use crate::mesh::{NodeId, Simplex, signed_volume};
@@ -11,7 +11,7 @@ use crate::remesh::RemeshError;
 impl<const D: usize> Gelatin<D> {
     /// Lets go of the elements that are turned inside out, of the stiffest around each node that has no stable step, of one behind a facet that
     /// leaks, of those at whose sides meshes were refused because the boundary crosses or touches itself there, and of those by which new
-    /// meshes could not be stepped, with what hangs on them. Whether something went.
+    /// meshes, or what is left, could not be stepped, with what hangs on them. Whether something went.
     pub fn break_off(&mut self, refused: &[Refused]) -> bool {
         let old = self.present();
         let position = &self.engine.state().position;
@@ -23,12 +23,33 @@ impl<const D: usize> Gelatin<D> {
         {
             gone[*element] = true;
         }
-        for corners in refused.iter().flat_map(|why| blamed(why, position)) {
-            let beside = elements.iter().enumerate().filter(|(_, nodes)| has::<D>(nodes, &corners));
-            beside.for_each(|(e, _)| gone[e] = true);
+        mark::<D>(&mut gone, elements, refused.iter().flat_map(|why| blamed(why, position)));
+        for _ in 0..MOST_BREAKS {
+            let why = match self.let_go(&old, &gone, MOST_BROKEN) {
+                Ok(went) => return went,
+                Err(why) => Refused::Steps(why),
+            };
+            if !mark::<D>(&mut gone, elements, blamed(&why, &self.engine.state().position)) {
+                break;
+            }
         }
-        self.let_go(&old, &gone, MOST_BROKEN)
+        false
     }
+}
+
+/// Marks the elements that have all nodes of one of these; whether there was one that was not marked.
+fn mark<const D: usize>(
+    gone: &mut [bool],
+    elements: &[Simplex],
+    blamed: impl IntoIterator<Item = Vec<NodeId>>,
+) -> bool {
+    let mut more = false;
+    for corners in blamed {
+        for (_, gone) in elements.iter().zip(&mut *gone).filter(|(nodes, _)| has::<D>(nodes, &corners)) {
+            more |= !std::mem::replace(gone, true);
+        }
+    }
+    more
 }
 
 /// The old nodes at the ends of each edge for which there is no mesh, and those of each element for which a mesh could not be stepped, if

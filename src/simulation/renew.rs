@@ -56,8 +56,9 @@ const PINCHED: f64 = 0.01;
 /// The part of the gel that may go so at once, and of what hangs on it: what is heavier stays.
 pub(super) const MOST_BROKEN: f64 = 0.01;
 
-/// How often gel breaks off at one time, so that a mesh is taken: each time what the next one was refused for.
-const MOST_BREAKS: usize = 32;
+/// How often gel breaks off at one time, so that a mesh is taken: each time what the next one was refused for, or what is left
+/// could not be stepped by.
+pub(super) const MOST_BREAKS: usize = 32;
 
 /// A run that has so many times the energy that it can have is none any more.
 const RUNAWAY: f64 = 10.0;

@@ -5,6 +5,7 @@ use super::history::inherited;
 use super::model::Gelatin;
 use super::past::{Made, Past};
 use crate::algebra::Vector;
+use crate::avi::NoStep;
 use crate::element::Potential;
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, neighbours, outer, sorted};
 use crate::remesh::{self, Moved, Neighbours, Same};
@@ -28,27 +29,30 @@ impl<const D: usize> Gelatin<D> {
         let moved = Moved { mesh: &old.mesh, position: &self.engine.state().position };
         let across = self.across.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
         let thin = remesh::sheets(&moved, (&self.engine.gel().surface.facets, across), below);
-        self.let_go(&old, &thin, most)
+        self.let_go(&old, &thin, most).unwrap_or(false)
     }
 
     /// Lets go of these elements, and [of what hangs on them](remesh::with_what_hangs_on): their mass, momentum and energy go to their
     /// accounts, and what is left goes on as after an exchange that has made nothing new. Whether something went: nothing does if a node
-    /// would be left without mass, or what is left could not be stepped.
-    pub fn let_go(&mut self, old: &Birth<D>, gone: &[bool], most: f64) -> bool {
+    /// would be left without mass.
+    ///
+    /// # Errors
+    /// [`NoStep`] if what is left could not be stepped; nothing goes then.
+    pub fn let_go(&mut self, old: &Birth<D>, gone: &[bool], most: f64) -> Result<bool, NoStep> {
         // As at most exchanges.
         if !gone.contains(&true) {
-            return false;
+            return Ok(false);
         }
         let across = self.across.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
         let mass: Vec<f64> = old.corner_mass.iter().map(|corners| corners[..=D].iter().sum()).collect();
         let gone = &remesh::with_what_hangs_on(across, &mass, gone, most);
         if !gone.contains(&true) {
-            return false;
+            return Ok(false);
         }
         let state = self.engine.state();
         let left = Left::of(old, self.engine.last_tick(), (&state.position, &state.velocity), gone);
         if left.birth.mass.iter().any(|mass| *mass <= 0.0) {
-            return false;
+            return Ok(false);
         }
         let carried = self.energy_of(old, gone);
         let before = (state.ledger.momentum.remesh, state.ledger.angular_momentum.remesh);
@@ -61,12 +65,10 @@ impl<const D: usize> Gelatin<D> {
         let Birth { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
         let made = Made { position, rest, elements, same: &same, sources: &[], is_kept: false };
         let Some((references, memory)) = inherited(&past, &state.position, (&made, &known.patches)) else {
-            return false;
+            return Ok(false);
         };
         birth.references = references;
-        if self.go_on(birth, (memory, velocity), known).is_err() {
-            return false;
-        }
+        self.go_on(birth, (memory, velocity), known)?;
         self.engine.count_drops(gone);
         let ledger = self.engine.ledger_mut();
         // What the rest of a patch stores otherwise is the doing of the mesh.
@@ -75,7 +77,7 @@ impl<const D: usize> Gelatin<D> {
         ledger.angular_momentum.splash += ledger.angular_momentum.remesh.value() - before.1.value();
         ledger.energy.remesh += carried;
         (ledger.momentum.remesh, ledger.angular_momentum.remesh) = before;
-        true
+        Ok(true)
     }
 
     /// Kinetic and stored energy of these elements of the mesh as it is now, J; of a patch by volume.
