@@ -15,17 +15,14 @@ const ABOUT_AN_AXIS: [f64; 3] = [5e-3, 2.5e-3, 1.25e-3];
 /// Speeds about an axis on the finer two of these, m/s.
 const SPEEDS: [f64; 16] =
     [17.0, 18.0, 18.5, 19.0, 19.5, 19.8, 19.9, 20.0, 20.1, 20.2, 20.5, 21.0, 21.5, 22.0, 23.0, 24.0];
+/// Of the worst element, that end a mesh.
+const QUALITIES: [f64; 5] = [0.3, 0.2, 0.1, 0.05, 0.02];
 /// Times at which the runs are compared, ms.
 const TIMES: [f64; 6] = [1.0, 1.5, 2.0, 3.0, 4.0, 6.0];
 
 /// Depth and speed at these times and at the end, and what the books say.
 pub fn study() {
-    let times: Vec<String> = TIMES.iter().map(|t| format!(" {t} ms: mm, m/s |")).collect();
-    let times = times.concat();
-    println!(
-        "| cells, mm |{times} depth, mm | at, ms | end | meshes | elements | kept, % | attempts | least J | remesh, % of E₀ | bias, % | closure | momentum | mass | exchanging, % of the time | 1000 elements/s | CPU s |"
-    );
-    println!("|---|{}---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|", "---|".repeat(TIMES.len()));
+    head();
     for size in SIZES {
         row((size, ""), &[]);
     }
@@ -35,6 +32,25 @@ pub fn study() {
     for size in ABOUT_AN_AXIS {
         row((size, ", about an axis"), &round());
     }
+}
+
+/// The same in the whole block by the quality at which a mesh is worn.
+pub fn worn() {
+    head();
+    for size in &SIZES[..2] {
+        for quality in QUALITIES {
+            row((*size, &format!(", {quality}")), &[("remesh.quality", quality.to_string())]);
+        }
+    }
+}
+
+fn head() {
+    let times: Vec<String> = TIMES.iter().map(|t| format!(" {t} ms: mm, m/s |")).collect();
+    let times = times.concat();
+    println!(
+        "| cells, mm |{times} depth, mm | at, ms | end | meshes | elements | kept, % | attempts | least J | remesh, % of E₀ | bias, % | closure | momentum | mass | exchanging, % of the time | 1000 elements/s | CPU s |"
+    );
+    println!("|---|{}---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|", "---|".repeat(TIMES.len()));
 }
 
 /// What puts the ball on the axis of a cylinder.

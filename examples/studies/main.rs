@@ -38,7 +38,7 @@ mod table;
 
 type Study = (&'static str, &'static str, fn());
 
-const STUDIES: [Study; 22] = [
+const STUDIES: [Study; 23] = [
     ("sphere-block", "depth and rebound against mesh size, observed order, extrapolated values", sphere_block::study),
     (
         "ball-bounce",
@@ -67,6 +67,7 @@ const STUDIES: [Study; 22] = [
     ("leaks", "deepest penetration of nodes and faces, by shape and mesh size", leaks::study),
     ("gain", "updates and CPU seconds of the schedules on uniform, graded and sliver meshes", gain::study),
     ("deep", "sphere-deep by mesh size: a ball of 20 m/s in space, its mesh exchanged", deep::study),
+    ("deep-worn", "sphere-deep by the quality at which a mesh is exchanged: what fewer exchanges save", deep::worn),
     ("deep-speeds", "sphere-deep about an axis by speed and mesh size: whether a mesh can follow", deep::speeds),
     ("remesh", "ball-square by speed and mesh size, on a fixed mesh and on meshes that are exchanged", remesh::study),
     ("thousand", "ball-square with a thousand exchanges of its mesh in a row, by both methods", thousand::study),

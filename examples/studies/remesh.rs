@@ -2,6 +2,7 @@ use super::cpu::seconds;
 use super::run::scene;
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Renewal, Simulation};
+use std::time::Instant;
 
 /// A fixed mesh, and meshes that are exchanged.
 const MESHES: [(&str, &[(&str, &str)]); 2] = [("fixed", &[]), ("exchanged", &[("remesh.quality", "0.3")])];
@@ -11,9 +12,9 @@ const SIZES: [f64; 3] = [2.5e-3, 1.25e-3, 0.625e-3];
 /// The disc of `ball-square` by speed and by mesh size, on a fixed mesh and on meshes that are exchanged.
 pub fn study() {
     println!(
-        "| v, m/s | cells, mm | mesh | end, ms | meshes | elements | depth, mm | v at the end, m/s | least J | remesh, % of E₀ | defect, % | closure | momentum | mass | CPU s |"
+        "| v, m/s | cells, mm | mesh | end, ms | meshes | elements | depth, mm | v at the end, m/s | least J | remesh, % of E₀ | defect, % | closure | momentum | mass | CPU s | exchanging, % of the time | 1000 elements/s |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for speed in SPEEDS {
         for mesh in &MESHES {
             row(speed, SIZES[1], mesh);
@@ -26,27 +27,47 @@ pub fn study() {
     steps();
 }
 
-/// The disc at this speed on cells of this size: the scene, its end, when it stopped if it did, and the CPU time, s.
-fn ridden(speed: f64, size: f64, more: &[(&str, &str)]) -> (Scene, Simulation, String, f64) {
+/// A run: its scene, when it stopped if it did, CPU time and time of the clock, s.
+struct Ride {
+    scene: Scene,
+    simulation: Simulation,
+    end: String,
+    cpu: f64,
+    wall: f64,
+}
+
+/// The disc at this speed on cells of this size.
+fn ridden(speed: f64, size: f64, more: &[(&str, &str)]) -> Ride {
     let own = [("projectile.velocity", format!("[0, 0, -{speed}]")), ("mesh.size", size.to_string())];
     let more = more.iter().map(|(key, value)| (*key, (*value).to_owned()));
     let keys: Vec<(&str, String)> = own.into_iter().chain(more).collect();
     let scene = scene("ball-square", &keys);
-    let begun = seconds();
+    let (begun, clock) = (seconds(), Instant::now());
     let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
     let inputs = simulation.inputs();
     let end = simulation.step(&inputs, scene.scene.end_time);
-    let cpu = seconds() - begun;
+    let (cpu, wall) = (seconds() - begun, clock.elapsed().as_secs_f64());
     let end = end.map_or_else(|failure| format!("stops at {:.2}", 1e3 * failure.time()), |()| "–".to_owned());
-    (scene, simulation, end, cpu)
+    Ride { scene, simulation, end, cpu, wall }
+}
+
+/// The part of the time, %, that the exchanges took, and the elements of their new meshes, thousands per second of them: from the old mesh to
+/// the new engine, refused attempts included.
+fn pace(made: &[Renewal], wall: f64) -> String {
+    if made.is_empty() {
+        return "0 | –".to_owned();
+    }
+    let exchanging: f64 = made.iter().map(|renewal| renewal.seconds).sum();
+    let elements: usize = made.iter().map(|renewal| renewal.elements).sum();
+    format!("{:.0} | {:.0}", 100.0 * exchanging / wall, 1e-3 * elements as f64 / exchanging)
 }
 
 fn row(speed: f64, size: f64, (mesh, more): &(&str, &[(&str, &str)])) {
-    let (scene, simulation, end, cpu) = ridden(speed, size, more);
+    let Ride { scene, simulation, end, cpu, wall } = ridden(speed, size, more);
     let seen = simulation.observe();
     let mass = 0.1 * 0.1 * scene.gel.density;
     println!(
-        "| {speed} | {} | {mesh} | {end} | {} | {} | {:.2} | {:+.2} | {:.3} | {:+.2} | {:.2} | {:.0e} | {:.0e} | {:.0e} | {cpu:.1} |",
+        "| {speed} | {} | {mesh} | {end} | {} | {} | {:.2} | {:+.2} | {:.3} | {:+.2} | {:.2} | {:.0e} | {:.0e} | {:.0e} | {cpu:.1} | {} |",
         1e3 * size,
         seen.cost.remeshes,
         seen.cost.elements,
@@ -58,6 +79,7 @@ fn row(speed: f64, size: f64, (mesh, more): &(&str, &[(&str, &str)])) {
         seen.energy.energy_error,
         seen.momentum_error,
         (simulation.frame().mass / mass - 1.0).abs(),
+        pace(simulation.renewals(), wall),
     );
 }
 
@@ -142,7 +164,7 @@ fn step_row(scene: &Scene, (name, method): (&str, &str)) {
 }
 
 fn method_row(speed: f64, size: f64, (mesh, more): &(&str, Keys)) {
-    let (scene, simulation, end, cpu) = ridden(speed, size, more);
+    let Ride { scene, simulation, end, cpu, .. } = ridden(speed, size, more);
     let seen = simulation.observe();
     println!(
         "| {speed} | {} | {mesh} | {end} | {} | {:.2} | {:+.2} | {:.3} | {} | {:+.2} | {:.2} | {cpu:.1} |",
