@@ -1,6 +1,7 @@
 //! The ball of `sphere-deep` in space, its mesh exchanged on the way, by mesh size; the same in a quarter of the block, and about an axis.
 
 use super::cpu::seconds;
+use super::remesh::pace;
 use super::run::{scene, tell_refusals};
 use ballistic_gel::avi::StepError;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
@@ -129,12 +130,11 @@ fn row((size, name): (f64, &str), keys: &[(&str, String)]) {
     let end = told(end);
     let renewals = simulation.renewals();
     let n = renewals.len().max(1) as f64;
-    let kept = renewals.iter().map(|renewal| renewal.unchanged).sum::<f64>() / n;
-    let exchanging: f64 = renewals.iter().map(|renewal| renewal.seconds).sum();
+    let kept = renewals.iter().map(|renewal| renewal.unchanged).sum::<f64>() / n + 0.0;
     let attempts: usize = renewals.iter().map(|renewal| renewal.attempt).sum();
     tell_refusals(&format!("{} mm{name}", 1e3 * size), &simulation);
     println!(
-        "| {}{name} |{seen_at} {:.2} | {:.2} | {end} | {} | {} | {:.0} | {attempts} | {:.3} | {:+.2} | {:+.2} | {:.0e} | {:.0e} | {:.0e} | {:.0} | {:.0} | {cpu:.0} |",
+        "| {}{name} |{seen_at} {:.2} | {:.2} | {end} | {} | {} | {:.0} | {attempts} | {:.3} | {:+.2} | {:+.2} | {:.0e} | {:.0e} | {:.0e} | {} | {cpu:.0} |",
         1e3 * size,
         1e3 * depth,
         1e3 * at,
@@ -147,7 +147,6 @@ fn row((size, name): (f64, &str), keys: &[(&str, String)]) {
         seen.energy.energy_error,
         seen.momentum_error,
         ((simulation.frame().mass + seen.cost.splashed) / mass - 1.0).abs(),
-        100.0 * exchanging / wall,
-        1e-3 * renewals.iter().map(|renewal| renewal.elements).sum::<usize>() as f64 / exchanging,
+        pace(renewals, wall),
     );
 }

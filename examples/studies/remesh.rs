@@ -53,7 +53,7 @@ fn ridden(speed: f64, size: f64, more: &[(&str, &str)]) -> Ride {
 
 /// The part of the time, %, that the exchanges took, and the elements of their new meshes, thousands per second of them: from the old mesh to
 /// the new engine, refused attempts included.
-fn pace(made: &[Renewal], wall: f64) -> String {
+pub(super) fn pace(made: &[Renewal], wall: f64) -> String {
     if made.is_empty() {
         return "0 | –".to_owned();
     }
