@@ -9,14 +9,16 @@ use crate::mesh::{NodeId, Simplex, signed_volume};
 use crate::remesh::RemeshError;
 
 impl<const D: usize> Gelatin<D> {
-    /// Lets go of the elements that are turned inside out, of the stiffest around each node that has no stable step, of one behind a facet that
+    /// Lets go of the elements that are turned inside out, of those that [weigh nothing](weighs_nothing), of the stiffest around each node that has no stable step, of one behind a facet that
     /// leaks, of those at whose sides meshes were refused because the boundary crosses or touches itself there, and of those by which new
     /// meshes, or what is left, could not be stepped, with what hangs on them. Whether something went.
     pub fn break_off(&mut self, refused: &[Refused]) -> bool {
         let old = self.present();
         let position = &self.engine.state().position;
         let elements = &old.mesh.elements;
-        let mut gone: Vec<bool> = elements.iter().map(|nodes| signed_volume(position, nodes) <= 0.0).collect();
+        let is_lost =
+            |(nodes, own)| signed_volume(position, nodes) <= 0.0 || weighs_nothing::<D>(nodes, own, &old.mass);
+        let mut gone: Vec<bool> = elements.iter().zip(&old.corner_mass).map(is_lost).collect();
         self.engine.stepless().for_each(|element| gone[element.index()] = true);
         // What has collapsed by the sums of its blocks may not have by its own; a leak is told by nothing else.
         if let Some(StepError::StepCollapsed { element, .. } | StepError::Leak { element, .. }) = self.engine.failure()
@@ -35,6 +37,14 @@ impl<const D: usize> Gelatin<D> {
         }
         false
     }
+}
+
+/// Whether an element with these corners weighs next to nothing beside its lightest node, which has its mass from others then: it was made
+/// over nothing, and touches old gel by rounding.
+fn weighs_nothing<const D: usize>(nodes: &Simplex, own: &[f64; 4], mass: &[f64]) -> bool {
+    const NOTHING: f64 = 1e-12;
+    let lightest = nodes[..=D].iter().map(|node| mass[node.index()]).fold(f64::INFINITY, f64::min);
+    own[..=D].iter().sum::<f64>() <= NOTHING * lightest
 }
 
 /// Marks the elements that have all nodes of one of these; whether there was one that was not marked.
@@ -79,6 +89,18 @@ fn has<const D: usize>(element: &Simplex, nodes: &[NodeId]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_was_made_over_nothing_weighs_nothing_by_rounding_or_by_none() {
+        let nodes = [0, 1, 2, 3].map(NodeId);
+        let weighs = |own: [f64; 4], lightest: f64| !weighs_nothing::<3>(&nodes, &own, &[1.0, lightest, 2.0, 3.0]);
+        assert!(weighs([1e-6, -2e-7, 0.0, 1e-6], 1.0) && weighs([1e-15; 4], 1e-3));
+        assert!(
+            !weighs([1e-57, 2e-57, 0.0, 1e-57], 1.0) && !weighs([0.0; 4], 1.0) && !weighs([1e-3, -2e-3, 0.0, 0.0], 1.0)
+        );
+        // A fourth corner in the plane is none.
+        assert!(weighs_nothing::<2>(&nodes, &[0.0, 0.0, 0.0, 1.0], &[1.0; 4]));
+    }
 
     #[test]
     fn elements_break_off_at_old_ends_of_edges_that_no_mesh_has() {
