@@ -39,14 +39,14 @@ pub(super) struct Gathered<const D: usize> {
 impl<const D: usize> Gathered<D> {
     /// What these nodes are given, and their limits.
     #[inline(always)]
-    pub fn new(parts: [Accumulated; TOGETHER], nodes: &[usize], rule: Rule<'_>) -> Self {
+    pub fn new(parts: &[Accumulated; TOGETHER], nodes: &[usize], rule: Rule<'_>) -> Self {
         let (mut mass, mut limit) = ([1.0; TOGETHER], [0.0; TOGETHER]);
         nodes.iter().zip(&mut mass).for_each(|(node, own)| *own = rule.mass[*node]);
         // All of them, and apart from the rest: so roots and divisions go side by side.
         for i in 0..TOGETHER {
             limit[i] = rule.cfl * pace::limit(parts[i][3], mass[i]);
         }
-        Self { parts, limit, moves: [false; TOGETHER] }
+        Self { parts: *parts, limit, moves: [false; TOGETHER] }
     }
 
     /// Σ p of the i-th, N·s.
@@ -95,7 +95,7 @@ impl Overlap {
     }
 
     /// The numbers of the nodes within the block.
-    fn numbers(&self) -> std::ops::Range<usize> {
+    fn numbers(self) -> std::ops::Range<usize> {
         let first = usize::from(self.first);
         first..first + usize::from(self.n)
     }
@@ -151,7 +151,7 @@ impl Stretch {
             }
             let mut parts = [[0.0; 4]; TOGETHER];
             some.iter().zip(&mut parts).for_each(|(node, part)| *part = self.parts[node % STRETCH]);
-            let mut gathered = Gathered::new(parts, some, rule);
+            let mut gathered = Gathered::new(&parts, some, rule);
             work(some, &mut gathered);
             for (i, node) in some.iter().enumerate() {
                 let at = node % STRETCH;
@@ -186,8 +186,8 @@ impl Stretch {
     fn limits(&self) -> (f64, f64) {
         let (mut least, mut most, mut are_numbers) = (f64::INFINITY, 0.0, true);
         for (limit, active) in self.limit.iter().zip(&self.active) {
-            least = if *active & (*limit < least) { *limit } else { least };
-            most = if *active & (*limit > most) { *limit } else { most };
+            least = if *active && *limit < least { *limit } else { least };
+            most = if *active && *limit > most { *limit } else { most };
             are_numbers &= !limit.is_nan();
         }
         if are_numbers { (least, most) } else { (f64::NAN, f64::NAN) }
@@ -246,7 +246,7 @@ mod tests {
 
     fn by_node(nodes: &[usize], rule: Rule<'_>, blocks: &Blocks<3>) {
         for nodes in nodes.chunks(TOGETHER) {
-            let mut gathered = Gathered::new(blocks.given(nodes), nodes, rule);
+            let mut gathered = Gathered::new(&blocks.given(nodes), nodes, rule);
             move_some(nodes, &mut gathered);
             gathered.tell(nodes, blocks);
         }

@@ -160,15 +160,11 @@ impl<const D: usize> Runs<'_, D> {
         for run in 0..self.sums.len() {
             let mut sums = NodeSums::default();
             let end = self.first + self.position.len().min((run + 1) * RUN);
-            for first in (self.first + run * RUN..end).step_by(STRETCH) {
-                let nodes = first..end.min(first + STRETCH);
-                if active.has_any(nodes.clone()) {
-                    let mut stretch = Stretch::new(first, blocks);
-                    stretch.go(nodes.filter(|node| active.has(*node)), rule, |nodes, gathered| {
-                        work(&mut self, nodes, gathered, &mut sums);
-                    });
-                    stretch.tell(blocks);
-                }
+            let stretches = (self.first + run * RUN..end).step_by(STRETCH).map(|first| first..end.min(first + STRETCH));
+            for nodes in stretches.filter(|nodes| active.has_any(nodes.clone())) {
+                let (mut stretch, nodes) = (Stretch::new(nodes.start, blocks), nodes.filter(|node| active.has(*node)));
+                stretch.go(nodes, rule, |nodes, gathered| work(&mut self, nodes, gathered, &mut sums));
+                stretch.tell(blocks);
             }
             self.sums[run] = sums;
         }
@@ -304,7 +300,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 let mut nodes = [0; TOGETHER];
                 nodes.iter_mut().zip(some).for_each(|(node, listed)| *node = *listed as usize);
                 let nodes = &nodes[..some.len()];
-                let mut gathered = Gathered::new(blocks.given(nodes), nodes, rule);
+                let mut gathered = Gathered::new(&blocks.given(nodes), nodes, rule);
                 work(&mut all, nodes, &mut gathered, &mut total);
                 gathered.tell(nodes, &blocks);
             }

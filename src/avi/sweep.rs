@@ -209,7 +209,9 @@ impl Block {
     /// Puts what a sweep of some groups gave into the part, where nothing comes from the others but their κ.
     fn put_some(&self, given: &[Accumulated], stiffness: &[f64], part: &mut [Accumulated]) {
         let Some(Around { nodes, corners }) = self.firing.get(&self.longest) else { return };
-        part.iter_mut().for_each(|part| part[..3].fill(0.0));
+        for part in part.iter_mut() {
+            part[..3].fill(0.0);
+        }
         for number in nodes {
             let [x, y, z, _] = given[usize::from(*number)];
             part[usize::from(*number)] = [x, y, z, 0.0];
