@@ -7,6 +7,7 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
 use super::blocks::{Block, Blocks};
+use super::nodes::RUN;
 use super::pace;
 use crate::algebra::Vector;
 use crate::element::Accumulated;
@@ -17,6 +18,7 @@ use crate::mesh::NodeId;
 pub(super) const TOGETHER: usize = 32;
 /// Nodes of a stretch, a part of a run of them: what is gathered for it stays in the nearest cache.
 pub(super) const STRETCH: usize = 256;
+const _: () = assert!(RUN / STRETCH * STRETCH == RUN, "runs are made of whole stretches");
 
 /// What says how long a step around a node may be.
 #[derive(Debug, Clone, Copy)]

@@ -39,8 +39,8 @@ impl<const D: usize> Gelatin<D> {
     }
 }
 
-/// Whether an element with these corners weighs next to nothing beside its lightest node, which has its mass from others then: it was made
-/// over nothing, and touches old gel by rounding.
+/// Whether an element with these corners weighs next to nothing beside its lightest node, or less than nothing; its nodes have their mass from
+/// others then. One that was made over nothing touches old gel by rounding.
 fn weighs_nothing<const D: usize>(nodes: &Simplex, own: &[f64; 4], mass: &[f64]) -> bool {
     const NOTHING: f64 = 1e-12;
     let lightest = nodes[..=D].iter().map(|node| mass[node.index()]).fold(f64::INFINITY, f64::min);
