@@ -130,6 +130,7 @@ fn row((size, name): (f64, &str), keys: &[(&str, String)]) {
     let end = told(end);
     let renewals = simulation.renewals();
     let n = renewals.len().max(1) as f64;
+    // The sum of nothing is −0.
     let kept = renewals.iter().map(|renewal| renewal.unchanged).sum::<f64>() / n + 0.0;
     let attempts: usize = renewals.iter().map(|renewal| renewal.attempt).sum();
     tell_refusals(&format!("{} mm{name}", 1e3 * size), &simulation);

@@ -18,8 +18,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Slots of a block: with 1024 tetrahedra, 330 nodes and what is accumulated at them take 32 kB of cache, and a node is in 1.7
-/// blocks; a quarter of that makes it 2.5.
+/// Slots of a block: with 1024 tetrahedra, some 400 nodes and what is accumulated at them take 40 kB of cache, and a node is in two
+/// blocks; of a quarter of that it would be in half as many again.
 pub(super) const SLOTS: usize = 1024;
 
 /// How much of a block fires at a tick.
@@ -59,11 +59,13 @@ pub(super) struct Block {
     pub n_elements: u64,
     /// Least and greatest step of its groups, ticks.
     pub steps: (Tick, Tick),
+    /// The steps of its groups, ticks, each of which is one bit.
+    pub lengths: Tick,
     /// How much of it fires at this tick.
     pub due: Due,
-    /// What is around the groups that fire where some do, by the longest step that fires then.
+    /// What is around the groups that fire where some do, by the longest step of these.
     pub firing: BTreeMap<Tick, Around>,
-    /// The longest step that fires at this tick, whether a group has it or not, ticks.
+    /// The longest step of a group that fires at this tick, where some do, ticks.
     pub longest: Tick,
     /// What is known of its part.
     pub known: Known,
@@ -245,9 +247,10 @@ impl<const D: usize> Blocks<D> {
     pub fn pace(&mut self, block: usize, (clocks, grid): (&[Clock], TickGrid)) {
         let groups = self.groups_of(block);
         let steps = clocks[groups.clone()].iter().map(|clock| clock.step);
-        let (least, most) = steps.fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
+        let (least, most) = steps.clone().fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
         let (all, front) = (&mut self.all[block], &mut self.fronts[block]);
         all.steps = (least, most);
+        all.lengths = steps.fold(0, |all, step| all | step);
         all.firing.clear();
         front.calm = (grid.time(most), RAISE_MARGIN * grid.time(least));
         front.calms.clear();
@@ -442,15 +445,18 @@ impl Block {
         self.gives() && !self.restless && self.steps.0 > 0
     }
 
-    /// The nodes of the groups that fire, if not all do.
-    pub fn touched(&self) -> &[u16] {
-        self.firing.get(&self.longest).map_or(&[], |around| around.nodes.as_slice())
+    /// What is around the groups that fire, where some do.
+    ///
+    /// # Panics
+    /// Where none or all do, or before what fires is found out.
+    pub fn around(&self) -> &Around {
+        self.firing.get(&self.longest).expect("it is found out first what fires")
     }
 
     /// The numbers of its nodes that fire.
     pub fn active(&self) -> impl Iterator<Item = usize> + '_ {
         let all = if self.due == Due::All { 0..self.nodes.len() } else { 0..0 };
-        let some = if self.due == Due::Some { self.touched() } else { &[] };
+        let some = if self.due == Due::Some { self.around().nodes.as_slice() } else { &[] };
         all.chain(some.iter().map(|number| usize::from(*number)))
     }
 }

@@ -199,30 +199,11 @@ impl Stretch {
 #[cfg(test)]
 mod tests {
     use super::super::blocks::Front;
-    use super::super::{Engine, Gel, Kind, Rules, Surface};
+    use super::super::swinging;
     use super::*;
-    use crate::algebra::Vector3;
-    use crate::contact::{Body, BodyState, Exchange, Freedom, Law};
-    use crate::element::{Potential, Section, Simplices};
-    use crate::geometry::{Shape, Sphere};
-    use crate::material::NeoHookean;
-    use crate::mesh::{Block as Cells, Patches, Split, block, graded};
-
-    /// Several blocks and stretches, of more than one step, that move.
-    fn engine() -> Engine<3, Simplices<3>> {
-        let planes = std::array::from_fn(|_| graded(1.0, 0.05, (0.3, 1.3, 0.2)));
-        let mesh = block::<3>(Cells { planes, split: Split::Centred, faces: vec![] });
-        let gel = (NeoHookean::new(1e3, 1e4), Section::Spatial);
-        let simplices = Simplices::in_patches(&mesh, Patches::alone(mesh.elements.len()), gel);
-        let mass = simplices.lumped_masses(&mesh, 1.0);
-        let surface = Surface::new::<3>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));
-        let law = Law::Moreau { restitution: 0.0, bias: 0.0, friction: 0.0 };
-        let rules = Rules { schedule: Kind::Bins, cfl: 0.8, law, force_window: 1.0, damping: 0.0 };
-        let nodes = mesh.rest.iter().map(|x| (x * 1.01, x * 0.1)).collect();
-        let nobody = BodyState { active: false, ..BodyState::starting(Vector3::zeros(), Vector3::zeros()) };
-        let body = (Body::fixed(Shape::Sphere(Sphere { radius: 1.0 }), Freedom::SPATIAL), nobody);
-        Engine::new(Gel::new(simplices, mass, &mesh.held, surface), vec![body], rules, nodes)
-    }
+    use crate::contact::Exchange;
+    use crate::element::Potential;
+    use crate::mesh::graded;
 
     /// Two of three blocks give something.
     fn open(blocks: &mut Blocks<3>) {
@@ -256,7 +237,9 @@ mod tests {
 
     #[test]
     fn the_same_is_given_and_told_stretch_by_stretch_and_node_by_node() {
-        let mut engine = engine();
+        // Several blocks and stretches, of more than one step.
+        let mesh = swinging::mesh(&graded(1.0, 0.05, (0.3, 1.3, 0.2)));
+        let mut engine = swinging::engine(swinging::gel(&mesh));
         engine.advance_to(1e-3, &mut [Exchange::default()]).expect("the gel only swings");
         let (n_nodes, mass) = (engine.gel().potential.rest().len(), engine.gel().mass.clone());
         let mut blocks = engine.blocks.take().expect("bins have the fast form");

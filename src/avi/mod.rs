@@ -29,6 +29,8 @@ mod schedule;
 mod scratch;
 mod settle;
 mod sweep;
+#[cfg(test)]
+mod swinging;
 mod tick;
 mod watch;
 mod wear;

@@ -47,8 +47,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         for (run, block) in blocks.all.iter().enumerate().filter(|(_, block)| block.due != Due::Nothing) {
             if watch.may_be_near(run, reach) {
-                let touched = block.touched();
-                let fires = |number: &u16| block.due == Due::All || touched.binary_search(number).is_ok();
+                let some = (block.due == Due::Some).then(|| block.around().nodes.as_slice());
+                let fires = |number: &u16| some.is_none_or(|some| some.binary_search(number).is_ok());
                 let due = block.surface.iter().filter(|(number, _)| fires(number)).map(|(_, surface)| *surface);
                 reached.extend(due.filter(|surface| is_seen(watch, *surface)));
                 watch.note_run(run, block.surface.iter().map(|(_, surface)| (*surface, STRETCH * size(*surface))));

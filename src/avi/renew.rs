@@ -10,7 +10,7 @@ use crate::contact::{Body, BodyState, Exchange};
 use crate::element::{Memory, Potential};
 use crate::ledger::Ledger;
 use crate::mesh::{ElementId, NodeId};
-use crate::state::{Birth, Record, Stretch, Tick};
+use crate::state::{Birth, MOST_TICKS, Record, Stretch, Tick};
 use std::sync::Arc;
 
 /// What ends a mesh.
@@ -235,7 +235,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// `birth` is the mesh, unless it is that of the start.
     ///
     /// # Errors
-    /// [`NoStep`] if a step of the mesh is no number.
+    /// [`NoStep`] if a step of the mesh is no number, shorter than a tick or longer than all of them.
     pub fn on_mesh(
         &self,
         gel: Gel<D, P>,
@@ -246,6 +246,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         // What its elements remembered when it was new nobody knows any more, but for the steps that this gave them.
         let began = birth.as_ref().map_or((0, None), |birth| (birth.tick, Some(birth.steps.clone())));
         let (mut other, _) = self.followed((gel, None), nodes, began)?;
+        let has_ticks = |step: &f64| (1.0..=MOST_TICKS as f64).contains(step);
+        if let Some(step) = [other.first.0, other.first.1].into_iter().find(|step| !has_ticks(step)) {
+            return Err(NoStep { step: other.grid.length(step), corners: vec![] });
+        }
         other.state.birth = birth;
         Ok(other)
     }
@@ -292,5 +296,32 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             (new.level, new.never_rest) = (old.level, old.never_rest);
         }
         Ok((new, steps))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::swinging;
+    use super::*;
+
+    #[test]
+    fn a_mesh_that_begins_with_steps_of_no_run_is_refused() {
+        let mesh = swinging::mesh(&[0.0, 0.5, 1.0]);
+        let engine = swinging::engine(swinging::gel(&mesh));
+        let tick = engine.grid.length(1.0);
+        let begins = |first: f64| {
+            let mut steps = vec![1024.0 * tick; mesh.elements.len()];
+            steps[0] = first;
+            let (mass, corner_mass) = (engine.gel.mass.clone(), vec![[1.0; 4]; mesh.elements.len()]);
+            let (mesh, position) = (mesh.clone(), mesh.rest.clone());
+            let birth = Birth { tick: 7, mesh, position, mass, corner_mass, references: vec![], steps };
+            let gel = swinging::gel(&birth.mesh);
+            engine.on_mesh(gel, &birth.position.clone(), Some(Arc::new(birth))).map(|other| other.origin)
+        };
+        assert_eq!(begins(tick).ok(), Some(7));
+        for forged in [0.9 * tick, 1e-300, 1e300] {
+            let found = begins(forged).expect_err("a step of no run");
+            assert!((found.step / forged - 1.0).abs() < 1e-12, "{forged}: {found:?}");
+        }
     }
 }

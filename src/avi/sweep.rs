@@ -8,7 +8,9 @@ use super::phase::{Moment, Phase};
 use super::pool::{Cut, share};
 use super::{Pool, TickGrid};
 use crate::algebra::Vector;
-use crate::element::{Accumulated, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MOST_LOCAL_NODES, Power, Recall};
+use crate::element::{
+    Accumulated, Corner, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MOST_LOCAL_NODES, Power, Recall,
+};
 use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
@@ -137,10 +139,20 @@ impl Around {
         let mut is_touched = [false; MOST_LOCAL_NODES];
         groups.for_each(|group| lanes.nodes(group, |node| is_touched[usize::from(node)] = true));
         let nodes = (0..).zip(&is_touched).filter(|(_, touched)| **touched).map(|(node, _)| node).collect();
-        let mut corners = vec![];
-        lanes.corners(all, |corner| corners.extend(is_touched[usize::from(corner.node)].then_some(corner)));
+        let is_wanted = |corner: &Corner| is_touched[usize::from(corner.node)];
+        let (mut n, mut corners) = (0, vec![]);
+        lanes.corners(all.clone(), |corner| n += usize::from(is_wanted(&corner)));
+        corners.reserve_exact(n);
+        lanes.corners(all, |corner| corners.extend(is_wanted(&corner).then_some(corner)));
         Self { nodes, corners }
     }
+}
+
+/// The longest of these steps that fires at a tick, if the least does: each is a power of two, and one bit of `lengths`.
+fn longest(lengths: Tick, tick: Tick) -> Tick {
+    // The lowest bit of the tick and those below it.
+    let fires = lengths & (tick ^ (tick - 1));
+    1 << fires.ilog2()
 }
 
 impl Block {
@@ -154,7 +166,7 @@ impl Block {
         };
         if self.due == Due::Some {
             let due = groups.clone().filter(|group| fires(sweep.clocks[*group].step));
-            self.longest = 1 << sweep.moment.tick.trailing_zeros();
+            self.longest = longest(self.lengths, sweep.moment.tick);
             self.firing.entry(self.longest).or_insert_with(|| Around::new((lanes, groups), due));
         }
     }
@@ -208,7 +220,7 @@ impl Block {
 
     /// Puts what a sweep of some groups gave into the part, where nothing comes from the others but their κ.
     fn put_some(&self, given: &[Accumulated], stiffness: &[f64], part: &mut [Accumulated]) {
-        let Some(Around { nodes, corners }) = self.firing.get(&self.longest) else { return };
+        let Around { nodes, corners } = self.around();
         for part in part.iter_mut() {
             part[..3].fill(0.0);
         }
@@ -292,5 +304,59 @@ impl<const D: usize> Sweep<'_, D> {
         let a = node.index();
         let passed = self.grid.time(self.moment.tick - self.last[a]);
         (number, [&self.position[a], &self.velocity[a], &self.rest[a]], passed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::swinging;
+    use super::super::{Engine, Loaded, Loads, Pressure};
+    use super::*;
+    use crate::contact::Exchange;
+    use crate::element::{Section, Simplices};
+    use crate::mesh::{Mesh, graded};
+
+    #[test]
+    fn the_longest_step_that_fires_is_one_that_there_is() {
+        let lengths = 1 | 16 | 256;
+        let found = [1, 8, 16, 48, 128, 256, 512, 768].map(|tick| longest(lengths, tick));
+        assert_eq!(found, [1, 1, 16, 16, 16, 256, 256, 256]);
+    }
+
+    /// A pressure on every facet.
+    fn loads(mesh: &Mesh<3>) -> Loads {
+        let behind = |facet: &crate::mesh::Facet| {
+            let is_behind = |element: &crate::mesh::Simplex| facet[..3].iter().all(|node| element.contains(node));
+            crate::mesh::ElementId(mesh.elements.iter().position(is_behind).expect("a facet has its element") as u32)
+        };
+        let facets = mesh.facets.iter().map(|facet| Loaded { facet: *facet, behind: behind(facet), mark: 1 }).collect();
+        Loads { section: Section::Spatial, pressures: vec![Pressure::new(vec![(0.0, 0.0), (1e-3, 50.0)])], facets }
+    }
+
+    /// In how many of so many communication steps a block was swept in part; at the end of each, every part has κ as all elements of
+    /// its block have it.
+    fn swept_in_part(mut engine: Engine<3, Simplices<3>>, steps: u32) -> usize {
+        let mut in_part = 0;
+        for step in 1..=steps {
+            engine.advance_to(f64::from(step) * 2e-5, &mut [Exchange::default()]).expect("the gel only swings");
+            let blocks = engine.blocks.as_ref().expect("bins have the fast form");
+            for (i, block) in blocks.all.iter().enumerate() {
+                let part = &blocks.parts[block.first..][..block.nodes.len()];
+                let mut whole = part.to_vec();
+                blocks.lanes.sum_stiffness(blocks.groups_of(i), &engine.state.stiffness[i * SLOTS..], &mut whole);
+                assert!(part.iter().zip(&whole).all(|(part, whole)| part[3] == whole[3]), "block {i} at step {step}");
+                in_part += usize::from(block.due == Due::Some && block.report.is_some());
+            }
+        }
+        in_part
+    }
+
+    #[test]
+    fn a_block_that_fires_in_part_has_the_stiffness_of_all_its_elements() {
+        let mesh = swinging::mesh(&graded(1.0, 0.05, (0.3, 1.3, 0.2)));
+        for loads in [Loads::none(), loads(&mesh)] {
+            let engine = swinging::engine(swinging::gel(&mesh).with_loads(loads));
+            assert!(swept_in_part(engine, 50) > 10, "blocks are swept in part");
+        }
     }
 }

@@ -9,9 +9,10 @@ use crate::mesh::{NodeId, Simplex, signed_volume};
 use crate::remesh::RemeshError;
 
 impl<const D: usize> Gelatin<D> {
-    /// Lets go of the elements that are turned inside out, of those that [weigh nothing](weighs_nothing), of the stiffest around each node that has no stable step, of one behind a facet that
-    /// leaks, of those at whose sides meshes were refused because the boundary crosses or touches itself there, and of those by which new
-    /// meshes, or what is left, could not be stepped, with what hangs on them. Whether something went.
+    /// Lets go of the elements that are turned inside out, of those that [weigh nothing](weighs_nothing), of the stiffest around each
+    /// node that has no stable step, of one behind a facet that leaks, of those at whose sides meshes were refused because the boundary
+    /// crosses or touches itself there, and of those by which new meshes, or what is left, could not be stepped, with what hangs on
+    /// them. Whether something went.
     pub fn break_off(&mut self, refused: &[Refused]) -> bool {
         let old = self.present();
         let position = &self.engine.state().position;
@@ -27,11 +28,11 @@ impl<const D: usize> Gelatin<D> {
         }
         mark::<D>(&mut gone, elements, refused.iter().flat_map(|why| blamed(why, position)));
         for _ in 0..MOST_BREAKS {
-            let why = match self.let_go(&old, &gone, MOST_BROKEN) {
+            let stepless = match self.let_go(&old, &gone, MOST_BROKEN) {
                 Ok(went) => return went,
-                Err(why) => Refused::Steps(why),
+                Err(why) => stepless(&why, &self.engine.state().position),
             };
-            if !mark::<D>(&mut gone, elements, blamed(&why, &self.engine.state().position)) {
+            if !mark::<D>(&mut gone, elements, [stepless]) {
                 break;
             }
         }
@@ -69,16 +70,19 @@ fn blamed<const D: usize>(why: &Refused, position: &[Vector<D>]) -> Vec<Vec<Node
         let there = position.iter().position(|x| x[0] == place[0] && x[1] == place[1]);
         there.map(|node| NodeId(node as u32))
     };
-    let corner = |place: &Vector3| position.iter().position(|x| embed(x) == *place).map(|node| NodeId(node as u32));
     match why {
-        Refused::Steps(NoStep { corners, .. }) => {
-            vec![corners.iter().map(corner).collect::<Option<Vec<_>>>().unwrap_or_default()]
-        }
+        Refused::Steps(why) => vec![stepless(why, position)],
         Refused::Made(RemeshError::Crossing { edges }) => edges.map(Vec::from).into(),
         Refused::Made(RemeshError::Blocked { edge }) => vec![edge.iter().filter_map(at).collect()],
         Refused::Made(RemeshError::Coincident { place }) => vec![at(place).into_iter().collect()],
         _ => vec![],
     }
+}
+
+/// The nodes of the element by which a mesh could not be stepped; none if it is not made of these.
+fn stepless<const D: usize>(why: &NoStep, position: &[Vector<D>]) -> Vec<NodeId> {
+    let corner = |place: &Vector3| position.iter().position(|x| embed(x) == *place).map(|node| NodeId(node as u32));
+    why.corners.iter().map(corner).collect::<Option<Vec<_>>>().unwrap_or_default()
 }
 
 /// Whether an element has all of these nodes, if there are any.

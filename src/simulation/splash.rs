@@ -23,7 +23,8 @@ struct Left<const D: usize> {
 }
 
 impl<const D: usize> Gelatin<D> {
-    /// Lets go of gel thinner than this, m, and of what hangs on it, each at most this part of the gel; whether something went.
+    /// Lets go of gel thinner than this, m, and of what hangs on it, each at most this part of the gel; whether something went. Nothing
+    /// does if what is left could not be stepped.
     pub fn shed(&mut self, below: f64, most: f64) -> bool {
         let old = self.present();
         let moved = Moved { mesh: &old.mesh, position: &self.engine.state().position };
