@@ -10,7 +10,7 @@ use super::lanes::{Asked, Found, GroupAnswer, Kick, Kicks, Law, Power, volumetri
 use super::local::{Local, Rows};
 use super::recall::Recall;
 use super::shuffle::{gather, scatter};
-use super::solid::{Slopes, Solid, Strains};
+use super::solid::{Slopes, Solid, Strains, Undeformed};
 use super::{FORESEEN, Lanes, Section, TURNED, places};
 use crate::algebra::Number;
 use crate::material::NeoHookean;
@@ -126,6 +126,7 @@ impl<const D: usize> Lanes<D> {
         let mut all = Together::new(f64x8::splat(simd, 0.0));
         while next < groups.end {
             next = all.take::<N>((next, groups.end), kicks);
+            self.fetch::<N, G>(rest, next);
             self.strain_all::<N, G, S>(rest, motion[0], &mut all);
             self.press_all::<N, G, S>(gel, &mut all);
             for g in 0..all.n_groups {
@@ -139,6 +140,17 @@ impl<const D: usize> Lanes<D> {
                     (stiffness, memory),
                 );
             }
+        }
+    }
+
+    /// Asks for as many of the groups from this one on as go abreast, while those before them are on their way; also for what is of
+    /// another run.
+    #[inline(always)]
+    fn fetch<const N: usize, G: Solid<D>>(&self, rest: &[G::Rest], first: usize) {
+        let rest = rest.get(first * N..).unwrap_or_default();
+        for (batch, rest) in self.batches_from(first * N).iter().zip(rest).take(ABREAST) {
+            batch.fetch();
+            rest.fetch();
         }
     }
 

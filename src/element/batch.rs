@@ -5,6 +5,7 @@
 
 use super::MAX_NODES;
 use fearless_simd::{Select, Simd, SimdBase, SimdSplit, f64x8};
+use prefetch_index::prefetch_index;
 
 /// Patches side by side.
 pub const LANES: usize = 8;
@@ -27,6 +28,14 @@ impl Batch {
     /// The lanes that have an element.
     pub(super) fn filled(&self) -> impl Iterator<Item = usize> + '_ {
         (0..LANES).filter(|lane| self.volume[*lane] > 0.0)
+    }
+
+    /// Asks for it before it is needed.
+    #[inline(always)]
+    pub(super) fn fetch(&self) {
+        fetch(&self.volume);
+        fetch(&self.scale);
+        prefetch_index(&self.nodes, 0);
     }
 
     /// 1/(3R̄) from w = 2πR̄A and the scale 1/(2A), 1/m; 0 in an empty lane.
@@ -69,6 +78,12 @@ macro_rules! on {
     };
 }
 pub(crate) use on;
+
+/// Asks for these numbers before they are needed, so that they are in the nearest cache then.
+#[inline(always)]
+pub(super) fn fetch(eight: &Wide) {
+    prefetch_index(eight, 0);
+}
 
 /// As one vector.
 #[inline(always)]

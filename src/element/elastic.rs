@@ -4,7 +4,7 @@
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::Section;
-use super::batch::{LANES, Wide, cofactors, fused, wide};
+use super::batch::{LANES, Wide, cofactors, fetch, fused, wide};
 use super::eight::Shape;
 use super::recall::Remembering;
 use super::solid::{Eight, Pull, Slopes, Solid, Strains, Undeformed};
@@ -44,6 +44,14 @@ impl<const D: usize> Metric<D> {
 }
 
 impl<const D: usize> Undeformed<D> for Metric<D> {
+    #[inline(always)]
+    fn fetch(&self) {
+        for eight in self.diagonal.iter().chain(&self.mixed) {
+            fetch(eight);
+        }
+        fetch(&self.spread);
+    }
+
     /// The edges themselves: F of the simplex whose edges are of length 1 and at right angles, with its volume.
     #[inline(always)]
     fn deform<S: Simd>(&self, (_, scale): (f64x8<S>, f64x8<S>), _: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {

@@ -187,6 +187,12 @@ impl<const D: usize> Lanes<D> {
         self.section
     }
 
+    /// The batches from one on.
+    #[inline(always)]
+    pub(super) fn batches_from(&self, first: usize) -> &[Batch] {
+        self.batches.get(first..).unwrap_or_default()
+    }
+
     /// The batches of a group.
     #[inline(always)]
     pub(super) fn batches_of<const N: usize>(&self, group: usize) -> &[Batch; N] {

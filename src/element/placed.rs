@@ -3,7 +3,7 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{LANES, Wide, cofactors, fused, wide};
+use super::batch::{LANES, Wide, cofactors, fetch, fused, wide};
 use super::eight::Shape;
 use super::solid::{Strains, Undeformed};
 use super::symmetric::Symmetric;
@@ -38,6 +38,13 @@ impl<const D: usize> Default for Gradients<D> {
 }
 
 impl<const D: usize> Undeformed<D> for Gradients<D> {
+    #[inline(always)]
+    fn fetch(&self) {
+        for eight in self.0.iter().flatten() {
+            fetch(eight);
+        }
+    }
+
     /// F = Σ e_a ⊗ ∇N_a in the place of the edges e_a; 1 where nodes are at rest, not what rounding makes of it.
     #[inline(always)]
     fn deform<S: Simd>(&self, (strained, _): (f64x8<S>, f64x8<S>), f: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {

@@ -38,6 +38,8 @@ pub(super) trait Solid<const D: usize>: Remembering<D> + Copy {
 
 /// What a material in lanes knows of eight elements at rest.
 pub(super) trait Undeformed<const D: usize>: Clone + Default {
+    /// Asks for it before it is needed.
+    fn fetch(&self);
     /// Takes the edges, as columns, for what the law goes by, of elements that are strained (1) or at rest (0), with the scale of their
     /// batch; what makes its determinant that of F.
     fn deform<S: Simd>(&self, of: (f64x8<S>, f64x8<S>), edges: &mut [[f64x8<S>; D]; D]) -> f64x8<S>;
