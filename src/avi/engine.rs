@@ -32,7 +32,7 @@ pub struct Rules {
     pub damping: f64,
 }
 
-/// A stable step that is no number, or shorter than a tick.
+/// A stable step that is none of a run: no number, shorter than a tick, or of more ticks than there are ([`MOST_TICKS`]).
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("the stable step of an element is {step:e} s: stiffness and mass are too far apart, or there is no element")]
 pub struct NoStep {

@@ -18,6 +18,7 @@ use std::ops::Range;
 /// Nodes that are gone through together, each stage for all of them: what they gather, their limits, their kicks. Not tuned: any number
 /// does that fills vectors and stays in the nearest cache.
 pub(super) const TOGETHER: usize = 32;
+const _: () = assert!(TOGETHER.is_multiple_of(LANES), "they fill vectors");
 /// Nodes of a stretch, a part of a run of them: what is gathered for it stays in the nearest cache.
 pub(super) const STRETCH: usize = 256;
 /// How many overlaps before it is gathered from an overlap is asked for; 1 to 12 are as good.
@@ -108,7 +109,7 @@ impl Overlap {
     #[inline(always)]
     fn fetch<const D: usize>(self, blocks: &Blocks<D>) {
         let block = &blocks.all[self.block as usize];
-        // Once in each line of the cache.
+        // About once in each line of the cache.
         for number in self.numbers().step_by(LINE / size_of::<Accumulated>()) {
             prefetch_index(&blocks.parts, block.first + number);
         }
@@ -133,7 +134,7 @@ pub(super) struct Stretch {
     active: [bool; STRETCH],
     limit: [f64; STRETCH],
     moves: [bool; STRETCH],
-    /// The least and the greatest of the limits, of one in eight each, and whether all of them are numbers.
+    /// The least and the greatest of the limits, lane by lane, and whether all of them are numbers.
     least: [f64; LANES],
     most: [f64; LANES],
     are_numbers: bool,
@@ -144,9 +145,9 @@ impl Stretch {
     #[inline(always)]
     pub fn new<const D: usize>(first: usize, blocks: &Blocks<D>) -> Self {
         let (at, mut parts) = (first / STRETCH, [[0.0; 4]; STRETCH]);
-        let (overlaps, are_far) = (&blocks.overlaps[at], are_far(blocks.n_nodes()));
+        let (overlaps, far) = (&blocks.overlaps[at], are_far(blocks.n_nodes()));
         for (i, overlap) in overlaps.iter().enumerate() {
-            if are_far && let Some(next) = overlaps.get(i + AHEAD) {
+            if far && let Some(next) = overlaps.get(i + AHEAD) {
                 next.fetch(blocks);
             }
             let block = &blocks.all[overlap.block as usize];
@@ -262,10 +263,14 @@ mod tests {
     fn by_stretch(nodes: &[usize], rule: Rule<'_>, blocks: &Blocks<3>) {
         let n_nodes = rule.mass.len();
         let mut active = Active::new(n_nodes);
-        nodes.iter().for_each(|node| active.add(*node));
-        let mut stretch = Stretch::new(nodes[0], blocks);
         let first = nodes[0] / STRETCH * STRETCH;
-        stretch.go((&active, first..n_nodes.min(first + STRETCH)), rule, |nodes, gathered| {
+        let all = first..n_nodes.min(first + STRETCH);
+        nodes.iter().for_each(|node| active.add(*node));
+        active.all = nodes.len() == all.len();
+        let mut stretch = Stretch::new(first, blocks);
+        stretch.go((&active, all), rule, |nodes, gathered| {
+            let is_next = |pair: &[usize]| pair[0] + 1 == pair[1];
+            assert_eq!(gathered.beside, nodes.len() == TOGETHER && nodes.windows(2).all(is_next));
             assert_eq!(gathered.parts, blocks.given(nodes));
             move_some(nodes, gathered);
         });
@@ -289,9 +294,10 @@ mod tests {
         let (n_nodes, mass) = (engine.gel().potential.rest().len(), engine.gel().mass.clone());
         let mut blocks = engine.blocks.take().expect("bins have the fast form");
         assert!(n_nodes > 3 * STRETCH && blocks.all.iter().any(|block| block.steps.0 < block.steps.1));
-        let active: Vec<usize> = (0..n_nodes).filter(|node| node % 7 != 3).collect();
+        let some: Vec<usize> = (0..n_nodes).filter(|node| node % 7 != 3 || node % STRETCH > 100).collect();
+        let every: Vec<usize> = (0..n_nodes).collect();
         let mut all = vec![];
-        for cfl in [0.1, 0.4, 0.8, 1.6, 6.4] {
+        for (cfl, active) in [0.1, 0.4, 0.8, 1.6, 6.4].into_iter().flat_map(|cfl| [(cfl, &some), (cfl, &every)]) {
             let rule = Rule { mass: &mass, cfl };
             let told = [by_stretch, by_node].map(|tell| {
                 open(&mut blocks);

@@ -1,5 +1,6 @@
 //! The asynchronous variational integrator: every patch of elements at its own time step (numerics 1).
 
+mod advance;
 mod blocks;
 mod damping;
 mod engine;

@@ -2,15 +2,14 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::TickGrid;
+use super::advance::Advance;
 use super::blocks::{Blocks, Due};
-use super::damping::{Damped, fade};
+use super::damping::Damped;
 use super::engine::Engine;
 use super::gather::{Gathered, Rule, STRETCH, Stretch, TOGETHER};
 use super::kick::Taken;
 use super::pool::{Cut, share};
-use crate::algebra::{Vector, embed};
-use crate::contact::Freedom;
+use crate::algebra::Vector;
 use crate::element::{Potential, on};
 use crate::state::Tick;
 use std::ops::Range;
@@ -80,37 +79,6 @@ impl Active {
     }
 }
 
-/// What changes of a node in the node phase.
-pub(super) struct Node<'a, const D: usize> {
-    position: &'a mut Vector<D>,
-    velocity: &'a mut Vector<D>,
-    before: &'a mut Vector<D>,
-    last: &'a mut Tick,
-    limit: &'a mut f64,
-    excess: &'a mut f64,
-    fade: &'a mut f64,
-}
-
-impl<const D: usize> Node<'_, D> {
-    /// To a tick; how long it took, s.
-    #[inline(always)]
-    fn drift(&mut self, grid: TickGrid, tick: Tick) -> f64 {
-        let passed = grid.time(tick - *self.last);
-        *self.position += *self.velocity * passed;
-        *self.last = tick;
-        passed
-    }
-
-    /// Takes from its speed what damping takes in this time, s, of a mass, kg.
-    fn damp(&mut self, (rate, passed): (f64, f64), mass: f64, (damped, freedom): (&mut Damped, Freedom)) {
-        *self.fade = fade(rate, passed);
-        *self.velocity += *self.before * *self.fade;
-        let drag = *self.before * (mass * *self.fade);
-        damped.energy += 0.5 * drag.dot(&(*self.before + *self.velocity));
-        damped.add(freedom, (self.position, &drag));
-    }
-}
-
 /// What is summed over nodes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NodeSums {
@@ -145,35 +113,26 @@ impl NodeSums {
 }
 
 /// Nodes from some run on, and what is summed over each run.
-struct Runs<'a, const D: usize> {
-    first: usize,
-    position: &'a mut [Vector<D>],
-    velocity: &'a mut [Vector<D>],
-    before: &'a mut [Vector<D>],
-    last: &'a mut [Tick],
-    limit: &'a mut [f64],
-    excess: &'a mut [f64],
-    fade: &'a mut [f64],
-    sums: &'a mut [NodeSums],
+pub(super) struct Runs<'a, const D: usize> {
+    pub first: usize,
+    pub position: &'a mut [Vector<D>],
+    pub velocity: &'a mut [Vector<D>],
+    pub before: &'a mut [Vector<D>],
+    pub last: &'a mut [Tick],
+    pub limit: &'a mut [f64],
+    pub excess: &'a mut [f64],
+    pub fade: &'a mut [f64],
+    pub sums: &'a mut [NodeSums],
 }
 
 impl<const D: usize> Runs<'_, D> {
-    #[inline(always)]
-    fn node(&mut self, node: usize) -> Node<'_, D> {
-        let i = node - self.first;
-        let Self { position, velocity, before, last, limit, excess, fade, .. } = self;
-        let (position, velocity, before) = (&mut position[i], &mut velocity[i], &mut before[i]);
-        let (last, limit, excess, fade) = (&mut last[i], &mut limit[i], &mut excess[i], &mut fade[i]);
-        Node { position, velocity, before, last, limit, excess, fade }
-    }
-
     /// Goes through the active nodes, run by run and stretch by stretch.
     #[inline(always)]
     fn go(
         mut self,
         (active, blocks): (&Active, &Blocks<D>),
         rule: Rule<'_>,
-        work: impl Fn(&mut Self, &[usize], &mut Gathered<D>, &mut NodeSums),
+        advance: &Advance<'_, D, impl Potential<D>>,
     ) {
         for run in 0..self.sums.len() {
             let mut sums = NodeSums::default();
@@ -181,67 +140,12 @@ impl<const D: usize> Runs<'_, D> {
             let stretches = (self.first + run * RUN..end).step_by(STRETCH).map(|first| first..end.min(first + STRETCH));
             for nodes in stretches.filter(|nodes| active.has_any(nodes.clone())) {
                 let mut stretch = Stretch::new(nodes.start, blocks);
-                stretch.go((active, nodes), rule, |nodes, gathered| work(&mut self, nodes, gathered, &mut sums));
+                stretch.go((active, nodes), rule, |nodes, gathered| advance.go(&mut self, nodes, gathered, &mut sums));
                 stretch.tell(blocks);
             }
             self.sums[run] = sums;
         }
     }
-}
-
-impl<const D: usize> Runs<'_, D> {
-    /// Drifts and kicks the nodes that stand [beside each other](Gathered::beside) from one on, all of them free and none damped, each
-    /// stage for all of them, so that they go side by side through the vector units: the bits of one after the other.
-    #[inline(always)]
-    fn advance(
-        &mut self,
-        first: usize,
-        gathered: &mut Gathered<D>,
-        (mass, grid): (&[f64], TickGrid),
-        (tick, share): (Tick, f64),
-        sums: &mut NodeSums,
-    ) {
-        let at = first - self.first;
-        let (position, velocity, before) = (some(self.position, at), some(self.velocity, at), some(self.before, at));
-        let (last, limit, excess) = (some(self.last, at), some(self.limit, at), some(self.excess, at));
-        let mass: &[f64; TOGETHER] = mass[first..].first_chunk().expect(WHOLE);
-        for i in 0..TOGETHER {
-            let passed = grid.time(tick - last[i]);
-            for k in 0..D {
-                position[i][k] += velocity[i][k] * passed;
-            }
-        }
-        (*last, *limit, *before) = ([tick; TOGETHER], gathered.limit, *velocity);
-        let (mut work, mut square) = ([0.0; TOGETHER], [0.0; TOGETHER]);
-        for i in 0..TOGETHER {
-            // Component by component: so they are found to go side by side. Sums begin with what is first, as products of vectors do.
-            let (mut change, mut mean) = (0.0, 0.0);
-            for k in 0..D {
-                let (p, old) = (gathered.parts[i][k], before[i][k]);
-                let new = old + p / mass[i];
-                let (own_change, own_mean, own_square) = (p * (new - old), p * (old + new), new * new);
-                let sum = |sum: f64, own: f64| if k == 0 { own } else { sum + own };
-                (change, mean, square[i]) = (sum(change, own_change), sum(mean, own_mean), sum(square[i], own_square));
-                velocity[i][k] = new;
-                gathered.moves[i] |= new != 0.0;
-            }
-            let left = share * change;
-            work[i] = 0.5 * mean + excess[i] - left;
-            excess[i] = left;
-        }
-        sums.work = work.iter().fold(sums.work, |sum, work| sum + work);
-        sums.limit = gathered.limit.iter().copied().fold(sums.limit, f64::min);
-        sums.fastest = square.into_iter().fold(sums.fastest, f64::max);
-    }
-}
-
-/// Said of nodes that stand [beside each other](Gathered::beside).
-const WHOLE: &str = "that many nodes go together";
-
-/// Those that go together from one on.
-#[inline(always)]
-fn some<T>(all: &mut [T], first: usize) -> &mut [T; TOGETHER] {
-    all[first..].first_chunk_mut().expect(WHOLE)
 }
 
 impl<const D: usize> Cut for Runs<'_, D> {
@@ -305,49 +209,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Drifts the active nodes, learns their limits and kicks them: v += p/m in the free directions, with p and Σ κ gathered from
     /// the blocks in their order, and damps them; held directions take up the rest.
     pub(super) fn advance_nodes(&mut self, tick: Tick) -> NodeSums {
-        let (gel, grid, freedom) = (self.gel.clone(), self.grid, self.freedom());
-        let (share, rate) = (self.share_ahead(), self.rules.damping);
-        self.over_nodes(
-            #[inline(always)]
-            |runs, nodes, gathered, sums| {
-                // Its own: what nodes are given can't change it.
-                let mut found = *sums;
-                if rate == 0.0 && gathered.beside && gel.are_free(nodes[0]..nodes[0] + TOGETHER) {
-                    runs.advance(nodes[0], gathered, (&gel.mass, grid), (tick, share), &mut found);
-                    *sums = found;
-                    return;
-                }
-                for (i, a) in nodes.iter().copied().enumerate() {
-                    let p = gathered.push(i);
-                    let mut node = runs.node(a);
-                    let passed = node.drift(grid, tick);
-                    *node.limit = gathered.limit[i];
-                    found.limit = found.limit.min(gathered.limit[i]);
-                    let before = *node.velocity;
-                    *node.before = before;
-                    *node.velocity += if gel.is_free(a) { p } else { p.component_mul(&gel.free(a)) } / gel.mass[a];
-                    if rate > 0.0 {
-                        node.damp((rate, passed), gel.mass[a], (&mut found.damped, freedom));
-                    }
-                    let excess = share * p.dot(&(*node.velocity - before));
-                    found.work += 0.5 * p.dot(&(before + *node.velocity)) + *node.excess - excess;
-                    *node.excess = excess;
-                    found.fastest = found.fastest.max(node.velocity.norm_squared());
-                    if !gel.is_free(a) {
-                        found.taken.add(&gel.free(a), freedom, (embed(node.position), embed(&p)));
-                    }
-                    gathered.moves[i] = *node.velocity != Vector::<D>::zeros();
-                }
-                *sums = found;
-            },
-        )
+        let (gel, freedom) = (self.gel.clone(), self.freedom());
+        let (grid, share, rate) = (self.grid, self.share_ahead(), self.rules.damping);
+        self.over_nodes(&Advance { gel: &gel, grid, freedom, tick, share, rate })
     }
 
-    /// Does something to the active nodes, some of them at a time; the sums do not depend on the threads.
-    fn over_nodes(
-        &mut self,
-        work: impl Fn(&mut Runs<'_, D>, &[usize], &mut Gathered<D>, &mut NodeSums) + Sync,
-    ) -> NodeSums {
+    /// The same of the active nodes, some of them at a time; the sums do not depend on the threads.
+    fn over_nodes(&mut self, advance: &Advance<'_, D, P>) -> NodeSums {
         let pool = self.pool.clone().filter(|_| self.is_busy());
         let blocks = self.blocks.take().expect("the fast form has blocks");
         let (state, scratch) = (&mut self.state, &mut self.scratch);
@@ -367,10 +235,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             sums: &mut scratch.sums,
         };
         let (active, mut total) = (&scratch.active, NodeSums::default());
-        let rule = Rule { mass: &self.gel.mass, cfl: self.rules.cfl };
+        let rule = Rule { mass: &advance.gel.mass, cfl: self.rules.cfl };
         if many {
             share(pool.as_deref(), all, |runs: Runs<'_, D>| {
-                on!(level, _simd => runs.go((active, &blocks), rule, #[inline(always)] |a, b, c, d| work(a, b, c, d)));
+                on!(level, _simd => runs.go((active, &blocks), rule, advance));
             });
             total = scratch.sums.iter().fold(total, NodeSums::and);
         } else {
@@ -379,7 +247,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 nodes.iter_mut().zip(some).for_each(|(node, listed)| *node = *listed as usize);
                 let nodes = &nodes[..some.len()];
                 let mut gathered = Gathered::new(&blocks.given(nodes), nodes, rule);
-                work(&mut all, nodes, &mut gathered, &mut total);
+                advance.go(&mut all, nodes, &mut gathered, &mut total);
                 gathered.tell(nodes, &blocks);
             }
         }

@@ -208,7 +208,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// energy, momentum and angular momentum change by is booked. `birth` is its mesh, and is told the steps with which it begins.
     ///
     /// # Errors
-    /// [`NoStep`] if a step of the new mesh is no number or shorter than a tick; this engine keeps all it has then.
+    /// [`NoStep`] if a step of the new mesh is none of a run; this engine keeps all it has then.
     pub fn renewed(
         &mut self,
         (gel, memory): (Gel<D, P>, Option<Vec<Memory<D>>>),
@@ -217,9 +217,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     ) -> Result<Self, NoStep> {
         // With what elements remember: one that has flowed far is none the stiffer for it.
         let (mut new, steps) = self.followed((gel, memory), nodes, (self.last_tick(), None))?;
-        if new.first.0 < 1.0 {
-            return Err(NoStep { step: new.grid.length(new.first.0), corners: new.stepless_corners() });
-        }
         let (was, now) =
             (Start::of(&self.gel, &self.bodies, &self.state), Start::of(&new.gel, &new.bodies, &new.state));
         let ledger = &mut new.state.ledger;
@@ -235,7 +232,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// `birth` is the mesh, unless it is that of the start.
     ///
     /// # Errors
-    /// [`NoStep`] if a step of the mesh is no number, shorter than a tick or longer than all of them.
+    /// [`NoStep`] as [`Self::renewed`].
     pub fn on_mesh(
         &self,
         gel: Gel<D, P>,
@@ -246,10 +243,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         // What its elements remembered when it was new nobody knows any more, but for the steps that this gave them.
         let began = birth.as_ref().map_or((0, None), |birth| (birth.tick, Some(birth.steps.clone())));
         let (mut other, _) = self.followed((gel, None), nodes, began)?;
-        let has_ticks = |step: &f64| (1.0..=MOST_TICKS as f64).contains(step);
-        if let Some(step) = [other.first.0, other.first.1].into_iter().find(|step| !has_ticks(step)) {
-            return Err(NoStep { step: other.grid.length(step), corners: vec![] });
-        }
         other.state.birth = birth;
         Ok(other)
     }
@@ -294,6 +287,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
         if let (Some(new), Some(old)) = (&mut new.blocks, &self.blocks) {
             (new.level, new.never_rest) = (old.level, old.never_rest);
+        }
+        let (least, most) = new.first;
+        if least < 1.0 {
+            return Err(NoStep { step: new.grid.length(least), corners: new.stepless_corners() });
+        }
+        if most > MOST_TICKS as f64 {
+            return Err(NoStep { step: new.grid.length(most), corners: vec![] });
         }
         Ok((new, steps))
     }

@@ -28,11 +28,11 @@ impl<const D: usize> Gelatin<D> {
         }
         mark::<D>(&mut gone, elements, refused.iter().flat_map(|why| blamed(why, position)));
         for _ in 0..MOST_BREAKS {
-            let stepless = match self.let_go(&old, &gone, MOST_BROKEN) {
+            let corners = match self.let_go(&old, &gone, MOST_BROKEN) {
                 Ok(went) => return went,
                 Err(why) => stepless(&why, &self.engine.state().position),
             };
-            if !mark::<D>(&mut gone, elements, [stepless]) {
+            if !mark::<D>(&mut gone, elements, [corners]) {
                 break;
             }
         }
