@@ -265,7 +265,9 @@ mod tests {
         let mut active = Active::new(n_nodes);
         let first = nodes[0] / STRETCH * STRETCH;
         let all = first..n_nodes.min(first + STRETCH);
-        nodes.iter().for_each(|node| active.add(*node));
+        for node in nodes {
+            active.add(*node);
+        }
         active.all = nodes.len() == all.len();
         let mut stretch = Stretch::new(first, blocks);
         stretch.go((&active, all), rule, |nodes, gathered| {

@@ -35,7 +35,7 @@ impl Batch {
     pub(super) fn fetch(&self) {
         fetch(&self.volume);
         fetch(&self.scale);
-        prefetch_index(&self.nodes, 0);
+        prefetch_index(self.nodes.as_slice(), 0);
     }
 
     /// 1/(3R̄) from w = 2πR̄A and the scale 1/(2A), 1/m; 0 in an empty lane.
