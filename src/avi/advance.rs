@@ -174,7 +174,8 @@ mod tests {
         (i as f64 * 12.9898).sin() * 43.758_545_3
     }
 
-    fn after(beside: bool) -> After {
+    fn after(beside: bool, case: usize) -> After {
+        let any = |i: usize| any(i + 1000 * case);
         let mesh = swinging::mesh(&[0.0, 0.3, 0.5, 1.0]);
         let (gel, n) = (swinging::gel(&mesh), mesh.rest.len());
         let grid = TickGrid::new(&[1e-5]);
@@ -186,7 +187,7 @@ mod tests {
         velocity[still] = Vector::<3>::zeros();
         let (mut position, mut before) = (vectors(0), vectors(200));
         let mut last: Vec<Tick> = (0..n as Tick).map(|i| 4000 + i % 7).collect();
-        let (mut limit, mut excess) = (vec![0.0; n], (0..n).map(|i| any(300 + i)).collect::<Vec<_>>());
+        let (mut limit, mut excess) = (vec![0.0; n], (0..n).map(|i| 1e-2 * any(300 + i)).collect::<Vec<_>>());
         let (mut fade, mut sums) = (vec![0.0; n], NodeSums::default());
         let given: [Accumulated; TOGETHER] = std::array::from_fn(|i| {
             let p = if first + i == still { [0.0; 3] } else { std::array::from_fn(|k| 1e-3 * any(400 + 3 * i + k)) };
@@ -220,6 +221,8 @@ mod tests {
 
     #[test]
     fn side_by_side_nodes_come_to_the_bits_of_one_by_one() {
-        assert_eq!(after(true), after(false));
+        for case in 0..16 {
+            assert_eq!(after(true, case), after(false, case), "case {case}");
+        }
     }
 }

@@ -245,7 +245,6 @@ mod tests {
     use super::*;
     use crate::contact::Exchange;
     use crate::element::Potential;
-    use crate::mesh::graded;
 
     /// Two of three blocks give something.
     fn open(blocks: &mut Blocks<3>) {
@@ -269,13 +268,16 @@ mod tests {
             active.add(*node);
         }
         active.all = nodes.len() == all.len();
-        let mut stretch = Stretch::new(first, blocks);
+        let (mut stretch, mut limits) = (Stretch::new(first, blocks), vec![]);
         stretch.go((&active, all), rule, |nodes, gathered| {
+            limits.extend_from_slice(&gathered.limit[..nodes.len()]);
             let is_next = |pair: &[usize]| pair[0] + 1 == pair[1];
             assert_eq!(gathered.beside, nodes.len() == TOGETHER && nodes.windows(2).all(is_next));
             assert_eq!(gathered.parts, blocks.given(nodes));
             move_some(nodes, gathered);
         });
+        let least = limits.iter().copied().fold(f64::INFINITY, f64::min);
+        assert_eq!(stretch.limits(), (least, limits.iter().copied().fold(0.0, f64::max)));
         stretch.tell(blocks);
     }
 
@@ -289,9 +291,7 @@ mod tests {
 
     #[test]
     fn the_same_is_given_and_told_stretch_by_stretch_and_node_by_node() {
-        // Several blocks and stretches, of more than one step.
-        let mesh = swinging::mesh(&graded(1.0, 0.05, (0.3, 1.3, 0.2)));
-        let mut engine = swinging::engine(swinging::gel(&mesh));
+        let mut engine = swinging::engine(swinging::gel(&swinging::mixed()));
         engine.advance_to(1e-3, &mut [Exchange::default()]).expect("the gel only swings");
         let (n_nodes, mass) = (engine.gel().potential.rest().len(), engine.gel().mass.clone());
         let mut blocks = engine.blocks.take().expect("bins have the fast form");

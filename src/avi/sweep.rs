@@ -336,7 +336,7 @@ mod tests {
     use super::*;
     use crate::contact::Exchange;
     use crate::element::{Section, Simplices};
-    use crate::mesh::{ElementId, Facet, graded};
+    use crate::mesh::{ElementId, Facet};
 
     #[test]
     fn the_longest_step_that_fires_is_one_that_there_is() {
@@ -375,7 +375,7 @@ mod tests {
 
     #[test]
     fn a_block_that_fires_in_part_has_the_stiffness_of_all_its_elements() {
-        let mesh = swinging::mesh(&graded(1.0, 0.05, (0.3, 1.3, 0.2)));
+        let mesh = swinging::mixed();
         for is_loaded in [false, true] {
             let gel = swinging::gel(&mesh);
             let loads = if is_loaded { loads(&gel) } else { Loads::none() };

@@ -6,11 +6,16 @@ use crate::contact::{Body, BodyState, Freedom, Law};
 use crate::element::{Potential, Section, Simplices};
 use crate::geometry::{Shape, Sphere};
 use crate::material::NeoHookean;
-use crate::mesh::{Block, Mesh, Patches, Split, block};
+use crate::mesh::{Block, Mesh, Patches, Split, block, graded};
 
 /// Of cells between the same planes along each axis, m.
 pub(super) fn mesh(planes: &[f64]) -> Mesh<3> {
     block(Block { planes: std::array::from_fn(|_| planes.to_vec()), split: Split::Centred, faces: vec![] })
+}
+
+/// Of several blocks and stretches, with steps of several lengths.
+pub(super) fn mixed() -> Mesh<3> {
+    mesh(&graded(1.0, 0.05, (0.3, 1.3, 0.2)))
 }
 
 pub(super) fn gel(mesh: &Mesh<3>) -> Gel<3, Simplices<3>> {
