@@ -174,8 +174,9 @@ mod tests {
         (i as f64 * 12.9898).sin() * 43.758_545_3
     }
 
-    fn after(beside: bool, case: usize) -> After {
-        let any = |i: usize| any(i + 1000 * case);
+    /// All of them have something to give, or only one, so that what it does is not lost in the sums.
+    fn after(beside: bool, only: Option<usize>) -> After {
+        let gives = |i: usize| only.is_none_or(|only| only == i);
         let mesh = swinging::mesh(&[0.0, 0.3, 0.5, 1.0]);
         let (gel, n) = (swinging::gel(&mesh), mesh.rest.len());
         let grid = TickGrid::new(&[1e-5]);
@@ -187,11 +188,12 @@ mod tests {
         velocity[still] = Vector::<3>::zeros();
         let (mut position, mut before) = (vectors(0), vectors(200));
         let mut last: Vec<Tick> = (0..n as Tick).map(|i| 4000 + i % 7).collect();
-        let (mut limit, mut excess) = (vec![0.0; n], (0..n).map(|i| 1e-2 * any(300 + i)).collect::<Vec<_>>());
+        let (mut limit, mut excess) = (vec![0.0; n], vec![0.0; n]);
+        (0..TOGETHER).filter(|i| gives(*i)).for_each(|i| excess[first + i] = 1e-2 * any(300 + i));
         let (mut fade, mut sums) = (vec![0.0; n], NodeSums::default());
         let given: [Accumulated; TOGETHER] = std::array::from_fn(|i| {
-            let p = if first + i == still { [0.0; 3] } else { std::array::from_fn(|k| 1e-3 * any(400 + 3 * i + k)) };
-            [p[0], p[1], p[2], 1e3 * (1.0 + any(500 + i).abs())]
+            let p = |k: usize| if first + i != still && gives(i) { 1e-3 * any(400 + 3 * i + k) } else { 0.0 };
+            [p(0), p(1), p(2), 1e3 * (1.0 + any(500 + i).abs())]
         });
         let nodes: Vec<usize> = (first..first + TOGETHER).collect();
         let mut gathered = Gathered::new(&given, &nodes, Rule { mass: &gel.mass, cfl: 0.8 });
@@ -221,8 +223,8 @@ mod tests {
 
     #[test]
     fn side_by_side_nodes_come_to_the_bits_of_one_by_one() {
-        for case in 0..16 {
-            assert_eq!(after(true, case), after(false, case), "case {case}");
+        for only in (0..TOGETHER).map(Some).chain([None]) {
+            assert_eq!(after(true, only), after(false, only), "{only:?}");
         }
     }
 }
