@@ -2,8 +2,8 @@
 
 use ballistic_gel::algebra::Vector;
 use ballistic_gel::element::{
-    Answer, DEPTH, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power, Recall, Section,
-    Simplices,
+    Answer, DEPTH, GroupAnswer, Held, Kick, Kicks, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power, Recall,
+    Section, Simplices,
 };
 use ballistic_gel::material::{Confinement, Material, NeoHookean};
 use ballistic_gel::mesh::{ElementId, Mesh, NodeId, Patches};
@@ -62,9 +62,8 @@ impl<const D: usize> Both<D> {
 
     /// Goes on to these positions, and compares everything that both answer.
     fn advance(&mut self, x: &[Vector<D>], elapsed: f64) {
-        let hold = Vector::<D>::zeros();
-        let nodes = x.iter().zip(self.simplices.rest()).enumerate();
-        self.local.load(Level::new(), nodes.map(|(number, (x, rest))| (number, [x, &hold, rest], 0.0)));
+        let nodes = (0..x.len()).map(|number| (number, NodeId(number as u32)));
+        self.local.load(Level::new(), &Held::new(x, self.simplices.rest()), nodes);
         let (mut stiffness, mut groups) = ([0.0; 2 * LANES], [GroupAnswer::default(); 2]);
         let kick = Kick { length: 1.0, elapsed };
         let found = (&mut stiffness[..], &mut groups[..], self.batches.as_mut_slice());

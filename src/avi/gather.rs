@@ -7,7 +7,7 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
 use super::blocks::{Block, Blocks, are_far};
-use super::nodes::{Active, RUN};
+use super::nodes::RUN;
 use super::pace;
 use crate::algebra::Vector;
 use crate::element::{Accumulated, LANES};
@@ -164,38 +164,31 @@ impl Stretch {
         Self { at, parts, active, limit, moves, least: [f64::INFINITY; LANES], most: [0.0; LANES], are_numbers: true }
     }
 
-    /// Does something to these nodes of the stretch, some of them at a time.
+    /// What some nodes of the stretch are given, and their limits.
     #[inline(always)]
-    pub fn go<const D: usize>(
-        &mut self,
-        (active, mut nodes): (&Active, Range<usize>),
-        rule: Rule<'_>,
-        mut work: impl FnMut(&[usize], &mut Gathered<D>),
-    ) {
-        let mut some = [0; TOGETHER];
-        loop {
-            let n = active.take(&mut nodes, &mut some);
-            let some = &some[..n];
-            if some.is_empty() {
-                break;
-            }
-            let mut parts = [[0.0; 4]; TOGETHER];
-            some.iter().zip(&mut parts).for_each(|(node, part)| *part = self.parts[node % STRETCH]);
-            let mut gathered = Gathered::new(&parts, some, rule);
-            // They are ascending.
-            gathered.beside = n == TOGETHER && some[n - 1] - some[0] == n - 1;
-            self.note(&gathered.limit, n);
-            work(some, &mut gathered);
-            for (i, node) in some.iter().enumerate() {
-                let at = node % STRETCH;
-                (self.active[at], self.limit[at], self.moves[at]) = (true, gathered.limit[i], gathered.moves[i]);
-            }
+    pub fn gathered<const D: usize>(&self, nodes: &[usize], rule: Rule<'_>) -> Gathered<D> {
+        let mut parts = [[0.0; 4]; TOGETHER];
+        nodes.iter().zip(&mut parts).for_each(|(node, part)| *part = self.parts[node % STRETCH]);
+        let mut gathered = Gathered::new(&parts, nodes, rule);
+        // They are ascending.
+        let n = nodes.len();
+        gathered.beside = n == TOGETHER && nodes[n - 1] - nodes[0] == n - 1;
+        gathered
+    }
+
+    /// Notes the limits of these nodes, which are active, and whether they move.
+    #[inline(always)]
+    pub fn note<const D: usize>(&mut self, nodes: &[usize], gathered: &Gathered<D>) {
+        self.note_limits(&gathered.limit, nodes.len());
+        for (i, node) in nodes.iter().enumerate() {
+            let at = node % STRETCH;
+            (self.active[at], self.limit[at], self.moves[at]) = (true, gathered.limit[i], gathered.moves[i]);
         }
     }
 
     /// Notes the first of these limits.
     #[inline(always)]
-    fn note(&mut self, limits: &[f64; TOGETHER], n: usize) {
+    fn note_limits(&mut self, limits: &[f64; TOGETHER], n: usize) {
         let (mut limits, first) = (*limits, limits[0]);
         limits[n..].fill(first);
         // Eight side by side: one after the other each would wait for the one before.
@@ -241,6 +234,7 @@ impl Stretch {
 #[cfg(test)]
 mod tests {
     use super::super::blocks::Front;
+    use super::super::nodes::Active;
     use super::super::swinging;
     use super::*;
     use crate::contact::Exchange;
@@ -263,19 +257,22 @@ mod tests {
         let n_nodes = rule.mass.len();
         let mut active = Active::new(n_nodes);
         let first = nodes[0] / STRETCH * STRETCH;
-        let all = first..n_nodes.min(first + STRETCH);
+        let mut all = first..n_nodes.min(first + STRETCH);
         for node in nodes {
             active.add(*node);
         }
         active.all = nodes.len() == all.len();
         let (mut stretch, mut limits) = (Stretch::new(first, blocks), vec![]);
-        stretch.go((&active, all), rule, |nodes, gathered| {
-            limits.extend_from_slice(&gathered.limit[..nodes.len()]);
+        while let Some((n, some)) = active.take(&mut all) {
+            let nodes = &some[..n];
+            let mut gathered = stretch.gathered(nodes, rule);
+            limits.extend_from_slice(&gathered.limit[..n]);
             let is_next = |pair: &[usize]| pair[0] + 1 == pair[1];
-            assert_eq!(gathered.beside, nodes.len() == TOGETHER && nodes.windows(2).all(is_next));
+            assert_eq!(gathered.beside, n == TOGETHER && nodes.windows(2).all(is_next));
             assert_eq!(gathered.parts, blocks.given(nodes));
-            move_some(nodes, gathered);
-        });
+            move_some(nodes, &mut gathered);
+            stretch.note(nodes, &gathered);
+        }
         let least = limits.iter().copied().fold(f64::INFINITY, f64::min);
         assert_eq!(stretch.limits(), (least, limits.iter().copied().fold(0.0, f64::max)));
         stretch.tell(blocks);

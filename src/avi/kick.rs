@@ -157,10 +157,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// The speeds of the active nodes: run by run where the fast form has gone through all runs.
     pub(super) fn note_speeds(&mut self) {
-        let (all, runs) = (self.scratch.active.all, self.scratch.sums.iter().map(|sums| sums.fastest.sqrt()));
-        self.watch.note_speeds(all, runs);
-        let listed = if self.scratch.sums.is_empty() { self.scratch.active.list.len() } else { 0 };
-        for node in self.scratch.active.list[..listed].iter().map(|node| *node as usize) {
+        let (active, runs) = (&self.scratch.active, self.scratch.sums.iter().map(|sums| sums.fastest.sqrt()));
+        self.watch.note_speeds(active.all, runs);
+        let listed = if self.scratch.sums.is_empty() { active.list.as_slice() } else { &[] };
+        for node in listed.iter().map(|node| *node as usize) {
             self.watch.note_speed(node, self.state.velocity[node].norm());
         }
     }

@@ -34,12 +34,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         meetings.clear();
         if !self.gel.mirrored.is_empty() {
             let (active, surface) = (&self.scratch.active, &self.gel.surface);
-            if active.all {
-                surface.nodes.iter().for_each(|at| meetings.extend(self.meetings_of(at, tick)));
-            } else {
-                let reached = active.list.iter().filter_map(|node| surface.of[*node as usize]);
+            if let Some(few) = active.few() {
+                let reached = few.iter().filter_map(|node| surface.of[*node as usize]);
                 reached.for_each(|at| meetings.extend(self.meetings_of(&surface.nodes[at as usize], tick)));
                 meetings.sort_unstable_by_key(|meeting| (meeting.node, meeting.axis));
+            } else {
+                let reached = surface.nodes.iter().filter(|at| active.has(at.node.index()));
+                reached.for_each(|at| meetings.extend(self.meetings_of(at, tick)));
             }
         }
         self.scratch.meetings = meetings;

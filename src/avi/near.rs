@@ -47,11 +47,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         for (run, block) in blocks.all.iter().enumerate().filter(|(_, block)| block.due != Due::Nothing) {
             if watch.may_be_near(run, reach) {
-                let some = (block.due == Due::Some).then(|| block.around().nodes.as_slice());
+                let (some, before) = ((block.due == Due::Some).then(|| block.around().nodes.as_slice()), reached.len());
                 let fires = |number: &u16| some.is_none_or(|some| some.binary_search(number).is_ok());
-                let due = block.surface.iter().filter(|(number, _)| fires(number)).map(|(_, surface)| *surface);
-                reached.extend(due.filter(|surface| is_seen(watch, *surface)));
-                watch.note_run(run, block.surface.iter().map(|(_, surface)| (*surface, STRETCH * size(*surface))));
+                let seen = block.surface.iter().filter(|(_, surface)| is_seen(watch, *surface));
+                reached.extend(seen.filter(|(number, _)| fires(number)).map(|(_, surface)| *surface));
+                // What is known of its nodes only grows: until none is seen the run would be looked at all the same.
+                if reached.len() == before {
+                    watch.note_run(run, block.surface.iter().map(|(_, surface)| (*surface, STRETCH * size(*surface))));
+                }
             }
         }
         reached.sort_unstable();

@@ -22,60 +22,78 @@ const MANY: usize = 1024;
 /// Which nodes are active at a tick.
 #[derive(Debug, Default)]
 pub(super) struct Active {
-    /// The active nodes, unless all are.
+    /// The active nodes as they were found, unless all are; of the fast form the first ones, if there are [many](Self::few).
     pub list: Vec<u32>,
     /// All of them.
     pub all: bool,
-    /// Which nodes are on it.
-    listed: Vec<bool>,
+    /// Which nodes are active, unless all are.
+    marked: Vec<bool>,
 }
 
 impl Active {
     pub fn new(n_nodes: usize) -> Self {
-        Self { list: vec![], all: false, listed: vec![false; n_nodes] }
+        Self { list: vec![], all: false, marked: vec![false; n_nodes] }
     }
 
     /// Nobody yet.
     pub fn clear(&mut self) {
-        self.list.drain(..).for_each(|node| self.listed[node as usize] = false);
+        if self.list.len() < MANY {
+            self.list.iter().for_each(|node| self.marked[*node as usize] = false);
+        } else {
+            self.marked.fill(false);
+        }
+        self.list.clear();
         self.all = false;
     }
 
     /// One more, if it is not there yet.
     pub fn add(&mut self, node: usize) {
-        if !self.listed[node] {
-            self.listed[node] = true;
+        if !self.marked[node] {
+            self.marked[node] = true;
             self.list.push(node as u32);
         }
     }
 
-    /// Takes the next active ones out of these nodes, as many as go together; how many there are.
+    /// Those of one block more; once there are many, no list is kept of them.
+    fn add_all(&mut self, nodes: impl Iterator<Item = usize>) {
+        if self.few().is_some() {
+            nodes.for_each(|node| self.add(node));
+        } else {
+            nodes.for_each(|node| self.marked[node] = true);
+        }
+    }
+
+    /// The active nodes as they were found, unless there are many: then all nodes are gone through.
+    pub fn few(&self) -> Option<&[u32]> {
+        (!self.all && self.list.len() < MANY).then_some(self.list.as_slice())
+    }
+
+    /// Takes the next active ones out of these nodes, as many as go together: how many there are, and which, if there is one.
     #[inline(always)]
-    pub fn take(&self, nodes: &mut Range<usize>, some: &mut [usize; TOGETHER]) -> usize {
+    pub fn take(&self, nodes: &mut Range<usize>) -> Option<(usize, [usize; TOGETHER])> {
+        let (mut n, mut some) = (0, [0; TOGETHER]);
         if self.all {
-            let n = nodes.len().min(TOGETHER);
+            n = nodes.len().min(TOGETHER);
             some.iter_mut().zip(nodes.start..).for_each(|(place, node)| *place = node);
             nodes.start += n;
-            return n;
         }
-        let mut n = 0;
         while n < TOGETHER && nodes.start < nodes.end {
             some[n] = nodes.start;
-            n += usize::from(self.listed[nodes.start]);
+            n += usize::from(self.marked[nodes.start]);
             nodes.start += 1;
         }
-        n
+        (n > 0).then_some((n, some))
     }
 
     /// Whether one of these is active.
     #[inline]
     fn has_any(&self, nodes: Range<usize>) -> bool {
-        self.all || self.listed[nodes].contains(&true)
+        self.all || self.marked[nodes].contains(&true)
     }
 
     #[inline]
     pub fn has(&self, node: usize) -> bool {
-        self.all || self.listed[node]
+        self.all || self.marked[node]
     }
 }
 
@@ -138,9 +156,14 @@ impl<const D: usize> Runs<'_, D> {
             let mut sums = NodeSums::default();
             let end = self.first + self.position.len().min((run + 1) * RUN);
             let stretches = (self.first + run * RUN..end).step_by(STRETCH).map(|first| first..end.min(first + STRETCH));
-            for nodes in stretches.filter(|nodes| active.has_any(nodes.clone())) {
+            for mut nodes in stretches.filter(|nodes| active.has_any(nodes.clone())) {
                 let mut stretch = Stretch::new(nodes.start, blocks);
-                stretch.go((active, nodes), rule, |nodes, gathered| advance.go(&mut self, nodes, gathered, &mut sums));
+                // A loop: what a closure does is not compiled for the vector unit.
+                while let Some((n, some)) = active.take(&mut nodes) {
+                    let mut gathered = stretch.gathered(&some[..n], rule);
+                    advance.go(&mut self, &some[..n], &mut gathered, &mut sums);
+                    stretch.note(&some[..n], &gathered);
+                }
                 stretch.tell(blocks);
             }
             self.sums[run] = sums;
@@ -189,7 +212,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             return;
         }
         for block in blocks.all.iter().filter(|block| block.gives()) {
-            block.active().for_each(|number| active.add(block.nodes[number].index()));
+            active.add_all(block.active().map(|number| block.nodes[number].index()));
         }
         for block in blocks.all.iter_mut().filter(|block| block.due != Due::Nothing && !block.gives()) {
             block.looked_at = block.nodes.iter().any(|node| active.has(node.index()));
@@ -220,8 +243,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let blocks = self.blocks.take().expect("the fast form has blocks");
         let (state, scratch) = (&mut self.state, &mut self.scratch);
         let level = blocks.level;
-        let many = scratch.active.all || scratch.active.list.len() >= MANY;
-        let runs = if many { state.position.len().div_ceil(RUN) } else { 0 };
+        let few = scratch.active.few();
+        let runs = if few.is_none() { state.position.len().div_ceil(RUN) } else { 0 };
         scratch.sums.resize(runs, NodeSums::default());
         let mut all = Runs {
             first: 0,
@@ -236,13 +259,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let (active, mut total) = (&scratch.active, NodeSums::default());
         let rule = Rule { mass: &advance.gel.mass, cfl: self.rules.cfl };
-        if many {
-            share(pool.as_deref(), all, |runs: Runs<'_, D>| {
-                on!(level, _simd => runs.go((active, &blocks), rule, advance));
-            });
-            total = scratch.sums.iter().fold(total, NodeSums::and);
-        } else {
-            for some in active.list.chunks(TOGETHER) {
+        if let Some(few) = few {
+            for some in few.chunks(TOGETHER) {
                 let mut nodes = [0; TOGETHER];
                 nodes.iter_mut().zip(some).for_each(|(node, listed)| *node = *listed as usize);
                 let nodes = &nodes[..some.len()];
@@ -250,8 +268,40 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 advance.go(&mut all, nodes, &mut gathered, &mut total);
                 gathered.tell(nodes, &blocks);
             }
+        } else {
+            share(pool.as_deref(), all, |runs: Runs<'_, D>| {
+                on!(level, _simd => runs.go((active, &blocks), rule, advance));
+            });
+            total = scratch.sums.iter().fold(total, NodeSums::and);
         }
         self.blocks = Some(blocks);
         total
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_active_nodes_are_known_and_forgotten_as_few_are() {
+        let n_nodes = 3 * MANY;
+        let mut active = Active::new(n_nodes);
+        for n in [0, 1, MANY - 1, MANY, n_nodes / 2] {
+            let mut odd = (0..n).map(|i| 2 * i + 1);
+            let first: Vec<usize> = odd.by_ref().take(MANY).collect();
+            active.add_all(first.iter().copied());
+            active.add_all(odd.chain(first.iter().copied()));
+            assert!((0..n_nodes).all(|node| active.has(node) == (node % 2 == 1 && node < 2 * n)), "{n} active nodes");
+            let few: Option<Vec<usize>> = active.few().map(|few| few.iter().map(|node| *node as usize).collect());
+            assert_eq!(few, (n < MANY).then_some(first), "{n} active nodes");
+            let (mut all, mut taken) = (0..n_nodes, vec![]);
+            while let Some((n, some)) = active.take(&mut all) {
+                taken.extend_from_slice(&some[..n]);
+            }
+            assert!(taken.iter().copied().eq((0..n).map(|i| 2 * i + 1)), "{n} active nodes");
+            active.clear();
+            assert!((0..n_nodes).all(|node| !active.has(node)), "{n} active nodes were forgotten");
+        }
     }
 }

@@ -2,13 +2,15 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::blocks::{Around, Block, Blocks, Due, Known, Report, SLOTS, are_far, groups_of};
+use super::blocks::{Around, Block, Blocks, Due, Known, Report, SLOTS, groups_of};
 use super::order::Order;
 use super::phase::{Moment, Phase};
 use super::pool::{Cut, share};
 use super::{Pool, TickGrid};
 use crate::algebra::Vector;
-use crate::element::{Accumulated, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MOST_LOCAL_NODES, Power, Recall};
+use crate::element::{
+    Accumulated, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MOST_LOCAL_NODES, Motion, Power, Recall,
+};
 use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
@@ -26,6 +28,8 @@ pub(super) struct Sweep<'a, const D: usize> {
     pub last: &'a [Tick],
     pub clocks: &'a [Clock],
     pub order: &'a Order,
+    /// Whether what belongs to nodes comes from far.
+    pub is_far: bool,
 }
 
 /// What a sweep writes, from some block on, and what each run of it works with.
@@ -59,9 +63,6 @@ impl Cut for Found<'_> {
         (own, Self { first, blocks, parts, stiffness, answers, memory, locals, groups, rows })
     }
 }
-
-/// How many nodes before it is loaded a node is asked for; 12 to 96 are as good.
-const AHEAD: usize = 24;
 
 /// Batches of a block.
 const BATCHES: usize = SLOTS / LANES;
@@ -245,20 +246,11 @@ impl Block {
     fn load<const D: usize>(&self, sweep: &Sweep<'_, D>, level: Level, local: &mut Local) -> bool {
         local.begin();
         let nodes = self.nodes.as_slice();
-        if self.due == Due::All && are_far(sweep.position.len()) {
-            let fetched = |(number, node): (usize, &NodeId)| {
-                sweep.fetch(nodes[(number + AHEAD).min(nodes.len() - 1)]);
-                sweep.node(number, *node)
-            };
-            return local.load(level, nodes.iter().enumerate().map(fetched));
-        }
         if self.due == Due::All {
-            return local.load(level, nodes.iter().enumerate().map(|(number, node)| sweep.node(number, *node)));
+            return local.load(level, sweep, nodes.iter().copied().enumerate());
         }
-        // Empty lanes name node 0; what another block left there must not come in.
-        let nobody = Vector::<D>::zeros();
-        local.load(level, std::iter::once((0, [&nobody; 3], 0.0)));
-        local.load(level, self.active().map(|number| sweep.node(number, nodes[number])))
+        let some = self.around().nodes.iter().map(|number| usize::from(*number));
+        local.load(level, sweep, some.map(|number| (number, nodes[number])))
     }
 
     /// Notes what the groups that fire answered.
@@ -310,22 +302,24 @@ impl<const D: usize> Sweep<'_, D> {
         let (length, elapsed) = (self.grid.length(self.moment.taken(step)), self.grid.time(self.moment.elapsed(step)));
         self.moment.fires(step).then_some(Kick { length, elapsed })
     }
+}
 
-    /// Asks for a node before it is needed.
+impl<const D: usize> Motion<D> for Sweep<'_, D> {
     #[inline(always)]
-    fn fetch(&self, node: NodeId) {
-        prefetch_index(self.position, node.index());
-        prefetch_index(self.velocity, node.index());
-        prefetch_index(self.rest, node.index());
-        prefetch_index(self.last, node.index());
-    }
-
-    /// A node with its number in a block, as it is loaded there.
-    #[inline(always)]
-    fn node(&self, number: usize, node: NodeId) -> (usize, [&Vector<D>; 3], f64) {
+    fn of(&self, node: NodeId) -> ([&Vector<D>; 3], f64) {
         let a = node.index();
         let passed = self.grid.time(self.moment.tick - self.last[a]);
-        (number, [&self.position[a], &self.velocity[a], &self.rest[a]], passed)
+        ([&self.position[a], &self.velocity[a], &self.rest[a]], passed)
+    }
+
+    #[inline(always)]
+    fn fetch(&self, node: NodeId) {
+        if self.is_far {
+            prefetch_index(self.position, node.index());
+            prefetch_index(self.velocity, node.index());
+            prefetch_index(self.rest, node.index());
+            prefetch_index(self.last, node.index());
+        }
     }
 }
 

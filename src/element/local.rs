@@ -4,6 +4,7 @@
 
 use super::batch::on;
 use crate::algebra::Vector;
+use crate::mesh::NodeId;
 use fearless_simd::{Level, Simd, SimdBase, f64x4};
 
 /// Most nodes that a block may number for itself.
@@ -52,6 +53,41 @@ pub(super) fn row(rows: &Rows, first: u16) -> &[f64] {
 pub(super) fn row_mut(rows: &mut Rows, first: u16) -> &mut [f64] {
     &mut rows[usize::from(first)..usize::from(first) + ROW]
 }
+
+/// Who knows how nodes move.
+pub trait Motion<const D: usize> {
+    /// Where a node was, m, how fast it is since, m/s, where it rests, m, and how long ago that was, s.
+    fn of(&self, node: NodeId) -> ([&Vector<D>; 3], f64);
+
+    /// Asks for it before it is needed.
+    fn fetch(&self, _node: NodeId) {}
+}
+
+/// Nodes that are held where they are.
+#[derive(Debug)]
+pub struct Held<'a, const D: usize> {
+    position: &'a [Vector<D>],
+    rest: &'a [Vector<D>],
+    /// None.
+    velocity: Vector<D>,
+}
+
+impl<'a, const D: usize> Held<'a, D> {
+    /// Where they are and where they rest, m.
+    #[must_use]
+    pub fn new(position: &'a [Vector<D>], rest: &'a [Vector<D>]) -> Self {
+        Self { position, rest, velocity: Vector::<D>::zeros() }
+    }
+}
+
+impl<const D: usize> Motion<D> for Held<'_, D> {
+    fn of(&self, node: NodeId) -> ([&Vector<D>; 3], f64) {
+        ([&self.position[node.index()], &self.velocity, &self.rest[node.index()]], 0.0)
+    }
+}
+
+/// How many nodes before it is loaded a node is asked for; 12 to 96 are as good.
+const AHEAD: usize = 24;
 
 /// The nodes of one block while it is swept.
 #[derive(Debug)]
@@ -117,30 +153,39 @@ impl Local {
     /// Another block begins.
     pub fn begin(&mut self) {
         self.fastest = 0.0;
+        // Empty lanes name node 0; what another block left there must not come in.
+        for all in [&mut self.positions, &mut self.velocities, &mut self.accumulated] {
+            row_mut(all.rows_mut(), 0).fill(0.0);
+        }
     }
 
-    /// Loads nodes, each with its number, where it was and how fast it is since, where it rests, and how long ago that was, s: where it
-    /// is now, how fast, and nothing accumulated. Whether one of them has moved or moves.
-    pub fn load<'a, const D: usize>(
+    /// Loads nodes, each with its number: where it is now, how fast, and nothing accumulated. Whether one of them has moved or moves.
+    pub fn load<const D: usize>(
         &mut self,
         level: Level,
-        nodes: impl Iterator<Item = (usize, [&'a Vector<D>; 3], f64)>,
+        motion: &impl Motion<D>,
+        nodes: impl Iterator<Item = (usize, NodeId)> + Clone,
     ) -> bool {
-        on!(level, simd => self.load_in(simd, nodes))
+        on!(level, simd => self.load_in(simd, motion, nodes))
     }
 
     #[inline(always)]
-    fn load_in<'a, const D: usize, S: Simd>(
+    fn load_in<const D: usize, S: Simd>(
         &mut self,
         simd: S,
-        nodes: impl Iterator<Item = (usize, [&'a Vector<D>; 3], f64)>,
+        motion: &impl Motion<D>,
+        nodes: impl Iterator<Item = (usize, NodeId)> + Clone,
     ) -> bool {
         let places: &mut [Row] = &mut self.positions.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
         let speeds: &mut [Row] = &mut self.velocities.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
         let sums: &mut [Accumulated] = &mut self.accumulated.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
         let (none, still) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, self.still));
-        let (mut moves, mut fastest) = (false, self.fastest);
-        for (number, [position, velocity, rest], passed) in nodes {
+        let (mut moves, mut fastest, mut ahead) = (false, self.fastest, nodes.clone().skip(AHEAD));
+        for (number, node) in nodes {
+            if let Some((_, later)) = ahead.next() {
+                motion.fetch(later);
+            }
+            let ([position, velocity, rest], passed) = motion.of(node);
             let speed = four(simd, velocity);
             let place = four(simd, position) + speed * passed;
             let away = place - four(simd, rest);

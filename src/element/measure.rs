@@ -6,11 +6,11 @@
 
 use super::batch::{LANES, Wide, fused, on};
 use super::lanes::{Law, volumetric};
-use super::local::{Local, rounding};
+use super::local::{Held, Local, rounding};
 use super::solid::{Slopes, Solid, Strains};
 use super::{DEPTH, Kick, Lanes, Measured, Memory, Potential, Recall, Simplices, places};
 use crate::algebra::Vector;
-use crate::mesh::{ElementId, NodeId};
+use crate::mesh::ElementId;
 use fearless_simd::{Level, Simd, SimdBase, f64x8};
 use std::any::Any;
 
@@ -72,10 +72,8 @@ impl<const D: usize> Simplices<D> {
             if !self.is_compatible(*element) {
                 lanes.tell(k * LANES + lane);
             }
-            let (nodes, rest, hold) = (self.nodes(*element).iter().enumerate(), self.rest(), Vector::<D>::zeros());
-            let of =
-                |(a, node): (usize, &NodeId)| (number(lane, a), [&x[node.index()], &hold, &rest[node.index()]], 0.0);
-            local.load(Level::new(), nodes.map(of));
+            let numbered = self.nodes(*element).iter().enumerate().map(|(a, node)| (number(lane, a), *node));
+            local.load(Level::new(), &Held::new(x, self.rest()), numbered);
         }
     }
 

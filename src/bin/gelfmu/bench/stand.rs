@@ -4,8 +4,8 @@ use ballistic_gel::algebra::{Vector, Vector3};
 use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
 use ballistic_gel::contact::{Body, BodyState, Freedom, Law};
 use ballistic_gel::element::{
-    Accumulated, Answer, DEPTH, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power,
-    Recall, Row, Section, Simplices,
+    Accumulated, Answer, DEPTH, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MAX_NODES, Memory, Motion, Potential,
+    Power, Recall, Row, Section, Simplices,
 };
 use ballistic_gel::geometry::{Shape, Sphere};
 use ballistic_gel::material::{BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Strength};
@@ -99,6 +99,21 @@ pub fn section(n_elements: usize) -> Mesh<2> {
     mesh::block(Block { planes, split: Split::Centred, faces: vec![] })
 }
 
+/// Nodes as a state has them.
+struct At<'a, const D: usize> {
+    position: &'a [Vector<D>],
+    velocity: &'a [Vector<D>],
+    rest: &'a [Vector<D>],
+}
+
+impl<const D: usize> Motion<D> for At<'_, D> {
+    #[inline]
+    fn of(&self, node: NodeId) -> ([&Vector<D>; 3], f64) {
+        let a = node.index();
+        ([&self.position[a], &self.velocity[a], &self.rest[a]], 0.0)
+    }
+}
+
 impl<const D: usize> Stand<D> {
     /// The elements of a mesh, strained by some per cent.
     pub fn new(mesh: &Mesh<D>, kernel: Kernel) -> Self {
@@ -136,11 +151,8 @@ impl<const D: usize> Stand<D> {
     pub fn load(&mut self, run: usize) {
         let (state, rest) = (self.engine.state(), self.engine.gel().potential.rest());
         self.local.begin();
-        let of = |(number, node): (usize, &NodeId)| {
-            let a = node.index();
-            (number, [&state.position[a], &state.velocity[a], &rest[a]], 0.0)
-        };
-        self.local.load(Level::new(), self.runs[run].nodes.iter().enumerate().map(of));
+        let at = At { position: &state.position, velocity: &state.velocity, rest };
+        self.local.load(Level::new(), &at, self.runs[run].nodes.iter().copied().enumerate());
     }
 
     /// The kernel over one run.
