@@ -70,7 +70,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             return;
         }
         let (freedom, mut damped) = (self.freedom(), Damped::default());
-        for a in self.scratch.active.list.iter().map(|a| *a as usize) {
+        for a in self.scratch.active.of_reference().iter().map(|a| *a as usize) {
             self.state.velocity[a] += self.scratch.before[a] * self.scratch.fade[a];
             damped.add(freedom, (&self.state.position[a], &self.drag(a)));
         }
@@ -82,7 +82,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let both = |a: usize| self.scratch.before[a] + self.state.velocity[a];
         let of = |a: usize| 0.5 * self.drag(a).dot(&both(a));
         if self.rules.damping > 0.0 {
-            let work: f64 = self.scratch.active.list.iter().map(|a| of(*a as usize)).sum();
+            let work: f64 = self.scratch.active.of_reference().iter().map(|a| of(*a as usize)).sum();
             self.state.ledger.energy.damping += work;
         }
     }

@@ -170,8 +170,8 @@ impl Stretch {
         let mut parts = [[0.0; 4]; TOGETHER];
         nodes.iter().zip(&mut parts).for_each(|(node, part)| *part = self.parts[node % STRETCH]);
         let mut gathered = Gathered::new(&parts, nodes, rule);
-        // They are ascending.
         let n = nodes.len();
+        // They are ascending.
         gathered.beside = n == TOGETHER && nodes[n - 1] - nodes[0] == n - 1;
         gathered
     }

@@ -20,7 +20,7 @@ pub struct Gel<const D: usize, P> {
     pub behind: Vec<ElementId>,
     /// The pressures on it.
     pub loads: Loads,
-    /// The axes across the planes that the gel is mirrored at, in its own space: 0 of one about an axis.
+    /// The axes across the planes that the gel is mirrored at, ascending, in its own space: 0 of one about an axis.
     pub mirrored: &'static [usize],
 }
 
@@ -77,8 +77,12 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
     }
 
     /// The same, mirrored at the planes through the origin across these axes, or about the first: no node of its surface passes them.
+    ///
+    /// # Panics
+    /// If the axes do not ascend.
     #[must_use]
     pub fn mirrored(mut self, axes: &'static [usize]) -> Self {
+        assert!(axes.is_sorted(), "planes of symmetry stand in the order of their axes");
         self.mirrored = axes;
         self
     }

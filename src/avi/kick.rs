@@ -159,7 +159,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub(super) fn note_speeds(&mut self) {
         let (active, runs) = (&self.scratch.active, self.scratch.sums.iter().map(|sums| sums.fastest.sqrt()));
         self.watch.note_speeds(active.all, runs);
-        let listed = if self.scratch.sums.is_empty() { active.list.as_slice() } else { &[] };
+        // The reference form has no runs.
+        let listed = if self.blocks.is_none() { active.of_reference() } else { active.few().unwrap_or_default() };
         for node in listed.iter().map(|node| *node as usize) {
             self.watch.note_speed(node, self.state.velocity[node].norm());
         }

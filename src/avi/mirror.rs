@@ -39,6 +39,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 reached.for_each(|at| meetings.extend(self.meetings_of(&surface.nodes[at as usize], tick)));
                 meetings.sort_unstable_by_key(|meeting| (meeting.node, meeting.axis));
             } else {
+                // They ascend as they stand.
                 let reached = surface.nodes.iter().filter(|at| active.has(at.node.index()));
                 reached.for_each(|at| meetings.extend(self.meetings_of(at, tick)));
             }

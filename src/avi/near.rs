@@ -40,18 +40,20 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             meets || (watch.may_be_within(surface, STRETCH * size) && watch.may_touch_facets(surface))
         };
         let Some(blocks) = &self.blocks else {
-            let active = self.scratch.active.list.iter().filter_map(|a| gel.surface.of[*a as usize]);
+            let active = self.scratch.active.of_reference().iter().filter_map(|a| gel.surface.of[*a as usize]);
             reached.extend(active.filter(|surface| is_seen(watch, *surface)));
             reached.sort_unstable();
             return;
         };
         for (run, block) in blocks.all.iter().enumerate().filter(|(_, block)| block.due != Due::Nothing) {
             if watch.may_be_near(run, reach) {
-                let (some, before) = ((block.due == Due::Some).then(|| block.around().nodes.as_slice()), reached.len());
+                let before = reached.len();
+                let some = (block.due == Due::Some).then(|| block.around().nodes.as_slice());
                 let fires = |number: &u16| some.is_none_or(|some| some.binary_search(number).is_ok());
                 let seen = block.surface.iter().filter(|(_, surface)| is_seen(watch, *surface));
                 reached.extend(seen.filter(|(number, _)| fires(number)).map(|(_, surface)| *surface));
-                // What is known of its nodes only grows: until none is seen the run would be looked at all the same.
+                // What is known of a node only grows, so that an older note hides nothing. It is taken anew where no node that fires is
+                // seen: near a body the run is looked at again in any case, or once too often.
                 if reached.len() == before {
                     watch.note_run(run, block.surface.iter().map(|(_, surface)| (*surface, STRETCH * size(*surface))));
                 }

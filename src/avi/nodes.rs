@@ -22,8 +22,8 @@ const MANY: usize = 1024;
 /// Which nodes are active at a tick.
 #[derive(Debug, Default)]
 pub(super) struct Active {
-    /// The active nodes as they were found, unless all are; of the fast form the first ones, if there are [many](Self::few).
-    pub list: Vec<u32>,
+    /// The active nodes as they were found, unless all are; of the fast form only those found first, once there are [`MANY`].
+    list: Vec<u32>,
     /// All of them.
     pub all: bool,
     /// Which nodes are active, unless all are.
@@ -37,6 +37,7 @@ impl Active {
 
     /// Nobody yet.
     pub fn clear(&mut self) {
+        // Shorter than that it has all of them.
         if self.list.len() < MANY {
             self.list.iter().for_each(|node| self.marked[*node as usize] = false);
         } else {
@@ -54,7 +55,7 @@ impl Active {
         }
     }
 
-    /// Those of one block more; once there are many, no list is kept of them.
+    /// Those of one more block; once there are many, no list is kept of them.
     fn add_all(&mut self, nodes: impl Iterator<Item = usize>) {
         if self.few().is_some() {
             nodes.for_each(|node| self.add(node));
@@ -68,7 +69,13 @@ impl Active {
         (!self.all && self.list.len() < MANY).then_some(self.list.as_slice())
     }
 
-    /// Takes the next active ones out of these nodes, as many as go together: how many there are, and which, if there is one.
+    /// All active nodes of the reference form, as they were found.
+    pub fn of_reference(&self) -> &[u32] {
+        &self.list
+    }
+
+    /// The next active ones of these nodes, as many as go together: how many there are, and which, unless there is none. What stands beyond
+    /// that number means nothing.
     #[inline(always)]
     pub fn take(&self, nodes: &mut Range<usize>) -> Option<(usize, [usize; TOGETHER])> {
         let (mut n, mut some) = (0, [0; TOGETHER]);
@@ -158,7 +165,7 @@ impl<const D: usize> Runs<'_, D> {
             let stretches = (self.first + run * RUN..end).step_by(STRETCH).map(|first| first..end.min(first + STRETCH));
             for mut nodes in stretches.filter(|nodes| active.has_any(nodes.clone())) {
                 let mut stretch = Stretch::new(nodes.start, blocks);
-                // A loop: what a closure does is not compiled for the vector unit.
+                // A loop, and no closure given to the stretch: one so large is not inlined, and so not compiled for the vector unit.
                 while let Some((n, some)) = active.take(&mut nodes) {
                     let mut gathered = stretch.gathered(&some[..n], rule);
                     advance.go(&mut self, &some[..n], &mut gathered, &mut sums);
@@ -281,7 +288,65 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::blocks::{Block, Front};
+    use super::super::swinging;
     use super::*;
+    use crate::contact::{Exchange, Freedom};
+
+    /// What becomes of nodes, by node: vectors, limits and what is left of the work, bit by bit; and of the blocks around them.
+    type After = ([Vec<Vector<3>>; 3], [Vec<u64>; 2], Vec<Tick>, [Vec<bool>; 2]);
+
+    #[test]
+    fn nodes_are_advanced_stretch_by_stretch_as_they_are_one_list_after_the_other() {
+        let mut engine = swinging::engine(swinging::gel(&swinging::mixed()));
+        engine.advance_to(1e-3, &mut [Exchange::default()]).expect("the gel only swings");
+        let gel = engine.gel.clone();
+        let n_nodes = gel.mass.len();
+        let mut blocks = engine.blocks.take().expect("bins have the fast form");
+        let (grid, tick) = (engine.grid, engine.state.now.expect("it has begun") + 1);
+        let advance = Advance { gel: &gel, grid, freedom: Freedom::SPATIAL, tick, share: 0.5, rate: 0.0 };
+        let rule = Rule { mass: &gel.mass, cfl: 0.8 };
+        let mut active = Active::new(n_nodes);
+        active.add_all((0..n_nodes).filter(|node| node % 7 != 3 || node % STRETCH > 100));
+        assert!(active.few().is_none() && blocks.fronts.len() > 2);
+        let mut after = |by_stretch: bool| -> After {
+            for (block, front) in blocks.all.iter_mut().zip(&mut blocks.fronts) {
+                *block.awake.get_mut() = true;
+                block.due = Due::All;
+                front.open(block);
+            }
+            let (mut position, mut velocity) = (engine.state.position.clone(), engine.state.velocity.clone());
+            let (mut before, mut last) = (vec![Vector::<3>::zeros(); n_nodes], engine.last.clone());
+            let (mut limit, mut excess) = (vec![0.0; n_nodes], engine.state.excess.clone());
+            let (mut fade, mut sums) = (vec![0.0; n_nodes], vec![NodeSums::default(); n_nodes.div_ceil(RUN)]);
+            let mut runs = Runs {
+                first: 0,
+                position: &mut position,
+                velocity: &mut velocity,
+                before: &mut before,
+                last: &mut last,
+                limit: &mut limit,
+                excess: &mut excess,
+                fade: &mut fade,
+                sums: &mut sums,
+            };
+            if by_stretch {
+                runs.go((&active, &blocks), rule, &advance);
+            } else {
+                let all: Vec<usize> = (0..n_nodes).filter(|node| active.has(*node)).collect();
+                for nodes in all.chunks(TOGETHER) {
+                    let mut gathered = Gathered::new(&blocks.given(nodes), nodes, rule);
+                    advance.go(&mut runs, nodes, &mut gathered, &mut NodeSums::default());
+                    gathered.tell(nodes, &blocks);
+                }
+            }
+            let bits = |numbers: Vec<f64>| numbers.into_iter().map(f64::to_bits).collect();
+            let calm = blocks.fronts.iter_mut().map(Front::is_calm).collect();
+            let awake = blocks.all.iter().map(Block::is_awake).collect();
+            ([position, velocity, before], [bits(limit), bits(excess)], last, [calm, awake])
+        };
+        assert!(after(true) == after(false));
+    }
 
     #[test]
     fn many_active_nodes_are_known_and_forgotten_as_few_are() {

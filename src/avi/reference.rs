@@ -40,7 +40,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 self.gel.potential.nodes(element).iter().for_each(|node| self.scratch.active.add(node.index()));
             }
         }
-        for a in self.scratch.active.list.iter().map(|a| *a as usize) {
+        for a in self.scratch.active.of_reference().iter().map(|a| *a as usize) {
             let velocity = self.state.velocity[a];
             let passed = self.grid.time(tick - self.last[a]);
             self.state.position[a] += velocity * passed;
@@ -113,7 +113,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub(super) fn measure_limits(&mut self) -> NodeSums {
         let known = (self.state.stiffness.as_slice(), &*self.order);
         let mut sums = NodeSums::default();
-        for a in &self.scratch.active.list {
+        for a in self.scratch.active.of_reference() {
             let limit = self.rules.cfl * nodal_limit(&self.gel, known, NodeId(*a));
             self.scratch.limit[*a as usize] = limit;
             sums.limit = sums.limit.min(limit);
@@ -157,8 +157,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub(super) fn work(&mut self) -> f64 {
         self.book_damping();
         let (answers, share) = (&self.scratch.reference, self.share_ahead());
-        let mut work: f64 = self.scratch.active.list.iter().map(|a| self.state.excess[*a as usize]).sum();
-        self.scratch.active.list.iter().for_each(|a| self.state.excess[*a as usize] = 0.0);
+        let mut work: f64 = self.scratch.active.of_reference().iter().map(|a| self.state.excess[*a as usize]).sum();
+        self.scratch.active.of_reference().iter().for_each(|a| self.state.excess[*a as usize] = 0.0);
         for (elements, weight) in answers.groups.iter().zip(&self.scratch.weights) {
             for (element, answer) in &answers.elements[elements.clone()] {
                 for (node, force) in self.gel.potential.nodes(*element).iter().zip(&answer.forces) {

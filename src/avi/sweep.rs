@@ -9,7 +9,7 @@ use super::pool::{Cut, share};
 use super::{Pool, TickGrid};
 use crate::algebra::Vector;
 use crate::element::{
-    Accumulated, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MOST_LOCAL_NODES, Motion, Power, Recall,
+    Accumulated, At, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MOST_LOCAL_NODES, Power, Recall, Whereabouts,
 };
 use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
@@ -304,12 +304,12 @@ impl<const D: usize> Sweep<'_, D> {
     }
 }
 
-impl<const D: usize> Motion<D> for Sweep<'_, D> {
+impl<const D: usize> Whereabouts<D> for Sweep<'_, D> {
     #[inline(always)]
-    fn of(&self, node: NodeId) -> ([&Vector<D>; 3], f64) {
+    fn of(&self, node: NodeId) -> At<'_, D> {
         let a = node.index();
         let passed = self.grid.time(self.moment.tick - self.last[a]);
-        ([&self.position[a], &self.velocity[a], &self.rest[a]], passed)
+        At { position: &self.position[a], velocity: &self.velocity[a], rest: &self.rest[a], passed }
     }
 
     #[inline(always)]

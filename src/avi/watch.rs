@@ -17,7 +17,7 @@ pub(super) struct Watch {
     until: Vec<f64>,
     /// What will have been travelled before a facet around a node need be looked at, m.
     clear: Vec<f64>,
-    /// The least of a run of nodes: `until`, and `until` less how far from it facets are looked at, m.
+    /// The least of a run of nodes when it was noted: `until`, and `until` less how far from it facets are looked at, m.
     runs: Vec<(f64, f64)>,
     /// What the nodes of its part will have wandered before an element of a group can be worn, m.
     sound: Vec<f64>,
@@ -251,4 +251,64 @@ pub(super) fn least(least: f64, it: f64) -> f64 {
 /// Greatest speed of these runs, m/s.
 fn fastest(runs: &[u32], speeds: &[f64]) -> f64 {
     runs.iter().map(|run| speeds[*run as usize]).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::swinging;
+    use super::*;
+    use crate::algebra::Vector3;
+
+    /// Numbers from −1 to 1 that look like any.
+    fn any(i: usize) -> f64 {
+        (i as f64 * 12.9898).sin()
+    }
+
+    #[test]
+    fn a_run_that_is_far_by_an_old_note_hides_no_node() {
+        let mesh = swinging::mesh(&[0.0, 0.5, 1.0]);
+        let surface = swinging::gel(&mesh).surface;
+        let place = |node: u32| mesh.rest[surface.nodes[node as usize].node.index()];
+        let (nodes, looks, reach) = (0..surface.nodes.len() as u32, 0.4, 0.2);
+        let mut at = BodyState::starting(Vector3::new(4.0, 0.5, 0.5), Vector3::zeros());
+        let mut watch = Watch::new(&surface, (0.0, vec![0.0]), |node| mesh.rest[node]);
+        watch.go_on(0.0, &[at]);
+        nodes.clone().for_each(|node| watch.note(node, (place(node) - at.position).norm()));
+        watch.note_run(0, nodes.clone().map(|node| (node, looks)));
+        let (mut far, mut near) = (0, 0);
+        for i in 1..=400 {
+            // To and fro in front of a face, and at last into it.
+            at.position.x = if i < 350 { 4.0 + 0.1 * any(i) } else { at.position.x - 0.06 };
+            watch.go_on(i as f64, &[at]);
+            let some = nodes.clone().filter(|node| any(i + 7 * *node as usize) > 0.8);
+            some.for_each(|node| watch.note(node, (place(node) - at.position).norm()));
+            if watch.may_be_near(0, reach) {
+                near += 1;
+                watch.note_run(0, nodes.clone().map(|node| (node, looks)));
+                continue;
+            }
+            far += 1;
+            assert!(nodes.clone().all(|node| !watch.may_be_within(node, reach) && !watch.may_be_within(node, looks)));
+        }
+        assert!(far > 100 && near > 5, "{far} times far, {near} times near");
+        watch.note(3, f64::NAN);
+        watch.note_run(0, nodes.clone().map(|node| (node, looks)));
+        assert!(watch.may_be_near(0, reach), "what is no number hides nothing");
+    }
+
+    #[test]
+    fn nothing_is_known_of_a_body_that_is_switched_on() {
+        let mesh = swinging::mesh(&[0.0, 1.0]);
+        let surface = swinging::gel(&mesh).surface;
+        let mut watch = Watch::new(&surface, (0.0, vec![0.0]), |node| mesh.rest[node]);
+        let on = BodyState::starting(Vector3::new(4.0, 0.5, 0.5), Vector3::zeros());
+        let off = BodyState { active: false, ..on };
+        watch.go_on(0.0, &[off]);
+        (0..surface.nodes.len() as u32).for_each(|node| watch.note(node, f64::INFINITY));
+        watch.note_run(0, (0..surface.nodes.len() as u32).map(|node| (node, 0.1)));
+        watch.go_on(1.0, &[off]);
+        assert!(!watch.may_be_near(0, 0.1));
+        watch.go_on(2.0, &[on]);
+        assert!(watch.may_be_near(0, 0.1) && watch.may_be_within(0, 0.1));
+    }
 }

@@ -54,12 +54,25 @@ pub(super) fn row_mut(rows: &mut Rows, first: u16) -> &mut [f64] {
     &mut rows[usize::from(first)..usize::from(first) + ROW]
 }
 
-/// Who knows how nodes move.
-pub trait Motion<const D: usize> {
-    /// Where a node was, m, how fast it is since, m/s, where it rests, m, and how long ago that was, s.
-    fn of(&self, node: NodeId) -> ([&Vector<D>; 3], f64);
+/// A node as it was at its last tick.
+#[derive(Debug, Clone, Copy)]
+pub struct At<'a, const D: usize> {
+    /// Where it was, m.
+    pub position: &'a Vector<D>,
+    /// How fast it is since, m/s.
+    pub velocity: &'a Vector<D>,
+    /// Where it rests, m.
+    pub rest: &'a Vector<D>,
+    /// How long ago its last tick was, s.
+    pub passed: f64,
+}
 
-    /// Asks for it before it is needed.
+/// Who knows where nodes are.
+pub trait Whereabouts<const D: usize> {
+    /// A node as it was at its last tick.
+    fn of(&self, node: NodeId) -> At<'_, D>;
+
+    /// Asks for what belongs to a node before it is needed.
     fn fetch(&self, _node: NodeId) {}
 }
 
@@ -68,7 +81,7 @@ pub trait Motion<const D: usize> {
 pub struct Held<'a, const D: usize> {
     position: &'a [Vector<D>],
     rest: &'a [Vector<D>],
-    /// None.
+    /// Zero, m/s.
     velocity: Vector<D>,
 }
 
@@ -80,13 +93,14 @@ impl<'a, const D: usize> Held<'a, D> {
     }
 }
 
-impl<const D: usize> Motion<D> for Held<'_, D> {
-    fn of(&self, node: NodeId) -> ([&Vector<D>; 3], f64) {
-        ([&self.position[node.index()], &self.velocity, &self.rest[node.index()]], 0.0)
+impl<const D: usize> Whereabouts<D> for Held<'_, D> {
+    fn of(&self, node: NodeId) -> At<'_, D> {
+        let a = node.index();
+        At { position: &self.position[a], velocity: &self.velocity, rest: &self.rest[a], passed: 0.0 }
     }
 }
 
-/// How many nodes before it is loaded a node is asked for; 12 to 96 are as good.
+/// How many nodes before it is loaded a node is asked for, where it is asked for at all; of whole blocks 12 to 96 are as good.
 const AHEAD: usize = 24;
 
 /// The nodes of one block while it is swept.
@@ -159,21 +173,22 @@ impl Local {
         }
     }
 
-    /// Loads nodes, each with its number: where it is now, how fast, and nothing accumulated. Whether one of them has moved or moves.
+    /// Loads nodes of a block that has [begun](Self::begin), each with its number: where it is now, how fast, and nothing accumulated. Whether
+    /// one of them has moved or moves.
     pub fn load<const D: usize>(
         &mut self,
         level: Level,
-        motion: &impl Motion<D>,
+        whereabouts: &impl Whereabouts<D>,
         nodes: impl Iterator<Item = (usize, NodeId)> + Clone,
     ) -> bool {
-        on!(level, simd => self.load_in(simd, motion, nodes))
+        on!(level, simd => self.load_in(simd, whereabouts, nodes))
     }
 
     #[inline(always)]
     fn load_in<const D: usize, S: Simd>(
         &mut self,
         simd: S,
-        motion: &impl Motion<D>,
+        whereabouts: &impl Whereabouts<D>,
         nodes: impl Iterator<Item = (usize, NodeId)> + Clone,
     ) -> bool {
         let places: &mut [Row] = &mut self.positions.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
@@ -183,9 +198,9 @@ impl Local {
         let (mut moves, mut fastest, mut ahead) = (false, self.fastest, nodes.clone().skip(AHEAD));
         for (number, node) in nodes {
             if let Some((_, later)) = ahead.next() {
-                motion.fetch(later);
+                whereabouts.fetch(later);
             }
-            let ([position, velocity, rest], passed) = motion.of(node);
+            let At { position, velocity, rest, passed } = whereabouts.of(node);
             let speed = four(simd, velocity);
             let place = four(simd, position) + speed * passed;
             let away = place - four(simd, rest);
@@ -236,5 +251,27 @@ impl Local {
             (0..3).for_each(|i| sums[i] += push[i] * velocity[i]);
         }
         sums[0] + sums[1] + sums[2]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_block_left_at_node_0_does_not_come_into_the_next_one() {
+        let none = vec![Vector::<3>::from_element(f64::NAN); 2];
+        let rest = vec![Vector::<3>::zeros(), Vector::<3>::new(1.0, 2.0, 3.0)];
+        let mut local = Local::new(1e-15);
+        local.begin();
+        assert!(local.load(Level::new(), &Held::new(&none, &rest), [(0, NodeId(0)), (1, NodeId(1))].into_iter()));
+        assert!(row(local.motion()[0], 0)[0].is_nan());
+        local.begin();
+        assert!(!local.load(Level::new(), &Held::new(&rest, &rest), std::iter::once((5, NodeId(1)))));
+        for rows in local.motion() {
+            assert_eq!(row(rows, 0), [0.0; 4]);
+        }
+        assert_eq!(local.accumulated(1), [[0.0; 4]]);
+        assert_eq!(row(local.motion()[0], row_of(5)), [1.0, 2.0, 3.0, 0.0]);
     }
 }

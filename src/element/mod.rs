@@ -29,7 +29,7 @@ pub(crate) use batch::on;
 pub use batch::{Batch, LANES};
 pub use flow::{Memory, Spent};
 pub use lanes::{Asked, Corner, DEPTH, Found, GroupAnswer, Kick, Kicks, Lanes, Power, places};
-pub use local::{Accumulated, Held, Local, MOST_LOCAL_NODES, Motion, Row, rounding};
+pub use local::{Accumulated, At, Held, Local, MOST_LOCAL_NODES, Row, Whereabouts, rounding};
 pub use pressure::{Push, push};
 pub use recall::Recall;
 pub use simplices::{Reference, Section, Simplices};

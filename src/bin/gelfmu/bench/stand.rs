@@ -4,8 +4,8 @@ use ballistic_gel::algebra::{Vector, Vector3};
 use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
 use ballistic_gel::contact::{Body, BodyState, Freedom, Law};
 use ballistic_gel::element::{
-    Accumulated, Answer, DEPTH, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MAX_NODES, Memory, Motion, Potential,
-    Power, Recall, Row, Section, Simplices,
+    Accumulated, Answer, At, DEPTH, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power,
+    Recall, Row, Section, Simplices, Whereabouts,
 };
 use ballistic_gel::geometry::{Shape, Sphere};
 use ballistic_gel::material::{BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Strength};
@@ -99,21 +99,6 @@ pub fn section(n_elements: usize) -> Mesh<2> {
     mesh::block(Block { planes, split: Split::Centred, faces: vec![] })
 }
 
-/// Nodes as a state has them.
-struct At<'a, const D: usize> {
-    position: &'a [Vector<D>],
-    velocity: &'a [Vector<D>],
-    rest: &'a [Vector<D>],
-}
-
-impl<const D: usize> Motion<D> for At<'_, D> {
-    #[inline]
-    fn of(&self, node: NodeId) -> ([&Vector<D>; 3], f64) {
-        let a = node.index();
-        ([&self.position[a], &self.velocity[a], &self.rest[a]], 0.0)
-    }
-}
-
 impl<const D: usize> Stand<D> {
     /// The elements of a mesh, strained by some per cent.
     pub fn new(mesh: &Mesh<D>, kernel: Kernel) -> Self {
@@ -151,8 +136,8 @@ impl<const D: usize> Stand<D> {
     pub fn load(&mut self, run: usize) {
         let (state, rest) = (self.engine.state(), self.engine.gel().potential.rest());
         self.local.begin();
-        let at = At { position: &state.position, velocity: &state.velocity, rest };
-        self.local.load(Level::new(), &at, self.runs[run].nodes.iter().copied().enumerate());
+        let nodes = Nodes { position: &state.position, velocity: &state.velocity, rest };
+        self.local.load(Level::new(), &nodes, self.runs[run].nodes.iter().copied().enumerate());
     }
 
     /// The kernel over one run.
@@ -241,6 +226,21 @@ impl<const D: usize> Stand<D> {
         let memory = &mut self.memory[..groups * lanes.rows()];
         let found = (&mut self.stiffness[..n_elements], &mut self.answers[..groups], memory);
         lanes.sweep(level, (0..groups, Kicks::Same(KICK), Power::Untold), &mut self.local, found);
+    }
+}
+
+/// Nodes as a state has them.
+struct Nodes<'a, const D: usize> {
+    position: &'a [Vector<D>],
+    velocity: &'a [Vector<D>],
+    rest: &'a [Vector<D>],
+}
+
+impl<const D: usize> Whereabouts<D> for Nodes<'_, D> {
+    #[inline]
+    fn of(&self, node: NodeId) -> At<'_, D> {
+        let a = node.index();
+        At { position: &self.position[a], velocity: &self.velocity[a], rest: &self.rest[a], passed: 0.0 }
     }
 }
 
