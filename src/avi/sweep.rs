@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::blocks::{Around, Block, Blocks, Due, Known, Report, SLOTS, groups_of};
+use super::blocks::{Around, Block, Blocks, Due, Known, Report, SLOTS, are_far, groups_of};
 use super::order::Order;
 use super::phase::{Moment, Phase};
 use super::pool::{Cut, share};
@@ -28,8 +28,6 @@ pub(super) struct Sweep<'a, const D: usize> {
     pub last: &'a [Tick],
     pub clocks: &'a [Clock],
     pub order: &'a Order,
-    /// Whether what belongs to nodes comes from far.
-    pub is_far: bool,
 }
 
 /// What a sweep writes, from some block on, and what each run of it works with.
@@ -314,7 +312,7 @@ impl<const D: usize> Whereabouts<D> for Sweep<'_, D> {
 
     #[inline(always)]
     fn fetch(&self, node: NodeId) {
-        if self.is_far {
+        if are_far(self.position.len()) {
             prefetch_index(self.position, node.index());
             prefetch_index(self.velocity, node.index());
             prefetch_index(self.rest, node.index());

@@ -13,6 +13,11 @@ pub(super) fn mesh(planes: &[f64]) -> Mesh<3> {
     block(Block { planes: std::array::from_fn(|_| planes.to_vec()), split: Split::Centred, faces: vec![] })
 }
 
+/// Numbers from −1 to 1 that look like any.
+pub(super) fn any(i: usize) -> f64 {
+    (i as f64 * 12.9898).sin()
+}
+
 /// Of several blocks and stretches, with steps of several lengths.
 pub(super) fn mixed() -> Mesh<3> {
     mesh(&graded(1.0, 0.05, (0.3, 1.3, 0.2)))

@@ -1,7 +1,7 @@
 //! The three-phase tick: drift the nodes that fire, kick them by their elements, then one contact solve (numerics 1.6).
 
 use super::StepError;
-use super::blocks::{Blocks, are_far};
+use super::blocks::Blocks;
 use super::engine::Engine;
 use super::impact::STRETCH;
 use super::nodes::NodeSums;
@@ -217,7 +217,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             last: &self.last,
             clocks: &self.state.clocks,
             order: &self.order,
-            is_far: are_far(self.last.len()),
         };
         let elements = blocks.find_due(&sweep);
         let found = (self.state.stiffness.as_mut_slice(), self.scratch.answers.as_mut_slice());

@@ -255,14 +255,9 @@ fn fastest(runs: &[u32], speeds: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::swinging;
+    use super::super::swinging::{self, any};
     use super::*;
     use crate::algebra::Vector3;
-
-    /// Numbers from −1 to 1 that look like any.
-    fn any(i: usize) -> f64 {
-        (i as f64 * 12.9898).sin()
-    }
 
     #[test]
     fn a_run_that_is_far_by_an_old_note_hides_no_node() {
