@@ -14,6 +14,9 @@ const STRIDE: f64 = 1.4;
 const WEAKEST: f64 = 1e-3;
 /// A bracket of ln strength as narrow as this holds a jump of the depth.
 const NARROWEST: f64 = 1e-4;
+/// How far beside a jump other strengths are tried, in ln strength: the depth is half as far away there, and where meshes are exchanged it
+/// jumps as far by itself.
+const BESIDE: f64 = 1e-2;
 /// Failures without a run between them after which it is given up.
 const MOST_FAILURES: usize = 5;
 
@@ -101,11 +104,10 @@ impl Search {
         if self.best().is_some_and(|(_, depth)| self.miss(depth) <= TOLERANCE) {
             return Next::Fitted;
         }
-        if self.trials.len() >= MOST_TRIALS {
-            return Next::GivenUp(format!("found none in {MOST_TRIALS} runs"));
-        }
         let points = self.points();
         match points.windows(2).find(|pair| pair[0].1 > 0.0 && pair[1].1 <= 0.0) {
+            Some(pair) if pair[1].0 - pair[0].0 < NARROWEST => self.beside(pair[0].0, pair[1].0),
+            _ if self.is_at_its_end() => Next::GivenUp(format!("found none in {MOST_TRIALS} runs")),
             Some(pair) => self.between(pair[0], pair[1]),
             None if points.is_empty() => self.begin(),
             None => self.onwards(&points),
@@ -138,16 +140,27 @@ impl Search {
     /// Between a gel that is too weak and one that is too strong.
     fn between(&self, weak: Point, strong: Point) -> Next {
         let width = strong.0 - weak.0;
-        if width < NARROWEST {
-            let why = "the depth jumps across the one that is wanted; a finer mesh makes it smoother";
-            return Next::GivenUp(format!("between {:e} and {:e} Pa {why}", weak.0.exp(), strong.0.exp()));
-        }
         let straight = if weak.1.is_finite() { weak.1 / (weak.1 - strong.1) } else { 0.5 };
         // A bracket of which one end stays is halved.
         let straight = if self.stays(weak, strong) { 0.5 } else { straight.clamp(0.05, 0.95) };
         let places = [straight, 0.5, 0.25, 0.75, 0.125, 0.875].map(|share| weak.0 + share * width);
         let clear = places.into_iter().find(|place| self.is_clear(*place, 0.1 * width));
         clear.map_or_else(|| Next::GivenUp("found runs that fail on all sides of it".to_owned()), |y| self.attempt(y))
+    }
+
+    /// On both sides of a jump, further and further away: where one strength misses the depth by the jump, another may meet it.
+    fn beside(&self, weak: f64, strong: f64) -> Next {
+        let away = (1..).map(|k| NARROWEST * f64::powi(4.0, k)).take_while(|away| *away <= BESIDE);
+        let mut places = away.flat_map(|away| [weak - away, strong + away]).map(|place| self.within(place));
+        let is_new = |stress: &f64| self.trials.iter().all(|trial| trial.yield_stress != *stress);
+        let found = if self.is_at_its_end() { None } else { places.find(is_new) };
+        let why = "the depth jumps across the one that is wanted; a finer mesh makes it smoother";
+        let jumps = || Next::GivenUp(format!("between {:e} and {:e} Pa {why}", weak.exp(), strong.exp()));
+        found.map_or_else(jumps, Next::Try)
+    }
+
+    fn is_at_its_end(&self) -> bool {
+        self.trials.len() >= MOST_TRIALS
     }
 
     /// Whether the two last runs lie on the same side of a bracket that both made narrower.
@@ -197,10 +210,14 @@ impl Search {
         failed.into_iter().all(|trial| (trial.yield_stress.ln() - place).abs() >= margin)
     }
 
-    /// A strength in five digits, as it is written into a scene, in the range of strengths.
     fn attempt(&self, place: f64) -> Next {
+        Next::Try(self.within(place))
+    }
+
+    /// A strength in five digits, Pa, as it is written into a scene, in the range of strengths.
+    fn within(&self, place: f64) -> f64 {
         let within = place.exp().clamp(WEAKEST * self.first, self.strongest);
-        Next::Try(format!("{within:.4e}").parse::<f64>().map_or(within, |rounded| rounded.min(self.strongest)))
+        format!("{within:.4e}").parse::<f64>().map_or(within, |rounded| rounded.min(self.strongest))
     }
 }
 
@@ -276,6 +293,20 @@ mod tests {
         assert!(matches!(&end, Next::GivenUp(why) if why.contains("5 runs that failed")), "{end:?}");
         assert!(search.best().is_none());
         let (_, end) = searched(0.08, |y| stopped(if y < 0.123e6 { 0.09 } else { 0.07 }));
+        assert!(matches!(&end, Next::GivenUp(why) if why.contains("jumps")), "{end:?}");
+    }
+
+    #[test]
+    fn beside_a_jump_of_the_depth_another_strength_is_found() {
+        // A jump by a hundredth where the depth is met, and a stretch of strengths beside it that are spared.
+        let jumping = |y: f64| {
+            let Outcome::Stopped { depth, .. } = power(y) else { unreachable!("it stops") };
+            stopped(depth * if y < 0.1e6 { 1.005 } else { 0.995 })
+        };
+        let law = |y: f64| if (0.10012e6..0.10022e6).contains(&y) { power(y) } else { jumping(y) };
+        let (search, end) = searched(0.08, law);
+        assert_eq!(end, Next::Fitted, "{:?}", search.trials);
+        let (_, end) = searched(0.08, jumping);
         assert!(matches!(&end, Next::GivenUp(why) if why.contains("jumps")), "{end:?}");
     }
 }
