@@ -231,6 +231,37 @@ fn an_order_that_leaves_out_elements_is_refused() {
     let _ = cube::<2>(1, Split::Kuhn).reordered(&[ElementId(1)]);
 }
 
+#[test]
+fn nodes_with_other_numbers_make_the_same_mesh() {
+    let mut mesh = cube::<3>(2, Split::Centred);
+    mesh.held[3] = [true, false, true];
+    let n = mesh.rest.len() as u32;
+    let order: Vec<NodeId> = (0..n).map(|i| NodeId((7 * i + 3) % n)).collect();
+    let other = mesh.clone().renumbered(&order);
+    let at = |mesh: &Mesh<3>, nodes: &[NodeId]| nodes.iter().map(|node| mesh.rest[node.index()]).collect::<Vec<_>>();
+    assert!(!n.is_multiple_of(7) && other.rest != mesh.rest);
+    for (a, b) in mesh.elements.iter().zip(&other.elements) {
+        assert_eq!(at(&mesh, a), at(&other, b));
+    }
+    for (a, b) in mesh.facets.iter().zip(&other.facets) {
+        assert_eq!(at(&mesh, a), at(&other, b));
+    }
+    let held = |mesh: &Mesh<3>, node: usize| (mesh.rest[node], mesh.held[node]);
+    assert!(order.iter().enumerate().all(|(i, was)| held(&other, i) == held(&mesh, was.index())));
+}
+
+#[test]
+#[should_panic(expected = "node 1 stands twice in the new order")]
+fn an_order_that_names_a_node_twice_is_refused() {
+    let _ = cube::<2>(1, Split::Kuhn).renumbered(&[0, 1, 1, 2].map(NodeId));
+}
+
+#[test]
+#[should_panic(expected = "the new order names every node")]
+fn an_order_that_leaves_out_nodes_is_refused() {
+    let _ = cube::<2>(1, Split::Kuhn).renumbered(&[NodeId(1)]);
+}
+
 proptest! {
     #[test]
     fn patches_are_disjoint_connected_and_none_too_small_in_the_plane(recipe in recipe(2..12, 0.2)) {

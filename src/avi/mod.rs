@@ -37,7 +37,7 @@ mod watch;
 mod wear;
 mod work;
 
-pub use engine::{Engine, NoStep, Rules};
+pub use engine::{Engine, NoStep, Rules, order_of_nodes};
 pub use error::StepError;
 pub(crate) use error::fixed;
 pub use gel::{Gel, Surface, SurfaceNode};

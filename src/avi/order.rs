@@ -1,8 +1,10 @@
 //! In which order elements stand, and which patches step together.
 //!
 //! Patches of equal steps stand beside each other, eight to a group for the vector units; a group has one clock. In the
-//! queue, as in the paper, every patch is a group of its own.
+//! queue, as in the paper, every patch is a group of its own. In a block, those of nearly equal limits stand beside each other:
+//! the first of a group whose limit falls below the step takes the others with it.
 
+use super::blocks::SLOTS;
 use crate::element::{Potential, places};
 use crate::mesh::ElementId;
 use std::collections::BTreeMap;
@@ -25,13 +27,26 @@ pub(super) struct Order {
 
 const EMPTY: u32 = u32::MAX;
 
+/// What decides where a patch stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub(super) struct Rank {
+    /// Patches of one class stand beside each other, as they are numbered.
+    pub class: u64,
+    /// By which those of a class stand within a block.
+    pub within: u64,
+}
+
 impl Order {
-    /// Patches by `rank`, then as they are numbered.
-    pub fn new<const D: usize, P: Potential<D>>(potential: &P, lanes: usize, rank: impl Fn(usize) -> u64) -> Self {
+    /// Patches by `rank`.
+    pub fn new<const D: usize, P: Potential<D>>(potential: &P, lanes: usize, rank: impl Fn(usize) -> Rank) -> Self {
         let all = potential.patches();
         let depth = if all.largest() > 1 { places(D) } else { 1 };
         assert!(all.largest() <= depth, "a patch has at most {depth} elements");
-        let patches = ranked(&(0..all.len()).map(rank).collect::<Vec<_>>());
+        let ranks: Vec<Rank> = (0..all.len()).map(rank).collect();
+        let mut patches = ranked(&ranks.iter().map(|rank| rank.class).collect::<Vec<_>>());
+        for block in patches.chunks_mut(SLOTS / depth) {
+            block.sort_by_key(|patch| ranks[*patch as usize]);
+        }
         let groups = patches.len().div_ceil(lanes);
         let mut slots = vec![EMPTY; groups * lanes * depth];
         let mut of = vec![0; potential.len()];
@@ -137,7 +152,22 @@ fn ranked(ranks: &[u64]) -> Vec<u32> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::swinging;
     use super::*;
+
+    #[test]
+    fn patches_stand_by_class_and_within_a_block_by_rank() {
+        let gel = swinging::gel(&swinging::mixed());
+        let ranks: Vec<Rank> =
+            (0..gel.potential.len() as u64).map(|i| Rank { class: i * i % 5, within: i * 7 % 11 }).collect();
+        let order = Order::new(&gel.potential, 8, |patch| ranks[patch]);
+        let classes: Vec<u64> = order.patches.iter().map(|patch| ranks[*patch as usize].class).collect();
+        assert!(order.patches.len() > 2 * SLOTS && classes.is_sorted());
+        assert!(order.patches.chunks(SLOTS).all(|block| block.is_sorted_by_key(|patch| ranks[*patch as usize])));
+        let as_numbered = |block: &[u32]| block.is_sorted_by_key(|patch| (ranks[*patch as usize], *patch));
+        assert!(order.patches.chunks(SLOTS).all(as_numbered));
+        assert!(!order.patches.is_sorted_by_key(|patch| ranks[*patch as usize]), "ranks within are those of a block");
+    }
 
     #[test]
     fn equal_ranks_keep_their_order() {

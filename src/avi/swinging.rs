@@ -31,12 +31,16 @@ pub(super) fn gel(mesh: &Mesh<3>) -> Gel<3, Simplices<3>> {
     Gel::new(simplices, mass, &mesh.held, surface)
 }
 
-/// In bins, with a body that touches nothing.
-pub(super) fn engine(gel: Gel<3, Simplices<3>>) -> Engine<3, Simplices<3>> {
+/// In bins.
+pub(super) fn rules() -> Rules {
     let law = Law::Moreau { restitution: 0.0, bias: 0.0, friction: 0.0 };
-    let rules = Rules { schedule: Kind::Bins, cfl: 0.8, law, force_window: 1.0, damping: 0.0 };
+    Rules { schedule: Kind::Bins, cfl: 0.8, law, force_window: 1.0, damping: 0.0 }
+}
+
+/// With a body that touches nothing.
+pub(super) fn engine(gel: Gel<3, Simplices<3>>) -> Engine<3, Simplices<3>> {
     let nobody = BodyState { active: false, ..BodyState::starting(Vector3::zeros(), Vector3::zeros()) };
     let body = (Body::fixed(Shape::Sphere(Sphere { radius: 1.0 }), Freedom::SPATIAL), nobody);
     let nodes = gel.potential.rest().iter().map(|x| (x * 1.01, x * 0.1)).collect();
-    Engine::new(gel, vec![body], rules, nodes)
+    Engine::new(gel, vec![body], rules(), nodes)
 }

@@ -103,6 +103,27 @@ impl<const D: usize> Mesh<D> {
         self.elements = order.iter().map(|element| self.elements[element.index()]).collect();
         self
     }
+
+    /// The same mesh with its nodes in another order: node i is what `order[i]` was. All else is unchanged.
+    ///
+    /// # Panics
+    /// If `order` does not name every node once.
+    #[must_use]
+    pub fn renumbered(mut self, order: &[NodeId]) -> Self {
+        const UNNAMED: NodeId = NodeId(u32::MAX);
+        assert_eq!(order.len(), self.rest.len(), "the new order names every node");
+        let mut new = vec![UNNAMED; order.len()];
+        for (number, node) in (0..).map(NodeId).zip(order) {
+            let was = std::mem::replace(&mut new[node.index()], number);
+            assert_eq!(was, UNNAMED, "node {} stands twice in the new order", node.0);
+        }
+        self.rest = order.iter().map(|node| self.rest[node.index()]).collect();
+        self.held = order.iter().map(|node| self.held[node.index()]).collect();
+        let corners = self.elements.iter_mut().flat_map(|element| &mut element[..=D]);
+        let of_facets = self.facets.iter_mut().flat_map(|facet| &mut facet[..D]);
+        corners.chain(of_facets).for_each(|node| *node = new[node.index()]);
+        self
+    }
 }
 
 /// Signed area or volume of a simplex: det(x₁ − x₀, …)/D!.

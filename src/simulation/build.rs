@@ -6,8 +6,9 @@ use super::recipe::Recipe;
 use super::renew::Renew;
 use super::sensors::seats;
 use crate::algebra::{Tensor3, Vector, Vector3, restrict};
-use crate::avi::{Engine, Kind, NoStep, Pool, Rules};
+use crate::avi::{Engine, Gel, Kind, NoStep, Pool, Rules, order_of_nodes};
 use crate::contact::{Body, BodyState, Bulge, Freedom, Law, Motion};
+use crate::element::Simplices;
 use crate::geometry::{Shape, SignedDistance};
 use crate::mesh::{self, Block, Face, Hold, Mesh, NodeId, Split, neighbours};
 use crate::scene::{
@@ -125,9 +126,14 @@ where
     let recipe = Recipe::of(scene);
     let mesh = Mesh { marks: loads::marks(scene, &mesh)?, ..mesh };
     let across = if recipe.asks_for_neighbours() { neighbours::<D>(&mesh.elements) } else { vec![] };
-    let simplices = recipe.simplices(&mesh, recipe.patches((&mesh, &mesh.rest), &across));
-    let mass = simplices.lumped_masses(&mesh, recipe.density);
-    let gel = recipe.gel(simplices, (&mesh, &mesh.rest), mass);
+    let patches = recipe.patches((&mesh, &mesh.rest), &across);
+    let gel_of = |mesh: &Mesh<D>| {
+        let simplices = recipe.simplices(mesh, patches.clone());
+        let mass = simplices.lumped_masses(mesh, recipe.density);
+        recipe.gel(simplices, (mesh, &mesh.rest), mass)
+    };
+    let rules = rules(scene);
+    let (mesh, gel) = as_stepped(mesh, &rules, gel_of);
     let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));
     let moving = |held: &[bool; D]| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { velocity[i] });
     let nodes = mesh.rest.iter().zip(&mesh.held).map(|(x, held)| (*x, moving(held))).collect();
@@ -141,7 +147,7 @@ where
             return Err(BuildError::Swallowed { body: body_name(i) });
         }
     }
-    let engine = Engine::try_new(gel, bodies, rules(scene), nodes);
+    let engine = Engine::try_new(gel, bodies, rules, nodes);
     let mut engine = engine.map_err(|NoStep { step, .. }| BuildError::NoStep { step })?.with_pool(Pool::new(threads));
     let ticks = engine.grid().ticks(scene.scene.end_time);
     if ticks > MOST_TICKS {
@@ -163,6 +169,19 @@ where
         renewals: vec![],
         refusals: vec![],
     }))
+}
+
+/// The mesh with its nodes numbered as its elements meet them when they are stepped, and the gel on it.
+fn as_stepped<const D: usize>(
+    mesh: Mesh<D>,
+    rules: &Rules,
+    gel_of: impl Fn(&Mesh<D>) -> Gel<D, Simplices<D>>,
+) -> (Mesh<D>, Gel<D, Simplices<D>>) {
+    let gel = gel_of(&mesh);
+    let Some(order) = order_of_nodes(&gel, rules) else { return (mesh, gel) };
+    let mesh = mesh.renumbered(&order);
+    let gel = gel_of(&mesh);
+    (mesh, gel)
 }
 
 fn rules(scene: &Scene) -> Rules {
