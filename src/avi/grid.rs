@@ -13,9 +13,16 @@ const HEADROOM: f64 = 1024.0;
 /// Fraction of a tick by which a communication point may miss it and still include it (A3).
 const SLACK: f64 = 1e-3;
 
+/// Part of the elements whose steps are taken to fall by [`FALL`] once the gel moves. Without them a bin was put 1.6 % below the steps of
+/// four fifths of a million tetrahedra under a ball, no better at rest than one 7 % below: a twentieth of these fell out of it, and the run
+/// took 12 % longer.
+const FALLING: f64 = 0.1;
+/// What is left of a step that falls; the grid of `sphere-block`, which has a sixth of its elements 2 % above a bin, is the best of all sixteen.
+const FALL: f64 = 0.95;
+
 impl TickGrid {
-    /// The grid for these stable steps, s: a 1024th of the smallest or less; of the sixteen lengths in an octave the
-    /// one with which power-of-two bins lose least, min_q Σ_K 1/dt_K (numerics 1.5).
+    /// The grid for these stable steps at rest, s: a 1024th of the smallest or less; of the sixteen lengths in an octave the
+    /// one with which power-of-two bins lose least, min_q Σ_K 1/dt_K (numerics 1.5), when some of the steps fall.
     ///
     /// # Panics
     /// If there is no step, or one is not positive.
@@ -23,9 +30,9 @@ impl TickGrid {
     pub fn new(steps: &[f64]) -> Self {
         let smallest = steps.iter().copied().fold(f64::INFINITY, f64::min);
         assert!(smallest > 0.0 && smallest.is_finite(), "stable steps must be positive");
-        let rate = |tau: f64| {
-            crate::algebra::ordered_sum(steps.len(), 0.0, |i| 1.0 / (tau * floor_power_of_two(steps[i] / tau)))
-        };
+        let bin = |step: f64, tau: f64| tau * floor_power_of_two(step / tau);
+        let rate_of = |step: f64, tau: f64| (1.0 - FALLING) / bin(step, tau) + FALLING / bin(FALL * step, tau);
+        let rate = |tau: f64| crate::algebra::ordered_sum(steps.len(), 0.0, |i| rate_of(steps[i], tau));
         let candidates = (16..=31).map(|q| finest(f64::from(q), smallest / HEADROOM));
         let tau = candidates.map(|tau| (rate(tau), tau)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |best| best.1);
         Self { tau }
@@ -104,9 +111,16 @@ mod tests {
 
     #[test]
     fn the_grid_is_chosen_so_that_bins_lose_least() {
-        // One octave of equal steps: the best grid puts a bin right on them.
-        let grid = TickGrid::new(&[1.37e-3; 10]);
-        let ticks = grid.ticks(1.37e-3);
-        assert!(ticks / floor_power_of_two(ticks) < 1.06);
+        let above_its_bin = |steps: &[f64], step: f64| {
+            let ticks = TickGrid::new(steps).ticks(step);
+            ticks / floor_power_of_two(ticks)
+        };
+        // Equal steps: a bin right on them would lose some when they fall.
+        let above = above_its_bin(&[1.37e-3; 10], 1.37e-3);
+        assert!((1.0 / FALL..1.06 / FALL).contains(&above), "{above}");
+        // Few that are closer to a bin than they can fall do not move it away from the others.
+        let (few, many) = ([1.02e-3; 10], [1.06e-3; 90]);
+        let above = above_its_bin(&[&few[..], &many[..]].concat(), 1.06e-3);
+        assert!((1.0 / FALL..1.06 / FALL).contains(&above), "{above}");
     }
 }

@@ -47,7 +47,10 @@ fn scattered_inner_nodes(mesh: &Mesh<3>) -> Vec<NodeId> {
     for node in mesh.facets.iter().flatten() {
         inner[node.index()] = false;
     }
-    (0..n).map(|i| i * STRIDE % n).filter(|i| inner[*i]).map(|i| NodeId(i as u32)).collect()
+    // As they lie in space: how they are numbered depends on the steps of their elements.
+    let mut all: Vec<usize> = (0..n).collect();
+    all.sort_by(|a, b| mesh.rest[*a].iter().partial_cmp(mesh.rest[*b].iter()).expect("positions are numbers"));
+    (0..n).map(|i| all[i * STRIDE % n]).filter(|i| inner[*i]).map(|i| NodeId(i as u32)).collect()
 }
 
 fn count_flat(mesh: &Mesh<3>, elements: &[ElementId]) -> usize {
