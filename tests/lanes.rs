@@ -84,7 +84,9 @@ impl<const D: usize> Both<D> {
             }
         }
         let own: f64 = groups.iter().map(|group| group.energy).sum();
-        let its: f64 = groups.iter().flat_map(|group| group.lost).sum();
+        let spent = self.local.spent();
+        let its = spent.plastic + spent.viscous + spent.damage;
+        assert_eq!(own.to_bits(), spent.energy.to_bits());
         assert!((own - energy).abs() < 1e-9 * energy.abs().max(1e-9), "energy {own:e} of {energy:e}");
         assert!((its - lost).abs() < 1e-9 * energy.abs().max(1e-9), "lost {its:e} of {lost:e}");
         self.compare_memories();

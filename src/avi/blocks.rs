@@ -10,7 +10,7 @@ use super::order::Order;
 use super::pace::RAISE_MARGIN;
 use super::settle::Settled;
 use super::{Gel, TickGrid};
-use crate::element::{Accumulated, Corner, Lanes, Local, MAX_NODES, Potential, Recall, rounding};
+use crate::element::{Accumulated, Corner, Lanes, Local, MAX_NODES, Potential, Recall, Spent, rounding};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
@@ -88,6 +88,8 @@ pub(super) struct Block {
     pub is_ahead: bool,
     /// What a sweep at this tick found, if it was swept.
     pub report: Option<Report>,
+    /// What its groups that fired at its last sweep store, and what they have lost since the tick before of each.
+    pub spent: Spent,
     /// What its groups that fire came to then.
     pub settled: Settled,
     /// The group whose answer holds the power of all that have not told theirs, if they were found in one sum.

@@ -68,10 +68,9 @@ impl<const D: usize> Blocks<D> {
             let of_blocks = books.clocks.chunks_mut(books.groups).zip(books.answers.chunks(books.groups));
             let swept = books.blocks.iter_mut().zip(of_blocks).filter(|(block, _)| answered(block));
             for (block, (clocks, answers)) in swept {
-                block.settled = Settled::default();
+                block.settled = Settled { residual: 0.0, spent: block.spent };
                 for (clock, answer) in clocks.iter_mut().zip(answers).filter(|(clock, _)| moment.fires(clock.step)) {
-                    let residual = settle(clock, answer, ahead(clock));
-                    block.settled = block.settled.and(&Settled { residual, spent: answer.spent() });
+                    block.settled.residual += settle(clock, answer, ahead(clock));
                 }
             }
         });

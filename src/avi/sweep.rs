@@ -200,6 +200,7 @@ impl Block {
         let same = steady.and_then(|step| sweep.kick(step));
         let kicks = same.map_or(Kicks::Each(&kick), Kicks::Same);
         lanes.sweep(level, (groups.clone(), kicks, power), local, (&mut *stiffness, &mut *answers, memory));
+        self.spent = local.spent();
         if let Some(step) = steady {
             answers[0].power = local.work(self.nodes.len()) / sweep.grid.time(step);
         }

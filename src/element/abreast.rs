@@ -11,7 +11,7 @@ use super::local::{Local, Rows};
 use super::recall::Recall;
 use super::shuffle::{gather, scatter};
 use super::solid::{Slopes, Solid, Strains, Undeformed};
-use super::{FORESEEN, Lanes, Section, TURNED, places};
+use super::{FORESEEN, Lanes, Section, Spent, TURNED, places};
 use crate::algebra::Number;
 use crate::material::NeoHookean;
 use fearless_simd::{Level, Simd, SimdBase, SimdSplit, f64x8};
@@ -121,8 +121,8 @@ impl<const D: usize> Lanes<D> {
         // Loops, here and below: a closure is not compiled for the vector unit that its caller is compiled for.
         let (mut next, rows, fastest) = (groups.start, N * gel.rows(), local.fastest);
         let (motion, accumulated) = local.at_work();
-        // Its own: what is written elsewhere can't change it.
-        let gel = &{ *gel };
+        // Their own: what is written elsewhere can't change them.
+        let (gel, mut spent) = (&{ *gel }, Spent::default());
         let mut all = Together::new(f64x8::splat(simd, 0.0));
         while next < groups.end {
             next = all.take::<N>((next, groups.end), kicks);
@@ -133,14 +133,17 @@ impl<const D: usize> Lanes<D> {
                 let at = all.groups[g].0 - groups.start;
                 let (stiffness, memory) =
                     (&mut stiffness[at * LANES * N..][..LANES * N], &mut memory[at * rows..][..rows]);
-                answers[at] = self.pull_group::<N, G, S>(
+                let (answer, lost) = self.pull_group::<N, G, S>(
                     (gel, rest, power),
                     (&all, g),
                     ((motion, fastest), &mut *accumulated),
                     (stiffness, memory),
                 );
+                answers[at] = answer;
+                spent += lost;
             }
         }
+        local.spent = spent;
     }
 
     /// Asks for as many of the groups from this one on as go abreast, while those before them are on their way; also for what is of
@@ -178,7 +181,7 @@ impl<const D: usize> Lanes<D> {
         }
     }
 
-    /// The forces of a group.
+    /// The forces of a group, and what it stores and has lost.
     #[inline(always)]
     fn pull_group<const N: usize, G: Solid<D>, S: Simd>(
         &self,
@@ -186,7 +189,7 @@ impl<const D: usize> Lanes<D> {
         (all, g): (&Together<D, f64x8<S>>, usize),
         ((motion, fastest), accumulated): (([&Rows; 2], f64), &mut Rows),
         (stiffness, memory): (&mut [f64], &mut [Recall]),
-    ) -> GroupAnswer {
+    ) -> (GroupAnswer, Spent) {
         let ((group, kick), strained, mut energy) = (all.groups[g], all.strained[g], all.energy[g]);
         let (batches, rest) = (self.batches_of::<N>(group), own::<N, _>(rest, group));
         let (simd, rows) = (energy.simd, gel.rows());
@@ -213,10 +216,8 @@ impl<const D: usize> Lanes<D> {
             note(&mut answer, k, jacobian);
         }
         (answer.energy, answer.power) = (sum(energy), sum(given));
-        for i in 0..3 {
-            answer.lost[i] = sum(lost[i]);
-        }
-        answer
+        let [plastic, viscous, damage] = [sum(lost[0]), sum(lost[1]), sum(lost[2])];
+        (answer, Spent { energy: answer.energy, plastic, viscous, damage })
     }
 
     /// How fast eight elements of these J close, 1/s.

@@ -17,7 +17,7 @@ use super::recall::{Recall, Remembering};
 use super::relax::MOST_MEMORIES;
 use super::shuffle::gather;
 use super::solid::{Slopes, Solid, Strains, Undeformed};
-use super::{MAX_NODES, Memory, Section, Spent};
+use super::{MAX_NODES, Memory, Section};
 use crate::algebra::Number;
 use crate::material::{Flowing, Material, NeoHookean, Viscoelastic, Volume};
 use fearless_simd::{Level, Select, Simd, SimdBase, f64x8};
@@ -47,17 +47,6 @@ pub struct GroupAnswer {
     pub inverted: u32,
     /// How many elements are below the continuation.
     pub crushed: u32,
-    /// Lost since the tick before of the group to plastic flow, viscosity and softening, J.
-    pub lost: [f64; 3],
-}
-
-impl GroupAnswer {
-    /// What it stores and has lost.
-    #[must_use]
-    pub fn spent(&self) -> Spent {
-        let [plastic, viscous, damage] = self.lost;
-        Spent { energy: self.energy, plastic, viscous, damage }
-    }
 }
 
 /// A corner of an element.

@@ -2,6 +2,7 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
+use super::Spent;
 use super::batch::on;
 use crate::algebra::Vector;
 use crate::mesh::NodeId;
@@ -110,6 +111,8 @@ pub struct Local {
     still: f64,
     /// Greatest |v|² of the nodes that were loaded, m²/s².
     pub(super) fastest: f64,
+    /// What those that were swept last store, and what they have lost.
+    pub(super) spent: Spent,
     positions: Aligned,
     velocities: Aligned,
     accumulated: Aligned,
@@ -161,7 +164,7 @@ impl Local {
     #[must_use]
     pub fn new(still: f64) -> Self {
         let [positions, velocities, accumulated] = [Aligned::new(), Aligned::new(), Aligned::new()];
-        Self { still, fastest: 0.0, positions, velocities, accumulated }
+        Self { still, fastest: 0.0, spent: Spent::default(), positions, velocities, accumulated }
     }
 
     /// Another block begins.
@@ -237,6 +240,12 @@ impl Local {
     #[must_use]
     pub fn accumulated(&self, n_nodes: usize) -> &[Accumulated] {
         &self.accumulated.rows().as_chunks().0[..MOST_LOCAL_NODES][..n_nodes]
+    }
+
+    /// What the groups that the last sweep has gone through store, and what they have lost since the tick before of each.
+    #[must_use]
+    pub fn spent(&self) -> Spent {
+        self.spent
     }
 
     /// Σ p·v over the first nodes of what the sweep left there, J.
