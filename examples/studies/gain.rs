@@ -48,7 +48,7 @@ struct Outcome {
     updates: f64,
     /// CPU time, s.
     seconds: f64,
-    /// Σ_K T/Δt_K with one step for each element, the longest that is stable at all times.
+    /// Σ_K T/Δt_K with one step for each element, the longest that is stable at all looks.
     constant: f64,
     /// Σ_K ∫ dt/Δt_K with the step that is stable at each instant.
     ideal: f64,

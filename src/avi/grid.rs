@@ -87,6 +87,7 @@ pub fn floor_power_of_two(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::SQRT_2;
 
     #[test]
     fn ticks_are_exact_and_fine_enough() {
@@ -119,9 +120,9 @@ mod tests {
         let above = above_its_bin(&[1.37e-3; 10], 1.37e-3);
         assert!((1.0..1.06).contains(&above), "{above}");
         // Those of 968 112 tetrahedra on a centred lattice: of two bins that are as good at rest the one that bears a fall.
-        let classes = [(47, 1.0), (1, 1.095), (66, 1.225), (1, 1.291), (63, 1.354), (790, 1.4142)];
+        let classes = [(47, 1.0), (1, 1.095), (66, 1.225), (1, 1.291), (63, 1.354), (790, SQRT_2)];
         let steps = classes.iter().flat_map(|(n, step)| vec![1.2342e-5 * step; *n]).collect::<Vec<_>>();
-        let above = above_its_bin(&steps, 1.2342e-5 * 1.4142);
+        let above = above_its_bin(&steps, 1.2342e-5 * SQRT_2);
         assert!((1.0 / FALL..1.1 / FALL).contains(&above), "{above}");
     }
 }

@@ -30,9 +30,9 @@ const EMPTY: u32 = u32::MAX;
 /// What decides where a patch stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(super) struct Rank {
-    /// Patches of one class stand beside each other, as they are numbered.
+    /// Patches of one class stand beside each other; in which block of them, by their numbers.
     pub class: u64,
-    /// By which those of a class stand within a block.
+    /// Where in a block those of a class stand; equal ones by their numbers.
     pub within: u64,
 }
 
@@ -152,21 +152,29 @@ fn ranked(ranks: &[u64]) -> Vec<u32> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::swinging;
+    use super::super::{Gel, swinging};
     use super::*;
+    use crate::element::{LANES, Simplices};
+    use crate::mesh::Patches;
+
+    /// Orders the patches of a gel by some ranks.
+    fn stand(gel: &Gel<3, Simplices<3>>) {
+        let n = gel.potential.patches().len() as u64;
+        let ranks: Vec<Rank> = (0..n).map(|i| Rank { class: i * i % 5, within: i * 7 % 11 }).collect();
+        let order = Order::new(&gel.potential, LANES, |patch| ranks[patch]);
+        let classes: Vec<u64> = order.patches.iter().map(|patch| ranks[*patch as usize].class).collect();
+        assert!(order.n_slots() > 2 * SLOTS && classes.is_sorted());
+        let by_rank = |block: &[u32]| block.is_sorted_by_key(|patch| (ranks[*patch as usize], *patch));
+        assert!(order.patches.chunks(SLOTS / order.depth()).all(by_rank));
+        let two = order.patches.chunks(2 * SLOTS / order.depth());
+        assert!(!two.into_iter().all(by_rank), "ranks within are those of a block");
+    }
 
     #[test]
     fn patches_stand_by_class_and_within_a_block_by_rank() {
-        let gel = swinging::gel(&swinging::mixed());
-        let ranks: Vec<Rank> =
-            (0..gel.potential.len() as u64).map(|i| Rank { class: i * i % 5, within: i * 7 % 11 }).collect();
-        let order = Order::new(&gel.potential, 8, |patch| ranks[patch]);
-        let classes: Vec<u64> = order.patches.iter().map(|patch| ranks[*patch as usize].class).collect();
-        assert!(order.patches.len() > 2 * SLOTS && classes.is_sorted());
-        assert!(order.patches.chunks(SLOTS).all(|block| block.is_sorted_by_key(|patch| ranks[*patch as usize])));
-        let as_numbered = |block: &[u32]| block.is_sorted_by_key(|patch| (ranks[*patch as usize], *patch));
-        assert!(order.patches.chunks(SLOTS).all(as_numbered));
-        assert!(!order.patches.is_sorted_by_key(|patch| ranks[*patch as usize]), "ranks within are those of a block");
+        let mesh = swinging::mixed();
+        stand(&swinging::gel(&mesh));
+        stand(&swinging::gel_in(&mesh, Patches::grouped(&mesh)));
     }
 
     #[test]

@@ -24,7 +24,10 @@ pub(super) fn mixed() -> Mesh<3> {
 }
 
 pub(super) fn gel(mesh: &Mesh<3>) -> Gel<3, Simplices<3>> {
-    let patches = Patches::alone(mesh.elements.len());
+    gel_in(mesh, Patches::alone(mesh.elements.len()))
+}
+
+pub(super) fn gel_in(mesh: &Mesh<3>, patches: Patches) -> Gel<3, Simplices<3>> {
     let simplices = Simplices::in_patches(mesh, patches, (NeoHookean::new(1e3, 1e4), Section::Spatial));
     let mass = simplices.lumped_masses(mesh, 1.0);
     let surface = Surface::new::<3>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));

@@ -133,14 +133,14 @@ impl<const D: usize> Lanes<D> {
                 let at = all.groups[g].0 - groups.start;
                 let (stiffness, memory) =
                     (&mut stiffness[at * LANES * N..][..LANES * N], &mut memory[at * rows..][..rows]);
-                let (answer, lost) = self.pull_group::<N, G, S>(
+                let (answer, its) = self.pull_group::<N, G, S>(
                     (gel, rest, power),
                     (&all, g),
                     ((motion, fastest), &mut *accumulated),
                     (stiffness, memory),
                 );
                 answers[at] = answer;
-                spent += lost;
+                spent += its;
             }
         }
         local.spent = spent;

@@ -119,9 +119,9 @@ impl<const D: usize> Mesh<D> {
         }
         self.rest = order.iter().map(|node| self.rest[node.index()]).collect();
         self.held = order.iter().map(|node| self.held[node.index()]).collect();
+        // What an element has beyond its corners names no node; in a facet of the plane the last one stands twice.
         let corners = self.elements.iter_mut().flat_map(|element| &mut element[..=D]);
-        let of_facets = self.facets.iter_mut().flat_map(|facet| &mut facet[..D]);
-        corners.chain(of_facets).for_each(|node| *node = new[node.index()]);
+        corners.chain(self.facets.iter_mut().flatten()).for_each(|node| *node = new[node.index()]);
         self
     }
 }

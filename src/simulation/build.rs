@@ -177,9 +177,12 @@ fn as_stepped<const D: usize>(
     rules: &Rules,
     gel_of: impl Fn(&Mesh<D>) -> Gel<D, Simplices<D>>,
 ) -> (Mesh<D>, Gel<D, Simplices<D>>) {
-    let gel = gel_of(&mesh);
-    let Some(order) = order_of_nodes(&gel, rules) else { return (mesh, gel) };
-    let mesh = mesh.renumbered(&order);
+    // Of two gels one after the other only one is held.
+    let order = order_of_nodes(&gel_of(&mesh), rules);
+    let mesh = match order {
+        Some(order) => mesh.renumbered(&order),
+        None => mesh,
+    };
     let gel = gel_of(&mesh);
     (mesh, gel)
 }
