@@ -79,7 +79,7 @@ fn a_density_below_nothing_does_not_stop_a_run() {
 /// gap was drawn together: 141 %.
 #[test]
 fn an_exchange_stores_little_in_a_stiff_volume() {
-    for (seed, most) in [(69, 0.1), (71, 0.05), (151, 0.05), (34, 0.12), (194, 0.1), (191, 0.3), (111, 0.05)] {
+    for (seed, most) in [(69, 0.1), (71, 0.05), (151, 0.03), (34, 0.12), (194, 0.1), (191, 0.3), (111, 0.05)] {
         let defect = goes_to_its_end(seed).defect;
         assert!(defect.abs() < most, "seed {seed}: {defect}");
     }
