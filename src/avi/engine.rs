@@ -442,8 +442,8 @@ fn order<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, rules: &Rules, ticks:
     };
     let rank = |patch: usize| {
         // What touches the surface stands apart: contact shortens the steps of whole groups.
-        let class = 2 * rules.schedule.step(limit(patch)) + u64::from(is_inner(gel, patch));
-        Rank { class, within: eighths(limit(patch)) }
+        let (limit, is_inner) = (limit(patch), u64::from(is_inner(gel, patch)));
+        Rank { class: 2 * rules.schedule.step(limit) + is_inner, within: eighths(limit) }
     };
     match rules.schedule {
         Kind::Bins => Order::new(&gel.potential, LANES, rank),
