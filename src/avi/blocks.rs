@@ -103,6 +103,8 @@ pub(super) struct Around {
     pub nodes: Vec<u16>,
     /// The corners at these of all elements of the block, in the order of a sweep.
     pub corners: Vec<Corner>,
+    /// Elements of these groups.
+    pub n_elements: u64,
 }
 
 /// What a sweep of a block finds.
@@ -448,6 +450,15 @@ impl Block {
     /// Whether it must be swept at this tick: at rest, what it would answer is known once it was swept so as a whole.
     pub fn is_wanted(&self) -> bool {
         self.due != Due::Nothing && (self.is_awake() || self.known != Known::Rest)
+    }
+
+    /// Its elements that must be swept at this tick.
+    pub fn wanted(&self) -> u64 {
+        match self.due {
+            _ if !self.is_wanted() => 0,
+            Due::Some => self.around().n_elements,
+            Due::Nothing | Due::All => self.n_elements,
+        }
     }
 
     /// Whether what it gives to its nodes at this tick is in its part.

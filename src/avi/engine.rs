@@ -359,9 +359,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         mixed.flat_map(of_group).for_each(|(group, node)| see(last(group), node));
     }
 
+    /// The least and the greatest step of any group, which blocks know of theirs.
     pub(super) fn find_steps(&mut self) {
-        let steps = self.state.clocks.iter().map(|clock| clock.step);
-        self.steps = steps.fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
+        let all = |(least, most): (Tick, Tick), of: (Tick, Tick)| (least.min(of.0), most.max(of.1));
+        let none = (Tick::MAX, 0);
+        self.steps = match &self.blocks {
+            Some(blocks) => blocks.all.iter().map(|block| block.steps).fold(none, all),
+            None => self.state.clocks.iter().map(|clock| (clock.step, clock.step)).fold(none, all),
+        };
     }
 
     /// The longest step of a group, ticks.

@@ -33,6 +33,7 @@ mod sweep;
 #[cfg(test)]
 mod swinging;
 mod tick;
+mod vigil;
 mod watch;
 mod wear;
 mod work;

@@ -48,8 +48,8 @@ impl Cut for Books<'_> {
     }
 }
 
-/// Elements above which books are shared: 0.2 ns each, while it takes 20 to 90 µs to wake a thread.
-const SHARED_BOOKS: u64 = 500_000;
+/// Elements above which books are shared: 0.2 ns each, while it takes some µs until a thread that is awake has come.
+const SHARED_BOOKS: u64 = 50_000;
 
 impl<const D: usize> Blocks<D> {
     /// Takes the answers of all groups that fire into their clocks, block by block; what they come to does not depend on the threads.
@@ -68,10 +68,12 @@ impl<const D: usize> Blocks<D> {
             let of_blocks = books.clocks.chunks_mut(books.groups).zip(books.answers.chunks(books.groups));
             let swept = books.blocks.iter_mut().zip(of_blocks).filter(|(block, _)| answered(block));
             for (block, (clocks, answers)) in swept {
-                block.settled = Settled { residual: 0.0, spent: block.spent };
+                // In one pass without a look back: a sum kept in the block is written and read again for each group.
+                let mut residual = 0.0;
                 for (clock, answer) in clocks.iter_mut().zip(answers).filter(|(clock, _)| moment.fires(clock.step)) {
-                    block.settled.residual += settle(clock, answer, ahead(clock));
+                    residual += settle(clock, answer, ahead(clock));
                 }
+                block.settled = Settled { residual, spent: block.spent };
             }
         });
         let swept = self.all.iter().filter(|block| answered(block));

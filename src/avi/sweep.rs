@@ -70,15 +70,13 @@ const BATCHES: usize = SLOTS / LANES;
 pub(super) const SHARED: u64 = 4_096;
 
 impl<const D: usize> Blocks<D> {
-    /// Finds out what fires; the number of elements of the blocks that must be swept.
+    /// Finds out what fires; the number of elements that must be swept.
     pub fn find_due(&mut self, sweep: &Sweep<'_, D>) -> u64 {
         let (n, lanes) = (self.groups, &self.lanes);
-        let mut elements = 0;
         for (i, block) in self.all.iter_mut().enumerate() {
             block.find_due(sweep, (lanes, groups_of(i, n, sweep.clocks.len())));
-            elements += if block.is_wanted() { block.n_elements } else { 0 };
         }
-        elements
+        self.all.iter().map(Block::wanted).sum()
     }
 
     /// Sweeps all that is due and awake.
@@ -121,11 +119,10 @@ type With<'a, const D: usize> = (&'a Lanes<D>, Level, bool);
 
 /// The number of blocks that have about this part of the work that is due.
 pub(super) fn split(blocks: &[Block], part: f64) -> usize {
-    let work = |block: &Block| if block.is_wanted() { block.n_elements } else { 0 };
-    let wanted = blocks.iter().map(work).sum::<u64>() as f64 * part;
+    let wanted = blocks.iter().map(Block::wanted).sum::<u64>() as f64 * part;
     let mut so_far = 0;
     let reached = |block: &Block| {
-        so_far += work(block);
+        so_far += block.wanted();
         so_far as f64 >= wanted
     };
     blocks.iter().position(reached).map_or(blocks.len(), |at| at + 1)
@@ -135,15 +132,18 @@ impl Around {
     /// Of these groups of all of a block.
     fn new<const D: usize>(
         (lanes, all): (&Lanes<D>, std::ops::Range<usize>),
-        groups: impl Iterator<Item = usize>,
+        (order, groups): (&Order, impl Iterator<Item = usize>),
     ) -> Self {
-        let mut is_touched = [false; MOST_LOCAL_NODES];
-        groups.for_each(|group| lanes.nodes(group, |node| is_touched[usize::from(node)] = true));
+        let (mut is_touched, mut n_elements) = ([false; MOST_LOCAL_NODES], 0);
+        for group in groups {
+            lanes.nodes(group, |node| is_touched[usize::from(node)] = true);
+            n_elements += order.elements(order.slots(group)).count() as u64;
+        }
         let nodes = (0..).zip(&is_touched).filter(|(_, touched)| **touched).map(|(node, _)| node).collect();
         let mut corners = vec![];
         lanes.corners(all, |corner| corners.extend(is_touched[usize::from(corner.node)].then_some(corner)));
         corners.shrink_to_fit();
-        Self { nodes, corners }
+        Self { nodes, corners, n_elements }
     }
 }
 
@@ -166,7 +166,7 @@ impl Block {
         if self.due == Due::Some {
             let due = groups.clone().filter(|group| fires(sweep.clocks[*group].step));
             self.longest = longest(self.lengths, sweep.moment.tick);
-            self.firing.entry(self.longest).or_insert_with(|| Around::new((lanes, groups), due));
+            self.firing.entry(self.longest).or_insert_with(|| Around::new((lanes, groups), (sweep.order, due)));
         }
     }
 
@@ -220,7 +220,7 @@ impl Block {
 
     /// Puts what a sweep of some groups gave into the part, where nothing comes from the others but their κ.
     fn put_some(&self, given: &[Accumulated], stiffness: &[f64], part: &mut [Accumulated]) {
-        let Around { nodes, corners } = self.around();
+        let Around { nodes, corners, .. } = self.around();
         for part in part.iter_mut() {
             part[..3].fill(0.0);
         }
@@ -261,12 +261,7 @@ impl Block {
     ) {
         // Clocks are not read where nobody need: they come from far.
         let firing = |group: &usize| self.due == Due::All || sweep.moment.fires(sweep.clocks[*group].step);
-        let elements = |group: usize| sweep.order.elements(sweep.order.slots(group)).count() as u64;
-        let updates = match (moves, self.due) {
-            (false, _) | (true, Due::Nothing) => 0,
-            (true, Due::All) => self.n_elements,
-            (true, Due::Some) => groups.clone().filter(firing).map(elements).sum(),
-        };
+        let updates = if moves { self.wanted() } else { 0 };
         let mut report = Report { updates, ..Report::default() };
         for (group, answer) in groups.zip(answers).filter(|(group, _)| firing(group)) {
             report.least_jacobian = report.least_jacobian.min(answer.least_jacobian);

@@ -32,7 +32,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         assert_eq!(exchanges.len(), self.bodies.len(), "every body has its exchange");
         // Forked on the pool, work is not handed over from outside at every tick.
         let reached = match self.pool.clone().filter(|_| self.is_busy() && self.has_ticks(t)) {
-            Some(pool) => pool.run(|| self.process((t, exchanges))),
+            Some(pool) => pool.lead(|| self.process((t, exchanges))),
             None => self.process((t, exchanges)),
         };
         self.recall();
