@@ -70,8 +70,9 @@ pub(super) struct Block {
     pub steps: (Tick, Tick),
     /// The steps of its groups, ticks: the bits of all of them, one each in bins.
     pub lengths: Tick,
-    /// How much of it fires at this tick.
+    /// How much of it fires at this tick, and how many elements.
     pub due: Due,
+    pub n_due: u64,
     /// What is around the groups that fire where some do, by the longest step of these.
     pub firing: BTreeMap<Tick, Around>,
     /// The longest step of a group that fires at this tick, where some do, ticks.
@@ -454,11 +455,7 @@ impl Block {
 
     /// Its elements that must be swept at this tick.
     pub fn wanted(&self) -> u64 {
-        match self.due {
-            _ if !self.is_wanted() => 0,
-            Due::Some => self.around().n_elements,
-            Due::Nothing | Due::All => self.n_elements,
-        }
+        if self.is_wanted() { self.n_due } else { 0 }
     }
 
     /// Whether what it gives to its nodes at this tick is in its part.

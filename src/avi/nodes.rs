@@ -276,7 +276,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 gathered.tell(nodes, &blocks);
             }
         } else {
-            share(pool.as_deref(), all, |runs: Runs<'_, D>| {
+            let parts = pool.as_deref().map_or(1, |pool| pool.runs(runs));
+            share((pool.as_deref(), parts), all, |runs: Runs<'_, D>| {
                 on!(level, _simd => runs.go((active, &blocks), rule, advance));
             });
             total = scratch.sums.iter().fold(total, NodeSums::and);

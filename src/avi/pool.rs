@@ -1,6 +1,7 @@
-use super::vigil::{Duty, Engaged, Vigil};
+use super::vigil::{Duty, Engaged, PATIENCE, Vigil};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// Runs of a work for each thread: who is done first takes one more. With one, the slower of two halves of a tick took a tenth longer
 /// than the other, of a tick of some of the elements twice as long; with four a thread still waited for 5 to 15 % of the nodes of one.
@@ -17,6 +18,11 @@ impl Pool {
     /// A pool of so many threads, 0 for all cores; `None` where one thread is enough or no thread can be had.
     #[must_use]
     pub fn new(threads: usize) -> Option<Arc<Self>> {
+        Self::patient(threads, PATIENCE)
+    }
+
+    /// The same, with how long threads stay awake.
+    pub(super) fn patient(threads: usize, patience: Duration) -> Option<Arc<Self>> {
         let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
         if threads == 1 {
             return None;
@@ -28,7 +34,7 @@ impl Pool {
             kept.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(handle);
             Ok(())
         });
-        Some(Arc::new(Self { workers: Some(builder.build().ok()?), vigil: Arc::default(), handles }))
+        Some(Arc::new(Self { workers: Some(builder.build().ok()?), vigil: Arc::new(Vigil::new(patience)), handles }))
     }
 
     /// How many threads there are.
@@ -37,10 +43,10 @@ impl Pool {
         self.workers.as_ref().map_or(1, rayon::ThreadPool::current_num_threads)
     }
 
-    /// Into how many runs a work is cut.
+    /// Into how many runs a work is cut that can be cut into so many at most.
     #[must_use]
-    pub fn runs(&self) -> usize {
-        RUNS * self.threads()
+    pub(super) fn runs(&self, most: usize) -> usize {
+        most.clamp(1, RUNS * self.threads())
     }
 
     /// Runs `work` on the pool.
@@ -71,12 +77,12 @@ pub(super) trait Cut: Sized + Send {
     fn cut(self, part: usize, of: usize) -> (Self, Self);
 }
 
-/// Does a work, cut into runs for the threads of the pool; without a pool as a whole.
-pub(super) fn share<W: Cut>(pool: Option<&Pool>, work: W, go: impl Fn(W) + Sync) {
+/// Does a work, cut into so many runs for the threads of the pool; without a pool as a whole.
+pub(super) fn share<W: Cut>((pool, runs): (Option<&Pool>, usize), work: W, go: impl Fn(W) + Sync) {
     match pool {
         Some(pool) => pool.run(|| {
             pool.vigil.call();
-            halve(work, pool.runs(), &go);
+            halve(work, runs, &go);
         }),
         None => go(work),
     }

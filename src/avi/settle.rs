@@ -35,7 +35,7 @@ struct Books<'a> {
 }
 
 impl Cut for Books<'_> {
-    /// As the sweep was cut.
+    /// By the elements of the blocks that fire.
     fn cut(self, part: usize, of: usize) -> (Self, Self) {
         let Self { blocks, clocks, answers, groups } = self;
         let middle = split(blocks, part as f64 / of as f64);
@@ -48,7 +48,7 @@ impl Cut for Books<'_> {
     }
 }
 
-/// Elements above which books are shared: 0.2 ns each, while it takes some µs until a thread that is awake has come.
+/// Elements above which books are shared, 0.25 ns each: those of 169 200 take 41 µs by one thread and 30 by two that are awake.
 const SHARED_BOOKS: u64 = 50_000;
 
 impl<const D: usize> Blocks<D> {
@@ -64,7 +64,8 @@ impl<const D: usize> Blocks<D> {
         let ahead = |clock: &Clock| grid.time(moment.ahead(clock.step));
         // What is at rest where a mesh begins was swept once, and not once more.
         let answered = |block: &Block| block.report.is_some() || moment.phase == Phase::First;
-        share(pool, Books { blocks: &mut self.all, clocks, answers, groups: self.groups }, |books| {
+        let runs = pool.map_or(1, |pool| pool.runs(self.all.len()));
+        share((pool, runs), Books { blocks: &mut self.all, clocks, answers, groups: self.groups }, |books| {
             let of_blocks = books.clocks.chunks_mut(books.groups).zip(books.answers.chunks(books.groups));
             let swept = books.blocks.iter_mut().zip(of_blocks).filter(|(block, _)| answered(block));
             for (block, (clocks, answers)) in swept {

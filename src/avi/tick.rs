@@ -41,7 +41,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Whether a group fires up to time `t`, s.
     fn has_ticks(&self, t: f64) -> bool {
-        let next = self.state.now.and_then(|now| self.next_tick(now));
+        let next = self.state.now.map_or(Some(self.origin), |now| self.next_tick(now));
         next.is_some_and(|next| next <= self.grid.last_tick(t))
     }
 

@@ -1,4 +1,4 @@
-//! Threads that stay awake between what is shared: one that sleeps needs some 30 µs to come, and a tick is shared twice.
+//! Threads that stay awake between what is shared: one that sleeps needs some 30 µs to come, and a tick is shared two or three times.
 
 use rayon::Yield;
 use std::cell::Cell;
@@ -6,9 +6,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long a thread waits for more to do: longer than one thread is busy between two ticks that are shared, books and contact of
-/// 169 200 elements and the tick of what contact steps more often.
-const PATIENCE: Duration = Duration::from_micros(250);
+/// How long a thread waits for more to do: longer than one thread is busy between two ticks that are shared, 165 µs with 169 200
+/// elements (books and contact of the first, and a tick of what contact steps more often). Longer it would only use a core.
+pub(super) const PATIENCE: Duration = Duration::from_micros(250);
 
 /// What a thread is busy with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -17,11 +17,12 @@ pub(super) enum Duty {
     None,
     /// A part of what is shared: while it waits for another part it must begin no watch.
     Part,
-    /// It watches, or leads.
-    Watch,
+    /// All that comes: it watches, or leads.
+    Whole,
 }
 
 thread_local! {
+    // What is run while its thread waits for another part can ask nobody else what that thread does.
     static DUTY: Cell<Duty> = const { Cell::new(Duty::None) };
 }
 
@@ -43,8 +44,9 @@ impl Drop for Engaged {
 }
 
 /// What threads watch for.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Vigil {
+    patience: Duration,
     /// Whether more may come.
     is_open: AtomicBool,
     /// Whether all threads were called, and none has left or could not come since.
@@ -54,9 +56,13 @@ pub(super) struct Vigil {
 }
 
 impl Vigil {
+    pub fn new(patience: Duration) -> Self {
+        Self { patience, is_open: false.into(), was_called: false.into(), watching: 0.into() }
+    }
+
     /// Does a work on a thread of a pool; the others watch from its first [call](Self::call) on.
     pub fn during<R>(&self, work: impl FnOnce() -> R) -> R {
-        let (_engaged, _open) = (Engaged::with(Duty::Watch), Open::new(self));
+        let (_engaged, _open) = (Engaged::with(Duty::Whole), Open::new(self));
         work()
     }
 
@@ -73,12 +79,12 @@ impl Vigil {
         match DUTY.get() {
             Duty::None => {}
             Duty::Part => return self.was_called.store(false, Ordering::Relaxed),
-            Duty::Watch => return,
+            Duty::Whole => return,
         }
-        let _engaged = Engaged::with(Duty::Watch);
+        let _engaged = Engaged::with(Duty::Whole);
         self.watching.fetch_add(1, Ordering::Relaxed);
         let mut since = Instant::now();
-        while self.is_open.load(Ordering::Relaxed) && since.elapsed() < PATIENCE {
+        while self.is_open.load(Ordering::Relaxed) && since.elapsed() < self.patience {
             if rayon::yield_now() == Some(Yield::Executed) {
                 since = Instant::now();
             } else {
@@ -115,6 +121,9 @@ mod tests {
     use super::*;
     use std::panic::{AssertUnwindSafe, catch_unwind};
 
+    /// As long as no test takes.
+    const FOREVER: Duration = Duration::from_hours(1);
+
     /// So many numbers to count.
     struct Numbers(usize);
 
@@ -125,19 +134,24 @@ mod tests {
         }
     }
 
-    /// Shares a work again and again, and at last waits until the others watch.
-    fn lead(pool: &Pool, vigil: &Vigil) -> usize {
-        pool.lead(|| {
-            let counted = AtomicUsize::new(0);
-            for _ in 0..100 {
-                share(Some(pool), Numbers(1000), |numbers| _ = counted.fetch_add(numbers.0, Ordering::Relaxed));
-            }
-            wait_for(|| {
-                share(Some(pool), Numbers(1), |_| ());
-                vigil.watching.load(Ordering::Relaxed) == pool.threads() - 1
-            });
-            counted.into_inner()
-        })
+    /// Shares numbers again and again, as many as are returned in all.
+    fn count(pool: &Pool) -> usize {
+        let counted = AtomicUsize::new(0);
+        let add = |numbers: Numbers| _ = counted.fetch_add(numbers.0, Ordering::Relaxed);
+        (0..100).for_each(|_| share((Some(pool), 16), Numbers(1000), add));
+        counted.into_inner()
+    }
+
+    /// Shares until all others watch.
+    fn gather(pool: &Pool) {
+        wait_for(|| {
+            share((Some(pool), 2), Numbers(2), |_| ());
+            watching(pool) == pool.threads() - 1
+        });
+    }
+
+    fn watching(pool: &Pool) -> usize {
+        pool.vigil().watching.load(Ordering::Relaxed)
     }
 
     fn wait_for(mut done: impl FnMut() -> bool) {
@@ -151,21 +165,35 @@ mod tests {
     #[test]
     fn other_threads_watch_while_one_leads_and_no_longer() {
         for threads in [2, 4] {
-            let pool = Pool::new(threads).expect("threads");
-            let vigil = pool.vigil();
+            let pool = Pool::patient(threads, FOREVER).expect("threads");
             for _ in 0..3 {
-                assert_eq!(lead(&pool, vigil), 100_000);
-                wait_for(|| vigil.watching.load(Ordering::Relaxed) == 0);
+                assert_eq!(pool.lead(|| count(&pool)), 100_000);
+                pool.lead(|| gather(&pool));
+                wait_for(|| watching(&pool) == 0);
             }
         }
     }
 
     #[test]
     fn nobody_waits_for_who_has_panicked() {
-        let pool = Pool::new(2).expect("threads");
-        let panics = || pool.lead(|| share(Some(&pool), Numbers(1000), |_| panic!("on purpose")));
-        assert!(catch_unwind(AssertUnwindSafe(panics)).is_err());
-        wait_for(|| pool.vigil().watching.load(Ordering::Relaxed) == 0);
-        assert_eq!(lead(&pool, pool.vigil()), 100_000);
+        let pool = Pool::patient(2, FOREVER).expect("threads");
+        let panics = || {
+            gather(&pool);
+            share((Some(&pool), 16), Numbers(1000), |_| panic!("on purpose"));
+        };
+        assert!(catch_unwind(AssertUnwindSafe(|| pool.lead(panics))).is_err());
+        wait_for(|| watching(&pool) == 0);
+        assert_eq!(pool.lead(|| count(&pool)), 100_000);
+    }
+
+    #[test]
+    fn who_has_left_for_want_of_work_is_called_again() {
+        let pool = Pool::patient(3, Duration::from_millis(20)).expect("threads");
+        pool.lead(|| {
+            for _ in 0..3 {
+                gather(&pool);
+                wait_for(|| watching(&pool) == 0);
+            }
+        });
     }
 }
