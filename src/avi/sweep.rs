@@ -327,7 +327,27 @@ mod tests {
     use super::*;
     use crate::contact::Exchange;
     use crate::element::{Section, Simplices};
-    use crate::mesh::{ElementId, Facet};
+    use crate::mesh::{ElementId, Facet, graded};
+
+    #[test]
+    fn what_fires_in_part_is_shared_with_the_same_bits() {
+        let mesh = swinging::mesh(&graded(1.0, 0.025, (0.3, 1.3, 0.2)));
+        let run = |threads| {
+            let mut engine = swinging::engine(swinging::gel(&mesh)).with_pool(Pool::new(threads));
+            let (mut in_part, mut tick) = (0, 0);
+            for _ in 0..32 {
+                engine.advance_to(engine.grid.time(tick), &mut [Exchange::default()]).expect("the gel only swings");
+                tick += engine.steps.0;
+                let all = &engine.blocks.as_ref().expect("bins have the fast form").all;
+                let some = all.iter().any(|block| block.due == Due::Some);
+                in_part += usize::from(some && all.iter().map(Block::wanted).sum::<u64>() > SHARED);
+            }
+            (engine.state.position, engine.state.velocity, in_part)
+        };
+        let one = run(1);
+        assert!(one.2 > 4, "{} ticks of what fires in part are shared", one.2);
+        assert!(run(3) == one && run(2) == one);
+    }
 
     #[test]
     fn the_longest_step_that_fires_is_one_that_there_is() {
