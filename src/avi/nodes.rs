@@ -276,8 +276,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 gathered.tell(nodes, &blocks);
             }
         } else {
-            let parts = pool.as_deref().map_or(1, |pool| pool.runs(runs));
-            share((pool.as_deref(), parts), all, |runs: Runs<'_, D>| {
+            share((pool.as_deref(), runs), all, |runs: Runs<'_, D>| {
                 on!(level, _simd => runs.go((active, &blocks), rule, advance));
             });
             total = scratch.sums.iter().fold(total, NodeSums::and);

@@ -77,12 +77,12 @@ pub(super) trait Cut: Sized + Send {
     fn cut(self, part: usize, of: usize) -> (Self, Self);
 }
 
-/// Does a work, cut into so many runs for the threads of the pool; without a pool as a whole.
-pub(super) fn share<W: Cut>((pool, runs): (Option<&Pool>, usize), work: W, go: impl Fn(W) + Sync) {
+/// Does a work, cut into runs for the threads of the pool, so many at most; without a pool as a whole.
+pub(super) fn share<W: Cut>((pool, most): (Option<&Pool>, usize), work: W, go: impl Fn(W) + Sync) {
     match pool {
         Some(pool) => pool.run(|| {
             pool.vigil.call();
-            halve(work, runs, &go);
+            halve(work, pool.runs(most), &go);
         }),
         None => go(work),
     }

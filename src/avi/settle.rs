@@ -64,8 +64,7 @@ impl<const D: usize> Blocks<D> {
         let ahead = |clock: &Clock| grid.time(moment.ahead(clock.step));
         // What is at rest where a mesh begins was swept once, and not once more.
         let answered = |block: &Block| block.report.is_some() || moment.phase == Phase::First;
-        let runs = pool.map_or(1, |pool| pool.runs(self.all.len()));
-        share((pool, runs), Books { blocks: &mut self.all, clocks, answers, groups: self.groups }, |books| {
+        share((pool, self.all.len()), Books { blocks: &mut self.all, clocks, answers, groups: self.groups }, |books| {
             let of_blocks = books.clocks.chunks_mut(books.groups).zip(books.answers.chunks(books.groups));
             let swept = books.blocks.iter_mut().zip(of_blocks).filter(|(block, _)| answered(block));
             for (block, (clocks, answers)) in swept {

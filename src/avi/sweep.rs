@@ -91,13 +91,14 @@ impl<const D: usize> Blocks<D> {
             at_rest.for_each(|block| block.known = Known::Sums);
         }
         let pool = pool.filter(|_| elements > SHARED);
-        let (runs, still) = (pool.map_or(1, |pool| pool.runs(self.all.len())), self.still);
+        let (most, still) = (self.all.len(), self.still);
+        let runs = pool.map_or(1, |pool| pool.runs(most));
         self.locals.resize_with(runs.max(self.locals.len()), || Local::new(still));
         let with = (&self.lanes, self.level, self.strained);
         let (blocks, parts, locals) = (self.all.as_mut_slice(), self.parts.as_mut_slice(), self.locals.as_mut_slice());
         let (memory, groups, rows) = (self.memory.as_mut_slice(), self.groups, BATCHES * self.lanes.rows());
         let all = Found { first: 0, blocks, parts, stiffness, answers, memory, locals, groups, rows };
-        share((pool, runs), all, |found| {
+        share((pool, most), all, |found| {
             let (mut parts, mut memory) = (found.parts, found.memory);
             let found_of = found.stiffness.chunks_mut(SLOTS).zip(found.answers.chunks_mut(found.groups));
             for (i, (block, (stiffness, answers))) in found.blocks.iter_mut().zip(found_of).enumerate() {
