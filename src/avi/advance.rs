@@ -3,7 +3,7 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
 use super::damping::{Damped, fade};
-use super::gather::{Gathered, TOGETHER};
+use super::gather::{Gathered, TOGETHER, WHOLE};
 use super::nodes::{NodeSums, Runs};
 use super::{Gel, TickGrid};
 use crate::algebra::{Vector, embed};
@@ -29,7 +29,7 @@ impl<const D: usize, P: Potential<D>> Advance<'_, D, P> {
     pub fn go(&self, runs: &mut Runs<'_, D>, nodes: &[usize], gathered: &mut Gathered<D>, sums: &mut NodeSums) {
         // Its own: what nodes are given can't change it.
         let mut found = *sums;
-        if self.rate == 0.0 && gathered.beside && self.gel.are_free(nodes[0]..nodes[0] + TOGETHER) {
+        if self.rate == 0.0 && gathered.beside {
             self.side_by_side(runs, nodes[0], gathered, &mut found);
         } else {
             self.one_by_one(runs, nodes, gathered, &mut found);
@@ -46,7 +46,6 @@ impl<const D: usize, P: Potential<D>> Advance<'_, D, P> {
             let mut node = Node::of(runs, a);
             let passed = node.drift(self.grid, self.tick);
             *node.limit = gathered.limit[i];
-            sums.limit = sums.limit.min(gathered.limit[i]);
             let before = *node.velocity;
             *node.before = before;
             *node.velocity += if gel.is_free(a) { p } else { p.component_mul(&gel.free(a)) } / gel.mass[a];
@@ -64,8 +63,8 @@ impl<const D: usize, P: Potential<D>> Advance<'_, D, P> {
         }
     }
 
-    /// Nodes that stand [beside each other](Gathered::beside) from one on, all of them free and none damped: each stage for all of them,
-    /// so that they go side by side through the vector units, with the bits of one by one.
+    /// Nodes that stand [beside each other](Gathered::beside) from one on, none of them damped: each stage for all of them, so that they
+    /// go side by side through the vector units, with the bits of one by one.
     #[inline(always)]
     fn side_by_side(&self, runs: &mut Runs<'_, D>, first: usize, gathered: &mut Gathered<D>, sums: &mut NodeSums) {
         let at = first - runs.first;
@@ -80,13 +79,15 @@ impl<const D: usize, P: Potential<D>> Advance<'_, D, P> {
             }
         }
         (*last, *limit, *before) = ([self.tick; TOGETHER], gathered.limit, *velocity);
+        let (parts, held) = (&gathered.parts, self.gel.held_from::<TOGETHER>(first));
         let (mut work, mut square) = ([0.0; TOGETHER], [0.0; TOGETHER]);
         for i in 0..TOGETHER {
             // Component by component: so they are found to go side by side. Sums begin with what is first, as products of vectors do.
             let (mut change, mut mean) = (0.0, 0.0);
             for k in 0..D {
-                let (p, old) = (gathered.parts[i][k], before[i][k]);
-                let new = old + p / mass[i];
+                let (p, old) = (parts[k][i], before[i][k]);
+                let free = f64::from(held[i] >> k & 1 ^ 1);
+                let new = old + p * free / mass[i];
                 let (own_change, own_mean, own_square) = (p * (new - old), p * (old + new), new * new);
                 let sum = |sum: f64, own: f64| if k == 0 { own } else { sum + own };
                 (change, mean, square[i]) = (sum(change, own_change), sum(mean, own_mean), sum(square[i], own_square));
@@ -98,13 +99,27 @@ impl<const D: usize, P: Potential<D>> Advance<'_, D, P> {
             excess[i] = left;
         }
         sums.work = work.iter().fold(sums.work, |sum, work| sum + work);
-        sums.limit = gathered.limit.iter().copied().fold(sums.limit, f64::min);
-        sums.fastest = square.into_iter().fold(sums.fastest, f64::max);
+        sums.fastest = sums.fastest.max(greatest(square));
+        if held.iter().fold(0, |all, held| all | held) != 0 {
+            for (i, at) in position.iter().enumerate() {
+                sums.taken.add(&self.gel.free(first + i), self.freedom, (embed(at), embed(&gathered.push(i))));
+            }
+        }
     }
 }
 
-/// Said of nodes that stand [beside each other](Gathered::beside).
-const WHOLE: &str = "that many nodes go together";
+/// The greatest of these that are numbers, two by two: so they go side by side.
+#[inline(always)]
+fn greatest(mut all: [f64; TOGETHER]) -> f64 {
+    let mut n = TOGETHER;
+    while n > 1 {
+        n /= 2;
+        for i in 0..n {
+            all[i] = all[i].max(all[i + n]);
+        }
+    }
+    all[0]
+}
 
 /// Those that go together from one on.
 #[inline(always)]
@@ -155,6 +170,7 @@ impl<'a, const D: usize> Node<'a, D> {
 #[cfg(test)]
 mod tests {
     use super::super::gather::Rule;
+    use super::super::kick::Taken;
     use super::super::swinging;
     use super::*;
     use crate::element::Accumulated;
@@ -166,7 +182,8 @@ mod tests {
         last: Vec<Tick>,
         numbers: [Vec<u64>; 2],
         moves: [bool; TOGETHER],
-        sums: [u64; 3],
+        sums: [u64; 2],
+        taken: Taken,
     }
 
     /// The same, and farther apart.
@@ -177,7 +194,14 @@ mod tests {
     /// All of them have something to give, or only one, so that what it does is not lost in the sums.
     fn after(beside: bool, only: Option<usize>) -> After {
         let gives = |i: usize| only.is_none_or(|only| only == i);
-        let mesh = swinging::mesh(&[0.0, 0.3, 0.5, 1.0]);
+        let mut mesh = swinging::mesh(&[0.0, 0.3, 0.5, 1.0]);
+        // Some are held, in one direction, in two or in all.
+        mesh.held
+            .iter_mut()
+            .enumerate()
+            .skip(10)
+            .step_by(7)
+            .for_each(|(i, held)| *held = [true, i % 2 == 0, i % 3 == 0]);
         let (gel, n) = (swinging::gel(&mesh), mesh.rest.len());
         let grid = TickGrid::new(&[1e-5]);
         let advance = Advance { gel: &gel, grid, freedom: Freedom::SPATIAL, tick: 4096, share: 0.5, rate: 0.0 };
@@ -217,7 +241,8 @@ mod tests {
             last,
             numbers: [bits(limit), bits(excess)],
             moves: gathered.moves,
-            sums: [sums.work, sums.limit, sums.fastest].map(f64::to_bits),
+            sums: [sums.work, sums.fastest].map(f64::to_bits),
+            taken: sums.taken,
         }
     }
 
@@ -226,5 +251,6 @@ mod tests {
         for only in (0..TOGETHER).map(Some).chain([None]) {
             assert_eq!(after(true, only), after(false, only), "{only:?}");
         }
+        assert_ne!(after(true, None).taken, Taken::default(), "who is held is pushed");
     }
 }

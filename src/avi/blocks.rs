@@ -8,6 +8,7 @@ use super::gather::{Overlap, TOGETHER};
 use super::nodes::RUN;
 use super::order::Order;
 use super::pace::RAISE_MARGIN;
+use super::pool::PerThread;
 use super::settle::Settled;
 use super::{Gel, TickGrid};
 use crate::element::{Accumulated, Corner, Lanes, Local, MAX_NODES, Potential, Recall, Spent, rounding};
@@ -100,7 +101,7 @@ pub(super) struct Block {
 /// What is around some groups of a block.
 #[derive(Debug, Default)]
 pub(super) struct Around {
-    /// Their nodes, ascending.
+    /// Their nodes, ascending; none before they are found.
     pub nodes: Vec<u16>,
     /// The corners at these of all elements of the block, in the order of a sweep.
     pub corners: Vec<Corner>,
@@ -176,8 +177,8 @@ pub(super) struct Blocks<const D: usize> {
     spots: Vec<Spot>,
     /// What blocks have in common with each stretch of nodes.
     pub overlaps: Vec<Vec<Overlap>>,
-    /// One for each run of a sweep (`Pool::runs`).
-    pub locals: Vec<Local>,
+    /// What a sweep works with.
+    pub locals: PerThread<Local>,
     /// To what positions are rounded, m.
     pub still: f64,
     pub level: Level,
@@ -221,7 +222,7 @@ impl<const D: usize> Blocks<D> {
         }
         let overlaps = Overlap::all(&blocks, n_nodes);
         let still = rounding(gel.potential.rest());
-        let (groups, n_groups, locals) = (SLOTS / order.width(), order.n_groups(), vec![Local::new(still)]);
+        let (groups, n_groups, locals) = (SLOTS / order.width(), order.n_groups(), PerThread::new(Local::new(still)));
         let fronts = blocks.iter().map(|_| Front::default()).collect();
         let parts = vec![[0.0; 4]; n_parts];
         let memory = lanes.memory();

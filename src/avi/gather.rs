@@ -23,6 +23,8 @@ const _: () = assert!(TOGETHER.is_multiple_of(LANES), "they fill vectors");
 pub(super) const STRETCH: usize = 256;
 /// How many overlaps before it is gathered from an overlap is asked for; 1 to 12 are as good.
 const AHEAD: usize = 3;
+/// Said of nodes that stand [beside each other](Gathered::beside).
+pub(super) const WHOLE: &str = "that many nodes go together";
 /// Bytes of a line of the cache.
 const LINE: usize = 64;
 const _: () = assert!(RUN / STRETCH * STRETCH == RUN, "runs are made of whole stretches");
@@ -37,8 +39,8 @@ pub(super) struct Rule<'a> {
 
 /// What some nodes gather from the blocks around them, and what these are told.
 pub(super) struct Gathered<const D: usize> {
-    /// Σ p, N·s, and Σ κ, N/m.
-    pub parts: [Accumulated; TOGETHER],
+    /// Σ p, N·s, and last Σ κ, N/m: component by component, each of all of them.
+    pub parts: [[f64; TOGETHER]; 4],
     /// CFL · 2/√λ_a, s.
     pub limit: [f64; TOGETHER],
     /// Whether they move after their kicks.
@@ -50,20 +52,37 @@ pub(super) struct Gathered<const D: usize> {
 impl<const D: usize> Gathered<D> {
     /// What these nodes are given, and their limits.
     #[inline(always)]
-    pub fn new(parts: &[Accumulated; TOGETHER], nodes: &[usize], rule: Rule<'_>) -> Self {
-        let (mut mass, mut limit) = ([1.0; TOGETHER], [0.0; TOGETHER]);
+    pub fn new(given: &[Accumulated; TOGETHER], nodes: &[usize], rule: Rule<'_>) -> Self {
+        let mut mass = [1.0; TOGETHER];
         nodes.iter().zip(&mut mass).for_each(|(node, own)| *own = rule.mass[*node]);
-        // All of them, and apart from the rest: so roots and divisions go side by side.
-        for i in 0..TOGETHER {
-            limit[i] = rule.cfl * pace::limit(parts[i][3], mass[i]);
+        Self::of(given, &mass, rule.cfl)
+    }
+
+    /// The same of nodes that stand [beside](Self::beside) each other from one on.
+    #[inline(always)]
+    fn beside(given: &[Accumulated; TOGETHER], first: usize, rule: Rule<'_>) -> Self {
+        let mass = rule.mass[first..].first_chunk().expect(WHOLE);
+        Self { beside: true, ..Self::of(given, mass, rule.cfl) }
+    }
+
+    #[inline(always)]
+    fn of(given: &[Accumulated; TOGETHER], mass: &[f64; TOGETHER], cfl: f64) -> Self {
+        // All four: of some of them the last ones would be taken one by one.
+        let (mut parts, mut limit) = ([[0.0; TOGETHER]; 4], [0.0; TOGETHER]);
+        for (i, given) in given.iter().enumerate() {
+            (0..4).for_each(|k| parts[k][i] = given[k]);
         }
-        Self { parts: *parts, limit, moves: [false; TOGETHER], beside: false }
+        // Apart from the rest: so roots and divisions go side by side.
+        for i in 0..TOGETHER {
+            limit[i] = cfl * pace::limit(parts[3][i], mass[i]);
+        }
+        Self { parts, limit, moves: [false; TOGETHER], beside: false }
     }
 
     /// Σ p of the i-th, N·s.
     #[inline(always)]
     pub fn push(&self, i: usize) -> Vector<D> {
-        Vector::<D>::from_fn(|axis, _| self.parts[i][axis])
+        Vector::<D>::from_fn(|axis, _| self.parts[axis][i])
     }
 
     /// Tells the blocks around these nodes of their limits, and that they must be swept from now on where a node moves.
@@ -153,11 +172,14 @@ impl Stretch {
             let block = &blocks.all[overlap.block as usize];
             let nodes = &block.nodes[overlap.numbers()];
             let given = &blocks.parts[block.first..][overlap.numbers()];
-            let gives = blocks.fronts[overlap.block as usize].gives;
-            for (node, given) in nodes.iter().zip(given) {
-                let given = if gives { *given } else { [0.0, 0.0, 0.0, given[3]] };
-                let part = &mut parts[node.index() % STRETCH];
-                (0..4).for_each(|i| part[i] += given[i]);
+            // Two loops: with a choice for each node it takes half as long again.
+            if blocks.fronts[overlap.block as usize].gives {
+                for (node, given) in nodes.iter().zip(given) {
+                    let part = &mut parts[node.index() % STRETCH];
+                    (0..4).for_each(|i| part[i] += given[i]);
+                }
+            } else {
+                nodes.iter().zip(given).for_each(|(node, given)| parts[node.index() % STRETCH][3] += given[3]);
             }
         }
         let (active, limit, moves) = ([false; STRETCH], [0.0; STRETCH], [false; STRETCH]);
@@ -167,19 +189,28 @@ impl Stretch {
     /// What some nodes of the stretch are given, and their limits.
     #[inline(always)]
     pub fn gathered<const D: usize>(&self, nodes: &[usize], rule: Rule<'_>) -> Gathered<D> {
-        let mut parts = [[0.0; 4]; TOGETHER];
-        nodes.iter().zip(&mut parts).for_each(|(node, part)| *part = self.parts[node % STRETCH]);
-        let mut gathered = Gathered::new(&parts, nodes, rule);
-        let n = nodes.len();
+        let (n, first) = (nodes.len(), nodes[0]);
         // They are ascending.
-        gathered.beside = n == TOGETHER && nodes[n - 1] - nodes[0] == n - 1;
-        gathered
+        if n == TOGETHER && nodes[n - 1] - first == n - 1 {
+            let given = self.parts[first % STRETCH..].first_chunk().expect(WHOLE);
+            return Gathered::beside(given, first, rule);
+        }
+        let mut given = [[0.0; 4]; TOGETHER];
+        nodes.iter().zip(&mut given).for_each(|(node, given)| *given = self.parts[node % STRETCH]);
+        Gathered::new(&given, nodes, rule)
     }
 
     /// Notes the limits of these nodes, which are active, and whether they move.
     #[inline(always)]
     pub fn note<const D: usize>(&mut self, nodes: &[usize], gathered: &Gathered<D>) {
         self.note_limits(&gathered.limit, nodes.len());
+        if gathered.beside {
+            let at = nodes[0] % STRETCH;
+            let all = at..at + TOGETHER;
+            self.active[all.clone()].fill(true);
+            self.limit[all.clone()].copy_from_slice(&gathered.limit);
+            return self.moves[all].copy_from_slice(&gathered.moves);
+        }
         for (i, node) in nodes.iter().enumerate() {
             let at = node % STRETCH;
             (self.active[at], self.limit[at], self.moves[at]) = (true, gathered.limit[i], gathered.moves[i]);
@@ -222,10 +253,16 @@ impl Stretch {
         }
     }
 
+    /// The least limit of the active ones that is a number, s.
+    #[inline(always)]
+    pub fn least(&self) -> f64 {
+        self.least.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
     /// The least and the greatest limit of the active ones, s; no numbers if one is none.
     #[inline(always)]
     fn limits(&self) -> (f64, f64) {
-        let least = self.least.into_iter().fold(f64::INFINITY, f64::min);
+        let least = self.least();
         let most = self.most.into_iter().fold(0.0, f64::max);
         if self.are_numbers { (least, most) } else { (f64::NAN, f64::NAN) }
     }
@@ -269,7 +306,7 @@ mod tests {
             limits.extend_from_slice(&gathered.limit[..n]);
             let is_next = |pair: &[usize]| pair[0] + 1 == pair[1];
             assert_eq!(gathered.beside, n == TOGETHER && nodes.windows(2).all(is_next));
-            assert_eq!(gathered.parts, blocks.given(nodes));
+            assert_eq!(gathered.parts, Gathered::<3>::new(&blocks.given(nodes), nodes, rule).parts);
             move_some(nodes, &mut gathered);
             stretch.note(nodes, &gathered);
         }

@@ -94,16 +94,16 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
         Vector::<D>::from_fn(|i, _| if self.held[node] >> i & 1 == 1 { 0.0 } else { 1.0 })
     }
 
+    /// The held directions of so many nodes from one on: bit i for the i-th.
+    #[inline]
+    pub(super) fn held_from<const N: usize>(&self, first: usize) -> &[u8; N] {
+        self.held[first..].first_chunk().expect("there are so many nodes")
+    }
+
     /// The held directions of a node.
     #[must_use]
     pub fn held(&self, node: usize) -> [bool; D] {
         std::array::from_fn(|i| self.held[node] >> i & 1 == 1)
-    }
-
-    /// Whether none of these nodes is held in any direction.
-    #[inline]
-    pub(super) fn are_free(&self, nodes: std::ops::Range<usize>) -> bool {
-        self.held[nodes].iter().fold(0, |all, held| all | held) == 0
     }
 
     /// Whether a node is held in no direction.

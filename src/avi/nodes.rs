@@ -171,6 +171,7 @@ impl<const D: usize> Runs<'_, D> {
                     advance.go(&mut self, &some[..n], &mut gathered, &mut sums);
                     stretch.note(&some[..n], &gathered);
                 }
+                sums.limit = sums.limit.min(stretch.least());
                 stretch.tell(blocks);
             }
             self.sums[run] = sums;
@@ -273,6 +274,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 let nodes = &nodes[..some.len()];
                 let mut gathered = Gathered::new(&blocks.given(nodes), nodes, rule);
                 advance.go(&mut all, nodes, &mut gathered, &mut total);
+                total.limit = gathered.limit[..nodes.len()].iter().copied().fold(total.limit, f64::min);
                 gathered.tell(nodes, &blocks);
             }
         } else {

@@ -1,5 +1,5 @@
 use super::vigil::{Duty, Engaged, PATIENCE, Vigil};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -31,7 +31,7 @@ impl Pool {
         let kept = Arc::clone(&handles);
         let builder = rayon::ThreadPoolBuilder::new().num_threads(threads).spawn_handler(move |thread| {
             let handle = std::thread::Builder::new().name("gel".into()).spawn(|| thread.run())?;
-            kept.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(handle);
+            kept.lock().unwrap_or_else(PoisonError::into_inner).push(handle);
             Ok(())
         });
         Some(Arc::new(Self { workers: Some(builder.build().ok()?), vigil: Arc::new(Vigil::new(patience)), handles }))
@@ -98,10 +98,34 @@ fn halve<W: Cut>(work: W, runs: usize, go: &(impl Fn(W) + Sync)) {
     rayon::join(|| halve(first, half, go), || halve(second, runs - half, go));
 }
 
+/// One of a kind for each thread of a pool, for what it works with: what it used last is still near, and so much need not be kept as there
+/// are runs.
+#[derive(Debug)]
+pub(super) struct PerThread<T>(Vec<Mutex<T>>);
+
+impl<T> PerThread<T> {
+    /// One, for the thread of the caller.
+    pub fn new(first: T) -> Self {
+        Self(vec![Mutex::new(first)])
+    }
+
+    /// As many as the pool has threads.
+    pub fn provide(&mut self, pool: &Pool, new: impl Fn() -> T) {
+        self.0.resize_with(pool.threads().max(self.0.len()), || Mutex::new(new()));
+    }
+
+    /// That of this thread; nobody waits for it but where a thread that is none of the pool has the same.
+    pub fn own(&self) -> MutexGuard<'_, T> {
+        let thread = rayon::current_thread_index().unwrap_or(0);
+        // What a panic left is begun anew.
+        self.0[thread % self.0.len()].lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
 impl Drop for Pool {
     fn drop(&mut self) {
         drop(self.workers.take());
-        let mut handles = self.handles.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut handles = self.handles.lock().unwrap_or_else(PoisonError::into_inner);
         for handle in handles.drain(..) {
             // A worker that panicked has reported it already; dropping must not panic again.
             let _ = handle.join();

@@ -9,7 +9,8 @@ use super::pool::{Cut, share};
 use super::{Pool, TickGrid};
 use crate::algebra::Vector;
 use crate::element::{
-    Accumulated, At, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MOST_LOCAL_NODES, Power, Recall, Whereabouts,
+    Accumulated, At, Corner, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MAX_NODES, MOST_LOCAL_NODES, Power, Recall,
+    Whereabouts,
 };
 use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
@@ -18,9 +19,10 @@ use prefetch_index::prefetch_index;
 use std::sync::atomic::Ordering;
 
 /// What a sweep reads.
+#[derive(Clone, Copy)]
 pub(super) struct Sweep<'a, const D: usize> {
     pub moment: Moment,
-    pub grid: &'a TickGrid,
+    pub grid: TickGrid,
     pub position: &'a [Vector<D>],
     pub velocity: &'a [Vector<D>],
     pub rest: &'a [Vector<D>],
@@ -30,7 +32,7 @@ pub(super) struct Sweep<'a, const D: usize> {
     pub order: &'a Order,
 }
 
-/// What a sweep writes, from some block on, and what each run of it works with.
+/// What a sweep writes, from some block on.
 struct Found<'a> {
     first: usize,
     blocks: &'a mut [Block],
@@ -38,7 +40,6 @@ struct Found<'a> {
     stiffness: &'a mut [f64],
     answers: &'a mut [GroupAnswer],
     memory: &'a mut [Recall],
-    locals: &'a mut [Local],
     /// Groups of a block, and numbers that its elements remember, in rows of eight.
     groups: usize,
     rows: usize,
@@ -47,18 +48,17 @@ struct Found<'a> {
 impl Cut for Found<'_> {
     /// By the elements of the blocks that fire.
     fn cut(self, part: usize, of: usize) -> (Self, Self) {
-        let Self { first, blocks, parts, stiffness, answers, memory, locals, groups, rows } = self;
+        let Self { first, blocks, parts, stiffness, answers, memory, groups, rows } = self;
         let middle = split(blocks, part as f64 / of as f64);
         let (blocks, more_blocks) = blocks.split_at_mut(middle);
         let (parts, more_parts) = parts.split_at_mut(blocks.iter().map(|block| block.nodes.len()).sum());
         let (stiffness, more_stiffness) = stiffness.split_at_mut(stiffness.len().min(middle * SLOTS));
         let (answers, more_answers) = answers.split_at_mut(answers.len().min(middle * groups));
         let (memory, more_memory) = memory.split_at_mut(memory.len().min(middle * rows));
-        let (locals, more_locals) = locals.split_at_mut(part);
-        let own = Self { first, blocks, parts, stiffness, answers, memory, locals, groups, rows };
+        let own = Self { first, blocks, parts, stiffness, answers, memory, groups, rows };
         let (first, blocks, parts, stiffness) = (first + middle, more_blocks, more_parts, more_stiffness);
-        let (answers, memory, locals) = (more_answers, more_memory, more_locals);
-        (own, Self { first, blocks, parts, stiffness, answers, memory, locals, groups, rows })
+        let (answers, memory) = (more_answers, more_memory);
+        (own, Self { first, blocks, parts, stiffness, answers, memory, groups, rows })
     }
 }
 
@@ -72,9 +72,8 @@ pub(super) const SHARED: u64 = 4_096;
 impl<const D: usize> Blocks<D> {
     /// Finds out what fires; the number of elements that must be swept.
     pub fn find_due(&mut self, sweep: &Sweep<'_, D>) -> u64 {
-        let (n, lanes) = (self.groups, &self.lanes);
         for (i, block) in self.all.iter_mut().enumerate() {
-            block.find_due(sweep, (lanes, groups_of(i, n, sweep.clocks.len())));
+            block.find_due(sweep, groups_of(i, self.groups, sweep.clocks.len()));
         }
         self.all.iter().map(Block::wanted).sum()
     }
@@ -90,16 +89,16 @@ impl<const D: usize> Blocks<D> {
             let at_rest = self.all.iter_mut().filter(|block| block.known == Known::Rest);
             at_rest.for_each(|block| block.known = Known::Sums);
         }
-        let pool = pool.filter(|_| elements > SHARED);
-        let (most, still) = (self.all.len(), self.still);
-        let runs = pool.map_or(1, |pool| pool.runs(most));
-        self.locals.resize_with(runs.max(self.locals.len()), || Local::new(still));
-        let with = (&self.lanes, self.level, self.strained);
-        let (blocks, parts, locals) = (self.all.as_mut_slice(), self.parts.as_mut_slice(), self.locals.as_mut_slice());
+        let (pool, still) = (pool.filter(|_| elements > SHARED), self.still);
+        if let Some(pool) = pool {
+            self.locals.provide(pool, || Local::new(still));
+        }
+        let (with, locals) = ((&self.lanes, self.level, self.strained), &self.locals);
+        let (most, blocks, parts) = (self.all.len(), self.all.as_mut_slice(), self.parts.as_mut_slice());
         let (memory, groups, rows) = (self.memory.as_mut_slice(), self.groups, BATCHES * self.lanes.rows());
-        let all = Found { first: 0, blocks, parts, stiffness, answers, memory, locals, groups, rows };
+        let all = Found { first: 0, blocks, parts, stiffness, answers, memory, groups, rows };
         share((pool, most), all, |found| {
-            let (mut parts, mut memory) = (found.parts, found.memory);
+            let (mut parts, mut memory, mut local) = (found.parts, found.memory, locals.own());
             let found_of = found.stiffness.chunks_mut(SLOTS).zip(found.answers.chunks_mut(found.groups));
             for (i, (block, (stiffness, answers))) in found.blocks.iter_mut().zip(found_of).enumerate() {
                 let (part, more) = parts.split_at_mut(block.nodes.len());
@@ -107,7 +106,7 @@ impl<const D: usize> Blocks<D> {
                 let (own, more) = memory.split_at_mut(memory.len().min(rows));
                 memory = more;
                 let at = groups_of(found.first + i, found.groups, sweep.clocks.len());
-                block.sweep(sweep, with, (at, (part, stiffness, answers, own)), &mut found.locals[0]);
+                block.sweep(sweep, with, (at, (part, stiffness, answers, own)), &mut local);
             }
         });
     }
@@ -130,21 +129,29 @@ pub(super) fn split(blocks: &[Block], part: f64) -> usize {
 }
 
 impl Around {
-    /// Of these groups of all of a block.
-    fn new<const D: usize>(
+    /// Of groups with so many elements.
+    fn of(n_elements: u64) -> Self {
+        Self { n_elements, ..Self::default() }
+    }
+
+    /// Finds what is around these groups of all of a block.
+    fn find<const D: usize>(
+        &mut self,
         (lanes, all): (&Lanes<D>, std::ops::Range<usize>),
-        (order, groups): (&Order, impl Iterator<Item = usize>),
-    ) -> Self {
-        let (mut is_touched, mut n_elements) = ([false; MOST_LOCAL_NODES], 0);
+        groups: impl Iterator<Item = usize>,
+    ) {
+        let mut is_touched = [false; MOST_LOCAL_NODES];
         for group in groups {
             lanes.nodes(group, |node| is_touched[usize::from(node)] = true);
-            n_elements += order.elements(order.slots(group)).count() as u64;
         }
-        let nodes = (0..).zip(&is_touched).filter(|(_, touched)| **touched).map(|(node, _)| node).collect();
-        let mut corners = vec![];
-        lanes.corners(all, |corner| corners.extend(is_touched[usize::from(corner.node)].then_some(corner)));
-        corners.shrink_to_fit();
-        Self { nodes, corners, n_elements }
+        self.nodes = (0..).zip(&is_touched).filter(|(_, touched)| **touched).map(|(node, _)| node).collect();
+        // Each is written and only counted where it is one of them: as good as random, that can't be foreseen.
+        let (mut corners, mut n) = (vec![Corner::default(); SLOTS * MAX_NODES + 1], 0);
+        lanes.corners(all, |corner| {
+            corners[n] = corner;
+            n += usize::from(is_touched[usize::from(corner.node)]);
+        });
+        self.corners = corners[..n].to_vec();
     }
 }
 
@@ -156,7 +163,7 @@ fn longest(lengths: Tick, tick: Tick) -> Tick {
 }
 
 impl Block {
-    fn find_due<const D: usize>(&mut self, sweep: &Sweep<'_, D>, (lanes, groups): (&Lanes<D>, std::ops::Range<usize>)) {
+    fn find_due<const D: usize>(&mut self, sweep: &Sweep<'_, D>, groups: std::ops::Range<usize>) {
         self.looked_at = false;
         let fires = |step: Tick| sweep.moment.fires(step);
         self.due = match (fires(self.steps.0), fires(self.steps.1)) {
@@ -166,11 +173,19 @@ impl Block {
         };
         self.n_due = if self.due == Due::All { self.n_elements } else { 0 };
         if self.due == Due::Some {
-            let due = groups.clone().filter(|group| fires(sweep.clocks[*group].step));
+            let due = groups.filter(|group| fires(sweep.clocks[*group].step));
+            let of_group = |group: usize| sweep.order.elements(sweep.order.slots(group)).count() as u64;
             self.longest = longest(self.lengths, sweep.moment.tick);
-            let around =
-                self.firing.entry(self.longest).or_insert_with(|| Around::new((lanes, groups), (sweep.order, due)));
+            let around = self.firing.entry(self.longest).or_insert_with(|| Around::of(due.map(of_group).sum()));
             self.n_due = around.n_elements;
+        }
+    }
+
+    /// Finds what is around the groups that fire where some do, unless it is known from an earlier tick.
+    fn find_around<const D: usize>(&mut self, sweep: &Sweep<'_, D>, lanes: &Lanes<D>, groups: std::ops::Range<usize>) {
+        if let Some(around) = self.firing.get_mut(&self.longest).filter(|around| around.nodes.is_empty()) {
+            let fires = |group: &usize| sweep.moment.fires(sweep.clocks[*group].step);
+            around.find((lanes, groups.clone()), groups.filter(fires));
         }
     }
 
@@ -183,6 +198,9 @@ impl Block {
         local: &mut Local,
     ) {
         (self.report, self.holder) = (None, None);
+        if self.due == Due::Some {
+            self.find_around(sweep, lanes, groups.clone());
+        }
         if !self.is_wanted() {
             if self.known == Known::Nothing {
                 lanes.sum_stiffness(groups, stiffness, part);

@@ -210,7 +210,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let sweep = Sweep {
             moment,
-            grid: &self.grid,
+            grid: self.grid,
             position: &self.state.position,
             velocity: &self.state.velocity,
             rest: self.gel.potential.rest(),

@@ -50,7 +50,7 @@ pub struct GroupAnswer {
 }
 
 /// A corner of an element.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Corner {
     /// The slot of the element, from that of the first group on.
     pub slot: u16,

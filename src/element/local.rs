@@ -69,7 +69,7 @@ pub struct At<'a, const D: usize> {
 }
 
 /// Who knows where nodes are.
-pub trait Whereabouts<const D: usize> {
+pub trait Whereabouts<const D: usize>: Copy {
     /// A node as it was at its last tick.
     fn of(&self, node: NodeId) -> At<'_, D>;
 
@@ -78,7 +78,7 @@ pub trait Whereabouts<const D: usize> {
 }
 
 /// Nodes that are held where they are.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub struct Held<'a, const D: usize> {
     position: &'a [Vector<D>],
     rest: &'a [Vector<D>],
@@ -198,7 +198,11 @@ impl Local {
         let speeds: &mut [Row] = &mut self.velocities.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
         let sums: &mut [Accumulated] = &mut self.accumulated.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
         let (none, still) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, self.still));
-        let (mut moves, mut fastest, mut ahead) = (false, self.fastest, nodes.clone().skip(AHEAD));
+        // Its own: what is written here can't change it.
+        let whereabouts = *whereabouts;
+        // Sums of what has no sign: they are zero only where all of it is.
+        let (mut far, mut fast) = (none, none);
+        let (mut fastest, mut ahead) = (self.fastest, nodes.clone().skip(AHEAD));
         for (number, node) in nodes {
             if let Some((_, later)) = ahead.next() {
                 whereabouts.fetch(later);
@@ -212,13 +216,13 @@ impl Local {
             places[number][3] = if has_moved { 1.0 } else { 0.0 };
             speed.store_slice(&mut speeds[number]);
             none.store_slice(&mut sums[number]);
-            let rests = away.simd_eq(none) & speed.simd_eq(none);
-            moves |= simd.to_bitmask_mask64x4(rests) != 0b1111;
+            (far, fast) = (far + away.abs(), fast + speed.abs());
             let square = velocity.norm_squared();
             fastest = if square > fastest { square } else { fastest };
         }
         self.fastest = fastest;
-        moves
+        let rests = far.simd_eq(none) & fast.simd_eq(none);
+        simd.to_bitmask_mask64x4(rests) != 0b1111
     }
 
     /// Where the nodes are, and how fast.

@@ -230,6 +230,7 @@ impl<const D: usize> Stand<D> {
 }
 
 /// Nodes as a state has them.
+#[derive(Clone, Copy)]
 struct Nodes<'a, const D: usize> {
     position: &'a [Vector<D>],
     velocity: &'a [Vector<D>],
