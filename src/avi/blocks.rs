@@ -61,8 +61,6 @@ pub(super) enum Known {
 pub(super) struct Block {
     /// Its nodes, ascending.
     pub nodes: Vec<NodeId>,
-    /// The nodes of the surface among them: number here and there.
-    pub surface: Vec<(u16, u32)>,
     /// Where its part begins.
     pub first: usize,
     /// Elements in it.
@@ -253,6 +251,19 @@ impl<const D: usize> Blocks<D> {
         &self.spots[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
+    /// Whether a node is one of what fires.
+    pub fn fires(&self, node: usize) -> bool {
+        self.spots(node).iter().any(|spot| {
+            let block = &self.all[spot.block as usize];
+            let number = || (spot.at as usize - block.first) as u16;
+            match block.due {
+                Due::Nothing => false,
+                Due::Some => block.around().nodes.binary_search(&number()).is_ok(),
+                Due::All => true,
+            }
+        })
+    }
+
     /// Nodes of all blocks.
     pub fn n_nodes(&self) -> usize {
         self.start.len() - 1
@@ -331,7 +342,7 @@ impl<const D: usize> Blocks<D> {
     pub fn bytes(&self) -> usize {
         let around = |around: &Around| 2 * around.nodes.capacity() + 4 * around.corners.capacity();
         let of = |block: &Block| {
-            let own = 4 * block.nodes.capacity() + 8 * block.surface.capacity();
+            let own = 4 * block.nodes.capacity();
             size_of::<Block>() + own + block.firing.values().map(around).sum::<usize>()
         };
         let fronts = self.fronts.iter().map(|front| size_of::<Front>() + 16 * front.calms.capacity()).sum::<usize>();
@@ -431,10 +442,8 @@ impl Block {
                 *local = marks[node.index()].number;
             }
         }
-        let on_surface = |(i, node): (usize, &NodeId)| Some((i as u16, gel.surface.of[node.index()]?));
-        let surface = nodes.iter().enumerate().filter_map(on_surface).collect();
         let n_elements = elements().count() as u64;
-        Self { surface, n_elements, awake: AtomicBool::new(true), restless: true, nodes, ..Self::default() }
+        Self { n_elements, awake: AtomicBool::new(true), restless: true, nodes, ..Self::default() }
     }
 
     /// The runs in which its nodes are.

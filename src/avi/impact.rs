@@ -4,6 +4,7 @@ use super::engine::Engine;
 use super::facet::{Deep, deepest};
 use super::phase::Phase;
 use super::pierce::Piercing;
+use super::watch::STRETCH;
 use crate::algebra::{Vector, Vector3, embed, ordered_sum, restrict};
 use crate::contact::{Body, BodyState, Exchange, Law, Motion, impulse, reversal};
 use crate::element::Potential;
@@ -105,9 +106,6 @@ const FACE_DEPTH: f64 = 0.3;
 /// Twice [`SLOP`], so that nodes carry what is flat. Nodes may stand as deep: with 0.03 of them left those that came of split facets were pushed
 /// out, by 0.8 % of the energy of `fbi-bb-3d`, with 0.06 by 0.15 %.
 const DRAWN_DEPTH: f64 = 2.0 * SLOP;
-/// Facets are looked at around nodes so near to a body, in element sizes: a surface that is stretched further has long been
-/// stopped.
-pub(super) const STRETCH: f64 = 8.0;
 /// Most sweeps over the touching points of a tick, and the approach, relative to the fastest, that ends them (A7). A few
 /// settle what is heavier than the nodes that it meets at once; a body of a hundredth of their mass needs hundreds, and
 /// after ten it kept 2 % of its approach.

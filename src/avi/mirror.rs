@@ -2,9 +2,10 @@
 
 use super::engine::Engine;
 use super::gel::SurfaceNode;
-use super::impact::{STRETCH, TOUCH};
+use super::impact::TOUCH;
 use super::kick::Taken;
 use super::phase::Phase;
+use super::watch::STRETCH;
 use crate::algebra::{Vector, embed};
 use crate::contact::impulse;
 use crate::element::Potential;

@@ -1,10 +1,8 @@
 //! Which nodes of the surface are near a body at a tick, and how near.
 
-use super::blocks::Due;
 use super::engine::Engine;
 use super::gel::SurfaceNode;
-use super::impact::STRETCH;
-use super::watch::Watch;
+use super::watch::least;
 use crate::algebra::{Vector3, embed};
 use crate::contact::{Body, BodyState};
 use crate::element::Potential;
@@ -33,34 +31,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     fn find_reached(&mut self, reach: f64) {
         let (gel, watch, reached) = (&self.gel, &mut self.watch, &mut self.scratch.reached);
-        let size = |surface: u32| gel.surface.nodes[surface as usize].size;
-        let is_seen = |watch: &Watch, surface: u32| {
-            let size = size(surface);
-            let meets = watch.may_be_within(surface, size.max(reach));
-            meets || (watch.may_be_within(surface, STRETCH * size) && watch.may_touch_facets(surface))
-        };
-        let Some(blocks) = &self.blocks else {
-            let active = self.scratch.active.of_reference().iter().filter_map(|a| gel.surface.of[*a as usize]);
-            reached.extend(active.filter(|surface| is_seen(watch, *surface)));
-            reached.sort_unstable();
-            return;
-        };
-        for (run, block) in blocks.all.iter().enumerate().filter(|(_, block)| block.due != Due::Nothing) {
-            if watch.may_be_near(run, reach) {
-                let before = reached.len();
-                let some = (block.due == Due::Some).then(|| block.around().nodes.as_slice());
-                let fires = |number: &u16| some.is_none_or(|some| some.binary_search(number).is_ok());
-                let seen = block.surface.iter().filter(|(_, surface)| is_seen(watch, *surface));
-                reached.extend(seen.filter(|(number, _)| fires(number)).map(|(_, surface)| *surface));
-                // What is known of a node only grows, so that an older note hides nothing. It is taken anew where no node that fires is
-                // seen: near a body the run is looked at again in any case, or once too often.
-                if reached.len() == before {
-                    watch.note_run(run, block.surface.iter().map(|(_, surface)| (*surface, STRETCH * size(*surface))));
-                }
-            }
+        if let Some(blocks) = &self.blocks {
+            return watch.find_seen(&gel.surface, reach, |node| blocks.fires(node.index()), reached);
         }
+        let active = self.scratch.active.of_reference().iter().filter_map(|a| gel.surface.of[*a as usize]);
+        reached.extend(active.filter(|node| watch.must_see(*node, gel.surface.nodes[*node as usize].size, reach)));
         reached.sort_unstable();
-        reached.dedup();
     }
 
     fn measure_gaps(&mut self, reach: f64) {
@@ -103,20 +79,19 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 let gaps = self.scratch.gaps[place * n..][..n].iter().flatten();
                 let nearest = gaps.map(|gap| gap.distance).fold(f64::INFINITY, f64::min);
                 let around = gel.surface.around.of(node).iter();
-                let room = around.map(|facet| self.room(*facet, nearest)).fold(f64::INFINITY, f64::min);
+                let room = around.map(|facet| self.room(*facet, nearest)).fold(f64::INFINITY, least);
                 self.watch.note_facets(*surface, room);
             }
         }
     }
 
-    /// How far anything may travel before a facet need be looked at that has a body at a distance d from a corner, m: as long as d is
-    /// twice the length l of the facet, no corner is nearer than d − l ≥ l; while s is travelled, d falls by s at most, and l grows
-    /// by 2s at most. Or until it can be as deep as is allowed: φ of a convex body is at least φ(x) + min_i n·(x_i − x) all over it,
-    /// x its middle, and falls by s at most.
+    /// How far anything may travel before a facet need be looked at that has a body at a distance d from a corner, m. Of bodies that are
+    /// blunt until it can be as deep as is allowed: φ of a convex body is at least φ(x) + min_i n·(x_i − x) all over the facet, x its
+    /// middle, and falls by s at most while s is travelled. Of others as long as d is twice the length l of the facet: no corner is
+    /// nearer than d − l ≥ l then; d falls by s at most, and l grows by 2s at most.
     fn room(&self, facet: ElementId, distance: f64) -> f64 {
-        let away = (distance - 2.0 * self.longest_edge(facet)) / 5.0;
-        if away > 0.0 || !self.bodies.iter().all(|body| body.shape.is_blunt()) {
-            return away;
+        if !self.bodies.iter().all(|body| body.shape.is_blunt()) {
+            return (distance - 2.0 * self.longest_edge(facet)) / 5.0;
         }
         let corners = &self.corners(facet)[..D];
         let middle = corners.iter().sum::<Vector3>() / D as f64;
@@ -128,7 +103,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             gap.distance + slope + SHALLOW * self.face_depth() * size.min(fixed.shape.inner_radius())
         };
         let active = self.bodies.iter().zip(&self.scratch.was).filter(|(_, at)| at.active);
-        away.max(active.map(depth).fold(f64::INFINITY, f64::min))
+        active.map(depth).fold(f64::INFINITY, least)
     }
 
     /// h of a node of the surface, m.

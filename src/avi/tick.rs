@@ -3,12 +3,12 @@
 use super::StepError;
 use super::blocks::Blocks;
 use super::engine::Engine;
-use super::impact::STRETCH;
 use super::nodes::NodeSums;
 use super::phase::{Moment, Phase};
 use super::renew::Reached;
 use super::schedule::Kind;
 use super::sweep::{SHARED, Sweep, fails};
+use super::watch::STRETCH;
 use crate::contact::{BodyState, Exchange};
 use crate::element::Potential;
 use crate::mesh::ElementId;

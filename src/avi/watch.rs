@@ -9,6 +9,7 @@ use super::gel::Surface;
 use super::nodes::RUN;
 use crate::algebra::Vector3;
 use crate::contact::{Body, BodyState};
+use crate::mesh::NodeId;
 
 /// The gap clocks of one surface, and of the elements of its mesh.
 #[derive(Debug)]
@@ -17,8 +18,8 @@ pub(super) struct Watch {
     until: Vec<f64>,
     /// What will have been travelled before a facet around a node need be looked at, m.
     clear: Vec<f64>,
-    /// The least of a run of nodes when it was noted: `until`, and `until` less how far from it facets are looked at, m.
-    runs: Vec<(f64, f64)>,
+    /// The nodes that may have to be looked at before long.
+    sieve: Sieve,
     /// What the nodes of its part will have wandered before an element of a group can be worn, m.
     sound: Vec<f64>,
     /// What anything has travelled, m.
@@ -33,6 +34,26 @@ pub(super) struct Watch {
     time: f64,
     bodies: Vec<BodyState>,
 }
+
+/// Nodes of the surface, and for how long no other need be looked at.
+#[derive(Debug, Default)]
+struct Sieve {
+    /// Ascending.
+    nodes: Vec<u32>,
+    /// What will have been travelled before another one must be looked at, m, as long as no body and node come towards each other by more
+    /// than `reach`, m, in a step.
+    until: f64,
+    reach: f64,
+    /// How often one of them was in it for nothing.
+    idle: usize,
+}
+
+/// Facets are looked at around nodes so near to a body, in element sizes: a surface that is stretched further has long been
+/// stopped.
+pub(super) const STRETCH: f64 = 8.0;
+/// How far ahead nodes are taken into the sieve, in element sizes, and how much more may be reached in a step before it is filled anew.
+const AHEAD: f64 = 1.0;
+const FASTER: f64 = 2.0;
 
 /// A part of a mesh whose nodes wander by themselves.
 #[derive(Debug)]
@@ -52,8 +73,8 @@ impl Watch {
         let middle = places().sum::<Vector3>() / surface.nodes.len().max(1) as f64;
         let radius = places().map(|x| (x - middle).norm()).fold(0.0, f64::max);
         let until = vec![f64::NEG_INFINITY; surface.nodes.len()];
-        let (clear, runs, sound, parts, bodies) = (until.clone(), vec![], vec![], vec![], vec![]);
-        Self { until, clear, runs, sound, travelled: 0.0, speeds, parts, ball: (middle, radius), time, bodies }
+        let (clear, sieve, sound, parts, bodies) = (until.clone(), Sieve::default(), vec![], vec![], vec![]);
+        Self { until, clear, sieve, sound, travelled: 0.0, speeds, parts, ball: (middle, radius), time, bodies }
     }
 
     /// Has parts of a mesh of so many groups, with their nodes in these runs, wander by themselves from now on; how sound groups are is
@@ -80,7 +101,7 @@ impl Watch {
         if !known {
             self.until.fill(f64::NEG_INFINITY);
             self.clear.fill(f64::NEG_INFINITY);
-            self.runs.clear();
+            self.sieve = Sieve::default();
         }
         self.ball.1 += wandered;
         let moved = self.bodies.iter().zip(bodies).map(|(was, now)| self.displacement(was, now)).fold(0.0, f64::max);
@@ -165,27 +186,47 @@ impl Watch {
         (active.map(approach).fold(0.0, f64::max) + self.speed()) * horizon
     }
 
-    /// Whether a body may be nearer to a node than this.
+    /// What will have been travelled before a node of this size may be met in a step in which body and node come towards each other by
+    /// `reach`, or a facet around it must be looked at, m.
     #[inline]
-    pub fn may_be_within(&self, node: u32, distance: f64) -> bool {
-        // What is no number must not hide a node.
-        let far = self.until[node as usize] - self.travelled > distance;
-        !far
+    fn wake(&self, node: u32, size: f64, reach: f64) -> f64 {
+        let (until, clear) = (self.until[node as usize], self.clear[node as usize]);
+        least(until - size.max(reach), (until - STRETCH * size).max(clear))
     }
 
-    /// Whether a body may be nearer than `reach` to a node of a run, or so near that facets are looked at; it may, of a run that was
-    /// not noted yet.
-    pub fn may_be_near(&self, run: usize, reach: f64) -> bool {
-        let far = |(until, apart): &(f64, f64)| until - self.travelled > reach && *apart > self.travelled;
-        !self.runs.get(run).is_some_and(far)
+    /// Whether that is so now.
+    #[inline]
+    pub fn must_see(&self, node: u32, size: f64, reach: f64) -> bool {
+        reaches(self.wake(node, size, reach), self.travelled)
     }
 
-    /// Takes down what is known of the nodes of a run, each with how far from it facets are looked at, m.
-    pub fn note_run(&mut self, run: usize, nodes: impl Iterator<Item = (u32, f64)>) {
-        let of_node = |(node, looks): (u32, f64)| (self.until[node as usize], self.until[node as usize] - looks);
-        let of_run = nodes.map(of_node).fold((f64::INFINITY, f64::INFINITY), |a, b| (least(a.0, b.0), least(a.1, b.1)));
-        self.runs.resize(self.runs.len().max(run + 1), (f64::NEG_INFINITY, f64::NEG_INFINITY));
-        self.runs[run] = of_run;
+    /// Finds all nodes of the surface for which it is so and that fire, ascending.
+    pub fn find_seen(&mut self, surface: &Surface, reach: f64, fires: impl Fn(NodeId) -> bool, seen: &mut Vec<u32>) {
+        let sieve = &self.sieve;
+        if reaches(sieve.until, self.travelled) || reach > sieve.reach || sieve.idle > surface.nodes.len() {
+            self.sift(surface, FASTER * reach);
+        }
+        let found = self.sieve.nodes.iter().copied().filter(|node| {
+            let at = &surface.nodes[*node as usize];
+            self.must_see(*node, at.size, reach) && fires(at.node)
+        });
+        seen.extend(found);
+        self.sieve.idle += self.sieve.nodes.len() - seen.len();
+    }
+
+    /// Fills the sieve. What is known of a node only grows, so that later notes let no node slip through.
+    fn sift(&mut self, surface: &Surface, reach: f64) {
+        let (mut nodes, mut until) = (std::mem::take(&mut self.sieve.nodes), f64::INFINITY);
+        nodes.clear();
+        for (node, at) in (0..).zip(&surface.nodes) {
+            let wake = self.wake(node, at.size, reach);
+            if reaches(wake, self.travelled + AHEAD * at.size) {
+                nodes.push(node);
+            } else {
+                until = until.min(wake);
+            }
+        }
+        self.sieve = Sieve { nodes, until, reach, idle: 0 };
     }
 
     /// Takes down how far the nearest body was.
@@ -260,35 +301,42 @@ mod tests {
     use crate::algebra::Vector3;
 
     #[test]
-    fn a_run_that_is_far_by_an_old_note_hides_no_node() {
-        let mesh = swinging::mesh(&[0.0, 0.5, 1.0]);
-        let surface = swinging::gel(&mesh).surface;
+    fn no_node_slips_through_the_sieve() {
+        let mesh = swinging::mesh(&[0.0, 0.1, 0.2, 0.5, 1.0]);
+        let mut surface = swinging::gel(&mesh).surface;
+        surface.nodes.iter_mut().zip(0..).for_each(|(at, i)| at.size = 0.02 + 0.01 * any(i));
+        let n = surface.nodes.len();
         let place = |node: u32| mesh.rest[surface.nodes[node as usize].node.index()];
-        let (nodes, looks, reach) = (0..surface.nodes.len() as u32, 0.4, 0.2);
-        let mut at = BodyState::starting(Vector3::new(4.0, 0.5, 0.5), Vector3::zeros());
+        let mut at = BodyState::starting(Vector3::new(1.06, 0.5, 0.5), Vector3::zeros());
         let mut watch = Watch::new(&surface, (0.0, vec![0.0]), |node| mesh.rest[node]);
-        watch.go_on(0.0, &[at]);
-        nodes.clone().for_each(|node| watch.note(node, (place(node) - at.position).norm()));
-        watch.note_run(0, nodes.clone().map(|node| (node, looks)));
-        let (mut far, mut near) = (0, 0);
-        for i in 1..=400 {
-            // To and fro in front of a face, and at last into it.
-            at.position.x = if i < 350 { 4.0 + 0.1 * any(i) } else { at.position.x - 0.06 };
+        let fires = |i: usize| move |node: NodeId| any(i + 3 * node.index()) > -0.5;
+        let (mut sifted, mut some) = (0, 0);
+        for i in 1..=1000 {
+            // To and fro in front of a face, and at last into it; some nodes are looked at, also where nobody must.
+            at.position.x = if i < 800 { 1.06 + 0.002 * any(i) } else { at.position.x - 0.003 };
             watch.go_on(i as f64, &[at]);
-            let some = nodes.clone().filter(|node| any(i + 7 * *node as usize) > 0.8);
-            some.for_each(|node| watch.note(node, (place(node) - at.position).norm()));
-            if watch.may_be_near(0, reach) {
-                near += 1;
-                watch.note_run(0, nodes.clone().map(|node| (node, looks)));
-                continue;
+            let reach = if i % 100 < 50 { 0.01 } else { 0.08 };
+            let must = |node: &u32| {
+                let of = &surface.nodes[*node as usize];
+                watch.must_see(*node, of.size, reach) && fires(i)(of.node)
+            };
+            let all: Vec<u32> = (0..n as u32).filter(must).collect();
+            let (mut seen, until) = (vec![], watch.sieve.until);
+            watch.find_seen(&surface, reach, fires(i), &mut seen);
+            assert_eq!(seen, all, "at {i}");
+            sifted += usize::from(watch.sieve.until != until);
+            some += usize::from(!seen.is_empty() && watch.sieve.nodes.len() < n);
+            let looked = seen.into_iter().chain((0..n as u32).filter(|node| any(i + 7 * *node as usize) > 0.99));
+            for node in looked {
+                watch.note(node, (place(node) - at.position).norm());
+                watch.note_facets(node, 0.1 * any(i + node as usize));
             }
-            far += 1;
-            assert!(nodes.clone().all(|node| !watch.may_be_within(node, reach) && !watch.may_be_within(node, looks)));
         }
-        assert!(far > 100 && near > 5, "{far} times far, {near} times near");
+        assert!((3..500).contains(&sifted) && some > 100, "sifted {sifted} times, some were seen {some} times");
         watch.note(3, f64::NAN);
-        watch.note_run(0, nodes.clone().map(|node| (node, looks)));
-        assert!(watch.may_be_near(0, reach), "what is no number hides nothing");
+        watch.sieve = Sieve::default();
+        watch.find_seen(&surface, 0.0, |_| true, &mut vec![]);
+        assert!(watch.sieve.nodes.contains(&3), "what is no number hides nothing");
     }
 
     #[test]
@@ -298,12 +346,16 @@ mod tests {
         let mut watch = Watch::new(&surface, (0.0, vec![0.0]), |node| mesh.rest[node]);
         let on = BodyState::starting(Vector3::new(4.0, 0.5, 0.5), Vector3::zeros());
         let off = BodyState { active: false, ..on };
-        watch.go_on(0.0, &[off]);
-        (0..surface.nodes.len() as u32).for_each(|node| watch.note(node, f64::INFINITY));
-        watch.note_run(0, (0..surface.nodes.len() as u32).map(|node| (node, 0.1)));
-        watch.go_on(1.0, &[off]);
-        assert!(!watch.may_be_near(0, 0.1));
-        watch.go_on(2.0, &[on]);
-        assert!(watch.may_be_near(0, 0.1) && watch.may_be_within(0, 0.1));
+        let mut seen = |time: f64, at: BodyState| {
+            let mut seen = vec![];
+            watch.go_on(time, &[at]);
+            watch.find_seen(&surface, 0.1, |_| true, &mut seen);
+            for node in &seen {
+                watch.note(*node, f64::INFINITY);
+            }
+            seen.len()
+        };
+        let n = surface.nodes.len();
+        assert_eq!([seen(0.0, off), seen(1.0, off), seen(2.0, on)], [n, 0, n]);
     }
 }
