@@ -11,7 +11,7 @@ use super::pace::RAISE_MARGIN;
 use super::pool::PerThread;
 use super::settle::Settled;
 use super::{Gel, TickGrid};
-use crate::element::{Accumulated, Corner, Lanes, Local, MAX_NODES, Potential, Recall, Spent, rounding};
+use crate::element::{Accumulated, Lanes, Local, MAX_NODES, Potential, Recall, Spent, rounding};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
@@ -96,15 +96,18 @@ pub(super) struct Block {
     pub holder: Option<usize>,
 }
 
-/// What is around some groups of a block.
+/// Some groups of a block, and what is around them.
 #[derive(Debug, Default)]
 pub(super) struct Around {
+    /// The groups, ascending.
+    pub groups: Vec<u32>,
+    /// Their elements.
+    pub n_elements: u64,
     /// Their nodes, ascending; none before they are found.
     pub nodes: Vec<u16>,
-    /// The corners at these of all elements of the block, in the order of a sweep.
-    pub corners: Vec<Corner>,
-    /// Elements of these groups.
-    pub n_elements: u64,
+    /// The slots of all elements of the block at each of these, node by node, in the order of a sweep, and where those of each end.
+    pub slots: Vec<u16>,
+    pub ends: Vec<u16>,
 }
 
 /// What a sweep of a block finds.
@@ -340,7 +343,8 @@ impl<const D: usize> Blocks<D> {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let around = |around: &Around| 2 * around.nodes.capacity() + 4 * around.corners.capacity();
+        let around =
+            |around: &Around| 4 * around.groups.capacity() + 4 * around.nodes.capacity() + 2 * around.slots.capacity();
         let of = |block: &Block| {
             let own = 4 * block.nodes.capacity();
             size_of::<Block>() + own + block.firing.values().map(around).sum::<usize>()

@@ -9,8 +9,7 @@ use super::pool::{Cut, share};
 use super::{Pool, TickGrid};
 use crate::algebra::Vector;
 use crate::element::{
-    Accumulated, At, Corner, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MAX_NODES, MOST_LOCAL_NODES, Power, Recall,
-    Whereabouts,
+    Accumulated, At, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MOST_LOCAL_NODES, Power, Recall, Whereabouts,
 };
 use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
@@ -129,29 +128,37 @@ pub(super) fn split(blocks: &[Block], part: f64) -> usize {
 }
 
 impl Around {
-    /// Of groups with so many elements.
-    fn of(n_elements: u64) -> Self {
-        Self { n_elements, ..Self::default() }
+    /// Of these groups; what is around them is not known yet.
+    fn of(order: &Order, groups: impl Iterator<Item = usize>) -> Self {
+        let groups: Vec<u32> = groups.map(|group| group as u32).collect();
+        let of_group = |group: &u32| order.elements(order.slots(*group as usize)).count() as u64;
+        Self { n_elements: groups.iter().map(of_group).sum(), groups, ..Self::default() }
     }
 
-    /// Finds what is around these groups of all of a block.
-    fn find<const D: usize>(
-        &mut self,
-        (lanes, all): (&Lanes<D>, std::ops::Range<usize>),
-        groups: impl Iterator<Item = usize>,
-    ) {
-        let mut is_touched = [false; MOST_LOCAL_NODES];
-        for group in groups {
-            lanes.nodes(group, |node| is_touched[usize::from(node)] = true);
+    /// Finds what is around them among all groups of the block.
+    fn find<const D: usize>(&mut self, lanes: &Lanes<D>, all: std::ops::Range<usize>) {
+        let (mut is_touched, mut place) = ([false; MOST_LOCAL_NODES], [0_u16; MOST_LOCAL_NODES]);
+        for group in &self.groups {
+            lanes.nodes(*group as usize, |node| is_touched[usize::from(node)] = true);
         }
         self.nodes = (0..).zip(&is_touched).filter(|(_, touched)| **touched).map(|(node, _)| node).collect();
-        // Each is written and only counted where it is one of them: as good as random, that can't be foreseen.
-        let (mut corners, mut n) = (vec![Corner::default(); SLOTS * MAX_NODES + 1], 0);
+        // Every corner is counted and put down, those elsewhere at one place more: what as good as random decides can't be foreseen.
+        let elsewhere = self.nodes.len();
+        place.fill(elsewhere as u16);
+        self.nodes.iter().zip(0..).for_each(|(node, i)| place[usize::from(*node)] = i);
+        let mut next = vec![0_u16; elsewhere + 2];
+        lanes.corners(all.clone(), |corner| next[usize::from(place[usize::from(corner.node)]) + 1] += 1);
+        (1..next.len()).for_each(|i| next[i] += next[i - 1]);
+        self.slots = vec![0; usize::from(next[elsewhere + 1])];
         lanes.corners(all, |corner| {
-            corners[n] = corner;
-            n += usize::from(is_touched[usize::from(corner.node)]);
+            let next = &mut next[usize::from(place[usize::from(corner.node)])];
+            self.slots[usize::from(*next)] = corner.slot;
+            *next += 1;
         });
-        self.corners = corners[..n].to_vec();
+        next.truncate(elsewhere);
+        self.slots.truncate(next.last().map_or(0, |end| usize::from(*end)));
+        self.slots.shrink_to_fit();
+        self.ends = next;
     }
 }
 
@@ -174,19 +181,24 @@ impl Block {
         self.n_due = if self.due == Due::All { self.n_elements } else { 0 };
         if self.due == Due::Some {
             let due = groups.filter(|group| fires(sweep.clocks[*group].step));
-            let of_group = |group: usize| sweep.order.elements(sweep.order.slots(group)).count() as u64;
             self.longest = longest(self.lengths, sweep.moment.tick);
-            let around = self.firing.entry(self.longest).or_insert_with(|| Around::of(due.map(of_group).sum()));
+            let around = self.firing.entry(self.longest).or_insert_with(|| Around::of(sweep.order, due));
             self.n_due = around.n_elements;
         }
     }
 
     /// Finds what is around the groups that fire where some do, unless it is known from an earlier tick.
-    fn find_around<const D: usize>(&mut self, sweep: &Sweep<'_, D>, lanes: &Lanes<D>, groups: std::ops::Range<usize>) {
+    fn find_around<const D: usize>(&mut self, lanes: &Lanes<D>, groups: std::ops::Range<usize>) {
         if let Some(around) = self.firing.get_mut(&self.longest).filter(|around| around.nodes.is_empty()) {
-            let fires = |group: &usize| sweep.moment.fires(sweep.clocks[*group].step);
-            around.find((lanes, groups.clone()), groups.filter(fires));
+            around.find(lanes, groups);
         }
+    }
+
+    /// The groups that fire, of all of the block.
+    fn firing(&self, all: std::ops::Range<usize>) -> impl Iterator<Item = usize> + '_ {
+        let all = if self.due == Due::All { all } else { 0..0 };
+        let some = if self.due == Due::Some { self.around().groups.as_slice() } else { &[] };
+        all.chain(some.iter().map(|group| *group as usize))
     }
 
     /// Loads the nodes as they are at this tick, and sweeps unless all are at rest and were swept so before.
@@ -199,7 +211,7 @@ impl Block {
     ) {
         (self.report, self.holder) = (None, None);
         if self.due == Due::Some {
-            self.find_around(sweep, lanes, groups.clone());
+            self.find_around(lanes, groups.clone());
         }
         if !self.is_wanted() {
             if self.known == Known::Nothing {
@@ -242,16 +254,17 @@ impl Block {
 
     /// Puts what a sweep of some groups gave into the part, where nothing comes from the others but their κ.
     fn put_some(&self, given: &[Accumulated], stiffness: &[f64], part: &mut [Accumulated]) {
-        let Around { nodes, corners, .. } = self.around();
+        let Around { nodes, slots, ends, .. } = self.around();
         for part in part.iter_mut() {
             part[..3].fill(0.0);
         }
-        for number in nodes {
+        let mut first = 0;
+        for (number, end) in nodes.iter().zip(ends) {
+            let all = &slots[first..usize::from(*end)];
+            let sum = all.iter().fold(0.0, |sum, slot| sum + stiffness[usize::from(*slot)]);
             let [x, y, z, _] = given[usize::from(*number)];
-            part[usize::from(*number)] = [x, y, z, 0.0];
-        }
-        for corner in corners {
-            part[usize::from(corner.node)][3] += stiffness[usize::from(corner.slot)];
+            part[usize::from(*number)] = [x, y, z, sum];
+            first = usize::from(*end);
         }
     }
 
@@ -281,11 +294,11 @@ impl Block {
         (groups, answers): (std::ops::Range<usize>, &[GroupAnswer]),
         moves: bool,
     ) {
-        // Clocks are not read where nobody need: they come from far.
-        let firing = |group: &usize| self.due == Due::All || sweep.moment.fires(sweep.clocks[*group].step);
         let updates = if moves { self.wanted() } else { 0 };
         let mut report = Report { updates, ..Report::default() };
-        for (group, answer) in groups.zip(answers).filter(|(group, _)| firing(group)) {
+        // Clocks are not read where nobody need: they come from far.
+        for group in self.firing(groups.clone()) {
+            let answer = &answers[group - groups.start];
             report.least_jacobian = report.least_jacobian.min(answer.least_jacobian);
             report.closes |= answer.closing > 0.0 && closes(answer, sweep.grid.time(sweep.clocks[group].step));
             if report.failed.is_none() && fails(&sweep.clocks[group], answer) {
@@ -315,8 +328,11 @@ impl<const D: usize> Sweep<'_, D> {
     /// The kick of a group that fires; of no length at the start, when no step is known yet.
     #[inline(always)]
     fn kick(&self, step: Tick) -> Option<Kick> {
-        let (length, elapsed) = (self.grid.length(self.moment.taken(step)), self.grid.time(self.moment.elapsed(step)));
-        self.moment.fires(step).then_some(Kick { length, elapsed })
+        let kick = || Kick {
+            length: self.grid.length(self.moment.taken(step)),
+            elapsed: self.grid.time(self.moment.elapsed(step)),
+        };
+        self.moment.fires(step).then(kick)
     }
 }
 
