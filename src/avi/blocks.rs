@@ -343,8 +343,10 @@ impl<const D: usize> Blocks<D> {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let around =
-            |around: &Around| 4 * around.groups.capacity() + 4 * around.nodes.capacity() + 2 * around.slots.capacity();
+        let around = |around: &Around| {
+            4 * around.groups.capacity()
+                + 2 * (around.nodes.capacity() + around.ends.capacity() + around.slots.capacity())
+        };
         let of = |block: &Block| {
             let own = 4 * block.nodes.capacity();
             size_of::<Block>() + own + block.firing.values().map(around).sum::<usize>()
@@ -486,9 +488,11 @@ impl Block {
     /// What is around the groups that fire, where some do.
     ///
     /// # Panics
-    /// Where none or all do, or before what fires is found out.
+    /// Where none or all do, or before what fires is found out and swept.
     pub fn around(&self) -> &Around {
-        self.firing.get(&self.longest).expect("it is found out first what fires")
+        let around = self.firing.get(&self.longest).expect("it is found out first what fires");
+        debug_assert!(!around.nodes.is_empty(), "a sweep comes before what is around");
+        around
     }
 
     /// The numbers of its nodes that fire.

@@ -25,6 +25,14 @@ pub(super) fn outward<const D: usize>(corners: &[Vector3; 3]) -> Vector3 {
     b.cross(&if D == 3 { corners[2] - corners[0] } else { -Vector3::y() })
 }
 
+/// φ is nowhere on a facet less than this, m, if the body is convex: φ(x) + min_i n·(x_i − x), x its middle.
+pub(super) fn least_distance<const D: usize>(corners: &[Vector3; 3], gap: impl Fn(&Vector3) -> Gap) -> f64 {
+    let corners = &corners[..D];
+    let middle = corners.iter().sum::<Vector3>() / D as f64;
+    let gap = gap(&middle);
+    gap.distance + corners.iter().map(|x| gap.normal.dot(&(x - middle))).fold(f64::INFINITY, f64::min)
+}
+
 /// The deepest point of a facet, if it is deeper than `allowed`, m: the method of Frank and Wolfe from its middle.
 ///
 /// φ of a convex body is convex along the facet, so nowhere is it less than φ(x) + min_i n·(x_i − x): where that is not
@@ -82,8 +90,9 @@ impl Deep {
 
 #[cfg(test)]
 mod tests {
+    use super::super::swinging;
     use super::*;
-    use crate::geometry::{Outline, Profile, SignedDistance, Sphere, Sweep};
+    use crate::geometry::{HalfSpace, Outline, Plate, Profile, Shape, SignedDistance, Sphere, Sweep};
 
     #[test]
     fn one_look_is_enough_where_nothing_is_deep() {
@@ -96,6 +105,38 @@ mod tests {
         };
         assert_eq!(deepest::<3>(&corners, 0.02, gap), None);
         assert_eq!(looks.get(), 1);
+    }
+
+    /// What clears a facet for a while: nothing on it is nearer than was proved, less what its corners and the body have gone since.
+    fn is_proved<const D: usize>(shape: &Shape) {
+        let any = swinging::any;
+        let vector = |i: usize| Vector3::new(any(i * i), any(7 * i * i + 3), any(13 * i * i + 5));
+        let mut deep = 0;
+        for i in (0..3000).step_by(11) {
+            let corners = [0, 3, 6].map(|k| 1.5 * vector(i + k));
+            let proved = least_distance::<D>(&corners, |x| shape.gap(x));
+            let (gone, body) = (0.2 * any(i + 40).abs(), 0.1 * vector(i + 50));
+            let moved: Vec<Vector3> = (0..D).map(|k| corners[k] + gone * vector(i + 7 * k).normalize()).collect();
+            for j in 0..30 {
+                let parts: Vec<f64> = (0..D).map(|k| any(i + 5 * j + k).abs()).collect();
+                let point = (0..D).map(|k| moved[k] * parts[k]).sum::<Vector3>() / parts.iter().sum::<f64>();
+                let distance = shape.gap(&(point - body)).distance;
+                assert!(distance >= proved - gone - body.norm() - 1e-12, "{distance}, {proved} were proved");
+                deep += usize::from(distance < 0.0);
+            }
+        }
+        assert!(deep > 100, "{deep} points were in the body");
+    }
+
+    #[test]
+    fn no_point_of_a_facet_is_nearer_to_a_blunt_body_than_was_proved() {
+        let plate = Plate::new([1.2, 0.8, 0.6], 0.05);
+        let half_space = HalfSpace::new(Vector3::new(0.6, 0.0, 0.8));
+        for shape in [Shape::Sphere(Sphere { radius: 0.7 }), Shape::Plate(plate), Shape::HalfSpace(half_space)] {
+            assert!(shape.is_blunt());
+            is_proved::<2>(&shape);
+            is_proved::<3>(&shape);
+        }
     }
 
     #[test]

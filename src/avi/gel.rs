@@ -94,7 +94,7 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
         Vector::<D>::from_fn(|i, _| if self.held[node] >> i & 1 == 1 { 0.0 } else { 1.0 })
     }
 
-    /// The held directions of so many nodes from one on: bit i for the i-th.
+    /// The held directions of so many nodes from one on: bit k for the k-th direction.
     #[inline]
     pub(super) fn held_from<const N: usize>(&self, first: usize) -> &[u8; N] {
         self.held[first..].first_chunk().expect("there are so many nodes")

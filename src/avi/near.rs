@@ -1,9 +1,10 @@
 //! Which nodes of the surface are near a body at a tick, and how near.
 
 use super::engine::Engine;
+use super::facet::least_distance;
 use super::gel::SurfaceNode;
 use super::watch::least;
-use crate::algebra::{Vector3, embed};
+use crate::algebra::embed;
 use crate::contact::{Body, BodyState};
 use crate::element::Potential;
 use crate::geometry::{Gap, SignedDistance as _};
@@ -86,21 +87,18 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// How far anything may travel before a facet need be looked at that has a body at a distance d from a corner, m. Of bodies that are
-    /// blunt until it can be as deep as is allowed: φ of a convex body is at least φ(x) + min_i n·(x_i − x) all over the facet, x its
-    /// middle, and falls by s at most while s is travelled. Of others as long as d is twice the length l of the facet: no corner is
-    /// nearer than d − l ≥ l then; d falls by s at most, and l grows by 2s at most.
+    /// blunt until it can be as deep as is allowed: the least φ on it falls by s at most while s is travelled. Of others as long as d is
+    /// twice the length l of the facet: no corner is nearer than d − l ≥ l then; d falls by s at most, and l grows by 2s at most.
     fn room(&self, facet: ElementId, distance: f64) -> f64 {
         if !self.bodies.iter().all(|body| body.shape.is_blunt()) {
             return (distance - 2.0 * self.longest_edge(facet)) / 5.0;
         }
-        let corners = &self.corners(facet)[..D];
-        let middle = corners.iter().sum::<Vector3>() / D as f64;
+        let corners = self.corners(facet);
         let sizes = self.gel.surface.facets[facet.index()][..D].iter().filter_map(|node| self.surface_size(*node));
         let size = sizes.fold(f64::INFINITY, f64::min);
         let depth = |(fixed, at): (&Body, &BodyState)| {
-            let gap = fixed.gap(at, &middle);
-            let slope = corners.iter().map(|x| gap.normal.dot(&(x - middle))).fold(f64::INFINITY, f64::min);
-            gap.distance + slope + SHALLOW * self.face_depth() * size.min(fixed.shape.inner_radius())
+            let allowed = self.face_depth() * size.min(fixed.shape.inner_radius());
+            least_distance::<D>(&corners, |x| fixed.gap(at, x)) + SHALLOW * allowed
         };
         let active = self.bodies.iter().zip(&self.scratch.was).filter(|(_, at)| at.active);
         active.map(depth).fold(f64::INFINITY, least)

@@ -342,6 +342,11 @@ mod tests {
                     gathered.tell(nodes, &blocks);
                 }
             }
+            let least = |run: usize| {
+                let nodes = (run * RUN..n_nodes.min((run + 1) * RUN)).filter(|node| active.has(*node));
+                nodes.map(|node| limit[node]).fold(f64::INFINITY, f64::min)
+            };
+            assert!(!by_stretch || sums.iter().enumerate().all(|(run, sums)| sums.limit == least(run)));
             let bits = |numbers: Vec<f64>| numbers.into_iter().map(f64::to_bits).collect();
             let calm = blocks.fronts.iter_mut().map(Front::is_calm).collect();
             let awake = blocks.all.iter().map(Block::is_awake).collect();

@@ -114,7 +114,7 @@ impl<T> PerThread<T> {
         self.0.resize_with(pool.threads().max(self.0.len()), || Mutex::new(new()));
     }
 
-    /// That of this thread; nobody waits for it but where a thread that is none of the pool has the same.
+    /// That of this thread: no other asks for it.
     pub fn own(&self) -> MutexGuard<'_, T> {
         let thread = rayon::current_thread_index().unwrap_or(0);
         // What a panic left is begun anew.

@@ -50,7 +50,7 @@ pub struct GroupAnswer {
 }
 
 /// A corner of an element.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Corner {
     /// The slot of the element, from that of the first group on.
     pub slot: u16,
