@@ -4,6 +4,7 @@
 //! gathers from the blocks around it in their order. So no thread writes where another one reads, and no bit depends on
 //! who came first.
 
+use super::around::Around;
 use super::gather::{Overlap, TOGETHER};
 use super::nodes::RUN;
 use super::order::Order;
@@ -94,20 +95,6 @@ pub(super) struct Block {
     pub settled: Settled,
     /// The group whose answer holds the power of all that have not told theirs, if they were found in one sum.
     pub holder: Option<usize>,
-}
-
-/// Some groups of a block, and what is around them.
-#[derive(Debug, Default)]
-pub(super) struct Around {
-    /// The groups, ascending.
-    pub groups: Vec<u32>,
-    /// Their elements.
-    pub n_elements: u64,
-    /// Their nodes, ascending; none before they are found.
-    pub nodes: Vec<u16>,
-    /// The slots of all elements of the block at each of these, node by node, in the order of a sweep, and where those of each end.
-    pub slots: Vec<u16>,
-    pub ends: Vec<u16>,
 }
 
 /// What a sweep of a block finds.
@@ -343,13 +330,9 @@ impl<const D: usize> Blocks<D> {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let around = |around: &Around| {
-            4 * around.groups.capacity()
-                + 2 * (around.nodes.capacity() + around.ends.capacity() + around.slots.capacity())
-        };
         let of = |block: &Block| {
             let own = 4 * block.nodes.capacity();
-            size_of::<Block>() + own + block.firing.values().map(around).sum::<usize>()
+            size_of::<Block>() + own + block.firing.values().map(Around::bytes).sum::<usize>()
         };
         let fronts = self.fronts.iter().map(|front| size_of::<Front>() + 16 * front.calms.capacity()).sum::<usize>();
         let parts = size_of::<Accumulated>() * self.parts.len() + fronts;

@@ -1,6 +1,7 @@
 //! The asynchronous variational integrator: every patch of elements at its own time step (numerics 1).
 
 mod advance;
+mod around;
 mod blocks;
 mod damping;
 mod engine;

@@ -2,15 +2,14 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::blocks::{Around, Block, Blocks, Due, Known, Report, SLOTS, are_far, groups_of};
+use super::around::Around;
+use super::blocks::{Block, Blocks, Due, Known, Report, SLOTS, are_far, groups_of};
 use super::order::Order;
 use super::phase::{Moment, Phase};
 use super::pool::{Cut, share};
 use super::{Pool, TickGrid};
 use crate::algebra::Vector;
-use crate::element::{
-    Accumulated, At, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MOST_LOCAL_NODES, Power, Recall, Whereabouts,
-};
+use crate::element::{Accumulated, At, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, Power, Recall, Whereabouts};
 use crate::mesh::NodeId;
 use crate::state::{Clock, Tick};
 use fearless_simd::Level;
@@ -125,41 +124,6 @@ pub(super) fn split(blocks: &[Block], part: f64) -> usize {
         so_far as f64 >= wanted
     };
     blocks.iter().position(reached).map_or(blocks.len(), |at| at + 1)
-}
-
-impl Around {
-    /// Of these groups; what is around them is not known yet.
-    fn of(order: &Order, groups: impl Iterator<Item = usize>) -> Self {
-        let groups: Vec<u32> = groups.map(|group| group as u32).collect();
-        let of_group = |group: &u32| order.elements(order.slots(*group as usize)).count() as u64;
-        Self { n_elements: groups.iter().map(of_group).sum(), groups, ..Self::default() }
-    }
-
-    /// Finds what is around them among all groups of the block.
-    fn find<const D: usize>(&mut self, lanes: &Lanes<D>, all: std::ops::Range<usize>) {
-        let (mut is_touched, mut place) = ([false; MOST_LOCAL_NODES], [0_u16; MOST_LOCAL_NODES]);
-        for group in &self.groups {
-            lanes.nodes(*group as usize, |node| is_touched[usize::from(node)] = true);
-        }
-        self.nodes = (0..).zip(&is_touched).filter(|(_, touched)| **touched).map(|(node, _)| node).collect();
-        // Every corner is counted and put down, those elsewhere at one place more: what as good as random decides can't be foreseen.
-        let elsewhere = self.nodes.len();
-        place.fill(elsewhere as u16);
-        self.nodes.iter().zip(0..).for_each(|(node, i)| place[usize::from(*node)] = i);
-        let mut next = vec![0_u16; elsewhere + 2];
-        lanes.corners(all.clone(), |corner| next[usize::from(place[usize::from(corner.node)]) + 1] += 1);
-        (1..next.len()).for_each(|i| next[i] += next[i - 1]);
-        self.slots = vec![0; usize::from(next[elsewhere + 1])];
-        lanes.corners(all, |corner| {
-            let next = &mut next[usize::from(place[usize::from(corner.node)])];
-            self.slots[usize::from(*next)] = corner.slot;
-            *next += 1;
-        });
-        next.truncate(elsewhere);
-        self.slots.truncate(next.last().map_or(0, |end| usize::from(*end)));
-        self.slots.shrink_to_fit();
-        self.ends = next;
-    }
 }
 
 /// The longest of these steps that fires at a tick, if the least does: each is a power of two, and one bit of `lengths`.
