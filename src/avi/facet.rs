@@ -25,12 +25,18 @@ pub(super) fn outward<const D: usize>(corners: &[Vector3; 3]) -> Vector3 {
     b.cross(&if D == 3 { corners[2] - corners[0] } else { -Vector3::y() })
 }
 
+/// The corner of a facet to which φ of a convex body falls most from a point of it, and by how much it falls at most, m: min_i n·(x_i − x).
+fn downhill(gap: &Gap, point: &Vector3, corners: &[Vector3]) -> (usize, f64) {
+    let falls = corners.iter().map(|x| gap.normal.dot(&(x - point))).enumerate();
+    falls.fold((0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a })
+}
+
 /// φ is nowhere on a facet less than this, m, if the body is convex: φ(x) + min_i n·(x_i − x), x its middle.
 pub(super) fn least_distance<const D: usize>(corners: &[Vector3; 3], gap: impl Fn(&Vector3) -> Gap) -> f64 {
     let corners = &corners[..D];
     let middle = corners.iter().sum::<Vector3>() / D as f64;
     let gap = gap(&middle);
-    gap.distance + corners.iter().map(|x| gap.normal.dot(&(x - middle))).fold(f64::INFINITY, f64::min)
+    gap.distance + downhill(&gap, &middle, corners).1
 }
 
 /// The deepest point of a facet, if it is deeper than `allowed`, m: the method of Frank and Wolfe from its middle.
@@ -55,9 +61,7 @@ pub(super) fn deepest<const D: usize>(
         if here.distance < deeper {
             best = Some(Deep { point, weights, gap: here });
         }
-        let downhill = |i: usize| here.normal.dot(&(corners[i] - point));
-        let (to, slope) =
-            (0..D).map(|i| (i, downhill(i))).fold((0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a });
+        let (to, slope) = downhill(&here, &point, &corners[..D]);
         let found = best.map_or(-allowed, |best| best.gap.distance - NEAR * allowed);
         if here.distance + slope >= found {
             break;
