@@ -65,9 +65,7 @@ pub fn generate(table: &str, file: &Path) -> Result<(), String> {
     let text = fs::read_to_string(table).map_err(|e| format!("cannot read {table}: {e}"))?;
     let parsed: File = toml::from_str(&text).map_err(|e| format!("{table}: {e}"))?;
     check(&parsed).map_err(|e| format!("{table}: {e}"))?;
-    let version = std::env::var("CARGO_PKG_VERSION").map_err(|e| format!("CARGO_PKG_VERSION: {e}"))?;
-    fs::write(file, source(&parsed, &guid(&text, &version))?)
-        .map_err(|e| format!("cannot write {}: {e}", file.display()))
+    fs::write(file, source(&parsed)?).map_err(|e| format!("cannot write {}: {e}", file.display()))
 }
 
 fn check(file: &File) -> Result<(), String> {
@@ -125,9 +123,8 @@ fn array(name: &str) -> Result<(&str, usize), String> {
     length.map(|n| (name, n)).ok_or_else(|| format!("{name}[{rest}: an array is written name[1..n]"))
 }
 
-fn source(file: &File, guid: &str) -> Result<String, String> {
-    let mut out = format!("/// Hash of the table of variables and of the version.\npub const GUID: &str = {guid:?};\n");
-    let _ = writeln!(out, "/// Value references of one body.\npub const BLOCK: u32 = {BLOCK};");
+fn source(file: &File) -> Result<String, String> {
+    let mut out = format!("/// Value references of one body.\npub const BLOCK: u32 = {BLOCK};\n");
     enumeration(&mut out, "Setting", "A parameter that no scene key stands for.", file)?;
     enumeration(&mut out, "Input", "An input.", file)?;
     enumeration(&mut out, "Observed", "What is computed.", file)?;
@@ -228,14 +225,4 @@ fn types(out: &mut String, enumerations: &[Enumeration]) {
 fn camel(name: &str) -> String {
     let words = name.split(['.', '_']).filter(|w| !w.is_empty());
     words.map(|w| w[..1].to_uppercase() + &w[1..]).collect()
-}
-
-/// 128 bits of FNV-1a over the table and the version, as a GUID.
-fn guid(text: &str, version: &str) -> String {
-    let mut hash = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d_u128;
-    for byte in text.bytes().chain([0]).chain(version.bytes()) {
-        hash = (hash ^ u128::from(byte)).wrapping_mul(0x0000_0000_0100_0000_0000_0000_0000_013b);
-    }
-    let hex = format!("{hash:032x}");
-    format!("{{{}-{}-{}-{}-{}}}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..])
 }

@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn a_panic_is_fatal_until_the_instance_is_freed() {
-        let instance = Instance::new("a".into(), Packed::of(Err("none".into())), Log::new(false));
+        let instance = Instance::new("a".into(), Packed::default(), Log::new(false));
         let logger = Logger { callback: None, environment: ptr::null_mut(), name: CString::default() };
         let component = Box::into_raw(Box::new(Component { instance, logger, strings: Vec::new() })).cast();
         let status = guard(component, "fmi2Reset", Call::Reset, |_| panic!("on purpose"));

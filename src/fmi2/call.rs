@@ -1,6 +1,7 @@
 //! Why a call was refused, and the one place that maps it to a status.
 
 use super::lifecycle::{Call, Phase};
+use super::manifest::ManifestError;
 use super::snapshot::SnapshotError;
 use super::status::Status;
 use super::table::Kind;
@@ -84,6 +85,9 @@ pub enum CallError {
         /// What may be given.
         expected: String,
     },
+    /// Resources that are not those of the archive.
+    #[error("{0}")]
+    Resources(#[from] ManifestError),
     /// There is no scene to simulate.
     #[error("there is no scene: {reason}. Set the parameter `scene` to the absolute path of a scene file")]
     NoScene {
@@ -147,6 +151,7 @@ impl CallError {
             | Self::NoBody { .. }
             | Self::NoSensor { .. }
             | Self::Value { .. }
+            | Self::Resources(_)
             | Self::NoScene { .. }
             | Self::Scene { .. }
             | Self::Build { .. }

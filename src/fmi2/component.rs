@@ -6,7 +6,6 @@ use super::instance::Instance;
 use super::lifecycle::{Call, Phase};
 use super::parameters::Packed;
 use super::status::Status;
-use super::table::GUID;
 use std::any::Any;
 use std::ffi::{CString, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -74,11 +73,7 @@ impl Packed {
         if fmu_type != 1 {
             return Err(CallError::value("fmuType", fmu_type, "1, co-simulation"));
         }
-        if guid != GUID {
-            let expected = format!("{GUID}: modelDescription.xml and library are of different releases");
-            return Err(CallError::value("fmuGUID", guid, expected));
-        }
-        Ok((name.to_string(), Self::at(resources)))
+        Ok((name.to_string(), Self::at(resources, guid)?))
     }
 }
 

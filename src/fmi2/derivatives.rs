@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn only_first_derivatives_of_inputs_are_taken() {
-        let mut it = Instance::new("a".into(), Packed::of(Err("none".into())), Log::new(false));
+        let mut it = Instance::new("a".into(), Packed::default(), Log::new(false));
         assert!(it.set_input_rates(&[(105, 2)], &[1.0]).unwrap_err().to_string().contains("expected 1"));
         assert!(it.set_input_rates(&[(105, 1), (200, 1)], &[1.0, 1.0]).is_err());
         assert!(it.set_input_rates(&[(105, 1)], &[f64::INFINITY]).is_err());

@@ -12,6 +12,7 @@ mod inputs;
 mod instance;
 mod lifecycle;
 mod logger;
+mod manifest;
 mod parameters;
 mod recording;
 mod scalar;
@@ -26,11 +27,12 @@ mod variables;
 pub use abi::{Callbacks, LoggerCallback};
 pub use call::CallError;
 pub use logger::CATEGORIES;
+pub use manifest::{ArchiveContent, Manifest, ManifestError};
 pub use parameters::{files_in, most_threads};
 pub use recording::folder_name;
 pub use scalar::{Ports, Scalar, scalars, table_of};
 pub use status::Status;
-pub use table::{Causality, ENUMERATIONS, Enumeration, GUID, Item, Kind, Start, UNITS, Unit, VARIABLES, Variable};
+pub use table::{Causality, ENUMERATIONS, Enumeration, Item, Kind, Start, UNITS, Unit, VARIABLES, Variable};
 
 /// Name of the model and of its library inside the archive.
 pub const MODEL: &str = "BallisticGel";

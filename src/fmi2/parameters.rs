@@ -2,41 +2,53 @@
 
 use super::call::CallError;
 use super::instance::{Instance, Values};
+use super::manifest::{Manifest, ManifestError};
 use super::scalar::{Ports, Scalar, scalars, table_of};
 use super::table::{Setting, Source, row};
 use super::uri;
-use crate::scene::{self, MOST_FRAGMENTS, Override, Scene, body_name};
+use crate::scene::{self, Files, MOST_FRAGMENTS, Override, Scene, body_name};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 /// The origin of the scene in the archive.
 const PACKED: &str = "resources/scene.toml";
+/// Name of the scene in `resources/`.
+const SCENE_FILE: &str = "scene.toml";
 
-/// The scene in `resources/` of the archive.
-#[derive(Debug, Clone)]
+/// The scene in `resources/` of the archive, and the manifest that it was packed with.
+#[derive(Debug, Clone, Default)]
 pub(super) struct Packed {
-    /// The folder that it is in, and where the files that it names are; empty if there is none.
+    /// The folder of the scene and of the files that it names.
     folder: PathBuf,
-    /// Its text, or why there is none.
-    text: Result<String, String>,
+    /// Its text.
+    text: String,
+    /// The files that were packed with it.
+    manifest: Manifest,
     /// The starts in `modelDescription.xml` were written from this; empty without a readable scene.
     pub starts: toml::Table,
 }
 
 impl Packed {
-    /// Reads `scene.toml` in the resource location, a URI.
-    pub(super) fn at(location: Option<&str>) -> Self {
-        let none = || "no resource location was given to fmi2Instantiate".to_string();
-        let folder = location.ok_or_else(none).and_then(uri::to_path);
-        Self::of(folder.and_then(|folder| read_text(&folder.join("scene.toml")).map(|text| (folder, text))))
+    /// Reads the scene at a resource location, a URI, if the archive has this GUID and is as it was packed.
+    pub(super) fn at(location: Option<&str>, guid: &str) -> Result<Self, ManifestError> {
+        let misplaced = |found: String| ManifestError::Location { found };
+        let location = location.ok_or_else(|| misplaced("none".to_owned()))?;
+        let folder = uri::to_path(location).map_err(misplaced)?;
+        let manifest = Manifest::verified(&folder, guid)?;
+        let text = manifest.read(&folder, SCENE_FILE)?;
+        let text = String::from_utf8(text).map_err(|e| {
+            ManifestError::Unreadable { path: folder.join(SCENE_FILE).display().to_string(), reason: e.to_string() }
+        })?;
+        let mut packed = Self { folder, text, manifest, starts: toml::Table::new() };
+        let scene = scene::read_with_files(&packed.text, &|name| packed.file(name));
+        packed.starts = scene.as_ref().map(table_of).unwrap_or_default();
+        Ok(packed)
     }
 
-    /// A folder and the text of the scene in it, or why there is none.
-    pub(super) fn of(found: Result<(PathBuf, String), String>) -> Self {
-        let (folder, text) = found.map_or_else(|e| (PathBuf::new(), Err(e)), |(folder, text)| (folder, Ok(text)));
-        let scene = text.as_deref().ok().and_then(|text| scene::read_with_files(text, &files_in(&folder)).ok());
-        Self { starts: scene.as_ref().map(table_of).unwrap_or_default(), folder, text }
+    /// Reads a file that was packed with the scene.
+    fn file(&self, name: &str) -> io::Result<Vec<u8>> {
+        self.manifest.read(&self.folder, name).map_err(io::Error::other)
     }
 }
 
@@ -135,7 +147,7 @@ impl Instance {
             self.log.event(format!("override: {} = {}", o.key, o.value));
         }
         let Resolved { origin, text, .. } = base;
-        match scene::read_with(&text, &overrides, &files_in(&self.folder_of(&origin))) {
+        match scene::read_with(&text, &overrides, &*self.files_of(&origin)) {
             Ok((text, scene)) => Ok(Resolved { origin, text, scene }),
             Err(fault) => Err(CallError::Scene { origin: blamed(origin, &fault.overrides), error: fault.error }),
         }
@@ -143,26 +155,28 @@ impl Instance {
 
     /// The scene of an origin and a text, with the files in its folder.
     pub(super) fn read_scene(&self, origin: String, text: String) -> Result<Resolved, CallError> {
-        match scene::read_with_files(&text, &files_in(&self.folder_of(&origin))) {
+        match scene::read_with_files(&text, &*self.files_of(&origin)) {
             Ok(scene) => Ok(Resolved { origin, text, scene }),
             Err(error) => Err(CallError::Scene { origin, error }),
         }
     }
 
-    /// The folder of a scene, to which the names of its files are relative.
-    fn folder_of(&self, origin: &str) -> PathBuf {
+    /// The files that a scene of this origin names: packed with it, or relative to its folder.
+    fn files_of(&self, origin: &str) -> Box<Files<'_>> {
         if origin == PACKED {
-            return self.packed.folder.clone();
+            return Box::new(|name| self.packed.file(name));
         }
-        Path::new(origin).parent().unwrap_or(Path::new("")).to_path_buf()
+        Box::new(files_in(Path::new(origin).parent().unwrap_or(Path::new(""))))
     }
 
     fn scene_text(&self) -> Result<(String, String), CallError> {
-        let (origin, text) = match self.settings.scene.as_str() {
-            "" => (PACKED.to_string(), self.packed.text.clone()),
-            path => (path.to_string(), read_text(Path::new(path))),
-        };
-        text.map(|text| (origin, text)).map_err(|reason| CallError::NoScene { reason })
+        match self.settings.scene.as_str() {
+            "" => Ok((PACKED.to_string(), self.packed.text.clone())),
+            path => {
+                let text = read_text(Path::new(path)).map_err(|reason| CallError::NoScene { reason })?;
+                Ok((path.to_string(), text))
+            }
+        }
     }
 }
 
@@ -213,11 +227,18 @@ fn one_override(
     Ok(Some(Override { key, value }))
 }
 
-/// Reads the files that a scene names, relative to a folder.
-pub fn files_in(folder: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
+/// Reads the files that a scene names, relative to a folder. A name with the backslashes of Windows is found on every system.
+pub fn files_in(folder: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> + use<> {
+    let folder = folder.to_path_buf();
     move |name| {
         let path = folder.join(name);
-        fs::read(&path).map_err(|e| io::Error::new(e.kind(), format!("cannot read {}: {e}", path.display())))
+        let read = match fs::read(&path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound && name.contains('\\') => {
+                fs::read(folder.join(name.replace('\\', "/"))).map_err(|_| error)
+            }
+            read => read,
+        };
+        read.map_err(|e| io::Error::new(e.kind(), format!("cannot read {}: {e}", path.display())))
     }
 }
 

@@ -287,7 +287,7 @@ mod tests {
     use crate::fmi2::parameters::Packed;
 
     fn snapshot() -> Snapshot {
-        let mut it = Instance::new("a".into(), Packed::of(Err("none".into())), Log::new(false));
+        let mut it = Instance::new("a".into(), Packed::default(), Log::new(false));
         it.set_up(-1.0, Some(2.0)).unwrap();
         it.set_reals(&[20, 105], &[1060.0, -7.5]).unwrap();
         it.set_input_rates(&[(105, 1)], &[3.0]).unwrap();
@@ -354,7 +354,7 @@ mod tests {
     #[test]
     fn a_restored_instance_has_the_inputs_parameters_and_times() {
         let it = snapshot();
-        let mut other = Instance::new("b".into(), Packed::of(Err("none".into())), Log::new(false));
+        let mut other = Instance::new("b".into(), Packed::default(), Log::new(false));
         other.restore(&it).unwrap();
         assert_eq!(state_of(&other), it);
         assert_eq!(other.real(105).unwrap(), -7.5);

@@ -296,7 +296,7 @@ mod tests {
     use crate::fmi2::parameters::Packed;
 
     fn instance() -> Instance {
-        Instance::new("a".into(), Packed::of(Err("none".into())), Log::new(false))
+        Instance::new("a".into(), Packed::default(), Log::new(false))
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::path::Path;
 /// An instance that writes to its own folder, started.
 fn writing() -> (Host, std::path::PathBuf) {
     let mut host = Host::with(&coarse());
-    let (folder, own) = (host.folder.path().to_path_buf(), host.path("gel"));
+    let (folder, own) = (host.path(""), host.path("gel"));
     assert_eq!(host.set_text("output_directory", &folder), OK);
     host.start();
     (host, own)
@@ -115,7 +115,7 @@ fn a_state_is_restored_also_when_the_files_cannot_follow() {
 #[test]
 fn a_run_is_completed_when_a_state_from_before_it_is_restored() {
     let mut host = Host::with(&coarse());
-    let (folder, own) = (host.folder.path().to_path_buf(), host.path("gel"));
+    let (folder, own) = (host.path(""), host.path("gel"));
     assert_eq!(host.set_text("output_directory", &folder), OK);
     let made = host.state();
     host.enter();
@@ -152,7 +152,7 @@ fn two_instances_do_not_write_into_one_folder() {
 fn an_instance_whose_method_loses_energy_says_so_when_it_ends() {
     let coarse = ballistic_gel::scene::builtin("ball-square").unwrap().replace("size = 1.25e-3", "size = 5e-3");
     let mut host = Host::with(&(coarse + "\n[remesh]\nquality = 0.3\ngrowth = 1.0\n"));
-    let (folder, own) = (host.folder.path().to_path_buf(), host.path("gel"));
+    let (folder, own) = (host.path(""), host.path("gel"));
     assert_eq!(host.set_text("output_directory", &folder), OK);
     host.start();
     host.steps(0.0, 1e-4, 40);

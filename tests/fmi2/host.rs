@@ -1,8 +1,9 @@
 //! A minimal importer: one instance, its log, and checked calls of the exported functions.
 
 use ballistic_gel::fmi2::abi::*;
-use ballistic_gel::fmi2::{Callbacks, GUID, Ports, scalars};
+use ballistic_gel::fmi2::{ArchiveContent, Callbacks, Manifest, Ports, scalars};
 use ballistic_gel::scene::{self, MOST_FRAGMENTS, MOST_SENSORS};
+use std::collections::BTreeMap;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::{Path, PathBuf};
 use std::ptr;
@@ -16,15 +17,16 @@ pub const ERROR: c_int = 3;
 /// A line of log: status, category, text.
 pub type Line = (c_int, String, String);
 
-/// One instance with the folder of its resources.
+/// One instance with the folder of its resources, if it was made of them.
 pub struct Host {
     pub c: *mut c_void,
     #[allow(clippy::box_collection)] // its address is handed out
     log: Box<Vec<Line>>,
-    pub folder: TempDir,
+    folder: Option<TempDir>,
 }
 
 /// What `fmi2Instantiate` is called with.
+#[derive(Clone, Copy)]
 pub struct Made<'a> {
     pub name: Option<&'a CStr>,
     pub fmu_type: c_int,
@@ -72,28 +74,59 @@ pub fn reference(name: &str) -> u32 {
         .reference()
 }
 
+/// The folder `resources/` of an archive with this scene and these files beside it.
+pub struct Resources {
+    pub folder: TempDir,
+    /// Its URI.
+    pub uri: CString,
+    /// GUID of the archive.
+    pub guid: CString,
+}
+
+impl Resources {
+    /// Packs them as `gelfmu pack` does, with the manifest.
+    pub fn packed(scene: &str, files: &[(&str, &[u8])]) -> Self {
+        let all = files.iter().copied().chain([("scene.toml", scene.as_bytes())]);
+        let all: BTreeMap<String, Vec<u8>> = all.map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).collect();
+        let manifest = Manifest::of(&ArchiveContent { description: "", library: &[], resources: &all });
+        let folder = tempfile::tempdir().unwrap();
+        for (name, bytes) in &all {
+            std::fs::write(folder.path().join(name), bytes).unwrap();
+        }
+        std::fs::write(folder.path().join(Manifest::FILE), manifest.to_json()).unwrap();
+        let uri = CString::new(format!("file://{}", folder.path().display())).unwrap();
+        Self { folder, uri, guid: CString::new(manifest.guid()).unwrap() }
+    }
+
+    /// Arguments of `fmi2Instantiate` that are taken.
+    pub fn arguments(&self) -> Made<'_> {
+        Made { name: Some(c"gel"), fmu_type: 1, guid: Some(&self.guid), resources: Some(&self.uri) }
+    }
+}
+
 impl Host {
     /// An instance with this text as `resources/scene.toml`.
     pub fn with(scene: &str) -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
-        let uri = CString::new(format!("file://{}", folder.path().display())).unwrap();
-        let guid = CString::new(GUID).unwrap();
-        let made = Made { name: Some(c"gel"), fmu_type: 1, guid: Some(&guid), resources: Some(&uri) };
-        let host = Self::made(&made, folder);
+        Self::of(Resources::packed(scene, &[]))
+    }
+
+    /// An instance of an archive.
+    pub fn of(archive: Resources) -> Self {
+        let mut host = Self::made(&archive.arguments());
         assert!(!host.c.is_null(), "{:?}", host.log);
+        host.folder = Some(archive.folder);
         host
     }
 
     /// What comes of the arguments; a null component if they are refused.
-    pub fn made(made: &Made<'_>, folder: TempDir) -> Self {
+    pub fn made(made: &Made<'_>) -> Self {
         let mut log = Box::new(Vec::new());
         let callbacks = callbacks(&mut log);
         let at = |text: Option<&CStr>| text.map_or(ptr::null(), CStr::as_ptr);
         let (name, guid, resources) = (at(made.name), at(made.guid), at(made.resources));
         // SAFETY: text or null each.
         let c = unsafe { fmi2Instantiate(name, made.fmu_type, guid, resources, &raw const callbacks, 0, 0) };
-        Self { c, log, folder }
+        Self { c, log, folder: None }
     }
 
     /// The coarse scene, after initialization from 0 s on.
@@ -220,7 +253,7 @@ impl Host {
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
+        self.folder.as_ref().unwrap().path().join(name)
     }
 }
 

@@ -1,9 +1,9 @@
 //! Bad arguments: the right status, one clear line, and an instance that is as it was.
 
-use super::host::{DISCARD, ERROR, Host, Made, OK, callbacks, coarse, reference};
+use super::host::{DISCARD, ERROR, Host, Made, OK, Resources, callbacks, coarse, reference};
 use ballistic_gel::fmi2::abi::*;
-use ballistic_gel::fmi2::{Callbacks, GUID};
-use std::ffi::{CString, c_int};
+use ballistic_gel::fmi2::Callbacks;
+use std::ffi::c_int;
 use std::ptr;
 
 #[test]
@@ -119,31 +119,63 @@ fn a_step_that_the_start_time_swallows_is_refused_and_a_longer_one_is_taken() {
 
 #[test]
 fn instances_that_cannot_be_are_refused_with_a_line() {
-    let (guid, uri) = (CString::new(GUID).unwrap(), c"file:///nowhere");
-    let good = Made { name: Some(c"gel"), fmu_type: 1, guid: Some(&guid), resources: Some(uri) };
+    let archive = Resources::packed(&coarse(), &[]);
+    let good = archive.arguments();
     let bad = [
         ("fmuGUID", Made { guid: Some(c"{0}"), ..good }),
         ("fmuGUID", Made { guid: None, ..good }),
         ("instanceName", Made { name: Some(c" "), ..good }),
         ("instanceName", Made { name: None, ..good }),
         ("fmuType", Made { fmu_type: 0, ..good }),
+        ("fmuResourceLocation: found none", Made { resources: None, ..good }),
+        ("not a file URI", Made { resources: Some(c"resources"), ..good }),
+        ("/nowhere/manifest.json: found no readable file", Made { resources: Some(c"file:///nowhere"), ..good }),
     ];
     for (word, made) in bad {
-        let mut host = Host::made(&made, tempfile::tempdir().unwrap());
+        let mut host = Host::made(&made);
         assert!(host.c.is_null(), "{word}");
-        assert!(host.one_line().contains(word), "{word}");
+        let line = host.one_line();
+        assert!(line.contains(word), "{word}: {line}");
     }
-    let none: *const Callbacks = ptr::null();
-    assert!(unsafe { fmi2Instantiate(c"gel".as_ptr(), 1, guid.as_ptr(), ptr::null(), none, 0, 0) }.is_null());
+    let (none, guid): (*const Callbacks, _) = (ptr::null(), archive.guid.as_ptr());
+    assert!(unsafe { fmi2Instantiate(c"gel".as_ptr(), 1, guid, archive.uri.as_ptr(), none, 0, 0) }.is_null());
+}
+
+#[test]
+fn a_scene_that_was_edited_in_the_unpacked_archive_is_refused_with_the_remedy_and_runs_as_another_scene() {
+    let archive = Resources::packed(&coarse(), &[]);
+    let edited = archive.folder.path().join("scene.toml");
+    std::fs::write(&edited, coarse().replace("-5.0]", "-4.0]")).unwrap();
+    let mut host = Host::made(&archive.arguments());
+    assert!(host.c.is_null());
+    let line = host.one_line();
+    assert!(line.contains("scene.toml: found content of hash ") && line.contains("gelfmu pack"), "{line}");
+    let mut host = Host::with(&coarse());
+    assert_eq!(host.set_text("scene", &edited), OK);
+    host.start();
+    assert_eq!(host.get("projectile.predicted_velocity[3]"), -4.0);
+}
+
+#[test]
+fn an_archive_is_not_taken_for_another_one() {
+    let (one, two) = (Resources::packed(&coarse(), &[]), Resources::packed(&coarse().replace("-5.0]", "-4.0]"), &[]));
+    assert_ne!(one.guid, two.guid);
+    assert_eq!(one.guid, Resources::packed(&coarse(), &[]).guid);
+    let mut host = Host::made(&Made { resources: Some(&two.uri), ..one.arguments() });
+    assert!(host.c.is_null());
+    let line = host.one_line();
+    assert!(line.starts_with("fmuGUID = ") && line.contains("different archives"), "{line}");
 }
 
 #[test]
 fn the_logger_may_be_absent() {
     let mut callbacks = callbacks(&mut Vec::new());
     callbacks.logger = None;
-    let guid = CString::new(GUID).unwrap();
+    let archive = Resources::packed(&coarse(), &[]);
+    let (guid, uri) = (archive.guid.as_ptr(), archive.uri.as_ptr());
     unsafe {
-        let c = fmi2Instantiate(c"gel".as_ptr(), 1, guid.as_ptr(), ptr::null(), &raw const callbacks, 0, 1);
+        let c = fmi2Instantiate(c"gel".as_ptr(), 1, guid, uri, &raw const callbacks, 0, 1);
+        assert!(!c.is_null());
         assert_eq!(fmi2DoStep(c, 0.0, 1.0, 0), ERROR);
         fmi2FreeInstance(c);
     }
@@ -193,20 +225,6 @@ fn a_scene_that_is_not_there_is_named() {
     let text = host.one_line();
     assert!(text.contains("100%% missing.toml") && text.contains("parameter `scene`"), "{text}");
     assert_eq!(host.set_text("scene", std::path::Path::new("relative.toml")), ERROR);
-}
-
-#[test]
-fn without_resources_there_is_no_scene_until_one_is_set() {
-    let guid = CString::new(GUID).unwrap();
-    let made = Made { name: Some(c"gel"), fmu_type: 1, guid: Some(&guid), resources: None };
-    let mut host = Host::made(&made, tempfile::tempdir().unwrap());
-    host.enter();
-    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, ERROR);
-    assert!(host.one_line().contains("no resource location"));
-    let file = host.path("other.toml");
-    std::fs::write(&file, coarse()).unwrap();
-    assert_eq!(host.set_text("scene", &file), OK);
-    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, OK);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! An instance whose body is in a file, and its state where that file is another or missing.
 
-use super::host::{ERROR, Host, OK, coarse};
+use super::host::{ERROR, Host, OK, Resources, coarse};
 use super::solids::{binary, sphere};
 
 fn scene() -> String {
@@ -13,9 +13,7 @@ fn scene() -> String {
 
 /// An instance with the scene and, beside it, a ball of so many rings.
 fn with_ball(rings: usize) -> Host {
-    let host = Host::with(&scene());
-    std::fs::write(host.folder.path().join("ball.stl"), binary(&sphere(10.0, rings))).unwrap();
-    host
+    Host::of(Resources::packed(&scene(), &[("ball.stl", &binary(&sphere(10.0, rings)))]))
 }
 
 #[test]
@@ -35,14 +33,14 @@ fn a_state_goes_on_where_the_same_file_is_and_is_refused_where_it_is_another_or_
         assert!(lines.iter().any(|(_, _, line)| line.contains(reason)), "{lines:?}");
     };
     refused(with_ball(9), "another file that the scene names");
-    refused(Host::with(&scene()), "projectile.shape.stl.file: found \"ball.stl\": cannot read /");
+    refused(Host::with(&scene()), "ball.stl: found no entry for it in manifest.json");
 }
 
 #[test]
 fn the_file_of_another_scene_is_in_the_folder_of_that_scene() {
     let there = with_ball(8);
     let mut host = Host::with(&coarse());
-    assert_eq!(host.set_text("scene", &there.folder.path().join("scene.toml")), OK);
+    assert_eq!(host.set_text("scene", &there.path("scene.toml")), OK);
     host.start();
     host.steps(0.0, 1e-4, 3);
     let mut own = with_ball(8);

@@ -1,16 +1,15 @@
 //! Calls of the C interface in any order with any arguments that the standard lets an importer pass by mistake: null pointers,
 //! numbers that are none, references of nothing, sizes of 0, states of other instances.
 
-use super::host::reference;
+use super::host::{Resources, reference};
 use super::random::Random;
 use super::tally::Fate;
 use ballistic_gel::fmi2::abi::*;
-use ballistic_gel::fmi2::{Callbacks, GUID, Ports, scalars};
+use ballistic_gel::fmi2::{Callbacks, Ports, scalars};
 use ballistic_gel::scene::MOST_FRAGMENTS;
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::path::{Path, PathBuf};
 use std::ptr::{null, null_mut};
-use tempfile::TempDir;
 
 /// A panic was caught inside.
 const FATAL: c_int = 4;
@@ -21,7 +20,7 @@ const LONGEST: f64 = 20.0;
 
 /// What instances are made of.
 pub struct Stage {
-    folder: TempDir,
+    archive: Resources,
     scenes: Vec<PathBuf>,
     references: Vec<u32>,
 }
@@ -29,20 +28,25 @@ pub struct Stage {
 impl Stage {
     /// A folder with these scenes; the first of them is packed.
     pub fn of(texts: &[String]) -> Self {
-        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let archive = Resources::packed(&texts[0], &[]);
         let write = |(i, text): (usize, &String)| {
-            let path = folder.path().join(if i == 0 { "scene.toml".to_owned() } else { format!("{i}.toml") });
+            let path = archive.folder.path().join(if i == 0 { "scene.toml".to_owned() } else { format!("{i}.toml") });
             std::fs::write(&path, text).expect("a temporary file can be written");
             path
         };
         let scenes = texts.iter().enumerate().map(write).collect();
         let references =
             scalars(Ports { fragments: MOST_FRAGMENTS, sensors: 0 }).map(|scalar| scalar.reference()).collect();
-        Self { folder, scenes, references }
+        Self { archive, scenes, references }
+    }
+
+    /// GUID and URI of the resources of the packed archive.
+    fn identity(&self) -> [&str; 2] {
+        [&self.archive.guid, &self.archive.uri].map(|text| text.to_str().expect("both are ASCII"))
     }
 
     fn path(&self) -> &Path {
-        self.folder.path()
+        self.archive.folder.path()
     }
 }
 
@@ -129,8 +133,8 @@ impl Importer<'_> {
 
     fn instantiate(&mut self) {
         let random = &mut self.random;
-        let uri = format!("file://{}", self.stage.path().display());
-        let (name, guid, uri) = (text(random, "gel"), text(random, GUID), text(random, &uri));
+        let [guid, uri] = self.stage.identity();
+        let (name, guid, uri) = (text(random, "gel"), text(random, guid), text(random, uri));
         let kind = if random.once_in(20) { random.bits() as c_int } else { 1 };
         let silent = silent as *const ();
         let callbacks = Callbacks {
@@ -388,8 +392,7 @@ impl Importer<'_> {
 
     /// Gives everything back.
     fn leave(&mut self) {
-        let uri = format!("file://{}", self.stage.path().display());
-        let (name, guid, uri) = (CString::new("last").ok(), CString::new(GUID).ok(), CString::new(uri).ok());
+        let archive = &self.stage.archive;
         let callbacks = Callbacks {
             logger: None,
             allocate_memory: None,
@@ -399,8 +402,8 @@ impl Importer<'_> {
         };
         // SAFETY: states are freed once, by an instance that was made for it; then all instances.
         unsafe {
-            let c =
-                fmi2Instantiate(at(name.as_ref()), 1, at(guid.as_ref()), at(uri.as_ref()), &raw const callbacks, 0, 0);
+            let (guid, uri) = (archive.guid.as_ptr(), archive.uri.as_ptr());
+            let c = fmi2Instantiate(c"last".as_ptr(), 1, guid, uri, &raw const callbacks, 0, 0);
             for mut state in self.states.drain(..) {
                 fmi2FreeFMUstate(c, &raw mut state);
             }

@@ -3,7 +3,7 @@
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::job::RunError;
-use crate::options::{Options, PackOptions};
+use crate::options::{DEFAULT_SCENE, Options, PackOptions};
 use crate::{pack, source};
 use ballistic_gel::fmi2::Ports;
 use ballistic_gel::scene;
@@ -61,7 +61,8 @@ pub fn completions(shell: Shell, console: &Console) {
 
 /// Writes the FMU.
 pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
-    let source = source::load(&options.scene, &options.set)?;
+    let name = options.named.as_deref().or(options.scene.as_deref()).unwrap_or(DEFAULT_SCENE);
+    let source = source::load(name, &options.set)?;
     let there = Ports::of(&source.scene);
     let ports = Ports {
         fragments: most(("fragment", "body"), options.fragments, there.fragments)?,

@@ -348,9 +348,12 @@ pub struct RowOptions {
 /// What to pack.
 #[derive(Debug, Args)]
 pub struct PackOptions {
-    /// Name of a built-in scene, or path of a scene file
-    #[arg(long, default_value = DEFAULT_SCENE)]
-    pub scene: String,
+    /// Name of a built-in scene, or path of a scene file (`fbi-bb` if absent)
+    #[arg(value_name = "SCENE")]
+    pub named: Option<String>,
+    /// The same as an option
+    #[arg(long, value_name = "SCENE", conflicts_with = "named")]
+    pub scene: Option<String>,
     /// Replace a value of the scene, such as coupling.mode=corrected; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,

@@ -6,7 +6,7 @@ mod requirement;
 pub mod resources;
 
 use crate::job::RunError;
-use ballistic_gel::fmi2::{self, Ports};
+use ballistic_gel::fmi2::{self, ArchiveContent, Manifest, Ports};
 use ballistic_gel::output::model_picture;
 use ballistic_gel::scene::{self, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
@@ -57,29 +57,41 @@ pub fn has_library() -> bool {
 fn entries((text, folder): (&str, &Path), ports: Ports) -> Result<Entries, RunError> {
     let files = fmi2::files_in(folder);
     let scene = scene::read_with_files(text, &files)?;
-    let (text, carried) = resources::of((text, &scene), &files)?;
+    let (text, mut resources) = resources::of((text, &scene), &files)?;
+    resources.insert("scene.toml".to_owned(), text.into_bytes());
     let library = embedded::LIBRARY.ok_or_else(|| RunError::Component {
         call: "pack",
         reason: "this gelfmu was built without the library of the FMU: build it with cargo build --release".to_owned(),
     })?;
     let frame = Simulation::new(&scene, CouplingMode::Integrated, 1)?.frame();
+    let (description, manifest) = identified(&scene, ports, library, &resources)?;
+    resources.insert(Manifest::FILE.to_owned(), manifest.into_bytes());
     let mut entries = Entries::from([
         ("model.png".to_owned(), model_picture(&frame, &scene)),
-        ("modelDescription.xml".to_owned(), described(&scene, ports)?.into_bytes()),
+        ("modelDescription.xml".to_owned(), description.into_bytes()),
         ("documentation/index.html".to_owned(), documentation::page(&scene, ports, library).into_bytes()),
-        ("resources/scene.toml".to_owned(), text.into_bytes()),
         (embedded::LIBRARY_PATH.to_owned(), library.to_vec()),
     ]);
-    entries.extend(carried.into_iter().map(|(name, bytes)| (format!("resources/{name}"), bytes)));
+    entries.extend(resources.into_iter().map(|(name, bytes)| (format!("resources/{name}"), bytes)));
     for (path, bytes) in licenses::LICENSES {
         entries.insert(format!("documentation/licenses/{path}"), bytes.to_vec());
     }
     Ok(entries)
 }
 
-fn described(scene: &Scene, ports: Ports) -> Result<String, RunError> {
-    description::xml(scene, ports)
-        .map_err(|e| RunError::Component { call: "pack", reason: format!("modelDescription.xml: {e}") })
+/// The model description with the GUID of the archive, and the manifest that the GUID comes from.
+fn identified(
+    scene: &Scene,
+    ports: Ports,
+    library: &[u8],
+    resources: &BTreeMap<String, Vec<u8>>,
+) -> Result<(String, String), RunError> {
+    let described = |guid: &str| {
+        let fault = |e| RunError::Component { call: "pack", reason: format!("modelDescription.xml: {e}") };
+        description::xml(scene, ports, guid).map_err(fault)
+    };
+    let manifest = Manifest::of(&ArchiveContent { description: &described("")?, library, resources });
+    Ok((described(manifest.guid())?, manifest.to_json()))
 }
 
 /// Sorted, deflated, without times and owners.

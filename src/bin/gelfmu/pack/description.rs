@@ -8,8 +8,8 @@ use std::io;
 
 type Xml = Writer<Vec<u8>>;
 
-/// The description of the FMU with this scene packed and these ports.
-pub fn xml(scene: &Scene, ports: Ports) -> io::Result<String> {
+/// The description of the FMU with this scene packed, these ports and this GUID.
+pub fn xml(scene: &Scene, ports: Ports, guid: &str) -> io::Result<String> {
     let (table, scalars) = (fmi2::table_of(scene), fmi2::scalars(ports).collect::<Vec<Scalar>>());
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
@@ -17,8 +17,8 @@ pub fn xml(scene: &Scene, ports: Ports) -> io::Result<String> {
         .with_attributes([
             ("fmiVersion", "2.0"),
             ("modelName", fmi2::MODEL),
-            ("guid", fmi2::GUID),
-            ("description", env!("CARGO_PKG_DESCRIPTION")),
+            ("guid", guid),
+            ("description", &about(scene)),
             ("version", env!("CARGO_PKG_VERSION")),
             ("license", env!("CARGO_PKG_LICENSE")),
             ("generationTool", concat!("gelfmu ", env!("CARGO_PKG_VERSION"))),
@@ -34,6 +34,13 @@ pub fn xml(scene: &Scene, ports: Ports) -> io::Result<String> {
             structure(xml, &scalars)
         })?;
     String::from_utf8(xml.into_inner()).map_err(io::Error::other)
+}
+
+/// What the FMU simulates, and which scene of it is packed. XML 1.0 has no control characters.
+fn about(scene: &Scene) -> String {
+    let header = &scene.scene;
+    let text = format!("{}; scene {}: {}", env!("CARGO_PKG_DESCRIPTION"), header.name, header.title);
+    text.replace(|c: char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}'), " ")
 }
 
 fn capabilities(xml: &mut Xml) -> io::Result<()> {

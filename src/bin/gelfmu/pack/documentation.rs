@@ -72,6 +72,11 @@ itself is done. Two instances cannot write into one folder at a time: the second
 <code>fmi2ExitInitializationMode</code> (where the system can lock a folder). Give them different names.</li>
 <li>A fault inside the FMU returns <code>fmi2Fatal</code> with a line in the log; its language prints another to the
 standard error of the process.</li>
+<li>The folder <code>resources</code> belongs to this FMU: its GUID is a hash of the model description, the library and these
+files. An instance is refused where the folder is not given or <code>manifest.json</code> in it has another GUID, and where
+one of the files was changed: pack the scene anew instead of editing the unpacked archive. Files that a tool adds are ignored,
+and the model description may be rewritten as long as it keeps its GUID. To run another scene without packing it, set the
+parameter <code>scene</code> to its absolute path.</li>
 <li>A parameter is fixed once initialization is over. One that differs from its start overrides the scene; one that is
 equal to its start leaves another <code>scene</code> as it is.</li>
 <li>A state can be restored in another process. It does not hold <code>threads</code> and

@@ -1,15 +1,17 @@
 //! The files that a scene names, as they go into the archive.
 
 use crate::job::RunError;
+use ballistic_gel::fmi2::Manifest;
 use ballistic_gel::scene::{self, Files, Override, Scene};
 use std::collections::BTreeMap;
-use std::path::{Component, Path, PathBuf};
+use std::path::PathBuf;
 
 /// The scene text, and name and bytes of each file for the folder of the scene.
 ///
-/// A name that leads down from the folder of the scene stays as it is; another becomes the last part of it, in the text too.
+/// A name that leads down from the folder of the scene keeps its folders, with `/` between them; another becomes the last part
+/// of it, in the text too. No name has a character that a system forbids, and no two differ by case alone.
 pub fn of((text, scene): (&str, &Scene), files: &Files<'_>) -> Result<(String, BTreeMap<String, Vec<u8>>), RunError> {
-    let (mut carried, mut changes) = (BTreeMap::from([("scene.toml".to_owned(), vec![])]), vec![]);
+    let (mut carried, mut changes) = (BTreeMap::new(), vec![]);
     for (key, name) in scene.files() {
         let bytes = files(name).map_err(|source| RunError::File { verb: "pack", path: PathBuf::from(name), source })?;
         let inner = free(&inner_name(name), &bytes, &carried);
@@ -18,28 +20,58 @@ pub fn of((text, scene): (&str, &Scene), files: &Files<'_>) -> Result<(String, B
         }
         carried.insert(inner, bytes);
     }
-    carried.remove("scene.toml");
     let text = if changes.is_empty() { text.to_owned() } else { scene::written(text, &changes)? };
     Ok((text, carried))
 }
 
-/// The name if it leads down, else its last part.
+/// The name with `/` between its folders if it leads down, else its last part; a character that a system forbids becomes `_`.
 fn inner_name(name: &str) -> String {
-    let path = Path::new(name);
-    if path.components().all(|part| matches!(part, Component::Normal(_))) {
-        return name.to_owned();
-    }
-    path.file_name().map_or_else(|| "file".to_owned(), |last| last.to_string_lossy().into_owned())
+    let name = name.replace('\\', "/");
+    let (is_of_drive, path) = match name.split_at_checked(2) {
+        Some((drive, path)) if drive.ends_with(':') && drive.starts_with(|c: char| c.is_ascii_alphabetic()) => {
+            (true, path)
+        }
+        _ => (false, name.as_str()),
+    };
+    let parts: Vec<&str> = path.split('/').filter(|part| !part.is_empty() && *part != ".").collect();
+    let leads_out = is_of_drive || path.starts_with('/') || parts.contains(&"..");
+    let kept = if leads_out { &parts[parts.len().saturating_sub(1)..] } else { &parts[..] };
+    let kept: Vec<String> = kept.iter().filter(|part| **part != "..").map(|part| portable(part)).collect();
+    if kept.is_empty() { "file".to_owned() } else { kept.join("/") }
 }
 
-/// The name, or the first with a number before it that no other file has.
+/// A part of a path that every system takes: Windows forbids some characters, and a dot or a space at the end.
+fn portable(part: &str) -> String {
+    let is_forbidden = |c: char| c.is_control() || "<>:\"|?*".contains(c);
+    let part = part.replace(is_forbidden, "_");
+    let stem = part.trim_end_matches(['.', ' ']);
+    stem.to_owned() + &"_".repeat(part.len() - stem.len())
+}
+
+/// The name, or the first with a number before it that clashes with no other file, on systems that do not tell case apart either.
 fn free(name: &str, bytes: &[u8], taken: &BTreeMap<String, Vec<u8>>) -> String {
-    let is_free = |name: &String| taken.get(name).is_none_or(|other| other == bytes);
-    let numbered = (2..).map(|n| match name.rsplit_once('/') {
-        Some((folder, last)) => format!("{folder}/{n}-{last}"),
-        None => format!("{n}-{name}"),
-    });
-    std::iter::once(name.to_owned()).chain(numbered).find(is_free).unwrap_or_else(|| name.to_owned())
+    let same = |(other, content): (&String, &Vec<u8>)| is_same_name(other, name).then(|| (other.clone(), content == bytes));
+    if let Some((known, true)) = taken.iter().find_map(same) {
+        return known;
+    }
+    let reserved = || ["scene.toml", Manifest::FILE].into_iter();
+    let all = || reserved().chain(taken.keys().map(String::as_str));
+    let (folder, last) = name.rsplit_once('/').map_or(("", name), |(folder, last)| (folder, last));
+    // A folder that has the name of a file is no place for it.
+    let has_place = all().all(|other| !is_same_name(other, folder) && !is_below(folder, other));
+    let folder = if has_place && !folder.is_empty() { format!("{folder}/") } else { String::new() };
+    let names = std::iter::once(format!("{folder}{last}")).chain((2..).map(|n| format!("{folder}{n}-{last}")));
+    let is_free = |name: &String| all().all(|other| !is_same_name(other, name) && !is_below(other, name));
+    names.into_iter().find(is_free).unwrap_or_else(|| name.to_owned())
+}
+
+fn is_same_name(a: &str, b: &str) -> bool {
+    a.to_lowercase() == b.to_lowercase()
+}
+
+/// Returns true if a path is inside a folder.
+fn is_below(path: &str, folder: &str) -> bool {
+    path.to_lowercase().starts_with(&format!("{}/", folder.to_lowercase()))
 }
 
 /// A text in quotes, as TOML writes it.
@@ -53,9 +85,30 @@ mod tests {
 
     #[test]
     fn names_that_lead_out_of_the_folder_lose_the_way() {
-        for (name, inner) in
-            [("a.stl", "a.stl"), ("b/a.stl", "b/a.stl"), ("../b/a.stl", "a.stl"), ("/c/a.stl", "a.stl")]
-        {
+        for (name, inner) in [
+            ("a.stl", "a.stl"),
+            ("b/a.stl", "b/a.stl"),
+            ("./b//a.stl", "b/a.stl"),
+            ("../b/a.stl", "a.stl"),
+            ("b/../a.stl", "a.stl"),
+            ("/c/a.stl", "a.stl"),
+            ("..", "file"),
+        ] {
+            assert_eq!(inner_name(name), inner);
+        }
+    }
+
+    #[test]
+    fn windows_paths_become_names_that_every_system_takes() {
+        for (name, inner) in [
+            ("b\\a.stl", "b/a.stl"),
+            ("..\\b\\a.stl", "a.stl"),
+            ("C:\\bodies\\a.stl", "a.stl"),
+            ("c:a.stl", "a.stl"),
+            ("\\\\server\\share\\a.stl", "a.stl"),
+            ("a?:1.stl", "a__1.stl"),
+            ("b./a.stl ", "b_/a.stl_"),
+        ] {
             assert_eq!(inner_name(name), inner);
         }
     }
@@ -63,9 +116,31 @@ mod tests {
     #[test]
     fn two_files_do_not_share_a_name_unless_they_are_the_same() {
         let taken = BTreeMap::from([("a.stl".to_owned(), vec![1]), ("b/a.stl".to_owned(), vec![1])]);
-        assert_eq!(free("a.stl", &[1], &taken), "a.stl");
-        assert_eq!(free("a.stl", &[2], &taken), "2-a.stl");
-        assert_eq!(free("b/a.stl", &[2], &taken), "b/2-a.stl");
+        for (name, byte, expected) in [
+            ("a.stl", 1, "a.stl"),
+            ("A.STL", 1, "a.stl"),
+            ("a.stl", 2, "2-a.stl"),
+            ("A.STL", 2, "2-A.STL"),
+            ("b/a.stl", 2, "b/2-a.stl"),
+            ("B", 2, "2-B"),
+            ("A.stl/c.stl", 2, "c.stl"),
+            ("A.stl/d/a.stl", 2, "2-a.stl"),
+        ] {
+            assert_eq!(free(name, &[byte], &taken), expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn no_file_takes_the_name_of_the_scene_or_of_the_manifest() {
+        for (name, expected) in [
+            ("scene.toml", "2-scene.toml"),
+            ("SCENE.TOML", "2-SCENE.TOML"),
+            ("Manifest.json", "2-Manifest.json"),
+            ("Scene.toml/a.stl", "a.stl"),
+            ("b/scene.toml", "b/scene.toml"),
+        ] {
+            assert_eq!(free(name, &[1], &BTreeMap::new()), expected);
+        }
     }
 
     #[test]

@@ -1,0 +1,281 @@
+//! `resources/manifest.json`: the identity of a packed archive, and the check that its resources are the packed ones.
+//!
+//! The GUID is XXH3-128 over the version, the hash of the model description with an empty GUID, the hash of the library, and
+//! the name and hash of every other file in `resources/`. Importers that keep unpacked archives by their GUID therefore never
+//! take one archive for another. The library compares, and never reads `modelDescription.xml`: importers may rewrite it.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+use xxhash_rust::xxh3::xxh3_128;
+
+/// The remedy of every archive that is not as it was packed.
+const REMEDY: &str = "pack the scene anew with gelfmu pack instead of editing the unpacked archive";
+
+/// The manifest of an archive. It is not listed itself.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of the release that packed the archive.
+    version: String,
+    /// GUID of the archive.
+    guid: String,
+    /// Hash of `modelDescription.xml` with an empty GUID.
+    description: String,
+    /// Hash of the packed library.
+    library: String,
+    /// Name below `resources/`, with `/` between folders, and hash of every other file.
+    files: BTreeMap<String, String>,
+}
+
+/// The content of an archive, as far as its GUID depends on it.
+#[derive(Debug, Clone, Copy)]
+pub struct ArchiveContent<'a> {
+    /// Text of `modelDescription.xml` with an empty GUID.
+    pub description: &'a str,
+    /// Bytes of the library.
+    pub library: &'a [u8],
+    /// Name below `resources/` and bytes of every file but the manifest.
+    pub resources: &'a BTreeMap<String, Vec<u8>>,
+}
+
+/// An archive that is not as it was packed.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ManifestError {
+    /// No folder of resources.
+    #[error("fmuResourceLocation: found {found}, expected the URI of the folder resources of the unpacked archive")]
+    Location {
+        /// The fault of the argument.
+        found: String,
+    },
+    /// A file that cannot be read.
+    #[error("{path}: found no readable file ({reason}), expected that of the archive; {REMEDY}")]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// Answer of the system.
+        reason: String,
+    },
+    /// A manifest that is none.
+    #[error("{path}: found {reason}, expected the manifest that gelfmu pack wrote; {REMEDY}")]
+    Undecodable {
+        /// The manifest.
+        path: String,
+        /// Fault of the text.
+        reason: String,
+    },
+    /// Resources of another release.
+    #[error("{path}: found version {found}, expected {expected}, that of the library in the archive; {REMEDY}")]
+    Release {
+        /// The manifest.
+        path: String,
+        /// Version in the manifest.
+        found: String,
+        /// Version of the library.
+        expected: &'static str,
+    },
+    /// A GUID other than that of the resources.
+    #[error(
+        "fmuGUID = {found}: expected {expected} as in {path}: model description and resources are of different archives; {REMEDY}"
+    )]
+    Guid {
+        /// The manifest.
+        path: String,
+        /// GUID given.
+        found: String,
+        /// GUID in the manifest.
+        expected: String,
+    },
+    /// A file other than the packed one.
+    #[error("{path}: found content of hash {found}, expected {expected} as packed: the file was changed; {REMEDY}")]
+    Changed {
+        /// The file.
+        path: String,
+        /// Hash of its content.
+        found: String,
+        /// Hash in the manifest.
+        expected: String,
+    },
+    /// A file that was not packed.
+    #[error("{path}: found no entry for it in manifest.json, expected a file that was packed with the scene; {REMEDY}")]
+    Unlisted {
+        /// The file.
+        path: String,
+    },
+}
+
+impl Manifest {
+    /// Name of the manifest in `resources/`.
+    pub const FILE: &'static str = "manifest.json";
+
+    /// Makes the manifest of an archive.
+    #[must_use]
+    pub fn of(content: &ArchiveContent<'_>) -> Self {
+        let files = content.resources.iter().map(|(name, bytes)| (name.clone(), hash(bytes)));
+        let manifest = Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            guid: String::new(),
+            description: hash(content.description.as_bytes()),
+            library: hash(content.library),
+            files: files.collect(),
+        };
+        Self { guid: manifest.computed_guid(), ..manifest }
+    }
+
+    /// GUID of the archive.
+    #[must_use]
+    pub fn guid(&self) -> &str {
+        &self.guid
+    }
+
+    /// Writes the manifest as JSON.
+    ///
+    /// # Panics
+    /// Never: texts and a map of texts can be written as JSON.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("texts can be written as JSON") + "\n"
+    }
+
+    /// Reads the manifest in a folder of resources, and compares the GUID and every listed file with it.
+    pub(super) fn verified(folder: &Path, guid: &str) -> Result<Self, ManifestError> {
+        let file = folder.join(Self::FILE);
+        let bytes = read_file(&file)?;
+        let path = file.display().to_string();
+        let undecodable = |reason: String| ManifestError::Undecodable { path: path.clone(), reason };
+        let manifest: Self = serde_json::from_slice(&bytes).map_err(|e| undecodable(format!("no manifest: {e}")))?;
+        let version = env!("CARGO_PKG_VERSION");
+        if manifest.version != version {
+            return Err(ManifestError::Release { path, found: manifest.version, expected: version });
+        }
+        if manifest.guid != manifest.computed_guid() {
+            return Err(undecodable("entries that do not give its GUID".to_owned()));
+        }
+        if manifest.guid != guid {
+            return Err(ManifestError::Guid { path, found: guid.to_owned(), expected: manifest.guid });
+        }
+        manifest.files.keys().try_for_each(|name| manifest.read(folder, name).map(drop))?;
+        Ok(manifest)
+    }
+
+    /// Reads a listed file in a folder of resources, if it is as it was packed.
+    pub(super) fn read(&self, folder: &Path, name: &str) -> Result<Vec<u8>, ManifestError> {
+        let file: PathBuf = folder.join(name);
+        let path = file.display().to_string();
+        let is_inside = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+        let Some(expected) = self.files.get(name).filter(|_| is_inside) else {
+            return Err(ManifestError::Unlisted { path });
+        };
+        let bytes = read_file(&file)?;
+        let found = hash(&bytes);
+        if found == *expected {
+            return Ok(bytes);
+        }
+        Err(ManifestError::Changed { path, found, expected: expected.clone() })
+    }
+
+    /// GUID that the entries give.
+    fn computed_guid(&self) -> String {
+        let entries = (&self.version, &self.description, &self.library, &self.files);
+        let hex = hash(&serde_json::to_vec(&entries).expect("texts can be written as JSON"));
+        format!("{{{}-{}-{}-{}-{}}}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..])
+    }
+}
+
+/// XXH3-128 of bytes, in 32 hexadecimal digits.
+fn hash(bytes: &[u8]) -> String {
+    format!("{:032x}", xxh3_128(bytes))
+}
+
+/// Reads a regular file: a device or a pipe never ends.
+fn read_file(file: &Path) -> Result<Vec<u8>, ManifestError> {
+    let unreadable = |reason: String| ManifestError::Unreadable { path: file.display().to_string(), reason };
+    match fs::metadata(file) {
+        Ok(about) if about.is_file() => fs::read(file).map_err(|e| unreadable(e.to_string())),
+        Ok(_) => Err(unreadable("it is no regular file".to_owned())),
+        Err(error) => Err(unreadable(error.to_string())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn resources() -> BTreeMap<String, Vec<u8>> {
+        BTreeMap::from([("b/ball.stl".to_owned(), vec![1, 2, 3]), ("scene.toml".to_owned(), b"[scene]".to_vec())])
+    }
+
+    fn guid_of(description: &str, library: &[u8], resources: &BTreeMap<String, Vec<u8>>) -> String {
+        Manifest::of(&ArchiveContent { description, library, resources }).guid
+    }
+
+    #[test]
+    fn the_guid_depends_on_every_part_of_the_archive_and_on_nothing_else() {
+        let (own, mut edited, mut renamed) = (resources(), resources(), resources());
+        edited.insert("scene.toml".to_owned(), b"[scene] ".to_vec());
+        let moved = renamed.remove("b/ball.stl").unwrap();
+        renamed.insert("ball.stl".to_owned(), moved);
+        let guid = guid_of("<a/>", b"\x7fELF", &own);
+        assert_eq!(guid, guid_of("<a/>", b"\x7fELF", &own));
+        let others = [
+            guid_of("<b/>", b"\x7fELF", &own),
+            guid_of("<a/>", b"MZ", &own),
+            guid_of("<a/>", b"\x7fELF", &edited),
+            guid_of("<a/>", b"\x7fELF", &renamed),
+        ];
+        assert!(others.iter().all(|other| *other != guid), "{guid} {others:?}");
+        assert_eq!(guid.len(), 38);
+    }
+
+    fn written() -> (tempfile::TempDir, Manifest) {
+        let (folder, resources) = (tempfile::tempdir().unwrap(), resources());
+        let manifest = Manifest::of(&ArchiveContent { description: "", library: &[], resources: &resources });
+        fs::create_dir(folder.path().join("b")).unwrap();
+        for (name, bytes) in &resources {
+            fs::write(folder.path().join(name), bytes).unwrap();
+        }
+        fs::write(folder.path().join(Manifest::FILE), manifest.to_json()).unwrap();
+        (folder, manifest)
+    }
+
+    #[test]
+    fn an_archive_as_packed_is_taken_and_files_that_a_tool_adds_are_ignored() {
+        let (folder, manifest) = written();
+        fs::write(folder.path().join("container.txt"), "added").unwrap();
+        assert_eq!(Manifest::verified(folder.path(), &manifest.guid), Ok(manifest.clone()));
+        assert_eq!(manifest.read(folder.path(), "b/ball.stl"), Ok(vec![1, 2, 3]));
+        for name in ["container.txt", "manifest.json", "../scene.toml", "/etc/passwd"] {
+            assert!(matches!(manifest.read(folder.path(), name), Err(ManifestError::Unlisted { .. })), "{name}");
+        }
+    }
+
+    #[test]
+    fn every_changed_or_missing_file_is_refused_by_name_and_with_the_remedy() {
+        type Edit = fn(&Path, &Manifest);
+        let edits: [(&str, Edit); 6] = [
+            ("scene.toml: found content", |at, _| fs::write(at.join("scene.toml"), "[scene]\n").unwrap()),
+            ("ball.stl: found no readable file", |at, _| fs::remove_file(at.join("b/ball.stl")).unwrap()),
+            ("manifest.json: found no readable file", |at, _| fs::remove_file(at.join(Manifest::FILE)).unwrap()),
+            ("manifest.json: found no manifest", |at, _| fs::write(at.join(Manifest::FILE), "{").unwrap()),
+            ("manifest.json: found version 0.0.0", |at, m| {
+                let text = m.to_json().replace(env!("CARGO_PKG_VERSION"), "0.0.0");
+                fs::write(at.join(Manifest::FILE), text).unwrap();
+            }),
+            ("manifest.json: found entries", |at, m| {
+                let text = m.to_json().replace(&hash(b"[scene]"), &hash(b"[scene]\n"));
+                fs::write(at.join(Manifest::FILE), text).unwrap();
+                fs::write(at.join("scene.toml"), "[scene]\n").unwrap();
+            }),
+        ];
+        for (said, edit) in edits {
+            let (folder, manifest) = written();
+            edit(folder.path(), &manifest);
+            let refused = Manifest::verified(folder.path(), &manifest.guid).unwrap_err().to_string();
+            assert!(refused.contains(said) && refused.ends_with(REMEDY), "{said}: {refused}");
+        }
+        let (folder, _) = written();
+        let refused = Manifest::verified(folder.path(), "{0}").unwrap_err().to_string();
+        assert!(refused.starts_with("fmuGUID = {0}: expected {"), "{refused}");
+    }
+}
