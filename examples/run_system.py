@@ -18,7 +18,6 @@ import sys
 import tempfile
 import zipfile
 from pathlib import Path
-from types import SimpleNamespace
 from xml.etree import ElementTree
 
 WATCHED = [("gel", "contact.total_impulse[3]"), ("gel", "projectile.predicted_velocity[3]"), ("body", "velocity[3]")]
@@ -26,19 +25,14 @@ SPACE = "{http://ssp-standard.org/SSP1/SystemStructure%s}"
 
 
 class System:
-    """What stands in the SSP: units in order, their files, start values, and connections."""
+    """The content of the SSP: units in order, their files, and connections. Each FMU has its own start values."""
 
     def __init__(self, ssp):
         with zipfile.ZipFile(ssp) as archive:
             root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
-        description, values = SPACE % "Description", SPACE % "ParameterValues"
+        description = SPACE % "Description"
         components = list(root.iter(description + "Component"))
         self.files = {each.get("name"): each.get("source") for each in components}
-        self.starts = {
-            (each.get("name"), parameter.get("name")): parameter[0].get("value")
-            for each in components
-            for parameter in each.iter(values + "Parameter")
-        }
         self.connections = [
             ((c.get("startElement"), c.get("startConnector")), (c.get("endElement"), c.get("endConnector")))
             for c in root.iter(description + "Connection")
@@ -50,17 +44,11 @@ def count(step, stop):
 
 
 def with_fmpy(ssp, step, stop, watched=WATCHED):
-    """fmpy's own SSP master: Jacobi. It starts with 0 at every input, whatever the FMUs give or want."""
+    """fmpy's own SSP master: Jacobi. It starts with 0 at every input, whatever the FMUs give or want; they take that as not set."""
     from fmpy.ssp.simulation import simulate_ssp
 
-    starts = [SimpleNamespace(name=".".join(at), value=value) for at, value in System(ssp).starts.items()]
     # Its loop adds up steps until it is at the end: aim at the middle of the last one.
-    rows = simulate_ssp(
-        str(ssp),
-        stop_time=(count(step, stop) - 0.5) * step,
-        step_size=step,
-        parameter_set=SimpleNamespace(parameters=starts),
-    )
+    rows = simulate_ssp(str(ssp), stop_time=(count(step, stop) - 0.5) * step, step_size=step)
     return [float(rows[".".join(at)][-1]) for at in watched]
 
 
@@ -100,7 +88,7 @@ def with_ecos(ssp, step, stop, watched=WATCHED):
 
     EcosLib.set_log_level("off")
     with EcosSimulation(ssp_path=str(ssp), step_size=step) as simulation:
-        simulation.init(parameter_set="starts")
+        simulation.init()
         simulation.step(count(step, stop))
         values = [simulation.get_real("::".join(at)) for at in watched]
         simulation.terminate()
@@ -109,7 +97,7 @@ def with_ecos(ssp, step, stop, watched=WATCHED):
 
 def with_container(ssp, step, stop, watched=WATCHED, sequential=False):
     """One FMU around all of them (fmu-manipulation-toolbox), run by fmpy: Jacobi, or `sequential` Gauss-Seidel in the
-    order of the SSP. Its reader of SSPs takes no start values, so they are given here."""
+    order of the SSP."""
     from fmpy import simulate_fmu
     from fmu_manipulation_toolbox.assembly import Assembly
 
@@ -120,8 +108,6 @@ def with_container(ssp, step, stop, watched=WATCHED, sequential=False):
         assembly = Assembly("system.ssp", default_step_size=step, fmu_directory=Path(folder))
         assembly.root.sequential = sequential
         inside = {unit: f"system.dir/{Path(file).name}" for unit, file in system.files.items()}
-        for (unit, name), value in system.starts.items():
-            assembly.root.add_start_value(inside[unit], name, value)
         for unit, name in watched:
             assembly.root.add_output(inside[unit], name, f"{unit}.{name}")
         assembly.make_fmu()
@@ -160,8 +146,6 @@ class Loop:
         for unit, fmu in self.units.items():
             fmu.instantiate()
             fmu.setupExperiment(startTime=0.0)
-        for at, value in self.system.starts.items():
-            self.set(at, value)
         for fmu in self.units.values():
             fmu.enterInitializationMode()
             fmu.exitInitializationMode()

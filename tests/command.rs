@@ -196,7 +196,10 @@ fn a_mode_of_coupling_that_a_run_does_not_take_is_said() {
 fn ports_for_more_fragments_than_the_scene_has_are_refused() {
     refused_pack(&["--fragments", "1"], "--fragments: found 1, expected ");
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/conformance/fragments.toml");
-    refused_pack(&["--scene", scene, "--fragments", "3"], "--fragments: found 3, expected ");
+    for named in [&["--scene", scene][..], &[scene]] {
+        refused_pack(&[named, &["--fragments", "3"]].concat(), "--fragments: found 3, expected ");
+    }
+    refused_pack(&[scene, "--scene", "fbi-bb"], "the argument '[SCENE]' cannot be used with '--scene <SCENE>'");
 }
 
 #[test]

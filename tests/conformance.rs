@@ -97,9 +97,9 @@ fn digest(scene: &str, out: &Path, more: &[&str]) -> String {
 }
 
 /// Packs a scene, by name or path.
-fn pack(scene: &str, file: &Path) -> Vec<u8> {
+fn pack(scene: &str, file: &Path, more: &[&str]) -> Vec<u8> {
     let mut gelfmu = Command::new(env!("CARGO_BIN_EXE_gelfmu"));
-    expect(gelfmu.args(["pack", "--scene", scene, "--out"]).arg(file), "pack");
+    expect(gelfmu.args(["pack", scene, "--out"]).arg(file).args(more), "pack");
     fs::read(file).unwrap()
 }
 
@@ -111,7 +111,7 @@ fn systems(out: &Path, scene: &str) -> PathBuf {
     out.to_owned()
 }
 
-/// Text of the system behind armour when it is packed with changes to its scene, or what was said against it.
+/// Descriptions of the armour and of the body behind it when they are packed with changes to their scene, or the refusal.
 fn armour_system(changes: &[(&str, &str)]) -> Result<String, String> {
     let folder = tempfile::tempdir().unwrap();
     let text = fs::read_to_string(root().join("examples/ssp/armour-block.toml")).unwrap();
@@ -128,16 +128,19 @@ fn armour_system(changes: &[(&str, &str)]) -> Result<String, String> {
         assert!(!out.exists(), "something was written");
         return Err(String::from_utf8(output.stderr).unwrap());
     }
-    let system = folder.path().join("system");
-    fmi_rs::zip::extract_zip_archive(out.join("gel-armour-body.ssp"), &system).unwrap();
-    Ok(fs::read_to_string(system.join("SystemStructure.ssd")).unwrap())
+    let description = |partner: &str| {
+        let unpacked = folder.path().join(partner);
+        fmi_rs::zip::extract_zip_archive(out.join(partner), &unpacked).unwrap();
+        fs::read_to_string(unpacked.join("modelDescription.xml")).unwrap()
+    };
+    Ok(description("Armour.fmu") + &description("RigidBodyBehindArmour.fmu"))
 }
 
 #[test]
 #[cfg_attr(debug_assertions, ignore = "a debug build holds no packed library: cargo test --release")]
 fn the_armour_of_a_system_starts_as_its_scene_says() {
     let capsule = "shape.capsule = { radius = 0.008, length = 0.032 }\norientation = [0.8, 0.6, 0.0, 0.0]";
-    let ssd = armour_system(&[
+    let descriptions = armour_system(&[
         ("shape.sphere.radius = 0.010", capsule),
         ("[0.0, 0.0, 0.015]", "[0.0, 0.0, 0.02]"),
         ("height = 0.0, radius = 0.015", "height = 0.004, radius = 0.012"),
@@ -146,10 +149,10 @@ fn the_armour_of_a_system_starts_as_its_scene_says() {
         ("mass = 0.033", "mass = 0.05"),
         ("size = 5e-3", "size = 8e-3"),
     ]);
-    let ssd = ssd.unwrap();
+    let descriptions = descriptions.unwrap();
     let value = |name: &str| -> f64 {
-        let (_, rest) = ssd.split_once(&format!("<ssv:Parameter name=\"{name}\">")).unwrap();
-        rest.split('"').nth(1).unwrap().parse().unwrap()
+        let (_, rest) = descriptions.split_once(&format!("<ScalarVariable name=\"{name}\"")).unwrap();
+        rest.split_once("start=\"").unwrap().1.split('"').next().unwrap().parse().unwrap()
     };
     // The capsule is turned by 2 acos(0.8): its axis has the cosine 0.28 to the vertical.
     for (name, expected) in
@@ -223,8 +226,8 @@ fn coarse_scene(folder: &Path) -> String {
 #[cfg_attr(debug_assertions, ignore = "a debug build holds no packed library: cargo test --release")]
 fn one_gelfmu_packs_a_scene_into_the_same_sound_bytes_and_no_build_path_is_in_them() {
     let folder = tempfile::tempdir().unwrap();
-    let first = pack("ball-bounce", &folder.path().join("first.fmu"));
-    assert_eq!(first, pack("ball-bounce", &folder.path().join("second.fmu")));
+    let first = pack("ball-bounce", &folder.path().join("first.fmu"), &[]);
+    assert_eq!(first, pack("ball-bounce", &folder.path().join("second.fmu"), &[]));
     let unpacked = folder.path().join("unpacked");
     fmi_rs::zip::extract_zip_archive(folder.path().join("first.fmu"), &unpacked).unwrap();
     let library = fs::read_dir(unpacked.join("binaries")).unwrap().next().unwrap().unwrap().path();
@@ -288,10 +291,11 @@ fn fmpy_accepts_and_runs_the_fmu() {
     fs::create_dir_all(&folder).unwrap();
     let interpreter = environment(&folder);
     let (fmu, coarse) = (folder.join("sphere-block.fmu"), folder.join("coarse.fmu"));
-    pack("sphere-block", &fmu);
-    pack(&coarse_scene(&folder), &coarse);
-    let fragments = folder.join("fragments.fmu");
-    pack(FRAGMENTS, &fragments);
+    pack("sphere-block", &fmu, &[]);
+    pack(&coarse_scene(&folder), &coarse, &[]);
+    let (fragments, other) = (folder.join("fragments.fmu"), folder.join("fbi-bb.fmu"));
+    pack(FRAGMENTS, &fragments, &[]);
+    pack("fbi-bb", &other, &["--set", "mesh.size=2e-3"]);
     let coarse_systems = systems(&folder.join("systems"), &coarse_scene(&folder));
     let tumbling = root().join("tests/conformance/tumbling.toml");
     let tumbling = systems(&folder.join("tumbling"), tumbling.to_str().unwrap());
@@ -299,7 +303,7 @@ fn fmpy_accepts_and_runs_the_fmu() {
     pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(root().join("tests/conformance"));
     pytest.env("BALLISTIC_GEL_FMU", &fmu).env("BALLISTIC_GEL_COARSE_FMU", &coarse);
     pytest.env("BALLISTIC_GEL_SYSTEMS", coarse_systems).env("BALLISTIC_GEL_TUMBLING_SYSTEMS", tumbling);
-    pytest.env("BALLISTIC_GEL_FRAGMENTS_FMU", &fragments);
+    pytest.env("BALLISTIC_GEL_FRAGMENTS_FMU", &fragments).env("BALLISTIC_GEL_OTHER_FMU", &other);
     let output = expect(pytest.env("PYTHONDONTWRITEBYTECODE", "1"), "pass the tests of the importer");
     println!("{}", String::from_utf8_lossy(&output.stdout));
 }

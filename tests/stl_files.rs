@@ -6,6 +6,7 @@
 #[path = "solid/bodies.rs"]
 mod bodies;
 
+use ballistic_gel::fmi2::Manifest;
 use bodies::{Triangles, binary, moved, sphere};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,7 +25,7 @@ fn layout(file: &str, body: &Triangles) -> TempDir {
     let text = text.replace("end_time = 10e-3", "end_time = 1e-3");
     assert!(text.contains(&shape));
     fs::write(folder.path().join("scenes/ball.toml"), text).unwrap();
-    fs::write(folder.path().join("scenes").join(file), binary(body)).unwrap();
+    fs::write(folder.path().join("scenes").join(file.replace('\\', "/")), binary(body)).unwrap();
     folder
 }
 
@@ -86,13 +87,20 @@ fn a_file_that_is_not_there_is_named_with_the_line_of_the_scene() {
 
 /// Name and bytes of everything in `resources/` of an archive.
 fn resources(folder: &TempDir, archive: &str) -> Vec<(String, Vec<u8>)> {
-    done(&gelfmu(folder, &["pack", "--scene", "../scenes/ball.toml", "--out", archive]));
+    done(&gelfmu(folder, &["pack", "../scenes/ball.toml", "--out", archive]));
     let unpacked = folder.path().join("elsewhere/unpacked");
     fmi_rs::zip::extract_zip_archive(folder.path().join("elsewhere").join(archive), &unpacked).unwrap();
     let mut found = vec![];
     collect(&unpacked.join("resources"), "", &mut found);
+    found.retain(|(name, _)| name != Manifest::FILE);
     found.sort();
     found
+}
+
+fn sorted(files: [(String, Vec<u8>); 2]) -> Vec<(String, Vec<u8>)> {
+    let mut files = Vec::from(files);
+    files.sort();
+    files
 }
 
 fn collect(folder: &Path, prefix: &str, found: &mut Vec<(String, Vec<u8>)>) {
@@ -109,15 +117,22 @@ fn collect(folder: &Path, prefix: &str, found: &mut Vec<(String, Vec<u8>)>) {
 #[test]
 #[cfg_attr(debug_assertions, ignore = "a debug build holds no packed library: cargo test --release")]
 fn the_archive_holds_the_file_and_the_fmu_runs_with_it() {
-    for (file, inner) in [("near/ball.stl", "near/ball.stl"), ("../bodies/ball.stl", "ball.stl")] {
+    for (file, inner) in [
+        ("near/ball.stl", "near/ball.stl"),
+        ("../bodies/ball.stl", "ball.stl"),
+        ("SCENE.TOML", "2-SCENE.TOML"),
+        ("near\\ball.stl", "near/ball.stl"),
+        ("..\\bodies\\Manifest.json", "2-Manifest.json"),
+    ] {
         let folder = layout(file, &ball());
         let own = fs::read_to_string(folder.path().join("scenes/ball.toml")).unwrap();
         let packed = resources(&folder, "ball.fmu");
         let scene = own.replace(&format!("{file:?}"), &format!("{inner:?}"));
         let expected = [(inner.to_owned(), binary(&ball())), ("scene.toml".to_owned(), scene.into_bytes())];
         let names = |files: &[(String, Vec<u8>)]| files.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+        let expected = sorted(expected);
         assert_eq!(names(&packed), names(&expected));
-        assert!(packed == expected, "{}", text(&packed[1].1));
+        assert!(packed == expected, "{file}");
         let first = fs::read(folder.path().join("elsewhere/ball.fmu")).unwrap();
         resources(&folder, "ball.fmu");
         assert!(first == fs::read(folder.path().join("elsewhere/ball.fmu")).unwrap(), "the same bytes again");

@@ -3,6 +3,7 @@
 mod fmi;
 mod instance;
 mod plate;
+mod starts;
 mod table;
 
 use plate::MODEL;

@@ -12,6 +12,7 @@
 
 use crate::MODEL;
 use crate::instance::{Instance, State};
+use crate::starts;
 use crate::table::Model;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -126,7 +127,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     name: Text,
     kind: c_int,
     guid: Text,
-    _: Text,
+    resources: Text,
     callbacks: *const Callbacks,
     _: c_int,
     _: c_int,
@@ -134,15 +135,23 @@ pub unsafe extern "C" fn fmi2Instantiate(
     if name.is_null() || guid.is_null() {
         return ptr::null_mut();
     }
-    // SAFETY: text that ends with a null byte, and a table of callbacks or null; the environment stands behind four
+    // SAFETY: text that ends with a null byte or null, and a table of callbacks or null; the environment stands behind four
     // function pointers.
-    let (name, guid, logger, environment) = unsafe {
+    let (name, guid, location, logger, environment) = unsafe {
         let logger = callbacks.as_ref().and_then(|callbacks| callbacks.logger);
         let environment = if callbacks.is_null() { ptr::null_mut() } else { *callbacks.cast::<Handle>().add(4) };
-        (CStr::from_ptr(name).to_owned(), CStr::from_ptr(guid), logger, environment)
+        let location = if resources.is_null() { None } else { CStr::from_ptr(resources).to_str().ok() };
+        (CStr::from_ptr(name).to_owned(), CStr::from_ptr(guid), location, logger, environment)
     };
-    let component = Component { instance: Instance::new(&PARTNER), name, logger, environment, broken: false };
-    let expected = PARTNER.guid();
+    let made =
+        catch_unwind(|| starts::at(&PARTNER, location)).unwrap_or_else(|_| Err("a bug in this component".into()));
+    let (starts, fault) = made.map_or_else(|fault| (PARTNER.values(), Some(fault)), |starts| (starts, None));
+    let expected = PARTNER.guid(&starts);
+    let component = Component { instance: Instance::new(&PARTNER, starts), name, logger, environment, broken: false };
+    if let Some(fault) = fault {
+        component.report(ERROR, &format!("{fault}; pack the FMU again"));
+        return ptr::null_mut();
+    }
     if kind != CO_SIMULATION || guid.to_bytes() != expected.as_bytes() {
         component.report(ERROR, &format!("expected co-simulation and the guid {expected}: pack the FMU again"));
         return ptr::null_mut();

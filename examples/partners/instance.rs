@@ -9,13 +9,16 @@ pub enum Phase {
     Instantiated,
     /// Between `fmi2EnterInitializationMode` and `fmi2ExitInitializationMode`.
     Initialization,
+    /// After `fmi2ExitInitializationMode`, before the first step.
+    Ready,
     /// Steps are taken.
     Stepping,
     /// After `fmi2Terminate`.
     Terminated,
 }
 
-const PHASES: [Phase; 4] = [Phase::Instantiated, Phase::Initialization, Phase::Stepping, Phase::Terminated];
+const PHASES: [Phase; 5] =
+    [Phase::Instantiated, Phase::Initialization, Phase::Ready, Phase::Stepping, Phase::Terminated];
 
 /// Everything that a later answer depends on.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,13 +33,16 @@ pub struct State {
 pub struct Instance {
     /// What it is an instance of.
     pub model: &'static Model,
+    /// Start values of all components, as it was packed.
+    starts: Vec<f64>,
     state: State,
 }
 
 impl Instance {
-    /// An instance with the starts of the table.
-    pub fn new(model: &'static Model) -> Self {
-        Self { model, state: State { phase: Phase::Instantiated, time: 0.0, values: model.values() } }
+    /// An instance with these start values of all components.
+    pub fn new(model: &'static Model, starts: Vec<f64>) -> Self {
+        let state = State { phase: Phase::Instantiated, time: 0.0, values: starts.clone() };
+        Self { model, starts, state }
     }
 
     /// The present state.
@@ -56,7 +62,7 @@ impl Instance {
 
     /// Begins anew.
     pub fn reset(&mut self) {
-        *self = Self::new(self.model);
+        *self = Self::new(self.model, std::mem::take(&mut self.starts));
     }
 
     /// Start time, s.
@@ -80,13 +86,13 @@ impl Instance {
     pub fn exit_initialization(&mut self) -> Result<(), String> {
         self.expect(&[Phase::Initialization], "fmi2ExitInitializationMode")?;
         self.start()?;
-        self.state.phase = Phase::Stepping;
+        self.state.phase = Phase::Ready;
         Ok(())
     }
 
     /// Ends the simulation; values can still be read.
     pub fn terminate(&mut self) -> Result<(), String> {
-        self.expect(&[Phase::Stepping], "fmi2Terminate")?;
+        self.expect(&[Phase::Ready, Phase::Stepping], "fmi2Terminate")?;
         self.state.phase = Phase::Terminated;
         Ok(())
     }
@@ -134,7 +140,7 @@ impl Instance {
 
     /// Steps from a time over a length, s.
     pub fn step(&mut self, from: f64, length: f64) -> Result<(), String> {
-        self.expect(&[Phase::Stepping], "fmi2DoStep")?;
+        self.expect(&[Phase::Ready, Phase::Stepping], "fmi2DoStep")?;
         if !(length.is_finite() && length > 0.0) {
             return Err(format!("step size: found {length} s, expected a positive number"));
         }
@@ -144,10 +150,23 @@ impl Instance {
             return Err(format!("step from {from} s: the last step ended at {} s", self.state.time));
         }
         let mut values = self.state.values.clone();
+        if self.state.phase == Phase::Ready {
+            self.restore_unset_inputs(&mut values);
+        }
         (self.model.step)(&mut values, length)?;
         self.check_finite(&values)?;
-        (self.state.values, self.state.time) = (values, from + length);
+        (self.state.values, self.state.time, self.state.phase) = (values, from + length, Phase::Stepping);
         Ok(())
+    }
+
+    /// Gives the inputs their start values back if all that have one other than 0 are 0: some importers set every input to 0
+    /// before the first step, whatever is wired to it.
+    fn restore_unset_inputs(&self, values: &mut [f64]) {
+        let inputs = self.model.scalars().enumerate().filter(|(_, (of, _))| of.causality == Causality::Input);
+        let started: Vec<usize> = inputs.map(|(index, _)| index).filter(|index| self.starts[*index] != 0.0).collect();
+        if started.iter().all(|index| values[*index] == 0.0) {
+            started.into_iter().for_each(|index| values[index] = self.starts[index]);
+        }
     }
 
     /// Outputs and locals from the parameters.
@@ -185,7 +204,7 @@ impl Instance {
 impl State {
     /// The state as bytes: the interface it belongs to, phase, time and values.
     pub fn to_bytes(&self, model: &Model) -> Vec<u8> {
-        let mut bytes = model.guid().into_bytes();
+        let mut bytes = model.interface().into_bytes();
         let numbers = [f64::from(self.phase as u8), self.time].into_iter().chain(self.values.iter().copied());
         bytes.extend(numbers.flat_map(f64::to_le_bytes));
         bytes
@@ -193,7 +212,7 @@ impl State {
 
     /// A state from bytes.
     pub fn from_bytes(bytes: &[u8], model: &Model) -> Result<Self, String> {
-        let guid = model.guid();
+        let guid = model.interface();
         let expected = guid.len() + 8 * (2 + model.values().len());
         if bytes.len() != expected || !bytes.starts_with(guid.as_bytes()) {
             let n = bytes.len();

@@ -3,6 +3,7 @@
 mod body;
 mod fmi;
 mod instance;
+mod starts;
 mod table;
 
 use body::MODEL;

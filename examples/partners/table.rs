@@ -5,7 +5,7 @@
 pub enum Causality {
     /// Set before the first step.
     Parameter,
-    /// Set before each step.
+    /// Set before each step; the start value holds until then.
     Input,
     /// Read after each step.
     Output,
@@ -79,7 +79,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// Start values of all components.
+    /// Start values of all components, as the table has them.
     pub fn values(&self) -> Vec<f64> {
         self.variables.iter().flat_map(|variable| variable.start).copied().collect()
     }
@@ -89,11 +89,22 @@ impl Model {
         self.variables.iter().flat_map(|variable| (0..variable.start.len()).map(move |component| (variable, component)))
     }
 
-    /// Name of the interface: changes whenever the table does (FNV-1a, 64 bits, twice).
-    pub fn guid(&self) -> String {
+    /// Identity of the interface: changes whenever the table does.
+    #[allow(dead_code, reason = "what packs the partners keeps no states")]
+    pub fn interface(&self) -> String {
+        self.identity("")
+    }
+
+    /// GUID of an FMU that is packed with these start values: importers keep unpacked FMUs by it.
+    pub fn guid(&self, starts: &[f64]) -> String {
+        self.identity(&format!("{} {starts:?}", env!("CARGO_PKG_VERSION")))
+    }
+
+    /// The table and a text, hashed (FNV-1a, 64 bits, twice).
+    fn identity(&self, more: &str) -> String {
         let hash = |seed: u64| {
             let facts = self.variables.iter().map(|variable| format!("{variable:?}"));
-            let text = facts.fold(format!("{}{}", self.name, self.description), |text, fact| text + &fact);
+            let text = facts.fold(format!("{}{}{more}", self.name, self.description), |text, fact| text + &fact);
             text.bytes().fold(seed, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
         };
         format!("{{{:016x}{:016x}}}", hash(0xcbf2_9ce4_8422_2325), hash(0x8422_2325_cbf2_9ce4))

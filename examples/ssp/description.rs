@@ -26,16 +26,19 @@ const UNITS: [(&str, [i32; 4]); 14] = [
     ("s", [0, 0, 1, 0]),
 ];
 
-/// The description of a partner.
-pub fn xml(model: &Model) -> io::Result<String> {
-    document("fmiModelDescription", &attributes(model), |xml| {
+/// The description of a partner with these start values.
+pub fn xml(model: &Model, starts: &[f64]) -> io::Result<String> {
+    document("fmiModelDescription", &attributes(model, starts), |xml| {
         capabilities(xml, model)?;
         units(xml)?;
         let category = [("name", "error"), ("description", "what went wrong")];
         inside(xml, "LogCategories", |xml| empty(xml, "Category", &category))?;
         empty(xml, "DefaultExperiment", &[("startTime", "0"), ("stopTime", "0.01"), ("stepSize", "1e-5")])?;
         inside(xml, "ModelVariables", |xml| {
-            model.scalars().enumerate().try_for_each(|(reference, (of, at))| variable(xml, reference, of, at))
+            model.scalars().enumerate().try_for_each(|(reference, (of, at))| {
+                let name = scalar_name(of.name, of.start.len(), at);
+                variable(xml, (reference, &name), of, starts[reference])
+            })
         })?;
         structure(xml, model)
     })
@@ -69,11 +72,11 @@ pub fn scalar_name(name: &str, size: usize, at: usize) -> String {
     if size == 1 { name.to_owned() } else { format!("{name}[{}]", at + 1) }
 }
 
-fn attributes(model: &Model) -> Vec<(&'static str, String)> {
+fn attributes(model: &Model, starts: &[f64]) -> Vec<(&'static str, String)> {
     vec![
         ("fmiVersion", "2.0".to_owned()),
         ("modelName", model.name.to_owned()),
-        ("guid", model.guid()),
+        ("guid", model.guid(starts)),
         ("description", model.description.to_owned()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("license", env!("CARGO_PKG_LICENSE").to_owned()),
@@ -108,8 +111,8 @@ fn units(xml: &mut Xml) -> io::Result<()> {
     })
 }
 
-fn variable(xml: &mut Xml, reference: usize, of: &Variable, at: usize) -> io::Result<()> {
-    let (name, reference) = (scalar_name(of.name, of.start.len(), at), reference.to_string());
+fn variable(xml: &mut Xml, (reference, name): (usize, &str), of: &Variable, start: f64) -> io::Result<()> {
+    let reference = reference.to_string();
     let (causality, variability, initial) = match of.causality {
         Causality::Parameter => ("parameter", "fixed", Some("exact")),
         Causality::Input => ("input", "continuous", None),
@@ -117,14 +120,14 @@ fn variable(xml: &mut Xml, reference: usize, of: &Variable, at: usize) -> io::Re
         Causality::Local => ("local", "discrete", Some("calculated")),
     };
     let mut attributes = vec![
-        ("name", name.as_str()),
+        ("name", name),
         ("valueReference", &reference),
         ("description", of.description),
         ("causality", causality),
         ("variability", variability),
     ];
     attributes.extend(initial.map(|initial| ("initial", initial)));
-    let start = format!("{:?}", of.start[at]);
+    let start = format!("{start:?}");
     let mut real = vec![("unit", of.unit)];
     real.extend(matches!(of.causality, Causality::Parameter | Causality::Input).then_some(("start", start.as_str())));
     xml.create_element("ScalarVariable")

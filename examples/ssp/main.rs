@@ -10,6 +10,8 @@ mod systems;
 mod body;
 #[path = "../partners/plate.rs"]
 mod plate;
+#[path = "../partners/starts.rs"]
+mod starts;
 #[path = "../partners/table.rs"]
 mod table;
 
@@ -24,8 +26,16 @@ const USAGE: &str = "usage: ssp OUT_DIR [SCENE [ARMOUR_SCENE]], built-in scenes 
                      sphere-block), and with a dome as first fragment (default examples/ssp/armour-block.toml)";
 const ARMOUR_SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/ssp/armour-block.toml");
 
-/// A partner and its library's name.
-const PARTNERS: [(&Model, &str); 2] = [(&body::MODEL, "rigid_body"), (&plate::MODEL, "armour")];
+/// A partner to be packed.
+struct Partner {
+    model: &'static Model,
+    /// Name of its library.
+    library: &'static str,
+    /// Name of its FMU.
+    file: &'static str,
+    /// Start values of all components.
+    starts: Vec<f64>,
+}
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -47,18 +57,16 @@ fn main() -> ExitCode {
 
 /// Nothing is built and written before both scenes are known to go with the partners.
 fn pack(out: &Path, scene_name: &str, armour_scene_name: &str) -> Result<(), String> {
-    let (scene, armour_scene) = (scene::read(scene_name)?, scene::read(armour_scene_name)?);
-    let plain = |file| systems::gel_and_body(&scene, file).map_err(named(scene_name));
-    let (own, corrected) = (plain("BallisticGel.fmu")?, plain("BallisticGelCorrected.fmu")?);
-    let behind_armour = systems::gel_armour_and_body(&armour_scene, "BallisticGelBehindArmour.fmu");
-    let behind_armour = behind_armour.map_err(named(armour_scene_name))?;
-    let (wires, armour_wires) = (systems::gel_and_body_wires(), systems::gel_armour_and_body_wires());
-
+    let partners = partners(scene_name, armour_scene_name)?;
     let built = build()?;
     fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
-    for (model, library) in PARTNERS {
-        write(&out.join(format!("{}.fmu", model.name)), &partner(model, &built, library)?)?;
+    for each in &partners {
+        write(&out.join(each.file), &partner(each, &built)?)?;
     }
+    let (wires, armour_wires) = (systems::gel_and_body_wires(), systems::gel_armour_and_body_wires());
+    let own = systems::gel_and_body("BallisticGel.fmu", systems::BODY);
+    let corrected = systems::gel_and_body("BallisticGelCorrected.fmu", systems::BODY);
+    let behind_armour = systems::gel_armour_and_body("BallisticGelBehindArmour.fmu");
     for (name, scene, mode, units, wires) in [
         ("gel-and-body", scene_name, "integrated", own, &wires),
         ("gel-and-body-corrected", scene_name, "corrected", corrected, &wires),
@@ -68,6 +76,19 @@ fn pack(out: &Path, scene_name: &str, armour_scene_name: &str) -> Result<(), Str
         system(out, name, &units, wires)?;
     }
     Ok(())
+}
+
+/// The partners, each with the start values of its scene.
+fn partners(scene_name: &str, armour_scene_name: &str) -> Result<[Partner; 3], String> {
+    let (scene, armour_scene) = (scene::read(scene_name)?, scene::read(armour_scene_name)?);
+    let body = |file, starts| Partner { model: &body::MODEL, library: "rigid_body", file, starts };
+    let (name, armour_name) = (named(scene_name), named(armour_scene_name));
+    let armour = scene::armour_starts(&armour_scene).map_err(&armour_name)?;
+    Ok([
+        body(systems::BODY, scene::body_starts(&scene).map_err(name)?),
+        body(systems::BODY_BEHIND_ARMOUR, scene::body_starts(&armour_scene).map_err(armour_name)?),
+        Partner { model: &plate::MODEL, library: "armour", file: systems::ARMOUR, starts: armour },
+    ])
 }
 
 fn named(scene: &str) -> impl Fn(String) -> String {
@@ -102,14 +123,19 @@ fn run(command: &mut Command) -> Result<(), String> {
 }
 
 /// The FMU of a partner, for this host.
-fn partner(model: &Model, built: &Path, library: &str) -> Result<Vec<u8>, String> {
-    (model.start)(&mut model.values()).map_err(|error| format!("{}: {error}", model.name))?;
+fn partner(partner: &Partner, built: &Path) -> Result<Vec<u8>, String> {
+    let Partner { model, library, starts, .. } = partner;
     let file = built.join("examples").join(format!("{DLL_PREFIX}{library}{DLL_SUFFIX}"));
     let library = fs::read(&file)
         .map_err(|error| format!("{}: {error}; cargo build --release --example {library} makes it", file.display()))?;
-    let description = description::xml(model).map_err(|error| error.to_string())?;
+    let text = starts::written(model, starts);
+    if starts::read(model, &text).as_ref() != Ok(starts) {
+        return Err(format!("{}: the start values are not those that were written: {text}", model.name));
+    }
+    let description = description::xml(model, starts).map_err(|error| error.to_string())?;
     let entries = Entries::from([
         ("modelDescription.xml".to_owned(), description.into_bytes()),
+        (format!("resources/{}", starts::FILE), text.into_bytes()),
         (format!("binaries/{}/{}{DLL_SUFFIX}", platform()?, model.name), library),
     ]);
     zipped(&entries).map_err(|error| error.to_string())

@@ -11,8 +11,8 @@ use ballistic_gel::simulation::Simulation;
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::path::Path;
 
-/// Real parameters that differ from an FMU's own starts.
-pub type Starts = Vec<(String, f64)>;
+/// Name and value of parameters and inputs of a partner.
+type Starts = Vec<(String, f64)>;
 
 /// A nose may be this much inside the plate, m: positions and lengths in a scene are rounded numbers.
 const ROUND_OFF: f64 = 1e-9;
@@ -27,8 +27,8 @@ pub fn read(named: &str) -> Result<Scene, String> {
     scene::read_with_files(&text, &fmi2::files_in(folder)).map_err(|error| format!("scene {named}: {error}"))
 }
 
-/// Parameters of the body: the projectile of the scene, as the gel takes it.
-pub fn body_starts(scene: &Scene) -> Result<Starts, String> {
+/// Start values of the body: the projectile of the scene, as the gel takes it.
+pub fn body_starts(scene: &Scene) -> Result<Vec<f64>, String> {
     let projectile = &scene.projectile;
     if projectile.fixed {
         return Err(
@@ -47,18 +47,23 @@ pub fn body_starts(scene: &Scene) -> Result<Starts, String> {
     ] {
         starts.extend(values.iter().enumerate().map(|(i, value)| (scalar_name(name, values.len(), i), *value)));
     }
-    starts_with(&body::MODEL, &starts)?;
-    Ok(starts)
+    starts_with(&body::MODEL, &starts)
 }
 
-/// Parameters of the armour: the projectile that it meets, and the dome that is its back face.
-pub fn armour_starts(scene: &Scene) -> Result<Starts, String> {
+/// Start values of the armour: the projectile that it meets, and the dome that is its back face.
+pub fn armour_starts(scene: &Scene) -> Result<Vec<f64>, String> {
     let (height, radius) = back_face(scene)?;
     let mass = Simulation::new(scene, scene.coupling.mode, 1).map_err(|error| error.to_string())?.inertia(0).0;
     let nose = nose(scene);
     let starts = [("projectile_mass", mass), ("nose", nose), ("initial_height", height), ("initial_radius", radius)];
-    let starts: Starts = starts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-    let thickness = starts_with(&plate::MODEL, &starts)?[place(plate::MODEL.variables, "thickness")];
+    let mut starts: Starts = starts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+    for (name, values) in
+        [("projectile.position", scene.projectile.position), ("projectile.velocity", scene.projectile.velocity)]
+    {
+        starts.extend(values.iter().enumerate().map(|(i, value)| (scalar_name(name, values.len(), i), *value)));
+    }
+    let starts = starts_with(&plate::MODEL, &starts)?;
+    let thickness = starts[place(plate::MODEL.variables, "thickness")];
     let lowest = scene.projectile.position[2] - nose;
     if lowest < thickness - ROUND_OFF {
         return Err(format!(
@@ -97,7 +102,7 @@ fn nose(scene: &Scene) -> f64 {
     scene.shape(0).reach(&(turn.inverse() * -Vector3::z()))
 }
 
-/// All values of a partner at the start with these parameters, if it takes them.
+/// Start values of all components of a partner with these among them, if it takes them.
 fn starts_with(model: &Model, starts: &Starts) -> Result<Vec<f64>, String> {
     let mut values = model.values();
     for ((variable, at), value) in model.scalars().zip(&mut values) {
@@ -106,6 +111,7 @@ fn starts_with(model: &Model, starts: &Starts) -> Result<Vec<f64>, String> {
             *value = *start;
         }
     }
-    (model.start)(&mut values).map_err(|error| format!("{} does not take this scene: {error}", model.name))?;
+    let started = (model.start)(&mut values.clone());
+    started.map_err(|error| format!("{} does not take this scene: {error}", model.name))?;
     Ok(values)
 }

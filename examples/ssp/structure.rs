@@ -1,4 +1,4 @@
-//! `SystemStructure.ssd`: which FMUs there are, what they start with, and what is wired to what.
+//! `SystemStructure.ssd`: which FMUs there are, and what is wired to what. Each FMU has the start values of the scene.
 
 use crate::description::{Xml, document, empty, inside, scalar_name};
 use std::collections::BTreeSet;
@@ -11,8 +11,6 @@ pub struct Unit {
     pub name: &'static str,
     /// Name of the FMU's file.
     pub file: &'static str,
-    /// Real parameters that differ from the FMU's own starts.
-    pub starts: Vec<(String, f64)>,
     /// Outputs that are wired to nothing, but that an importer may want to show.
     pub watched: Vec<Port>,
 }
@@ -41,7 +39,6 @@ pub fn ssd(name: &str, units: &[Unit], wires: &[Wire]) -> io::Result<String> {
     let attributes = [
         ("xmlns:ssc", space("Common")),
         ("xmlns:ssd", space("Description")),
-        ("xmlns:ssv", space("ParameterValues")),
         ("version", "1.0".to_owned()),
         ("name", name.to_owned()),
     ];
@@ -63,8 +60,7 @@ fn component(xml: &mut Xml, unit: &Unit, wires: &[Wire]) -> io::Result<()> {
         .write_inner_content(|xml| {
             inside(xml, "ssd:Connectors", |xml| {
                 ports(unit, wires).iter().try_for_each(|(port, kind)| connectors(xml, *port, kind))
-            })?;
-            if unit.starts.is_empty() { Ok(()) } else { parameters(xml, unit) }
+            })
         })
         .map(drop)
 }
@@ -85,26 +81,6 @@ fn connectors(xml: &mut Xml, (name, size, unit): Port, kind: &str) -> io::Result
             .write_inner_content(|xml| empty(xml, "ssc:Real", &[("unit", unit)]))
             .map(drop)
     })
-}
-
-fn parameters(xml: &mut Xml, unit: &Unit) -> io::Result<()> {
-    let set = |xml: &mut Xml| {
-        let all = |xml: &mut Xml| unit.starts.iter().try_for_each(|start| parameter(xml, start));
-        xml.create_element("ssv:ParameterSet")
-            .with_attributes([("version", "1.0"), ("name", "starts")])
-            .write_inner_content(|xml| inside(xml, "ssv:Parameters", all))
-            .map(drop)
-    };
-    inside(xml, "ssd:ParameterBindings", |xml| {
-        inside(xml, "ssd:ParameterBinding", |xml| inside(xml, "ssd:ParameterValues", set))
-    })
-}
-
-fn parameter(xml: &mut Xml, (name, value): &(String, f64)) -> io::Result<()> {
-    xml.create_element("ssv:Parameter")
-        .with_attribute(("name", name.as_str()))
-        .write_inner_content(|xml| empty(xml, "ssv:Real", &[("value", &format!("{value:?}"))]))
-        .map(drop)
 }
 
 fn connections(xml: &mut Xml, wire: &Wire) -> io::Result<()> {

@@ -1,23 +1,27 @@
 //! The systems: gel and body, and gel, armour and body.
 
-use crate::scene::{armour_starts, body_starts};
 use crate::structure::{Unit, Wire};
-use ballistic_gel::scene::Scene;
 
-/// Units of a gel, its FMU in this file, and body.
-pub fn gel_and_body(scene: &Scene, file: &'static str) -> Result<Vec<Unit>, String> {
+/// File of the body of `gel-and-body`.
+pub const BODY: &str = "RigidBody.fmu";
+/// File of the body of `gel-armour-body`.
+pub const BODY_BEHIND_ARMOUR: &str = "RigidBodyBehindArmour.fmu";
+/// File of the armour.
+pub const ARMOUR: &str = "Armour.fmu";
+
+/// Units of a gel and a body, their FMUs in these files.
+pub fn gel_and_body(gel: &'static str, body: &'static str) -> Vec<Unit> {
     let watched = vec![("contact.total_impulse", 3, "N.s"), ("projectile.predicted_velocity", 3, "m/s")];
-    let gel = Unit { name: "gel", file, starts: vec![], watched };
-    let watched = vec![("total_impulse", 3, "N.s")];
-    Ok(vec![gel, Unit { name: "body", file: "RigidBody.fmu", starts: body_starts(scene)?, watched }])
+    let gel = Unit { name: "gel", file: gel, watched };
+    vec![gel, Unit { name: "body", file: body, watched: vec![("total_impulse", 3, "N.s")] }]
 }
 
 /// Units of armour, gel and body. The plate steps first: what it gives belongs to the step that it has just made.
-pub fn gel_armour_and_body(scene: &Scene, file: &'static str) -> Result<Vec<Unit>, String> {
-    let mut units = gel_and_body(scene, file)?;
+pub fn gel_armour_and_body(gel: &'static str) -> Vec<Unit> {
+    let mut units = gel_and_body(gel, BODY_BEHIND_ARMOUR);
     let watched = vec![("penetration", 1, "m"), ("perforated", 1, "1"), ("energy.closure", 1, "J")];
-    units.insert(0, Unit { name: "armour", file: "Armour.fmu", starts: armour_starts(scene)?, watched });
-    Ok(units)
+    units.insert(0, Unit { name: "armour", file: ARMOUR, watched });
+    units
 }
 
 /// File of the gel among these units.

@@ -2,6 +2,9 @@ use crate::algebra::Vector;
 use crate::geometry::Dome;
 use serde::{Deserialize, Serialize};
 
+/// Base radius that a flat bulge without one is given, m: the fourth power, which the distance needs, is a normal number.
+const LEAST_RADIUS: f64 = 1e-60;
+
 /// Height and base radius of a dome, and how they change: prescribed by whoever owns the armour.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Bulge {
@@ -31,13 +34,13 @@ impl Bulge {
         }
     }
 
-    /// What is wrong with it as a dome, if anything.
+    /// What is wrong with it as a dome, if anything. A bulge of height 0 is a flat plate, whatever its base radius.
     ///
     /// # Errors
     /// What a dome must be.
     pub fn check(&self) -> Result<(), &'static str> {
         let [height, radius] = self.size.into();
-        if !(radius > 0.0 && radius.is_finite()) {
+        if !(radius.is_finite() && (radius > 0.0 || (radius, height) == (0.0, 0.0))) {
             return Err("a base radius above 0 m");
         }
         if (0.0..=radius).contains(&height) {
@@ -50,7 +53,7 @@ impl Bulge {
     /// The dome now. Between two checked ends an accelerated bulge may be off by a little: that is cut.
     #[must_use]
     pub fn dome(&self) -> Dome {
-        let radius = self.size[1].max(f64::MIN_POSITIVE);
+        let radius = self.size[1].max(LEAST_RADIUS);
         Dome::new(self.size[0].clamp(0.0, radius), radius)
     }
 

@@ -69,6 +69,8 @@ struct Given<'a> {
     body: usize,
     starts: &'a Values,
     dimension: Dimension,
+    /// No step was taken yet.
+    is_first_step: bool,
 }
 
 impl Given<'_> {
@@ -170,14 +172,34 @@ impl Given<'_> {
         Ok(())
     }
 
+    /// Returns true if every component of an input is 0.
+    fn is_zero(&self, input: Input) -> bool {
+        self.scalars(input).all(|scalar| self.value(&scalar) == 0.0)
+    }
+
+    /// Returns true if an importer that sets every input to 0 before the first step has left the orientation unset: a zero
+    /// quaternion is no orientation.
+    fn has_unset_orientation(&self) -> bool {
+        self.is_first_step && self.is_zero(Input::ProjectileOrientation)
+    }
+
+    /// Returns true if such an importer has left the whole motion unset. The body then starts as the scene says.
+    fn has_unset_motion(&self) -> bool {
+        self.has_unset_orientation() && inputs().filter(|i| about(*i) == About::Motion).all(|i| self.is_zero(i))
+    }
+
     fn orientation(&self) -> Result<[f64; 4], CallError> {
+        if self.has_unset_orientation() {
+            let mut starts = self.scalars(Input::ProjectileOrientation).map(|scalar| self.start(&scalar));
+            return Ok(normalised(std::array::from_fn(|_| starts.next().unwrap_or(0.0))));
+        }
         let q: [f64; 4] = self.components(Input::ProjectileOrientation);
         let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
         if (norm - 1.0).abs() > 1e-3 {
             let (name, expected) = (self.scalar(Input::ProjectileOrientation), "a quaternion of norm 1 to within 1e-3");
             return Err(CallError::value(name.row_name(), format!("{q:?} of norm {norm}"), expected));
         }
-        Ok(if norm == 1.0 { q } else { q.map(|c| c / norm) })
+        Ok(normalised(q))
     }
 
     fn check_dimension(&self, input: Input) -> Result<(), CallError> {
@@ -226,13 +248,14 @@ impl Instance {
     /// not read in this mode changes nothing.
     pub(super) fn step_inputs(&mut self, duration: f64) -> Result<(), CallError> {
         self.model()?;
-        let Self { model, inputs, handed, .. } = self;
+        let Self { model, inputs, handed, clock, .. } = self;
+        let is_first_step = clock.now == clock.start;
         let model = model.as_ref().expect("the model was built above");
         inputs.values.keys().filter_map(|r| Scalar::find(*r)).try_for_each(|scalar| model.expect_body(&scalar))?;
         handed.clear();
         for body in 0..model.simulation.n_bodies() {
             let dimension = model.scene.freedom();
-            handed.push(Given { inputs, body, starts: &model.starts, dimension }.to(model, duration)?);
+            handed.push(Given { inputs, body, starts: &model.starts, dimension, is_first_step }.to(model, duration)?);
         }
         Ok(())
     }
@@ -253,7 +276,7 @@ impl Given<'_> {
             (true, true) => model.scene.coupling.mode,
         };
         // A body that nobody moves goes on as it does.
-        let unmoved = was_active && !self.moves();
+        let unmoved = (was_active && !self.moves()) || self.has_unset_motion();
         for input in inputs_read_in(mode).filter(|input| !(unmoved && about(*input) == About::Motion)) {
             self.check_dimension(input)?;
             if held && about(input) != About::Form {
@@ -290,6 +313,12 @@ impl Given<'_> {
         );
         CallError::value(format!("{}.active", body_name(self.body)), true, expected)
     }
+}
+
+/// A quaternion of norm 1, to the bit as it was given if it is one.
+fn normalised(q: [f64; 4]) -> [f64; 4] {
+    let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
+    if norm == 1.0 { q } else { q.map(|c| c / norm) }
 }
 
 /// What an input says of a body.
@@ -358,7 +387,7 @@ mod tests {
     const NONE: Ports = Ports { fragments: 0, sensors: 0 };
 
     fn given<'a>(inputs: &'a InputValues, starts: &'a Values, dimension: Dimension) -> Given<'a> {
-        Given { inputs, body: 0, starts, dimension }
+        Given { inputs, body: 0, starts, dimension, is_first_step: false }
     }
 
     fn values(values: &[(u32, f64)]) -> InputValues {

@@ -37,8 +37,9 @@ impl Packed {
         let folder = uri::to_path(location).map_err(misplaced)?;
         let manifest = Manifest::verified(&folder, guid)?;
         let text = manifest.read(&folder, SCENE_FILE)?;
-        let text = String::from_utf8(text).map_err(|e| {
-            ManifestError::Unreadable { path: folder.join(SCENE_FILE).display().to_string(), reason: e.to_string() }
+        let text = String::from_utf8(text).map_err(|e| ManifestError::Unreadable {
+            path: folder.join(SCENE_FILE).display().to_string(),
+            reason: e.to_string(),
         })?;
         let mut packed = Self { folder, text, manifest, starts: toml::Table::new() };
         let scene = scene::read_with_files(&packed.text, &|name| packed.file(name));

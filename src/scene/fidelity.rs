@@ -129,6 +129,11 @@ pub(super) fn levelled(text: &str, scene: &Scene) -> Result<Option<String>, Scen
         let expected = "nothing: the standard is the scene as it stands";
         return Err(SceneError::value("fidelity.standard.set", format!("{:?}", level.set), expected));
     }
+    if fidelity != Fidelity::Standard && level.set.is_empty() {
+        let expected =
+            "a level that sets something: overrides are stronger, and have taken what this one set; leave one out";
+        return Err(SceneError::value("scene.fidelity", format!("{name:?}, which sets nothing"), expected));
+    }
     let parsed: Result<Vec<Override>, SceneError> = level.set.iter().map(|set| set.parse()).collect();
     let made = parsed.and_then(|overrides| written(text, &overrides));
     made.map(|text| (!level.set.is_empty()).then_some(text)).map_err(|error| of_level(fidelity, level, &error))
@@ -149,7 +154,7 @@ fn of_level(fidelity: Fidelity, level: &Level, error: &SceneError) -> SceneError
 #[cfg(test)]
 mod tests {
     use super::Fidelity;
-    use crate::scene::{Override, Scene, SceneError, builtin, builtins, read, resolve};
+    use crate::scene::{Override, Scene, SceneError, builtin, builtins, read, rebase, resolve};
 
     const LEVELS: &str =
         "\n[fidelity.draft]\nset = [\"mesh.size=10e-3\", \"integrator.cfl=1.0\"]\nerror = 0.05\nupdates = 1e6\n";
@@ -172,6 +177,32 @@ mod tests {
         for set in [["scene.fidelity=draft", "mesh.size=4e-3"], ["mesh.size=4e-3", "scene.fidelity=draft"]] {
             assert_eq!(size_and_cfl(&set), (4e-3, 1.0));
         }
+    }
+
+    #[test]
+    fn a_level_of_which_overrides_left_nothing_is_refused_in_words() {
+        let emptied = ["scene.fidelity=draft", "mesh.size=4e-3", "integrator.cfl=0.5"];
+        let refused = with(&emptied).unwrap_err();
+        assert!(refused.to_string().contains("\"draft\", which sets nothing"), "{refused}");
+        assert!(with(&emptied[1..]).is_ok() && with(&emptied[..2]).is_ok());
+    }
+
+    #[test]
+    fn a_level_of_a_rebased_scene_sets_what_it_did_and_promises_nothing() {
+        let rebased = |set: &[&str], then: &[&str]| {
+            let parsed = |set: &[&str]| set.iter().map(|set| set.parse().unwrap()).collect::<Vec<Override>>();
+            let text = rebase(&text(), &parsed(set)).and_then(|text| resolve(&text, &parsed(then)));
+            text.and_then(|text| read(&text)).unwrap()
+        };
+        let size = |set: &[&str], then: &[&str]| rebased(set, then).mesh.size;
+        let set = ["mesh.size=4e-3"];
+        assert_eq!([size(&set, &[]), size(&set, &["scene.fidelity=draft"])], [4e-3, 10e-3]);
+        assert_eq!(rebased(&set, &[]).fidelity.draft.unwrap().error, None);
+        assert_eq!(rebased(&["output.frames=1"], &[]).fidelity.draft.unwrap().error, Some(0.05));
+        assert_eq!(size(&["scene.fidelity=draft", "mesh.size=4e-3"], &[]), 4e-3, "the override is the stronger");
+        let of_draft = text().replace("[scene]", "[scene]\nfidelity = \"draft\"");
+        let text = rebase(&of_draft, &["mesh.size=4e-3".parse().unwrap()]).unwrap();
+        assert_eq!(read(&text).unwrap().mesh.size, 4e-3);
     }
 
     #[test]

@@ -32,7 +32,7 @@ pub use files::{Files, StlContent, no_files};
 pub use fill::from_preset;
 pub use load::*;
 pub use material::*;
-pub use overrides::{Fault, Override, read_with, resolve, written};
+pub use overrides::{Fault, Override, read_with, rebase, resolve, written};
 pub use physics::{modelled, switched_off};
 pub(crate) use places::numbered;
 pub use preset::{Fact, Materials, Preset};

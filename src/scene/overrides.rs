@@ -1,6 +1,6 @@
 //! Single values written over those of a scene text.
 
-use super::{Files, Scene, SceneError, explain, read_with_files};
+use super::{Fidelity, Files, Scene, SceneError, explain, read_with_files};
 use std::str::FromStr;
 use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
 
@@ -99,6 +99,25 @@ pub fn resolve(text: &str, overrides: &[Override]) -> Result<String, SceneError>
     })
 }
 
+/// The scene text with the overrides as its new standard: the levels of `scene.fidelity` set what they set before, but nothing that
+/// was measured of them holds any more. An override of `scene.fidelity`, or a scene that has another level already, is resolved.
+///
+/// # Errors
+/// As those of [`resolve`].
+pub fn rebase(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
+    let is_level = |key: &str| key == "scene.fidelity" || key == "scene";
+    let document = text.parse::<DocumentMut>().ok();
+    let own = document.as_ref().and_then(|scene| scene.get("scene")?.get("fidelity")?.as_str());
+    if own.is_some_and(|own| own != Fidelity::Standard.as_str()) || overrides.iter().any(|o| is_level(&o.key)) {
+        return resolve(text, overrides);
+    }
+    change(text, overrides, |document, override_| {
+        write(document, override_)?;
+        forget_figures(document, &override_.key, |_| {});
+        Ok(())
+    })
+}
+
 /// The same where nothing changes that the levels of `scene.fidelity` were measured with, such as by another name of a file.
 ///
 /// # Errors
@@ -124,6 +143,17 @@ const HARMLESS: [&str; 6] =
 
 /// An override is stronger than a level, which must not set the key again; and what was measured no longer holds.
 fn beat_levels(document: &mut DocumentMut, key: &str) {
+    forget_figures(document, key, |level| {
+        if let Some(set) = level.get_mut("set").and_then(Item::as_array_mut) {
+            set.retain(|entry| {
+                !entry.as_str().is_some_and(|entry| touches(entry.split('=').next().unwrap_or("").trim(), key))
+            });
+        }
+    });
+}
+
+/// Takes away what was measured of the levels before a key was overridden, and does something more to each of them.
+fn forget_figures(document: &mut DocumentMut, key: &str, more: impl Fn(&mut dyn TableLike)) {
     let levels = document.get_mut("fidelity").and_then(Item::as_table_like_mut);
     if HARMLESS.iter().any(|harmless| *harmless == key || key.starts_with(&format!("{harmless}."))) {
         return;
@@ -133,11 +163,7 @@ fn beat_levels(document: &mut DocumentMut, key: &str) {
         for measured in ["error", "updates", "cpu_seconds"] {
             level.remove(measured);
         }
-        if let Some(set) = level.get_mut("set").and_then(Item::as_array_mut) {
-            set.retain(|entry| {
-                !entry.as_str().is_some_and(|entry| touches(entry.split('=').next().unwrap_or("").trim(), key))
-            });
-        }
+        more(level);
     }
 }
 

@@ -26,9 +26,21 @@ def unpacked(fmu, tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def coarse(tmp_path_factory):
-    """The folder of a coarse and therefore quick `sphere-block`."""
-    return extract(os.environ["BALLISTIC_GEL_COARSE_FMU"], str(tmp_path_factory.mktemp("coarse")))
+def coarse_fmu():
+    """A coarse and therefore quick `sphere-block`."""
+    return os.environ["BALLISTIC_GEL_COARSE_FMU"]
+
+
+@pytest.fixture(scope="session")
+def other_fmu():
+    """A coarse `fbi-bb`."""
+    return os.environ["BALLISTIC_GEL_OTHER_FMU"]
+
+
+@pytest.fixture(scope="session")
+def coarse(coarse_fmu, tmp_path_factory):
+    """The folder of the coarse `sphere-block`."""
+    return extract(coarse_fmu, str(tmp_path_factory.mktemp("coarse")))
 
 
 @pytest.fixture(scope="session")

@@ -1,8 +1,8 @@
 //! Bad arguments: the right status, one clear line, and an instance that is as it was.
 
 use super::host::{DISCARD, ERROR, Host, Made, OK, Resources, callbacks, coarse, reference};
-use ballistic_gel::fmi2::abi::*;
 use ballistic_gel::fmi2::Callbacks;
+use ballistic_gel::fmi2::abi::*;
 use std::ffi::c_int;
 use std::ptr;
 

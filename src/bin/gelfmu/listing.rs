@@ -62,7 +62,7 @@ pub fn completions(shell: Shell, console: &Console) {
 /// Writes the FMU.
 pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
     let name = options.named.as_deref().or(options.scene.as_deref()).unwrap_or(DEFAULT_SCENE);
-    let source = source::load(name, &options.set)?;
+    let source = source::load_standard(name, &options.set)?;
     let there = Ports::of(&source.scene);
     let ports = Ports {
         fragments: most(("fragment", "body"), options.fragments, there.fragments)?,

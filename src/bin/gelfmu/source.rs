@@ -16,17 +16,31 @@ pub struct Source {
     pub scene: Scene,
 }
 
+/// The text of a built-in name or a path.
+fn original(name: &str) -> Result<String, Failure> {
+    match scene::builtin(name) {
+        Some(text) => Ok(text.to_owned()),
+        None => std::fs::read_to_string(name).map_err(|error| unreadable(name, &error)),
+    }
+}
+
 /// The scene of a built-in name or a path, with overrides.
 pub fn load(name: &str, overrides: &[Override]) -> Result<Source, Failure> {
-    let original = match scene::builtin(name) {
-        Some(text) => text.to_owned(),
-        None => std::fs::read_to_string(name).map_err(|error| unreadable(name, &error))?,
-    };
+    let original = original(name)?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     match scene::read_with(&original, overrides, &fmi2::files_in(folder)) {
         Ok((text, scene)) => Ok(Source { text, folder: folder.to_path_buf(), scene }),
         Err(fault) => Err(Failure::BadInput(complaint(name, &fault))),
     }
+}
+
+/// The same for an FMU, whose importer chooses a level of `scene.fidelity` later: the overrides take nothing from the levels.
+pub fn load_standard(name: &str, overrides: &[Override]) -> Result<Source, Failure> {
+    let source = load(name, overrides)?;
+    let unusual = |error| Failure::BadInput(format!("scene {name}: {error}"));
+    let text = scene::rebase(&original(name)?, overrides).map_err(unusual)?;
+    let scene = scene::read_with_files(&text, &fmi2::files_in(&source.folder)).map_err(unusual)?;
+    Ok(Source { text, scene, ..source })
 }
 
 /// The scene of a file whose names of files are relative to a folder.

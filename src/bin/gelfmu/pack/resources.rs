@@ -50,7 +50,8 @@ fn portable(part: &str) -> String {
 
 /// The name, or the first with a number before it that clashes with no other file, on systems that do not tell case apart either.
 fn free(name: &str, bytes: &[u8], taken: &BTreeMap<String, Vec<u8>>) -> String {
-    let same = |(other, content): (&String, &Vec<u8>)| is_same_name(other, name).then(|| (other.clone(), content == bytes));
+    let same =
+        |(other, content): (&String, &Vec<u8>)| is_same_name(other, name).then(|| (other.clone(), content == bytes));
     if let Some((known, true)) = taken.iter().find_map(same) {
         return known;
     }
