@@ -9,62 +9,112 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Writes the list of linked crates and the Rust source that names every licence file: (path in the archive, bytes).
+/// SPDX texts for packages that come without one: identifier and file of `build/licenses/`.
+const STANDARD_TEXTS: [(&str, &str); 2] =
+    [("MIT", include_str!("licenses/MIT.txt")), ("Apache-2.0", include_str!("licenses/Apache-2.0.txt"))];
+
+/// Writes the index of licences and the Rust source that names every licence file: (path in the archive, bytes).
 /// `messages` is what cargo said when it built the library.
 pub fn collect(messages: Option<&str>, out: &Path) -> Result<(), String> {
     let mut source = String::from(
         "/// Licences: path below `documentation/licenses/`, and bytes.\npub static LICENSES: &[(&str, &[u8])] = &[\n",
     );
     if let Some(messages) = messages {
-        let mut packages = linked(messages)?;
-        packages.push(standard_library()?);
-        let table = out.join("linked-crates.txt");
-        fs::write(&table, list(&packages)).map_err(|e| format!("cannot write {}: {e}", table.display()))?;
-        let _ = writeln!(source, "(\"linked-crates.txt\", include_bytes!({})),", literal(&table));
+        let mut packages = linked(messages, out)?;
+        packages.push(standard_library(out)?);
+        for (name, text) in [("license.html", index(&packages)?), ("linked-crates.txt", list(&packages))] {
+            let file = written(out.join(name), &text)?;
+            let _ = writeln!(source, "({name:?}, include_bytes!({})),", literal(&file));
+        }
         for package in &packages {
             for file in &package.files {
-                let name = file.file_name().unwrap_or_default().to_string_lossy();
-                let _ = writeln!(source, "(\"{}/{name}\", include_bytes!({})),", package.name, literal(file));
+                let path = package.path_of(file);
+                let _ = writeln!(source, "({path:?}, include_bytes!({})),", literal(file));
             }
         }
     }
     source.push_str("];\n");
-    let file = out.join("licenses.rs");
-    fs::write(&file, source).map_err(|e| format!("cannot write {}: {e}", file.display()))
+    written(out.join("licenses.rs"), &source).map(drop)
+}
+
+fn written(file: PathBuf, text: &str) -> Result<PathBuf, String> {
+    fs::write(&file, text).map_err(|e| format!("cannot write {}: {e}", file.display()))?;
+    Ok(file)
 }
 
 struct Package {
     /// Name and version, `serde-1.0.0`.
     name: String,
     license: String,
+    /// Texts of the licence: at least one.
     files: Vec<PathBuf>,
 }
 
+impl Package {
+    /// Path of a licence file below `documentation/licenses/`.
+    fn path_of(&self, file: &Path) -> String {
+        format!("{}/{}", self.name, file.file_name().unwrap_or_default().to_string_lossy())
+    }
+}
+
 /// The packages that the library links, this crate first.
-fn linked(messages: &str) -> Result<Vec<Package>, String> {
+fn linked(messages: &str, out: &Path) -> Result<Vec<Package>, String> {
     let folders: BTreeMap<String, PathBuf> = messages.lines().filter_map(built).collect();
     let own = format!("{}-", env::var("CARGO_PKG_NAME").map_err(|e| format!("CARGO_PKG_NAME: {e}"))?);
     let mut packages = Vec::new();
     for (name, license) in names()? {
         let folder = folders.get(&name).ok_or_else(|| format!("cargo did not say where it found {name}"))?;
-        packages.push(Package { files: license_files(folder)?, name, license });
+        let mut files = license_files(folder)?;
+        if files.is_empty() {
+            files.push(standard_text(&name, &license, &authors(folder)?, out)?);
+        }
+        packages.push(Package { name, license, files });
     }
     packages.sort_by_key(|package| (!package.name.starts_with(&own), package.name.clone()));
     Ok(packages)
 }
 
+/// The authors that the manifest of a package names.
+fn authors(folder: &Path) -> Result<String, String> {
+    let manifest = folder.join("Cargo.toml");
+    let text = fs::read_to_string(&manifest).map_err(|e| format!("cannot read {}: {e}", manifest.display()))?;
+    let table: toml::Table = text.parse().map_err(|e| format!("{}: {e}", manifest.display()))?;
+    let authors = table.get("package").and_then(|package| package.get("authors")?.as_array());
+    let names: Vec<&str> = authors.into_iter().flatten().filter_map(toml::Value::as_str).collect();
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    Ok(if names.is_empty() { format!("the authors of {name}") } else { names.join(", ") })
+}
+
+/// The standard text of the first licence of an SPDX expression of which there is one, with the holders of the copyright.
+fn standard_text(name: &str, license: &str, holders: &str, out: &Path) -> Result<PathBuf, String> {
+    let known = |id: &str| STANDARD_TEXTS.into_iter().find(|(known, _)| *known == id);
+    let ids = license.split(|c: char| c.is_whitespace() || "()/".contains(c));
+    let (id, text) = ids.filter_map(known).next().ok_or_else(|| {
+        format!("{name} comes without a text of its licence, {license}: put its SPDX text into build/licenses/ and build/licenses.rs")
+    })?;
+    let folder = out.join("licenses").join(name);
+    fs::create_dir_all(&folder).map_err(|e| format!("cannot make {}: {e}", folder.display()))?;
+    let notice = "The package states its licence without a text of it: this is the standard text of SPDX.\n\n";
+    let text = text.replace("<year> <copyright holders>", holders);
+    written(folder.join(format!("{id}.txt")), &format!("{notice}{text}"))
+}
+
 /// The standard library of Rust, with the notices that the installation of the compiler holds.
-fn standard_library() -> Result<Package, String> {
+fn standard_library(out: &Path) -> Result<Package, String> {
     let (version, sysroot) = (rustc("--version")?, rustc("--print=sysroot")?);
     let version = version.split(' ').nth(1).unwrap_or_default();
     let folder = Path::new(&sysroot).join("share/doc/rust");
     let files = ["COPYRIGHT-library.html", "licenses/Apache-2.0.txt", "licenses/MIT.txt"].map(|name| folder.join(name));
-    let files: Vec<PathBuf> = files.into_iter().filter(|file| file.is_file()).collect();
-    let elsewhere = format!(
-        " (its notices are not in this Rust installation; see https://github.com/rust-lang/rust/tree/{version})"
-    );
-    let license = "MIT OR Apache-2.0".to_string() + if files.is_empty() { &elsewhere } else { "" };
-    Ok(Package { name: format!("rust-standard-library-{version}"), license, files })
+    let mut files: Vec<PathBuf> = files.into_iter().filter(|file| file.is_file()).collect();
+    let (name, mut license) = (format!("rust-standard-library-{version}"), "MIT OR Apache-2.0".to_string());
+    if files.is_empty() {
+        files.push(standard_text(&name, &license, "The Rust Project Contributors", out)?);
+        let _ = write!(
+            license,
+            " (its notices are not in this Rust installation; see https://github.com/rust-lang/rust/tree/{version})"
+        );
+    }
+    Ok(Package { name, license, files })
 }
 
 /// What the compiler answers.
@@ -129,8 +179,40 @@ fn is_text(path: &Path) -> bool {
 fn list(packages: &[Package]) -> String {
     let mut text = String::from("Crates linked into the library, with their licences (SPDX).\n\n");
     for package in packages {
-        let missing = if package.files.is_empty() { ", without a text of it in the package" } else { "" };
-        let _ = writeln!(text, "{}: {}{missing}", package.name, package.license);
+        let _ = writeln!(text, "{}: {}", package.name, package.license);
     }
     text
+}
+
+/// `license.html`, where FMI 2.0.5 looks for it: the licences of this crate, and an index of all texts.
+fn index(packages: &[Package]) -> Result<String, String> {
+    let own = packages.first().ok_or("cargo names no package of the library")?;
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Licences</title></head><body>\n\
+         <h1>Licences</h1>\n<p>{} is licensed under {}, at your option. So is this FMU, but for what it links, which is listed \
+         below.</p>\n",
+        escaped(&own.name),
+        escaped(&own.license)
+    );
+    for file in &own.files {
+        let text = fs::read_to_string(file).map_err(|e| format!("cannot read {}: {e}", file.display()))?;
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        let _ = writeln!(page, "<h2>{}</h2>\n<pre>{}</pre>", escaped(&name), escaped(&text));
+    }
+    page += "<h2>Linked packages</h2>\n<ul>\n";
+    for package in packages {
+        let links: Vec<String> = package.files.iter().map(|file| link(&package.path_of(file))).collect();
+        let (name, license) = (escaped(&package.name), escaped(&package.license));
+        let _ = writeln!(page, "<li><b>{name}</b>, {license}: {}</li>", links.join(", "));
+    }
+    Ok(page + "</ul>\n</body></html>\n")
+}
+
+fn link(path: &str) -> String {
+    let name = path.rsplit('/').next().unwrap_or(path);
+    format!("<a href=\"{}\">{}</a>", escaped(path).replace('+', "%2B"), escaped(name))
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

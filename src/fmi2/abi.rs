@@ -13,6 +13,8 @@
 #![allow(clippy::too_many_arguments)] // the signatures are those of the standard
 
 mod callbacks;
+#[cfg(feature = "cli")]
+mod importer;
 mod life;
 mod pointers;
 mod states;
@@ -20,6 +22,8 @@ mod steps;
 mod values;
 
 pub use callbacks::{Callbacks, LoggerCallback};
+#[cfg(feature = "cli")]
+pub use importer::{ImportError, LoadedFmu, LoadedState};
 pub use life::*;
 pub use states::*;
 pub use steps::*;

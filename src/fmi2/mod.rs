@@ -25,6 +25,8 @@ mod uri;
 mod variables;
 
 pub use abi::{Callbacks, LoggerCallback};
+#[cfg(feature = "cli")]
+pub use abi::{ImportError, LoadedFmu, LoadedState};
 pub use call::CallError;
 pub use logger::CATEGORIES;
 pub use manifest::{ArchiveContent, Manifest, ManifestError};

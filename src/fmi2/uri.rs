@@ -1,6 +1,8 @@
 //! The resource location: a `file:` URI, percent-encoded, to a path.
 
 use std::path::PathBuf;
+#[cfg(feature = "cli")]
+use std::{fmt::Write as _, path::Path};
 
 /// The folder that the URI names; `file:/p`, `file:///p` and `file://localhost/p` are the same.
 ///
@@ -21,6 +23,21 @@ pub(super) fn to_path(uri: &str) -> Result<PathBuf, String> {
     let bytes = decode(path).ok_or_else(refuse)?;
     let text = String::from_utf8(bytes).map_err(|_| refuse())?;
     Ok(PathBuf::from(without_drive_slash(&text)))
+}
+
+/// The `file:` URI of an absolute path.
+#[cfg(feature = "cli")]
+pub(super) fn from_path(path: &Path) -> String {
+    let text = path.to_string_lossy();
+    let text = if cfg!(windows) { format!("/{}", text.replace('\\', "/")) } else { text.into_owned() };
+    let mut uri = String::from("file://");
+    for byte in text.bytes() {
+        match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'/' | b':' | b'-' | b'_' | b'.' | b'~' => uri.push(byte.into()),
+            other => write!(uri, "%{other:02X}").unwrap_or_default(),
+        }
+    }
+    uri
 }
 
 /// `/C:/folder` is `C:/folder` where paths have drives.
@@ -52,6 +69,14 @@ mod tests {
             assert_eq!(to_path(uri), Ok(PathBuf::from("/a b/é")), "{uri}");
         }
         assert_eq!(to_path("file:////a//b"), Ok(PathBuf::from("//a//b")));
+    }
+
+    #[test]
+    #[cfg(feature = "cli")]
+    fn the_uri_of_a_path_names_that_path() {
+        for path in ["/a b/é%20#?.fmu", "/tmp/.x_~-1"].map(PathBuf::from) {
+            assert_eq!(to_path(&from_path(&path)), Ok(path));
+        }
     }
 
     #[test]

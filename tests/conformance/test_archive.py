@@ -1,6 +1,8 @@
 """What is in the archive."""
 
+import re
 import zipfile
+from urllib.parse import unquote
 
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
@@ -50,14 +52,27 @@ def test_the_first_outputs_come_from_the_parameters_alone(fmu):
         assert not names & {"threads", "output_directory"}
 
 
-def test_the_licences_of_the_standard_library_are_there(fmu):
+def test_every_linked_package_has_its_licence_text_and_the_index_leads_to_all_of_them(fmu):
+    folder = "documentation/licenses/"
     with zipfile.ZipFile(fmu) as archive:
-        listed = archive.read("documentation/licenses/linked-crates.txt").decode()
+        listed = archive.read(folder + "linked-crates.txt").decode().splitlines()[2:]
+        page = archive.read(folder + "license.html").decode()
+        texts = {n.removeprefix(folder): archive.read(n) for n in archive.namelist() if n.startswith(folder)}
+    links = {unquote(link) for link in re.findall(r'href="([^"]+)"', page)}
+    assert links == set(texts) - {"license.html", "linked-crates.txt"} and all(len(texts[link]) > 100 for link in links)
+    packages = [line.split(": ")[0] for line in listed]
+    assert {link.split("/")[0] for link in links} == set(packages)
+    assert packages[0].startswith("ballistic-gel-") and packages[-1].startswith("rust-standard-library-")
+    assert "Permission is hereby granted" in page and "Apache License" in page
+
+
+def test_the_layout_of_the_documentation_is_that_of_the_standard(fmu):
+    with zipfile.ZipFile(fmu) as archive:
         names = archive.namelist()
-    line = next(line for line in listed.splitlines() if line.startswith("rust-standard-library-"))
-    assert "MIT OR Apache-2.0" in line
-    name = line.split(":")[0]
-    assert "not in this Rust installation" in line or f"documentation/licenses/{name}/COPYRIGHT-library.html" in names
+        needs = archive.read("documentation/externalDependencies.html").decode()
+        page = archive.read("documentation/index.html").decode()
+    assert "documentation/licenses/license.html" in names and "External dependencies" in needs
+    assert 'href="licenses/license.html"' in page and 'href="externalDependencies.html"' in page
 
 
 def test_the_page_says_which_c_library_is_needed(fmu):

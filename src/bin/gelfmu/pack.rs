@@ -54,6 +54,11 @@ pub fn has_library() -> bool {
     embedded::LIBRARY.is_some()
 }
 
+/// Path of the library inside the archive.
+pub fn library_path() -> &'static str {
+    embedded::LIBRARY_PATH
+}
+
 fn entries((text, folder): (&str, &Path), ports: Ports) -> Result<Entries, RunError> {
     let files = fmi2::files_in(folder);
     let scene = scene::read_with_files(text, &files)?;
@@ -70,6 +75,10 @@ fn entries((text, folder): (&str, &Path), ports: Ports) -> Result<Entries, RunEr
         ("model.png".to_owned(), model_picture(&frame, &scene)),
         ("modelDescription.xml".to_owned(), description.into_bytes()),
         ("documentation/index.html".to_owned(), documentation::page(&scene, ports, library).into_bytes()),
+        (
+            "documentation/externalDependencies.html".to_owned(),
+            documentation::external_dependencies(library).into_bytes(),
+        ),
         (embedded::LIBRARY_PATH.to_owned(), library.to_vec()),
     ]);
     entries.extend(resources.into_iter().map(|(name, bytes)| (format!("resources/{name}"), bytes)));

@@ -2,44 +2,28 @@
 
 use crate::interrupt;
 use crate::job::{Ending, Job, Progress, RunError};
-use crate::pack::pack;
-use ballistic_gel::fmi2::{self, Ports};
+use crate::pack::{library_path, pack};
+use ballistic_gel::fmi2::{self, Causality, Kind, LoadedFmu, Ports, Status, scalars};
 use ballistic_gel::scene::Scene;
-use fmi_rs::fmi2::log::Logger;
-use fmi_rs::fmi2::types::fmi2Status;
-use fmi_rs::fmi2::{CS, FMU2};
-use fmi_rs::model_description::fmi2::{Causality, ModelDescription, ScalarVariable, VariableType};
-use fmi_rs::sim::SimulationError;
-use fmi_rs::zip::extract_zip_archive;
+use quick_xml::Reader;
+use quick_xml::events::Event;
 use std::ffi::OsStr;
+use std::fs::File;
 use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
 use tempfile::TempDir;
+use zip::ZipArchive;
 
-/// An instance of the FMU and what it logged.
+/// An instance of the FMU.
 pub struct Importer {
     /// The instance.
-    pub fmu: Arc<FMU2<CS>>,
-    description: ModelDescription,
-    log: Arc<Messages>,
+    pub fmu: LoadedFmu,
+    ports: Ports,
     /// Where it was unpacked; goes after the instance.
     _folder: TempDir,
 }
 
 /// The coupling mode in which the FMU needs no inputs.
 const INTEGRATED: i32 = 2;
-
-/// Warnings and errors of the FMU, in order.
-#[derive(Default)]
-struct Messages(Mutex<Vec<String>>);
-
-impl Logger for Messages {
-    fn log_call(&self, _status: fmi2Status, _message: &str) {}
-
-    fn log_message(&self, _status: fmi2Status, _category: &str, message: &str) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(message.to_owned());
-    }
-}
 
 /// Packs the scene, unpacks it as an importer would, and runs it with the projectile integrated inside.
 pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
@@ -59,47 +43,44 @@ impl Importer {
         let folder = tempfile::tempdir().map_err(|e| file("create", &std::env::temp_dir(), e))?;
         interrupt::remove_on_exit(folder.path());
         let (archive, unpacked) = (folder.path().join("BallisticGel.fmu"), folder.path().join("unpacked"));
-        pack(text, Ports::of(scene), &archive)?;
-        let log = Arc::new(Messages::default());
-        let made = extract_zip_archive(&archive, &unpacked)
-            .map_err(SimulationError::from)
-            .and_then(|()| Ok(ModelDescription::from_path(&unpacked.join("modelDescription.xml"))?))
-            .and_then(|description| {
-                let (guid, logger): (_, Arc<dyn Logger>) = (&description.guid, log.clone());
-                let fmu = FMU2::<CS>::new(&unpacked, fmi2::MODEL, name, guid, false, false, false, logger, false)?;
-                Ok((fmu, description))
-            });
-        match made {
-            Ok((fmu, description)) => Ok(Self { fmu, description, log, _folder: folder }),
-            Err(error) => Err(component("fmi2Instantiate", format!("{error}. {}", log.take()))),
-        }
+        let ports = Ports::of(scene);
+        pack(text, ports, &archive)?;
+        let unzipped = File::open(&archive).map_err(zip::result::ZipError::from).and_then(ZipArchive::new);
+        unzipped.and_then(|mut zip| zip.extract(&unpacked)).map_err(|e| file("unpack", &archive, e.into()))?;
+        let description = unpacked.join("modelDescription.xml");
+        let xml = std::fs::read_to_string(&description).map_err(|e| file("read", &description, e))?;
+        let guid = guid_of(&xml).ok_or_else(|| component("modelDescription.xml", "it has no guid".to_owned()))?;
+        let fmu = LoadedFmu::new(&unpacked.join(library_path()), name, &guid, &unpacked.join("resources"));
+        let fmu = fmu.map_err(|error| component("fmi2Instantiate", error.to_string()))?;
+        Ok(Self { fmu, ports, _folder: folder })
     }
 
     /// Sets the parameters of a run and initializes.
     fn start(&self, job: &Job, scene: &Scene) -> Result<(), RunError> {
         let (directory, _) = placed(job)?;
-        let texts = [self.reference("output_directory")?];
-        self.check("fmi2SetString", self.fmu.setString(&texts, &[&directory]))?;
+        let reference = self.reference("output_directory")?;
+        self.check("fmi2SetString", self.fmu.set_string(reference, &directory))?;
         self.initialize(job.threads, scene.scene.end_time)
     }
 
     /// Initializes for so many threads and up to a time, s, with the projectile integrated inside.
     pub fn initialize(&self, threads: usize, end: f64) -> Result<(), RunError> {
         let threads = i32::try_from(threads).unwrap_or(i32::MAX);
-        let integers = [self.reference("threads")?, self.reference("coupling.mode")?];
-        self.check("fmi2SetInteger", self.fmu.setInteger(&integers, &[threads, INTEGRATED]))?;
-        self.check("fmi2SetupExperiment", self.fmu.setupExperiment(None, 0.0, Some(end)))?;
-        self.check("fmi2EnterInitializationMode", self.fmu.enterInitializationMode())?;
-        self.check("fmi2ExitInitializationMode", self.fmu.exitInitializationMode())
+        for (name, value) in [("threads", threads), ("coupling.mode", INTEGRATED)] {
+            self.check("fmi2SetInteger", self.fmu.set_integer(self.reference(name)?, value))?;
+        }
+        self.check("fmi2SetupExperiment", self.fmu.set_up_experiment(end))?;
+        self.check("fmi2EnterInitializationMode", self.fmu.enter_initialization())?;
+        self.check("fmi2ExitInitializationMode", self.fmu.exit_initialization())
     }
 
     /// Steps to the end, to a step that cannot be completed, or until the user has enough.
     fn advance(&self, (job, scene): (&Job, &Scene), progress: &mut Progress<'_>) -> Result<Ending, RunError> {
         let mut now = 0.0;
         for end in job.times(scene) {
-            let status = self.fmu.doStep(now, end - now, 0);
-            if status == fmi2Status::Discard {
-                return Ok(Ending::Stopped(self.log.take()));
+            let status = self.fmu.do_step(now, end - now, true);
+            if status == Status::Discard {
+                return Ok(Ending::Stopped(self.fmu.take_messages()));
             }
             self.check("fmi2DoStep", status)?;
             now = end;
@@ -112,26 +93,33 @@ impl Importer {
 
     /// Value references of all outputs that are real numbers.
     pub fn outputs(&self) -> Vec<u32> {
-        let is_real = |v: &&ScalarVariable| matches!(v.variableType, VariableType::Real { .. });
-        let all = self.description.modelVariables.iter().filter(|v| v.causality == Causality::Output);
-        all.filter(is_real).map(|v| v.valueReference).collect()
+        let all = scalars(self.ports).filter(|scalar| scalar.variable.causality == Causality::Output);
+        all.filter(|scalar| scalar.variable.kind == Kind::Real).map(|scalar| scalar.reference()).collect()
     }
 
     fn reference(&self, name: &str) -> Result<u32, RunError> {
-        let variable = self.description.modelVariables.iter().find(|v| v.name == name);
         let missing = || component("modelDescription.xml", format!("there is no variable {name}"));
-        variable.map(|v| v.valueReference).ok_or_else(missing)
+        scalars(self.ports).find(|scalar| scalar.name() == name).map(|scalar| scalar.reference()).ok_or_else(missing)
     }
 
     /// Anything but success is an error: a warning of this FMU says that files can no longer be written.
-    pub fn check(&self, call: &'static str, status: fmi2Status) -> Result<(), RunError> {
-        if status == fmi2Status::Ok { Ok(()) } else { Err(component(call, self.log.take())) }
+    pub fn check(&self, call: &'static str, status: Status) -> Result<(), RunError> {
+        if status == Status::Ok { Ok(()) } else { Err(component(call, self.fmu.take_messages())) }
     }
 }
 
-impl Messages {
-    fn take(&self) -> String {
-        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner)).join(" ")
+/// The GUID that a model description has.
+fn guid_of(xml: &str) -> Option<String> {
+    let mut reader = Reader::from_str(xml);
+    loop {
+        match reader.read_event().ok()? {
+            Event::Start(root) => {
+                let guid = root.try_get_attribute("guid").ok()??;
+                return Some(guid.value.into_owned());
+            }
+            Event::Eof => return None,
+            _ => {}
+        }
     }
 }
 

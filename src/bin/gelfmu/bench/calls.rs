@@ -10,10 +10,9 @@ use crate::job::RunError;
 use crate::options::SectionName;
 use crate::source;
 use crate::through_fmu::Importer;
+use ballistic_gel::fmi2::LoadedState;
 use ballistic_gel::scene::Override;
-use fmi_rs::fmi2::types::fmi2FMUstate;
 use serde_json::Value;
-use std::ptr;
 
 /// Communication step, s.
 const STEP: f64 = 1e-5;
@@ -51,10 +50,10 @@ fn idle(n: usize, effort: Effort) -> Result<Vec<Row>, Failure> {
     let step = timed(effort, || it.step(STEP))?;
     let outputs = it.importer.outputs();
     let mut values = vec![0.0; outputs.len()];
-    let get = timed(effort, || it.importer.check("fmi2GetReal", it.importer.fmu.getReal(&outputs, &mut values)))?;
+    let get = timed(effort, || it.importer.check("fmi2GetReal", it.importer.fmu.get_reals(&outputs, &mut values)))?;
     let both = timed(effort, || {
         it.step(STEP)?;
-        it.importer.check("fmi2GetReal", it.importer.fmu.getReal(&outputs, &mut values))
+        it.importer.check("fmi2GetReal", it.importer.fmu.get_reals(&outputs, &mut values))
     })?;
     let all = format!("fmi2GetReal of all {} outputs", outputs.len());
     Ok(vec![
@@ -70,21 +69,21 @@ fn state(n: usize, effort: Effort) -> Result<Vec<Row>, Failure> {
     it.step(MOVED)?;
     let Importer { fmu, .. } = &it.importer;
     let check = |call, status| it.importer.check(call, status);
-    let mut kept: fmi2FMUstate = ptr::null_mut();
-    check("fmi2GetFMUstate", fmu.getFMUstate(&raw mut kept))?;
+    let mut kept = LoadedState::default();
+    check("fmi2GetFMUstate", fmu.get_state(&mut kept))?;
     let mut size = 0;
-    check("fmi2SerializedFMUstateSize", fmu.serializedFMUstateSize(kept, &mut size))?;
+    check("fmi2SerializedFMUstateSize", fmu.state_size(&kept, &mut size))?;
     let mut bytes = vec![0; size];
     let made = timed(effort, || {
-        let mut new = ptr::null_mut();
-        check("fmi2GetFMUstate", fmu.getFMUstate(&raw mut new))?;
-        check("fmi2FreeFMUstate", fmu.freeFMUstate(&raw mut new))
+        let mut new = LoadedState::default();
+        check("fmi2GetFMUstate", fmu.get_state(&mut new))?;
+        check("fmi2FreeFMUstate", fmu.free_state(&mut new))
     })?;
-    let got = timed(effort, || check("fmi2GetFMUstate", fmu.getFMUstate(&raw mut kept)))?;
-    let set = timed(effort, || check("fmi2SetFMUstate", fmu.setFMUstate(kept)))?;
-    let written = timed(effort, || check("fmi2SerializeFMUstate", fmu.serializeFMUstate(kept, &mut bytes)))?;
-    let read = timed(effort, || check("fmi2DeSerializeFMUstate", fmu.deSerializeFMUstate(&bytes, &raw mut kept)))?;
-    check("fmi2FreeFMUstate", fmu.freeFMUstate(&raw mut kept))?;
+    let got = timed(effort, || check("fmi2GetFMUstate", fmu.get_state(&mut kept)))?;
+    let set = timed(effort, || check("fmi2SetFMUstate", fmu.set_state(&kept)))?;
+    let written = timed(effort, || check("fmi2SerializeFMUstate", fmu.write_state(&kept, &mut bytes)))?;
+    let read = timed(effort, || check("fmi2DeSerializeFMUstate", fmu.read_state(&bytes, &mut kept)))?;
+    check("fmi2FreeFMUstate", fmu.free_state(&mut kept))?;
     let calls = [
         ("fmi2GetFMUstate and fmi2FreeFMUstate, a new one", made),
         ("fmi2GetFMUstate, into an old one", got),
@@ -106,7 +105,7 @@ impl Instance {
     }
 
     fn step(&mut self, length: f64) -> Result<(), RunError> {
-        self.importer.check("fmi2DoStep", self.importer.fmu.doStep(self.now, length, 1))?;
+        self.importer.check("fmi2DoStep", self.importer.fmu.do_step(self.now, length, false))?;
         self.now += length;
         Ok(())
     }

@@ -102,9 +102,22 @@ pub fn page(scene: &Scene, ports: Ports, library: &[u8]) -> String {
     page += LIMITS;
     page += &requirement::sentence(library);
     page += &table(ports);
-    page += "<p>Licences of this library, of every crate linked into it and of the standard library of its language are in the folder <code>licenses</code>.</p>\n";
+    page += "<p><a href=\"licenses/license.html\">Licences</a> of this library, of every crate linked into it and of the standard library of its language. <a href=\"externalDependencies.html\">What it needs</a> of the system that loads it.</p>\n";
     page += "</body></html>\n";
     page
+}
+
+/// `externalDependencies.html`, where FMI 2.0.5 looks for it.
+pub fn external_dependencies(library: &[u8]) -> String {
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>External dependencies</title>\n\
+         <style>{STYLE}</style></head><body>\n<h1>External dependencies</h1>\n{}\
+         <p>Beside the libraries of the system it needs nothing: no installation, no licence server, no network, no environment \
+         variable.</p>\n<p>It reads its folder <code>resources</code> and, if the parameter <code>scene</code> is set, that file and \
+         those that it names; it writes where the parameter <code>output_directory</code> says, and nothing if that is \
+         empty.</p>\n</body></html>\n",
+        requirement::sentence(library)
+    )
 }
 
 fn packed(scene: &Scene) -> String {

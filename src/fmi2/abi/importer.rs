@@ -1,0 +1,275 @@
+//! The importer of the command: loads the library of an unpacked FMU and calls it through C, as every importer does.
+//!
+//! The crates that import FMUs bring several archive formats, an XML schema and a second standard along; the command needs
+//! these calls.
+
+use super::{Callbacks, Handle, LoggerCallback, Text};
+use crate::fmi2::status::Status;
+use crate::fmi2::uri;
+use libloading::Library;
+use std::ffi::{CStr, CString, c_int};
+use std::path::Path;
+use std::ptr;
+use std::sync::{Mutex, PoisonError};
+
+/// An FMU that cannot be loaded or instantiated.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImportError {
+    /// The library, or a function in it, is not there.
+    #[error("the library of the FMU: {0}")]
+    Library(#[from] libloading::Error),
+    /// An argument that C cannot have.
+    #[error("{0}: a null byte in a text")]
+    Text(#[from] std::ffi::NulError),
+    /// `fmi2Instantiate` returned nothing.
+    #[error("fmi2Instantiate: {messages}")]
+    Refused {
+        /// Messages of the FMU.
+        messages: String,
+    },
+}
+
+type Plain = unsafe extern "C" fn(Handle) -> c_int;
+type SetUp = unsafe extern "C" fn(Handle, c_int, f64, f64, c_int, f64) -> c_int;
+type Step = unsafe extern "C" fn(Handle, f64, f64, c_int) -> c_int;
+type Make = unsafe extern "C" fn(Text, c_int, Text, Text, *const Callbacks, c_int, c_int) -> Handle;
+type OfState = unsafe extern "C" fn(Handle, *mut Handle) -> c_int;
+
+/// The functions of a library that are called here.
+#[derive(Debug)]
+struct ImportedFunctions {
+    instantiate: Make,
+    free_instance: unsafe extern "C" fn(Handle),
+    set_up_experiment: SetUp,
+    enter_initialization: Plain,
+    exit_initialization: Plain,
+    terminate: Plain,
+    do_step: Step,
+    get_real: unsafe extern "C" fn(Handle, *const u32, usize, *mut f64) -> c_int,
+    set_integer: unsafe extern "C" fn(Handle, *const u32, usize, *const c_int) -> c_int,
+    set_string: unsafe extern "C" fn(Handle, *const u32, usize, *const Text) -> c_int,
+    get_state: OfState,
+    set_state: unsafe extern "C" fn(Handle, Handle) -> c_int,
+    free_state: OfState,
+    state_size: unsafe extern "C" fn(Handle, Handle, *mut usize) -> c_int,
+    write_state: unsafe extern "C" fn(Handle, Handle, *mut u8, usize) -> c_int,
+    read_state: unsafe extern "C" fn(Handle, *const u8, usize, *mut Handle) -> c_int,
+}
+
+impl ImportedFunctions {
+    fn of(library: &Library) -> Result<Self, libloading::Error> {
+        // SAFETY: the standard gives these names these types.
+        unsafe {
+            Ok(Self {
+                instantiate: *library.get(b"fmi2Instantiate")?,
+                free_instance: *library.get(b"fmi2FreeInstance")?,
+                set_up_experiment: *library.get(b"fmi2SetupExperiment")?,
+                enter_initialization: *library.get(b"fmi2EnterInitializationMode")?,
+                exit_initialization: *library.get(b"fmi2ExitInitializationMode")?,
+                terminate: *library.get(b"fmi2Terminate")?,
+                do_step: *library.get(b"fmi2DoStep")?,
+                get_real: *library.get(b"fmi2GetReal")?,
+                set_integer: *library.get(b"fmi2SetInteger")?,
+                set_string: *library.get(b"fmi2SetString")?,
+                get_state: *library.get(b"fmi2GetFMUstate")?,
+                set_state: *library.get(b"fmi2SetFMUstate")?,
+                free_state: *library.get(b"fmi2FreeFMUstate")?,
+                state_size: *library.get(b"fmi2SerializedFMUstateSize")?,
+                write_state: *library.get(b"fmi2SerializeFMUstate")?,
+                read_state: *library.get(b"fmi2DeSerializeFMUstate")?,
+            })
+        }
+    }
+}
+
+/// The messages that an FMU logged, in order.
+#[derive(Debug, Default)]
+struct MessageLog(Mutex<Vec<String>>);
+
+/// An instance of an FMU in a library of its own. It is freed, and the library unloaded, when it is dropped.
+#[derive(Debug)]
+pub struct LoadedFmu {
+    component: Handle,
+    functions: ImportedFunctions,
+    log: Box<MessageLog>,
+    /// The FMU keeps a pointer to them.
+    _callbacks: Box<Callbacks>,
+    _library: Library,
+}
+
+/// A state of a loaded FMU. Whoever got it frees it, by [`LoadedFmu::free_state`].
+#[derive(Debug)]
+pub struct LoadedState(Handle);
+
+impl Default for LoadedState {
+    /// No state, to be filled.
+    fn default() -> Self {
+        Self(ptr::null_mut())
+    }
+}
+
+impl LoadedFmu {
+    /// Loads the library of an unpacked FMU and instantiates it with a name, its GUID and its folder of resources.
+    ///
+    /// # Errors
+    /// [`ImportError`] with the messages of the FMU.
+    pub fn new(library: &Path, name: &str, guid: &str, resources: &Path) -> Result<Self, ImportError> {
+        // SAFETY: the library is an FMU: what runs when it is loaded is its own affair.
+        let library = unsafe { Library::new(library) }?;
+        let functions = ImportedFunctions::of(&library)?;
+        let log = Box::new(MessageLog::default());
+        let keep = keep as *const ();
+        let callbacks = Box::new(Callbacks {
+            // SAFETY: fixed arguments are passed alike with and without an ellipsis, and no others are read.
+            logger: Some(unsafe { std::mem::transmute::<*const (), LoggerCallback>(keep) }),
+            allocate_memory: None,
+            free_memory: None,
+            step_finished: None,
+            environment: ptr::from_ref(&*log).cast_mut().cast(),
+        });
+        let [name, guid, uri] = [name.to_owned(), guid.to_owned(), uri::from_path(resources)].map(CString::new);
+        let (name, guid, uri) = (name?, guid?, uri?);
+        let functions_at = &raw const *callbacks;
+        // SAFETY: texts that end with a null byte, and callbacks that live as long as the instance.
+        let component =
+            unsafe { (functions.instantiate)(name.as_ptr(), 1, guid.as_ptr(), uri.as_ptr(), functions_at, 0, 0) };
+        if component.is_null() {
+            return Err(ImportError::Refused { messages: log.take() });
+        }
+        Ok(Self { component, functions, log, _callbacks: callbacks, _library: library })
+    }
+
+    /// The messages since the last call of this, in one line.
+    #[must_use]
+    pub fn take_messages(&self) -> String {
+        self.log.take()
+    }
+
+    /// Calls `fmi2SetupExperiment` for the time from 0 to an end, s.
+    #[must_use]
+    pub fn set_up_experiment(&self, end: f64) -> Status {
+        // SAFETY: a live component; so it is below.
+        status(unsafe { (self.functions.set_up_experiment)(self.component, 0, 0.0, 0.0, 1, end) })
+    }
+
+    /// Calls `fmi2EnterInitializationMode`.
+    #[must_use]
+    pub fn enter_initialization(&self) -> Status {
+        status(unsafe { (self.functions.enter_initialization)(self.component) })
+    }
+
+    /// Calls `fmi2ExitInitializationMode`.
+    #[must_use]
+    pub fn exit_initialization(&self) -> Status {
+        status(unsafe { (self.functions.exit_initialization)(self.component) })
+    }
+
+    /// Calls `fmi2Terminate`.
+    #[must_use]
+    pub fn terminate(&self) -> Status {
+        status(unsafe { (self.functions.terminate)(self.component) })
+    }
+
+    /// Calls `fmi2DoStep` from a time over a length, s. The importer does not go back before it, unless it `may_return`.
+    #[must_use]
+    pub fn do_step(&self, from: f64, length: f64, may_return: bool) -> Status {
+        status(unsafe { (self.functions.do_step)(self.component, from, length, c_int::from(!may_return)) })
+    }
+
+    /// Calls `fmi2GetReal` for as many references as there is room for values.
+    #[must_use]
+    pub fn get_reals(&self, references: &[u32], values: &mut [f64]) -> Status {
+        let n = references.len().min(values.len());
+        // SAFETY: both have n items.
+        status(unsafe { (self.functions.get_real)(self.component, references.as_ptr(), n, values.as_mut_ptr()) })
+    }
+
+    /// Calls `fmi2SetInteger` for one variable.
+    #[must_use]
+    pub fn set_integer(&self, reference: u32, value: i32) -> Status {
+        // SAFETY: one reference and one value.
+        status(unsafe { (self.functions.set_integer)(self.component, &raw const reference, 1, &raw const value) })
+    }
+
+    /// Calls `fmi2SetString` for one variable; a null byte ends the text.
+    #[must_use]
+    pub fn set_string(&self, reference: u32, value: &str) -> Status {
+        let text = CString::new(value.split('\0').next().unwrap_or_default()).unwrap_or_default();
+        // SAFETY: one reference and one text.
+        status(unsafe { (self.functions.set_string)(self.component, &raw const reference, 1, &text.as_ptr()) })
+    }
+
+    /// Calls `fmi2GetFMUstate`, into the state that is there or a new one.
+    #[must_use]
+    pub fn get_state(&self, state: &mut LoadedState) -> Status {
+        // SAFETY: null, or a state of this FMU; so it is below.
+        status(unsafe { (self.functions.get_state)(self.component, &raw mut state.0) })
+    }
+
+    /// Calls `fmi2SetFMUstate`.
+    #[must_use]
+    pub fn set_state(&self, state: &LoadedState) -> Status {
+        status(unsafe { (self.functions.set_state)(self.component, state.0) })
+    }
+
+    /// Calls `fmi2FreeFMUstate`.
+    #[must_use]
+    pub fn free_state(&self, state: &mut LoadedState) -> Status {
+        status(unsafe { (self.functions.free_state)(self.component, &raw mut state.0) })
+    }
+
+    /// Calls `fmi2SerializedFMUstateSize`.
+    #[must_use]
+    pub fn state_size(&self, state: &LoadedState, size: &mut usize) -> Status {
+        status(unsafe { (self.functions.state_size)(self.component, state.0, size) })
+    }
+
+    /// Calls `fmi2SerializeFMUstate` over all of the bytes.
+    #[must_use]
+    pub fn write_state(&self, state: &LoadedState, bytes: &mut [u8]) -> Status {
+        // SAFETY: as many bytes as are said to be there.
+        status(unsafe { (self.functions.write_state)(self.component, state.0, bytes.as_mut_ptr(), bytes.len()) })
+    }
+
+    /// Calls `fmi2DeSerializeFMUstate`, into the state that is there or a new one.
+    #[must_use]
+    pub fn read_state(&self, bytes: &[u8], state: &mut LoadedState) -> Status {
+        // SAFETY: as many bytes as are said to be there.
+        status(unsafe { (self.functions.read_state)(self.component, bytes.as_ptr(), bytes.len(), &raw mut state.0) })
+    }
+}
+
+impl Drop for LoadedFmu {
+    fn drop(&mut self) {
+        // SAFETY: a live component, not used again; its library is unloaded after it.
+        unsafe { (self.functions.free_instance)(self.component) };
+    }
+}
+
+impl MessageLog {
+    fn take(&self) -> String {
+        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner)).join(" ")
+    }
+}
+
+/// The logger: keeps a message, which is a format without arguments.
+unsafe extern "C" fn keep(environment: Handle, _name: Text, _status: c_int, _category: Text, message: Text) {
+    if environment.is_null() || message.is_null() {
+        return;
+    }
+    // SAFETY: the log of a `LoadedFmu`, and a text that ends with a null byte.
+    let (log, text) = unsafe { (&*environment.cast::<MessageLog>(), CStr::from_ptr(message)) };
+    let text = text.to_string_lossy().replace("%%", "%");
+    log.0.lock().unwrap_or_else(PoisonError::into_inner).push(text);
+}
+
+fn status(returned: c_int) -> Status {
+    match returned {
+        0 => Status::Ok,
+        1 => Status::Warning,
+        2 => Status::Discard,
+        4 => Status::Fatal,
+        _ => Status::Error,
+    }
+}
