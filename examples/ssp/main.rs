@@ -83,10 +83,11 @@ fn partners(scene_name: &str, armour_scene_name: &str) -> Result<[Partner; 3], S
     let (scene, armour_scene) = (scene::read(scene_name)?, scene::read(armour_scene_name)?);
     let body = |file, starts| Partner { model: &body::MODEL, library: "rigid_body", file, starts };
     let (name, armour_name) = (named(scene_name), named(armour_scene_name));
-    let armour = scene::armour_starts(&armour_scene).map_err(&armour_name)?;
+    let behind = scene::body_starts(&armour_scene).map_err(&armour_name)?;
+    let armour = scene::armour_starts(&armour_scene).map_err(armour_name)?;
     Ok([
         body(systems::BODY, scene::body_starts(&scene).map_err(name)?),
-        body(systems::BODY_BEHIND_ARMOUR, scene::body_starts(&armour_scene).map_err(armour_name)?),
+        body(systems::BODY_BEHIND_ARMOUR, behind),
         Partner { model: &plate::MODEL, library: "armour", file: systems::ARMOUR, starts: armour },
     ])
 }

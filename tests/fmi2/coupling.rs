@@ -112,6 +112,45 @@ fn derivatives_come_from_what_acted_and_not_from_what_is_set_for_the_next_step()
     assert_eq!(rate(&other, "projectile.predicted_velocity[3]"), acceleration);
 }
 
+/// The kinematic inputs, and what the coarse scene starts with.
+const MOTION: [(&str, &[f64]); 4] = [
+    ("position", &[0.0, 0.0, 0.010]),
+    ("velocity", &[0.0, 0.0, -5.0]),
+    ("orientation", &[1.0, 0.0, 0.0, 0.0]),
+    ("angular_velocity", &[0.0, 0.0, 0.0]),
+];
+
+/// An instance in a coupling mode with these parts of the start given and the rest of the motion set to 0.
+fn with_motion(mode: c_int, given: &[&str]) -> Host {
+    let mut host = Host::with(&coarse());
+    assert_eq!(host.set_integer("coupling.mode", mode), OK);
+    host.start();
+    for (name, start) in MOTION {
+        for (i, value) in start.iter().enumerate() {
+            let value = if given.contains(&name) { *value } else { 0.0 };
+            assert_eq!(host.set(&format!("projectile.{name}[{}]", i + 1), value), OK);
+        }
+    }
+    host
+}
+
+#[test]
+fn an_importer_that_sets_every_input_to_zero_before_the_first_step_starts_as_the_scene_says() {
+    for mode in [1, 3] {
+        let mut own = with_motion(mode, &["position", "velocity", "orientation"]);
+        let mut unset = with_motion(mode, &[]);
+        let mut unturned = with_motion(mode, &["position", "velocity"]);
+        for host in [&mut own, &mut unset, &mut unturned] {
+            host.steps(0.0, 1e-4, 1);
+        }
+        let expected = own.digest();
+        assert_eq!([unset.digest(), unturned.digest()], [expected; 2], "mode {mode}");
+        assert_eq!(unsafe { fmi2DoStep(unset.c, 1e-4, 1e-4, 0) }, ERROR);
+        let line = unset.one_line();
+        assert!(line.starts_with("projectile.orientation = [0.0, 0.0, 0.0, 0.0] of norm 0"), "{line}");
+    }
+}
+
 #[test]
 fn a_prescribed_acceleration_is_the_derivative_of_the_velocity() {
     let mut host = Host::with(&coarse());

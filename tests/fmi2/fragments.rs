@@ -253,3 +253,22 @@ fn a_held_dome_that_comes_inside_the_gel_is_refused_and_one_outside_pushes_until
     host.steps(3e-4, 1e-4, 1);
     assert_eq!(host.get("fragment[1].contact.force[3]"), 0.0);
 }
+
+#[test]
+fn a_bulge_without_height_is_flat_whatever_its_base_radius() {
+    let mut forces = vec![];
+    for radius in [0.0, 1e-300, 0.02, 5.0] {
+        let mut host = with(&[DOME]);
+        for k in 0..4 {
+            bulge(&mut host, [0.0, radius], [0.0, 0.0]);
+            host.steps(f64::from(k) * 1e-4, 1e-4, 1);
+        }
+        forces.push(host.get("contact.total_impulse[3]"));
+    }
+    assert!(forces[0] > 0.0 && forces.iter().all(|force| *force == forces[0]), "{forces:?}");
+    let mut host = with(&[DOME]);
+    for (size, expected) in [([0.0, -0.01], "a base radius above 0 m"), ([0.001, 0.0], "a base radius above 0 m")] {
+        bulge(&mut host, size, [0.0, 0.0]);
+        refused(&mut host, 0.0, &["fragment[1].bulge_height = ", expected]);
+    }
+}
