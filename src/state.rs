@@ -91,6 +91,8 @@ pub struct Record {
     pub synchronous: (f64, Tick, f64),
     /// Σ |J| of the pressures on faces, N·s.
     pub pressed: f64,
+    /// Tells that the gel is no longer integrated: the projectile has left it, and `scene.stop_after_exit` has passed.
+    pub at_rest: bool,
     /// The contact of each body.
     pub contacts: Vec<ContactRecord>,
 }
@@ -125,6 +127,31 @@ pub struct ContactRecord {
     pub standing: (f64, u64),
     /// Greatest |g|/h of an impulse on a node.
     pub deepest: f64,
+    /// Work of the contact on the body, J; negative of one that gives energy to the gel.
+    pub work: f64,
+    /// The exit of a body that has left the gel at its back face.
+    pub exit: Option<ExitRecord>,
+}
+
+/// The exit of a body: its rear end passes the undisturbed back face of the gel.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ExitRecord {
+    /// Time, s.
+    pub time: f64,
+    /// Velocity then, m/s.
+    pub velocity: Vector3,
+    /// Kinetic energy then, J.
+    pub residual_energy: f64,
+    /// Energy that the body had given to the gel by then, J.
+    pub energy_deposited: f64,
+}
+
+impl ExitRecord {
+    /// Returns true if all of it are finite numbers.
+    fn is_valid(&self) -> bool {
+        let Self { time, velocity, residual_energy, energy_deposited } = self;
+        velocity.iter().chain([time, residual_energy, energy_deposited]).all(|x| x.is_finite())
+    }
 }
 
 impl Record {
@@ -140,6 +167,7 @@ impl Record {
             stretch: Stretch::Little,
             synchronous: (f64::INFINITY, 0, 0.0),
             pressed: 0.0,
+            at_rest: false,
             contacts,
         }
     }
@@ -156,6 +184,8 @@ impl Default for ContactRecord {
             peak_depth: (f64::NEG_INFINITY, 0.0),
             standing: (0.0, 0),
             deepest: 0.0,
+            work: 0.0,
+            exit: None,
         }
     }
 }
@@ -218,7 +248,10 @@ impl<const D: usize> State<D> {
             each(&self.stiffness, |stiffness| (0.0..f64::INFINITY).contains(stiffness)),
             "the stiffness of an element is not a number",
         )?;
+        let exits = self.record.contacts.iter().filter_map(|contact| contact.exit.as_ref());
+        holds(exits.map(ExitRecord::is_valid).all(|valid| valid), "the exit of a body is no number")?;
         let begun = self.now.is_some();
+        holds(begun || !self.record.at_rest, "a gel that has not begun is at rest")?;
         holds(each(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element stands still")?;
         let memories = self.memory.len() == sizes.memories && self.memory.iter().all(Memory::is_valid);
         holds(memories, "what an element remembers is missing or no number")?;
@@ -266,10 +299,10 @@ impl Clone for Record {
     }
 
     fn clone_from(&mut self, from: &Self) {
-        let Self { updates, remeshes, splashed, min_jacobian, stretch, synchronous, pressed, contacts } = from;
+        let Self { updates, remeshes, splashed, min_jacobian, stretch, synchronous, pressed, at_rest, contacts } = from;
         self.contacts.clone_from(contacts);
         (self.updates, self.remeshes, self.splashed) = (*updates, *remeshes, *splashed);
-        self.pressed = *pressed;
+        (self.pressed, self.at_rest) = (*pressed, *at_rest);
         (self.min_jacobian, self.stretch, self.synchronous) = (*min_jacobian, *stretch, *synchronous);
     }
 }

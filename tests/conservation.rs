@@ -276,3 +276,22 @@ fn the_digest_sees_every_change_of_the_scene() {
     }
     assert_eq!(digest(&with([]), 1), same);
 }
+
+#[test]
+fn light_bodies_leave_the_books_closed() {
+    for exponent in -9..=0 {
+        let mass = 10f64.powi(exponent);
+        let set = format!("projectile.mass={mass:e}");
+        let scene = with([set.as_str(), "projectile.velocity=[1.0, 0.5, -2.0]", "contact.friction=0.3"]);
+        let mut simulation = simulation(&scene, 1);
+        run(&mut simulation, slices(&scene, 4), Wrench::default());
+        let seen = simulation.observe();
+        assert!(seen.projectile().contact.first.is_some(), "{mass} kg");
+        let errors = [seen.energy.energy_error, seen.momentum_error, seen.angular_momentum_error];
+        println!("{mass:e} kg: {errors:?}, angular {:e} N·m·s", seen.angular_momentum_closure.norm());
+        assert!(errors[0] <= 1e-10 && errors[1] <= 1e-12 && errors[2] <= 1e-12, "{mass:e} kg: {errors:?}");
+        // What a body of a gram and more brings is told from round-off by itself.
+        let brought = 0.1 * mass * seen.projectile().kinematics.velocity.norm();
+        assert!(exponent < -3 || seen.angular_momentum_closure.norm() < 1e-12 * brought, "{mass:e} kg");
+    }
+}

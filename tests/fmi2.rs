@@ -6,6 +6,8 @@
 mod bodies;
 #[path = "fmi2/coupling.rs"]
 mod coupling;
+#[path = "fmi2/exit.rs"]
+mod exit;
 #[path = "fmi2/fidelity.rs"]
 mod fidelity;
 #[path = "fmi2/files.rs"]

@@ -131,3 +131,11 @@ fn the_document_lists_every_value_with_its_source() {
         assert!(DOCUMENT.contains(&expected), "docs/materials.md should have\n{expected}");
     }
 }
+
+#[test]
+fn the_document_says_which_shots_each_preset_was_fitted_to() {
+    for preset in Preset::ALL {
+        let source = format!("only: {}. A shot", preset.shots().source);
+        assert_eq!(DOCUMENT.matches(&source).count(), 1, "docs/materials.md should have {source}");
+    }
+}

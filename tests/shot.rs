@@ -8,7 +8,7 @@ mod stage;
 use ballistic_gel::algebra::Vector3;
 use ballistic_gel::output::{Ending, Interface, Recorder};
 use ballistic_gel::scene::Scene;
-use ballistic_gel::simulation::{Frame, FrameCells, Observation};
+use ballistic_gel::simulation::{ExitReport, Frame, FrameCells, Observation};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -143,6 +143,59 @@ fn the_cavity_is_as_wide_as_the_bore() {
     assert!((figure("greatest_cavity_diameter") - 0.02).abs() < 1e-12);
     assert!((figure("time_of_greatest_cavity") - 0.8 * END).abs() < 1e-12);
     assert!((figure("final_cavity_diameter") - 0.017).abs() < 1e-12);
+}
+
+#[test]
+fn what_is_open_ahead_of_the_projectile_is_no_cavity() {
+    let (scene, folder) =
+        (stage::scene("axisymmetric"), Path::new(env!("CARGO_TARGET_TMPDIR")).join("shot").join("ahead"));
+    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
+    for step in 0..=STEPS {
+        let t = END * step as f64 / STEPS as f64;
+        // A bore half as deep again as the ball has come.
+        recorder.record_observation(&observation(&scene, t, 1.0), || frame(&scene, t, 1.5)).unwrap();
+    }
+    let (last, frame) = (observation(&scene, END, 1.0), frame(&scene, END, 1.5));
+    recorder.conclude(&Ending { observation: &last, frame: &frame, digest: 1, failure: None }).unwrap();
+    let (_, rows) = table(&folder.join("cavity.csv"));
+    let deepest = rows.iter().map(|row| row[1]).fold(0.0, f64::max);
+    assert!((deepest - depth(END)).abs() < 1e-12, "{deepest} m of {}", depth(END));
+    assert!(rows.iter().all(|row| row[1] <= depth(row[0]) + 1e-12), "{rows:?}");
+}
+
+#[test]
+fn the_tables_of_a_projectile_that_has_left_end_at_the_back_face() {
+    let (scene, folder) =
+        (stage::scene("axisymmetric"), Path::new(env!("CARGO_TARGET_TMPDIR")).join("shot").join("left"));
+    let exit = ExitReport { time: 0.009, velocity: Vector3::new(0.0, 0.0, -3.0), residual_energy: 0.15 };
+    // Twice as fast: 60 mm at the end, in a gel of 50 mm.
+    let seen = |t: f64| {
+        let mut seen = observation(&scene, t, 2.0);
+        seen.bodies[0].contact.peak_depth = ((2.0 * depth(t)).min(0.05), t);
+        seen.bodies[0].exit = (t > exit.time).then_some(exit);
+        seen.is_over = t >= 0.0098;
+        seen
+    };
+    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
+    for step in 0..STEPS {
+        let t = END * step as f64 / STEPS as f64;
+        recorder.record_observation(&seen(t), || frame(&scene, t, 1.0)).unwrap();
+    }
+    let t = END * (STEPS - 1) as f64 / STEPS as f64;
+    let (last, frame) = (seen(t), frame(&scene, t, 1.0));
+    recorder.conclude(&Ending { observation: &last, frame: &frame, digest: 1, failure: None }).unwrap();
+    let (_, rows) = table(&folder.join("shot.csv"));
+    assert_eq!(rows.last().unwrap()[0], 0.05);
+    let found = summary(&folder);
+    assert_eq!((found["final_depth"].as_f64(), found["peak_depth"].as_f64()), (Some(0.05), Some(0.05)));
+    assert_eq!((found["ended_by"].as_str(), found["completed"].as_bool()), (Some("exit"), Some(true)));
+    assert!(found["rebound_velocity"].is_null() && found["perforated"].as_bool() == Some(true), "{found}");
+    let page = fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(
+        page.contains("has perforated the gel: it left at the back with <strong>3.000 m/s</strong> at 9.000 ms"),
+        "{page}"
+    );
+    assert!(!page.contains("rebound") && !page.contains("stopped early"));
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The engine: a gel and rigid bodies in time, what is stored and what is derived from it.
 
 use super::blocks::Blocks;
+use super::exit::ExitRule;
 use super::nodes::RUN;
 use super::order::Order;
 use super::phase::Phase;
@@ -66,6 +67,8 @@ pub struct Engine<const D: usize, P> {
     pub(super) first: (f64, f64),
     /// What ends the mesh.
     pub(super) ends: Ends,
+    /// Where bodies leave the gel; `None` where its shape has no back face.
+    pub(super) exits: Option<ExitRule>,
     /// What failed at the last tick of the mesh: the run ends with it if no other mesh is found.
     pub(super) failure: Option<StepError>,
     /// The first tick of this mesh.
@@ -164,6 +167,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             queue: Queue::default(),
             steps: (0, 0),
             ends: Ends::default(),
+            exits: None,
             failure: None,
             origin,
             phase: Phase::First,
@@ -287,7 +291,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub fn check_time(&self, state: &State<D>, t: f64) -> Result<(), &'static str> {
         let longest = state.clocks.iter().map(|clock| clock.step).fold(0, Tick::max).min(MOST_TICKS);
         let begun = state.birth.as_ref().map_or(0, |birth| birth.tick);
-        let latest = self.grid.time(state.now.unwrap_or(begun).min(MOST_TICKS) + longest);
+        // A gel at rest has no further ticks, whatever time it is.
+        let last = if state.record.at_rest { MOST_TICKS } else { state.now.unwrap_or(begun).min(MOST_TICKS) };
+        let latest = self.grid.time(last + longest);
         let past = |time: f64| (0.0..=latest).contains(&time);
         if !past(t) || !state.bodies.iter().all(|body| past(body.time)) {
             return Err("its times and ticks contradict each other");

@@ -434,6 +434,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             // All of it, also what a ring of an axisymmetric gel gives across the axis.
             exchange.bulge_impulse -= touch.growth * touch.impulse;
             exchange.energy_residual -= given.dot(&wall);
+            record.work += given.dot(&wall);
             if touch.n_nodes == 1 {
                 let depth = -touch.distance / touch.size;
                 record.standing = (record.standing.0 + depth, record.standing.1 + 1);
@@ -444,7 +445,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     fn record_impulse(&mut self, body: usize, impulse: Vector3, time: f64) {
-        let depth = self.bodies[body].depth(&self.state.bodies[body]);
+        let depth = self.depth_in_gel(self.bodies[body].depth(&self.state.bodies[body]));
         let width = self.rules.force_window;
         let record = &mut self.state.record.contacts[body];
         record.impulse += impulse;

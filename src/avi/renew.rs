@@ -282,6 +282,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let (mut new, steps) = Self::assemble((gel, self.rules), bodies, nodes, passage)?;
         new.ends.clone_from(&self.ends);
+        new.exits = self.exits;
         if self.blocks.is_none() {
             new = new.by_reference();
         }

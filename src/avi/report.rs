@@ -47,6 +47,8 @@ pub struct Totals {
     pub momentum_closure: (Vector3, f64),
     /// The same of angular momentum about the origin, N·m·s.
     pub angular_momentum_closure: (Vector3, f64),
+    /// Throughput of angular momentum that its closure is relative to, N·m·s.
+    pub angular_momentum_scale: f64,
 }
 
 /// The bodies, each with where it is.
@@ -120,6 +122,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             energy_closure: (energy, energy.abs() / scales.0),
             momentum_closure: (linear, linear.norm() / scales.1),
             angular_momentum_closure: (turning, turning.norm() / scales.2),
+            angular_momentum_scale: scales.2,
         }
     }
 
@@ -164,6 +167,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// What the elements answer where the nodes are at time `t`, s.
     #[must_use]
     pub fn measure_at(&self, t: f64) -> Measured {
+        let t = self.gel_time(t);
         let x: Vec<Vector<D>> = (0..self.gel.mass.len() as u32).map(|a| self.position_at(NodeId(a), t)).collect();
         self.gel.measure(&x, &self.state.memory)
     }
@@ -182,7 +186,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Updates that one global stable step of the assembled system would have cost up to time `t`, s.
     #[must_use]
     pub fn synchronous_updates(&self, t: f64) -> f64 {
-        self.synchronous_until(self.grid.ticks(t))
+        self.synchronous_until(self.grid.ticks(self.gel_time(t)))
     }
 
     /// The same up to so many ticks.

@@ -31,7 +31,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<Reached, StepError> {
         assert_eq!(exchanges.len(), self.bodies.len(), "every body has its exchange");
         // Forked on the pool, work is not handed over from outside at every tick.
-        let reached = match self.pool.clone().filter(|_| self.is_busy() && self.has_ticks(t)) {
+        let shares = !self.is_at_rest() && self.is_busy() && self.has_ticks(t);
+        let reached = match self.pool.clone().filter(|_| shares) {
             Some(pool) => pool.lead(|| self.process((t, exchanges))),
             None => self.process((t, exchanges)),
         };
@@ -55,6 +56,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// All ticks up to time `t`, s, or until the mesh ends.
     fn process(&mut self, (t, exchanges): (f64, &mut [Exchange])) -> Result<Reached, StepError> {
         let end = self.grid.last_tick(t);
+        if self.is_at_rest() {
+            return self.fly(end);
+        }
         while let Some(tick) = self.next_event(end).filter(|tick| *tick <= end) {
             for body in 0..self.bodies.len() {
                 if self.next_turn(body) == Some(tick) {
@@ -71,6 +75,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let done = if due { self.tick(tick, (t, exchanges)) } else { Ok(()) };
             self.state.now = Some(tick);
             done?;
+            if due && self.find_exits() {
+                return self.fly(end);
+            }
         }
         // Ticks that were skipped have been processed, too.
         if let (Some(now), Kind::Bins) = (self.state.now, self.rules.schedule) {
@@ -146,7 +153,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// The next tick at which the orientation of a body that tumbles is stepped: the first multiple of its period after
     /// the body's last event that has not been processed. The period is the longest power of two of ticks in which the
     /// body turns by no more than [`TURN`].
-    fn next_turn(&self, body: usize) -> Option<Tick> {
+    pub(super) fn next_turn(&self, body: usize) -> Option<Tick> {
         let now = self.state.now?;
         let (fixed, body) = (&self.bodies[body], &self.state.bodies[body]);
         if !fixed.tumbles(body) {
@@ -192,7 +199,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// A body that turns by more than [`TURN`] in a tick ends the run: the surface of the gel near it would be stepped at every
     /// tick, a thousand times an element step, without following it.
-    fn check_spin(&self, body: usize, at: &BodyState) -> Result<(), StepError> {
+    pub(super) fn check_spin(&self, body: usize, at: &BodyState) -> Result<(), StepError> {
         let rate = self.bodies[body].angular_velocity(at).norm();
         let turn = rate * self.grid.time(1);
         let follows = turn <= TURN || !at.active;

@@ -142,12 +142,23 @@ impl Body {
     /// Depth of the foremost point below z = 0, m.
     #[must_use]
     pub fn depth(&self, state: &BodyState) -> f64 {
-        let down = state.orientation.inverse_transform_vector(&-Vector3::z());
-        let reach = match &state.bulge {
-            Some(bulge) => bulge.dome().reach(&down),
-            None => self.shape.reach(&down),
-        };
-        reach - state.position.z
+        self.reach(state, &-Vector3::z()) - state.position.z
+    }
+
+    /// Height of the rearmost point, the highest, m.
+    #[must_use]
+    pub fn rear(&self, state: &BodyState) -> f64 {
+        state.position.z + self.reach(state, &Vector3::z())
+    }
+
+    /// Extent from the centre of mass along a unit vector of the world, m; infinite of an unbounded body.
+    #[must_use]
+    pub fn reach(&self, state: &BodyState, direction: &Vector3) -> f64 {
+        let local = state.orientation.inverse_transform_vector(direction);
+        match &state.bulge {
+            Some(bulge) => bulge.dome().reach(&local),
+            None => self.shape.reach(&local),
+        }
     }
 
     /// 1/M + (r×n)·I⁻¹(r×n) in the directions left, 1/kg; 0 if impulses do not move it (numerics 2.3, A1).

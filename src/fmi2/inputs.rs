@@ -285,6 +285,9 @@ impl Given<'_> {
             self.hand_over(input, &mut inputs)?;
         }
         self.check_bulge(&inputs, duration)?;
+        if model.simulation.comes_back(self.body, &inputs, duration) {
+            return Err(self.back_again(&inputs));
+        }
         if let Some(depth) = model.simulation.overlap(self.body, &inputs) {
             return Err(self.inside(depth));
         }
@@ -292,6 +295,14 @@ impl Given<'_> {
             return Err(self.swallowed(was_active, &inputs));
         }
         Ok(inputs)
+    }
+
+    /// A gel at rest would not feel it.
+    fn back_again(&self, inputs: &Inputs) -> CallError {
+        let found: [f64; 3] = inputs.kinematics.position.into();
+        let expected = "a path that stays outside the gel: the projectile has left it, and scene.stop_after_exit has put it to rest, so \
+                        that it would not be felt; pack the scene with scene.stop_after_exit = \"never\", or go back to a state before";
+        CallError::value(format!("{}.position", body_name(self.body)), format!("{found:?}"), expected)
     }
 
     /// Nor can it be put there past the surface of the gel.

@@ -9,8 +9,8 @@ use super::recording::Recording;
 use super::scalar::{Ports, Scalar, table_of};
 use super::seen::Seen;
 use super::status::Status;
-use crate::scene::Scene;
-use crate::simulation::{Inputs, RestoreError, Saved, Simulation};
+use crate::scene::{self, Scene};
+use crate::simulation::{self, Inputs, RestoreError, Saved, Simulation};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -122,7 +122,8 @@ impl Instance {
 
     /// Builds the model if it was not yet looked at, and opens the output.
     pub(super) fn exit_initialization(&mut self) -> Result<(), CallError> {
-        self.model()?;
+        let doubts = scene::doubts(&self.model()?.scene);
+        doubts.into_iter().for_each(|doubt| self.log.warning(doubt));
         self.open_recording()?;
         self.phase = Phase::StepComplete;
         Ok(())
@@ -131,10 +132,9 @@ impl Instance {
     /// Ends the run and completes the files.
     pub(super) fn terminate(&mut self) -> Status {
         self.phase = Phase::Terminated;
-        let doubt = self.model.as_ref().and_then(|model| model.simulation.observe().energy.doubt());
-        if let Some(doubt) = doubt {
-            self.log.warning(doubt);
-        }
+        let seen = |model: &Model| simulation::doubts(&model.scene, &model.simulation.observe());
+        let doubts = self.model.as_ref().map_or(vec![], seen);
+        doubts.into_iter().for_each(|doubt| self.log.warning(doubt));
         self.finish_recording()
     }
 

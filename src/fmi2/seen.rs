@@ -1,7 +1,7 @@
 //! What was looked at since the last step: each report is made when a variable of it is first read.
 
 use super::instance::Model;
-use crate::simulation::{Books, ContactReport, CostReport, Observation, SensorReport};
+use crate::simulation::{Books, ContactReport, CostReport, ExitReport, Observation, SensorReport};
 
 /// The reports that go over the mesh.
 #[derive(Debug, Default)]
@@ -45,6 +45,11 @@ impl Model {
     pub(super) fn contact(&mut self, body: usize) -> &ContactReport {
         self.seen.contacts.resize(self.simulation.n_bodies(), None);
         self.seen.contacts[body].get_or_insert_with(|| self.simulation.contact(body))
+    }
+
+    /// The exit of a body that there is; all 0 of one that has not left the gel.
+    pub(super) fn exit(&self, body: usize) -> ExitReport {
+        self.simulation.exit(body).unwrap_or_default()
     }
 
     /// What a sensor that there is measures.

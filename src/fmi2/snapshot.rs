@@ -13,7 +13,7 @@ use crate::simulation::Saved;
 use crc32fast::Hasher;
 
 const MAGIC: [u8; 8] = *b"GELSTATE";
-const VERSION: u32 = 11;
+const VERSION: u32 = 12;
 const HEADER: usize = 8 + 4 + 16 + 8;
 const TRAILER: usize = 4;
 

@@ -22,7 +22,7 @@ pub use files::{OutputError, claim};
 pub use picture::model_picture;
 pub use sensors::{Dent, SensorFigures};
 pub use steps::{Figures, draw as draw_steps};
-pub use summary::{Account, Interface, Summary, rebound};
+pub use summary::{Account, EndCause, Interface, Summary, rebound};
 
 use frames::FrameSeries;
 use history::History;
@@ -153,7 +153,7 @@ impl Recorder {
         let penetration = self.penetration()?;
         let sensors = sensors::figures(&self.run.scene, &self.history)?;
         let summary = Summary { sensors, ..Summary::of(&self.run, ending, penetration.as_ref()) };
-        if !summary.completed {
+        if summary.ended_by != EndCause::EndTime {
             self.frames.append_last(ending.frame, &self.run.scene)?;
         }
         files::write(&self.folder.join("summary.json"), summary.to_json().as_bytes())?;
@@ -169,7 +169,7 @@ impl Recorder {
         let Some(line) = &self.line else { return Ok(None) };
         let penetration = Penetration::of(line, &self.history, &self.cavities)?;
         if let Some(penetration) = &penetration {
-            penetration.write(&self.folder, &self.cavities)?;
+            penetration.write(&self.folder)?;
         }
         Ok(penetration)
     }

@@ -6,7 +6,7 @@ use super::penetration::Penetration;
 use super::sensors::SensorFigures;
 use crate::algebra::Vector3;
 use crate::scene::{self, Dimension, Fidelity, Scene};
-use crate::simulation::{BodyReport, EnergyReport, Observation};
+use crate::simulation::{self, BodyReport, EnergyReport, Observation};
 use serde::Serialize;
 use std::time::Instant;
 
@@ -18,6 +18,31 @@ pub enum Interface {
     Fmi2,
     /// By the library.
     Direct,
+}
+
+/// Cause of the end of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EndCause {
+    /// It reached `scene.end_time`.
+    EndTime,
+    /// The projectile left the gel, `scene.stop_after_exit` before.
+    Exit,
+    /// It could not go on.
+    Failure,
+    /// The user or the importer ended it.
+    Interrupt,
+}
+
+impl EndCause {
+    fn of(ending: &Ending, end_time: f64) -> Self {
+        match ending.observation {
+            _ if ending.failure.is_some() => Self::Failure,
+            seen if seen.time >= end_time * (1.0 - 1e-9) => Self::EndTime,
+            seen if seen.is_over => Self::Exit,
+            _ => Self::Interrupt,
+        }
+    }
 }
 
 /// The figures of a run, SI; `None` (null in JSON) where a figure does not exist.
@@ -33,8 +58,10 @@ pub struct Summary {
     pub fidelity: Fidelity,
     /// Greatest relative error of the motion of the projectile that was measured at this level, if the scene is as it was then.
     pub expected_error: Option<f64>,
-    /// Whether it reached the end time of the scene.
+    /// Whether it reached its end: the end time of the scene, or `scene.stop_after_exit` after the exit of the projectile.
     pub completed: bool,
+    /// Cause of its end.
+    pub ended_by: EndCause,
     /// Time that it reached, s.
     pub end_time: f64,
     /// Wall time between the first and the last record, s.
@@ -65,13 +92,23 @@ pub struct Summary {
     pub overlapped_volume: f64,
     /// Smallest J = det F of the run.
     pub min_jacobian: f64,
-    /// Greatest depth, m.
+    /// Greatest depth, m; it ends at the back face of a block or cylinder.
     pub peak_depth: f64,
     /// When it was reached, s.
     pub time_of_peak_depth: f64,
-    /// Depth at the end, m.
+    /// Depth at the end, m; it ends at the back face, too.
     pub final_depth: f64,
-    /// Speed against the velocity at the start, m/s; absent while in contact (numerics A14).
+    /// Whether the rear end of the projectile has passed the undisturbed back face of the gel.
+    pub perforated: bool,
+    /// Velocity at the exit, m/s; this and the next two only of a projectile that has perforated the gel.
+    pub exit_velocity: Option<[f64; 3]>,
+    /// Time of the exit, s.
+    pub exit_time: Option<f64>,
+    /// Kinetic energy at the exit, J.
+    pub residual_energy: Option<f64>,
+    /// Energy given to the gel, J, up to the exit if there is one.
+    pub energy_deposited: f64,
+    /// Speed against the velocity at the start, m/s; absent while in contact (numerics A14) and of a projectile that has perforated the gel.
     pub rebound_velocity: Option<f64>,
     /// Velocity at the end, m/s.
     pub final_velocity: [f64; 3],
@@ -105,7 +142,8 @@ pub struct Summary {
     pub energy_defect: f64,
     /// Momentum that no account explains, relative to its throughput.
     pub momentum_error: f64,
-    /// Angular momentum that no account explains, relative to its throughput.
+    /// Angular momentum that no account explains, relative to its throughput, or to 1e-7 of what stresses of the size of the shear
+    /// modulus could turn in that time, if that is more: their round-off is relative to it.
     pub angular_momentum_error: f64,
     /// Change of the mass of the mesh at rest, relative.
     pub mass_error: Option<f64>,
@@ -117,7 +155,9 @@ pub struct Summary {
     pub switched_off: Vec<String>,
     /// The diagnosis of a run that stopped early.
     pub failure: Option<String>,
-    /// Why figures of the run may be far off, if the method itself has changed its energy too much.
+    /// Reasons to doubt the figures of the run: what could be told of its scene, then what was seen of it.
+    pub doubts: Vec<String>,
+    /// All of them in one text, if there are any.
     pub doubt: Option<String>,
 }
 
@@ -174,14 +214,18 @@ impl Summary {
         let Observation { time, energy, cost, .. } = ending.observation;
         let BodyReport { kinematics, depth, contact, .. } = ending.observation.projectile();
         let wall_seconds = run.started.elapsed().as_secs_f64();
-        let end = run.scene.scene.end_time;
+        let exit = ending.observation.projectile().exit;
+        let mut doubts = scene::doubts(&run.scene);
+        doubts.extend(simulation::doubts(&run.scene, ending.observation));
+        let ended_by = EndCause::of(ending, run.scene.scene.end_time);
         Self {
             scene: run.scene.scene.name.clone(),
             version: env!("CARGO_PKG_VERSION"),
             interface: run.interface,
             fidelity: run.scene.scene.fidelity,
             expected_error: run.scene.fidelity.get(run.scene.scene.fidelity).and_then(|level| level.error),
-            completed: ending.failure.is_none() && *time >= end * (1.0 - 1e-9),
+            completed: matches!(ended_by, EndCause::EndTime | EndCause::Exit),
+            ended_by,
             end_time: *time,
             wall_seconds,
             threads: run.threads,
@@ -199,7 +243,12 @@ impl Summary {
             min_jacobian: cost.min_jacobian,
             peak_depth: contact.peak_depth.0,
             time_of_peak_depth: contact.peak_depth.1,
-            final_depth: *depth,
+            final_depth: depth.min(run.scene.gel.shape.back_face().map_or(f64::INFINITY, |height| -height)),
+            perforated: exit.is_some(),
+            exit_velocity: exit.map(|exit| exit.velocity.into()),
+            exit_time: exit.map(|exit| exit.time),
+            residual_energy: exit.map(|exit| exit.residual_energy),
+            energy_deposited: ending.observation.projectile().energy_deposited,
             rebound_velocity: rebound(ending.observation, run.scene.projectile.velocity.into()),
             final_velocity: kinematics.velocity.into(),
             contact_duration: contact.first.zip(contact.last).map(|(first, last)| last - first),
@@ -222,7 +271,8 @@ impl Summary {
             digest: format!("{:032x}", ending.digest),
             switched_off: scene::switched_off(&run.scene),
             failure: ending.failure.map(str::to_string),
-            doubt: energy.doubt(),
+            doubt: (!doubts.is_empty()).then(|| doubts.join("; ")),
+            doubts,
         }
     }
 
@@ -276,11 +326,12 @@ fn accounts(energy: &EnergyReport) -> [Account; 18] {
     ]
 }
 
-/// Speed against the initial velocity once the last impulse is past by 10 % of the contact, m/s (numerics A14).
+/// Speed against the initial velocity once the last impulse is past by 10 % of the contact, m/s (numerics A14); none of a body that has left
+/// the gel at its back.
 #[must_use]
 pub fn rebound(observation: &Observation, initial: Vector3) -> Option<f64> {
     let (first, last) = observation.projectile().contact.first.zip(observation.projectile().contact.last)?;
-    let direction = initial.try_normalize(0.0)?;
+    let direction = initial.try_normalize(0.0).filter(|_| observation.projectile().exit.is_none())?;
     let over = observation.time - last > 0.1 * (last - first);
     over.then(|| -observation.projectile().kinematics.velocity.dot(&direction))
 }

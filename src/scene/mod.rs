@@ -2,7 +2,9 @@
 
 mod bodies;
 mod builtin;
+mod doubts;
 mod error;
+mod exit;
 mod explain;
 mod fidelity;
 mod files;
@@ -26,7 +28,9 @@ mod validate;
 
 pub use bodies::{MOST_FRAGMENTS, body_name};
 pub use builtin::{builtin, builtins};
+pub use doubts::doubts;
 pub use error::{SceneError, SceneErrorKind};
+pub use exit::{Never, StopAfterExit};
 pub use fidelity::{Fidelity, Level, Levels};
 pub use files::{Files, StlContent, no_files};
 pub use fill::from_preset;
@@ -35,7 +39,7 @@ pub use material::*;
 pub use overrides::{Fault, Override, read_with, rebase, resolve, written};
 pub use physics::{modelled, switched_off};
 pub(crate) use places::numbered;
-pub use preset::{Fact, Materials, Preset};
+pub use preset::{Fact, Materials, Preset, ShotRange};
 pub use projectile::*;
 pub use read::{read, read_with_files};
 pub use remesh::{Remesh, RemeshMethod};

@@ -30,6 +30,17 @@ pub struct Fact {
     pub source: &'static str,
 }
 
+/// Shots that the `flowing` values of a preset were fitted to, or checked with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShotRange {
+    /// Least and greatest speed, m/s.
+    pub speed: [f64; 2],
+    /// Least and greatest width of the projectile, m.
+    pub calibre: [f64; 2],
+    /// Shots that this is from: the tags are those of `docs/materials.md`.
+    pub source: &'static str,
+}
+
 /// Materials that a value of a preset is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Materials {
@@ -77,6 +88,23 @@ impl Preset {
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|preset| preset.name() == name)
+    }
+
+    /// Shots that its `flowing` values were fitted to, or checked with.
+    #[must_use]
+    pub fn shots(self) -> ShotRange {
+        let calibre = [4.37e-3; 2];
+        match self {
+            Self::Gelatin10 => ShotRange {
+                speed: [165.0, 720.0],
+                calibre: [4.37e-3, 4.8e-3],
+                source: "a steel BB at 165 to 195 m/s [R1, D], and a steel sphere of 4.8 mm at 720 m/s, see sphere-720",
+            },
+            Self::Gelatin20 => ShotRange { speed: [180.0; 2], calibre, source: "a BB of 180 m/s at 10 °C [R2]" },
+            Self::SyntheticClear => {
+                ShotRange { speed: [179.8; 2], calibre, source: "a predicted depth of a BB of 179.8 m/s [R4]" }
+            }
+        }
     }
 
     /// What is known of it, `gel.material` first.

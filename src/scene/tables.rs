@@ -2,7 +2,7 @@
 
 use super::{
     BranchSpec, ConstantsSpec, Fidelity, Levels, Load, MaterialModel, Preset, Projectile, Remesh, Sensor,
-    SofteningSpec, StrengthSpec, TermSpec, ViscositySpec, VolumeSpec,
+    SofteningSpec, StopAfterExit, StrengthSpec, TermSpec, ViscositySpec, VolumeSpec,
 };
 use serde::{Deserialize, Serialize};
 
@@ -60,8 +60,12 @@ pub struct Header {
     pub title: String,
     /// The space the gel lives in.
     pub dimension: Dimension,
-    /// End of the run, s.
+    /// Latest end of the run, s.
     pub end_time: f64,
+    /// Time from the exit of the projectile at the back face of a block or cylinder to the end of the run, s, or "never"; from then on
+    /// the gel is at rest. It goes on while another body moves in the gel.
+    #[serde(default)]
+    pub stop_after_exit: StopAfterExit,
     /// Step at which kinematics and impulse are exchanged, s.
     pub communication_step: f64,
     /// How accurate, and how costly: a level other than `standard` writes the values of its `fidelity` table over the scene.

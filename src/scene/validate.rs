@@ -65,6 +65,8 @@ fn header(header: &Header) -> Check {
         || format!("{step:?}"),
         &format!("at most scene.end_time, {end:?} s"),
     )?;
+    let wait = header.stop_after_exit.time();
+    require(wait >= 0.0, "scene.stop_after_exit", || format!("{wait:?}"), "a time of 0 or more, s, or \"never\"")?;
     let expected = format!("at least scene.end_time / {MOST_STEPS:?}, {:?} s", end / MOST_STEPS);
     require(step >= end / MOST_STEPS, "scene.communication_step", || format!("{step:?}"), &expected)
 }

@@ -6,7 +6,7 @@ use super::recipe::Recipe;
 use super::renew::Renew;
 use super::sensors::seats;
 use crate::algebra::{Tensor3, Vector, Vector3, restrict};
-use crate::avi::{Engine, Gel, Kind, NoStep, Pool, Rules, order_of_nodes};
+use crate::avi::{Engine, ExitRule, Gel, Kind, NoStep, Pool, Rules, order_of_nodes};
 use crate::contact::{Body, BodyState, Bulge, Freedom, Law, Motion};
 use crate::element::Simplices;
 use crate::geometry::{Shape, SignedDistance};
@@ -155,6 +155,8 @@ where
     }
     let shapes = recipe.shapes(&mesh.elements, &mesh.rest);
     engine.set_wear(recipe.wear(&engine.gel().potential, &mesh.rest, &shapes));
+    let back_face = scene.gel.shape.back_face();
+    engine.set_exits(back_face.map(|back_face| ExitRule { back_face, rest_after: scene.scene.stop_after_exit.time() }));
     engine.set_exchanges(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
     let Mesh { facets, marks, .. } = mesh;
     let seats = seats(&engine, &recipe);

@@ -5,6 +5,8 @@
 mod broken;
 mod build;
 mod candidate;
+mod doubts;
+mod exit;
 mod history;
 mod loads;
 mod look;
@@ -31,8 +33,10 @@ pub use crate::contact::{Bulge, Exchange, Wrench};
 pub use crate::scene::CouplingMode;
 pub use build::BuildError;
 pub use candidate::Refused;
+pub use doubts::doubts;
 pub use observe::{
-    BodyReport, Books, ContactReport, CostReport, EnergyReport, Frame, FrameCells, Observation, Place, SensorReport,
+    BodyReport, Books, ContactReport, CostReport, EnergyReport, ExitReport, Frame, FrameCells, Observation, Place,
+    SensorReport,
 };
 pub use rehearsal::{Refusal, Rehearsal, Renewal, Successor};
 pub use run::{RestoreError, Simulation};

@@ -43,6 +43,10 @@ pub(super) trait Model: Send {
     fn set_body(&mut self, i: usize, state: &BodyState);
     fn ledger_mut(&mut self) -> &mut Ledger;
     fn record(&self) -> &Record;
+    /// Returns true if the gel is no longer integrated.
+    fn is_at_rest(&self) -> bool;
+    /// Returns true if a body at this state no longer meets the gel.
+    fn is_away(&self, i: usize, at: &BodyState) -> bool;
     fn totals(&self, t: f64) -> Totals;
     /// Reach of the contact with a body at time `t`.
     fn reach(&self, i: usize, t: f64) -> Reach;
@@ -53,6 +57,8 @@ pub(super) trait Model: Send {
     fn swallows(&self, i: usize, at: &BodyState) -> bool;
     /// What rounding leaves of the energy of the gel at rest, J.
     fn noise(&self) -> f64;
+    /// μ V, the torque of stresses of the size of the shear modulus, N·m.
+    fn shear_torque(&self) -> f64;
     /// Elements, nodes, elements below the continuation.
     fn counts(&self) -> (usize, usize, usize);
     /// Part of the elements that are at rest not what their nodes say.
@@ -215,6 +221,14 @@ where
         &self.engine.state().record
     }
 
+    fn is_at_rest(&self) -> bool {
+        self.engine.is_at_rest()
+    }
+
+    fn is_away(&self, i: usize, at: &BodyState) -> bool {
+        self.engine.is_body_away(i, at)
+    }
+
     fn totals(&self, t: f64) -> Totals {
         self.engine.totals(t)
     }
@@ -223,7 +237,7 @@ where
         let (body, last) = self.body(i);
         let at = last.at(body, t);
         let mut reach = Reach::default();
-        if !at.active {
+        if !at.active || self.engine.is_at_rest() {
             return reach;
         }
         for surface in &self.engine.gel().surface.nodes {
@@ -239,18 +253,22 @@ where
 
     fn overlap(&self, i: usize, at: &BodyState) -> Option<f64> {
         let gel = self.engine.gel();
-        let position = |node| embed(&self.engine.position_at(node, at.time));
+        let position = |node| embed(&self.engine.position_at(node, self.engine.gel_time(at.time)));
         overlap(gel, (self.body(i).0, at), (position, |node| self.longest_step(node)))
     }
 
     fn swallows(&self, i: usize, at: &BodyState) -> bool {
-        let gel = self.engine.gel();
-        let x: Vec<_> = (0..gel.mass.len() as u32).map(|n| self.engine.position_at(NodeId(n), at.time)).collect();
+        let (gel, time) = (self.engine.gel(), self.engine.gel_time(at.time));
+        let x: Vec<_> = (0..gel.mass.len() as u32).map(|n| self.engine.position_at(NodeId(n), time)).collect();
         is_swallowed((&x, gel.potential.elements()), (self.body(i).0, at))
     }
 
     fn noise(&self) -> f64 {
         self.recipe.noise(self.gel_mass())
+    }
+
+    fn shear_torque(&self) -> f64 {
+        self.recipe.shear_torque(self.gel_mass())
     }
 
     fn counts(&self) -> (usize, usize, usize) {
@@ -279,8 +297,8 @@ where
     }
 
     fn frame(&self, t: f64) -> Frame {
-        let n = self.engine.gel().mass.len() as u32;
-        let points: Vec<Vector3> = (0..n).map(|i| embed(&self.engine.position_at(NodeId(i), t))).collect();
+        let (n, gel_time) = (self.engine.gel().mass.len() as u32, self.engine.gel_time(t));
+        let points: Vec<Vector3> = (0..n).map(|i| embed(&self.engine.position_at(NodeId(i), gel_time))).collect();
         let displacements =
             points.iter().zip(self.engine.gel().potential.rest()).map(|(x, rest)| x - embed(rest)).collect();
         let place = |i: usize| {

@@ -22,10 +22,12 @@ pub struct Observation {
     pub angular_momentum_closure: Vector3,
     /// |momentum closure| / momentum throughput.
     pub momentum_error: f64,
-    /// |angular momentum closure| / angular momentum throughput.
+    /// |angular momentum closure| / angular momentum throughput; below 1e-7 μ V t, what stresses could turn, relative to that.
     pub angular_momentum_error: f64,
     /// What it cost.
     pub cost: CostReport,
+    /// Tells that `scene.stop_after_exit` ends the run: the projectile has left the gel, and no other body moves in it.
+    pub is_over: bool,
 }
 
 /// The books of one instant and how well they close; the fields are those of [`Observation`].
@@ -39,7 +41,7 @@ pub struct Books {
     pub angular_momentum_closure: Vector3,
     /// |momentum closure| / momentum throughput.
     pub momentum_error: f64,
-    /// |angular momentum closure| / angular momentum throughput.
+    /// |angular momentum closure| / angular momentum throughput; below 1e-7 μ V t, what stresses could turn, relative to that.
     pub angular_momentum_error: f64,
 }
 
@@ -58,6 +60,21 @@ pub struct BodyReport {
     pub exchange: Exchange,
     /// Contact since the start.
     pub contact: ContactReport,
+    /// Exit at the back face of the gel, if it has perforated the gel.
+    pub exit: Option<ExitReport>,
+    /// Energy given to the gel, J, up to the exit if there is one.
+    pub energy_deposited: f64,
+}
+
+/// The exit of a body: its rear end has passed the undisturbed back face of the gel.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ExitReport {
+    /// Time, s.
+    pub time: f64,
+    /// Velocity then, m/s.
+    pub velocity: Vector3,
+    /// Kinetic energy then, J.
+    pub residual_energy: f64,
 }
 
 impl Observation {

@@ -83,6 +83,11 @@ impl Recipe {
         ROUND_OFF * self.material.wave_modulus() * mass / self.density
     }
 
+    /// μ V of so much gel, J: the torque that stresses of the size of the shear modulus have.
+    pub fn shear_torque(&self, mass: f64) -> f64 {
+        self.material.wave_modulus() * self.material.slowness_of_shear().powi(2) * mass / self.density
+    }
+
     /// How many parts like the one that is computed make all of the gel.
     pub fn copies(&self) -> f64 {
         self.symmetry.copies()

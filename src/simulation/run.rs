@@ -1,6 +1,7 @@
 //! A simulation in time: what an importer steps.
 
 use super::build::{BuildError, build, orientation};
+use super::exit::GelRoom;
 use super::model::Model;
 use super::observe::Frame;
 use super::recipe::material;
@@ -63,10 +64,16 @@ pub(super) struct Facts {
     pub(super) specific_impedance: f64,
     /// What rounding leaves of the energy of a gel at rest, J.
     pub(super) noise: f64,
+    /// μ V, N·m.
+    pub(super) shear_torque: f64,
+    /// Space that the gel takes at rest.
+    pub(super) room: GelRoom,
+    /// Time from the exit of the projectile to the end of the run, s.
+    pub(super) stop_after_exit: f64,
 }
 
 impl Facts {
-    fn of(scene: &Scene, mode: CouplingMode, noise: f64) -> Self {
+    fn of(scene: &Scene, mode: CouplingMode, model: &dyn Model) -> Self {
         let material = material(&scene.gel);
         Self {
             origin: xxhash_rust::xxh3::xxh3_64(format!("{scene:?} {mode:?}").as_bytes()),
@@ -74,7 +81,10 @@ impl Facts {
             force_window: scene.force_window(),
             contact_modulus: material.contact_modulus(),
             specific_impedance: (scene.gel.density * material.wave_modulus()).sqrt(),
-            noise,
+            noise: model.noise(),
+            shear_torque: model.shear_torque(),
+            room: GelRoom::of(scene),
+            stop_after_exit: scene.scene.stop_after_exit.time(),
         }
     }
 }
@@ -98,7 +108,7 @@ impl Simulation {
     /// [`BuildError`] if the scene asks for what cannot be built.
     pub fn new(scene: &Scene, mode: CouplingMode, threads: usize) -> Result<Self, BuildError> {
         let model = build(scene, mode == CouplingMode::Prescribed, threads)?;
-        let (facts, exchanges) = (Facts::of(scene, mode, model.noise()), vec![Exchange::default(); model.n_bodies()]);
+        let (facts, exchanges) = (Facts::of(scene, mode, &*model), vec![Exchange::default(); model.n_bodies()]);
         Ok(Self { model, mode, facts, time: 0.0, exchanges, failure: None, before: vec![] })
     }
 
@@ -320,7 +330,7 @@ impl Simulation {
     }
 
     /// A body as these inputs have it now, active and under no wrench; a fixed one where it is.
-    fn given(&self, i: usize, inputs: &Inputs) -> BodyState {
+    pub(super) fn given(&self, i: usize, inputs: &Inputs) -> BodyState {
         let (body, was) = (self.model.body(i).0, self.now(i));
         let bulge = was.bulge.and(inputs.bulge);
         let mut now = BodyState { bulge, active: true, wrench: Wrench::default(), ..was };

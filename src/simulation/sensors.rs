@@ -58,6 +58,7 @@ pub(super) fn seats<const D: usize>(engine: &Engine<D, Simplices<D>>, recipe: &R
 impl<const D: usize> Gelatin<D> {
     /// What the sensors measure at time `t`, s.
     pub(super) fn measured(&self, t: f64) -> Vec<SensorReport> {
+        let t = self.engine.gel_time(t);
         self.seats.iter().map(|seat| self.measure(seat, t)).collect()
     }
 

@@ -44,7 +44,8 @@ fn dome(time: f64) -> BodyReport {
         ..ContactReport::default()
     };
     let bulge = Some(bulge(time));
-    BodyReport { kinematics: at_rest([0.0; 3]), active: true, bulge, depth: 0.006 + 0.4 * time, exchange, contact }
+    let (kinematics, depth) = (at_rest([0.0; 3]), 0.006 + 0.4 * time);
+    BodyReport { kinematics, active: true, bulge, depth, exchange, contact, exit: None, energy_deposited: 0.0 }
 }
 
 fn splinter() -> BodyReport {
@@ -55,7 +56,8 @@ fn splinter() -> BodyReport {
         ..at_rest([0.03, 0.0, 0.02])
     };
     let (exchange, contact) = (Exchange::default(), ContactReport::default());
-    BodyReport { kinematics, active: false, bulge: None, depth: -0.015, exchange, contact }
+    let (bulge, exit, depth) = (None, None, -0.015);
+    BodyReport { kinematics, active: false, bulge, depth, exchange, contact, exit, energy_deposited: 0.0 }
 }
 
 /// What an observer sees at `time`, s.

@@ -56,6 +56,8 @@ pub fn observation(scene: &Scene, time: f64) -> Observation {
         depth: depth(scene, time),
         exchange: Exchange { duration, impulse: 0.02 * impulse, ..Exchange::default() },
         contact: contact(scene, time, impulse),
+        exit: None,
+        energy_deposited: 0.5 * 0.033 * (SPEED * SPEED - projectile.velocity.norm_squared()),
     };
     Observation {
         time,
@@ -67,6 +69,7 @@ pub fn observation(scene: &Scene, time: f64) -> Observation {
         momentum_error: 1e-15 * (1.0 + time),
         angular_momentum_error: 0.0,
         cost: cost(time),
+        is_over: false,
     }
 }
 

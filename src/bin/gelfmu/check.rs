@@ -14,7 +14,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
     let Source { scene, text, .. } = source::load(&options.scene, &options.set)?;
     let cost = Simulation::new(&scene, CouplingMode::Integrated, 1).map_err(RunError::from)?.observe().cost;
     let (modelled, off) = (scene::modelled(&scene), scene::switched_off(&scene));
-    let given = scene::from_preset(&text);
+    let (given, doubts) = (scene::from_preset(&text), scene::doubts(&scene));
     let result = json!({
         "scene": scene.scene.name,
         "title": scene.scene.title,
@@ -27,6 +27,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
         "preset": scene.gel.preset.map(Preset::name),
         "from_preset": given.iter().map(|fact| value(fact)).collect::<Vec<_>>(),
         "fidelity": scene.fidelity,
+        "doubts": doubts,
     });
     let levels = scene.fidelity.known().map(|(fidelity, level)| {
         let set = if level.set.is_empty() { String::new() } else { format!(" ({})", level.set.join(" ")) };
@@ -34,13 +35,9 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
     });
     let set: Vec<String> = options.set.iter().map(|o| format!(" --set {}={}", o.key, o.value)).collect();
     let levels: Vec<String> = levels.collect();
-    let levels = if levels.is_empty() {
-        String::new()
-    } else {
-        format!("{}\n{}\n\n", console.heading("fidelity"), bullets(&levels))
-    };
+    let levels = section("fidelity", &levels, console);
     let text = format!(
-        "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{}{levels}The scene is good: {} elements, {} nodes, steps of {:.3e} s and more. Run it \
+        "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{}{levels}{}The scene is good: {} elements, {} nodes, steps of {:.3e} s and more. Run it \
          with: gelfmu run {}{}",
         scene.scene.name,
         scene.scene.title,
@@ -49,6 +46,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
         console.heading("switched off"),
         bullets(&off),
         presets(scene.gel.preset, &given, console),
+        section("doubtful", &doubts, console),
         cost.elements,
         cost.nodes,
         cost.smallest_step,
@@ -69,6 +67,11 @@ fn presets(preset: Option<Preset>, given: &[&Fact], console: &Console) -> String
     let lines: Vec<String> =
         given.iter().map(|fact| format!("{} = {}: {}", fact.key, fact.value, fact.source)).collect();
     format!("{}\n{}\n\n", console.heading(&format!("from the preset {}", preset.name())), bullets(&lines))
+}
+
+/// A heading over lines; nothing without lines.
+fn section(heading: &str, lines: &[String], console: &Console) -> String {
+    if lines.is_empty() { String::new() } else { format!("{}\n{}\n\n", console.heading(heading), bullets(lines)) }
 }
 
 fn bullets(lines: &[String]) -> String {

@@ -32,6 +32,9 @@ fn advance(
             return Ok(Ending::Stopped(simulation.diagnosis().unwrap_or_else(|| error.to_string())));
         }
         recorder.record(simulation)?;
+        if simulation.is_over() {
+            return Ok(Ending::Completed);
+        }
         if progress(time, scene.scene.end_time).is_break() {
             return Ok(Ending::Interrupted);
         }

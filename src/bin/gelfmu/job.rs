@@ -27,7 +27,7 @@ pub type Progress<'a> = dyn FnMut(f64, f64) -> ControlFlow<()> + 'a;
 /// How a run ended.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// It reached its end time.
+    /// It reached its end time, or the end after the exit of the projectile.
     Completed,
     /// It could not go on: the diagnosis.
     Stopped(String),

@@ -40,9 +40,8 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
     let ending = watch(&job, options.direct, console).inspect_err(|_| abandon(&job.folder, &kept))?;
     let (text, summary) = read_summary(&job.folder)?;
     console.result(&text.trim_end(), &summary::describe(&summary, &job.folder));
-    if let Some(doubt) = summary["doubt"].as_str() {
-        console.warning(doubt);
-    }
+    let doubts = summary["doubts"].as_array();
+    doubts.into_iter().flatten().filter_map(serde_json::Value::as_str).for_each(|doubt| console.warning(doubt));
     Ok(status(&ending, &job.folder, console))
 }
 

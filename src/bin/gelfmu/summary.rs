@@ -24,6 +24,7 @@ fn rows(s: &Value) -> Vec<(&'static str, String)> {
         ("depth at the end", depth(&s["final_depth"])),
         ("speed at the end", quantity(&s["final_velocity"], "m/s")),
         ("rebound velocity", rebound(s)),
+        ("energy to the gel", quantity(&s["energy_deposited"], "J")),
         ("contact", quantity(&s["contact_duration"], "s")),
         ("peak force", format!("{} over {}", quantity(&s["peak_force"], "N"), quantity(&s["force_window"], "s"))),
         ("total impulse", quantity(&s["total_impulse"], "N s")),
@@ -50,7 +51,17 @@ fn overlap(s: &Value) -> Option<(&'static str, String)> {
 }
 
 fn completed(s: &Value) -> &'static str {
-    if s["completed"] == Value::Bool(true) { "reached" } else { "stopped early" }
+    match (s["completed"].as_bool(), s["ended_by"].as_str()) {
+        (Some(true), Some("exit")) => "reached, after the projectile has left,",
+        (Some(true), _) => "reached",
+        _ => "stopped early",
+    }
+}
+
+/// The exit of a projectile that has perforated the gel.
+fn perforation(s: &Value) -> String {
+    let [velocity, time] = [("exit_velocity", "m/s"), ("exit_time", "s")].map(|(key, unit)| quantity(&s[key], unit));
+    format!("none: perforated, left with {velocity} at {time}, {} kept", quantity(&s["residual_energy"], "J"))
 }
 
 fn deepest(s: &Value) -> String {
@@ -77,6 +88,9 @@ fn updates(s: &Value) -> String {
 
 fn rebound(s: &Value) -> String {
     let speed = || quantity(&s["rebound_velocity"], "m/s");
+    if s["perforated"] == Value::Bool(true) {
+        return perforation(s);
+    }
     match (s["rebound_velocity"].as_f64(), s["contact_duration"].as_f64(), s["final_depth"].as_f64()) {
         (_, None, _) => "none: it has not met the gel".to_owned(),
         (None, Some(_), _) => "none yet: still in contact, or not long out of it".to_owned(),
@@ -175,5 +189,17 @@ mod tests {
         assert!(text.contains("1.500 m/s, still in the gel"), "{text}");
         let text = ended(json!(1e-3), json!(1.5), -0.01);
         assert!(text.contains("1.500 m/s") && !text.contains("still"), "{text}");
+    }
+
+    #[test]
+    fn a_projectile_that_perforated_the_gel_left_at_the_back() {
+        let summary = json!({
+            "completed": true, "ended_by": "exit", "end_time": 4e-3, "perforated": true, "contact_duration": 2e-3,
+            "exit_velocity": [0.0, 0.0, -98.5], "exit_time": 1.93e-3, "residual_energy": 38.8, "energy_deposited": 451.2,
+        });
+        let text = describe(&summary, Path::new("nowhere"));
+        assert!(text.contains("reached, after the projectile has left, at 4.000 ms"), "{text}");
+        assert!(text.contains("none: perforated, left with 98.500 m/s at 1.930 ms, 38.800 J kept"), "{text}");
+        assert!(text.contains("451.2 J"), "{text}");
     }
 }

@@ -77,6 +77,8 @@ impl Importer {
     /// Steps to the end, to a step that cannot be completed, or until the user has enough.
     fn advance(&self, (job, scene): (&Job, &Scene), progress: &mut Progress<'_>) -> Result<Ending, RunError> {
         let mut now = 0.0;
+        // Warnings about the scene are no diagnosis of a step; they stand in the summary.
+        self.log.take();
         for end in job.times(scene) {
             let status = self.fmu.do_step(now, end - now, true);
             if status == Status::Discard {
@@ -84,11 +86,22 @@ impl Importer {
             }
             self.check("fmi2DoStep", status)?;
             now = end;
+            if self.is_over()? {
+                return Ok(Ending::Completed);
+            }
             if progress(now, scene.scene.end_time).is_break() {
                 return Ok(Ending::Interrupted);
             }
         }
         Ok(Ending::Completed)
+    }
+
+    /// Returns true if `scene.stop_after_exit` ends the run.
+    fn is_over(&self) -> Result<bool, RunError> {
+        let mut over = [0];
+        let reference = [self.reference("scene.is_over")?];
+        self.check("fmi2GetBoolean", self.fmu.getBoolean(&reference, &mut over))?;
+        Ok(over[0] != 0)
     }
 
     /// Value references of all outputs that are real numbers.

@@ -1,6 +1,6 @@
 //! The cavity behind a projectile: how wide the gel is open, by time and depth.
 
-use super::opening::openings;
+use super::opening::{GelSection, openings};
 use super::{Line, PER_METRE};
 use crate::scene::Scene;
 use crate::simulation::Frame;
@@ -11,8 +11,8 @@ use std::fmt::Write;
 pub(in crate::output) struct Profile {
     /// When, s.
     pub(in crate::output) time: f64,
-    /// Radius at each millimetre of depth from the first one on, m: 0 where the line of the shot is in the gel, none where there
-    /// is no gel around it.
+    /// Radius at each millimetre of depth from the first one on, m: 0 where the line of the shot is in the gel, none where the void
+    /// around it is no cavity.
     radii: Vec<Option<f64>>,
 }
 
@@ -35,7 +35,16 @@ impl Profile {
     /// That of a frame.
     pub(in crate::output) fn of(line: &Line, scene: &Scene, frame: &Frame) -> Self {
         let depths = (line.gel * PER_METRE) as usize;
-        Self { time: frame.time, radii: openings(scene.scene.dimension, frame, &line.at, depths) }
+        let gel = GelSection { dimension: scene.scene.dimension, symmetry: scene.gel.symmetry };
+        Self { time: frame.time, radii: openings(gel, frame, &line.at, depths) }
+    }
+
+    /// The part of the void that lies behind the projectile: from the entry down to the greatest depth, m, that its foremost point has
+    /// reached. What is open deeper was not opened by its passage.
+    pub(super) fn behind(&self, depth: f64) -> Self {
+        let is_behind = |k: usize| (k + 1) as f64 <= depth * PER_METRE * (1.0 + f64::EPSILON);
+        let radii = self.radii.iter().enumerate().map(|(k, radius)| radius.filter(|_| is_behind(k)));
+        Self { time: self.time, radii: radii.collect() }
     }
 
     /// Greatest diameter, m, deeper than the projectile is long: nearer to the entry it is the crater's.

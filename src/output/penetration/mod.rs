@@ -47,11 +47,6 @@ impl Line {
         let size = extent.upper.z - extent.lower.z;
         Some(Self { at: projectile.kinematics.position, size, gel: -scenery.lower.z })
     }
-
-    /// Tables go down to here, m: a projectile that has left the gel meets nothing.
-    fn end(&self) -> f64 {
-        self.gel + self.size
-    }
 }
 
 /// A shot: a projectile that has gone deeper than it is long.
@@ -61,6 +56,8 @@ pub(super) struct Penetration {
     pub(super) track: Track,
     /// The cavity.
     pub(super) cavity: Cavity,
+    /// The cavity behind the projectile at each frame.
+    profiles: Vec<Profile>,
 }
 
 impl Penetration {
@@ -71,12 +68,14 @@ impl Penetration {
     pub(super) fn of(line: &Line, history: &History, profiles: &[Profile]) -> Result<Option<Self>, OutputError> {
         let track = Track::of(line, history)?;
         let deep = track.depth() > line.size;
-        Ok(deep.then(|| Self { cavity: Cavity::of(line, profiles), track }))
+        let behind = |profile: &Profile| profile.behind(track.depth_until(profile.time));
+        let profiles: Vec<Profile> = profiles.iter().map(behind).collect();
+        Ok(deep.then(|| Self { cavity: Cavity::of(line, &profiles), track, profiles }))
     }
 
     /// Writes `shot.csv` and `cavity.csv`.
-    pub(super) fn write(&self, folder: &Path, profiles: &[Profile]) -> Result<(), OutputError> {
+    pub(super) fn write(&self, folder: &Path) -> Result<(), OutputError> {
         files::write(&folder.join("shot.csv"), self.track.csv().as_bytes())?;
-        files::write(&folder.join("cavity.csv"), cavity::csv(profiles).as_bytes())
+        files::write(&folder.join("cavity.csv"), cavity::csv(&self.profiles).as_bytes())
     }
 }

@@ -29,7 +29,11 @@ pub(in crate::output) struct Along {
 
 /// The way to the greatest depth, each depth at the time at which it was first reached.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::output) struct Track(Vec<Along>);
+pub(in crate::output) struct Track {
+    way: Vec<Along>,
+    /// Greatest depth that is shown, m: that of the gel.
+    end: f64,
+}
 
 /// The motion at the end of a communication step.
 struct Motion {
@@ -52,15 +56,21 @@ impl Track {
         history.each(|row| {
             let now = Motion::of(row);
             energy += before.as_ref().map_or(0.0, |before| given(before, row, &now));
-            take(&mut way, line.end(), (row, -now.velocity.z, energy));
+            take(&mut way, line.gel, (row, -now.velocity.z, energy));
             before = Some(now);
         })?;
-        Ok(Self(way))
+        Ok(Self { way, end: line.gel })
     }
 
     /// The greatest depth, m.
     pub(super) fn depth(&self) -> f64 {
-        self.0.last().map_or(0.0, |last| last.depth)
+        self.way.last().map_or(0.0, |last| last.depth.min(self.end))
+    }
+
+    /// The greatest depth up to a time, s, in m.
+    pub(super) fn depth_until(&self, time: f64) -> f64 {
+        let until = self.way.partition_point(|place| place.time <= time);
+        self.way[..until].last().map_or(0.0, |last| last.depth.min(self.end))
     }
 
     /// The places of the table: every millimetre, and the greatest depth.
@@ -98,14 +108,14 @@ impl Track {
 
     /// Least depth of which anything is known, m: 0, unless it began deeper.
     fn first(&self) -> f64 {
-        self.0.first().map_or(0.0, |first| first.depth.max(0.0))
+        self.way.first().map_or(0.0, |first| first.depth.max(0.0))
     }
 
     /// Between two communication steps the force is taken as constant: then energy and v² are linear in depth.
     fn at(&self, depth: f64) -> Along {
-        let next = self.0.partition_point(|place| place.depth < depth);
-        let (Some(b), Some(a)) = (self.0.get(next), self.0.get(next.saturating_sub(1))) else {
-            return *self.0.last().expect("a way has a place");
+        let next = self.way.partition_point(|place| place.depth < depth);
+        let (Some(b), Some(a)) = (self.way.get(next), self.way.get(next.saturating_sub(1))) else {
+            return *self.way.last().expect("a way has a place");
         };
         if b.depth <= a.depth {
             return *b;

@@ -50,6 +50,10 @@ fn depth(summary: &Summary) -> String {
         return String::new();
     }
     let when = quantity(summary.time_of_peak_depth, "s");
+    if summary.perforated {
+        let thickness = quantity(summary.peak_depth, "m");
+        return format!("Its tip reaches the back of the gel, <strong>{thickness}</strong> deep, after {when}.");
+    }
     format!("It reaches its greatest depth, <strong>{}</strong>, after {when}.", quantity(summary.peak_depth, "m"))
 }
 
@@ -63,6 +67,7 @@ fn outcome(scene: &Scene, summary: &Summary) -> String {
     };
     let end = match summary.rebound_velocity {
         _ if scene.projectile.fixed => String::new(),
+        _ if summary.perforated => perforation(summary),
         Some(speed) if speed > 0.0 && summary.final_depth > 0.0 => format!(
             " At {} it moves back the way it came with <strong>{}</strong>, still {} deep.",
             quantity(summary.end_time, "s"),
@@ -81,6 +86,24 @@ fn outcome(scene: &Scene, summary: &Summary) -> String {
     force + &end
 }
 
+/// The exit of a projectile that has perforated the gel; nothing of another.
+fn perforation(summary: &Summary) -> String {
+    let Some((speed, time, residual)) = exit(summary) else { return String::new() };
+    format!(
+        " It has perforated the gel: it left at the back with <strong>{}</strong> at {}, gave {} to the gel and kept {}.",
+        quantity(speed, "m/s"),
+        quantity(time, "s"),
+        quantity(summary.energy_deposited, "J"),
+        quantity(residual, "J")
+    )
+}
+
+/// Speed, m/s, time, s, and energy, J, at the exit.
+fn exit(summary: &Summary) -> Option<(f64, f64, f64)> {
+    let speed = Vector3::from(summary.exit_velocity?).norm();
+    Some((speed, summary.exit_time?, summary.residual_energy?))
+}
+
 fn fragments(summary: &Summary) -> String {
     let there = match summary.fragments.len() {
         0 => return String::new(),
@@ -92,7 +115,8 @@ fn fragments(summary: &Summary) -> String {
 }
 
 fn trust(summary: &Summary) -> String {
-    let doubt = summary.doubt.as_ref().map_or(String::new(), |doubt| format!(" <strong>Doubtful: {doubt}.</strong>"));
+    let told = |doubt: &String| format!(" <strong>Doubtful: {}.</strong>", escape(doubt));
+    let doubt: String = summary.doubts.iter().map(told).collect();
     format!(
         "The ledger explains all energy but {} of what went through it, and the method's own error is {} of the energy at \
          the start.{doubt}",
@@ -124,12 +148,20 @@ fn deep(depth: f64) -> String {
 /// The figures that are looked for first.
 pub(super) fn key_figures(scene: &Scene, summary: &Summary) -> String {
     let known = |value: Option<f64>, unit: &str| value.map_or("none yet".to_string(), |value| quantity(value, unit));
-    let way = [
-        ("greatest depth", deep(summary.peak_depth)),
-        ("reached after", quantity(summary.time_of_peak_depth, "s")),
-        ("depth at the end", deep(summary.final_depth)),
-        ("rebound speed", known(summary.rebound_velocity, "m/s")),
-    ];
+    let way = match exit(summary) {
+        Some((speed, time, residual)) => [
+            ("exit speed", quantity(speed, "m/s")),
+            ("perforated after", quantity(time, "s")),
+            ("energy given to the gel", quantity(summary.energy_deposited, "J") + per_thickness(scene)),
+            ("energy at the exit", quantity(residual, "J") + per_thickness(scene)),
+        ],
+        None => [
+            ("greatest depth", deep(summary.peak_depth)),
+            ("reached after", quantity(summary.time_of_peak_depth, "s")),
+            ("depth at the end", deep(summary.final_depth)),
+            ("rebound speed", known(summary.rebound_velocity, "m/s")),
+        ],
+    };
     let rest = [
         ("contact lasts", known(summary.contact_duration, "s")),
         ("peak force", quantity(summary.peak_force, "N") + per_thickness(scene)),

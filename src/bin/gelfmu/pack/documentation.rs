@@ -62,6 +62,10 @@ const LIMITS: &str = "\
 <code>fmi2Error</code>. So are numbers that are not finite.</li>
 <li>A step that the mesh cannot follow returns <code>fmi2Discard</code> with <code>fmi2Terminated</code> true; the log
 says which element, when, and what to do. Outputs, states and reset keep working.</li>
+<li>A body whose rear end has passed the back face of a block or cylinder has perforated it: <code>projectile.perforated</code>.
+<code>scene.stop_after_exit</code> later, once all bodies have left, the gel is at rest: steps go on as free flight, at no cost.
+A step that brings a body back then is refused with <code>fmi2Error</code>; <code>scene.stop_after_exit</code> of <code>never</code>
+keeps the gel going.</li>
 <li>Times in the log, in <code>history.csv</code>, in the frames and in <code>summary.json</code> count from the start
 of the simulation, whatever <code>startTime</code> is; the variable <code>time</code> and the last successful time
 begin with <code>startTime</code>.</li>

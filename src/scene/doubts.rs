@@ -1,0 +1,165 @@
+//! Doubts about a scene that can be told before it runs: it can be computed, but its figures may not mean what its author thinks.
+
+use super::preset::ShotRange;
+use super::{Dimension, GelShape, MaterialModel, Projectile, Scene, body_name};
+use crate::algebra::Vector3;
+use crate::geometry::{Shape, SignedDistance};
+
+/// Greatest density of a projectile that is a material, kg/m³: osmium, the densest, has 22 590.
+const DENSEST: f64 = 25e3;
+/// A body is longer than wide from this ratio on.
+const LONG: f64 = 1.05;
+/// Part by which speed and calibre may lie outside the range of a preset: its fits are no sharper.
+const MARGIN: f64 = 0.1;
+
+/// Reasons to doubt what a run of the scene will say, one sentence each.
+#[must_use]
+pub fn doubts(scene: &Scene) -> Vec<String> {
+    (0..scene.n_bodies()).flat_map(|body| doubts_of(scene, body)).collect()
+}
+
+/// Doubts about one body; none about one that is held or takes no part.
+fn doubts_of(scene: &Scene, body: usize) -> Vec<String> {
+    let (projectile, shape) = (scene.body(body), scene.shape(body));
+    if projectile.fixed || !projectile.active {
+        return vec![];
+    }
+    let name = body_name(body);
+    let all = [
+        density(scene, body),
+        is_turned_away(scene, projectile)
+            .then(|| format!("{name}.velocity points away from the gel: it will not be met")),
+        held_straight(scene, &shape).map(|found| format!("{name}.shape is {found}")),
+        outside_range(scene, projectile, &shape).map(|found| format!("{name} {found}")),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+/// Doubt about a density that no projectile has.
+fn density(scene: &Scene, body: usize) -> Option<String> {
+    let density = scene.body(body).mass? / scene.volume(body)?;
+    let name = body_name(body);
+    let told = format!("{name}.mass makes a density of {:.3} g/cm³", 1e-3 * density);
+    if density > DENSEST {
+        return Some(format!(
+            "{told}, more than any material has ({:.0} g/cm³): are its mass in kg and its lengths in m?",
+            1e-3 * DENSEST
+        ));
+    }
+    let gel = scene.gel.density;
+    (density < gel).then(|| format!("{told}, less than the gel has ({:.3} g/cm³)", 1e-3 * gel))
+}
+
+/// Returns true if a body outside of a block or cylinder moves away from it.
+fn is_turned_away(scene: &Scene, body: &Projectile) -> bool {
+    let (position, velocity) = (Vector3::from(body.position), Vector3::from(body.velocity));
+    let approach = velocity - Vector3::from(scene.gel.velocity);
+    let planar = scene.scene.dimension == Dimension::Planar;
+    let (half, depth) = match &scene.gel.shape {
+        GelShape::Block { size } if planar => ([0.5 * size[0], f64::INFINITY], size[1]),
+        GelShape::Block { size } => ([0.5 * size[0], 0.5 * size[1]], size[2]),
+        GelShape::Cylinder { radius, height, .. } => ([*radius; 2], *height),
+        GelShape::Shell { .. } | GelShape::LBeam { .. } => return false,
+    };
+    let [x, y] = half;
+    let nearest = Vector3::new(position.x.clamp(-x, x), position.y.clamp(-y, y), position.z.clamp(-depth, 0.0));
+    let way = nearest - position;
+    approach != Vector3::zeros() && way != Vector3::zeros() && approach.dot(&way) <= 0.0
+}
+
+/// Doubt about a long body that penetrates and cannot yaw.
+fn held_straight(scene: &Scene, shape: &Shape) -> Option<String> {
+    shape.volume()?;
+    let along = shape.reach(&Vector3::z()) + shape.reach(&-Vector3::z());
+    let held = scene.freedom() == Dimension::Axisymmetric && scene.gel.material == MaterialModel::Flowing;
+    (held && along > LONG * calibre(shape)).then(|| {
+        "longer than wide and cannot yaw about an axis: a real one turns over, and this one goes 30 to 60 % deeper; compute it in \
+         space with some yaw (gel.symmetry = \"half\")"
+            .to_owned()
+    })
+}
+
+/// Doubt about a shot that the preset of the gel was neither fitted to nor checked with.
+fn outside_range(scene: &Scene, body: &Projectile, shape: &Shape) -> Option<String> {
+    let preset = scene.gel.preset.filter(|_| scene.gel.material == MaterialModel::Flowing)?;
+    shape.volume()?;
+    let ShotRange { speed, calibre: sizes, source } = preset.shots();
+    let found = (Vector3::from(body.velocity) - Vector3::from(scene.gel.velocity)).norm();
+    let size = calibre(shape);
+    let is_in = |value: f64, [least, most]: [f64; 2]| value >= least * (1.0 - MARGIN) && value <= most * (1.0 + MARGIN);
+    (found > 0.0 && !(is_in(found, speed) && is_in(size, sizes))).then(|| {
+        format!(
+            "is {:.2} mm wide and comes at {found:.1} m/s: gel.preset = \"{}\" was fitted and checked for {} and {} only ({source})",
+            1e3 * size,
+            preset.name(),
+            range(sizes.map(|size| 1e3 * size), "mm"),
+            range(speed, "m/s")
+        )
+    })
+}
+
+/// Greatest width across the axis of a body, m.
+fn calibre(shape: &Shape) -> f64 {
+    let across = |axis: Vector3| shape.reach(&axis) + shape.reach(&-axis);
+    across(Vector3::x()).max(across(Vector3::y()))
+}
+
+fn range([least, most]: [f64; 2], unit: &str) -> String {
+    if least == most { format!("{least} {unit}") } else { format!("{least} to {most} {unit}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Override, builtin, builtins, read, resolve};
+    use super::*;
+
+    fn doubts_with(name: &str, changes: &[&str]) -> Vec<String> {
+        let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
+        doubts(&read(&resolve(builtin(name).unwrap(), &changes).unwrap()).unwrap())
+    }
+
+    #[test]
+    fn built_in_scenes_are_doubted_where_it_is_meant() {
+        for (name, text) in builtins() {
+            let found = doubts(&read(text).unwrap());
+            let expected: &[&str] = match name {
+                // A ball that nothing slows; a rifle bullet, of which nothing was measured.
+                "hydro-drag" => &["projectile.mass"],
+                "bullet-yaw" => &["7.82 mm wide and comes at 840.0 m/s"],
+                _ => &[],
+            };
+            assert_eq!(found.len(), expected.len(), "{name}: {found:?}");
+            assert!(found.iter().zip(expected).all(|(found, part)| found.contains(part)), "{name}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn what_no_projectile_is_or_does_is_doubted_by_key() {
+        for (name, change, part) in [
+            ("fbi-bb", "projectile.mass=0.343", "more than any material has (25 g/cm³)"),
+            ("fbi-bb", "projectile.mass=4e-5", "less than the gel has (1.030 g/cm³)"),
+            ("fbi-bb", "projectile.velocity=[0, 0, 179.8]", "projectile.velocity points away"),
+            ("sphere-block", "projectile.velocity=[3, 0, 0.1]", "projectile.velocity points away"),
+            ("fbi-bb", "projectile.velocity=[0, 0, -350]", ""),
+            ("fbi-bb", "projectile.velocity=[0, 0, -1100]", "4.37 to 4.8 mm and 165 to 720 m/s only"),
+            ("fbi-bb", "projectile.shape={capsule={radius=2.185e-3,length=8e-3}}", "cannot yaw"),
+        ] {
+            let found = doubts_with(name, &[change]);
+            let told = found.iter().filter(|doubt| !part.is_empty() && doubt.contains(part)).count();
+            assert_eq!(told, usize::from(!part.is_empty()), "{change}: {found:?}");
+            assert!(!part.is_empty() || found.is_empty(), "{change}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_long_body_that_can_yaw_or_does_not_go_in_is_not_doubted_for_it() {
+        let capsule = "projectile.shape={capsule={radius=0.01,length=0.03}}";
+        assert!(
+            doubts_with("sphere-block", &[capsule, "projectile.mass=0.08", "projectile.position=[0, 0, 0.015]"])
+                .is_empty()
+        );
+        let quarter = ["gel.symmetry=quarter", "gel.preset=gelatin-10", "gel.material=flowing"];
+        let found = doubts_with("bullet-yaw", &[quarter[0], "projectile.orientation=[1, 0, 0, 0]"]);
+        assert!(found.iter().any(|doubt| doubt.contains("cannot yaw")), "{found:?}");
+    }
+}

@@ -1,0 +1,54 @@
+//! The exit of the projectile at the back of the gel, and how long a run goes on after it.
+
+use super::GelShape;
+use serde::{Deserialize, Serialize};
+
+/// Time that a run goes on after the projectile has left the gel at its back face.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "a time of 0 or more, s, or \"never\"")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum StopAfterExit {
+    /// This time, s.
+    After(f64),
+    /// The run goes on to `scene.end_time`.
+    Never(Never),
+}
+
+/// The word `"never"`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+pub enum Never {
+    /// Without an end of its own.
+    Never,
+}
+
+impl StopAfterExit {
+    /// The time, s; infinite if it never comes.
+    #[must_use]
+    pub fn time(self) -> f64 {
+        match self {
+            Self::After(time) => time,
+            Self::Never(Never::Never) => f64::INFINITY,
+        }
+    }
+}
+
+impl Default for StopAfterExit {
+    /// 2 ms: the temporary cavity of a handgun bullet is widest about 1 to 2 ms after the bullet has passed (`docs/studies.md`, exit).
+    fn default() -> Self {
+        Self::After(2e-3)
+    }
+}
+
+impl GelShape {
+    /// Height of the back face at rest, m; none of a shape that has no flat face opposite to the entry surface.
+    #[must_use]
+    pub fn back_face(&self) -> Option<f64> {
+        match self {
+            Self::Block { size } => size.last().map(|depth| -depth),
+            Self::Cylinder { height, .. } => Some(-height),
+            Self::Shell { .. } | Self::LBeam { .. } => None,
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! Doubts about a run that are told by what was seen of it.
+
+use super::observe::Observation;
+use crate::algebra::Vector3;
+use crate::geometry::SignedDistance;
+use crate::scene::{MaterialModel, Scene, Support};
+
+/// Depth in radii of the projectile down to which an elastic gel whose mesh is exchanged keeps its energy (`docs/studies.md`, deep): the
+/// greatest depths on fixed and on exchanged meshes agree within 0.2 % up to 3 radii, and differ by 3 to 40 % from 4 radii on.
+const FAITHFUL: f64 = 3.0;
+
+/// Reasons to doubt the figures of a run so far, one sentence each; those of [`crate::scene::doubts`] are not among them.
+#[must_use]
+pub fn doubts(scene: &Scene, seen: &Observation) -> Vec<String> {
+    [seen.energy.doubt(), lost_elasticity(scene, seen), held_back(scene, seen)].into_iter().flatten().collect()
+}
+
+/// Doubt about an elastic gel that has lost energy to remeshing.
+fn lost_elasticity(scene: &Scene, seen: &Observation) -> Option<String> {
+    use MaterialModel::{MooneyRivlin, NeoHookean, Ogden};
+    let is_elastic = matches!(scene.gel.material, NeoHookean | MooneyRivlin | Ogden);
+    let shape = scene.shape(0);
+    let radius = shape.reach(&Vector3::x()).max(shape.reach(&Vector3::y()));
+    let (depth, _) = seen.projectile().contact.peak_depth;
+    (is_elastic && seen.cost.remeshes > 0 && depth > FAITHFUL * radius).then(|| {
+        format!(
+            "the mesh of an elastic gel was exchanged while the projectile went {:.1} radii deep: below {FAITHFUL} radii exchanges take \
+             energy from the gel as plastic flow would, and depth, time and rebound are not those of the gel",
+            depth / radius
+        )
+    })
+}
+
+/// Doubt about a shot through a gel whose back face is held.
+fn held_back(scene: &Scene, seen: &Observation) -> Option<String> {
+    let support = scene.gel.supports.z_min;
+    (seen.projectile().exit.is_some() && support != Support::Free).then(|| {
+        let held = if support == Support::Roller { "roller" } else { "fixed" };
+        format!(
+            "the projectile has perforated a gel whose back face is held (gel.supports.z_min = \"{held}\"): force and exit speed in the \
+             last calibres are those of a gel against a wall; \"free\" lets it open"
+        )
+    })
+}

@@ -1,0 +1,129 @@
+//! Perforation of the gel: exits, the end of a run after them, and bodies that are brought back to a gel at rest.
+
+use super::observe::ExitReport;
+use super::{CouplingMode, Inputs, Simulation};
+use crate::algebra::Vector3;
+use crate::contact::{Body, BodyState, Motion};
+use crate::scene::{GelShape, Scene};
+
+/// Box that the gel takes at rest, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct GelRoom {
+    lower: Vector3,
+    upper: Vector3,
+    /// Height of the back face, m, if the gel has one.
+    back_face: Option<f64>,
+}
+
+/// A body rests in the gel below this part of the exit speed of the projectile.
+const RESTING: f64 = 0.01;
+/// Straight pieces in which the path of a body over a step is looked at.
+const PIECES: u32 = 16;
+
+impl GelRoom {
+    pub(super) fn of(scene: &Scene) -> Self {
+        let (half, deep) = match &scene.gel.shape {
+            GelShape::Block { size } if size.len() == 3 => ([0.5 * size[0], 0.5 * size[1]], size[2]),
+            GelShape::Block { size } => ([0.5 * size[0], f64::INFINITY], size[1]),
+            GelShape::Cylinder { radius, height, .. } => ([*radius; 2], *height),
+            GelShape::Shell { .. } | GelShape::LBeam { .. } => ([f64::INFINITY; 2], f64::INFINITY),
+        };
+        let [x, y] = half;
+        Self {
+            lower: Vector3::new(-x, -y, -deep),
+            upper: Vector3::new(x, y, 0.0),
+            back_face: scene.gel.shape.back_face(),
+        }
+    }
+
+    /// Returns true if a body meets the box between two places on its path.
+    fn is_met(&self, body: &Body, from: &BodyState, to: &BodyState) -> bool {
+        (0..3).all(|axis| {
+            let mut out = Vector3::zeros();
+            out[axis] = 1.0;
+            let least = |at: &BodyState| at.position[axis] - body.reach(at, &-out);
+            let most = |at: &BodyState| at.position[axis] + body.reach(at, &out);
+            least(from).min(least(to)) < self.upper[axis] && most(from).max(most(to)) > self.lower[axis]
+        })
+    }
+}
+
+impl Simulation {
+    /// Exit of a body at the back face of the gel; none of a body that has not left there.
+    #[must_use]
+    pub fn exit(&self, body: usize) -> Option<ExitReport> {
+        self.model.record().contacts[body].exit.map(|exit| ExitReport {
+            time: exit.time,
+            velocity: exit.velocity,
+            residual_energy: exit.residual_energy,
+        })
+    }
+
+    /// Energy that a body has given to the gel, J, up to its exit if it has left.
+    #[must_use]
+    pub fn energy_deposited(&self, body: usize) -> f64 {
+        let contact = &self.model.record().contacts[body];
+        contact.exit.map_or(-contact.work, |exit| exit.energy_deposited) + 0.0
+    }
+
+    /// Returns true if `scene.stop_after_exit` has passed since the exit of the projectile and every other body has left the gel or come to
+    /// rest: `gelfmu run` ends at the first communication point at which it is so. Where all bodies have left, the gel is at rest from a
+    /// tick on, so that the state does not depend on where that point is.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        let Some(exit) = self.exit(0).filter(|_| !self.is_at_rest()) else { return self.is_at_rest() };
+        let is_away = |body: &usize| self.model.is_away(*body, &self.now(*body));
+        let is_still = |body: usize| self.now(body).velocity.norm() < RESTING * exit.velocity.norm();
+        let mut inside = (1..self.n_bodies()).filter(|body| !is_away(body)).peekable();
+        let is_late = self.time - exit.time >= self.facts.stop_after_exit && is_away(&0);
+        is_late && inside.peek().is_some() && inside.all(is_still)
+    }
+
+    /// Returns true if the gel is no longer integrated: the projectile left it `scene.stop_after_exit` ago, and all other bodies are away.
+    #[must_use]
+    pub fn is_at_rest(&self) -> bool {
+        self.model.is_at_rest()
+    }
+
+    /// Returns true if these inputs bring an active body back to a gel at rest in a step of this length, s, which then would not feel it.
+    #[must_use]
+    pub fn comes_back(&self, body: usize, inputs: &Inputs, duration: f64) -> bool {
+        let fixed = self.model.body(body).0;
+        if !self.is_at_rest() || !inputs.active || fixed.motion == Motion::Fixed {
+            return false;
+        }
+        let start = self.departure(body, inputs);
+        let at = |piece: u32| start.at(fixed, self.time + duration * f64::from(piece) / f64::from(PIECES));
+        (0..PIECES).any(|piece| self.facts.room.is_met(fixed, &at(piece), &at(piece + 1)))
+    }
+
+    /// A body at the start of a step under these inputs, as the step takes it.
+    fn departure(&self, body: usize, inputs: &Inputs) -> BodyState {
+        let (now, mass) = (self.now(body), self.model.body(body).0.mass);
+        match self.mode {
+            CouplingMode::Integrated if now.active => BodyState { wrench: inputs.wrench, ..now },
+            CouplingMode::Integrated | CouplingMode::Corrected => {
+                BodyState { wrench: inputs.wrench, ..self.given(body, inputs) }
+            }
+            CouplingMode::Prescribed => {
+                let mut given = self.given(body, inputs);
+                given.wrench.force = inputs.acceleration * mass;
+                given
+            }
+        }
+    }
+
+    /// Greatest depth of a body, m, which ends at the back face, and when it was reached, s.
+    pub(super) fn peak_depth(&self, body: usize) -> (f64, f64) {
+        let (now, record) = (self.now(body), self.model.record().contacts[body].peak_depth);
+        let depth = self.depth(body);
+        let thickness = self.facts.room.back_face.map_or(f64::INFINITY, |height| -height);
+        if depth.min(thickness) <= record.0 {
+            return record;
+        }
+        // A body that met nothing at the back face got there before now.
+        let beyond = (depth - thickness).max(0.0);
+        let since = if now.velocity.z < 0.0 { -beyond / now.velocity.z } else { 0.0 };
+        (depth.min(thickness), (self.time - since).max(0.0))
+    }
+}

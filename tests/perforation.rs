@@ -1,0 +1,153 @@
+//! Projectiles that leave the gel at its back: the exit, the end of the run after it, and a gel that is at rest from then on.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+use ballistic_gel::algebra::Vector3;
+use ballistic_gel::output::{Interface, Recorder};
+use ballistic_gel::scene::{self, Override, Scene};
+use ballistic_gel::simulation::{CouplingMode, Saved, Simulation};
+use std::path::Path;
+
+/// The ball of the calibration shot through 12 mm of its gel, on cells of R/3; it leaves within 0.1 ms.
+const THIN: [&str; 8] = [
+    "scene.end_time=1e-3",
+    "scene.communication_step=1e-5",
+    "scene.stop_after_exit=5e-5",
+    "gel.shape.cylinder={radius=0.03,height=0.012}",
+    "gel.supports.z_min=free",
+    "mesh.size=7e-4",
+    "remesh.smallest=3.5e-4",
+    "output.frames=3",
+];
+
+fn thin(changes: &[&str]) -> Scene {
+    let changes: Vec<Override> = THIN.iter().chain(changes).map(|change| change.parse().unwrap()).collect();
+    scene::read(&scene::resolve(scene::builtin("fbi-bb").unwrap(), &changes).unwrap()).unwrap()
+}
+
+fn simulation(scene: &Scene, threads: usize) -> Simulation {
+    Simulation::new(scene, CouplingMode::Integrated, threads).unwrap()
+}
+
+/// Goes on to a time, s, in so many equal communication steps.
+fn advance(simulation: &mut Simulation, end: f64, steps: u32) {
+    let start = simulation.time();
+    for step in 1..=steps {
+        let inputs = simulation.inputs();
+        simulation.step(&inputs, start + (end - start) * f64::from(step) / f64::from(steps)).unwrap();
+    }
+}
+
+/// `summary.json` of a run as `gelfmu run --direct` makes it.
+fn summary(name: &str, scene: &Scene) -> serde_json::Value {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("perforation").join(name);
+    let (mut simulation, step) = (simulation(scene, 1), scene.scene.communication_step);
+    let mut recorder = Recorder::create(&folder, scene, Interface::Direct, 1).unwrap();
+    recorder.record(&simulation).unwrap();
+    while !simulation.is_over() && simulation.time() < scene.scene.end_time * (1.0 - 1e-9) {
+        let end = (simulation.time() + step).min(scene.scene.end_time);
+        advance(&mut simulation, end, 1);
+        recorder.record(&simulation).unwrap();
+    }
+    recorder.finish(&simulation, None).unwrap();
+    let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    assert_eq!(page.contains("has perforated the gel"), simulation.exit(0).is_some(), "{name}");
+    serde_json::from_slice(&std::fs::read(folder.join("summary.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn a_shot_through_the_gel_is_told_with_its_exit_and_ends_after_it() {
+    let scene = thin(&[]);
+    let summary = summary("through", &scene);
+    let figure = |key: &str| summary[key].as_f64().unwrap_or_else(|| panic!("{key} of {summary}"));
+    assert_eq!((summary["perforated"].as_bool(), summary["ended_by"].as_str()), (Some(true), Some("exit")));
+    assert_eq!((summary["completed"].as_bool(), summary["rebound_velocity"].as_f64()), (Some(true), None));
+    let last = figure("exit_time") + 5e-5;
+    assert!((last..last + 1.1e-5).contains(&figure("end_time")), "{summary}");
+    assert_eq!([figure("peak_depth"), figure("final_depth")], [0.012; 2], "depth ends at the back face");
+    let speed = -summary["exit_velocity"][2].as_f64().unwrap();
+    assert!((60.0..179.0).contains(&speed), "{speed} m/s");
+    // From just touching to the rear at the back face.
+    let mean = (0.012 + 2.0 * 2.185e-3) / figure("exit_time");
+    assert!((speed..179.8).contains(&mean), "{mean} m/s in the mean");
+    let (initial, residual) = (0.5 * 0.343e-3 * 179.8 * 179.8, 0.5 * 0.343e-3 * speed * speed);
+    assert!((figure("residual_energy") / residual - 1.0).abs() < 1e-12);
+    assert!((figure("energy_deposited") / (initial - residual) - 1.0).abs() < 1e-10, "{summary}");
+}
+
+#[test]
+fn a_run_never_ends_by_the_exit_where_the_scene_says_so() {
+    let summary = summary("never", &thin(&["scene.stop_after_exit=never", "scene.end_time=2.5e-4"]));
+    assert_eq!((summary["ended_by"].as_str(), summary["end_time"].as_f64()), (Some("end_time"), Some(2.5e-4)));
+    assert_eq!((summary["perforated"].as_bool(), summary["completed"].as_bool()), (Some(true), Some(true)));
+}
+
+#[test]
+fn a_projectile_that_stays_in_the_gel_has_no_exit() {
+    let summary = summary("stays", &thin(&["projectile.velocity=[0, 0, -20]", "scene.end_time=2e-4"]));
+    assert_eq!((summary["perforated"].as_bool(), summary["ended_by"].as_str()), (Some(false), Some("end_time")));
+    for key in ["exit_velocity", "exit_time", "residual_energy"] {
+        assert!(summary[key].is_null(), "{key} of {summary}");
+    }
+    assert!(summary["energy_deposited"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn exit_and_rest_are_the_same_bits_for_any_communication_step_threads_and_restored_state() {
+    let (scene, end) = (thin(&[]), 6e-4);
+    let seen = |simulation: &Simulation| (simulation.digest(), simulation.exit(0), simulation.is_at_rest());
+    let mut whole = simulation(&scene, 1);
+    advance(&mut whole, end, 1);
+    assert!(whole.is_at_rest() && whole.exit(0).is_some());
+    for (steps, threads) in [(7, 1), (600, 2)] {
+        let mut sliced = simulation(&scene, threads);
+        advance(&mut sliced, end, steps);
+        assert_eq!(seen(&sliced), seen(&whole), "{steps} steps");
+    }
+    // Before the exit, between exit and rest, and at rest; through bytes.
+    let exit = whole.exit(0).unwrap().time;
+    for at in [0.5 * exit, exit + 2e-5, exit + 2e-4] {
+        let mut first = simulation(&scene, 1);
+        advance(&mut first, at, 3);
+        let mut bytes = vec![];
+        first.save().write(&mut |run| bytes.extend_from_slice(run));
+        let mut saved = Saved::empty();
+        assert!(saved.read(&bytes));
+        let mut again = simulation(&scene, 1);
+        again.restore(&saved).unwrap();
+        assert_eq!(seen(&again), seen(&first), "{at} s");
+        advance(&mut again, end, 5);
+        assert_eq!(seen(&again), seen(&whole), "{at} s");
+        assert_eq!(again.frame().points, whole.frame().points, "{at} s");
+    }
+}
+
+#[test]
+fn a_gel_at_rest_is_not_integrated_and_bodies_fly_on() {
+    let scene = thin(&[]);
+    let mut simulation = simulation(&scene, 1);
+    advance(&mut simulation, 4e-4, 4);
+    assert!(simulation.is_at_rest() && simulation.is_over());
+    let (before, points) = (simulation.observe(), simulation.frame().points);
+    advance(&mut simulation, 0.5, 3);
+    let after = simulation.observe();
+    assert_eq!((after.cost.element_updates, after.energy), (before.cost.element_updates, before.energy));
+    assert_eq!(after.cost.synchronous_updates, before.cost.synchronous_updates);
+    assert_eq!(simulation.frame().points, points, "gel at rest does not drift");
+    let [from, to] = [&before, &after].map(|seen| seen.projectile().kinematics);
+    let flown: Vector3 = from.position + (0.5 - 4e-4) * from.velocity;
+    assert!((to.position - flown).norm() < 1e-12 && to.velocity == from.velocity, "{to:?}");
+    assert_eq!(after.projectile().contact.peak_depth, before.projectile().contact.peak_depth);
+}
+
+#[test]
+fn another_body_in_the_gel_keeps_it_going_until_it_rests() {
+    let scene = thin(&[]);
+    // A ball that comes later, and slowly: it is still on its way when the first has left.
+    let fragment = "[[fragment]]\nshape.sphere.radius = 2.185e-3\nmass = 0.343e-3\nposition = [0.0, 0.0, 12e-3]\n\
+                    velocity = [0.0, 0.0, -20.0]\n";
+    let text = toml::to_string(&scene).unwrap() + fragment;
+    let mut both = simulation(&scene::read(&text).unwrap(), 1);
+    advance(&mut both, 4e-4, 4);
+    assert!(both.exit(0).is_some() && !both.is_at_rest() && !both.is_over());
+}
