@@ -2,12 +2,11 @@
 
 use super::call::CallError;
 use super::instance::{Instance, Values};
+use super::reading::{files_in, read_scene_text};
 use super::scalar::{Ports, Scalar, scalars, table_of};
 use super::table::{Setting, Source, row};
 use super::uri;
 use crate::scene::{self, MOST_FRAGMENTS, Override, Scene, body_name};
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 /// The origin of the scene in the archive.
@@ -157,6 +156,15 @@ impl Instance {
         Path::new(origin).parent().unwrap_or(Path::new("")).to_path_buf()
     }
 
+    /// Files that the model was read from: the scene, and those that it names.
+    pub(super) fn files_read(&mut self) -> Result<Vec<PathBuf>, CallError> {
+        self.model()?;
+        let Some(model) = &self.model else { return Ok(vec![]) };
+        let folder = self.folder_of(&model.origin);
+        let scene = if model.origin == PACKED { folder.join("scene.toml") } else { PathBuf::from(&model.origin) };
+        Ok(model.scene.files().iter().map(|(_, name)| folder.join(name)).chain([scene]).collect())
+    }
+
     fn scene_text(&self) -> Result<(String, String), CallError> {
         let (origin, text) = match self.settings.scene.as_str() {
             "" => (PACKED.to_string(), self.packed.text.clone()),
@@ -213,16 +221,8 @@ fn one_override(
     Ok(Some(Override { key, value }))
 }
 
-/// Reads the files that a scene names, relative to a folder.
-pub fn files_in(folder: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
-    move |name| {
-        let path = folder.join(name);
-        fs::read(&path).map_err(|e| io::Error::new(e.kind(), format!("cannot read {}: {e}", path.display())))
-    }
-}
-
 fn read_text(path: &Path) -> Result<String, String> {
-    fs::read_to_string(path).map_err(|e| format!("cannot read {}: {e}", path.display()))
+    read_scene_text(path).map_err(|e| format!("cannot read {}: {e}", path.display()))
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use crate::interrupt;
 use crate::job::{Ending, Job, Progress, RunError};
 use crate::pack::pack;
+use crate::scratch::ScratchFolder;
 use ballistic_gel::fmi2::{self, Ports};
 use ballistic_gel::scene::Scene;
 use fmi_rs::fmi2::log::Logger;
@@ -14,7 +15,6 @@ use fmi_rs::zip::extract_zip_archive;
 use std::ffi::OsStr;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
-use tempfile::TempDir;
 
 /// An instance of the FMU and what it logged.
 pub struct Importer {
@@ -23,7 +23,7 @@ pub struct Importer {
     description: ModelDescription,
     log: Arc<Messages>,
     /// Where it was unpacked; goes after the instance.
-    _folder: TempDir,
+    _folder: ScratchFolder,
 }
 
 /// The coupling mode in which the FMU needs no inputs.
@@ -56,7 +56,7 @@ pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
 impl Importer {
     /// Packs a scene, a text and the folder of its files, and unpacks and instantiates it under a name.
     pub fn new(text: (&str, &Path), scene: &Scene, name: &str) -> Result<Self, RunError> {
-        let folder = tempfile::tempdir().map_err(|e| file("create", &std::env::temp_dir(), e))?;
+        let folder = ScratchFolder::new().map_err(|e| file("create", &std::env::temp_dir(), e))?;
         interrupt::remove_on_exit(folder.path());
         let (archive, unpacked) = (folder.path().join("BallisticGel.fmu"), folder.path().join("unpacked"));
         pack(text, Ports::of(scene), &archive)?;
