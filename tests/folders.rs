@@ -56,7 +56,7 @@ fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
         let path = entry.unwrap().path();
         let name = PathBuf::from(path.file_name().unwrap());
         if path.is_dir() {
-            all.insert(name.join("."), vec![]);
+            all.insert(name.join("(folder)"), vec![]);
             all.extend(contents(&path).into_iter().map(|(inner, bytes)| (name.join(inner), bytes)));
         } else {
             all.insert(name, fs::read(&path).unwrap());
@@ -118,7 +118,7 @@ fn the_manifest_lists_every_file_and_how_the_run_ended() {
     let out = folder.path().join("out");
     done(&small(folder.path(), &["--out", "out"]));
     let listed: Vec<PathBuf> = lines(&out).iter().filter_map(|line| line["file"].as_str().map(PathBuf::from)).collect();
-    for (name, _) in contents(&out).iter().filter(|(name, _)| !name.ends_with(".")) {
+    for (name, _) in contents(&out).iter().filter(|(name, _)| !name.ends_with("(folder)")) {
         assert!(name == Path::new(MANIFEST) || listed.contains(name), "{} is not listed", name.display());
     }
     let head = &lines(&out)[0];

@@ -51,7 +51,7 @@ fn results_that_cannot_be_printed_are_an_error_and_a_closed_pipe_is_none() {
         assert_eq!((said.status.code(), err(&said).as_str()), (Some(0), ""), "{arguments:?}");
     }
     fs::write(folder.path().join("a.toml"), coarse()).unwrap();
-    let said = command(folder.path(), &["trade-row", "a.toml"]).stdout(full()).output().unwrap();
+    let said = command(folder.path(), &["trade-row", "a.toml", "--folder", "."]).stdout(full()).output().unwrap();
     assert!(said.status.code() == Some(1) && !err(&said).contains("panicked"), "{}", err(&said));
 }
 

@@ -1,8 +1,8 @@
 //! Files of a run: written whole, and named when that fails.
 
 use super::folder::FolderRefusal;
-use std::fs;
-use std::io;
+use std::fs::{self, File};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// Results that cannot be written.
@@ -34,9 +34,6 @@ impl OutputError {
     }
 }
 
-/// Extension of a file that is not yet whole.
-const PART: &str = "part";
-
 /// Names the file that an I/O error is about.
 pub(super) fn naming(path: &Path) -> impl FnOnce(io::Error) -> OutputError + '_ {
     |source| OutputError::Write { path: path.to_path_buf(), source }
@@ -44,8 +41,8 @@ pub(super) fn naming(path: &Path) -> impl FnOnce(io::Error) -> OutputError + '_ 
 
 /// Writes a whole file: the old one is there until the new one is whole, also for who kills the run in between.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    let part = path.with_extension(PART);
-    let written = fs::write(&part, bytes).and_then(|()| fs::rename(&part, path));
+    let part = part(path);
+    let written = begin(&part).and_then(|mut file| file.write_all(bytes)).and_then(|()| fs::rename(&part, path));
     written.map_err(|source| {
         // What cannot be written cannot always be removed, either; the first error says why.
         drop(fs::remove_file(&part));
@@ -53,10 +50,26 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     })
 }
 
+/// The hidden file beside a file, in which it is written: a name that nobody else gives a file.
+fn part(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.gelfmu-part"))
+}
+
+/// A new file, instead of one that a killed run has left; a link is not followed.
+fn begin(part: &Path) -> io::Result<File> {
+    remove_existing(part)?;
+    File::create_new(part)
+}
+
 /// Removes a file that may be absent.
 pub(super) fn remove(path: &Path) -> Result<(), OutputError> {
+    remove_existing(path).map_err(naming(path))
+}
+
+fn remove_existing(path: &Path) -> io::Result<()> {
     match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(naming(path)(error)),
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
         _ => Ok(()),
     }
 }

@@ -90,7 +90,7 @@ fn terminating_and_resetting_are_done_also_when_the_files_cannot_be_completed() 
         assert_eq!(unsafe { end(host.c) }, WARNING);
         let text = host.one_line();
         assert!(text.starts_with("output_directory: cannot write ") && text.contains("summary.json"), "{text}");
-        assert_eq!(text.matches("Choose a folder").count(), 1, "{text}");
+        assert_eq!(text.matches("move the file away").count(), 1, "{text}");
         assert_eq!(unsafe { fmi2Reset(host.c) }, OK, "what was given up is not tried again: {:?}", host.lines());
         host.start();
     }

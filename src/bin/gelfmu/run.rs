@@ -87,7 +87,7 @@ fn claim(
 }
 
 /// Runs the job with a progress bar, until it ends or the user interrupts it.
-fn watch(job: &Job, folder: ResultFolder, by_library: bool, console: &Console) -> Result<Ending, Failure> {
+fn watch(job: &Job, mut folder: ResultFolder, by_library: bool, console: &Console) -> Result<Ending, Failure> {
     let note = console.listener();
     if let Err(error) = interrupt::listen(move || note(WAITING)) {
         console.note(&format!("Ctrl-C will not keep what was computed: {error}"));
@@ -100,7 +100,7 @@ fn watch(job: &Job, folder: ResultFolder, by_library: bool, console: &Console) -
     let ending = if by_library {
         direct::run(job, folder, &mut progress)
     } else {
-        folder.hand_over();
+        folder.hand_over().map_err(RunError::from)?;
         // Until the FMU has results, the folder is left as it was before if the run cannot begin.
         let ending = through_fmu::run(job, &mut progress);
         drop(folder);

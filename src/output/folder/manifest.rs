@@ -3,7 +3,7 @@
 use super::STAGING;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Component, Path};
 use std::thread::sleep;
@@ -45,7 +45,7 @@ struct JournalLine {
     /// New state of the folder.
     #[serde(skip_serializing_if = "Option::is_none")]
     state: Option<FolderState>,
-    /// Process that has claimed it.
+    /// Process whose FMU may take the claim over.
     #[serde(skip_serializing_if = "Option::is_none")]
     process: Option<u32>,
     /// File of ours from now on; its path from the folder, with `/`.
@@ -63,7 +63,7 @@ pub(super) struct FolderContents {
     pub(super) command: Option<String>,
     /// Last state.
     pub(super) state: Option<FolderState>,
-    /// Process of the last claim.
+    /// Process that has handed the claim over to its FMU.
     pub(super) process: Option<u32>,
     /// Files of ours.
     pub(super) files: BTreeSet<String>,
@@ -111,11 +111,19 @@ impl FolderManifest {
             return Err(io::ErrorKind::AlreadyExists.into());
         }
         let mut manifest = Self { file, contents: FolderContents::default() };
-        let (results_of, version) = (Some(command.to_owned()), Some(env!("CARGO_PKG_VERSION").to_owned()));
-        manifest.append(&JournalLine { results_of, version, ..JournalLine::default() })?;
-        manifest.contents.command = Some(command.to_owned());
-        manifest.mark(FolderState::Claimed)?;
+        manifest.head(command).inspect_err(|_| {
+            // The first error says why; a manifest without a line is taken over by the next run.
+            drop(fs::remove_file(folder.join(MANIFEST)));
+        })?;
         Ok(manifest)
+    }
+
+    /// Writes the first lines.
+    fn head(&mut self, command: &str) -> io::Result<()> {
+        let (results_of, version) = (Some(command.to_owned()), Some(env!("CARGO_PKG_VERSION").to_owned()));
+        self.append(&JournalLine { results_of, version, ..JournalLine::default() })?;
+        self.contents.command = Some(command.to_owned());
+        self.mark(FolderState::Claimed)
     }
 
     /// Opens the manifest of a folder that has one, and locks it if no other run has it.
@@ -128,7 +136,7 @@ impl FolderManifest {
         let mut outcome = try_lock(&manifest.file);
         for attempt in 1..=ATTEMPTS {
             match manifest.read() {
-                Ok(()) if manifest.contents.is_claimed_here() || is_staged_here(folder) => break,
+                Ok(()) if manifest.contents.is_handed_over() || is_staging_handed_over(folder) => break,
                 Ok(()) if manifest.contents.command.is_some() && outcome == LockOutcome::Held => break,
                 Err(ManifestError::Line(line)) => return Err(ManifestError::Line(line)),
                 Err(ManifestError::Io(error)) if outcome == LockOutcome::Held => return Err(error.into()),
@@ -177,9 +185,8 @@ impl FolderManifest {
 
     /// Notes the state of the folder.
     pub(super) fn mark(&mut self, state: FolderState) -> io::Result<()> {
-        let process = (state == FolderState::Claimed).then(std::process::id);
-        self.append(&JournalLine { state: Some(state), process, ..JournalLine::default() })?;
-        (self.contents.state, self.contents.process) = (Some(state), process);
+        self.append(&JournalLine { state: Some(state), ..JournalLine::default() })?;
+        (self.contents.state, self.contents.process) = (Some(state), None);
         Ok(())
     }
 
@@ -210,9 +217,16 @@ impl FolderManifest {
         })
     }
 
-    /// Lets the folder go while this process still needs it: the FMU that this process runs takes it over.
-    pub(super) fn hand_over(&self) {
-        drop(self.file.unlock());
+    /// Notes that the FMU that this process runs may take the claim over.
+    pub(super) fn hand_over(&mut self) -> io::Result<()> {
+        let (state, process) = (Some(FolderState::Claimed), Some(std::process::id()));
+        self.append(&JournalLine { state, process, ..JournalLine::default() })?;
+        (self.contents.state, self.contents.process) = (state, process);
+        // Some systems let no one else read a locked file.
+        if cfg!(windows) {
+            self.file.unlock()?;
+        }
+        Ok(())
     }
 }
 
@@ -234,17 +248,17 @@ impl FolderContents {
         Some(())
     }
 
-    /// Returns true if this process has claimed the folder and has no results yet.
-    pub(super) fn is_claimed_here(&self) -> bool {
+    /// Returns true if this process has claimed the folder for the FMU that it runs.
+    pub(super) fn is_handed_over(&self) -> bool {
         self.state == Some(FolderState::Claimed) && self.process == Some(std::process::id())
     }
 }
 
-/// Returns true if this process has claimed the folder for a run that is to replace an earlier one.
-pub(super) fn is_staged_here(folder: &Path) -> bool {
+/// Returns true if this process has claimed the folder for the FMU that it runs, to replace an earlier run.
+pub(super) fn is_staging_handed_over(folder: &Path) -> bool {
     let Ok(file) = File::open(folder.join(STAGING).join(MANIFEST)) else { return false };
     let mut manifest = FolderManifest { file, contents: FolderContents::default() };
-    manifest.read().is_ok() && manifest.contents.is_claimed_here()
+    manifest.read().is_ok() && manifest.contents.is_handed_over()
 }
 
 /// Returns true if a name leads to a file inside its folder.
@@ -275,7 +289,7 @@ mod tests {
 
     fn journal(text: &str) -> Result<FolderContents, ManifestError> {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join(MANIFEST), text).unwrap();
+        fs::write(folder.path().join(MANIFEST), text).unwrap();
         FolderManifest::open(folder.path()).map(|(manifest, _)| manifest.contents)
     }
 
@@ -312,7 +326,9 @@ mod tests {
         assert_eq!(error.kind(), io::ErrorKind::AlreadyExists);
         let (second, outcome) = FolderManifest::open(folder.path()).unwrap();
         assert_eq!(outcome, LockOutcome::Busy);
-        assert!(second.contents.is_claimed_here() && second.contents.files.contains("a"));
+        assert!(second.contents.files.contains("a") && !second.contents.is_handed_over());
+        first.hand_over().unwrap();
+        assert!(FolderManifest::open(folder.path()).unwrap().0.contents.is_handed_over());
         drop((first, second));
         assert_eq!(FolderManifest::open(folder.path()).unwrap().1, LockOutcome::Held);
     }

@@ -215,10 +215,24 @@ impl ResultFolder {
         self.manifest.mark(state).map_err(naming(&self.path.join(MANIFEST)))
     }
 
-    /// Lets an FMU that runs in this process take the claim over, on systems where a locked manifest cannot be read.
-    pub fn hand_over(&self) {
-        if cfg!(windows) {
-            self.manifest.hand_over();
+    /// Lets an FMU that runs in this process take the claim over. Until the FMU has results, this claim takes care of the
+    /// folder: when it is dropped, everything is as it was before.
+    ///
+    /// # Errors
+    /// [`OutputError`] when the manifest cannot be written.
+    pub fn hand_over(&mut self) -> Result<(), OutputError> {
+        match &self.staging {
+            None => self.manifest.hand_over().map_err(naming(&self.path.join(MANIFEST))),
+            Some(staging) => self.staged_manifest(|manifest| manifest.hand_over()).map_err(naming(staging)),
+        }
+    }
+
+    /// Writes into the manifest of the hidden folder.
+    fn staged_manifest(&self, write: impl FnOnce(&mut FolderManifest) -> io::Result<()>) -> io::Result<()> {
+        match self.staging.as_ref().map(|staging| FolderManifest::open(staging)) {
+            Some(Ok((mut manifest, _))) => write(&mut manifest),
+            Some(Err(ManifestError::Io(error))) => Err(error),
+            Some(Err(ManifestError::Line(_))) | None => Err(io::ErrorKind::InvalidData.into()),
         }
     }
 }

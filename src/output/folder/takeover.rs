@@ -1,6 +1,6 @@
 //! How a run takes over a folder that has results: what it checks before, and how files are moved.
 
-use super::manifest::{FolderContents, LockOutcome, is_staged_here};
+use super::manifest::{FolderContents, LockOutcome, is_staging_handed_over};
 use super::{
     ClaimStage, FolderClaim, FolderManifest, FolderRefusal, FolderState, MANIFEST, OutputError, ResultFolder, STAGING,
     TakeoverPolicy, files, is_there, naming, remove_empty,
@@ -15,8 +15,8 @@ impl ResultFolder {
     pub(super) fn take_over(mut self, outcome: LockOutcome, wanted: &FolderClaim) -> Result<Self, OutputError> {
         // Until it is known that the folder is for this run, nothing of it is given up.
         self.stage = ClaimStage::Adopted;
-        if self.is_claimed_here(outcome) && self.contents().command.as_deref() == Some(wanted.command) {
-            self.staging = Some(self.path.join(STAGING)).filter(|staging| staging.exists());
+        if self.is_for_this_fmu(outcome) && self.contents().command.as_deref() == Some(wanted.command) {
+            self.adopt()?;
             return Ok(self);
         }
         self.refuse_unfit(outcome, wanted)?;
@@ -31,10 +31,21 @@ impl ResultFolder {
         }
     }
 
+    /// Takes a claim over that was handed to the FMU of this process; no other instance can take it then.
+    fn adopt(&mut self) -> Result<(), OutputError> {
+        self.staging = Some(self.path.join(STAGING)).filter(|staging| is_there(staging));
+        match &self.staging {
+            None => self.manifest.mark(FolderState::Claimed).map_err(naming(&self.path.join(MANIFEST))),
+            Some(staging) => {
+                self.staged_manifest(|manifest| manifest.mark(FolderState::Claimed)).map_err(naming(staging))
+            }
+        }
+    }
+
     /// Returns true if the command that runs in this process holds the folder for its FMU.
-    fn is_claimed_here(&self, outcome: LockOutcome) -> bool {
+    fn is_for_this_fmu(&self, outcome: LockOutcome) -> bool {
         let held = outcome == LockOutcome::Busy || cfg!(windows);
-        held && (self.contents().is_claimed_here() || is_staged_here(&self.path))
+        held && (self.contents().is_handed_over() || is_staging_handed_over(&self.path))
     }
 
     fn contents(&self) -> &FolderContents {
