@@ -3,6 +3,7 @@
 #[path = "command/check.rs"]
 mod check;
 
+use ballistic_gel::output::{FolderClaim, RUN, ResultFolder, TakeoverPolicy};
 use ballistic_gel::scene;
 use serde_json::Value;
 use std::path::Path;
@@ -123,7 +124,8 @@ fn a_folder_that_cannot_be_used_is_bad_input() {
         assert!(said.err.starts_with(&start) && said.err.contains(word), "{arguments:?}: {}", said.err);
     }
     let held = folder.path().join("held");
-    let claim = ballistic_gel::output::claim(&held).unwrap();
+    let claim = FolderClaim { command: RUN, policy: TakeoverPolicy::Refuse, needs: &[], inputs: &[] };
+    let claim = ResultFolder::claim(&held, &claim).unwrap();
     let said = gelfmu_in(folder.path(), &["run", "--out", "held", "--direct"]);
     assert_eq!((said.status, said.err.contains("another run is writing there")), (Some(2), true), "{}", said.err);
     drop(claim);
@@ -143,7 +145,7 @@ fn a_scene_that_does_not_exist_is_refused_with_the_names_that_do() {
 fn an_override_at_fault_is_named_and_a_fault_of_the_file_keeps_its_line() {
     refused(
         &["run", "--set", "mesh.sizes=1"],
-        "scene fbi-bb with --set mesh.sizes=1: mesh.sizes: found the unknown key `sizes`, \
+        "scene fbi-bb with --set mesh.sizes=1: mesh.sizes: found the unknown key `sizes` (did you mean `size`?), \
          expected one of `size`, `lattice`, `element`, `grading`, `tree`",
     );
     refused(
@@ -217,11 +219,12 @@ fn refused_pack(arguments: &[&str], message: &str) {
 }
 
 #[test]
-fn a_folder_that_is_not_empty_needs_force() {
+fn a_folder_that_is_not_empty_is_refused_and_left_as_it_is() {
     let folder = folder();
     std::fs::write(folder.path().join("diary.txt"), "mine").unwrap();
     let said = gelfmu_in(folder.path(), &["run", "--out", "."]);
-    let expected = "found a folder that is not empty, expected an empty or new folder, or --force to overwrite";
+    let expected = "found a folder that is not empty and was not made by gelfmu (it has \"diary.txt\" and no gelfmu.jsonl), \
+                    expected an empty or new folder";
     assert_eq!((said.status, said.err), (Some(2), format!("error: --out .: {expected}\n")));
     let said = gelfmu_in(folder.path(), &["run", "--out", "diary.txt"]);
     assert_eq!(said.status, Some(2));
@@ -412,6 +415,8 @@ fn an_interrupted_run_keeps_what_it_has() {
     let said = said(child.wait_with_output().unwrap());
     assert_eq!(said.status, Some(130), "{}", said.err);
     assert!(said.err.contains("error: interrupted; what was computed is in here"), "{}", said.err);
+    let manifest = std::fs::read_to_string(folder.path().join("here/gelfmu.jsonl")).unwrap();
+    assert!(manifest.ends_with("{\"state\":\"interrupted\"}\n"), "{manifest}");
     let summary = json(&std::fs::read_to_string(folder.path().join("here/summary.json")).unwrap());
     assert_eq!((&summary["completed"], &summary["failure"]), (&Value::from(false), &Value::Null));
     let page = std::fs::read_to_string(folder.path().join("here/report.html")).unwrap();

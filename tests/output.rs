@@ -68,8 +68,11 @@ const KEYS: [&str; 47] = [
     "doubt",
 ];
 
+/// A new folder: an earlier run of the tests may have left one.
 fn folder(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join("output").join(name)
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("output").join(name);
+    drop(fs::remove_dir_all(&folder));
+    folder
 }
 
 fn time(scene: &Scene, step: usize) -> f64 {
@@ -266,8 +269,10 @@ fn a_new_run_removes_what_an_earlier_one_left() {
     let scene = scene("planar");
     let folder = run("again", &scene, None);
     fs::write(folder.join("notes.txt"), "mine").unwrap();
-    drop(Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap());
-    assert_eq!((frames(&folder), lines(&folder, "history.csv").len()), (0, 1));
+    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
+    assert_eq!(frames(&folder), 11, "they are there until the new run has a record");
+    record(&mut recorder, &scene, 0..=0);
+    assert_eq!((frames(&folder), lines(&folder, "history.csv").len()), (1, 2));
     assert!(!folder.join("report.html").exists() && folder.join("notes.txt").exists());
 }
 

@@ -164,6 +164,7 @@ fn a_sensor_in_the_mirrored_part_measures_the_image_of_its_gel() {
 #[test]
 fn files_of_a_run_have_its_sensors() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("sensors");
+    drop(std::fs::remove_dir_all(&folder));
     let scene = ball("");
     let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).expect("a scene that can be built");
     let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).expect("a folder");

@@ -66,9 +66,15 @@ fn conclude(recorder: &mut Recorder, scene: &Scene, part: f64) {
     recorder.conclude(&Ending { observation: &o, frame: &f, digest: 1, failure: None }).unwrap();
 }
 
+/// A new folder: an earlier run of the tests may have left one.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("shot").join(name);
+    drop(fs::remove_dir_all(&folder));
+    folder
+}
+
 fn run(name: &str, part: f64) -> PathBuf {
-    let (scene, folder) =
-        (stage::scene("axisymmetric"), Path::new(env!("CARGO_TARGET_TMPDIR")).join("shot").join(name));
+    let (scene, folder) = (stage::scene("axisymmetric"), folder(name));
     let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
     record(&mut recorder, &scene, 0..=STEPS, part);
     conclude(&mut recorder, &scene, part);
@@ -105,7 +111,7 @@ fn speed_force_and_energy_stand_by_depth() {
 #[test]
 fn what_has_just_turned_back_has_the_yaw_of_its_way_in() {
     let scene = stage::scene("axisymmetric");
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("shot").join("turned");
+    let folder = folder("turned");
     let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
     record(&mut recorder, &scene, 0..=STEPS - 1, 1.0);
     // Deeper than a step before, and on its way out.

@@ -87,9 +87,9 @@ impl Log {
     }
 }
 
-/// The message as a format string that prints itself: one line, no null byte, each `%` doubled.
+/// The message as a format string that prints itself: one line, no control characters, each `%` doubled.
 pub(super) fn as_format(message: &str) -> String {
-    message.replace(['\0', '\n'], " ").replace('%', "%%")
+    message.replace(char::is_control, " ").replace('%', "%%")
 }
 
 #[cfg(test)]
@@ -125,5 +125,6 @@ mod tests {
     #[test]
     fn a_message_prints_itself_as_a_format() {
         assert_eq!(as_format("100 % of\n\"%s\"\0"), "100 %% of \"%%s\" ");
+        assert_eq!(as_format("a\u{1b}[2Jb"), "a [2Jb");
     }
 }

@@ -4,9 +4,10 @@
 //! the name and hash of every other file in `resources/`. Importers that keep unpacked archives by their GUID therefore never
 //! take one archive for another. The library compares, and never reads `modelDescription.xml`: importers may rewrite it.
 
+use super::reading::{MOST_FILE_BYTES, read_limited};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs;
+use std::io;
 use std::path::{Component, Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -188,19 +189,15 @@ fn hash(bytes: &[u8]) -> String {
     format!("{:032x}", xxh3_128(bytes))
 }
 
-/// Reads a regular file: a device or a pipe never ends.
 fn read_file(file: &Path) -> Result<Vec<u8>, ManifestError> {
-    let unreadable = |reason: String| ManifestError::Unreadable { path: file.display().to_string(), reason };
-    match fs::metadata(file) {
-        Ok(about) if about.is_file() => fs::read(file).map_err(|e| unreadable(e.to_string())),
-        Ok(_) => Err(unreadable("it is no regular file".to_owned())),
-        Err(error) => Err(unreadable(error.to_string())),
-    }
+    let unreadable = |e: io::Error| ManifestError::Unreadable { path: file.display().to_string(), reason: e.to_string() };
+    read_limited(file, MOST_FILE_BYTES).map_err(unreadable)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn resources() -> BTreeMap<String, Vec<u8>> {
         BTreeMap::from([("b/ball.stl".to_owned(), vec![1, 2, 3]), ("scene.toml".to_owned(), b"[scene]".to_vec())])

@@ -3,11 +3,11 @@
 use super::call::CallError;
 use super::instance::{Instance, Values};
 use super::manifest::{Manifest, ManifestError};
+use super::reading::{files_in, read_scene_text};
 use super::scalar::{Ports, Scalar, scalars, table_of};
 use super::table::{Setting, Source, row};
 use super::uri;
 use crate::scene::{self, Files, MOST_FRAGMENTS, Override, Scene, body_name};
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -170,6 +170,17 @@ impl Instance {
         Box::new(files_in(Path::new(origin).parent().unwrap_or(Path::new(""))))
     }
 
+    /// Files that the model was read from: the scene, and those that it names.
+    pub(super) fn files_read(&mut self) -> Result<Vec<PathBuf>, CallError> {
+        self.model()?;
+        let Some(model) = &self.model else { return Ok(vec![]) };
+        let is_packed = model.origin == PACKED;
+        let scene = if is_packed { self.packed.folder.join(SCENE_FILE) } else { PathBuf::from(&model.origin) };
+        let folder = scene.parent().unwrap_or(Path::new(""));
+        let named = model.scene.files().iter().map(|(_, name)| folder.join(name)).collect::<Vec<_>>();
+        Ok(named.into_iter().chain([scene]).collect())
+    }
+
     fn scene_text(&self) -> Result<(String, String), CallError> {
         match self.settings.scene.as_str() {
             "" => Ok((PACKED.to_string(), self.packed.text.clone())),
@@ -228,23 +239,8 @@ fn one_override(
     Ok(Some(Override { key, value }))
 }
 
-/// Reads the files that a scene names, relative to a folder. A name with the backslashes of Windows is found on every system.
-pub fn files_in(folder: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> + use<> {
-    let folder = folder.to_path_buf();
-    move |name| {
-        let path = folder.join(name);
-        let read = match fs::read(&path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound && name.contains('\\') => {
-                fs::read(folder.join(name.replace('\\', "/"))).map_err(|_| error)
-            }
-            read => read,
-        };
-        read.map_err(|e| io::Error::new(e.kind(), format!("cannot read {}: {e}", path.display())))
-    }
-}
-
 fn read_text(path: &Path) -> Result<String, String> {
-    fs::read_to_string(path).map_err(|e| format!("cannot read {}: {e}", path.display()))
+    read_scene_text(path).map_err(|e| format!("cannot read {}: {e}", path.display()))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::call::CallError;
 use super::instance::Instance;
 use super::status::Status;
-use crate::output::{Interface, Recorder};
+use crate::output::{self, FolderClaim, Interface, RUN, Recorder, ResultFolder, TakeoverPolicy};
 use std::path::{Path, PathBuf};
 
 /// The writer of the files, if there are any.
@@ -31,9 +31,12 @@ impl Instance {
     }
 
     fn recorder(&mut self, folder: &Path) -> Result<Recorder, CallError> {
-        let threads = self.settings.threads;
+        let (threads, inputs) = (self.settings.threads, self.files_read()?);
         let model = self.model()?;
-        let mut recorder = Recorder::create(folder, &model.scene, Interface::Fmi2, threads)?;
+        let needs = output::result_names(&model.scene);
+        let claim = FolderClaim { command: RUN, policy: TakeoverPolicy::Replace, needs: &needs, inputs: &inputs };
+        let folder = ResultFolder::claim(folder, &claim)?;
+        let mut recorder = Recorder::within(folder, &model.scene, Interface::Fmi2, threads)?;
         let observation = model.observe();
         recorder.record_observation(&observation, || model.simulation.frame())?;
         Ok(recorder)

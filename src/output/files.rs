@@ -1,31 +1,48 @@
-//! Files of a run: written whole, removed when a run starts afresh, and named when that fails.
+//! Files of a run: written whole, and named when that fails.
 
-use std::fs::{self, File, TryLockError};
-use std::io;
+use super::folder::FolderRefusal;
+use std::fs::{self, File};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// A file that could not be written.
+/// Results that cannot be written.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write {path}: {source}. Choose a folder that can be written, with space left on its disk")]
-pub struct OutputError {
-    /// The file or folder.
-    pub path: PathBuf,
-    /// Why.
-    pub source: io::Error,
+#[non_exhaustive]
+pub enum OutputError {
+    /// A file or folder could not be written.
+    #[error("cannot write {}: {source}. Choose a folder that can be written, with space left on its disk", path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The folder is not for this run.
+    #[error("cannot write into {}: {refusal}", folder.display())]
+    Refused {
+        /// The folder.
+        folder: PathBuf,
+        /// Why not, and what helps.
+        refusal: FolderRefusal,
+    },
 }
 
-/// Extension of a file that is not yet whole.
-const PART: &str = "part";
+impl OutputError {
+    /// A folder that is not for this run.
+    pub(super) fn refused(folder: &Path, refusal: FolderRefusal) -> Self {
+        Self::Refused { folder: folder.to_path_buf(), refusal }
+    }
+}
 
 /// Names the file that an I/O error is about.
 pub(super) fn naming(path: &Path) -> impl FnOnce(io::Error) -> OutputError + '_ {
-    |source| OutputError { path: path.to_path_buf(), source }
+    |source| OutputError::Write { path: path.to_path_buf(), source }
 }
 
 /// Writes a whole file: the old one is there until the new one is whole, also for who kills the run in between.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    let part = path.with_extension(PART);
-    let written = fs::write(&part, bytes).and_then(|()| fs::rename(&part, path));
+    let part = part(path);
+    let written = begin(&part).and_then(|mut file| file.write_all(bytes)).and_then(|()| fs::rename(&part, path));
     written.map_err(|source| {
         // What cannot be written cannot always be removed, either; the first error says why.
         drop(fs::remove_file(&part));
@@ -33,51 +50,26 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     })
 }
 
-/// Makes the folder and holds it for one run, as long as the handle lives.
-///
-/// Where the system locks no folders, the run goes on without this protection.
-///
-/// # Errors
-/// [`OutputError`] when the folder cannot be made, or another run holds it.
-pub fn claim(folder: &Path) -> Result<Option<File>, OutputError> {
-    fs::create_dir_all(folder).map_err(naming(folder))?;
-    let Ok(handle) = File::open(folder) else { return Ok(None) };
-    match handle.try_lock() {
-        Ok(()) => Ok(Some(handle)),
-        Err(TryLockError::WouldBlock) => {
-            Err(naming(folder)(io::Error::new(io::ErrorKind::ResourceBusy, "another run is writing there")))
-        }
-        Err(TryLockError::Error(_)) => Ok(None),
-    }
+/// The hidden file beside a file, in which it is written: a name that nobody else gives a file.
+fn part(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.gelfmu-part"))
 }
 
-/// Makes the folder and removes what an earlier run left in it; files of other names stay.
-pub(super) fn clear(folder: &Path) -> Result<(), OutputError> {
-    let frames = folder.join("frames");
-    fs::create_dir_all(&frames).map_err(naming(&frames))?;
-    for name in ["history.csv", "series.pvd", "summary.json", "report.html", "shot.csv", "cavity.csv"] {
-        remove(&folder.join(name))?;
-        remove(&folder.join(name).with_extension(PART))?;
-    }
-    for entry in fs::read_dir(&frames).map_err(naming(&frames))? {
-        let path = entry.map_err(naming(&frames))?.path();
-        if is_frame(&path) {
-            remove(&path)?;
-        }
-    }
-    Ok(())
+/// A new file, instead of one that a killed run has left; a link is not followed.
+fn begin(part: &Path) -> io::Result<File> {
+    remove_existing(part)?;
+    File::create_new(part)
 }
 
 /// Removes a file that may be absent.
 pub(super) fn remove(path: &Path) -> Result<(), OutputError> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(naming(path)(error)),
-        _ => Ok(()),
-    }
+    remove_existing(path).map_err(naming(path))
 }
 
-fn is_frame(path: &Path) -> bool {
-    let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
-    path.extension().is_some_and(|extension| extension == "vtu" || extension == PART)
-        && (stem.starts_with("frame_") || stem.starts_with("projectile_"))
+fn remove_existing(path: &Path) -> io::Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
 }

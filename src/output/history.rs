@@ -180,6 +180,11 @@ impl History {
         Ok(Self { path: path.to_path_buf(), file, header, columns, rows: Vec::new() })
     }
 
+    /// Follows the file to where it was moved.
+    pub(super) fn follow(&mut self, path: PathBuf) {
+        self.path = path;
+    }
+
     /// One row, in one write: a killed process leaves whole rows.
     pub(super) fn append(&mut self, observation: &Observation) -> Result<(), OutputError> {
         let line = values(observation) + "\n";

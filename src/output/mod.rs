@@ -3,6 +3,7 @@
 mod body;
 mod bounds;
 mod files;
+mod folder;
 mod frames;
 mod history;
 mod overlap;
@@ -18,7 +19,8 @@ use crate::scene::Scene;
 use crate::simulation::{Frame, Observation, Simulation};
 use std::path::Path;
 
-pub use files::{OutputError, claim};
+pub use files::OutputError;
+pub use folder::{FolderClaim, FolderRefusal, FolderState, ResultFolder, TakeoverPolicy};
 pub use picture::model_picture;
 pub use sensors::{Dent, SensorFigures};
 pub use steps::{Figures, draw as draw_steps};
@@ -32,11 +34,12 @@ use summary::Run;
 
 /// Writes the folder of one run as it goes.
 ///
-/// `history.csv`, `frames/` and `series.pvd` are complete after every call, so that a killed run leaves readable files;
+/// `history.csv`, `frames/` and `series.pvd` are complete after every call, so that a killed run leaves readable files (from the
+/// first record on, where they replace those of an earlier run);
 /// `summary.json` and `report.html`, and of a shot `shot.csv` and `cavity.csv`, are written by [`Recorder::finish`].
 #[derive(Debug)]
 pub struct Recorder {
-    folder: std::path::PathBuf,
+    folder: ResultFolder,
     run: Run,
     history: History,
     frames: FrameSeries,
@@ -44,8 +47,19 @@ pub struct Recorder {
     line: Option<Line>,
     /// The cavity at each frame.
     cavities: Vec<Profile>,
-    /// Keeps other runs out of the folder.
-    _claim: Option<std::fs::File>,
+}
+
+/// Command whose results a recorder writes; the FMU writes the same.
+pub const RUN: &str = "run";
+/// Name of the table of the run.
+const HISTORY: &str = "history.csv";
+/// Names of the other files of a run, beside its frames.
+const FILES: [&str; 4] = ["summary.json", "report.html", "shot.csv", "cavity.csv"];
+
+/// Names of all files that a recorder can write for a scene.
+#[must_use]
+pub fn result_names(scene: &Scene) -> Vec<String> {
+    [HISTORY].into_iter().chain(FILES).map(str::to_owned).chain(frames::names(scene)).collect()
 }
 
 /// The last instant of a run, and why it is the last.
@@ -62,21 +76,34 @@ pub struct Ending<'a> {
 }
 
 impl Recorder {
-    /// Makes the folder and starts afresh in it: what an earlier run of this name left there is removed.
+    /// Claims the folder; results of an earlier run there are replaced once the first record is written.
     ///
     /// # Errors
-    /// [`OutputError`] when the folder cannot be written, or another run is writing there.
+    /// [`OutputError`] when the folder is not ours to write into, or cannot be written.
     pub fn create(folder: &Path, scene: &Scene, interface: Interface, threads: usize) -> Result<Self, OutputError> {
-        let claim = claim(folder)?;
-        files::clear(folder)?;
+        let (policy, needs) = (TakeoverPolicy::Replace, result_names(scene));
+        let claim = FolderClaim { command: RUN, policy, needs: &needs, inputs: &[] };
+        Self::within(ResultFolder::claim(folder, &claim)?, scene, interface, threads)
+    }
+
+    /// Writes into a folder that is claimed.
+    ///
+    /// # Errors
+    /// [`OutputError`] when a file cannot be written.
+    pub fn within(
+        mut folder: ResultFolder,
+        scene: &Scene,
+        interface: Interface,
+        threads: usize,
+    ) -> Result<Self, OutputError> {
+        let history = folder.prepare(HISTORY)?;
         Ok(Self {
-            folder: folder.to_path_buf(),
             run: Run::start(scene, interface, threads),
-            history: History::create(&folder.join("history.csv"), scene)?,
-            frames: FrameSeries::create(folder, scene)?,
+            history: History::create(&history, scene)?,
+            frames: FrameSeries::create(&mut folder, scene)?,
             line: None,
             cavities: vec![],
-            _claim: claim,
+            folder,
         })
     }
 
@@ -101,7 +128,18 @@ impl Recorder {
         if self.run.initial_mass.is_none() {
             self.begin(&frame());
         }
-        if self.frames.is_due(observation.time) { self.take(&frame()) } else { Ok(()) }
+        let is_seen = self.frames.has_files() || self.line.is_some();
+        if is_seen && self.frames.is_due(observation.time) {
+            self.take(&frame())?;
+        }
+        self.begin_folder()
+    }
+
+    /// The run has results: they take their place in the folder.
+    fn begin_folder(&mut self) -> Result<(), OutputError> {
+        self.folder.begin()?;
+        self.history.follow(self.folder.place(HISTORY));
+        Ok(())
     }
 
     /// Notes what is compared with the start.
@@ -113,7 +151,7 @@ impl Recorder {
     /// A frame that is due.
     fn take(&mut self, frame: &Frame) -> Result<(), OutputError> {
         self.see(frame);
-        self.frames.append(frame, &self.run.scene)
+        self.frames.append(frame, &self.run.scene, &mut self.folder)
     }
 
     /// Notes the cavity of a frame later than those before.
@@ -131,7 +169,7 @@ impl Recorder {
     pub fn rewind(&mut self, time: f64) -> Result<(), OutputError> {
         self.history.rewind(time)?;
         self.cavities.retain(|cavity| cavity.time <= time);
-        self.frames.rewind(time)
+        self.frames.rewind(time, &mut self.folder)
     }
 
     /// Writes `series.pvd`, `summary.json` and `report.html`, and of a shot `shot.csv` and `cavity.csv`. `failure` is the diagnosis of a run that stopped early.
@@ -149,27 +187,39 @@ impl Recorder {
     /// # Errors
     /// [`OutputError`] when a file cannot be written.
     pub fn conclude(&mut self, ending: &Ending) -> Result<Summary, OutputError> {
+        self.begin_folder()?;
         self.see(ending.frame);
         let penetration = self.penetration()?;
         let sensors = sensors::figures(&self.run.scene, &self.history)?;
         let summary = Summary { sensors, ..Summary::of(&self.run, ending, penetration.as_ref()) };
         if summary.ended_by != EndCause::EndTime {
-            self.frames.append_last(ending.frame, &self.run.scene)?;
+            self.frames.append_last(ending.frame, &self.run.scene, &mut self.folder)?;
         }
-        files::write(&self.folder.join("summary.json"), summary.to_json().as_bytes())?;
-        let rows = self.history.thinned(report::PLOT_POINTS)?;
-        let seen = Seen { rows: &rows, shots: &self.frames.shots(), penetration: penetration.as_ref() };
-        let page = report::page(&self.run.scene, &summary, &seen);
-        files::write(&self.folder.join("report.html"), page.as_bytes())?;
+        self.folder.write("summary.json", summary.to_json().as_bytes())?;
+        if self.run.scene.output.report {
+            self.report(&summary, penetration.as_ref())?;
+        }
+        self.folder.mark(match (summary.completed, ending.failure) {
+            (true, _) => FolderState::Complete,
+            (false, None) => FolderState::Interrupted,
+            (false, Some(_)) => FolderState::Failed,
+        })?;
         Ok(summary)
     }
 
+    fn report(&mut self, summary: &Summary, penetration: Option<&Penetration>) -> Result<(), OutputError> {
+        let rows = self.history.thinned(report::PLOT_POINTS)?;
+        let seen = Seen { rows: &rows, shots: &self.frames.shots(), penetration };
+        let page = report::page(&self.run.scene, summary, &seen);
+        self.folder.write("report.html", page.as_bytes())
+    }
+
     /// The shot, if it is one; its tables are written.
-    fn penetration(&self) -> Result<Option<Penetration>, OutputError> {
+    fn penetration(&mut self) -> Result<Option<Penetration>, OutputError> {
         let Some(line) = &self.line else { return Ok(None) };
         let penetration = Penetration::of(line, &self.history, &self.cavities)?;
         if let Some(penetration) = &penetration {
-            penetration.write(&self.folder)?;
+            penetration.write(&mut self.folder)?;
         }
         Ok(penetration)
     }

@@ -27,10 +27,12 @@ pub enum SceneErrorKind {
         expected: String,
     },
     /// A key that no table of a scene has.
-    #[error("found the unknown key `{found}`, expected {expected}")]
+    #[error("found the unknown key `{found}`{hint}, expected {expected}")]
     UnknownKey {
         /// The key.
         found: String,
+        /// Question that names a known key that is near; may be empty.
+        hint: String,
         /// The keys that may be there.
         expected: String,
     },

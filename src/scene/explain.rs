@@ -1,7 +1,7 @@
 //! Says in a scene's own words what the TOML reader and serde complain about.
 
 use super::places::{Places, join, line_at};
-use super::{SceneError, SceneErrorKind};
+use super::{SceneError, SceneErrorKind, did_you_mean};
 use std::ops::Range;
 
 /// A text that is not TOML.
@@ -44,16 +44,30 @@ fn kind(text: &str, places: &Places<'_>, message: &str, key: &str, span: &Range<
     if let Some(rest) = message.strip_prefix("unexpected keys in table: ") {
         let (found, known) = rest.split_once(", available keys: ").unwrap_or((rest, "none"));
         let expected = format!("`{}`", known.replace(", ", "`, `"));
-        return SceneErrorKind::UnknownKey { found: found.to_owned(), expected };
+        return unknown_key(found, &expected);
     }
     let (complaint, expected) = message.split_once(", expected ").unwrap_or((message, message));
     if let Some(name) = quoted_after(complaint, "unknown field ") {
-        return SceneErrorKind::UnknownKey { found: name.to_owned(), expected: expected.to_owned() };
+        return unknown_key(name, expected);
+    }
+    if let Some(name) = quoted_after(complaint, "unknown variant ") {
+        let hint = did_you_mean(name, names_of(expected));
+        return SceneErrorKind::Value { found: found + &hint, expected: plain(expected) };
     }
     if message.starts_with("wanted exactly 1 element") {
         return one_of(&places.names_in(key));
     }
     SceneErrorKind::Value { found, expected: plain(expected) }
+}
+
+fn unknown_key(name: &str, expected: &str) -> SceneErrorKind {
+    let hint = did_you_mean(name, names_of(expected));
+    SceneErrorKind::UnknownKey { found: name.to_owned(), hint, expected: expected.to_owned() }
+}
+
+/// The names between backquotes.
+fn names_of(expected: &str) -> impl Iterator<Item = &str> {
+    expected.split('`').skip(1).step_by(2)
 }
 
 fn one_of(names: &[&str]) -> SceneErrorKind {

@@ -7,6 +7,9 @@ use super::{Files, Scene, SceneError, explain, files, fill, no_files};
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue, Deserializer};
 
+/// Bytes of the longest scene text that is read: the longest that is built in has a two-hundredth of it.
+pub const MOST_BYTES: usize = 1 << 20;
+
 /// Reads and checks a scene that names no files.
 ///
 /// # Errors
@@ -49,6 +52,10 @@ fn placed(text: &str, error: SceneError) -> SceneError {
 
 /// Reads and checks a scene, whatever its level.
 fn as_it_stands(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
+    if text.len() > MOST_BYTES {
+        let found = format!("{} bytes", text.len());
+        return Err(SceneError::value("", found, format!("the text of a scene, of at most {MOST_BYTES} bytes")));
+    }
     let table = DeTable::parse(text).map_err(|error| explain::syntax(text, error.span(), error.message()))?;
     let places = Places::of(text, table.get_ref());
     let shear_modulus = fill::shear_modulus(table.get_ref());

@@ -1,6 +1,7 @@
 //! Bytes of an STL file to triangles.
 
 use crate::algebra::Vector3;
+use crate::geometry::Surface;
 
 /// An STL file that cannot be read: where, what is there, and what was expected.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -11,6 +12,8 @@ pub(super) struct StlError {
 
 const HEADER: usize = 80;
 const RECORD: usize = 50;
+/// Lines of the longest ASCII file that is read: seven to a triangle, and one more for comments and names of solids.
+const MOST_LINES: usize = 8 * Surface::MOST_TRIANGLES;
 
 /// The triangles of a binary or ASCII file, in its own units. A file as long as the number in its header says is binary,
 /// whatever word it begins with.
@@ -59,6 +62,10 @@ fn record(bytes: &[u8]) -> [Vector3; 3] {
 fn ascii(text: &str) -> Result<Vec<[Vector3; 3]>, StlError> {
     let (mut triangles, mut corners) = (Vec::new(), Vec::with_capacity(3));
     for (number, line) in (1..).zip(text.lines()) {
+        if number > MOST_LINES {
+            let found = format!("more than {MOST_LINES} lines");
+            return Err(StlError { found, expected: "the seven lines of each triangle, of 500000 triangles at most" });
+        }
         let mut words = line.split_whitespace();
         let refuse = |expected| Err(StlError { found: format!("`{}` on line {number}", line.trim()), expected });
         match words.next().map(str::to_ascii_lowercase).as_deref() {
@@ -84,7 +91,7 @@ fn ascii(text: &str) -> Result<Vec<[Vector3; 3]>, StlError> {
 }
 
 fn coordinates<'a>(words: impl Iterator<Item = &'a str>) -> Option<Vector3> {
-    let numbers: Vec<f64> = words.map(str::parse).collect::<Result<_, _>>().ok()?;
+    let numbers: Vec<f64> = words.take(4).map(str::parse).collect::<Result<_, _>>().ok()?;
     let [x, y, z] = numbers[..] else { return None };
     Some(Vector3::new(x, y, z))
 }

@@ -437,15 +437,17 @@ pub enum CouplingMode {
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct Output {
-    /// Number of mesh frames over the run, the first one included.
+    /// Number of mesh frames over the run, the first one included; without frames, 0, there are no pictures in the report.
     pub frames: usize,
+    /// Whether `report.html` is written.
+    pub report: bool,
     /// Width of the window over which the peak force is averaged, s; a hundredth of the end time if 0.
     pub force_window: f64,
 }
 
 impl Default for Output {
     fn default() -> Self {
-        Self { frames: 41, force_window: 0.0 }
+        Self { frames: 41, report: true, force_window: 0.0 }
     }
 }
 

@@ -56,6 +56,8 @@ fn header(header: &Header) -> Check {
     let allowed = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     let good = !name.is_empty() && name.chars().all(allowed);
     require(good, "scene.name", || format!("{name:?}"), "letters, digits, - and _: it names the output folder")?;
+    let good = !header.title.chars().any(char::is_control);
+    require(good, "scene.title", || format!("{:?}", header.title), "one line of text without control characters")?;
     positive("scene.end_time", header.end_time, "a positive time, s")?;
     let (step, end) = (header.communication_step, header.end_time);
     positive("scene.communication_step", step, "a positive time, s")?;
@@ -204,9 +206,9 @@ fn contact(contact: &Contact) -> Check {
 
 fn output(output: &Output, end_time: f64) -> Check {
     const MOST_FRAMES: usize = 10_000;
-    let Output { frames, force_window } = *output;
-    let good = (1..=MOST_FRAMES).contains(&frames);
-    require(good, "output.frames", || frames.to_string(), &format!("a number from 1 to {MOST_FRAMES}"))?;
+    let Output { frames, report: _, force_window } = *output;
+    let expected = format!("a number from 0, for none, to {MOST_FRAMES}");
+    require(frames <= MOST_FRAMES, "output.frames", || frames.to_string(), &expected)?;
     let good = (0.0..=end_time).contains(&force_window);
     let expected = format!("a time from 0 to scene.end_time, {end_time:?} s");
     require(good, "output.force_window", || format!("{force_window:?}"), &expected)

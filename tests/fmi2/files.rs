@@ -90,7 +90,7 @@ fn terminating_and_resetting_are_done_also_when_the_files_cannot_be_completed() 
         assert_eq!(unsafe { end(host.c) }, WARNING);
         let text = host.one_line();
         assert!(text.starts_with("output_directory: cannot write ") && text.contains("summary.json"), "{text}");
-        assert_eq!(text.matches("Choose a folder").count(), 1, "{text}");
+        assert_eq!(text.matches("move the file away").count(), 1, "{text}");
         assert_eq!(unsafe { fmi2Reset(host.c) }, OK, "what was given up is not tried again: {:?}", host.lines());
         host.start();
     }
@@ -165,4 +165,74 @@ fn an_instance_whose_method_loses_energy_says_so_when_it_ends() {
     let percent: f64 = share.and_then(|(percent, _)| percent.parse().ok()).unwrap_or_else(|| panic!("{told}"));
     assert!((10.0..20.0).contains(&percent), "{told}");
     assert_eq!(summary(&own)["doubt"], told);
+}
+
+/// An importer runs again and again: what an earlier run left is replaced, and nothing else.
+#[test]
+fn an_instance_takes_over_what_an_earlier_run_of_its_name_has_left() {
+    let (mut host, folder) = writing();
+    host.steps(0.0, 1e-4, 3);
+    assert_eq!(unsafe { fmi2Terminate(host.c) }, OK);
+    std::fs::write(folder.join("notes.txt"), "mine").unwrap();
+    assert_eq!(unsafe { fmi2Reset(host.c) }, OK);
+    assert_eq!(host.set_text("output_directory", folder.parent().unwrap()), OK);
+    host.start();
+    host.steps(0.0, 1e-4, 1);
+    assert_eq!(unsafe { fmi2Terminate(host.c) }, OK, "{:?}", host.lines());
+    assert_eq!((rows(&folder), std::fs::read_to_string(folder.join("notes.txt")).unwrap()), (2, "mine".to_owned()));
+    let manifest = std::fs::read_to_string(folder.join("gelfmu.jsonl")).unwrap();
+    assert!(manifest.ends_with("{\"state\":\"interrupted\"}\n"), "before the end of the scene: {manifest}");
+}
+
+#[test]
+fn a_folder_of_the_user_is_refused_when_initialization_ends() {
+    let mut host = Host::with(&coarse());
+    let (folder, own) = (host.folder.path().to_path_buf(), host.path("gel"));
+    std::fs::create_dir(&own).unwrap();
+    std::fs::write(own.join("summary.json"), "mine").unwrap();
+    assert_eq!(host.set_text("output_directory", &folder), OK);
+    host.enter();
+    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, ERROR);
+    let text = host.one_line();
+    assert!(text.starts_with("output_directory: cannot write into ") && text.contains("\"summary.json\""), "{text}");
+    assert!(text.contains("remove this one yourself"), "{text}");
+    assert_eq!(std::fs::read_to_string(own.join("summary.json")).unwrap(), "mine");
+    std::fs::remove_file(own.join("summary.json")).unwrap();
+    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, OK, "{:?}", host.lines());
+}
+
+/// The scene of an instance may be one that a run has kept, in the folder that is to be written.
+#[test]
+fn an_instance_does_not_write_over_the_scene_that_it_reads() {
+    let folder = tempfile::tempdir().unwrap();
+    let kept = folder.path().join("gel/scene.toml");
+    std::fs::create_dir(folder.path().join("gel")).unwrap();
+    let list = "{\"results_of\":\"run\"}\n{\"file\":\"scene.toml\"}\n{\"state\":\"complete\"}\n";
+    std::fs::write(folder.path().join("gel/gelfmu.jsonl"), list).unwrap();
+    std::fs::write(&kept, coarse()).unwrap();
+    let mut host = Host::with(&coarse());
+    assert_eq!(host.set_text("output_directory", folder.path()), OK);
+    assert_eq!(host.set_text("scene", &kept), OK);
+    host.enter();
+    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, ERROR);
+    let text = host.one_line();
+    assert!(text.contains("scene.toml, which is read, among the files that would be replaced"), "{text}");
+    assert_eq!(std::fs::read_to_string(&kept).unwrap(), coarse());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_scene_without_end_is_refused_at_once() {
+    for device in ["/dev/zero", "/dev"] {
+        let mut host = Host::with(&coarse());
+        assert_eq!(host.set_text("scene", Path::new(device)), OK);
+        host.enter();
+        assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, ERROR);
+        let text = host.one_line();
+        assert!(text.contains(device) && text.contains("the absolute path of a scene file"), "{text}");
+    }
+    let mut host = Host::with(&"\n".repeat(ballistic_gel::scene::MOST_BYTES + 1));
+    host.enter();
+    assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, ERROR);
+    assert!(host.one_line().contains("found 1048577 bytes, expected at most 1048576"));
 }

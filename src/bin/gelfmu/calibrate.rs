@@ -73,7 +73,7 @@ fn fit(task: &Task, search: &mut Search, console: &Console) -> Result<End, Failu
             Next::OutOfReach(why) => return Err(task.refuse("--depth", &why)),
             Next::Try(yield_stress) => yield_stress,
         };
-        let Some(outcome) = attempt(task, search, yield_stress, console.is_quiet())? else {
+        let Some(outcome) = attempt(task, search, yield_stress, console)? else {
             return Ok(End::Interrupted);
         };
         let trial = Trial { yield_stress, outcome };
@@ -83,8 +83,8 @@ fn fit(task: &Task, search: &mut Search, console: &Console) -> Result<End, Failu
 }
 
 /// One run with this strength, with a bar; nothing if it was interrupted.
-fn attempt(task: &Task, search: &Search, yield_stress: f64, quiet: bool) -> Result<Option<Outcome>, Failure> {
-    let (bar, number) = (Bar::new(quiet), search.trials.len() + 1);
+fn attempt(task: &Task, search: &Search, yield_stress: f64, console: &Console) -> Result<Option<Outcome>, Failure> {
+    let (bar, number) = (Bar::new(console), search.trials.len() + 1);
     let expected = search.time_to_stop().unwrap_or(task.scene.scene.end_time);
     let mut watch = |time: f64, depth: f64| {
         let what = format!("run {number}, {}: {:.1} mm deep", words::stress(yield_stress), 1e3 * depth);

@@ -1,15 +1,15 @@
 //! A run by the library, without the FMU.
 
 use crate::job::{Ending, Job, Progress, RunError};
-use ballistic_gel::output::{Interface, Recorder};
+use ballistic_gel::output::{Interface, Recorder, ResultFolder};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 
 /// Runs the job to its end, to the step that fails, or until `progress` asks to stop; what was computed is written.
-pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
+pub fn run(job: &Job, folder: ResultFolder, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
     let scene = job.read_scene()?;
     let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, job.threads)?;
-    let mut recorder = Recorder::create(&job.folder, &scene, Interface::Direct, job.threads)?;
+    let mut recorder = Recorder::within(folder, &scene, Interface::Direct, job.threads)?;
     recorder.record(&simulation)?;
     let ending = advance(&mut simulation, &mut recorder, (job, &scene), progress)?;
     let failure = match &ending {

@@ -22,6 +22,16 @@ pub fn listen(answer: impl Fn() + Send + 'static) -> Result<(), ctrlc::Error> {
     })
 }
 
+/// Makes a limit of the size of files (`ulimit -f`) an error of the write that meets it: its signal would end the process.
+pub fn outlive_file_limits() {
+    #[cfg(unix)]
+    {
+        let heard = std::sync::Arc::new(AtomicBool::new(false));
+        // Without a handler the run is as it was before: nothing is lost but the words at its end.
+        drop(signal_hook::flag::register(signal_hook::consts::SIGXFSZ, heard));
+    }
+}
+
 /// A folder that must not stay behind when the program ends at once.
 pub fn remove_on_exit(folder: &Path) {
     *SCRATCH.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.to_path_buf());

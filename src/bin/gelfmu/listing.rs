@@ -3,11 +3,10 @@
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::job::RunError;
-use crate::options::{DEFAULT_SCENE, Options, PackOptions};
-use crate::{pack, source};
+use crate::options::{DEFAULT_SCENE, PackOptions};
+use crate::{completions, pack, results, source};
 use ballistic_gel::fmi2::Ports;
 use ballistic_gel::scene;
-use clap::CommandFactory;
 use clap_complete::Shell;
 use comfy_table::{Table, presets};
 use serde_json::{Value, json};
@@ -39,8 +38,9 @@ fn list(console: &Console) -> Result<(), Failure> {
 
 fn unknown(name: &str) -> Failure {
     let known: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
+    let hint = scene::did_you_mean(name, known.iter().copied());
     Failure::BadInput(format!(
-        "scene {name}: found no built-in scene of this name, expected one of {}",
+        "scene {name}: found no built-in scene of this name{hint}, expected one of {}",
         known.join(", ")
     ))
 }
@@ -53,9 +53,7 @@ pub fn schema(console: &Console) {
 
 /// Prints a completion script.
 pub fn completions(shell: Shell, console: &Console) {
-    let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Options::command(), "gelfmu", &mut script);
-    let script = String::from_utf8_lossy(&script);
+    let script = completions::script(shell);
     console.document(&json!({ "shell": shell.to_string(), "script": script }), &script);
 }
 
@@ -63,6 +61,7 @@ pub fn completions(shell: Shell, console: &Console) {
 pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
     let name = options.named.as_deref().or(options.scene.as_deref()).unwrap_or(DEFAULT_SCENE);
     let source = source::load_standard(name, &options.set)?;
+    results::check_archive(&options.out, &results::inputs(name, &source))?;
     let there = Ports::of(&source.scene);
     let ports = Ports {
         fragments: most(("fragment", "body"), options.fragments, there.fragments)?,

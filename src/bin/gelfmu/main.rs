@@ -3,6 +3,7 @@
 mod bench;
 mod calibrate;
 mod check;
+mod completions;
 mod console;
 mod direct;
 mod failure;
@@ -14,7 +15,9 @@ mod options;
 mod pack;
 mod progress;
 mod remesh_demo;
+mod results;
 mod run;
+mod scratch;
 mod source;
 mod summary;
 mod through_fmu;
@@ -27,16 +30,17 @@ use options::{Command, Options, RunOptions};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    interrupt::outlive_file_limits();
     let options = match Options::try_parse() {
         Ok(options) => options,
         Err(error) => return ExitCode::from(console::usage(&error)),
     };
     let console = Console::new(&options);
     match dispatch(options.command.unwrap_or(Command::Run(RunOptions::default())), &console) {
-        Ok(code) => ExitCode::from(code),
+        Ok(code) => ExitCode::from(console.status(code)),
         Err(failure) => {
             console.failure(&failure);
-            ExitCode::from(failure.code())
+            ExitCode::from(console.status(failure.code()))
         }
     }
 }

@@ -1,8 +1,10 @@
 //! The command line.
 
+use crate::completions::SceneNameParser;
 use crate::trade::Importer;
 use ballistic_gel::fmi2;
 use ballistic_gel::scene::{Fidelity, Override};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
@@ -76,6 +78,7 @@ pub enum Command {
     /// List the built-in scenes, or print one
     Scenes {
         /// Name of the scene to print
+        #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
         name: Option<String>,
     },
     /// Print the JSON schema of a scene file, with which editors complete and check
@@ -94,6 +97,7 @@ pub const DEFAULT_SCENE: &str = "fbi-bb";
 #[derive(Debug, Args)]
 pub struct CheckOptions {
     /// Name of a built-in scene, or path of a scene file
+    #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: String,
     /// Replace a value of the scene, such as mesh.size=2e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
@@ -104,6 +108,7 @@ pub struct CheckOptions {
 #[derive(Debug, Default, Args)]
 pub struct RunOptions {
     /// Name of a built-in scene, or path of a scene file (`fbi-bb` if absent)
+    #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: Option<String>,
     /// Replace a value of the scene, such as mesh.size=2e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
@@ -113,9 +118,15 @@ pub struct RunOptions {
     /// Folder for the results (`gelfmu-out/SCENE` if absent)
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Write into a folder that is not empty
+    /// Replace the results of an earlier run in the folder; other files in it stay
     #[arg(long)]
     pub force: bool,
+    /// Write no frames and no pictures: the same as --set output.frames=0
+    #[arg(long)]
+    pub no_frames: bool,
+    /// Write no report.html: the same as --set output.report=false
+    #[arg(long)]
+    pub no_report: bool,
     /// Communication step, s (`scene.communication_step` if absent)
     #[arg(long, value_name = "H", value_parser = positive, allow_hyphen_values = true)]
     pub step: Option<f64>,
@@ -131,7 +142,7 @@ pub struct RunOptions {
 #[derive(Debug, Default, Args)]
 pub struct LevelOptions {
     /// Level of the scene: draft, coarse, standard, fine or reference, or 0 to 4; --set is stronger
-    #[arg(long, value_name = "LEVEL")]
+    #[arg(long, value_name = "LEVEL", value_parser = levels())]
     pub fidelity: Option<Fidelity>,
     /// Cheapest level whose error is known to be no greater, such as 2%
     #[arg(long, value_name = "PERCENT", conflicts_with = "fidelity", value_parser = accuracy, allow_hyphen_values = true)]
@@ -142,6 +153,7 @@ pub struct LevelOptions {
 #[derive(Debug, Args)]
 pub struct CalibrateOptions {
     /// Name of a built-in scene, or path of a scene file, with a gel.strength to begin with (`fbi-bb` if absent)
+    #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: Option<String>,
     /// Depth at which the projectile stopped, from the entry surface to its foremost point, m
     #[arg(long, value_name = "DEPTH", default_value_t = 85e-3, value_parser = length, allow_hyphen_values = true)]
@@ -165,6 +177,7 @@ pub const DEMO_SCENE: &str = "ball-square";
 pub struct DemoOptions {
     /// Name of a built-in scene, or path of a scene file (`ball-square` if absent); without a `remesh` table it is given
     /// remesh.quality=0.05 and remesh.compression=0
+    #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: Option<String>,
     /// Exchange the mesh at this time, s, worn or not, and draw that (the first exchange if absent)
     #[arg(long, value_name = "TIME", value_parser = positive, allow_hyphen_values = true)]
@@ -175,6 +188,9 @@ pub struct DemoOptions {
     /// Folder for the pictures (`gelfmu-out/SCENE-remesh` if absent)
     #[arg(long, visible_alias = "output", value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Replace the pictures of an earlier run of this command in the folder
+    #[arg(long)]
+    pub force: bool,
     /// Threads, 0 for all cores; results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_hyphen_values = true)]
     pub threads: usize,
@@ -301,6 +317,7 @@ impl SectionName {
 #[derive(Debug, Args)]
 pub struct TradeOptions {
     /// Name of a built-in scene, or path of a scene file
+    #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: String,
     /// Replace a value of the scene in every run, such as remesh.quality=0.3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
@@ -324,7 +341,7 @@ pub struct TradeOptions {
     /// Measure what each option that the scene leaves out costs when it is on, and when it is off, instead of the curve
     #[arg(long, conflicts_with_all = ["only", "with", "finer"])]
     pub options: bool,
-    /// Make every run again, also those that are kept in the folder
+    /// Make every run again, also those that are kept in the folder; files that this command has not made stay
     #[arg(long)]
     pub afresh: bool,
 }
@@ -349,10 +366,16 @@ pub struct RowOptions {
 #[derive(Debug, Args)]
 pub struct PackOptions {
     /// Name of a built-in scene, or path of a scene file (`fbi-bb` if absent)
-    #[arg(value_name = "SCENE")]
+    #[arg(value_name = "SCENE", value_parser = SceneNameParser, hide_possible_values = true)]
     pub named: Option<String>,
     /// The same as an option
-    #[arg(long, value_name = "SCENE", conflicts_with = "named")]
+    #[arg(
+        long,
+        value_name = "SCENE",
+        conflicts_with = "named",
+        value_parser = SceneNameParser,
+        hide_possible_values = true
+    )]
     pub scene: Option<String>,
     /// Replace a value of the scene, such as coupling.mode=corrected; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
@@ -366,6 +389,13 @@ pub struct PackOptions {
     /// File to write
     #[arg(long, value_name = "FILE.fmu", default_value = "BallisticGel.fmu")]
     pub out: PathBuf,
+}
+
+/// Levels by name, which are completed, or by number.
+fn levels() -> impl TypedValueParser<Value = Fidelity> {
+    let numbered = Fidelity::ALL.iter().zip(["0", "1", "2", "3", "4"]);
+    let levels = numbered.map(|(level, number)| PossibleValue::new(level.as_str()).alias(number));
+    PossibleValuesParser::new(levels.collect::<Vec<_>>()).try_map(|text| text.parse::<Fidelity>())
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -6,12 +6,12 @@ mod requirement;
 pub mod resources;
 
 use crate::job::RunError;
+use crate::results;
 use ballistic_gel::fmi2::{self, ArchiveContent, Manifest, Ports};
 use ballistic_gel::output::model_picture;
 use ballistic_gel::scene::{self, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::{Cursor, Write};
 use std::path::Path;
 use zip::write::SimpleFileOptions;
@@ -41,10 +41,7 @@ type Entries = BTreeMap<String, Vec<u8>>;
 pub fn pack(scene: (&str, &Path), ports: Ports, file: &Path) -> Result<Packed, RunError> {
     let entries = entries(scene, ports)?;
     let archive = archive(&entries).map_err(|e| written(file, std::io::Error::other(e)))?;
-    if let Some(folder) = file.parent() {
-        fs::create_dir_all(folder).map_err(|e| written(folder, e))?;
-    }
-    fs::write(file, &archive).map_err(|e| written(file, e))?;
+    results::replace(file, &archive)?;
     let platform = embedded::LIBRARY_PATH.split('/').nth(1).unwrap_or_default().to_owned();
     Ok(Packed { bytes: archive.len() as u64, platform })
 }

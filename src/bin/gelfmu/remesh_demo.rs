@@ -4,8 +4,9 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::job::RunError;
 use crate::options::{DEMO_SCENE, DemoOptions};
+use crate::results;
 use crate::source::{self, Source};
-use ballistic_gel::output::{self, Figures, OutputError};
+use ballistic_gel::output::{self, Figures, FolderClaim, FolderState, OutputError};
 use ballistic_gel::scene::{Dimension, Override};
 use ballistic_gel::simulation::{CouplingMode, Rehearsal, Simulation};
 use serde_json::json;
@@ -14,6 +15,9 @@ use std::path::Path;
 /// What wears a mesh out in a scene that never exchanges it: the pictures are of one that could hardly go on.
 const AT_ITS_END: [(&str, &str); 2] = [("remesh.quality", "0.05"), ("remesh.compression", "0.0")];
 
+/// Name of the command in the manifest of its folder.
+const COMMAND: &str = "remesh-demo";
+
 /// Runs to the exchange that is asked for and draws it.
 pub fn show(options: &DemoOptions, console: &Console) -> Result<(), Failure> {
     let name = options.scene.as_deref().unwrap_or(DEMO_SCENE);
@@ -21,10 +25,14 @@ pub fn show(options: &DemoOptions, console: &Console) -> Result<(), Failure> {
     let header = &source.scene.scene;
     let folder = options.out.clone();
     let folder = folder.unwrap_or_else(|| Path::new("gelfmu-out").join(format!("{}-remesh", header.name)));
-    let _claim = output::claim(&folder).map_err(unwritable)?;
+    let (policy, needs) = (results::policy(options.force), ["index.html".to_owned()]);
+    let inputs = results::inputs(name, &source);
+    let mut claimed =
+        results::claim(&folder, &FolderClaim { command: COMMAND, policy, needs: &needs, inputs: &inputs })?;
     console.note(&format!("{}: {} (into {})", header.name, header.title, folder.display()));
     let shown = rehearse(name, &source, options)?;
-    let figures = output::draw_steps(&folder, &source.scene, &shown).map_err(unwritable)?;
+    let figures = output::draw_steps(&mut claimed, &source.scene, &shown).map_err(unwritable)?;
+    claimed.begin().and_then(|()| claimed.mark(FolderState::Complete)).map_err(unwritable)?;
     let page = folder.join("index.html");
     console.result(&json!({ "page": page, "figures": figures }), &words(&figures, &page));
     Ok(())

@@ -7,8 +7,9 @@ use crate::options::{DEFAULT_SCENE, RunOptions};
 use crate::pack::resources;
 use crate::progress::Bar;
 use crate::source::Source;
-use crate::{direct, interrupt, level, summary, through_fmu};
-use ballistic_gel::scene::CouplingMode;
+use crate::{direct, interrupt, level, results, summary, through_fmu};
+use ballistic_gel::output::{FolderClaim, ResultFolder};
+use ballistic_gel::scene::{CouplingMode, Override};
 use ballistic_gel::{fmi2, output};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -20,11 +21,16 @@ const WAITING: &str =
 /// Runs a scene, shows how it went, and says with which status to end.
 pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
     let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
-    let (source, expected) = level::load(name, &options.set, &options.level)?;
+    let (source, expected) = level::load(name, &overrides(options), &options.level)?;
     options.step.map_or(Ok(()), |step| check_step(step, &source.scene))?;
     let header = source.scene.scene.clone();
     let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(&header.name));
-    usable(&folder, options)?;
+    let (text, files) =
+        resources::of((&source.text, &source.scene), &fmi2::files_in(&source.folder)).map_err(Failure::from)?;
+    let kept = format!("# As it is run, with what the command wrote over it.\n\n{text}");
+    let kept: Vec<(String, Vec<u8>)> =
+        files.into_iter().chain([("scene.toml".to_owned(), kept.into_bytes())]).collect();
+    let mut claimed = claim(&folder, options, &results::inputs(name, &source), (&source, &kept))?;
     let way = if options.direct { "by the library" } else { "through the packed FMU" };
     console.note(&format!("{}: {} ({way}, into {})", header.name, header.title, folder.display()));
     if let Some(expected) = expected {
@@ -35,9 +41,11 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
             "coupling.mode of the scene is for importers of the packed FMU: here the component moves the projectile",
         );
     }
-    let kept = keep_scene(&folder, &source)?;
+    for (file, bytes) in &kept {
+        claimed.write(file, bytes).map_err(RunError::from)?;
+    }
     let job = Job { scene: (source.text, source.folder), folder, step: options.step, threads: options.threads };
-    let ending = watch(&job, options.direct, console).inspect_err(|_| abandon(&job.folder, &kept))?;
+    let ending = watch(&job, claimed, options.direct, console)?;
     let (text, summary) = read_summary(&job.folder)?;
     console.result(&text.trim_end(), &summary::describe(&summary, &job.folder));
     let doubts = summary["doubts"].as_array();
@@ -45,68 +53,58 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
     Ok(status(&ending, &job.folder, console))
 }
 
-/// An output folder is new, empty, or given up by the user; it is made here, and can be written.
-fn usable(folder: &Path, options: &RunOptions) -> Result<(), Failure> {
-    let refuse = |found: &str, remedy: &str| {
-        Failure::BadInput(format!("--out {}: found {found}, expected {remedy}", folder.display()))
-    };
+/// What is written over the scene, by `--set` and by the options that stand for one.
+fn overrides(options: &RunOptions) -> Vec<Override> {
+    let set = |key: &str, value: &str| Override { key: key.to_owned(), value: value.to_owned() };
+    let no_frames = options.no_frames.then(|| set("output.frames", "0"));
+    let no_report = options.no_report.then(|| set("output.report", "false"));
+    options.set.iter().cloned().chain(no_frames).chain(no_report).collect()
+}
+
+/// Claims the folder of a run, and refuses a name that an FMU gives no folder, and files of the scene that are named like
+/// results.
+fn claim(
+    folder: &Path,
+    options: &RunOptions,
+    inputs: &[PathBuf],
+    (source, kept): (&Source, &[(String, Vec<u8>)]),
+) -> Result<ResultFolder, Failure> {
     let named = if options.direct { Ok(()) } else { through_fmu::destination(folder).map(drop) };
-    let plain = "a folder whose name has none of / \\ : * ? \" < > |, or --direct";
-    named.map_err(|found| refuse(&found, plain))?;
-    match std::fs::read_dir(folder).map(|mut entries| entries.next().is_some()) {
-        Ok(true) if !options.force => {
-            Err(refuse("a folder that is not empty", "an empty or new folder, or --force to overwrite"))
-        }
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(writable(refuse, &error)),
-        Ok(_) | Err(_) => {
-            output::claim(folder).map_err(|error| writable(refuse, &error.source))?;
-            tempfile::tempfile_in(folder).map(drop).map_err(|error| writable(refuse, &error))
-        }
+    named.map_err(|found| {
+        let expected = "a folder whose name has none of / \\ : * ? \" < > |, or --direct";
+        Failure::BadInput(format!("--out {}: found {found}, expected {expected}", folder.display()))
+    })?;
+    let mut needs = output::result_names(&source.scene);
+    if let Some((file, _)) = kept.iter().find(|(file, _)| needs.contains(file)) {
+        return Err(Failure::BadInput(format!(
+            "file {file:?} of the scene: found the name of a result, expected another name"
+        )));
     }
-}
-
-fn writable(refuse: impl Fn(&str, &str) -> Failure, error: &std::io::Error) -> Failure {
-    refuse(&error.to_string(), "a folder that can be written")
-}
-
-/// Keeps the scene, and the files that it names, beside what comes of it: it can be run again from there.
-fn keep_scene(folder: &Path, source: &Source) -> Result<Vec<PathBuf>, RunError> {
-    let (text, files) = resources::of((&source.text, &source.scene), &fmi2::files_in(&source.folder))?;
-    let kept = format!("# As it is run, with what the command wrote over it.\n\n{text}");
-    let all = files.into_iter().chain([("scene.toml".to_owned(), kept.into_bytes())]);
-    let write = |(name, bytes): (String, Vec<u8>)| {
-        let path = folder.join(name);
-        let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
-        match made.and_then(|()| std::fs::write(&path, bytes)) {
-            Ok(()) => Ok(path),
-            Err(source) => Err(RunError::File { verb: "write", path, source }),
-        }
-    };
-    all.map(write).collect()
-}
-
-/// Takes away what was kept of a run that has not begun; what cannot be removed does no harm.
-fn abandon(folder: &Path, kept: &[PathBuf]) {
-    if !folder.join("history.csv").exists() {
-        for path in kept {
-            let _ = std::fs::remove_file(path);
-        }
-        let _ = std::fs::remove_dir(folder);
-    }
+    needs.extend(kept.iter().map(|(file, _)| file.clone()));
+    let policy = results::policy(options.force);
+    results::claim(folder, &FolderClaim { command: output::RUN, policy, needs: &needs, inputs })
 }
 
 /// Runs the job with a progress bar, until it ends or the user interrupts it.
-fn watch(job: &Job, by_library: bool, console: &Console) -> Result<Ending, Failure> {
+fn watch(job: &Job, mut folder: ResultFolder, by_library: bool, console: &Console) -> Result<Ending, Failure> {
     let note = console.listener();
     if let Err(error) = interrupt::listen(move || note(WAITING)) {
         console.note(&format!("Ctrl-C will not keep what was computed: {error}"));
     }
-    let bar = Bar::new(console.is_quiet());
+    let bar = Bar::new(console);
     let mut progress = |time, end| {
         bar.show(time, end);
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let ending = if by_library { direct::run(job, &mut progress) } else { through_fmu::run(job, &mut progress) };
+    let ending = if by_library {
+        direct::run(job, folder, &mut progress)
+    } else {
+        folder.hand_over().map_err(RunError::from)?;
+        // Until the FMU has results, the folder is left as it was before if the run cannot begin.
+        let ending = through_fmu::run(job, &mut progress);
+        drop(folder);
+        ending
+    };
     bar.clear();
     Ok(ending?)
 }

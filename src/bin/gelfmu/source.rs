@@ -20,7 +20,7 @@ pub struct Source {
 fn original(name: &str) -> Result<String, Failure> {
     match scene::builtin(name) {
         Some(text) => Ok(text.to_owned()),
-        None => std::fs::read_to_string(name).map_err(|error| unreadable(name, &error)),
+        None => fmi2::read_scene_text(Path::new(name)).map_err(|error| unreadable(name, &error)),
     }
 }
 
@@ -46,15 +46,16 @@ pub fn load_standard(name: &str, overrides: &[Override]) -> Result<Source, Failu
 /// The scene of a file whose names of files are relative to a folder.
 pub fn load_from(path: &Path, folder: &Path) -> Result<Scene, Failure> {
     let name = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|error| unreadable(&name, &error))?;
+    let text = fmi2::read_scene_text(path).map_err(|error| unreadable(&name, &error))?;
     let read = scene::read_with_files(&text, &fmi2::files_in(folder));
     read.map_err(|error| Failure::BadInput(format!("scene {name}: {error}")))
 }
 
 fn unreadable(name: &str, error: &std::io::Error) -> Failure {
     let known: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
+    let hint = scene::did_you_mean(name, known.iter().copied());
     Failure::BadInput(format!(
-        "scene {name}: found neither a built-in scene nor a readable file ({error}), expected one of {} or the path of a scene file",
+        "scene {name}: found neither a built-in scene nor a readable file ({error}){hint}, expected one of {} or the path of a scene file",
         known.join(", ")
     ))
 }

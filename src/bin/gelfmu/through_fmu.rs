@@ -3,6 +3,7 @@
 use crate::interrupt;
 use crate::job::{Ending, Job, Progress, RunError};
 use crate::pack::{library_path, pack};
+use crate::scratch::ScratchFolder;
 use ballistic_gel::fmi2::{self, Causality, Kind, LoadedFmu, Ports, Status, scalars};
 use ballistic_gel::scene::Scene;
 use quick_xml::Reader;
@@ -10,7 +11,6 @@ use quick_xml::events::Event;
 use std::ffi::OsStr;
 use std::fs::File;
 use std::path::Path;
-use tempfile::TempDir;
 use zip::ZipArchive;
 
 /// An instance of the FMU.
@@ -19,7 +19,7 @@ pub struct Importer {
     pub fmu: LoadedFmu,
     ports: Ports,
     /// Where it was unpacked; goes after the instance.
-    _folder: TempDir,
+    _folder: ScratchFolder,
 }
 
 /// The coupling mode in which the FMU needs no inputs.
@@ -40,7 +40,7 @@ pub fn run(job: &Job, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
 impl Importer {
     /// Packs a scene, a text and the folder of its files, and unpacks and instantiates it under a name.
     pub fn new(text: (&str, &Path), scene: &Scene, name: &str) -> Result<Self, RunError> {
-        let folder = tempfile::tempdir().map_err(|e| file("create", &std::env::temp_dir(), e))?;
+        let folder = ScratchFolder::new().map_err(|e| file("create", &std::env::temp_dir(), e))?;
         interrupt::remove_on_exit(folder.path());
         let (archive, unpacked) = (folder.path().join("BallisticGel.fmu"), folder.path().join("unpacked"));
         let ports = Ports::of(scene);

@@ -9,12 +9,12 @@ pub(super) use track::{Along, Track};
 
 use super::body;
 use super::bounds::Bounds;
-use super::files::{self, OutputError};
+use super::files::OutputError;
+use super::folder::ResultFolder;
 use super::history::History;
 use crate::algebra::Vector3;
 use crate::scene::Scene;
 use crate::simulation::Frame;
-use std::path::Path;
 
 /// Depths of a table in a metre: their distance is that of a fine measurement.
 const PER_METRE: f64 = 1e3;
@@ -74,8 +74,8 @@ impl Penetration {
     }
 
     /// Writes `shot.csv` and `cavity.csv`.
-    pub(super) fn write(&self, folder: &Path) -> Result<(), OutputError> {
-        files::write(&folder.join("shot.csv"), self.track.csv().as_bytes())?;
-        files::write(&folder.join("cavity.csv"), cavity::csv(&self.profiles).as_bytes())
+    pub(super) fn write(&self, folder: &mut ResultFolder) -> Result<(), OutputError> {
+        folder.write("shot.csv", self.track.csv().as_bytes())?;
+        folder.write("cavity.csv", cavity::csv(&self.profiles).as_bytes())
     }
 }

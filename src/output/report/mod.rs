@@ -58,7 +58,9 @@ pub(super) fn page(scene: &Scene, summary: &Summary, seen: &Seen) -> String {
     )
 }
 
-/// Text that HTML takes literally.
+/// Text that HTML takes literally; characters that XML does not allow are replaced.
 pub(super) fn escape(text: &str) -> String {
+    let is_forbidden = |c: char| (c.is_control() && c != '\n' && c != '\t') || matches!(c, '\u{fffe}' | '\u{ffff}');
+    let text = text.replace(is_forbidden, "\u{fffd}");
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -4,13 +4,13 @@ mod drawing;
 mod page;
 mod panels;
 
-use super::files::{self, OutputError};
+use super::files::OutputError;
+use super::folder::ResultFolder;
 use crate::mesh::least_angle;
 use crate::remesh::{Defects, Quality};
 use crate::scene::{RemeshMethod, Scene};
 use crate::simulation::{Rehearsal, Successor};
 use serde::Serialize;
-use std::path::Path;
 
 /// What an exchange changes, in numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -103,14 +103,14 @@ impl Change {
 ///
 /// # Errors
 /// [`OutputError`] when a file cannot be written.
-pub fn draw(folder: &Path, scene: &Scene, shown: &Rehearsal) -> Result<Figures, OutputError> {
+pub fn draw(folder: &mut ResultFolder, scene: &Scene, shown: &Rehearsal) -> Result<Figures, OutputError> {
     let panels = panels::panels(shown, scene);
     for (panel, number) in panels.iter().zip(1..) {
         for (view, picture) in [("whole", &panel.whole), ("close", &panel.close)] {
-            files::write(&folder.join(page::file(number, panel.name, view)), picture)?;
+            folder.write(&page::file(number, panel.name, view), picture)?;
         }
     }
     let figures = Figures::of(shown);
-    files::write(&folder.join("index.html"), page::page(scene, &panels, &figures).as_bytes())?;
+    folder.write("index.html", page::page(scene, &panels, &figures).as_bytes())?;
     Ok(figures)
 }

@@ -83,7 +83,7 @@ fn plan(settings: &Settings) -> Vec<Measurement> {
 }
 
 fn measure(plan: Vec<Measurement>, console: &Console) -> Result<Vec<Section>, Failure> {
-    let bar = Bar::new(console.is_quiet());
+    let bar = Bar::new(console);
     let (all, mut done) = (plan.iter().map(|measurement| measurement.cost).sum::<f64>(), 0.0);
     let mut sections: Vec<Section> = vec![];
     for Measurement { section, what, cost, go } in plan {

@@ -73,7 +73,16 @@ begin with <code>startTime</code>.</li>
 <code>fmi2Error</code>.</li>
 <li>Files that can no longer be written once the run is going on are given up with <code>fmi2Warning</code>; the call
 itself is done. Two instances cannot write into one folder at a time: the second is refused at
-<code>fmi2ExitInitializationMode</code> (where the system can lock a folder). Give them different names.</li>
+<code>fmi2ExitInitializationMode</code> (where the system can lock a file). Give them different names.</li>
+<li>An instance writes into <code>output_directory/</code><i>its name</i><code>/</code>. A new or empty folder is made its own
+by a manifest, <code>gelfmu.jsonl</code>, which lists every file; files of an earlier run that are listed there are replaced
+once the first record of the new run is written, and nothing else is touched. A folder that is not empty and has no
+manifest, a file of yours with the name of a result, and a folder that has the scene of the instance are refused at
+<code>fmi2ExitInitializationMode</code>.</li>
+<li>Scenes and the files that they name are read up to 1 MiB and 128 MiB; devices and pipes are refused.</li>
+<li>Signals are the host's: the FMU changes no disposition. Under a limit of the size of files (<code>ulimit -f</code>) the
+system ends a process that does not handle or ignore <code>SIGXFSZ</code>; a host that ignores it gets the warning above
+instead, as on a full disk.</li>
 <li>A fault inside the FMU returns <code>fmi2Fatal</code> with a line in the log; its language prints another to the
 standard error of the process.</li>
 <li>The folder <code>resources</code> belongs to this FMU: its GUID is a hash of the model description, the library and these

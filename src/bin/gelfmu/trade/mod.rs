@@ -19,21 +19,27 @@ pub use row::print as row;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::job::RunError;
 use crate::options::TradeOptions;
 use crate::progress::Bar;
+use crate::results;
 use crate::source::{self, Source};
+use ballistic_gel::output::{FolderClaim, FolderState, ResultFolder, TakeoverPolicy};
 use ballistic_gel::scene::{Override, Scene};
 use curve::{Curve, Run};
 use ladder::{HasFailed, Rung};
 use std::path::{Path, PathBuf};
-use work::{Work, named};
+use work::Work;
 
+/// Name of the command in the manifest of its folder.
+const COMMAND: &str = "trade";
 /// What the first Ctrl-C is answered with.
 const WAITING: &str = "interrupted: finished runs are kept, the others are left; the same command goes on from there";
 
 /// Measures the curve, writes it, and says with which status to end.
 pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, Failure> {
     let task = Task::read(options)?;
+    let mut folder = task.claim()?;
     let note = console.listener();
     if let Err(error) = interrupt::listen(move || note(WAITING)) {
         console.note(&format!("Ctrl-C will not keep what was computed: {error}"));
@@ -47,15 +53,16 @@ pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, Failure> {
         task.folder.display()
     ));
     if options.options {
-        let runs = task.work(console, switches::REPEATS, |work| work.all(task.all(switches::rungs(&task.scene))))?;
-        switches::show(&task, &runs, console)?;
-        return Ok(task.status(console));
+        let rungs = task.all(switches::rungs(&task.scene));
+        let runs = task.work(&mut folder, console, switches::REPEATS, |work| work.all(rungs))?;
+        switches::show(&task, &runs, &mut folder, console)?;
+        return task.end(folder, console);
     }
-    let curve = Curve::of(&task.work(console, 1, |work| task.runs(work))?);
+    let curve = Curve::of(&task.work(&mut folder, console, 1, |work| task.runs(work))?);
     let others = options.with.as_deref().map_or(Ok(vec![]), |path| others::read(path, &curve))?;
-    paper::write(&task.folder, &curve, picture::svg(&base.name, &curve, &others))?;
+    paper::write(&mut folder, &curve, picture::svg(&base.name, &curve, &others)).map_err(RunError::from)?;
     console.result(&paper::value(&base.name, &curve), &paper::text(&curve, &task.folder, console));
-    Ok(task.status(console))
+    task.end(folder, console)
 }
 
 /// The scene whose curve is measured.
@@ -83,22 +90,22 @@ impl<'a> Task<'a> {
     /// Has work done, with a bar; each run so many times.
     fn work(
         &self,
+        folder: &mut ResultFolder,
         console: &Console,
         repeats: usize,
-        work: impl FnOnce(&Work<'_>) -> Result<Vec<Run>, Failure>,
+        work: impl FnOnce(&mut Work<'_>) -> Result<Vec<Run>, Failure>,
     ) -> Result<Vec<Run>, Failure> {
-        let bar = Bar::new(console.is_quiet());
-        let folder = self.folder.join("rows");
-        if self.options.afresh && folder.exists() {
-            std::fs::remove_dir_all(&folder).map_err(named("empty", &folder))?;
+        let bar = Bar::new(console);
+        if self.options.afresh {
+            folder.remove_all(work::ROWS).map_err(RunError::from)?;
         }
-        let runs = work(&Work { folder, jobs: self.options.jobs, repeats, bar: &bar });
+        let runs = work(&mut Work { folder, jobs: self.options.jobs, repeats, bar: &bar });
         bar.clear();
         runs
     }
 
     /// The scene as it comes, and then what is around it.
-    fn runs(&self, work: &Work<'_>) -> Result<Vec<Run>, Failure> {
+    fn runs(&self, work: &mut Work<'_>) -> Result<Vec<Run>, Failure> {
         let mut runs = work.all(self.all(vec![Rung::base()]))?;
         let failed = runs.iter().any(|run| run.row.as_ref().map_or(true, |row| row.failure.is_some()));
         let has_failed = if failed { HasFailed::Yes } else { HasFailed::No };
@@ -107,12 +114,26 @@ impl<'a> Task<'a> {
         Ok(runs)
     }
 
-    fn status(&self, console: &Console) -> u8 {
-        if !interrupt::asked() {
-            return 0;
+    /// Claims the folder: rows that this command has made there are gone on with.
+    fn claim(&self) -> Result<ResultFolder, Failure> {
+        let files: &[&str] = if self.options.options { &[switches::FILE] } else { &paper::FILES };
+        let needs: Vec<String> = files.iter().map(|file| (*file).to_owned()).collect();
+        let source = source::load(&self.options.scene, &self.options.set)?;
+        let mut inputs = results::inputs(&self.options.scene, &source);
+        inputs.extend(self.options.with.clone());
+        let policy = TakeoverPolicy::Continue;
+        results::claim(&self.folder, &FolderClaim { command: COMMAND, policy, needs: &needs, inputs: &inputs })
+    }
+
+    /// Completes the folder, and says with which status to end.
+    fn end(&self, mut folder: ResultFolder, console: &Console) -> Result<u8, Failure> {
+        let state = if interrupt::asked() { FolderState::Interrupted } else { FolderState::Complete };
+        folder.begin().and_then(|()| folder.mark(state)).map_err(RunError::from)?;
+        if state == FolderState::Complete {
+            return Ok(0);
         }
         console.error(&format!("interrupted; finished runs are kept in {}", self.folder.display()));
-        interrupt::INTERRUPTED
+        Ok(interrupt::INTERRUPTED)
     }
 
     fn wants(&self, knob: &str) -> bool {

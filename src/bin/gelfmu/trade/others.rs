@@ -2,6 +2,7 @@
 
 use super::curve::{Curve, QUANTITIES, Reference};
 use crate::failure::Failure;
+use ballistic_gel::fmi2;
 use std::path::Path;
 
 /// A run of another code.
@@ -15,6 +16,8 @@ pub struct Other {
     pub error: Option<f64>,
 }
 
+/// Bytes of the longest table that is read.
+const MOST_BYTES: u64 = 1 << 24;
 /// Columns of the file that are no figures.
 const NAME: &str = "run";
 const COST: &str = "cpu_seconds";
@@ -25,7 +28,8 @@ pub fn read(path: &Path, curve: &Curve) -> Result<Vec<Other>, Failure> {
     let refuse = |place: &str, found: &str, expected: &str| {
         Failure::BadInput(format!("--with {}: {place}found {found}, expected {expected}", path.display()))
     };
-    let text = std::fs::read_to_string(path).map_err(|error| refuse("", &error.to_string(), "a CSV file"))?;
+    let text =
+        fmi2::read_limited_text(path, MOST_BYTES).map_err(|error| refuse("", &error.to_string(), "a CSV file"))?;
     let mut lines = text.lines().enumerate();
     let header: Vec<&str> = lines.next().map_or(vec![], |(_, line)| line.split(',').map(str::trim).collect());
     let column = |name: &str| {

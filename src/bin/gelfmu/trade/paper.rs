@@ -3,27 +3,25 @@
 use super::curve::{Assessed, Curve, QUANTITIES, Reference};
 use super::levels;
 use super::row::Row;
-use super::work::named;
 use crate::console::Console;
-use crate::failure::Failure;
+use ballistic_gel::output::{OutputError, ResultFolder};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde_json::{Map, Value, json};
-use std::fs;
 use std::path::Path;
 
 /// Writes `trade.md`, `trade.csv` and, if there is one, the picture; one of an earlier curve goes.
-pub fn write(folder: &Path, curve: &Curve, picture: Option<String>) -> Result<(), Failure> {
-    let all = [("trade.md", Some(markdown(curve))), ("trade.csv", Some(csv(curve))), ("trade.svg", picture)];
-    for (name, text) in all {
-        let path = folder.join(name);
-        match text {
-            Some(text) => fs::write(&path, text).map_err(named("write", &path))?,
-            None if path.exists() => fs::remove_file(&path).map_err(named("remove", &path))?,
-            None => {}
-        }
+pub fn write(folder: &mut ResultFolder, curve: &Curve, picture: Option<String>) -> Result<(), OutputError> {
+    let [markdown_file, csv_file, picture_file] = FILES;
+    folder.write(markdown_file, markdown(curve).as_bytes())?;
+    folder.write(csv_file, csv(curve).as_bytes())?;
+    match picture {
+        Some(picture) => folder.write(picture_file, picture.as_bytes()),
+        None => folder.remove(picture_file),
     }
-    Ok(())
 }
+
+/// Names of the files of a curve.
+pub const FILES: [&str; 3] = ["trade.md", "trade.csv", "trade.svg"];
 
 /// Columns of the tables; those of the errors are of [`QUANTITIES`].
 const BEFORE: [&str; 5] = ["knob", "run", "elements", "M updates", "CPU s"];
@@ -128,7 +126,7 @@ pub fn text(curve: &Curve, folder: &Path, console: &Console) -> String {
     } else {
         format!("{}\n{}", console.heading("levels, as lines of the scene"), levels::lines(&chosen))
     };
-    let files = ["trade.md", "trade.csv", "trade.svg"].map(|name| folder.join(name));
+    let files = FILES.map(|name| folder.join(name));
     let files: Vec<String> = files.iter().filter(|path| path.exists()).map(|path| path.display().to_string()).collect();
     format!("{table}\n{LEGEND}\n\n{}\n\n{levels}\n{}", lists.join("\n\n"), files.join("\n"))
 }

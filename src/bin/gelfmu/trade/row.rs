@@ -1,6 +1,7 @@
 //! One run of the ladder: what came out and what it cost. It has a process of its own, whose CPU time is nobody else's.
 
 use super::importer::{self, Importer};
+use crate::console;
 use crate::failure::Failure;
 use crate::job::RunError;
 use crate::options::RowOptions;
@@ -55,8 +56,9 @@ pub fn print(options: &RowOptions) -> Result<(), Failure> {
         row.cpu_seconds = row.cpu_seconds.min(again.cpu_seconds);
         row.wall_seconds = row.wall_seconds.min(again.wall_seconds);
     }
-    println!("{}", serde_json::to_string(&row).expect("numbers and text can be written"));
-    Ok(())
+    let text = serde_json::to_string(&row).expect("numbers and text can be written");
+    console::print(&text)
+        .map_err(|source| Failure::Run(RunError::File { verb: "write to", path: "standard output".into(), source }))
 }
 
 fn run(scene: &Scene, importer: Importer) -> Result<Row, Failure> {

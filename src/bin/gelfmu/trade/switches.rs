@@ -4,9 +4,10 @@ use super::Task;
 use super::curve::Run;
 use super::ladder::Rung;
 use super::row::Row;
-use super::work::named;
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::job::RunError;
+use ballistic_gel::output::ResultFolder;
 use ballistic_gel::scene::{BodyShape, MaterialModel, Override, Scene};
 use comfy_table::{CellAlignment, Table, presets};
 use serde_json::{Value, json};
@@ -113,8 +114,11 @@ fn cells(run: &Run, base: &Row) -> Vec<String> {
     [name.to_owned(), label].into_iter().chain(figures.map(|value| format!("{value:.3}"))).collect()
 }
 
+/// Name of the file of the table.
+pub const FILE: &str = "options.md";
+
 /// Prints the table and writes `options.md`.
-pub fn show(task: &Task<'_>, runs: &[Run], console: &Console) -> Result<(), Failure> {
+pub fn show(task: &Task<'_>, runs: &[Run], folder: &mut ResultFolder, console: &Console) -> Result<(), Failure> {
     let Some(base) = runs.first().and_then(|run| run.row.as_ref().ok()) else {
         return Err(Failure::Stopped("the scene as it comes cannot be run".to_owned()));
     };
@@ -130,8 +134,8 @@ pub fn show(task: &Task<'_>, runs: &[Run], console: &Console) -> Result<(), Fail
     let rule = HEADER.map(|_| "---".to_owned());
     let markdown: String =
         [HEADER.map(str::to_owned).to_vec(), rule.to_vec()].iter().chain(&lines).map(|cells| line(cells)).collect();
-    let path = task.folder.join("options.md");
-    std::fs::write(&path, markdown).map_err(named("write", &path))?;
+    let path = task.folder.join(FILE);
+    folder.write(FILE, markdown.as_bytes()).map_err(RunError::from)?;
     let value = |run: &Run| json!({ "option": run.rung.knob, "run": run.rung.label(), "row": run.row.as_ref().ok(), "refused": run.row.as_ref().err() });
     let values: Vec<Value> = runs.iter().map(value).collect();
     console

@@ -8,20 +8,23 @@ use crate::interrupt;
 use crate::job::RunError;
 use crate::progress::Bar;
 use crate::source::Source;
+use ballistic_gel::fmi2;
+use ballistic_gel::output::ResultFolder;
 use ballistic_gel::scene::Levels;
-use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+/// Bytes of the longest row that is read.
+const MOST_ROW_BYTES: u64 = 1 << 20;
 /// How often processes are looked after.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// Where rows are kept, and how many are made at once.
 pub struct Work<'a> {
-    /// Folder of the rows.
-    pub folder: PathBuf,
+    /// Folder of the curve, which has that of the rows.
+    pub folder: &'a mut ResultFolder,
     /// Processes at once.
     pub jobs: usize,
     /// How often each run is made; the least CPU time counts.
@@ -30,11 +33,14 @@ pub struct Work<'a> {
     pub bar: &'a Bar,
 }
 
+/// Folder of the rows in that of the curve.
+pub const ROWS: &str = "rows";
+
 /// A run that is to be made: what it is, its scene, and the file that keeps its row.
 struct Task {
     index: usize,
     rung: Rung,
-    file: PathBuf,
+    file: String,
     text: PathBuf,
     folder: PathBuf,
     repeats: usize,
@@ -42,8 +48,7 @@ struct Task {
 
 impl Work<'_> {
     /// Makes the runs that are not there yet; those that an interruption leaves are not among what is given back.
-    pub fn all(&self, rungs: Vec<(Rung, Result<Source, Failure>)>) -> Result<Vec<Run>, Failure> {
-        fs::create_dir_all(&self.folder).map_err(named("create", &self.folder))?;
+    pub fn all(&mut self, rungs: Vec<(Rung, Result<Source, Failure>)>) -> Result<Vec<Run>, Failure> {
         let (mut runs, mut tasks) = (vec![], vec![]);
         for (index, (rung, source)) in rungs.into_iter().enumerate() {
             match source {
@@ -61,23 +66,28 @@ impl Work<'_> {
     }
 
     /// The row of a run that was made before, and the file for it.
-    fn kept(&self, rung: &Rung, source: &Source) -> Result<(Option<Result<Row, String>>, PathBuf), Failure> {
-        let file = self.folder.join(format!("{:032x}.json", key(rung, source, self.repeats)));
-        match fs::read_to_string(&file) {
+    fn kept(&self, rung: &Rung, source: &Source) -> Result<(Option<Result<Row, String>>, String), Failure> {
+        let name = format!("{ROWS}/{:032x}.json", key(rung, source, self.repeats));
+        let file = self.folder.place(&name);
+        if !self.folder.owns(&name) {
+            return Ok((None, name));
+        }
+        match fmi2::read_limited_text(&file, MOST_ROW_BYTES) {
             // A file that was cut off is made again.
-            Ok(text) => Ok((serde_json::from_str::<Result<Row, String>>(&text).ok(), file)),
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok((None, file)),
+            Ok(text) => Ok((serde_json::from_str::<Result<Row, String>>(&text).ok(), name)),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok((None, name)),
             Err(error) => Err(named("read", &file)(error)),
         }
     }
 
-    fn task(&self, index: usize, rung: Rung, file: PathBuf, source: &Source) -> Result<Task, Failure> {
-        let text = file.with_extension("toml");
-        fs::write(&text, &source.text).map_err(named("write", &text))?;
+    fn task(&mut self, index: usize, rung: Rung, file: String, source: &Source) -> Result<Task, Failure> {
+        let name = file.replace(".json", ".toml");
+        self.folder.write(&name, source.text.as_bytes()).map_err(RunError::from)?;
+        let text = self.folder.place(&name);
         Ok(Task { index, rung, file, text, folder: source.folder.clone(), repeats: self.repeats })
     }
 
-    fn make(&self, tasks: Vec<Task>) -> Result<Vec<(usize, Run)>, Failure> {
+    fn make(&mut self, tasks: Vec<Task>) -> Result<Vec<(usize, Run)>, Failure> {
         let (total, mut done) = (tasks.iter().map(|task| task.rung.guess).sum::<f64>(), 0.0);
         let (mut waiting, mut going, mut runs) = (tasks.into_iter(), Vec::<(Task, Child)>::new(), vec![]);
         loop {
@@ -104,11 +114,25 @@ impl Work<'_> {
                     going.push((task, child));
                     continue;
                 }
-                let row = task.end(&mut child)?;
+                let row = self.end(&task, &mut child)?;
                 done += task.rung.guess;
                 runs.push((task.index, Run { rung: task.rung, row }));
             }
         }
+    }
+}
+
+impl Work<'_> {
+    /// What a process said; kept in the folder, so that it is not run again, unless it was ended from outside.
+    fn end(&mut self, task: &Task, child: &mut Child) -> Result<Result<Row, String>, Failure> {
+        let row = match task.said(child)? {
+            RowOutcome::Made(row) => row,
+            RowOutcome::Lost(how) => return Ok(Err(how)),
+        };
+        let text = serde_json::to_string_pretty(&row).expect("numbers and text can be written");
+        let kept = self.folder.write(&task.file, text.as_bytes()).and_then(|()| self.folder.begin());
+        kept.map_err(RunError::from)?;
+        Ok(row)
     }
 }
 
@@ -118,8 +142,8 @@ fn key(rung: &Rung, source: &Source, repeats: usize) -> u128 {
     // What was measured before changes nothing.
     scene.fidelity = Levels::default();
     let scene = serde_json::to_string(&scene).expect("a scene consists of tables, numbers and text");
-    let files: Vec<Vec<u8>> =
-        source.scene.files().iter().filter_map(|(_, name)| fs::read(source.folder.join(name)).ok()).collect();
+    let read = fmi2::files_in(&source.folder);
+    let files: Vec<Vec<u8>> = source.scene.files().iter().filter_map(|(_, name)| read(name).ok()).collect();
     let again = if repeats == 1 { String::new() } else { repeats.to_string() };
     let all = format!("{}{again} {} {scene} {files:?}", env!("CARGO_PKG_VERSION"), rung.importer.as_str());
     xxhash_rust::xxh3::xxh3_128(all.as_bytes())
@@ -135,8 +159,8 @@ impl Task {
         command.spawn().map_err(named("start a run of", &self.text))
     }
 
-    /// What the process said; kept in the folder, so that it is not run again, unless it was ended from outside.
-    fn end(&self, child: &mut Child) -> Result<Result<Row, String>, Failure> {
+    /// What the process said, or that it was ended from outside.
+    fn said(&self, child: &mut Child) -> Result<RowOutcome, Failure> {
         let (mut out, mut complaint) = (String::new(), String::new());
         for (pipe, to) in [
             (child.stdout.as_mut().map(|p| p as &mut dyn Read), &mut out),
@@ -145,17 +169,22 @@ impl Task {
             pipe.map_or(Ok(0), |pipe| pipe.read_to_string(to)).map_err(named("read from", &self.text))?;
         }
         let status = child.wait().map_err(named("wait for", &self.text))?;
-        let row = match serde_json::from_str::<Row>(&out) {
-            Ok(row) => Ok(row),
+        Ok(match serde_json::from_str::<Row>(&out) {
+            Ok(row) => RowOutcome::Made(Ok(row)),
             Err(_) if status.code().is_none() => {
-                return Ok(Err(format!("its process was ended from outside: {status}")));
+                RowOutcome::Lost(format!("its process was ended from outside: {status}"))
             }
-            Err(_) => Err(complaint.trim().trim_start_matches("error: ").to_owned()),
-        };
-        let text = serde_json::to_string_pretty(&row).expect("numbers and text can be written");
-        fs::write(&self.file, text).map_err(named("write", &self.file))?;
-        Ok(row)
+            Err(_) => RowOutcome::Made(Err(complaint.trim().trim_start_matches("error: ").to_owned())),
+        })
     }
+}
+
+/// What came of a process.
+enum RowOutcome {
+    /// A row, or why there is none: the same again.
+    Made(Result<Row, String>),
+    /// It was ended from outside: how.
+    Lost(String),
 }
 
 /// Ends a process of ours; it may have ended by itself.

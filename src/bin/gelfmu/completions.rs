@@ -1,0 +1,84 @@
+//! Completion scripts: those of `clap_complete`, in which a scene is a name or a path.
+
+use crate::options::Options;
+use ballistic_gel::scene;
+use clap::builder::{PossibleValue, TypedValueParser};
+use clap::error::ErrorKind;
+use clap::{Arg, Command, CommandFactory};
+use clap_complete::Shell;
+use std::ffi::OsStr;
+use std::fmt::Write as _;
+
+/// Commands that take a scene as their first argument.
+const TAKE_A_SCENE: [&str; 6] = ["run", "calibrate", "check", "remesh-demo", "trade", "scenes"];
+
+/// Name of a built-in scene or path of a file: the names are completed, and every text is taken.
+#[derive(Debug, Clone, Copy)]
+pub struct SceneNameParser;
+
+impl TypedValueParser for SceneNameParser {
+    type Value = String;
+
+    fn parse_ref(&self, command: &Command, _: Option<&Arg>, value: &OsStr) -> Result<String, clap::Error> {
+        value.to_str().map(str::to_owned).ok_or_else(|| clap::Error::new(ErrorKind::InvalidUtf8).with_cmd(command))
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(scene::builtins().map(|(name, _)| PossibleValue::new(name))))
+    }
+}
+
+/// The script for a shell.
+pub fn script(shell: Shell) -> String {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Options::command(), "gelfmu", &mut script);
+    let script = String::from_utf8_lossy(&script);
+    match shell {
+        Shell::Zsh => zsh(&script),
+        Shell::Fish => fish(&script),
+        // Bash completes paths where no name fits; the scripts of the other shells complete no values.
+        _ => script.into_owned(),
+    }
+}
+
+fn names() -> String {
+    scene::builtins().map(|(name, _)| name).collect::<Vec<_>>().join(" ")
+}
+
+/// Where only the names would be completed, paths are, too.
+fn zsh(script: &str) -> String {
+    let (names, action) = (names(), "_gelfmu_scene");
+    let function =
+        format!("{action}() {{\n    _alternative 'scenes:scene:({names})' 'files:scene file:_files'\n}}\n\n");
+    let script = script.replace(&format!(":({names})"), &format!(":{action}"));
+    script.replacen("_gelfmu() {", &format!("{function}_gelfmu() {{"), 1)
+}
+
+/// Arguments without an option have no values in this script, and options with values no paths.
+fn fish(script: &str) -> String {
+    let mut script = script.replace(" -r -f -a \"fbi-bb", " -r -F -a \"fbi-bb");
+    for command in TAKE_A_SCENE {
+        let condition = format!("__fish_gelfmu_using_subcommand {command}");
+        writeln!(script, "complete -c gelfmu -n \"{condition}\" -F -a \"{}\"", names()).expect("a string grows");
+    }
+    script
+}
+
+#[cfg(test)]
+mod tests {
+    use super::script;
+    use clap_complete::Shell;
+
+    #[test]
+    fn scenes_and_levels_are_completed_and_paths_stay_possible() {
+        let bash = script(Shell::Bash);
+        assert!(bash.contains("sphere-block") && bash.contains("draft coarse standard fine reference"));
+        assert!(bash.contains("-o bashdefault -o default gelfmu"), "paths where no name fits");
+        let zsh = script(Shell::Zsh);
+        assert!(zsh.contains(":_gelfmu_scene'") && zsh.contains("files:scene file:_files"), "{zsh}");
+        assert!(zsh.contains("(draft coarse standard fine reference)"));
+        let fish = script(Shell::Fish);
+        assert!(fish.contains("__fish_gelfmu_using_subcommand check\" -F -a \"fbi-bb"), "{fish}");
+        assert!(!fish.contains("-f -a \"fbi-bb"), "options take paths, too");
+    }
+}

@@ -1,0 +1,335 @@
+//! `gelfmu.jsonl`: the manifest of a folder of results, a journal of one JSON object per line, with the lock of the folder.
+
+use super::STAGING;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Component, Path};
+use std::thread::sleep;
+use std::time::Duration;
+
+/// Name of the manifest in its folder.
+pub(super) const MANIFEST: &str = "gelfmu.jsonl";
+/// Longest manifest that is read: a run of 10 000 frames writes 1 MB, each run that replaces it some lines.
+const MOST_BYTES: u64 = 1 << 26;
+/// Another process holds the lock for a moment when it looks whether it may write: that is no run.
+const ATTEMPTS: usize = 25;
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// State of a folder of results.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FolderState {
+    /// Claimed by a process that has no results yet.
+    Claimed,
+    /// Files are being written, or the process was killed.
+    Running,
+    /// The run has reached its end.
+    Complete,
+    /// The run was ended before its end, and has kept its results so far.
+    Interrupted,
+    /// The run could not go on, or its files could not be written any more.
+    Failed,
+}
+
+/// One line of the journal.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct JournalLine {
+    /// The first line alone: the command that made the folder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    results_of: Option<String>,
+    /// Release that wrote the line above.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    version: Option<String>,
+    /// New state of the folder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    state: Option<FolderState>,
+    /// Process whose FMU may take the claim over.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    process: Option<u32>,
+    /// File of ours from now on; its path from the folder, with `/`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file: Option<String>,
+    /// File that is no longer ours.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    removed: Option<String>,
+}
+
+/// Contents of a manifest.
+#[derive(Debug, Clone, Default)]
+pub(super) struct FolderContents {
+    /// Command that made the folder; none in a manifest whose first line is still to come.
+    pub(super) command: Option<String>,
+    /// Last state.
+    pub(super) state: Option<FolderState>,
+    /// Process that has handed the claim over to its FMU.
+    pub(super) process: Option<u32>,
+    /// Files of ours.
+    pub(super) files: BTreeSet<String>,
+}
+
+/// An open manifest. Its lock, if it could be had, is held as long as it lives.
+#[derive(Debug)]
+pub(super) struct FolderManifest {
+    file: File,
+    pub(super) contents: FolderContents,
+}
+
+/// Why a manifest is not ours to use.
+#[derive(Debug)]
+pub(super) enum ManifestError {
+    /// It cannot be read or written.
+    Io(io::Error),
+    /// This line of it is none of a manifest.
+    Line(usize),
+}
+
+impl From<io::Error> for ManifestError {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+/// Whether the lock of a manifest could be had.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LockOutcome {
+    /// It is ours, or the system has no locks here.
+    Held,
+    /// Another run has it.
+    Busy,
+}
+
+impl FolderManifest {
+    /// Makes the manifest of a folder that has none, exclusively, and claims the folder for this process.
+    ///
+    /// # Errors
+    /// `AlreadyExists` if another process was faster.
+    pub(super) fn create(folder: &Path, command: &str) -> io::Result<Self> {
+        let file = OpenOptions::new().read(true).write(true).create_new(true).open(folder.join(MANIFEST))?;
+        if lock(&file) == LockOutcome::Busy {
+            return Err(io::ErrorKind::AlreadyExists.into());
+        }
+        let mut manifest = Self { file, contents: FolderContents::default() };
+        manifest.head(command).inspect_err(|_| {
+            // The first error says why; a manifest without a line is taken over by the next run.
+            drop(fs::remove_file(folder.join(MANIFEST)));
+        })?;
+        Ok(manifest)
+    }
+
+    /// Writes the first lines.
+    fn head(&mut self, command: &str) -> io::Result<()> {
+        let (results_of, version) = (Some(command.to_owned()), Some(env!("CARGO_PKG_VERSION").to_owned()));
+        self.append(&JournalLine { results_of, version, ..JournalLine::default() })?;
+        self.contents.command = Some(command.to_owned());
+        self.mark(FolderState::Claimed)
+    }
+
+    /// Opens the manifest of a folder that has one, and locks it if no other run has it.
+    ///
+    /// A manifest without a first line belongs to a process that is just writing it, or was killed before: it is waited for
+    /// a moment.
+    pub(super) fn open(folder: &Path) -> Result<(Self, LockOutcome), ManifestError> {
+        let file = OpenOptions::new().read(true).write(true).open(folder.join(MANIFEST))?;
+        let mut manifest = Self { file, contents: FolderContents::default() };
+        let mut outcome = try_lock(&manifest.file);
+        for attempt in 1..=ATTEMPTS {
+            match manifest.read() {
+                Ok(()) if manifest.contents.is_handed_over() || is_staging_handed_over(folder) => break,
+                Ok(()) if manifest.contents.command.is_some() && outcome == LockOutcome::Held => break,
+                Err(ManifestError::Line(line)) => return Err(ManifestError::Line(line)),
+                Err(ManifestError::Io(error)) if outcome == LockOutcome::Held => return Err(error.into()),
+                // Some systems let no one read a locked file.
+                Ok(()) | Err(ManifestError::Io(_)) if attempt == ATTEMPTS => break,
+                Ok(()) | Err(ManifestError::Io(_)) => drop(manifest.file.unlock()),
+            }
+            sleep(PAUSE);
+            outcome = try_lock(&manifest.file);
+        }
+        if outcome == LockOutcome::Held {
+            manifest.cut_broken_line()?;
+        }
+        Ok((manifest, outcome))
+    }
+
+    /// Reads the journal again: another handle of this process may have written.
+    pub(super) fn read(&mut self) -> Result<(), ManifestError> {
+        let text = self.text()?;
+        let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+        let mut contents = FolderContents::default();
+        for (number, line) in (1..).zip(whole.lines()) {
+            let line = serde_json::from_str(line).map_err(|_| ManifestError::Line(number))?;
+            contents.take(line).ok_or(ManifestError::Line(number))?;
+        }
+        self.contents = contents;
+        Ok(())
+    }
+
+    fn text(&mut self) -> Result<String, ManifestError> {
+        let mut bytes = vec![];
+        self.file.seek(SeekFrom::Start(0))?;
+        (&self.file).take(MOST_BYTES).read_to_end(&mut bytes)?;
+        String::from_utf8(bytes).map_err(|_| ManifestError::Line(1))
+    }
+
+    /// Removes a last line that a killed process has left half-written.
+    fn cut_broken_line(&mut self) -> Result<(), ManifestError> {
+        let text = self.text()?;
+        let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        if whole < text.len() {
+            self.file.set_len(whole as u64)?;
+        }
+        Ok(())
+    }
+
+    /// Notes the state of the folder.
+    pub(super) fn mark(&mut self, state: FolderState) -> io::Result<()> {
+        self.append(&JournalLine { state: Some(state), ..JournalLine::default() })?;
+        (self.contents.state, self.contents.process) = (Some(state), None);
+        Ok(())
+    }
+
+    /// Notes that a file is ours, before it is there.
+    pub(super) fn enlist(&mut self, name: &str) -> io::Result<()> {
+        if self.contents.files.contains(name) {
+            return Ok(());
+        }
+        self.append(&JournalLine { file: Some(name.to_owned()), ..JournalLine::default() })?;
+        self.contents.files.insert(name.to_owned());
+        Ok(())
+    }
+
+    /// Notes that a file is no longer ours, after it was removed.
+    pub(super) fn strike_out(&mut self, name: &str) -> io::Result<()> {
+        self.append(&JournalLine { removed: Some(name.to_owned()), ..JournalLine::default() })?;
+        self.contents.files.remove(name);
+        Ok(())
+    }
+
+    /// Appends a line, whole or not at all.
+    fn append(&mut self, line: &JournalLine) -> io::Result<()> {
+        let text = serde_json::to_string(line)? + "\n";
+        let before = self.file.seek(SeekFrom::End(0))?;
+        self.file.write_all(text.as_bytes()).inspect_err(|_| {
+            // The first error says why; a broken last line is passed over by who reads it.
+            drop(self.file.set_len(before));
+        })
+    }
+
+    /// Notes that the FMU that this process runs may take the claim over.
+    pub(super) fn hand_over(&mut self) -> io::Result<()> {
+        let (state, process) = (Some(FolderState::Claimed), Some(std::process::id()));
+        self.append(&JournalLine { state, process, ..JournalLine::default() })?;
+        (self.contents.state, self.contents.process) = (state, process);
+        // Some systems let no one else read a locked file.
+        if cfg!(windows) {
+            self.file.unlock()?;
+        }
+        Ok(())
+    }
+}
+
+impl FolderContents {
+    /// Takes a line of the journal; nothing of one that no manifest has.
+    fn take(&mut self, line: JournalLine) -> Option<()> {
+        if self.command.is_none() {
+            self.command = Some(line.results_of?);
+        }
+        if let Some(state) = line.state {
+            (self.state, self.process) = (Some(state), line.process);
+        }
+        if let Some(file) = line.file {
+            leads_down(&file).then(|| self.files.insert(file))?;
+        }
+        if let Some(removed) = line.removed {
+            self.files.remove(&removed);
+        }
+        Some(())
+    }
+
+    /// Returns true if this process has claimed the folder for the FMU that it runs.
+    pub(super) fn is_handed_over(&self) -> bool {
+        self.state == Some(FolderState::Claimed) && self.process == Some(std::process::id())
+    }
+}
+
+/// Returns true if this process has claimed the folder for the FMU that it runs, to replace an earlier run.
+pub(super) fn is_staging_handed_over(folder: &Path) -> bool {
+    let Ok(file) = File::open(folder.join(STAGING).join(MANIFEST)) else { return false };
+    let mut manifest = FolderManifest { file, contents: FolderContents::default() };
+    manifest.read().is_ok() && manifest.contents.is_handed_over()
+}
+
+/// Returns true if a name leads to a file inside its folder.
+fn leads_down(name: &str) -> bool {
+    !name.is_empty() && Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
+}
+
+/// Tries to lock a file that was just made, for a moment.
+fn lock(file: &File) -> LockOutcome {
+    let mut outcomes = (0..ATTEMPTS).map(|attempt| {
+        sleep(if attempt == 0 { Duration::ZERO } else { PAUSE });
+        try_lock(file)
+    });
+    outcomes.find(|outcome| *outcome == LockOutcome::Held).unwrap_or(LockOutcome::Busy)
+}
+
+/// Where the system has no locks, a run goes on without this protection.
+fn try_lock(file: &File) -> LockOutcome {
+    match file.try_lock() {
+        Ok(()) | Err(TryLockError::Error(_)) => LockOutcome::Held,
+        Err(TryLockError::WouldBlock) => LockOutcome::Busy,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn journal(text: &str) -> Result<FolderContents, ManifestError> {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join(MANIFEST), text).unwrap();
+        FolderManifest::open(folder.path()).map(|(manifest, _)| manifest.contents)
+    }
+
+    #[test]
+    fn a_journal_is_replayed_up_to_its_last_whole_line() {
+        let text = "{\"results_of\":\"run\",\"version\":\"0\"}\n{\"state\":\"claimed\",\"process\":7}\n\
+                    {\"file\":\"a\"}\n{\"file\":\"frames/b\"}\n{\"removed\":\"a\"}\n{\"state\":\"running\"}\n{\"file\":\"c";
+        let contents = journal(text).unwrap();
+        assert_eq!(contents.command.as_deref(), Some("run"));
+        assert_eq!((contents.state, contents.process), (Some(FolderState::Running), None));
+        assert_eq!(contents.files, BTreeSet::from(["frames/b".to_owned()]));
+    }
+
+    #[test]
+    fn a_file_of_this_name_that_is_no_manifest_is_refused_with_its_line() {
+        let head = "{\"results_of\":\"run\"}\n";
+        for (text, line) in [
+            ("{\"mine\":1}\n".to_owned(), 1),
+            (format!("{head}hello\n"), 2),
+            (format!("{head}{{\"file\":\"../a\"}}\n"), 2),
+            (format!("{head}{{\"file\":\"/a\"}}\n"), 2),
+            (format!("{head}{{\"file\":\"\"}}\n"), 2),
+        ] {
+            assert!(matches!(journal(&text), Err(ManifestError::Line(found)) if found == line), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_manifest_is_held_by_one_handle() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut first = FolderManifest::create(folder.path(), "run").unwrap();
+        first.enlist("a").unwrap();
+        let error = FolderManifest::create(folder.path(), "run").unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::AlreadyExists);
+        let (second, outcome) = FolderManifest::open(folder.path()).unwrap();
+        assert_eq!(outcome, LockOutcome::Busy);
+        assert!(second.contents.files.contains("a") && !second.contents.is_handed_over());
+        first.hand_over().unwrap();
+        assert!(FolderManifest::open(folder.path()).unwrap().0.contents.is_handed_over());
+        drop((first, second));
+        assert_eq!(FolderManifest::open(folder.path()).unwrap().1, LockOutcome::Held);
+    }
+}

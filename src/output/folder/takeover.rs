@@ -1,0 +1,190 @@
+//! How a run takes over a folder that has results: what it checks before, and how files are moved.
+
+use super::manifest::{FolderContents, LockOutcome, is_staging_handed_over};
+use super::{
+    ClaimStage, FolderClaim, FolderManifest, FolderRefusal, FolderState, MANIFEST, OutputError, ResultFolder, STAGING,
+    TakeoverPolicy, files, is_there, naming, remove_empty,
+};
+use same_file::Handle;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+impl ResultFolder {
+    /// Takes a folder that is ours, if the claim allows it.
+    pub(super) fn take_over(mut self, outcome: LockOutcome, wanted: &FolderClaim) -> Result<Self, OutputError> {
+        // Until it is known that the folder is for this run, nothing of it is given up.
+        self.stage = ClaimStage::Adopted;
+        if self.is_for_this_fmu(outcome) && self.contents().command.as_deref() == Some(wanted.command) {
+            self.adopt()?;
+            return Ok(self);
+        }
+        self.refuse_unfit(outcome, wanted)?;
+        self.refuse_foreign(wanted.needs)?;
+        self.refuse_inputs(wanted)?;
+        match wanted.policy {
+            TakeoverPolicy::Continue => {
+                self.begin()?;
+                Ok(self)
+            }
+            TakeoverPolicy::Refuse | TakeoverPolicy::Replace => self.stage_anew(wanted.command),
+        }
+    }
+
+    /// Takes a claim over that was handed to the FMU of this process; no other instance can take it then.
+    fn adopt(&mut self) -> Result<(), OutputError> {
+        self.staging = Some(self.path.join(STAGING)).filter(|staging| is_there(staging));
+        match &self.staging {
+            None => self.manifest.mark(FolderState::Claimed).map_err(naming(&self.path.join(MANIFEST))),
+            Some(staging) => {
+                self.staged_manifest(|manifest| manifest.mark(FolderState::Claimed)).map_err(naming(staging))
+            }
+        }
+    }
+
+    /// Returns true if the command that runs in this process holds the folder for its FMU.
+    fn is_for_this_fmu(&self, outcome: LockOutcome) -> bool {
+        let held = outcome == LockOutcome::Busy || cfg!(windows);
+        held && (self.contents().is_handed_over() || is_staging_handed_over(&self.path))
+    }
+
+    fn contents(&self) -> &FolderContents {
+        &self.manifest.contents
+    }
+
+    fn refused(&self, refusal: FolderRefusal) -> OutputError {
+        OutputError::refused(&self.path, refusal)
+    }
+
+    fn refuse_unfit(&self, outcome: LockOutcome, wanted: &FolderClaim) -> Result<(), OutputError> {
+        if outcome == LockOutcome::Busy {
+            return Err(self.refused(FolderRefusal::Busy));
+        }
+        let others = self.contents().command.clone().filter(|command| command != wanted.command);
+        if let Some(command) = others {
+            return Err(self.refused(FolderRefusal::OtherCommand { command }));
+        }
+        // A start that was killed has left nothing that anybody misses.
+        let is_empty_claim = self.contents().state == Some(FolderState::Claimed) && !cfg!(windows);
+        if wanted.policy == TakeoverPolicy::Refuse && !is_empty_claim {
+            return Err(self.refused(FolderRefusal::Occupied));
+        }
+        Ok(())
+    }
+
+    /// Refuses files that are not ours where files are to be written or removed, and links that lead elsewhere.
+    fn refuse_foreign(&self, needs: &[String]) -> Result<(), OutputError> {
+        let all = || needs.iter().chain(&self.contents().files);
+        let folders: BTreeSet<&Path> = all().flat_map(|name| Path::new(name).ancestors().skip(1)).collect();
+        let strange_folder = folders
+            .into_iter()
+            .map(|folder| self.path.join(folder))
+            .find(|folder| *folder != self.path && fs::symlink_metadata(folder).is_ok_and(|found| !found.is_dir()));
+        let strange_file = || {
+            all().map(|name| (self.owns(name), self.path.join(name))).find_map(|(ours, place)| {
+                let found = fs::symlink_metadata(&place).ok()?;
+                (!ours || found.is_dir()).then_some(place)
+            })
+        };
+        match strange_folder.or_else(strange_file) {
+            Some(file) => Err(self.refused(FolderRefusal::InTheWay { file })),
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses to write over files that the run reads, by whatever name they are there.
+    fn refuse_inputs(&self, wanted: &FolderClaim) -> Result<(), OutputError> {
+        let inputs: Vec<Handle> = wanted.inputs.iter().filter_map(|input| handle(input)).collect();
+        if inputs.is_empty() {
+            return Ok(());
+        }
+        let targets = self.contents().files.iter().chain(wanted.needs).map(|name| self.path.join(name));
+        let hit = |target: &PathBuf| handle(target).is_some_and(|target| inputs.contains(&target));
+        match targets.into_iter().find(hit) {
+            Some(file) => Err(self.refused(FolderRefusal::Input { file })),
+            None => Ok(()),
+        }
+    }
+
+    /// Makes the hidden folder for the files of a new run, afresh if a killed run has left it.
+    fn stage_anew(mut self, command: &str) -> Result<Self, OutputError> {
+        let staging = self.path.join(STAGING);
+        if is_there(&staging) {
+            fs::remove_dir_all(&staging).map_err(naming(&staging))?;
+        }
+        fs::create_dir(&staging).map_err(naming(&staging))?;
+        self.staging = Some(staging.clone());
+        self.stage = ClaimStage::Fresh;
+        FolderManifest::create(&staging, command).map_err(naming(&staging))?;
+        Ok(self)
+    }
+
+    /// Moves the files of the hidden folder over those of the earlier run, and removes what is left of that one.
+    pub(super) fn settle(&mut self) -> Result<(), OutputError> {
+        let Some(staging) = self.staging.clone() else { return Ok(()) };
+        let mut names = names_in(&staging, "").map_err(naming(&staging))?;
+        names.remove(MANIFEST);
+        let needs: Vec<String> = names.iter().cloned().collect();
+        self.refuse_foreign(&needs)?;
+        self.mark(FolderState::Running)?;
+        self.stage = ClaimStage::Begun;
+        self.staging = None;
+        for name in &names {
+            let place = self.prepare(name)?;
+            fs::rename(staging.join(name), &place).map_err(naming(&place))?;
+        }
+        let stale: Vec<String> = self.contents().files.difference(&names).cloned().collect();
+        for name in &stale {
+            files::remove(&self.path.join(name))?;
+            self.manifest.strike_out(name).map_err(naming(&self.path.join(MANIFEST)))?;
+        }
+        self.remove_empty_folders(&stale);
+        fs::remove_dir_all(&staging).map_err(naming(&staging))
+    }
+
+    /// Removes folders inside that are empty since these files are gone.
+    fn remove_empty_folders(&self, names: &[String]) {
+        let folders: BTreeSet<&Path> = names.iter().flat_map(|name| Path::new(name).ancestors().skip(1)).collect();
+        let inside = folders.into_iter().rev().filter(|folder| !folder.as_os_str().is_empty());
+        remove_empty(&inside.map(|folder| self.path.join(folder)).collect::<Vec<_>>());
+    }
+
+    /// Takes back a claim that has come to nothing. What cannot be removed is left: there is nobody to tell.
+    pub(super) fn abandon(&mut self) {
+        if let Some(staging) = &self.staging {
+            // It is gone if the FMU of this process has begun with the claim.
+            drop(fs::remove_dir_all(staging));
+            return;
+        }
+        if self.manifest.read().is_err() || self.contents().state != Some(FolderState::Claimed) {
+            return;
+        }
+        let names: Vec<String> = self.contents().files.iter().cloned().collect();
+        for name in &names {
+            drop(fs::remove_file(self.path.join(name)));
+        }
+        self.remove_empty_folders(&names);
+        drop(fs::remove_file(self.path.join(MANIFEST)));
+        remove_empty(&self.made);
+    }
+}
+
+/// A file as the system knows it, by whatever name.
+fn handle(path: &Path) -> Option<Handle> {
+    path.is_file().then(|| Handle::from_path(path).ok()).flatten()
+}
+
+/// Names of all files in a folder, with `/` between folders.
+fn names_in(folder: &Path, prefix: &str) -> std::io::Result<BTreeSet<String>> {
+    let mut names = BTreeSet::new();
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+        if entry.file_type()?.is_dir() {
+            names.append(&mut names_in(&entry.path(), &format!("{name}/"))?);
+        } else {
+            names.insert(name);
+        }
+    }
+    Ok(names)
+}
