@@ -6,6 +6,9 @@
 mod bodies;
 #[path = "fmi2/coupling.rs"]
 mod coupling;
+#[cfg(target_arch = "x86_64")]
+#[path = "fmi2/environment.rs"]
+mod environment;
 #[path = "fmi2/fidelity.rs"]
 mod fidelity;
 #[path = "fmi2/files.rs"]
@@ -23,6 +26,8 @@ mod sensors;
 #[allow(dead_code, reason = "they are shared with the tests of their geometry")]
 #[path = "solid/bodies.rs"]
 mod solids;
+#[path = "fmi2/stack.rs"]
+mod stack;
 #[path = "fmi2/state.rs"]
 mod state;
 #[path = "fmi2/stl.rs"]

@@ -1,6 +1,7 @@
 //! Why a call was refused, and the one place that maps it to a status.
 
 use super::lifecycle::{Call, Phase};
+use super::memory::MemoryShortage;
 use super::snapshot::SnapshotError;
 use super::status::Status;
 use super::table::Kind;
@@ -118,6 +119,9 @@ pub enum CallError {
     /// A file that cannot be written.
     #[error("output_directory: {0}, or leave output_directory empty")]
     Output(#[from] OutputError),
+    /// More memory than is available.
+    #[error("{0}")]
+    Memory(#[from] MemoryShortage),
     /// Asked for what a synchronous slave has not.
     #[error("{what} is not available: no step runs asynchronously")]
     NotAvailable {
@@ -151,6 +155,7 @@ impl CallError {
             | Self::Scene { .. }
             | Self::Build { .. }
             | Self::State(_)
+            | Self::Memory(_)
             | Self::Output(_) => Status::Error,
         }
     }

@@ -12,6 +12,7 @@ mod inputs;
 mod instance;
 mod lifecycle;
 mod logger;
+mod memory;
 mod parameters;
 mod recording;
 mod scalar;
@@ -23,9 +24,13 @@ mod table;
 mod uri;
 mod variables;
 
-pub use abi::{Callbacks, LoggerCallback};
+pub use abi::{Callbacks, LoggerCallback, MemoryReserve};
 pub use call::CallError;
 pub use logger::CATEGORIES;
+pub use memory::{
+    AmountOfMemory, AvailableMemory, MemoryLimit, MemoryPhase, MemoryShortage, RoomError, available_memory, reserve_for_building,
+    reserve_for_step, reserve_memory,
+};
 pub use parameters::{files_in, most_threads};
 pub use recording::folder_name;
 pub use scalar::{Ports, Scalar, scalars, table_of};

@@ -9,6 +9,7 @@ mod history;
 mod loads;
 mod look;
 mod mean;
+mod memory;
 mod model;
 mod observe;
 mod past;
@@ -31,6 +32,7 @@ pub use crate::contact::{Bulge, Exchange, Wrench};
 pub use crate::scene::CouplingMode;
 pub use build::BuildError;
 pub use candidate::Refused;
+pub use memory::{MemoryEstimate, memory_estimate};
 pub use observe::{
     BodyReport, Books, ContactReport, CostReport, EnergyReport, Frame, FrameCells, Observation, Place, SensorReport,
 };
