@@ -231,6 +231,20 @@ impl<const D: usize> State<D> {
         }
     }
 
+    /// Bytes of its arrays, but for a mesh, which copies share.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let Self { position, velocity, excess, stiffness, clocks, alarms, memory, bodies, .. } = self;
+        size_of_val(&position[..])
+            + size_of_val(&velocity[..])
+            + size_of_val(&excess[..])
+            + size_of_val(&stiffness[..])
+            + size_of_val(&clocks[..])
+            + size_of_val(&alarms[..])
+            + size_of_val(&memory[..])
+            + size_of_val(&bodies[..])
+    }
+
     /// What contradicts itself, if anything: lengths, clocks that stand still, numbers that are none.
     ///
     /// # Errors

@@ -6,6 +6,9 @@
 mod bodies;
 #[path = "fmi2/coupling.rs"]
 mod coupling;
+#[cfg(target_arch = "x86_64")]
+#[path = "fmi2/environment.rs"]
+mod environment;
 #[path = "fmi2/exit.rs"]
 mod exit;
 #[path = "fmi2/fidelity.rs"]
@@ -25,6 +28,8 @@ mod sensors;
 #[allow(dead_code, reason = "they are shared with the tests of their geometry")]
 #[path = "solid/bodies.rs"]
 mod solids;
+#[path = "fmi2/stack.rs"]
+mod stack;
 #[path = "fmi2/state.rs"]
 mod state;
 #[path = "fmi2/stl.rs"]

@@ -4,8 +4,9 @@
 //! The C standard's side of the contract is the importer's: a component comes from `fmi2Instantiate` and was not freed,
 //! arrays have the length that is passed with them, strings end with a null byte, and one instance is used by one thread
 //! at a time. What can be checked is checked here: null pointers, text encoding, and that a state is one of ours. Every
-//! function runs inside `guard`, which stops a panic before it reaches C. Log lines are handed over after the
-//! instance was let go, so a logger may call back into the FMU.
+//! function runs inside `guard`, which stops a panic before it reaches C and computes in the default floating-point
+//! environment. Log lines are handed over after the instance was let go and the importer's environment is back, so a
+//! logger may call back into the FMU.
 
 #![allow(unsafe_code)]
 #![allow(non_snake_case)] // the names are those of the standard
@@ -13,10 +14,12 @@
 #![allow(clippy::too_many_arguments)] // the signatures are those of the standard
 
 mod callbacks;
+mod environment;
 #[cfg(feature = "cli")]
 mod importer;
 mod life;
 mod pointers;
+mod reserve;
 mod states;
 mod steps;
 mod values;
@@ -25,6 +28,7 @@ pub use callbacks::{Callbacks, LoggerCallback};
 #[cfg(feature = "cli")]
 pub use importer::{ImportError, LoadedFmu, LoadedState};
 pub use life::*;
+pub use reserve::MemoryReserve;
 pub use states::*;
 pub use steps::*;
 pub use values::*;
@@ -33,6 +37,7 @@ use super::call::CallError;
 use super::component::Component;
 use super::lifecycle::Call;
 use super::status::Status;
+use environment::HostEnvironment;
 use std::ffi::{c_char, c_int, c_void};
 
 /// A component or a state.
@@ -42,7 +47,7 @@ type Text = *const c_char;
 /// A C function and one of its arguments.
 type Place = (&'static str, &'static str);
 
-/// Runs one call: order, panic guard, status and log lines.
+/// Runs one call: floating-point environment, order, panic guard, status and log lines.
 fn guard(
     component: Handle,
     function: &'static str,
@@ -52,7 +57,14 @@ fn guard(
     if component.is_null() {
         return Status::Error as c_int;
     }
+    // What frees memory needs none.
+    if function != "fmi2FreeFMUstate" && !reserve::stands() {
+        // SAFETY: not null, so it came from `fmi2Instantiate` and is used by this thread alone.
+        unsafe { &*component.cast::<Component>() }.logger.complain();
+        return Status::Error as c_int;
+    }
     let (status, lines, logger) = {
+        let _environment = HostEnvironment::replace();
         // SAFETY: not null, so it came from `fmi2Instantiate` and is used by this thread alone.
         let it = unsafe { &mut *component.cast::<Component>() };
         let status = it.run(function, call, body);

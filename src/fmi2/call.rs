@@ -2,6 +2,7 @@
 
 use super::lifecycle::{Call, Phase};
 use super::manifest::ManifestError;
+use super::memory::MemoryShortage;
 use super::snapshot::SnapshotError;
 use super::status::Status;
 use super::table::Kind;
@@ -122,6 +123,9 @@ pub enum CallError {
     /// A file that cannot be written.
     #[error("output_directory: {0}, or leave output_directory empty")]
     Output(#[from] OutputError),
+    /// More memory than is available.
+    #[error("{0}")]
+    Memory(#[from] MemoryShortage),
     /// Asked for what a synchronous slave has not.
     #[error("{what} is not available: no step runs asynchronously")]
     NotAvailable {
@@ -156,6 +160,7 @@ impl CallError {
             | Self::Scene { .. }
             | Self::Build { .. }
             | Self::State(_)
+            | Self::Memory(_)
             | Self::Output(_) => Status::Error,
         }
     }

@@ -4,6 +4,7 @@ use super::call::CallError;
 use super::inputs::{self, InputValues};
 use super::lifecycle::{Call, Phase};
 use super::logger::Log;
+use super::memory::{RoomError, reserve_for_building};
 use super::parameters::{Packed, Resolved, Settings};
 use super::recording::Recording;
 use super::scalar::{Ports, Scalar, table_of};
@@ -167,6 +168,11 @@ impl Model {
     /// Builds a scene.
     pub(super) fn build(resolved: Resolved, threads: usize) -> Result<Self, CallError> {
         let Resolved { origin, text, scene } = resolved;
+        let _reserve = match reserve_for_building(&scene) {
+            Ok(reserve) => reserve,
+            Err(RoomError::Build(error)) => return Err(CallError::Build { origin, error }),
+            Err(RoomError::Memory(short)) => return Err(short.into()),
+        };
         let simulation = match Simulation::new(&scene, scene.coupling.mode, threads) {
             Ok(simulation) => simulation,
             Err(error) => return Err(CallError::Build { origin, error }),

@@ -13,6 +13,7 @@ mod instance;
 mod lifecycle;
 mod logger;
 mod manifest;
+mod memory;
 mod parameters;
 mod reading;
 mod recording;
@@ -25,12 +26,16 @@ mod table;
 mod uri;
 mod variables;
 
-pub use abi::{Callbacks, LoggerCallback};
+pub use abi::{Callbacks, LoggerCallback, MemoryReserve};
 #[cfg(feature = "cli")]
 pub use abi::{ImportError, LoadedFmu, LoadedState};
 pub use call::CallError;
 pub use logger::CATEGORIES;
 pub use manifest::{ArchiveContent, Manifest, ManifestError};
+pub use memory::{
+    AmountOfMemory, AvailableMemory, MemoryLimit, MemoryPhase, MemoryShortage, RoomError, available_memory, reserve_for_building,
+    reserve_for_step, reserve_memory,
+};
 pub use parameters::most_threads;
 pub use reading::{files_in, read_limited_text, read_scene_text};
 pub use recording::folder_name;

@@ -1,7 +1,9 @@
 //! The files of an instance, in `output_directory/<instance name>/`.
 
+use super::abi::MemoryReserve;
 use super::call::CallError;
-use super::instance::Instance;
+use super::instance::{Instance, Model};
+use super::memory::{MemoryPhase, MemoryShortage, reserve_memory};
 use super::status::Status;
 use crate::output::{self, FolderClaim, Interface, RUN, Recorder, ResultFolder, TakeoverPolicy};
 use std::path::{Path, PathBuf};
@@ -32,6 +34,7 @@ impl Instance {
 
     fn recorder(&mut self, folder: &Path) -> Result<Recorder, CallError> {
         let (threads, inputs) = (self.settings.threads, self.files_read()?);
+        let _reserve = reserve_for_writing(self.model()?)?;
         let model = self.model()?;
         let needs = output::result_names(&model.scene);
         let claim = FolderClaim { command: RUN, policy: TakeoverPolicy::Replace, needs: &needs, inputs: &inputs };
@@ -46,9 +49,11 @@ impl Instance {
     pub(super) fn record(&mut self) -> Status {
         let (Some(recorder), Some(model)) = (&mut self.recording.recorder, &mut self.model) else { return Status::Ok };
         self.recording.open = true;
-        let observation = model.observe();
-        let outcome = recorder.record_observation(&observation, || model.simulation.frame());
-        self.give_up_on(outcome.map_err(CallError::from))
+        let outcome = reserve_for_writing(model).map_err(CallError::from).and_then(|_reserve| {
+            let observation = model.observe();
+            Ok(recorder.record_observation(&observation, || model.simulation.frame())?)
+        });
+        self.give_up_on(outcome)
     }
 
     /// Goes on with the files after a state of the same model was restored: forgets what was recorded after the present
@@ -71,8 +76,10 @@ impl Instance {
         if !std::mem::take(&mut self.recording.open) {
             return Status::Ok;
         }
-        let outcome = recorder.finish(&model.simulation, model.failure().as_deref());
-        self.give_up_on(outcome.map_err(CallError::from))
+        let outcome = reserve_for_writing(model).map_err(CallError::from).and_then(|_reserve| {
+            Ok(recorder.finish(&model.simulation, model.failure().as_deref())?)
+        });
+        self.give_up_on(outcome)
     }
 
     /// Lets the folder go; the next files start afresh.
@@ -87,6 +94,11 @@ impl Instance {
         self.log.warning(format!("{error}. Nothing more is written by this instance until it is reset"));
         Status::Warning
     }
+}
+
+/// Reserves what a frame, or the report at the end, takes.
+fn reserve_for_writing(model: &Model) -> Result<MemoryReserve, MemoryShortage> {
+    reserve_memory(MemoryPhase::Writing, model.simulation.memory_of_writing())
 }
 
 /// Name of an instance's own folder inside `output_directory`: its name, with what could leave the directory, or is in no

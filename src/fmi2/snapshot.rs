@@ -8,6 +8,7 @@ use super::call::CallError;
 use super::inputs::InputValues;
 use super::instance::{Clock, Instance, Model, Values};
 use super::lifecycle::Phase;
+use super::memory::{MemoryPhase, MemoryShortage, reserve_large};
 use super::status::Status;
 use crate::simulation::Saved;
 use crc32fast::Hasher;
@@ -16,6 +17,8 @@ const MAGIC: [u8; 8] = *b"GELSTATE";
 const VERSION: u32 = 12;
 const HEADER: usize = 8 + 4 + 16 + 8;
 const TRAILER: usize = 4;
+/// Bytes of a decoded state per byte of it, at most: arrays are not packed, and a mesh is checked beside them.
+const MOST_PER_BYTE: u64 = 2;
 
 /// A state that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -57,6 +60,9 @@ pub enum SnapshotError {
         /// Size of the state.
         expected: usize,
     },
+    /// More memory than is available.
+    #[error("{0}")]
+    Memory(#[from] MemoryShortage),
     /// A state of another mesh.
     #[error("the state does not fit the scene that it names: {reason}")]
     Mesh {
@@ -104,7 +110,12 @@ impl SavedModel {
 
 impl Instance {
     /// Writes the state now over another one, in its memory.
-    pub(super) fn snapshot(&self, to: &mut Snapshot) {
+    ///
+    /// # Errors
+    /// [`SnapshotError::Memory`] if there is not enough for a copy; the other state is as it was then.
+    pub(super) fn snapshot(&self, to: &mut Snapshot) -> Result<(), SnapshotError> {
+        let needed = self.model.as_ref().map_or(0, |model| model.simulation.memory_of_state());
+        let _reserve = reserve_large(MemoryPhase::Saving, needed)?;
         (to.phase, to.clock) = (self.phase, self.clock);
         to.scene.clone_from(&self.settings.scene);
         renew(&mut to.overrides, &self.overrides);
@@ -113,6 +124,7 @@ impl Instance {
             Some(model) => to.model.get_or_insert_with(SavedModel::empty).take(model),
             None => to.model = None,
         }
+        Ok(())
     }
 
     /// Goes back, or on, to a state. The files of a run go on with it; those of another model, and of a run that the
@@ -149,10 +161,13 @@ impl Instance {
         if self.has(saved)
             && let Some(model) = &mut self.model
         {
+            let _reserve =
+                reserve_large(MemoryPhase::Restoring, model.simulation.memory_of_restoring(&saved.saved))?;
             return Ok(saved.into(model)?);
         }
         let scene = self.read_scene(saved.origin.clone(), saved.text.clone())?;
         let mut model = Model::build(scene, self.settings.threads)?;
+        let _reserve = reserve_large(MemoryPhase::Restoring, model.simulation.memory_of_restoring(&saved.saved))?;
         saved.into(&mut model)?;
         self.model = Some(model);
         Ok(())
@@ -227,6 +242,7 @@ impl Snapshot {
     /// Becomes the state that the bytes describe, in the memory that it has; if they describe none, nothing changes.
     pub(super) fn read(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
         let body = sound_body(bytes)?;
+        let _reserve = reserve_large(MemoryPhase::Saving, MOST_PER_BYTE * body.len() as u64)?;
         let (head, rest) = postcard::take_from_bytes::<Head>(body).map_err(|_| SnapshotError::Undecodable)?;
         let (phase, clock, scene, overrides, inputs, model) = head;
         self.read_model(model, rest)?;
@@ -296,7 +312,7 @@ mod tests {
 
     fn state_of(it: &Instance) -> Snapshot {
         let mut snapshot = Snapshot::empty();
-        it.snapshot(&mut snapshot);
+        it.snapshot(&mut snapshot).unwrap();
         snapshot
     }
 

@@ -4,6 +4,7 @@ use super::call::CallError;
 use super::inputs::Acted;
 use super::instance::{Clock, Instance, Model};
 use super::lifecycle::Phase;
+use super::memory::reserve_for_step;
 use super::status::Status;
 
 /// Relative to the times at hand: what repeated addition of a step can be off by.
@@ -53,6 +54,7 @@ impl Instance {
         self.refuse_beyond_ticks(step, since_start)?;
         self.step_inputs(step)?;
         let model = self.model.as_mut().expect("the inputs were checked against it");
+        let _reserve = reserve_for_step(&model.simulation)?;
         let begun = model.simulation.time();
         let succeeded = model.advance(&self.handed, since_start);
         let reached = model.simulation.time();

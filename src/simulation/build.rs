@@ -85,7 +85,7 @@ pub enum BuildError {
 }
 
 /// Cells of the largest mesh that is built: some 24 million tetrahedra in 10 GB.
-const MOST_CELLS: f64 = 2e6;
+pub(super) const MOST_CELLS: f64 = 2e6;
 /// Cells along an axis if all had the least size.
 const MOST_PLANES: f64 = 1e5;
 /// A tick times q ≤ 31 stays below 2⁵³ (numerics A3).
@@ -93,15 +93,21 @@ pub(super) const MOST_TICKS: f64 = 2.8e14;
 
 /// The engine of a scene. `prescribed` says that the motion of the bodies is given from outside.
 pub(super) fn build(scene: &Scene, prescribed: bool, threads: usize) -> Result<Box<dyn Model>, BuildError> {
-    let planes = longest(&scene.gel.shape) / scene.mesh.size;
-    if planes > MOST_PLANES {
-        return Err(BuildError::TooFine { edges: planes, limit: MOST_PLANES });
-    }
+    check_planes(scene)?;
     match scene.scene.dimension {
         Dimension::Planar => assemble(scene, plane_mesh(scene)?, prescribed, threads),
         Dimension::Axisymmetric => assemble(scene, section_mesh(scene)?, prescribed, threads),
         Dimension::Spatial => assemble(scene, space_mesh(scene)?, prescribed, threads),
     }
+}
+
+/// Refuses more planes along an axis than can be numbered.
+pub(super) fn check_planes(scene: &Scene) -> Result<(), BuildError> {
+    let planes = longest(&scene.gel.shape) / scene.mesh.size;
+    if planes > MOST_PLANES {
+        return Err(BuildError::TooFine { edges: planes, limit: MOST_PLANES });
+    }
+    Ok(())
 }
 
 fn longest(shape: &GelShape) -> f64 {
@@ -258,18 +264,26 @@ fn inertia(projectile: &Projectile, shape: &Shape, dimension: Dimension) -> Tens
 }
 
 fn plane_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
+    let block = checked(plane_block(scene))?;
+    Ok(match &scene.gel.shape {
+        GelShape::LBeam { thickness, angle, corner, .. } => {
+            mesh::l_beam(block, *thickness, (*angle, Vector::<2>::new(corner[0], corner[2])))
+        }
+        GelShape::Block { .. } | GelShape::Cylinder { .. } | GelShape::Shell { .. } => mesh::block(block),
+    })
+}
+
+/// The grid of a planar gel; of a beam that around its legs.
+pub(super) fn plane_block(scene: &Scene) -> Block<2> {
     match &scene.gel.shape {
-        GelShape::LBeam { leg, thickness, angle, corner, .. } => {
+        GelShape::LBeam { leg, thickness, .. } => {
             let planes = leg_planes(scene, *leg, *thickness);
-            let corner = Vector::<2>::new(corner[0], corner[2]);
-            let legs = checked([planes.clone(), planes], scene, vec![])?;
-            Ok(mesh::l_beam(legs, *thickness, (*angle, corner)))
+            Block { planes: [planes.clone(), planes], split: split(scene), faces: vec![] }
         }
         GelShape::Block { size } => {
             let planes = [across(scene, 0.5 * size[0]), down(scene, size[1])];
             let s = &scene.gel.supports;
-            let sides = faces([(0, s.x_min, s.x_max), (1, s.z_min, s.z_max)]);
-            Ok(mesh::block(checked(planes, scene, sides)?))
+            Block { planes, split: split(scene), faces: faces([(0, s.x_min, s.x_max), (1, s.z_min, s.z_max)]) }
         }
         GelShape::Cylinder { .. } | GelShape::Shell { .. } => {
             unreachable!("a planar gel is a block or an l-beam: the scene was checked")
@@ -278,18 +292,24 @@ fn plane_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
 }
 
 fn section_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
+    let block = checked(section_block(scene))?;
+    Ok(if matches!(scene.gel.shape, GelShape::Shell { .. }) { mesh::shell(block) } else { mesh::block(block) })
+}
+
+/// The grid of the section of an axisymmetric gel; of a shell that of radius and angle.
+pub(super) fn section_block(scene: &Scene) -> Block<2> {
     let s = &scene.gel.supports;
     match scene.gel.shape {
         GelShape::Cylinder { radius, height, bore } => {
             let across = bore.map_or_else(|| axis(scene, radius), |bore| mesh::uniform(bore, radius, scene.mesh.size));
             let wall = if bore.is_none() { Support::Roller } else { Support::Free };
-            let sides = faces([(0, wall, s.side), (1, s.z_min, s.z_max)]);
-            Ok(mesh::block(checked([across, down(scene, height)], scene, sides)?))
+            let faces = faces([(0, wall, s.side), (1, s.z_min, s.z_max)]);
+            Block { planes: [across, down(scene, height)], split: split(scene), faces }
         }
         GelShape::Shell { inner, outer } => {
             let planes = mesh::rays([inner, outer], scene.mesh.size);
-            let sides = faces([(0, Support::Free, s.side), (1, Support::Roller, s.z_max)]);
-            Ok(mesh::shell(checked(planes, scene, sides)?))
+            let faces = faces([(0, Support::Free, s.side), (1, Support::Roller, s.z_max)]);
+            Block { planes, split: split(scene), faces }
         }
         GelShape::Block { .. } | GelShape::LBeam { .. } => {
             unreachable!("an axisymmetric gel is a cylinder or a shell: the scene was checked")
@@ -298,6 +318,18 @@ fn section_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
 }
 
 fn space_mesh(scene: &Scene) -> Result<Mesh<3>, BuildError> {
+    let block = checked(space_block(scene))?;
+    Ok(match &scene.gel.shape {
+        GelShape::Block { .. } | GelShape::Shell { .. } => mesh::block(block),
+        GelShape::Cylinder { radius, .. } => mesh::cylinder(*radius, block),
+        GelShape::LBeam { thickness, angle, corner, .. } => {
+            mesh::l_beam(block, *thickness, (*angle, Vector3::from(*corner)))
+        }
+    })
+}
+
+/// The grid of a spatial gel; of a cylinder that of the square around it, of a beam that around its legs.
+pub(super) fn space_block(scene: &Scene) -> Block<3> {
     let s = &scene.gel.supports;
     match &scene.gel.shape {
         GelShape::Block { size } => {
@@ -309,35 +341,37 @@ fn space_mesh(scene: &Scene) -> Result<Mesh<3>, BuildError> {
             };
             let ((x, across), (y, along)) = (side(0, s.x_min, s.x_max), side(1, s.y_min, s.y_max));
             let planes = [x, y, down(scene, size[2])];
-            let sides = faces([across, along, (2, s.z_min, s.z_max)]);
-            Ok(mesh::block(checked(planes, scene, sides)?))
+            Block { planes, split: split(scene), faces: faces([across, along, (2, s.z_min, s.z_max)]) }
         }
         GelShape::Shell { .. } => unreachable!("a spatial gel is no shell: the scene was checked"),
         GelShape::Cylinder { radius, height, .. } => {
             let planes = [across(scene, *radius), across(scene, *radius), down(scene, *height)];
-            let sides = faces([(0, Support::Free, s.side), (2, s.z_min, s.z_max)]);
-            Ok(mesh::cylinder(*radius, checked(planes, scene, sides)?))
+            let faces = faces([(0, Support::Free, s.side), (2, s.z_min, s.z_max)]);
+            Block { planes, split: split(scene), faces }
         }
-        GelShape::LBeam { leg, thickness, width, angle, corner } => {
+        GelShape::LBeam { leg, thickness, width, .. } => {
             let half = 0.5 * width.unwrap_or(*thickness);
             let planes = leg_planes(scene, *leg, *thickness);
             let width = mesh::uniform(-half, half, scene.mesh.size);
-            let legs = checked([planes.clone(), width, planes], scene, vec![])?;
-            Ok(mesh::l_beam(legs, *thickness, (*angle, Vector3::from(*corner))))
+            Block { planes: [planes.clone(), width, planes], split: split(scene), faces: vec![] }
         }
     }
 }
 
-fn checked<const D: usize>(planes: [Vec<f64>; D], scene: &Scene, faces: Vec<Face>) -> Result<Block<D>, BuildError> {
-    let split = split(scene);
-    let cells = match split {
-        Split::Centred | Split::Kuhn => planes.iter().map(|p| p.len() as f64 - 1.0).product(),
-        Split::Tree(tree) => tree.count(&planes, MOST_CELLS as usize + 1) as f64,
-    };
+/// Cells of a grid; of a tree before it is balanced, counted no further than the most that are built.
+pub(super) fn n_cells<const D: usize>(block: &Block<D>) -> f64 {
+    match block.split {
+        Split::Centred | Split::Kuhn => block.planes.iter().map(|p| p.len() as f64 - 1.0).product(),
+        Split::Tree(tree) => tree.count(&block.planes, MOST_CELLS as usize + 1) as f64,
+    }
+}
+
+fn checked<const D: usize>(block: Block<D>) -> Result<Block<D>, BuildError> {
+    let cells = n_cells(&block);
     if cells > MOST_CELLS {
         return Err(BuildError::TooLarge { cells, limit: MOST_CELLS });
     }
-    Ok(Block { planes, split, faces })
+    Ok(block)
 }
 
 fn split(scene: &Scene) -> Split {

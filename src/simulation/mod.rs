@@ -11,6 +11,7 @@ mod history;
 mod loads;
 mod look;
 mod mean;
+mod memory;
 mod model;
 mod observe;
 mod past;
@@ -34,6 +35,7 @@ pub use crate::scene::CouplingMode;
 pub use build::BuildError;
 pub use candidate::Refused;
 pub use doubts::doubts;
+pub use memory::{MemoryEstimate, memory_estimate};
 pub use observe::{
     BodyReport, Books, ContactReport, CostReport, EnergyReport, ExitReport, Frame, FrameCells, Observation, Place,
     SensorReport,

@@ -77,6 +77,12 @@ pub(super) trait Model: Send {
     fn latest(&self) -> f64;
     fn digest(&self) -> u128;
     fn bytes(&self) -> usize;
+    /// Bytes of its state, as a copy takes them.
+    fn state_bytes(&self) -> usize;
+    fn n_elements(&self) -> usize;
+    fn is_spatial(&self) -> bool;
+    /// Returns true if its meshes are exchanged.
+    fn can_remesh(&self) -> bool;
     fn runs(&self) -> Vec<Run<'_>>;
 }
 
@@ -345,6 +351,22 @@ where
 
     fn bytes(&self) -> usize {
         self.engine.bytes()
+    }
+
+    fn state_bytes(&self) -> usize {
+        self.engine.state().bytes()
+    }
+
+    fn n_elements(&self) -> usize {
+        self.engine.gel().potential.len()
+    }
+
+    fn is_spatial(&self) -> bool {
+        D == 3
+    }
+
+    fn can_remesh(&self) -> bool {
+        self.recipe.remesh.is_some()
     }
 
     fn runs(&self) -> Vec<Run<'_>> {

@@ -80,6 +80,14 @@ impl Saved {
         }
     }
 
+    /// Elements of its mesh.
+    pub(super) fn n_elements(&self) -> usize {
+        match &self.state {
+            SavedState::Flat(state) => state.stiffness.len(),
+            SavedState::Solid(state) => state.stiffness.len(),
+        }
+    }
+
     fn head(&self) -> Vec<u8> {
         let head = (self.origin, self.time, &self.exchanges, &self.failure, self.state.dimension());
         postcard::to_stdvec(&head).expect("a state is plain values")

@@ -2,17 +2,19 @@
 
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::job::RunError;
+use crate::job::{self, RunError};
 use crate::level;
 use crate::options::CheckOptions;
 use crate::source::{self, Source};
+use ballistic_gel::fmi2::{self, AmountOfMemory};
 use ballistic_gel::scene::{self, Fact, Preset};
-use ballistic_gel::simulation::{CouplingMode, Simulation};
+use ballistic_gel::simulation::{CouplingMode, MemoryEstimate, memory_estimate};
 use serde_json::{Value, json};
 
 pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
     let Source { scene, text, .. } = source::load(&options.scene, &options.set)?;
-    let cost = Simulation::new(&scene, CouplingMode::Integrated, 1).map_err(RunError::from)?.observe().cost;
+    let memory = memory_estimate(&scene).map_err(RunError::from)?;
+    let cost = job::built(&scene, CouplingMode::Integrated, 1)?.observe().cost;
     let (modelled, off) = (scene::modelled(&scene), scene::switched_off(&scene));
     let (given, doubts) = (scene::from_preset(&text), scene::doubts(&scene));
     let result = json!({
@@ -24,6 +26,8 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
         "elements": cost.elements,
         "nodes": cost.nodes,
         "smallest_step": cost.smallest_step,
+        "memory_to_build": memory.building,
+        "memory_to_remesh": memory.remeshing,
         "preset": scene.gel.preset.map(Preset::name),
         "from_preset": given.iter().map(|fact| value(fact)).collect::<Vec<_>>(),
         "fidelity": scene.fidelity,
@@ -37,7 +41,7 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
     let levels: Vec<String> = levels.collect();
     let levels = section("fidelity", &levels, console);
     let text = format!(
-        "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{}{levels}{}The scene is good: {} elements, {} nodes, steps of {:.3e} s and more. Run it \
+        "{}: {}\n\n{}\n{}\n\n{}\n{}\n\n{}{levels}{}The scene is good: {} elements, {} nodes, steps of {:.3e} s and more. {}. Run it \
          with: gelfmu run {}{}",
         scene.scene.name,
         scene.scene.title,
@@ -50,11 +54,22 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
         cost.elements,
         cost.nodes,
         cost.smallest_step,
+        memory_in_words(&memory),
         options.scene,
         set.concat()
     );
     console.result(&result, &text);
     Ok(())
+}
+
+/// The memory that a run needs at most, beside what there is.
+fn memory_in_words(memory: &MemoryEstimate) -> String {
+    let available = AmountOfMemory(fmi2::available_memory().bytes);
+    let remeshing = match memory.remeshing {
+        0 => String::new(),
+        bytes => format!(", and {} more while it is remeshed", AmountOfMemory(bytes)),
+    };
+    format!("It takes up to {} of memory{remeshing}; {available} are available", AmountOfMemory(memory.building))
 }
 
 fn value(fact: &Fact) -> Value {

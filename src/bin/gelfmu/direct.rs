@@ -1,6 +1,7 @@
 //! A run by the library, without the FMU.
 
-use crate::job::{Ending, Job, Progress, RunError};
+use crate::job::{self, Ending, Job, Progress, RunError};
+use ballistic_gel::fmi2;
 use ballistic_gel::output::{Interface, Recorder, ResultFolder};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
@@ -8,7 +9,7 @@ use ballistic_gel::simulation::{CouplingMode, Simulation};
 /// Runs the job to its end, to the step that fails, or until `progress` asks to stop; what was computed is written.
 pub fn run(job: &Job, folder: ResultFolder, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
     let scene = job.read_scene()?;
-    let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, job.threads)?;
+    let mut simulation = job::built(&scene, CouplingMode::Integrated, job.threads)?;
     let mut recorder = Recorder::within(folder, &scene, Interface::Direct, job.threads)?;
     recorder.record(&simulation)?;
     let ending = advance(&mut simulation, &mut recorder, (job, &scene), progress)?;
@@ -28,6 +29,7 @@ fn advance(
 ) -> Result<Ending, RunError> {
     for time in job.times(scene) {
         let inputs = simulation.inputs();
+        let _reserve = fmi2::reserve_for_step(simulation)?;
         if let Err(error) = simulation.step(&inputs, time) {
             return Ok(Ending::Stopped(simulation.diagnosis().unwrap_or_else(|| error.to_string())));
         }

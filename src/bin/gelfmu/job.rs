@@ -1,10 +1,10 @@
 //! One run: what is run, how it ends, and what can go wrong on the way.
 
 use crate::failure::Failure;
-use ballistic_gel::fmi2;
+use ballistic_gel::fmi2::{self, MemoryShortage, RoomError};
 use ballistic_gel::output::OutputError;
 use ballistic_gel::scene::{self, MOST_STEPS, Scene, SceneError};
-use ballistic_gel::simulation::BuildError;
+use ballistic_gel::simulation::{BuildError, CouplingMode, Simulation};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -44,6 +44,9 @@ pub enum RunError {
     /// The scene cannot be built.
     #[error(transparent)]
     Build(#[from] BuildError),
+    /// There is not enough memory.
+    #[error(transparent)]
+    Memory(#[from] MemoryShortage),
     /// Results cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -65,6 +68,15 @@ pub enum RunError {
         /// What it logged.
         reason: String,
     },
+}
+
+/// Builds a scene that the memory is large enough for.
+pub fn built(scene: &Scene, mode: CouplingMode, threads: usize) -> Result<Simulation, RunError> {
+    let _reserve = fmi2::reserve_for_building(scene).map_err(|error| match error {
+        RoomError::Build(error) => RunError::Build(error),
+        RoomError::Memory(short) => RunError::Memory(short),
+    })?;
+    Ok(Simulation::new(scene, mode, threads)?)
 }
 
 /// Refuses a communication step, s, with which the run would not end in a lifetime.

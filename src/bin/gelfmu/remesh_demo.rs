@@ -2,13 +2,13 @@
 
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::job::RunError;
+use crate::job::{self, RunError};
 use crate::options::{DEMO_SCENE, DemoOptions};
 use crate::results;
 use crate::source::{self, Source};
 use ballistic_gel::output::{self, Figures, FolderClaim, FolderState, OutputError};
 use ballistic_gel::scene::{Dimension, Override};
-use ballistic_gel::simulation::{CouplingMode, Rehearsal, Simulation};
+use ballistic_gel::simulation::{CouplingMode, Rehearsal};
 use serde_json::json;
 use std::path::Path;
 
@@ -61,8 +61,7 @@ fn scene(name: &str, options: &DemoOptions) -> Result<Source, Failure> {
 
 fn rehearse(name: &str, source: &Source, options: &DemoOptions) -> Result<Rehearsal, Failure> {
     let scene = &source.scene;
-    let simulation = Simulation::new(scene, CouplingMode::Integrated, options.threads);
-    let mut simulation = simulation.map_err(RunError::Build)?;
+    let mut simulation = job::built(scene, CouplingMode::Integrated, options.threads)?;
     let from = options.at.unwrap_or(0.0);
     let end = scene.scene.end_time;
     let stopped = |reason: String| Failure::Stopped(format!("scene {name}: {reason}"));

@@ -1,7 +1,8 @@
 //! Inquiry, log, creation and destruction, and the way through the life cycle.
 
+use super::environment::HostEnvironment;
 use super::pointers::{slice, text};
-use super::{Callbacks, Handle, Text, done, guard};
+use super::{Callbacks, Handle, Text, done, guard, reserve};
 use crate::fmi2::call::CallError;
 use crate::fmi2::component::{Component, Logger};
 use crate::fmi2::instance::Instance;
@@ -53,25 +54,37 @@ pub unsafe extern "C" fn fmi2Instantiate(
     }
     // SAFETY: not null; the importer's structure of callbacks.
     let callbacks = unsafe { *functions };
-    let label = if name.is_null() { CString::default() } else { unsafe { CStr::from_ptr(name) }.to_owned() };
-    let logger = Logger { callback: callbacks.logger, environment: callbacks.environment, name: label };
-    let mut log = Log::new(debug != 0);
-    // SAFETY: text or null each.
-    let made = catch_unwind(|| unsafe { instantiate(name, fmu_type, guid, resources) });
-    let made = match made {
-        Ok(Ok((name, packed))) => Some(Instance::new(name, packed, Log::new(debug != 0))),
-        Ok(Err(error)) => {
-            log.refusal(&error);
-            None
+    if !reserve::begins() {
+        callbacks.complain(name);
+        return ptr::null_mut();
+    }
+    let (component, lines, logger) = {
+        let _environment = HostEnvironment::replace();
+        let label = if name.is_null() { CString::default() } else { unsafe { CStr::from_ptr(name) }.to_owned() };
+        let logger = Logger { callback: callbacks.logger, environment: callbacks.environment, name: label };
+        let mut log = Log::new(debug != 0);
+        // SAFETY: text or null each.
+        let made = catch_unwind(|| unsafe { instantiate(name, fmu_type, guid, resources) });
+        let made = match made {
+            Ok(Ok((name, packed))) => Some(Instance::new(name, packed, Log::new(debug != 0))),
+            Ok(Err(error)) => {
+                log.refusal(&error);
+                None
+            }
+            Err(_) => {
+                log.fatal("fmi2Instantiate: internal error".to_string());
+                None
+            }
+        };
+        if made.is_none() {
+            reserve::ends();
         }
-        Err(_) => {
-            log.fatal("fmi2Instantiate: internal error".to_string());
-            None
-        }
+        let own = logger.clone();
+        let component = made.map(|instance| Box::new(Component { instance, logger: own, strings: Vec::new() }));
+        (component.map_or(ptr::null_mut(), |it| Box::into_raw(it).cast()), log.take(), logger)
     };
-    logger.write(&log.take());
-    let component = made.map(|instance| Box::new(Component { instance, logger, strings: Vec::new() }));
-    component.map_or(ptr::null_mut(), |it| Box::into_raw(it).cast())
+    logger.write(&lines);
+    component
 }
 
 unsafe fn instantiate(name: Text, fmu_type: c_int, guid: Text, resources: Text) -> Result<(String, Packed), CallError> {
@@ -94,13 +107,23 @@ pub unsafe extern "C" fn fmi2FreeInstance(c: Handle) {
     if c.is_null() {
         return;
     }
-    // SAFETY: from `fmi2Instantiate`, and not used again.
-    let mut it = unsafe { Box::from_raw(c.cast::<Component>()) };
-    // A panic here has nobody left to tell, but for the lines that were logged before it.
-    drop(catch_unwind(AssertUnwindSafe(|| it.instance.finish_recording())));
-    let (lines, logger) = (it.instance.log.take(), it.logger.clone());
-    drop(catch_unwind(AssertUnwindSafe(|| drop(it))));
-    logger.write(&lines);
+    let (lines, logger) = {
+        let _environment = HostEnvironment::replace();
+        // SAFETY: from `fmi2Instantiate`, and not used again.
+        let mut it = unsafe { Box::from_raw(c.cast::<Component>()) };
+        // A panic here has nobody left to tell, but for the lines that were logged before it. Without memory files stay as they are.
+        if reserve::stands() {
+            drop(catch_unwind(AssertUnwindSafe(|| it.instance.finish_recording())));
+        }
+        let lines = it.instance.log.take();
+        let logger = (!lines.is_empty()).then(|| it.logger.clone());
+        drop(catch_unwind(AssertUnwindSafe(|| drop(it))));
+        reserve::ends();
+        (lines, logger)
+    };
+    if let Some(logger) = logger {
+        logger.write(&lines);
+    }
 }
 
 /// Takes start and stop time.

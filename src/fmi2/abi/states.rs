@@ -24,10 +24,7 @@ const STATE_MAGIC: u64 = 0x4745_4c53_5441_5445;
 pub unsafe extern "C" fn fmi2GetFMUstate(c: Handle, target: *mut Handle) -> c_int {
     let name = "fmi2GetFMUstate";
     guard(c, name, Call::State, |it| {
-        let take = |snapshot: &mut Snapshot| {
-            it.instance.snapshot(snapshot);
-            Ok(())
-        };
+        let take = |snapshot: &mut Snapshot| it.instance.snapshot(snapshot);
         // SAFETY: a pointer to a pointer.
         unsafe { keep(target, name, take) }
     })

@@ -2,7 +2,7 @@
 
 use super::search::Outcome;
 use crate::failure::Failure;
-use crate::job::RunError;
+use crate::job;
 use crate::options::CalibrateOptions;
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
@@ -17,7 +17,7 @@ type Watch<'a> = dyn FnMut(f64, f64) -> ControlFlow<()> + 'a;
 /// Runs a scene until its projectile turns back or has left the gel; nothing if `watch` asked to stop.
 pub fn run(mut scene: Scene, options: &CalibrateOptions, watch: &mut Watch<'_>) -> Result<Option<Outcome>, Failure> {
     scene.scene.end_time *= PATIENCE;
-    let mut simulation = Simulation::new(&scene, CouplingMode::Integrated, options.threads).map_err(RunError::Build)?;
+    let mut simulation = job::built(&scene, CouplingMode::Integrated, options.threads)?;
     let gel = -simulation.frame().points.iter().map(|point| point.z).fold(0.0, f64::min);
     if options.depth >= gel {
         let why = format!("found {:?} m, expected less than the depth of the gel, {gel:?} m", options.depth);

@@ -95,6 +95,17 @@ equal to its start leaves another <code>scene</code> as it is.</li>
 <li>A state can be restored in another process. It does not hold <code>threads</code> and
 <code>output_directory</code>. Restored to before the run, the files of the run are completed; to a moment of it, they
 are cut there.</li>
+<li>Every call computes with rounding to nearest, all floating-point traps masked and subnormal numbers kept, and puts the
+floating-point environment of the importer back; the logger is called in that of the importer (x86-64 and AArch64).</li>
+<li>Memory: building the scene, a step that may exchange the mesh, a state, and the writing of results reserve what they need
+before they begin. If the machine, the container or the process (RLIMIT_AS) has less, the call is refused with
+<code>fmi2Error</code>; the log says how much was needed and how much is available; the call can be repeated. A reserve is address
+space, not touched unless it is needed: at least 32 MiB while such a call runs, and 1 MiB as long as there is an instance. Two cases
+end the process all the same: a phase that needs more than its estimate when nothing is left, and a container whose
+limit is exceeded by another process in the meantime.</li>
+<li>Stack: a thread that calls needs 96 KiB of it. Worker threads (<code>threads</code> other than 1) have 2 MiB each.</li>
+<li><code>fork</code>: the child of a fork has no worker threads, and a call that waits for them does not return. Fork before
+instances are made, or leave <code>threads</code> at 1 and use an instance in one of the two processes only.</li>
 <li>Input derivatives are of order 1, hold for one step and act on the velocity (prescribed), on the external force and
 torque, and on the rates of height and radius of a dome. Output derivatives are of order 1, from what acted in the last step.</li>
 </ul>

@@ -3,13 +3,13 @@
 use super::importer::{self, Importer};
 use crate::console;
 use crate::failure::Failure;
-use crate::job::RunError;
+use crate::job;
 use crate::options::RowOptions;
 use crate::source;
 use ballistic_gel::algebra::Vector3;
 use ballistic_gel::output;
 use ballistic_gel::scene::Scene;
-use ballistic_gel::simulation::{Observation, Simulation};
+use ballistic_gel::simulation::Observation;
 use cpu_time::ProcessTime;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
@@ -63,7 +63,7 @@ pub fn print(options: &RowOptions) -> Result<(), Failure> {
 
 fn run(scene: &Scene, importer: Importer) -> Result<Row, Failure> {
     let (cpu, wall) = (ProcessTime::now(), Instant::now());
-    let mut simulation = Simulation::new(scene, importer.mode(), 1).map_err(RunError::Build)?;
+    let mut simulation = job::built(scene, importer.mode(), 1)?;
     let failure = importer::drive(&mut simulation, scene, importer).err().map(|error| error.to_string());
     let (cpu_seconds, wall_seconds) = (cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64());
     let seen = simulation.observe();
