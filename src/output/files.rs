@@ -76,6 +76,16 @@ pub(super) fn remove(path: &Path) -> Result<(), OutputError> {
     }
 }
 
+/// A number of a table with every digit; a cell without a value is empty, as in one of what is not known.
+pub(super) fn cell(value: f64) -> String {
+    if value.is_finite() { format!("{value:e}") } else { String::new() }
+}
+
+/// The number of a cell; not a number where it is empty.
+pub(super) fn number(cell: &str) -> Result<f64, std::num::ParseFloatError> {
+    if cell.is_empty() { Ok(f64::NAN) } else { cell.parse() }
+}
+
 fn is_frame(path: &Path) -> bool {
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
     path.extension().is_some_and(|extension| extension == "vtu" || extension == PART)

@@ -98,8 +98,7 @@ fn abandon(folder: &Path, kept: &[PathBuf]) {
 
 /// Runs the job with a progress bar, until it ends or the user interrupts it.
 fn watch(job: &Job, by_library: bool, console: &Console) -> Result<Ending, Failure> {
-    let note = console.listener();
-    if let Err(error) = interrupt::listen(move || note(WAITING)) {
+    if let Err(error) = interrupt::listen(WAITING, console.listener()) {
         console.note(&format!("Ctrl-C will not keep what was computed: {error}"));
     }
     let bar = Bar::new(console.is_quiet());

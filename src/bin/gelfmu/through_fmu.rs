@@ -96,6 +96,9 @@ impl Importer {
     /// Steps to the end, to a step that cannot be completed, or until the user has enough.
     fn advance(&self, (job, scene): (&Job, &Scene), progress: &mut Progress<'_>) -> Result<Ending, RunError> {
         let mut now = 0.0;
+        if progress(now, scene.scene.end_time).is_break() {
+            return Ok(Ending::Interrupted);
+        }
         for end in job.times(scene) {
             let status = self.fmu.doStep(now, end - now, 0);
             if status == fmi2Status::Discard {

@@ -1,6 +1,5 @@
 //! How wide the gel is open around a vertical line, depth by depth.
 
-use super::PER_METRE;
 use crate::algebra::Vector3;
 use crate::scene::Dimension;
 use crate::simulation::Frame;
@@ -8,15 +7,24 @@ use crate::simulation::Frame;
 /// A piece of the surface of the gel at a depth, seen from the line.
 type Piece = [nalgebra::Vector2<f64>; 2];
 
-/// Radius of the opening at the first `n` millimetres of depth, m: 0 where the line runs through gel, none where there is no gel
+/// Equally spaced depths, the first of them one distance below z = 0.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Depths {
+    /// How many.
+    pub(super) n: usize,
+    /// How many there are in a metre.
+    pub(super) per_metre: f64,
+}
+
+/// Radius of the opening at some depths, m: 0 where the line runs through gel, none where there is no gel
 /// around it.
 ///
 /// Along the axis it is the least radius of the gel, in the plane half of the width, in space the distance of the surface.
-pub(super) fn openings(dimension: Dimension, frame: &Frame, line: &Vector3, n: usize) -> Vec<Option<f64>> {
-    let mut depths: Vec<Vec<Piece>> = vec![vec![]; n];
+pub(super) fn openings(dimension: Dimension, frame: &Frame, line: &Vector3, at: Depths) -> Vec<Option<f64>> {
+    let mut depths: Vec<Vec<Piece>> = vec![vec![]; at.n];
     for nodes in &frame.cells.facets {
         let corners = nodes.map(|node| frame.points[node as usize] - line);
-        cut(&corners[..frame.dimension], line.z, &mut depths);
+        cut(&corners[..frame.dimension], line.z, at.per_metre, &mut depths);
     }
     let opening = match dimension {
         Dimension::Planar => half_width,
@@ -26,13 +34,13 @@ pub(super) fn openings(dimension: Dimension, frame: &Frame, line: &Vector3, n: u
 }
 
 /// Adds what a facet, given from a point at this height, is at each depth that it crosses.
-fn cut(corners: &[Vector3], height: f64, depths: &mut [Vec<Piece>]) {
-    let down = |corner: &Vector3| -(corner.z + height) * PER_METRE;
+fn cut(corners: &[Vector3], height: f64, per_metre: f64, depths: &mut [Vec<Piece>]) {
+    let down = |corner: &Vector3| -(corner.z + height) * per_metre;
     let (least, most) =
         corners.iter().map(down).fold((f64::INFINITY, 0.0f64), |(least, most), k| (least.min(k), most.max(k)));
     let first = least.max(1.0).ceil() as usize;
     for k in first..=(most as usize).min(depths.len()) {
-        let z = -(k as f64 / PER_METRE) - height;
+        let z = -(k as f64 / per_metre) - height;
         let sides = corners.iter().zip(corners.iter().cycle().skip(1)).take(if corners.len() == 2 { 1 } else { 3 });
         let mut ends = sides.filter_map(|(a, b)| crossing(a, b, z));
         if let Some(a) = ends.next() {
@@ -77,10 +85,15 @@ fn half_width(pieces: &[Piece]) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::openings;
+    use super::{Depths, openings};
     use crate::algebra::Vector3;
     use crate::scene::Dimension;
     use crate::simulation::{Frame, FrameCells};
+
+    /// The first `n` millimetres.
+    fn millimetres(n: usize) -> Depths {
+        Depths { n, per_metre: 1e3 }
+    }
 
     /// A surface of these facets.
     fn frame(dimension: usize, facets: &[&[[f64; 3]]]) -> Frame {
@@ -112,7 +125,8 @@ mod tests {
     #[test]
     fn about_an_axis_it_is_the_least_radius_and_zero_where_there_is_gel_on_the_axis() {
         let cone = [[0.004, 0.0, 0.0], [0.0, 0.0, -0.004]];
-        let found = openings(Dimension::Axisymmetric, &frame(2, &[&cone, &wall(0.01, 0.1)]), &Vector3::zeros(), 5);
+        let found =
+            openings(Dimension::Axisymmetric, &frame(2, &[&cone, &wall(0.01, 0.1)]), &Vector3::zeros(), millimetres(5));
         for (found, expected) in found.iter().zip([0.003, 0.002, 0.001, 0.0, 0.0]) {
             assert!((found.unwrap() - expected).abs() < 1e-15, "{found:?}, {expected}");
         }
@@ -123,10 +137,11 @@ mod tests {
         let walls = [wall(-0.02, 0.1), wall(-0.001, 0.0025), wall(0.006, 0.0025), wall(0.02, 0.1)];
         let walls: Vec<&[[f64; 3]]> = walls.iter().map(|wall| &wall[..]).collect();
         let line = Vector3::new(0.002, 0.0, 0.01);
-        let found = openings(Dimension::Planar, &frame(2, &walls), &line, 4);
+        let found = openings(Dimension::Planar, &frame(2, &walls), &line, millimetres(4));
         assert!((found[0].unwrap() - 0.0035).abs() < 1e-15, "{found:?}");
         assert_eq!((found[2], found[3]), (Some(0.0), Some(0.0)));
-        let one_side = openings(Dimension::Planar, &frame(2, &[&wall(0.02, 0.1), &wall(0.03, 0.1)]), &line, 1);
+        let one_side =
+            openings(Dimension::Planar, &frame(2, &[&wall(0.02, 0.1), &wall(0.03, 0.1)]), &line, millimetres(1));
         assert_eq!(one_side, [None]);
     }
 
@@ -144,7 +159,7 @@ mod tests {
     fn in_space_it_is_the_distance_of_the_nearest_surface() {
         let surface: Vec<[[f64; 3]; 3]> = shaft(0.02, 0.1).into_iter().chain(shaft(0.005, 0.0035)).collect();
         let facets: Vec<&[[f64; 3]]> = surface.iter().map(|facet| &facet[..]).collect();
-        let found = openings(Dimension::Spatial, &frame(3, &facets), &Vector3::new(0.001, 0.0005, 0.0), 4);
+        let found = openings(Dimension::Spatial, &frame(3, &facets), &Vector3::new(0.001, 0.0005, 0.0), millimetres(4));
         for opening in &found[..3] {
             assert!((opening.unwrap() - 0.004).abs() < 1e-15, "{found:?}");
         }

@@ -34,8 +34,7 @@ const WAITING: &str = "interrupted: finished runs are kept, the others are left;
 /// Measures the curve, writes it, and says with which status to end.
 pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, Failure> {
     let task = Task::read(options)?;
-    let note = console.listener();
-    if let Err(error) = interrupt::listen(move || note(WAITING)) {
+    if let Err(error) = interrupt::listen(WAITING, console.listener()) {
         console.note(&format!("Ctrl-C will not keep what was computed: {error}"));
     }
     let base = &task.scene.scene;
