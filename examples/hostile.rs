@@ -25,6 +25,8 @@ mod scenes;
 mod states;
 #[path = "../tests/hostile/tally.rs"]
 mod tally;
+#[path = "../tests/hostile/written.rs"]
+mod written;
 
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -74,6 +76,10 @@ fn main() -> ExitCode {
     println!("|---|---|---|---|---|---|");
     let minutes = begun.elapsed().as_secs_f64() / 60.0;
     println!("| {} | {} | {taken} | {refused} | {minutes:.1} | {} |", asked.what, tally.inputs(), found.len());
+    let remeshes = scenes::REMESHES.load(std::sync::atomic::Ordering::Relaxed);
+    if remeshes > 0 {
+        println!("{remeshes} new meshes");
+    }
     for (seed, story) in found {
         println!("seed {seed}: {story}");
     }

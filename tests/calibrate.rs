@@ -68,7 +68,7 @@ fn the_strength_that_is_printed_stops_the_bb_at_the_depth() {
 
 #[test]
 fn what_cannot_be_calibrated_is_refused_with_what_was_found() {
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 12] = [
         (
             &["sphere-block"],
             "scene sphere-block: gel.strength: found none, expected gel.material = \"flowing\" with the strength to begin with",
@@ -77,6 +77,16 @@ fn what_cannot_be_calibrated_is_refused_with_what_was_found() {
         (&["--depth", "deep"], "expected a positive length, m"),
         (&["--depth", "nan"], "expected a positive length, m"),
         (&["--speed", "0"], "expected a positive speed, m/s"),
+        (
+            &["--depth", "85"],
+            "--depth: found 85.0 m, expected less than the depth of the gel, 0.15 m; were millimetres meant? They are 0.085 m",
+        ),
+        (&["--depth", "650"], "the depth of the gel, 0.15 m; were millimetres meant? They are 0.65 m"),
+        (&["--depth", "1e300"], "--depth: found 1e300 m, expected less than the depth of the gel, 0.15 m\n"),
+        (
+            &["--speed", "180000"],
+            "--speed: found 180000.0 m/s, expected at most 5000.0 m/s; were mm/s meant? They are 180 m/s",
+        ),
         (&["--depth", "0.2"], "--depth: found 0.2 m, expected less than the depth of the gel, 0.15 m"),
         (&["--set", "projectile.velocity=[0, 0, 1]"], "found [0.0, 0.0, 1.0], expected a projectile that runs"),
         (&["nowhere.toml"], "scene nowhere.toml: found neither a built-in scene nor a readable file"),

@@ -20,7 +20,10 @@ mod states;
 #[path = "hostile/tally.rs"]
 #[allow(dead_code, reason = "the command goes on for minutes")]
 mod tally;
+#[path = "hostile/written.rs"]
+mod written;
 
+use std::sync::atomic::Ordering;
 use tally::Tally;
 
 #[track_caller]
@@ -30,9 +33,11 @@ fn nothing_found(tally: &Tally) {
 }
 
 #[test]
-fn scenes_that_nobody_wrote_are_run_or_refused_in_words() {
+fn scenes_that_nobody_wrote_are_run_remeshed_and_written_or_refused_in_words() {
     let seeds = scenes::seeds();
     nothing_found(&Tally::of(1, 300, |seed| scenes::attempt(&seeds, seed)));
+    let remeshes = scenes::REMESHES.load(Ordering::Relaxed);
+    assert!(remeshes >= 20, "{remeshes} new meshes");
 }
 
 #[test]

@@ -2,10 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+#[path = "output/extremes.rs"]
+mod extremes;
 #[path = "output/fragments.rs"]
 mod fragments;
 #[path = "output/stage.rs"]
 mod stage;
+#[path = "hostile/written.rs"]
+mod written;
 
 use ballistic_gel::algebra::Vector3;
 use ballistic_gel::output::{Ending, Interface, Recorder, model_picture};

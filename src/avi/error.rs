@@ -51,10 +51,10 @@ pub enum StepError {
     /// A body slips between surface nodes.
     #[error(
         "{} leaks through the surface of element {element} at {time:.6e} s: its facet at \
-         ({:.4}, {:.4}, {:.4}) m is {depth:.3e} m inside, more than the element size or the \
+         ({}, {}, {}) m is {depth:.3e} m inside, more than the element size or the \
          body's inner radius. The facet has been stretched over the body: use a smaller mesh.size near the impact, a \
          lower speed, or a blunter body",
-        name(*body), at[0], at[1], at[2]
+        name(*body), fixed(at[0], 4), fixed(at[1], 4), fixed(at[2], 4)
     )]
     Leak {
         /// Which body.

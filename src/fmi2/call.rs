@@ -10,6 +10,9 @@ use crate::output::OutputError;
 use crate::scene::SceneError;
 use crate::simulation::BuildError;
 
+/// Characters of the longest number that is printed without an exponent: all digits of a double with its sign and point.
+const MOST_DIGITS: usize = 20;
+
 /// A call that was not carried out. The instance is as it was before, but for a step that could not be completed.
 ///
 /// Files that cannot be written once a run is going on are no such error: the call is done, with a warning.
@@ -183,6 +186,19 @@ impl CallError {
 
     #[allow(clippy::needless_pass_by_value)] // numbers and texts alike, made for this call
     pub(super) fn value(name: impl Into<String>, found: impl ToString, expected: impl Into<String>) -> Self {
-        Self::Value { name: name.into(), found: found.to_string(), expected: expected.into() }
+        Self::Value { name: name.into(), found: legible(found.to_string()), expected: expected.into() }
     }
+}
+
+/// A text that is a number of more than [`MOST_DIGITS`] characters, such as 10³⁰⁰ with all of its zeros, as one with an exponent.
+fn legible(text: String) -> String {
+    match text.parse::<f64>() {
+        Ok(value) if text.len() > MOST_DIGITS => format!("{value:e}"),
+        Ok(_) | Err(_) => text,
+    }
+}
+
+/// A number in words: in its shortest digits, with an exponent if these are many.
+pub(super) fn number(value: f64) -> String {
+    legible(value.to_string())
 }

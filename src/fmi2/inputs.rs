@@ -1,6 +1,6 @@
 //! Inputs: what was set, what it means to the simulation, and what a two-dimensional scene cannot take.
 
-use super::call::CallError;
+use super::call::{CallError, number};
 use super::instance::{Instance, Model, Values};
 use super::scalar::{Ports, Scalar, scalars};
 use super::table::{Input, Source, VARIABLES, row};
@@ -197,7 +197,7 @@ impl Given<'_> {
         let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
         if (norm - 1.0).abs() > 1e-3 {
             let (name, expected) = (self.scalar(Input::ProjectileOrientation), "a quaternion of norm 1 to within 1e-3");
-            return Err(CallError::value(name.row_name(), format!("{q:?} of norm {norm}"), expected));
+            return Err(CallError::value(name.row_name(), format!("{q:?} of norm {}", number(norm)), expected));
         }
         Ok(normalised(q))
     }
@@ -233,7 +233,7 @@ impl Given<'_> {
         for scalar in self.scalars(input) {
             let (value, start, rate) = (self.value(&scalar), self.start(&scalar), self.inputs.rate(&scalar));
             if (value - start).abs() > slack * longest {
-                return Err(CallError::value(scalar.name(), value, format!("{start}: {held}")));
+                return Err(CallError::value(scalar.name(), value, format!("{}: {held}", number(start))));
             }
             if rate != 0.0 {
                 return Err(CallError::value(format!("derivative of {}", scalar.name()), rate, format!("0: {held}")));

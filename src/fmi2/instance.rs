@@ -1,6 +1,6 @@
 //! One instance: what it was told, the model that it built from it, and its way through the life cycle.
 
-use super::call::CallError;
+use super::call::{CallError, number};
 use super::inputs::{self, InputValues};
 use super::lifecycle::{Call, Phase};
 use super::logger::Log;
@@ -110,7 +110,7 @@ impl Instance {
         if let Some(stop) = stop
             && (stop.is_nan() || stop <= start)
         {
-            return Err(CallError::value("stopTime", stop, format!("a time after startTime = {start} s")));
+            return Err(CallError::value("stopTime", stop, format!("a time after startTime = {} s", number(start))));
         }
         self.clock = Clock { start, stop, now: start };
         Ok(())

@@ -1,6 +1,6 @@
 //! `fmi2DoStep` and what can be asked about it.
 
-use super::call::CallError;
+use super::call::{CallError, number};
 use super::inputs::Acted;
 use super::instance::{Clock, Instance, Model};
 use super::lifecycle::Phase;
@@ -22,7 +22,7 @@ impl Clock {
         }
         let slack = TOLERANCE * (self.now.abs().max(self.start.abs()).max(step));
         if current.is_nan() || (current - self.now).abs() > slack {
-            let expected = format!("{} s, the end of the last step", self.now);
+            let expected = format!("{} s, the end of the last step", number(self.now));
             return Err(CallError::value("currentCommunicationPoint", current, expected));
         }
         let end = current + step;
@@ -30,15 +30,16 @@ impl Clock {
         if spacing > COARSEST * step || end <= self.now {
             let shortest = spacing / COARSEST;
             let expected = format!(
-                "at least {shortest:e} s: at {current} s, after a startTime of {} s, double precision cannot tell the \
+                "at least {shortest:e} s: at {} s, after a startTime of {} s, double precision cannot tell the \
                  ends of shorter steps apart. Use a startTime nearer to 0",
-                self.start
+                number(current),
+                number(self.start)
             );
             return Err(CallError::value("communicationStepSize", step, expected));
         }
         match self.stop {
             Some(stop) if end > stop + TOLERANCE * stop.abs().max(self.start.abs()).max(step) => {
-                Err(CallError::value("end of the step", end, format!("at most stopTime = {stop} s")))
+                Err(CallError::value("end of the step", end, format!("at most stopTime = {} s", number(stop))))
             }
             Some(_) | None => Ok(end),
         }

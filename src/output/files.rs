@@ -73,3 +73,13 @@ fn remove_existing(path: &Path) -> io::Result<()> {
         _ => Ok(()),
     }
 }
+
+/// A number of a table with every digit; a cell without a value is empty, as in one of what is not known.
+pub(super) fn cell(value: f64) -> String {
+    if value.is_finite() { format!("{value:e}") } else { String::new() }
+}
+
+/// The number of a cell; not a number where it is empty.
+pub(super) fn number(cell: &str) -> Result<f64, std::num::ParseFloatError> {
+    if cell.is_empty() { Ok(f64::NAN) } else { cell.parse() }
+}

@@ -1,6 +1,6 @@
 //! `history.csv`: one row per communication step, complete on disk after each row.
 
-use super::files::{OutputError, naming};
+use super::files::{OutputError, cell, naming, number};
 use crate::scene::Scene;
 use crate::simulation::{BodyReport, Observation, SensorReport};
 use std::fs::{File, OpenOptions};
@@ -129,7 +129,7 @@ fn values(observation: &Observation) -> String {
     let of_sensor = |sensor| SENSOR_COLUMNS.iter().map(move |(_, value)| value(sensor));
     let all = own.chain(observation.bodies[1..].iter().flat_map(of_fragment));
     let all = all.chain(observation.sensors.iter().flat_map(of_sensor));
-    all.map(|value| format!("{value:e}")).collect::<Vec<_>>().join(",")
+    all.map(cell).collect::<Vec<_>>().join(",")
 }
 
 /// One row read back.
@@ -235,7 +235,7 @@ impl History {
 }
 
 fn parse(line: &str, columns: usize) -> io::Result<Row> {
-    let values: Result<Vec<f64>, _> = line.split(',').map(str::parse).collect();
+    let values: Result<Vec<f64>, _> = line.split(',').map(number).collect();
     match values {
         Ok(values) if values.len() == columns => Ok(Row(values)),
         _ => Err(io::Error::new(io::ErrorKind::InvalidData, "a row was changed while the run was going on")),

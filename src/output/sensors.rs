@@ -66,7 +66,7 @@ impl Seen {
     fn see(&mut self, time: f64, columns: &[f64]) {
         let &[pressure, _, _, height, _, _, velocity] = columns else { unreachable!("a sensor has seven columns") };
         self.pressure.see(pressure, time);
-        if let Some((then, was)) = self.before {
+        if let Some((then, was)) = self.before.filter(|(then, _)| *then < time) {
             self.rate.see((pressure - was) / (time - then), 0.5 * (time + then));
         }
         self.before = Some((time, pressure));

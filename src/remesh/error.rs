@@ -18,7 +18,7 @@ pub enum RemeshError {
         positions: usize,
     },
     /// A target size that is not a length.
-    #[error("node {} has the target size {size} m: sizes are positive and finite", node.0)]
+    #[error("node {} has the target size {size:e} m: sizes are positive and finite", node.0)]
     Size {
         /// The node.
         node: NodeId,
@@ -27,7 +27,7 @@ pub enum RemeshError {
     },
     /// A node that is nowhere.
     #[error(
-        "node {} is at ({} m, {} m, {} m): the state has diverged before this remesh",
+        "node {} is at ({:e} m, {:e} m, {:e} m): the state has diverged before this remesh",
         node.0, place[0], place[1], place[2]
     )]
     NotFinite {

@@ -5,6 +5,7 @@ use super::{
     ScheduleKind, StrengthSpec, Support, Supports, Symmetry, body_name, numbered,
 };
 use crate::algebra::Vector3;
+use crate::avi::fixed;
 use crate::geometry::{Shape, SignedDistance, Solid};
 
 /// Short sentences of the physics that a scene computes.
@@ -85,7 +86,7 @@ fn body_lines(scene: &Scene, i: usize) -> Vec<String> {
 /// Volume, mass and density of a bounded body, and where the centre of mass of one with a tip is.
 fn balance(scene: &Scene, i: usize) -> Option<String> {
     let volume = scene.volume(i)?;
-    let mass = scene.body(i).mass.map(|mass| format!(", mass {mass:.4e} kg, {:.0} kg/m3", mass / volume));
+    let mass = scene.body(i).mass.map(|mass| format!(", mass {mass:.4e} kg, {} kg/m3", fixed(mass / volume, 0)));
     let tip = match scene.shape(i) {
         Shape::Profile(profile) => format!(", centre of mass {:.6} m behind the tip", -profile.poles()[0].end.z),
         Shape::Solid(solid) => surface(&solid),

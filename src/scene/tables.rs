@@ -337,7 +337,7 @@ pub struct Tree {
 pub struct Integrator {
     /// Which elements step together.
     pub schedule: ScheduleKind,
-    /// Fraction of the stable step that an element takes, at most 1; by default 0.8, in `queue` 0.4.
+    /// Fraction of the stable step that an element takes, from 1e-6 to 1; by default 0.8, in `queue` 0.4.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cfl: Option<f64>,
     /// Every node of the gel loses speed as exp(-damping t), 1/s, for answers at rest; 0 is none.

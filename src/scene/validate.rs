@@ -10,8 +10,8 @@ mod sensor;
 mod shape;
 
 use super::{
-    Contact, ContactLaw, Dimension, GelShape, Grading, Header, Integrator, Lattice, MOST_FRAGMENTS, Output, Remesh,
-    RemeshMethod, Scene, SceneError, ScheduleKind, Tree, body_name,
+    Contact, ContactLaw, Dimension, GelShape, Grading, Header, Integrator, Lattice, Levels, MOST_FRAGMENTS, Output,
+    Remesh, RemeshMethod, Scene, SceneError, ScheduleKind, Tree, body_name,
 };
 use crate::geometry::SignedDistance;
 use domain::{Check, finite, positive, require, within};
@@ -38,6 +38,7 @@ pub(super) fn validate(scene: &Scene) -> Check {
     mesh(scene)?;
     remesh(scene)?;
     integrator(&scene.integrator)?;
+    levels(&scene.fidelity)?;
     contact(&scene.contact)?;
     output(&scene.output, scene.scene.end_time)
 }
@@ -186,10 +187,32 @@ fn remesh(scene: &Scene) -> Check {
     within("remesh.thinnest", thinnest, 0.0..=size)
 }
 
+/// Least fraction of the stable step: with it a run costs a million times what it costs with 1, and nobody sees its end.
+const LEAST_CFL: f64 = 1e-6;
+
 fn integrator(integrator: &Integrator) -> Check {
     let cfl = integrator.cfl();
-    require(cfl > 0.0 && cfl <= 1.0, "integrator.cfl", || format!("{cfl:?}"), "a fraction above 0, at most 1")?;
+    let expected = format!("a fraction from {LEAST_CFL:e} to 1");
+    require((LEAST_CFL..=1.0).contains(&cfl), "integrator.cfl", || format!("{cfl:?}"), &expected)?;
     within("integrator.damping", integrator.damping, 0.0..=1e9)
+}
+
+/// The figures of the levels of fidelity are measured numbers.
+fn levels(levels: &Levels) -> Check {
+    for (fidelity, level) in levels.known() {
+        let key = |name: &str| format!("fidelity.{}.{name}", fidelity.as_str());
+        let error = level.error.unwrap_or(0.0);
+        let expected = "a relative error, a finite number of 0 or more";
+        require(error.is_finite() && error >= 0.0, &key("error"), || format!("{error:?}"), expected)?;
+        let figures = [
+            ("updates", level.updates, "a positive number of element updates"),
+            ("cpu_seconds", level.cpu_seconds, "a positive time, s"),
+        ];
+        for (name, figure, expected) in figures {
+            figure.map_or(Ok(()), |figure| positive(&key(name), figure, expected))?;
+        }
+    }
+    Ok(())
 }
 
 fn contact(contact: &Contact) -> Check {

@@ -43,7 +43,7 @@ pub enum BuildError {
     /// More ticks than are exact.
     #[error(
         "scene.end_time: {ticks:.2e} ticks are more than {limit:.0e}, the most that stay exact; \
-         shorten the run or coarsen the mesh"
+         shorten the run, coarsen the mesh or raise integrator.cfl"
     )]
     TooLong {
         /// Ticks up to the end time.

@@ -2,13 +2,21 @@
 
 use super::random::Random;
 use super::tally::Fate;
-use ballistic_gel::scene::{self, Dimension, GelShape, Override, Scene};
+use super::written;
+use ballistic_gel::output::{Interface, OutputError, Recorder};
+use ballistic_gel::scene::{self, Dimension, GelShape, Override, Remesh, Scene, ScheduleKind};
 use ballistic_gel::simulation::{CouplingMode, Observation, Simulation};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Larger meshes are read but not built.
 const MOST_CELLS: f64 = 3000.0;
+/// Larger meshes are not exchanged: that takes longer than all else.
+const MOST_REMESHED: f64 = 600.0;
 /// Smallest steps that a scene is stepped by.
 const STEPS: f64 = 24.0;
+
+/// New meshes in all scenes so far.
+pub static REMESHES: AtomicU64 = AtomicU64::new(0);
 
 /// Lines that a scene may have.
 const LINES: [&str; 34] = [
@@ -95,7 +103,7 @@ pub fn seeds() -> Vec<String> {
     ]
 }
 
-/// Makes a scene and tries it; taken if it could be stepped.
+/// Makes a scene and tries it; taken if it could be stepped, with its files written.
 pub fn attempt(seeds: &[String], seed: u64) -> Result<Fate, String> {
     let text = text(seeds, seed);
     let files = |name: &str| -> std::io::Result<Vec<u8>> {
@@ -109,7 +117,7 @@ pub fn attempt(seeds: &[String], seed: u64) -> Result<Fate, String> {
         Err(error) if error.to_string().trim().is_empty() => Err("an error without words".to_owned()),
         Err(_) => Ok(Fate::Refused),
         Ok(scene) if cells(&scene) > MOST_CELLS => Ok(Fate::Taken),
-        Ok(scene) => stepped(&scene),
+        Ok(scene) => stepped(&scene, &mut Random(seed)),
     }
 }
 
@@ -195,13 +203,46 @@ fn cells(scene: &Scene) -> f64 {
     }
 }
 
-/// Builds and steps a scene that was read.
-fn stepped(scene: &Scene) -> Result<Fate, String> {
-    let Ok(mut simulation) = Simulation::new(scene, CouplingMode::Integrated, 1) else { return Ok(Fate::Refused) };
-    let seen = simulation.observe();
-    let step = seen.cost.smallest_step;
+/// Builds a scene that was read, steps it, with new meshes on the way, and writes what a run writes.
+fn stepped(scene: &Scene, random: &mut Random) -> Result<Fate, String> {
+    let Ok(whole) = Simulation::new(scene, CouplingMode::Integrated, 1) else { return Ok(Fate::Refused) };
+    let seen = whole.observe();
     sound(&seen)?;
-    let end = (STEPS * step).min(scene.scene.end_time);
+    let end = (STEPS * seen.cost.smallest_step).min(scene.scene.end_time);
+    drop(whole);
+    let scene = shortened(scene, end, random);
+    let Ok(mut simulation) = Simulation::new(&scene, CouplingMode::Integrated, 1) else { return Ok(Fate::Refused) };
+    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+    let folder = folder.path().join("run");
+    let said = |error: OutputError| error.to_string();
+    let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).map_err(said)?;
+    recorder.record(&simulation).map_err(said)?;
+    let fate = advance(&mut simulation, &mut recorder, end)?;
+    recorder.finish(&simulation, simulation.diagnosis().as_deref()).map_err(said)?;
+    REMESHES.fetch_add(simulation.observe().cost.remeshes, Ordering::Relaxed);
+    written::defect(&folder)?;
+    Ok(fate)
+}
+
+/// A scene that ends after its first steps, with a few frames, and every other one that may be with new meshes.
+fn shortened(scene: &Scene, end: f64, random: &mut Random) -> Scene {
+    let mut scene = scene.clone();
+    (scene.scene.end_time, scene.scene.communication_step) = (end, end / 4.0);
+    scene.output.frames = scene.output.frames.min(3);
+    scene.output.force_window = scene.output.force_window.min(end);
+    let may_be = scene.integrator.schedule != ScheduleKind::Queue && cells(&scene) <= MOST_REMESHED;
+    if let Some(remesh) = &mut scene.remesh {
+        remesh.times.retain(|time| *time <= end);
+    }
+    if may_be && random.once_in(2) {
+        let times = vec![0.3 * end, 0.7 * end];
+        scene.remesh = Some(Remesh { times, ..scene.remesh.unwrap_or_default() });
+    }
+    scene
+}
+
+/// Steps to the end, or to the step that fails, and records each step.
+fn advance(simulation: &mut Simulation, recorder: &mut Recorder, end: f64) -> Result<Fate, String> {
     for i in 1..=4 {
         let inputs = simulation.inputs();
         let outcome = simulation.step(&inputs, end * f64::from(i) / 4.0);
@@ -209,6 +250,7 @@ fn stepped(scene: &Scene) -> Result<Fate, String> {
         if outcome.is_err() {
             return Ok(Fate::Refused);
         }
+        recorder.record(simulation).map_err(|error| error.to_string())?;
     }
     Ok(Fate::Taken)
 }

@@ -10,7 +10,7 @@ use crate::interrupt;
 use crate::options::CalibrateOptions;
 use crate::progress::Bar;
 use crate::source::{self, Source};
-use ballistic_gel::scene::{Override, Scene, StrengthSpec};
+use ballistic_gel::scene::{GelShape, Override, Scene, StrengthSpec};
 use search::{Next, Outcome, Search, Trial};
 use std::ops::ControlFlow;
 
@@ -43,8 +43,7 @@ enum End {
 /// Fits the strength, prints what to write into the scene, and says with which status to end.
 pub fn calibrate(options: &CalibrateOptions, console: &Console) -> Result<u8, Failure> {
     let task = Task::read(options)?;
-    let note = console.listener();
-    if let Err(error) = interrupt::listen(move || note(WAITING)) {
+    if let Err(error) = interrupt::listen(WAITING, console.listener()) {
         console.note(&format!("Ctrl-C will not keep the best strength so far: {error}"));
     }
     console.note(&words::heading(&task));
@@ -97,6 +96,28 @@ fn attempt(task: &Task, search: &Search, yield_stress: f64, console: &Console) -
     outcome
 }
 
+/// Fastest projectile that is calibrated, m/s: beyond, gel and projectile flow whatever their strength.
+const FASTEST: f64 = 5000.0;
+
+/// Explains why a speed, m/s, is none of a projectile that gel stops.
+fn too_fast(speed: f64) -> Option<String> {
+    let meant = if speed <= 1e3 * FASTEST {
+        format!("; were mm/s meant? They are {} m/s", 1e-3 * speed)
+    } else {
+        String::new()
+    };
+    (speed > FASTEST).then(|| format!("found {speed:?} m/s, expected at most {FASTEST:?} m/s{meant}"))
+}
+
+/// Depth of an undisturbed gel that has an entry surface and a back face, m.
+fn depth_of(gel: &GelShape) -> Option<f64> {
+    match gel {
+        GelShape::Block { size } => size.last().copied(),
+        GelShape::Cylinder { height, .. } => Some(*height),
+        GelShape::Shell { .. } | GelShape::LBeam { .. } => None,
+    }
+}
+
 impl<'a> Task<'a> {
     fn read(options: &'a CalibrateOptions) -> Result<Self, Failure> {
         let name = options.scene.as_deref().unwrap_or(SCENE);
@@ -114,6 +135,12 @@ impl<'a> Task<'a> {
             );
             return Err(refuse("gel.strength", &why));
         };
+        if let Some(why) = options.speed.and_then(too_fast) {
+            return Err(Failure::BadInput(format!("--speed: {why}")));
+        }
+        if let Some(why) = depth_of(&scene.gel.shape).and_then(|gel| trial::too_deep(options.depth, gel)) {
+            return Err(Failure::BadInput(format!("--depth: {why}")));
+        }
         let velocity = scene.projectile.velocity;
         if velocity[2] >= 0.0 {
             let expected = "a projectile that runs into the gel along -z: --speed gives its speed";

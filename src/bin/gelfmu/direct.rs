@@ -27,6 +27,9 @@ fn advance(
     (job, scene): (&Job, &Scene),
     progress: &mut Progress<'_>,
 ) -> Result<Ending, RunError> {
+    if progress(0.0, scene.scene.end_time).is_break() {
+        return Ok(Ending::Interrupted);
+    }
     for time in job.times(scene) {
         let inputs = simulation.inputs();
         let _reserve = fmi2::reserve_for_step(simulation)?;

@@ -1,24 +1,51 @@
-//! Ctrl-C, and a request to terminate: the first ends the run after its communication step, the second at once.
+//! Ctrl-C, and the request of a system to terminate.
+//!
+//! The first Ctrl-C ends the run after its communication step, however long that is. A request to terminate does the same, but gives
+//! the run [`PATIENCE`] for it: who sends one waits for the end and seldom sends another. A second one of either ends the run at
+//! once.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 /// Exit status of an interrupted command.
 pub const INTERRUPTED: u8 = 130;
+
+/// Time after a request to terminate at which the program ends at once; container and service managers wait ten seconds and more
+/// before they kill.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 // A signal reaches the process, not a value in it.
 static ASKED: AtomicBool = AtomicBool::new(false);
 static SCRATCH: Mutex<Option<PathBuf>> = Mutex::new(None);
 
-/// Listens from now on; `answer` is called at the first request.
-pub fn listen(answer: impl Fn() + Send + 'static) -> Result<(), ctrlc::Error> {
-    ctrlc::set_handler(move || {
+/// Who wants the end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Request {
+    /// A person at the keyboard, who can ask again.
+    Interrupt,
+    /// A system, or a terminal that was closed.
+    Terminate,
+}
+
+/// Listens from now on; the first request is answered with `waiting` by way of `note`.
+pub fn listen(waiting: &'static str, note: impl Fn(&str) + Send + 'static) -> std::io::Result<()> {
+    hear(move |request| {
         if ASKED.swap(true, Ordering::Relaxed) {
             leave();
         }
-        answer();
+        match request {
+            Request::Interrupt => note(waiting),
+            Request::Terminate => {
+                note(&format!("asked to terminate, at once in {} s; {waiting}", PATIENCE.as_secs()));
+                std::thread::spawn(|| {
+                    std::thread::sleep(PATIENCE);
+                    leave();
+                });
+            }
+        }
     })
 }
 
@@ -32,12 +59,31 @@ pub fn outlive_file_limits() {
     }
 }
 
+/// Calls `answer` at each request, in a thread of its own.
+#[cfg(unix)]
+fn hear(answer: impl Fn(Request) + Send + 'static) -> std::io::Result<()> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP])?;
+    std::thread::spawn(move || {
+        for signal in signals.forever() {
+            answer(if signal == SIGINT { Request::Interrupt } else { Request::Terminate });
+        }
+    });
+    Ok(())
+}
+
+/// Calls `answer` at each Ctrl-C, in a thread of its own; the system gives a program that it closes a time of its own.
+#[cfg(not(unix))]
+fn hear(answer: impl Fn(Request) + Send + 'static) -> std::io::Result<()> {
+    ctrlc::set_handler(move || answer(Request::Interrupt)).map_err(std::io::Error::other)
+}
+
 /// A folder that must not stay behind when the program ends at once.
 pub fn remove_on_exit(folder: &Path) {
     *SCRATCH.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.to_path_buf());
 }
 
-/// Whether the user has asked to stop.
+/// Returns true if the end of the run was asked for.
 pub fn asked() -> bool {
     ASKED.load(Ordering::Relaxed)
 }

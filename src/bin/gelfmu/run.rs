@@ -87,8 +87,7 @@ fn claim(
 
 /// Runs the job with a progress bar, until it ends or the user interrupts it.
 fn watch(job: &Job, mut folder: ResultFolder, by_library: bool, console: &Console) -> Result<Ending, Failure> {
-    let note = console.listener();
-    if let Err(error) = interrupt::listen(move || note(WAITING)) {
+    if let Err(error) = interrupt::listen(WAITING, console.listener()) {
         console.note(&format!("Ctrl-C will not keep what was computed: {error}"));
     }
     let bar = Bar::new(console);

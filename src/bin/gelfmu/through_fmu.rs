@@ -78,7 +78,10 @@ impl Importer {
     fn advance(&self, (job, scene): (&Job, &Scene), progress: &mut Progress<'_>) -> Result<Ending, RunError> {
         let mut now = 0.0;
         // Warnings about the scene are no diagnosis of a step; they stand in the summary.
-        self.log.take();
+        self.fmu.take_messages();
+        if progress(now, scene.scene.end_time).is_break() {
+            return Ok(Ending::Interrupted);
+        }
         for end in job.times(scene) {
             let status = self.fmu.do_step(now, end - now, true);
             if status == Status::Discard {
@@ -98,10 +101,9 @@ impl Importer {
 
     /// Returns true if `scene.stop_after_exit` ends the run.
     fn is_over(&self) -> Result<bool, RunError> {
-        let mut over = [0];
-        let reference = [self.reference("scene.is_over")?];
-        self.check("fmi2GetBoolean", self.fmu.getBoolean(&reference, &mut over))?;
-        Ok(over[0] != 0)
+        let (reference, mut is_over) = (self.reference("scene.is_over")?, false);
+        self.check("fmi2GetBoolean", self.fmu.get_boolean(reference, &mut is_over))?;
+        Ok(is_over)
     }
 
     /// Value references of all outputs that are real numbers.

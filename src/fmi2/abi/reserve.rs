@@ -216,10 +216,10 @@ mod tests {
     fn an_allocation_that_fails_is_tried_again_after_each_reserve() {
         let reserves = [0, 1].map(|_| MemoryReserve::hold(1).expect("memory"));
         let n_tries = std::cell::Cell::new(0);
-        let mut byte = 0_u8;
+        let byte = std::cell::Cell::new(0_u8);
         let found = retried(|| {
             n_tries.set(n_tries.get() + 1);
-            if n_tries.get() < 3 { ptr::null_mut() } else { &raw mut byte }
+            if n_tries.get() < 3 { ptr::null_mut() } else { byte.as_ptr() }
         });
         assert!(!found.is_null());
         assert!(n_tries.get() == 3);

@@ -1,7 +1,8 @@
 //! The cavity behind a projectile: how wide the gel is open, by time and depth.
 
-use super::opening::{GelSection, openings};
-use super::{Line, PER_METRE};
+use super::opening::{Depths, GelSection, openings};
+use super::{Line, PER_METRE, per_metre};
+use crate::output::files::cell;
 use crate::scene::Scene;
 use crate::simulation::Frame;
 use std::fmt::Write;
@@ -11,7 +12,9 @@ use std::fmt::Write;
 pub(in crate::output) struct Profile {
     /// When, s.
     pub(in crate::output) time: f64,
-    /// Radius at each millimetre of depth from the first one on, m: 0 where the line of the shot is in the gel, none where the void
+    /// Depths in a metre: one in each millimetre, fewer in a very deep gel.
+    per_metre: f64,
+    /// Radius at each of these depths from the first one on, m: 0 where the line of the shot is in the gel, none where the void
     /// around it is no cavity.
     radii: Vec<Option<f64>>,
 }
@@ -34,17 +37,18 @@ pub(in crate::output) struct Cavity {
 impl Profile {
     /// That of a frame.
     pub(in crate::output) fn of(line: &Line, scene: &Scene, frame: &Frame) -> Self {
-        let depths = (line.gel * PER_METRE) as usize;
+        let per_metre = per_metre(line.gel);
+        let depths = Depths { n: (line.gel * per_metre) as usize, per_metre };
         let gel = GelSection { dimension: scene.scene.dimension, symmetry: scene.gel.symmetry };
-        Self { time: frame.time, radii: openings(gel, frame, &line.at, depths) }
+        Self { time: frame.time, per_metre, radii: openings(gel, frame, &line.at, depths) }
     }
 
     /// The part of the void that lies behind the projectile: from the entry down to the greatest depth, m, that its foremost point has
     /// reached. What is open deeper was not opened by its passage.
     pub(super) fn behind(&self, depth: f64) -> Self {
-        let is_behind = |k: usize| (k + 1) as f64 <= depth * PER_METRE * (1.0 + f64::EPSILON);
+        let is_behind = |k: usize| (k + 1) as f64 <= depth * self.per_metre * (1.0 + f64::EPSILON);
         let radii = self.radii.iter().enumerate().map(|(k, radius)| radius.filter(|_| is_behind(k)));
-        Self { time: self.time, radii: radii.collect() }
+        Self { radii: radii.collect(), ..*self }
     }
 
     /// Greatest diameter, m, deeper than the projectile is long: nearer to the entry it is the crater's.
@@ -57,7 +61,7 @@ impl Profile {
     fn curve(&self) -> Vec<(f64, f64)> {
         let end = self.radii.iter().rposition(|radius| radius.is_some_and(|radius| radius > 0.0));
         let known = self.radii.iter().zip(1..).take(end.map_or(0, |end| end + 1));
-        known.filter_map(|(radius, i)| radius.map(|radius| (f64::from(i) / PER_METRE, radius))).collect()
+        known.filter_map(|(radius, i)| radius.map(|radius| (f64::from(i) / self.per_metre, radius))).collect()
     }
 }
 
@@ -84,7 +88,8 @@ fn envelope(profiles: &[Profile]) -> Profile {
     };
     let n = profiles.iter().map(|profile| profile.radii.len()).max().unwrap_or(0);
     let radius = |i: usize| profiles.iter().map(|profile| profile.radii.get(i).copied().flatten()).fold(None, wider);
-    Profile { time: 0.0, radii: (0..n).map(radius).collect() }
+    let per_metre = profiles.first().map_or(PER_METRE, |profile| profile.per_metre);
+    Profile { time: 0.0, per_metre, radii: (0..n).map(radius).collect() }
 }
 
 /// `cavity.csv`: each profile as far as the cavity reaches.
@@ -92,7 +97,7 @@ pub(super) fn csv(profiles: &[Profile]) -> String {
     let mut text = String::from("time_s,depth_m,radius_m\n");
     for profile in profiles {
         for (depth, radius) in profile.curve() {
-            writeln!(text, "{:e},{depth:e},{radius:e}", profile.time).expect("a string grows");
+            writeln!(text, "{},{},{}", cell(profile.time), cell(depth), cell(radius)).expect("a string grows");
         }
     }
     text

@@ -18,6 +18,8 @@ use crate::simulation::Frame;
 
 /// Depths of a table in a metre: their distance is that of a fine measurement.
 const PER_METRE: f64 = 1e3;
+/// Most depths of a table: those of two metres of gel. In a longer way they are further apart.
+const MOST_DEPTHS: usize = 2000;
 /// A projectile that drifts sideways by more than this part of its way does not run along −z.
 const STRAIGHT: f64 = 0.1;
 
@@ -47,6 +49,11 @@ impl Line {
         let size = extent.upper.z - extent.lower.z;
         Some(Self { at: projectile.kinematics.position, size, gel: -scenery.lower.z })
     }
+}
+
+/// Depths in a metre of a table that goes so deep, m.
+fn per_metre(length: f64) -> f64 {
+    PER_METRE.min(MOST_DEPTHS as f64 / length.max(f64::MIN_POSITIVE))
 }
 
 /// A shot: a projectile that has gone deeper than it is long.

@@ -1,6 +1,5 @@
 //! How wide the gel is open around a vertical line, depth by depth.
 
-use super::PER_METRE;
 use crate::algebra::Vector3;
 use crate::scene::{Dimension, Symmetry};
 use crate::simulation::Frame;
@@ -24,23 +23,32 @@ pub(super) struct GelSection {
     pub(super) symmetry: Symmetry,
 }
 
+/// Equally spaced depths, the first of them one distance below z = 0.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Depths {
+    /// How many.
+    pub(super) n: usize,
+    /// How many there are in a metre.
+    pub(super) per_metre: f64,
+}
+
 /// Steepest slope of a back face, as the vertical part of its normal: a wall of the cavity that faces down by less flares out
 /// towards an exit hole, one that faces down by more is what is left around the hole (45°).
 const BACK_FACE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
 /// Directions in which gel must lie around a line in space, in all of a circle.
 const DIRECTIONS: u32 = 64;
 
-/// Radius of the opening at the first `n` millimetres of depth, m: 0 where the line runs through gel, none where the void around the
-/// line is not enclosed by gel.
+/// Radius of the opening at some depths, m: 0 where the line runs through gel, none where the void around the line is not enclosed
+/// by gel.
 ///
 /// Along the axis it is the least radius of the gel, in the plane half of the width, in space the distance of the surface. A void is
 /// enclosed if there is gel in every direction across the line. The outer side of the gel is no wall of a cavity: at the back, all depths
 /// up to the first are left out whose void ends at a surface that faces down.
-pub(super) fn openings(gel: GelSection, frame: &Frame, line: &Vector3, n: usize) -> Vec<Option<f64>> {
-    let mut depths: Vec<Vec<SurfacePiece>> = vec![vec![]; n];
+pub(super) fn openings(gel: GelSection, frame: &Frame, line: &Vector3, at: Depths) -> Vec<Option<f64>> {
+    let mut depths: Vec<Vec<SurfacePiece>> = vec![vec![]; at.n];
     for nodes in &frame.cells.facets {
         let corners = nodes.map(|node| frame.points[node as usize] - line);
-        cut(&corners[..frame.dimension], line.z, &mut depths);
+        cut(&corners[..frame.dimension], line.z, at.per_metre, &mut depths);
     }
     let mut openings: Vec<Option<Opening>> = depths.iter().map(|pieces| opening(gel, pieces)).collect();
     let is_outside = |opening: &Option<Opening>| opening.is_none_or(|opening| opening.faces_down);
@@ -71,14 +79,14 @@ fn opening(gel: GelSection, pieces: &[SurfacePiece]) -> Option<Opening> {
 }
 
 /// Adds what a facet, given from a point at this height, is at each depth that it crosses.
-fn cut(corners: &[Vector3], height: f64, depths: &mut [Vec<SurfacePiece>]) {
-    let down = |corner: &Vector3| -(corner.z + height) * PER_METRE;
+fn cut(corners: &[Vector3], height: f64, per_metre: f64, depths: &mut [Vec<SurfacePiece>]) {
+    let down = |corner: &Vector3| -(corner.z + height) * per_metre;
     let (least, most) =
         corners.iter().map(down).fold((f64::INFINITY, 0.0f64), |(least, most), k| (least.min(k), most.max(k)));
     let first = least.max(1.0).ceil() as usize;
     let faces_down = normal(corners).z < BACK_FACE;
     for k in first..=(most as usize).min(depths.len()) {
-        let z = -(k as f64 / PER_METRE) - height;
+        let z = -(k as f64 / per_metre) - height;
         let sides = corners.iter().zip(corners.iter().cycle().skip(1)).take(if corners.len() == 2 { 1 } else { 3 });
         let mut ends = sides.filter_map(|(a, b)| crossing(a, b, z));
         if let Some(a) = ends.next() {
@@ -150,13 +158,18 @@ fn half_width(pieces: &[SurfacePiece]) -> Option<Opening> {
 
 #[cfg(test)]
 mod tests {
-    use super::{GelSection, openings};
+    use super::{Depths, GelSection, openings};
     use crate::algebra::Vector3;
     use crate::scene::{Dimension, Symmetry};
     use crate::simulation::{Frame, FrameCells};
 
     fn section(dimension: Dimension) -> GelSection {
         GelSection { dimension, symmetry: Symmetry::None }
+    }
+
+    /// The first `n` millimetres.
+    fn millimetres(n: usize) -> Depths {
+        Depths { n, per_metre: 1e3 }
     }
 
     /// A surface of these facets.
@@ -190,7 +203,7 @@ mod tests {
     fn about_an_axis_it_is_the_least_radius_and_zero_where_there_is_gel_on_the_axis() {
         let cone = [[0.004, 0.0, 0.0], [0.0, 0.0, -0.004]];
         let found =
-            openings(section(Dimension::Axisymmetric), &frame(2, &[&cone, &wall(0.01, 0.1)]), &Vector3::zeros(), 5);
+            openings(section(Dimension::Axisymmetric), &frame(2, &[&cone, &wall(0.01, 0.1)]), &Vector3::zeros(), millimetres(5));
         for (found, expected) in found.iter().zip([0.003, 0.002, 0.001, 0.0, 0.0]) {
             assert!((found.unwrap() - expected).abs() < 1e-15, "{found:?}, {expected}");
         }
@@ -201,10 +214,11 @@ mod tests {
         let walls = [wall(-0.02, 0.1), wall(-0.001, 0.0025), wall(0.006, 0.0025), wall(0.02, 0.1)];
         let walls: Vec<&[[f64; 3]]> = walls.iter().map(|wall| &wall[..]).collect();
         let line = Vector3::new(0.002, 0.0, 0.01);
-        let found = openings(section(Dimension::Planar), &frame(2, &walls), &line, 4);
+        let found = openings(section(Dimension::Planar), &frame(2, &walls), &line, millimetres(4));
         assert!((found[0].unwrap() - 0.0035).abs() < 1e-15, "{found:?}");
         assert_eq!((found[2], found[3]), (Some(0.0), Some(0.0)));
-        let one_side = openings(section(Dimension::Planar), &frame(2, &[&wall(0.02, 0.1), &wall(0.03, 0.1)]), &line, 1);
+        let sides = frame(2, &[&wall(0.02, 0.1), &wall(0.03, 0.1)]);
+        let one_side = openings(section(Dimension::Planar), &sides, &line, millimetres(1));
         assert_eq!(one_side, [None]);
     }
 
@@ -222,7 +236,8 @@ mod tests {
     fn in_space_it_is_the_distance_of_the_nearest_surface() {
         let surface: Vec<[[f64; 3]; 3]> = shaft(0.02, 0.1).into_iter().chain(shaft(0.005, 0.0035)).collect();
         let facets: Vec<&[[f64; 3]]> = surface.iter().map(|facet| &facet[..]).collect();
-        let found = openings(section(Dimension::Spatial), &frame(3, &facets), &Vector3::new(0.001, 0.0005, 0.0), 4);
+        let line = Vector3::new(0.001, 0.0005, 0.0);
+        let found = openings(section(Dimension::Spatial), &frame(3, &facets), &line, millimetres(4));
         for opening in &found[..3] {
             assert!((opening.unwrap() - 0.004).abs() < 1e-15, "{found:?}");
         }
@@ -243,7 +258,7 @@ mod tests {
         let open = |hole: &[[f64; 2]]| {
             let facets = dished(hole);
             let facets: Vec<&[[f64; 3]]> = facets.iter().map(|facet| &facet[..]).collect();
-            openings(section(Dimension::Axisymmetric), &frame(2, &facets), &Vector3::zeros(), 14)
+            openings(section(Dimension::Axisymmetric), &frame(2, &facets), &Vector3::zeros(), millimetres(14))
         };
         // A hole straight through: the back face around it, up to 48 mm off the line, is none of its wall.
         let found = open(&[[0.005, -0.0095]]);
@@ -265,7 +280,8 @@ mod tests {
         let open = |symmetry: Symmetry, corners: &[[f64; 2]]| {
             let walls = around(corners);
             let facets: Vec<&[[f64; 3]]> = walls.iter().map(|facet| &facet[..]).collect();
-            openings(GelSection { dimension: Dimension::Spatial, symmetry }, &frame(3, &facets), &Vector3::zeros(), 5)
+            let gel = GelSection { dimension: Dimension::Spatial, symmetry };
+            openings(gel, &frame(3, &facets), &Vector3::zeros(), millimetres(5))
         };
         let half = [[0.004, 0.0], [0.004, 0.006], [-0.004, 0.006], [-0.004, 0.0]];
         let whole = [&half[..], &[[-0.004, -0.006], [0.004, -0.006], [0.004, 0.0]]].concat();

@@ -1,8 +1,8 @@
 //! The way of a projectile through the gel, by depth instead of time.
 
-use super::{Line, PER_METRE};
+use super::{Line, MOST_DEPTHS, per_metre};
 use crate::algebra::Vector3;
-use crate::output::files::OutputError;
+use crate::output::files::{OutputError, cell};
 use crate::output::history::{History, Row};
 use std::fmt::Write;
 
@@ -73,25 +73,28 @@ impl Track {
         self.way[..until].last().map_or(0.0, |last| last.depth.min(self.end))
     }
 
-    /// The places of the table: every millimetre, and the greatest depth.
+    /// The places of the table: every millimetre, or as many as there may be, and the greatest depth.
     pub(in crate::output) fn table(&self) -> Vec<Along> {
-        let n = (self.depth() * PER_METRE) as usize;
+        let per_metre = per_metre(self.depth());
+        let n = (self.depth() * per_metre) as usize;
         let whole = (0..=n)
-            .map(|i| i as f64 / PER_METRE)
+            .map(|i| i as f64 / per_metre)
             .filter(|depth| *depth >= self.first() && *depth < self.depth() - ROUND_OFF);
         whole.chain([self.depth()]).map(|depth| self.at(depth)).collect()
     }
 
-    /// Mean force against the motion over 4 mm of depth around a place, N; over what there is of them at the ends.
-    pub(in crate::output) fn force(&self, depth: f64) -> f64 {
+    /// Mean force against the motion over 4 mm of depth around a place, N; over what there is of them at the ends. Of a single
+    /// place there is none.
+    pub(in crate::output) fn force(&self, depth: f64) -> Option<f64> {
         let (from, to) = ((depth - WINDOW / 2.0).max(self.first()), (depth + WINDOW / 2.0).min(self.depth()));
-        (self.at(to).energy - self.at(from).energy) / (to - from)
+        (to > from).then(|| (self.at(to).energy - self.at(from).energy) / (to - from))
     }
 
-    /// Energy given to the gel in each centimetre of depth, J; the last one ends at the greatest depth.
+    /// Energy given to the gel in each centimetre of depth, J; the last one ends at the greatest depth, however deep that is.
     pub(in crate::output) fn energy_per_centimetre(&self) -> Vec<f64> {
-        let n = ((self.depth() - ROUND_OFF) * CENTIMETRES).ceil() as usize;
-        let reached = |i: usize| self.at((i as f64 / CENTIMETRES).min(self.depth())).energy;
+        let n = (((self.depth() - ROUND_OFF) * CENTIMETRES).ceil() as usize).min(MOST_DEPTHS);
+        let end = |i: usize| if i == n { self.depth() } else { (i as f64 / CENTIMETRES).min(self.depth()) };
+        let reached = |i: usize| self.at(end(i)).energy;
         (0..n).map(|i| reached(i + 1) - reached(i)).collect()
     }
 
@@ -100,8 +103,9 @@ impl Track {
         let mut text = String::from("depth_m,time_s,velocity_m_per_s,force_N,energy_J,yaw_rad\n");
         for place in self.table() {
             let Along { depth, time, velocity, energy, yaw } = place;
-            let force = self.force(depth);
-            writeln!(text, "{depth:e},{time:e},{velocity:e},{force:e},{energy:e},{yaw:e}").expect("a string grows");
+            let force = self.force(depth).unwrap_or(f64::NAN);
+            let row = [depth, time, velocity, force, energy, yaw].map(cell);
+            writeln!(text, "{}", row.join(",")).expect("a string grows");
         }
         text
     }
@@ -136,7 +140,7 @@ impl Track {
 fn take(way: &mut Vec<Along>, end: f64, (row, velocity, energy): (&Row, f64, f64)) {
     let depth = row.get("depth_m");
     let deepest = way.last().map_or(f64::NEG_INFINITY, |last| last.depth);
-    if depth <= deepest || deepest >= end {
+    if !depth.is_finite() || depth <= deepest || deepest >= end {
         return;
     }
     if depth <= 0.0 {

@@ -26,7 +26,10 @@ pub(super) fn charts(scene: &Scene, rows: &[Row]) -> String {
 /// Time at which the gel stores the most energy, s: the fullest picture.
 pub(super) fn fullest(rows: &[Row]) -> f64 {
     let stored = |row: &&Row| row.get("energy_elastic_J");
-    rows.iter().max_by(|a, b| stored(a).total_cmp(&stored(b))).map_or(0.0, |row| row.get("time_s"))
+    rows.iter()
+        .filter(|row| stored(row).is_finite())
+        .max_by(|a, b| stored(a).total_cmp(&stored(b)))
+        .map_or(0.0, |row| row.get("time_s"))
 }
 
 fn motion(rows: &[Row]) -> Plot {

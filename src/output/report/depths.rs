@@ -18,7 +18,7 @@ fn speed(shot: &Penetration) -> Plot {
 }
 
 fn force(shot: &Penetration) -> Plot {
-    let curve = along(shot, "mean over 4 mm of depth", |shot, place| shot.track.force(place.depth));
+    let curve = along(shot, "mean over 4 mm of depth", |shot, place| shot.track.force(place.depth).unwrap_or(f64::NAN));
     plot(shot, "Force on the projectile by depth", "N", vec![curve])
 }
 

@@ -1,5 +1,6 @@
 //! `report.html`: the run on one page that needs nothing else, for a person.
 
+mod axis;
 mod charts;
 mod depths;
 mod film;

@@ -5,6 +5,8 @@ const PREFIXES: [&str; 9] = ["p", "n", "µ", "m", "", "k", "M", "G", "T"];
 const UNITY: i32 = 4;
 /// Smaller values have no prefix.
 const SMALLEST: f64 = 1e-12;
+/// Values of this size and more have none, either: they are written with an exponent.
+const LARGEST: f64 = 1e15;
 
 /// Factor and prefix that bring a magnitude between 1 and 1000: 0.014 gives 10³ and "m".
 pub(super) fn prefix(magnitude: f64) -> (f64, &'static str) {
@@ -20,14 +22,26 @@ pub(super) fn prefix(magnitude: f64) -> (f64, &'static str) {
 pub(in crate::output) fn quantity(value: f64, unit: &str) -> String {
     match value.abs() {
         size if !size.is_finite() => "not known".to_string(),
-        size if size > 0.0 && size < SMALLEST => format!("{} {unit}", ratio(value)),
+        size if size > 0.0 && !(SMALLEST..LARGEST).contains(&size) => format!("{} {unit}", ratio(value)),
         _ => prefixed(value, value, unit, 4),
     }
 }
 
 /// A value with its unit in three significant digits and the prefix that suits the end of its scale.
 pub(in crate::output) fn mark(value: f64, end: f64, unit: &str) -> String {
-    prefixed(value, end, unit, 3)
+    if value.is_finite() && value.abs() < LARGEST { prefixed(value, end, unit, 3) } else { quantity(value, unit) }
+}
+
+/// Factor and unit that bring a magnitude between 1 and 1000 also where there is no prefix: 10¹⁸ m gives 10⁻¹⁸ and "10^18 m".
+pub(super) fn scale(magnitude: f64, unit: &str) -> (f64, String) {
+    /// Powers of a thousand of which both the factor and its inverse are numbers.
+    const THOUSANDS: (f64, f64) = (-100.0, 102.0);
+    if magnitude == 0.0 || !magnitude.is_finite() || (SMALLEST..LARGEST).contains(&magnitude) {
+        let (factor, prefix) = prefix(magnitude);
+        return (factor, format!("{prefix}{unit}"));
+    }
+    let thousands = (magnitude.log10() / 3.0).floor().clamp(THOUSANDS.0, THOUSANDS.1) as i32;
+    (1000f64.powi(-thousands), format!("10^{} {unit}", 3 * thousands))
 }
 
 fn prefixed(value: f64, model: f64, unit: &str, significant: i32) -> String {
@@ -56,6 +70,9 @@ pub(super) fn percent(value: f64) -> String {
 
 /// A count with thin spaces between thousands.
 pub(super) fn count(value: f64) -> String {
+    if !(value.abs() < LARGEST) {
+        return ratio(value);
+    }
     let plain = format!("{value:.0}");
     let digits = plain.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
     digits.collect::<Vec<_>>().join("\u{202f}")
@@ -81,6 +98,8 @@ mod tests {
         assert_eq!(quantity(-3.8634, "m/s"), "−3.863 m/s");
         assert_eq!(quantity(0.0, "J"), "0 J");
         assert_eq!(quantity(f64::NAN, "J"), "not known");
+        assert_eq!(quantity(-1e300, "m"), "−1.00 × 10<sup>300</sup> m");
+        assert_eq!(mark(1e300, 1e300, "m"), "1.00 × 10<sup>300</sup> m");
     }
 
     #[test]
@@ -88,5 +107,16 @@ mod tests {
         assert_eq!(ratio(1.234e-12), "1.23 × 10<sup>−12</sup>");
         assert_eq!(ratio(12.5), "12.50");
         assert_eq!(count(1_234_567.0), "1\u{202f}234\u{202f}567");
+        assert_eq!((count(1e300), count(f64::NAN)), ("1.00 × 10<sup>300</sup>".to_owned(), "not known".to_owned()));
+    }
+
+    #[test]
+    fn every_magnitude_has_a_scale() {
+        assert_eq!(scale(0.014, "m"), (1e3, "mm".to_owned()));
+        assert_eq!(scale(2e19, "m"), (1e-18, "10^18 m".to_owned()));
+        for magnitude in [5e-324, 1e-300, 1e-13, 1e-12, 1.0, 999.9, 1e15, 1e300, f64::MAX] {
+            let scaled = scale(magnitude, "m").0 * magnitude;
+            assert!(scaled < 1000.1 && (scaled >= 0.999 || magnitude < 1e-299), "{magnitude}: {scaled}");
+        }
     }
 }

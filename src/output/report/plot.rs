@@ -1,6 +1,6 @@
 //! Curves against time or depth as SVG.
 
-use super::number::prefix;
+use super::axis::{Axis, Margin, span};
 use plotters::prelude::*;
 use std::ops::Range;
 
@@ -19,15 +19,18 @@ const COLOURS: [RGBColor; 9] = [
 /// Units of the drawing per pixel of the page: coordinates are whole numbers, and curves must not show their steps.
 const FINE: u32 = 8;
 const SIZE: (u32, u32) = (640 * FINE, 300 * FINE);
+/// Most ticks with a number across and up.
+const MOST_MARKS: (usize, usize) = (8, 6);
 
 /// A named curve of (time, s, or depth, m, and value).
+#[derive(Debug)]
 pub(super) struct Curve {
     pub(super) name: String,
     pub(super) points: Vec<(f64, f64)>,
 }
 
 /// How values are laid out.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Height {
     /// As they are.
     Linear,
@@ -59,11 +62,10 @@ impl Curve {
         self.travel() > 0.0
     }
 
-    /// From the lowest to the highest value.
+    /// From the lowest to the highest value that is finite.
     pub(super) fn travel(&self) -> f64 {
-        let values = self.points.iter().map(|point| point.1);
-        let range = values.fold(f64::INFINITY..f64::NEG_INFINITY, |range, x| range.start.min(x)..range.end.max(x));
-        (range.end - range.start).max(0.0)
+        let range = span(self.points.iter().map(|point| point.1)).unwrap_or(0.0..0.0);
+        (range.end - range.start).min(f64::MAX)
     }
 }
 
@@ -98,27 +100,22 @@ impl Plot {
         &self,
         area: &DrawingArea<B, plotters::coord::Shift>,
     ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
-        let (Across { name, unit, range }, values) = (&self.across, self.values());
-        let (along, along_prefix) = prefix(range.end);
-        let (factor, value_prefix) = match self.height {
-            Height::Linear | Height::FromZero => prefix(values.start.abs().max(values.end.abs())),
-            Height::Decades => (1.0, ""),
-        };
+        let (along, up) = (self.along(), self.up());
         let mut chart = ChartBuilder::on(area)
             .margin(8 * FINE)
             .margin_right(18 * FINE)
             .x_label_area_size(40 * FINE)
             .y_label_area_size(64 * FINE)
-            .build_cartesian_2d(scaled(range, along), self.padded(&scaled(&values, factor)))?;
+            .build_cartesian_2d(along.range.clone(), up.range.clone())?;
         let mark = |value: &f64| match self.height {
             Height::Linear | Height::FromZero => tick(*value),
             Height::Decades if (value - value.round()).abs() < 1e-6 => format!("1e{value:.0}"),
             Height::Decades => String::new(),
         };
         let mut mesh = chart.configure_mesh();
-        mesh.x_desc(format!("{name}, {along_prefix}{unit}")).x_labels(8).y_labels(6);
+        mesh.x_desc(format!("{}, {}", self.across.name, along.unit)).x_labels(MOST_MARKS.0).y_labels(MOST_MARKS.1);
         if self.height != Height::Decades {
-            mesh.y_desc(format!("{value_prefix}{}", self.unit));
+            mesh.y_desc(up.unit.as_str());
         }
         mesh.axis_style(BLACK.stroke_width(FINE)).set_all_tick_mark_size(5 * FINE);
         mesh.label_style(("sans-serif", 14 * FINE))
@@ -126,32 +123,27 @@ impl Plot {
             .bold_line_style(BLACK.mix(0.15).stroke_width(FINE));
         mesh.x_label_formatter(&|place| tick(*place)).y_label_formatter(&mark).draw()?;
         for (curve, colour) in self.curves.iter().zip(COLOURS) {
-            let points = curve.points.iter().map(|(x, y)| (x * along, y * factor));
+            let points = curve.points.iter().filter_map(|(x, y)| along.place(*x).zip(up.place(*y)));
             chart.draw_series(LineSeries::new(points, colour.stroke_width(2 * FINE)))?;
         }
         area.present()
     }
 
-    /// Room above and below the curves; whole decades, three at least.
-    fn padded(&self, range: &Range<f64>) -> Range<f64> {
+    /// The axis of time or depth.
+    fn along(&self) -> Axis {
+        let Across { unit, range, .. } = &self.across;
+        Axis::linear([range.start, range.end].into_iter(), unit, Margin::None)
+    }
+
+    /// The axis of the values of all curves.
+    fn up(&self) -> Axis {
+        let values = self.curves.iter().flat_map(|curve| &curve.points).map(|point| point.1);
         match self.height {
-            Height::Linear => {
-                let margin = 0.05 * (range.end - range.start);
-                range.start - margin..range.end + margin
-            }
-            Height::FromZero => 1.05 * range.start.min(0.0)..1.05 * range.end,
-            Height::Decades => range.start.floor().min(range.end.ceil() - 3.0)..range.end.ceil(),
+            Height::Linear => Axis::linear(values, self.unit, Margin::Both),
+            Height::FromZero => Axis::linear(values, self.unit, Margin::FromZero),
+            Height::Decades => Axis::decades(values),
         }
     }
-
-    fn values(&self) -> Range<f64> {
-        let values = self.curves.iter().flat_map(|curve| &curve.points).map(|point| point.1).filter(|x| x.is_finite());
-        values.fold(f64::INFINITY..f64::NEG_INFINITY, |range, x| range.start.min(x)..range.end.max(x))
-    }
-}
-
-fn scaled(range: &Range<f64>, factor: f64) -> Range<f64> {
-    range.start * factor..range.end * factor
 }
 
 /// A number without the zeros behind it.
@@ -159,4 +151,57 @@ fn tick(value: f64) -> String {
     let text = format!("{value:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".to_string() } else { text.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Any bits, and often numbers at the edges.
+    fn number() -> impl Strategy<Value = f64> {
+        let edges = vec![
+            0.0,
+            -0.0,
+            1.0,
+            -1.0,
+            1e-3,
+            1e308,
+            -1e308,
+            f64::MAX,
+            f64::MIN,
+            5e-324,
+            f64::MIN_POSITIVE,
+            f64::NAN,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            1.0 + f64::EPSILON,
+            1e17,
+            1e17 + 16.0,
+        ];
+        prop_oneof![prop::sample::select(edges), any::<u64>().prop_map(f64::from_bits), -1e3..1e3]
+    }
+
+    fn curve() -> impl Strategy<Value = Curve> {
+        let points = prop::collection::vec((number(), number()), 0..12);
+        points.prop_map(|points| Curve { name: "curve".to_owned(), points })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
+
+        #[test]
+        fn a_plot_takes_any_numbers_and_has_a_bounded_number_of_ticks(
+            curves in prop::collection::vec(curve(), 0..3),
+            height in prop::sample::select(vec![Height::Linear, Height::FromZero, Height::Decades]),
+            (start, end) in (number(), number()),
+        ) {
+            prop_assert!(curves.iter().all(|curve| curve.travel() >= 0.0));
+            let across = Across { name: "time", unit: "s", range: start..end };
+            let page = Plot { title: "Title", unit: "N", height, across, curves }.figure();
+            let texts = page.matches("<text").count();
+            prop_assert!(texts <= MOST_MARKS.0 + MOST_MARKS.1 + 6 && page.len() < 30_000, "{texts} texts in {page}");
+            prop_assert!(!page.contains("NaN") && !page.contains("inf"), "{page}");
+        }
+    }
 }

@@ -98,32 +98,50 @@ const TOUCHING: f64 = 0.1;
 /// Sine of a tilt that is none.
 const UPRIGHT: f64 = 1e-9;
 
-/// The projectile may start touching the gel, not inside it.
+/// Remedy of a body that starts in the gel or behind it, such as one whose height has the wrong sign.
+const ABOVE: &str = "a start outside the gel or just touching it; its surface is z = 0 and the gel is below it, all in metres, so that a \
+                     projectile above it has a positive z";
+
+/// A bounded body starts above the gel, touching it, or beside it; under the gel it may only be fixed.
 fn outside(scene: &Scene) -> Check {
     let body = &scene.projectile;
     if !body.active || matches!(body.shape, BodyShape::HalfSpace { .. } | BodyShape::Dome { .. }) {
         return Ok(());
     }
-    let Some(bottom) = bottom_under(&scene.gel.shape, body.position) else { return Ok(()) };
+    let Some(column) = column_at(&scene.gel.shape, body.position) else { return Ok(()) };
+    let height = body.position[2];
+    let beyond = || format!("{:?}, at or below the back face of the gel, z = {:?}", body.position, column.bottom);
+    require(height > column.bottom || body.fixed, "projectile.position", beyond, ABOVE)?;
     let down = rotation(body).inverse_transform_vector(&-Vector3::z());
     // The foremost point of a body that is tilted may be beside the gel: that is checked node by node once there is a mesh.
-    if down.x.hypot(down.y) > UPRIGHT {
+    if column.is_hollow || down.x.hypot(down.y) > UPRIGHT {
         return Ok(());
     }
-    let depth = scene.shape(0).reach(&down) - body.position[2];
-    let inside = depth > TOUCHING * scene.mesh.size && body.position[2] > bottom;
+    let depth = scene.shape(0).reach(&down) - height;
+    let inside = depth > TOUCHING * scene.mesh.size && height > column.bottom;
     let found = || format!("{:?}, the foremost point {depth:.3e} m deep in the gel", body.position);
-    require(!inside, "projectile.position", found, "a start outside the gel or just touching it; its surface is z = 0")
+    require(!inside, "projectile.position", found, ABOVE)
 }
 
-/// Height of the bottom of an undisturbed block or cylinder, m, if `position` is above or inside it.
-fn bottom_under(gel: &GelShape, [x, y, _]: [f64; 3]) -> Option<f64> {
+/// The undisturbed gel above and below a place.
+struct GelColumn {
+    /// Height of the back face, m.
+    bottom: f64,
+    /// True if the gel leaves room for a body there: a bore, a cavity.
+    is_hollow: bool,
+}
+
+/// The gel of a block, a cylinder or a shell whose outline holds `position`, seen along z.
+fn column_at(gel: &GelShape, [x, y, _]: [f64; 3]) -> Option<GelColumn> {
     match gel {
         GelShape::Block { size } => {
             let under = x.abs() < 0.5 * size[0] && (size.len() == 2 || y.abs() < 0.5 * size[1]);
-            under.then(|| -size[size.len() - 1])
+            under.then(|| GelColumn { bottom: -size[size.len() - 1], is_hollow: false })
         }
-        GelShape::Cylinder { radius, height, bore: None } => (x.hypot(y) < *radius).then_some(-height),
-        GelShape::Cylinder { bore: Some(_), .. } | GelShape::Shell { .. } | GelShape::LBeam { .. } => None,
+        GelShape::Cylinder { radius, height, bore } => {
+            (x.hypot(y) < *radius).then(|| GelColumn { bottom: -height, is_hollow: bore.is_some() })
+        }
+        GelShape::Shell { outer, .. } => (x.hypot(y) < *outer).then(|| GelColumn { bottom: -outer, is_hollow: true }),
+        GelShape::LBeam { .. } => None,
     }
 }

@@ -51,8 +51,7 @@ const WITHOUT_CALLS: &str =
 /// Measures, prints, and says with which status to end.
 pub fn bench(options: &BenchOptions, console: &Console) -> Result<u8, Failure> {
     let settings = Settings::of(options);
-    let note = console.listener();
-    if let Err(error) = interrupt::listen(move || note(WAITING)) {
+    if let Err(error) = interrupt::listen(WAITING, console.listener()) {
         console.note(&format!("Ctrl-C will print nothing: {error}"));
     }
     let mut plan = plan(&settings);

@@ -19,8 +19,7 @@ pub fn run(mut scene: Scene, options: &CalibrateOptions, watch: &mut Watch<'_>) 
     scene.scene.end_time *= PATIENCE;
     let mut simulation = job::built(&scene, CouplingMode::Integrated, options.threads)?;
     let gel = -simulation.frame().points.iter().map(|point| point.z).fold(0.0, f64::min);
-    if options.depth >= gel {
-        let why = format!("found {:?} m, expected less than the depth of the gel, {gel:?} m", options.depth);
+    if let Some(why) = too_deep(options.depth, gel) {
         return Err(Failure::BadInput(format!("--depth: {why}")));
     }
     let step = scene.scene.communication_step;
@@ -42,6 +41,19 @@ pub fn run(mut scene: Scene, options: &CalibrateOptions, watch: &mut Watch<'_>) 
         }
     }
     Ok(Some(on_the_way(&simulation, options.depth)))
+}
+
+/// Depth from which on millimetres may have been meant, m: no block of gel that is shot at is so deep.
+const DEEPEST: f64 = 1.0;
+
+/// Explains why a projectile cannot stop at a depth in a gel of that thickness, both m: it would have left it.
+pub fn too_deep(depth: f64, gel: f64) -> Option<String> {
+    let meant = if (DEEPEST..1e3 * DEEPEST).contains(&depth) {
+        format!("; were millimetres meant? They are {} m", 1e-3 * depth)
+    } else {
+        String::new()
+    };
+    (depth >= gel).then(|| format!("found {depth:?} m, expected less than the depth of the gel, {gel:?} m{meant}"))
 }
 
 fn stopped(simulation: &Simulation) -> Outcome {

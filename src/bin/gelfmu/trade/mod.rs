@@ -40,8 +40,7 @@ const WAITING: &str = "interrupted: finished runs are kept, the others are left;
 pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, Failure> {
     let task = Task::read(options)?;
     let mut folder = task.claim()?;
-    let note = console.listener();
-    if let Err(error) = interrupt::listen(move || note(WAITING)) {
+    if let Err(error) = interrupt::listen(WAITING, console.listener()) {
         console.note(&format!("Ctrl-C will not keep what was computed: {error}"));
     }
     let base = &task.scene.scene;

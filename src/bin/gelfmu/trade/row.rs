@@ -3,7 +3,7 @@
 use super::importer::{self, Importer};
 use crate::console;
 use crate::failure::Failure;
-use crate::job;
+use crate::job::{self, RunError};
 use crate::options::RowOptions;
 use crate::source;
 use ballistic_gel::algebra::Vector3;

@@ -1,0 +1,87 @@
+//! Files of a run: numbers that are none must not be in them.
+
+use std::fs;
+use std::path::Path;
+
+/// Most bytes of a text file of a short run: its tables have a bounded number of rows.
+const MOST_BYTES: u64 = 8_000_000;
+
+/// Names the first file of a folder of results that holds a value that is not finite, or is too long.
+pub fn defect(folder: &Path) -> Result<(), String> {
+    for name in ["history.csv", "shot.csv", "cavity.csv"] {
+        checked(&folder.join(name), table)?;
+    }
+    for name in ["summary.json", "report.html", "series.pvd"] {
+        checked(&folder.join(name), text)?;
+    }
+    let frames = fs::read_dir(folder.join("frames")).into_iter().flatten().flatten();
+    for entry in frames {
+        checked(&entry.path(), grid)?;
+    }
+    Ok(())
+}
+
+fn checked(path: &Path, check: impl Fn(&[u8]) -> Result<(), String>) -> Result<(), String> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    match fs::metadata(path) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        Ok(found) if found.len() <= MOST_BYTES => {}
+        found => return Err(format!("{name}: {found:?}")),
+    }
+    let bytes = fs::read(path).map_err(|error| format!("{name}: {error}"))?;
+    check(&bytes).map_err(|found| format!("{name}: {found}"))
+}
+
+/// Cells are empty or finite numbers.
+fn table(bytes: &[u8]) -> Result<(), String> {
+    let text = String::from_utf8_lossy(bytes);
+    let names: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
+    for (row, line) in text.lines().enumerate().skip(1) {
+        let cells: Vec<&str> = line.split(',').collect();
+        let is_sound = |cell: &&str| cell.is_empty() || cell.parse().is_ok_and(f64::is_finite);
+        if cells.len() != names.len() {
+            return Err(format!("row {row} has {} cells", cells.len()));
+        }
+        if let Some(column) = cells.iter().position(|cell| !is_sound(cell)) {
+            return Err(format!("{} is {} in row {row}", names[column], cells[column]));
+        }
+    }
+    Ok(())
+}
+
+/// No word is that of a number that is none; pictures do not count.
+fn text(bytes: &[u8]) -> Result<(), String> {
+    let text = String::from_utf8_lossy(bytes);
+    for (i, part) in text.split("base64,").enumerate() {
+        let part = if i == 0 { part } else { part.split_once('"').map_or("", |(_, rest)| rest) };
+        let mut words = part.split(|c: char| !c.is_alphanumeric());
+        if let Some(word) = words.find(|word| ["NaN", "nan", "inf"].contains(word)) {
+            return Err(format!("{word} is in it"));
+        }
+    }
+    Ok(())
+}
+
+/// Floating-point arrays of a grid are finite.
+fn grid(bytes: &[u8]) -> Result<(), String> {
+    let mark = b"encoding=\"raw\">\n_";
+    let from = bytes.windows(mark.len()).position(|part| part == mark).ok_or("no appended data")? + mark.len();
+    let head = String::from_utf8_lossy(&bytes[..from]);
+    for array in head.split("<DataArray ").skip(1) {
+        let value =
+            |key: &str| array.split_once(key).and_then(|(_, rest)| rest.split_once('"')).map(|(value, _)| value);
+        let (kind, name) = (value("type=\"").unwrap_or_default(), value("Name=\"").unwrap_or_default());
+        let at = from + value("offset=\"").and_then(|text| text.parse::<usize>().ok()).ok_or("no offset")?;
+        let length = u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap_or_default()) as usize;
+        let data = &bytes[at + 8..at + 8 + length];
+        let is_finite = match kind {
+            "Float32" => data.as_chunks().0.iter().all(|bytes| f32::from_le_bytes(*bytes).is_finite()),
+            "Float64" => data.as_chunks().0.iter().all(|bytes| f64::from_le_bytes(*bytes).is_finite()),
+            _ => true,
+        };
+        if !is_finite {
+            return Err(format!("{name} holds a number that is not finite"));
+        }
+    }
+    Ok(())
+}
