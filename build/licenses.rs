@@ -88,8 +88,8 @@ fn authors(folder: &Path) -> Result<String, String> {
 /// The standard text of the first licence of an SPDX expression of which there is one, with the holders of the copyright.
 fn standard_text(name: &str, license: &str, holders: &str, out: &Path) -> Result<PathBuf, String> {
     let known = |id: &str| STANDARD_TEXTS.into_iter().find(|(known, _)| *known == id);
-    let ids = license.split(|c: char| c.is_whitespace() || "()/".contains(c));
-    let (id, text) = ids.filter_map(known).next().ok_or_else(|| {
+    let mut ids = license.split(|c: char| c.is_whitespace() || "()/".contains(c));
+    let (id, text) = ids.find_map(known).ok_or_else(|| {
         format!("{name} comes without a text of its licence, {license}: put its SPDX text into build/licenses/ and build/licenses.rs")
     })?;
     let folder = out.join("licenses").join(name);
