@@ -78,7 +78,7 @@ impl Importer {
     fn advance(&self, (job, scene): (&Job, &Scene), progress: &mut Progress<'_>) -> Result<Ending, RunError> {
         let mut now = 0.0;
         // Warnings about the scene are no diagnosis of a step; they stand in the summary.
-        self.log.take();
+        drop(self.fmu.take_messages());
         for end in job.times(scene) {
             let status = self.fmu.do_step(now, end - now, true);
             if status == Status::Discard {
@@ -98,10 +98,10 @@ impl Importer {
 
     /// Returns true if `scene.stop_after_exit` ends the run.
     fn is_over(&self) -> Result<bool, RunError> {
-        let mut over = [0];
-        let reference = [self.reference("scene.is_over")?];
-        self.check("fmi2GetBoolean", self.fmu.getBoolean(&reference, &mut over))?;
-        Ok(over[0] != 0)
+        let mut is_over = false;
+        let reference = self.reference("scene.is_over")?;
+        self.check("fmi2GetBoolean", self.fmu.get_boolean(reference, &mut is_over))?;
+        Ok(is_over)
     }
 
     /// Value references of all outputs that are real numbers.

@@ -47,6 +47,7 @@ struct ImportedFunctions {
     terminate: Plain,
     do_step: Step,
     get_real: unsafe extern "C" fn(Handle, *const u32, usize, *mut f64) -> c_int,
+    get_boolean: unsafe extern "C" fn(Handle, *const u32, usize, *mut c_int) -> c_int,
     set_integer: unsafe extern "C" fn(Handle, *const u32, usize, *const c_int) -> c_int,
     set_string: unsafe extern "C" fn(Handle, *const u32, usize, *const Text) -> c_int,
     get_state: OfState,
@@ -70,6 +71,7 @@ impl ImportedFunctions {
                 terminate: *library.get(b"fmi2Terminate")?,
                 do_step: *library.get(b"fmi2DoStep")?,
                 get_real: *library.get(b"fmi2GetReal")?,
+                get_boolean: *library.get(b"fmi2GetBoolean")?,
                 set_integer: *library.get(b"fmi2SetInteger")?,
                 set_string: *library.get(b"fmi2SetString")?,
                 get_state: *library.get(b"fmi2GetFMUstate")?,
@@ -183,6 +185,17 @@ impl LoadedFmu {
         let n = references.len().min(values.len());
         // SAFETY: both have n items.
         status(unsafe { (self.functions.get_real)(self.component, references.as_ptr(), n, values.as_mut_ptr()) })
+    }
+
+    /// Calls `fmi2GetBoolean` for one variable.
+    #[must_use]
+    pub fn get_boolean(&self, reference: u32, value: &mut bool) -> Status {
+        let mut found = 0;
+        // SAFETY: one reference and room for one value.
+        let status =
+            status(unsafe { (self.functions.get_boolean)(self.component, &raw const reference, 1, &raw mut found) });
+        *value = found != 0;
+        status
     }
 
     /// Calls `fmi2SetInteger` for one variable.
