@@ -201,7 +201,7 @@ fn the_tables_of_a_projectile_that_has_left_end_at_the_back_face() {
         page.contains("has perforated the gel: it left at the back with <strong>3.000 m/s</strong> at 9.000 ms"),
         "{page}"
     );
-    assert!(!page.contains("rebound") && !page.contains("stopped early"));
+    assert!(!page.contains("rebound speed") && !page.contains("stopped early"));
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! The engine: a gel and rigid bodies in time, what is stored and what is derived from it.
 
 use super::blocks::Blocks;
-use super::exit::ExitRule;
 use super::nodes::RUN;
 use super::order::Order;
 use super::phase::Phase;
@@ -67,8 +66,6 @@ pub struct Engine<const D: usize, P> {
     pub(super) first: (f64, f64),
     /// What ends the mesh.
     pub(super) ends: Ends,
-    /// Where bodies leave the gel; `None` where its shape has no back face.
-    pub(super) exits: Option<ExitRule>,
     /// What failed at the last tick of the mesh: the run ends with it if no other mesh is found.
     pub(super) failure: Option<StepError>,
     /// The first tick of this mesh.
@@ -167,7 +164,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             queue: Queue::default(),
             steps: (0, 0),
             ends: Ends::default(),
-            exits: None,
             failure: None,
             origin,
             phase: Phase::First,

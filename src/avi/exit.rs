@@ -60,7 +60,7 @@ fn is_away(body: &Body, at: &BodyState, contact: &ContactRecord) -> bool {
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Sets where bodies leave the gel.
     pub fn set_exits(&mut self, exits: Option<ExitRule>) {
-        self.exits = exits;
+        self.ends.exits = exits;
     }
 
     /// Returns true if the gel is no longer integrated.
@@ -83,12 +83,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// A depth, m, that ends at the back face.
     pub(super) fn depth_in_gel(&self, depth: f64) -> f64 {
-        self.exits.map_or(depth, |rule| depth.min(-rule.back_face))
+        self.ends.exits.map_or(depth, |rule| depth.min(-rule.back_face))
     }
 
     /// Finds which bodies have left at this tick, and returns true if the gel is put to rest with it.
     pub(super) fn find_exits(&mut self) -> bool {
-        let Some(rule) = self.exits else { return false };
+        let Some(rule) = self.ends.exits else { return false };
         let (bodies, contacts) = (&self.bodies, &mut self.state.record.contacts);
         for (i, (body, at)) in bodies.iter().zip(&self.scratch.now).enumerate() {
             rule.update(body, at, &mut contacts[i]);

@@ -1,6 +1,7 @@
 //! The end of one mesh and the beginning of the next, at one tick (numerics A12).
 
 use super::engine::{Engine, NoStep, Start};
+use super::exit::ExitRule;
 use super::pace::nodal_limit;
 use super::phase::Phase;
 use super::wear::Wear;
@@ -20,6 +21,8 @@ pub(super) struct Ends {
     pub wear: Option<Wear>,
     /// Ticks at or after which it ends whether it is worn or not, ascending.
     at: Vec<Tick>,
+    /// Where bodies leave the gel, which may end its integration; `None` where its shape has no back face.
+    pub exits: Option<ExitRule>,
 }
 
 /// How far an engine has come.
@@ -282,7 +285,6 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
         let (mut new, steps) = Self::assemble((gel, self.rules), bodies, nodes, passage)?;
         new.ends.clone_from(&self.ends);
-        new.exits = self.exits;
         if self.blocks.is_none() {
             new = new.by_reference();
         }

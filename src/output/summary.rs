@@ -142,8 +142,8 @@ pub struct Summary {
     pub energy_defect: f64,
     /// Momentum that no account explains, relative to its throughput.
     pub momentum_error: f64,
-    /// Angular momentum that no account explains, relative to its throughput, or to 1e-7 of what stresses of the size of the shear
-    /// modulus could turn in that time, if that is more: their round-off is relative to it.
+    /// Angular momentum that no account explains, relative to its throughput, or to 2.2e-4 μ V t (shear modulus, volume of the gel, time),
+    /// if that is more: the round-off of stresses is relative to the modulus, however little a light body brings.
     pub angular_momentum_error: f64,
     /// Change of the mass of the mesh at rest, relative.
     pub mass_error: Option<f64>,

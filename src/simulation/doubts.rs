@@ -19,8 +19,7 @@ pub fn doubts(scene: &Scene, seen: &Observation) -> Vec<String> {
 fn lost_elasticity(scene: &Scene, seen: &Observation) -> Option<String> {
     use MaterialModel::{MooneyRivlin, NeoHookean, Ogden};
     let is_elastic = matches!(scene.gel.material, NeoHookean | MooneyRivlin | Ogden);
-    let shape = scene.shape(0);
-    let radius = shape.reach(&Vector3::x()).max(shape.reach(&Vector3::y()));
+    let radius = radius(scene);
     let (depth, _) = seen.projectile().contact.peak_depth;
     (is_elastic && seen.cost.remeshes > 0 && depth > FAITHFUL * radius).then(|| {
         format!(
@@ -31,14 +30,23 @@ fn lost_elasticity(scene: &Scene, seen: &Observation) -> Option<String> {
     })
 }
 
-/// Doubt about a shot through a gel whose back face is held.
+/// Doubt about a shot that comes to a back face that is held.
 fn held_back(scene: &Scene, seen: &Observation) -> Option<String> {
-    let support = scene.gel.supports.z_min;
-    (seen.projectile().exit.is_some() && support != Support::Free).then(|| {
+    let (support, thickness) = (scene.gel.supports.z_min, -scene.gel.shape.back_face()?);
+    let (depth, _) = seen.projectile().contact.peak_depth;
+    // An unbounded body has no width.
+    let is_near = depth > thickness - 2.0 * Some(radius(scene)).filter(|radius| radius.is_finite())?;
+    (support != Support::Free && is_near).then(|| {
         let held = if support == Support::Roller { "roller" } else { "fixed" };
         format!(
-            "the projectile has perforated a gel whose back face is held (gel.supports.z_min = \"{held}\"): force and exit speed in the \
-             last calibres are those of a gel against a wall; \"free\" lets it open"
+            "the projectile has come within its width of a back face that is held (gel.supports.z_min = \"{held}\"): from there on force, \
+             depth and exit speed are those of a gel against a wall; \"free\" lets it open"
         )
     })
+}
+
+/// Radius of the greatest section of the projectile, m.
+fn radius(scene: &Scene) -> f64 {
+    let shape = scene.shape(0);
+    shape.reach(&Vector3::x()).max(shape.reach(&Vector3::y()))
 }

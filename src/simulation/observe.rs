@@ -22,7 +22,7 @@ pub struct Observation {
     pub angular_momentum_closure: Vector3,
     /// |momentum closure| / momentum throughput.
     pub momentum_error: f64,
-    /// |angular momentum closure| / angular momentum throughput; below 1e-7 μ V t, what stresses could turn, relative to that.
+    /// |angular momentum closure| / angular momentum throughput; or 2.2e-4 μ V t, if that is more.
     pub angular_momentum_error: f64,
     /// What it cost.
     pub cost: CostReport,
@@ -41,7 +41,7 @@ pub struct Books {
     pub angular_momentum_closure: Vector3,
     /// |momentum closure| / momentum throughput.
     pub momentum_error: f64,
-    /// |angular momentum closure| / angular momentum throughput; below 1e-7 μ V t, what stresses could turn, relative to that.
+    /// |angular momentum closure| / angular momentum throughput; or 2.2e-4 μ V t, if that is more.
     pub angular_momentum_error: f64,
 }
 

@@ -1,11 +1,15 @@
 //! The exit of a projectile at the back of the gel: its variables, and a gel at rest.
 
-use super::host::{ERROR, Host, OK, reference};
+use super::host::{ERROR, Host, OK, WARNING, coarse, reference};
 use ballistic_gel::fmi2::abi::*;
 use ballistic_gel::scene::{self, Override};
 
 /// The ball of the calibration shot through 12 mm of its gel, on coarse cells.
 fn thin() -> Host {
+    Host::with(&thin_scene())
+}
+
+fn thin_scene() -> String {
     let changes = [
         "scene.end_time=1e-3",
         "scene.stop_after_exit=5e-5",
@@ -15,7 +19,7 @@ fn thin() -> Host {
         "remesh.smallest=3.5e-4",
     ];
     let changes: Vec<Override> = changes.iter().map(|change| change.parse().unwrap()).collect();
-    Host::with(&scene::resolve(scene::builtin("fbi-bb").unwrap(), &changes).unwrap())
+    scene::resolve(scene::builtin("fbi-bb").unwrap(), &changes).unwrap()
 }
 
 fn boolean(host: &Host, name: &str) -> bool {
@@ -76,4 +80,24 @@ fn a_corrected_body_that_is_put_back_to_a_gel_at_rest_is_refused() {
     // SAFETY: a live component.
     assert_eq!(unsafe { fmi2DoStep(host.c, 4e-4, 1e-3, 0) }, ERROR);
     assert!(host.one_line().contains("scene.stop_after_exit"));
+}
+
+#[test]
+fn what_is_doubtful_of_a_scene_is_logged_when_initialization_ends_and_what_was_seen_at_the_end() {
+    let mut host = Host::with(&coarse().replace("mass = 0.033", "mass = 33.0"));
+    host.start();
+    let (status, category, text) = host.lines().pop().unwrap();
+    assert_eq!((status, category.as_str()), (WARNING, "logStatusWarning"));
+    assert!(text.starts_with("projectile.mass makes a density of 7878"), "{text}");
+    // A block on rollers that is perforated.
+    let changes =
+        ["gel.supports.z_min=roller", "scene.end_time=1e-3"].map(|change| change.parse::<Override>().unwrap());
+    let mut host = Host::with(&scene::resolve(&thin_scene(), &changes).unwrap());
+    host.start();
+    assert_eq!(host.lines(), []);
+    host.steps(0.0, 1e-4, 3);
+    // SAFETY: a live component.
+    assert_eq!(unsafe { fmi2Terminate(host.c) }, OK);
+    let lines = host.lines();
+    assert!(lines.iter().any(|(_, _, text)| text.contains("gel.supports.z_min = \"roller\"")), "{lines:?}");
 }

@@ -41,7 +41,9 @@ fn cavity(s: &Value) -> Option<(&'static str, String)> {
     s["greatest_cavity_diameter"].as_f64()?;
     let [greatest, last] = ["greatest_cavity_diameter", "final_cavity_diameter"].map(|key| quantity(&s[key], "m"));
     let time = quantity(&s["time_of_greatest_cavity"], "s");
-    Some(("cavity", format!("{greatest} wide at {time}, {last} at the end")))
+    let widens = s["time_of_greatest_cavity"].as_f64() == s["end_time"].as_f64();
+    let still = if widens { ": it widens still" } else { "" };
+    Some(("cavity", format!("{greatest} wide at {time}, {last} at the end{still}")))
 }
 
 /// What marks a run in which the gel has passed through itself.

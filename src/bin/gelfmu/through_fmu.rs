@@ -78,7 +78,7 @@ impl Importer {
     fn advance(&self, (job, scene): (&Job, &Scene), progress: &mut Progress<'_>) -> Result<Ending, RunError> {
         let mut now = 0.0;
         // Warnings about the scene are no diagnosis of a step; they stand in the summary.
-        self.fmu.take_messages();
+        drop(self.fmu.take_messages());
         if progress(now, scene.scene.end_time).is_break() {
             return Ok(Ending::Interrupted);
         }
@@ -101,7 +101,8 @@ impl Importer {
 
     /// Returns true if `scene.stop_after_exit` ends the run.
     fn is_over(&self) -> Result<bool, RunError> {
-        let (reference, mut is_over) = (self.reference("scene.is_over")?, false);
+        let mut is_over = false;
+        let reference = self.reference("scene.is_over")?;
         self.check("fmi2GetBoolean", self.fmu.get_boolean(reference, &mut is_over))?;
         Ok(is_over)
     }

@@ -190,11 +190,12 @@ impl LoadedFmu {
     /// Calls `fmi2GetBoolean` for one variable.
     #[must_use]
     pub fn get_boolean(&self, reference: u32, value: &mut bool) -> Status {
-        let mut answer: c_int = 0;
+        let mut found = 0;
         // SAFETY: one reference and room for one value.
-        let got = unsafe { (self.functions.get_boolean)(self.component, &raw const reference, 1, &raw mut answer) };
-        *value = answer != 0;
-        status(got)
+        let status =
+            status(unsafe { (self.functions.get_boolean)(self.component, &raw const reference, 1, &raw mut found) });
+        *value = found != 0;
+        status
     }
 
     /// Calls `fmi2SetInteger` for one variable.

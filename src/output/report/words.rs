@@ -169,7 +169,9 @@ pub(super) fn key_figures(scene: &Scene, summary: &Summary) -> String {
         ("element updates", count(summary.element_updates)),
     ];
     let cavity = summary.greatest_cavity_diameter.zip(summary.final_cavity_diameter).map(|(greatest, last)| {
-        [("temporary cavity", quantity(greatest, "m")), ("cavity at the end", quantity(last, "m"))]
+        let widens = summary.time_of_greatest_cavity == Some(summary.end_time);
+        let still = if widens { ", and it widens still" } else { "" };
+        [("temporary cavity", quantity(greatest, "m") + still), ("cavity at the end", quantity(last, "m"))]
     });
     let rest = cavity.into_iter().flatten().chain(rest);
     let mut list = String::from("<section aria-label=\"Key figures\"><dl class=\"figures\">\n");
