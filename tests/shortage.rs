@@ -12,6 +12,7 @@ mod driven;
 #[path = "shortage/shim.rs"]
 mod shim;
 
+use ballistic_gel::fmi2::AmountOfMemory;
 use ballistic_gel::scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation, memory_estimate};
 use campaign::{Outcome, Profile, Refusal, Stage};
@@ -34,7 +35,7 @@ fn planar_of(size: &str) -> String {
 /// A spatial scene whose mesh is exchanged in the second step.
 fn spatial(size: &str) -> String {
     let size = format!("mesh.size={size}");
-    changed("sphere-block", &[&size, "remesh.times=[1.5e-4]", "scene.end_time=1e-3", "output.frames=3"])
+    changed("sphere-block", &[&size, "remesh.times=[1.5e-4, 3.5e-4]", "scene.end_time=1e-3", "output.frames=3"])
 }
 
 fn changed(name: &str, changes: &[&str]) -> String {
@@ -79,33 +80,36 @@ fn is_an_end(outcome: &Outcome) -> bool {
     matches!(outcome, Outcome::Aborted(_) | Outcome::Crashed(_))
 }
 
+/// Bytes of the least reserve, which is held beside what a phase takes.
+const LEAST_RESERVE: u64 = (32 << 20) + 4096;
+
 #[test]
-fn no_phase_takes_more_memory_than_it_reserves_and_none_half_of_it() {
+fn no_phase_takes_more_memory_than_it_reserves_and_building_and_remeshing_half_of_it() {
     for text in [planar_of("1.25e-3"), spatial("4e-3")] {
-        let Some(stage) = Stage::new(&text) else { return };
+        let Some(stage) = Stage::new(&text, false) else { return };
         let scene = scene::read(&text).unwrap();
         let (estimate, spent) = (memory_estimate(&scene).unwrap(), stage.spent());
         let most = |name: &str| spent.iter().filter(|call| call.0 == name).map(|call| call.1).max().unwrap();
         let simulation = Simulation::new(&scene, CouplingMode::Integrated, 1).unwrap();
-        let state = simulation.memory_of_state();
-        for (call, reserved) in [
-            ("fmi2ExitInitializationMode", estimate.building),
-            ("fmi2DoStep", estimate.remeshing),
-            ("fmi2GetFMUstate", state),
-            ("fmi2SetFMUstate", simulation.memory_of_restoring(&simulation.save())),
+        let restoring = simulation.memory_of_restoring(&simulation.save());
+        for (call, reserved, least) in [
+            ("fmi2ExitInitializationMode", estimate.building, estimate.building / 2),
+            ("fmi2DoStep", estimate.remeshing, estimate.remeshing / 2),
+            ("fmi2GetFMUstate", simulation.memory_of_state(), 0),
+            ("fmi2SetFMUstate", restoring, 0),
         ] {
-            let spent = most(call);
+            let spent = most(call) - reserved.max(LEAST_RESERVE);
             println!("{}: {call}: {spent} of {reserved} bytes", scene.scene.name);
             assert!(spent <= reserved + 100_000, "{call} took {spent} bytes and had {reserved}");
-            assert!(2 * spent >= reserved, "{call} took {spent} bytes of {reserved}");
+            assert!(spent >= least, "{call} took {spent} bytes of {reserved}");
         }
     }
 }
 
 #[test]
 fn a_refused_request_for_memory_is_made_good_or_told_in_words() {
-    for (text, n) in [(planar(), 60), (spatial("20e-3"), 30)] {
-        let Some(stage) = Stage::new(&text) else { return };
+    for (text, n) in [(planar(), 30), (spatial("10e-3"), 8)] {
+        let Some(stage) = Stage::new(&text, false) else { return };
         let profile = stage.profile();
         let sites: Vec<Vec<i64>> = profile.sites().into_values().collect();
         let some = sites.iter().step_by((sites.len() / n).max(1));
@@ -114,17 +118,16 @@ fn a_refused_request_for_memory_is_made_good_or_told_in_words() {
         let ended: Vec<_> = outcomes.iter().filter(|(_, outcome)| is_an_end(outcome)).collect();
         assert!(ended.is_empty(), "{} of {}: {ended:?}", ended.len(), outcomes.len());
         let refused = outcomes.iter().filter(|(_, outcome)| matches!(outcome, Outcome::Refused(_))).count();
-        println!("{} runs, {refused} refused", outcomes.len());
-        assert!(refused > 0 && refused < outcomes.len());
+        println!("{} sites, {} runs, {refused} refused", sites.len(), outcomes.len());
     }
 }
 
 #[test]
 fn a_limit_of_the_address_space_is_met_in_words() {
     const MB: u64 = 1_000_000;
-    let Some(stage) = Stage::new(&spatial("4e-3")) else { return };
+    let Some(stage) = Stage::new(&spatial("4e-3"), false) else { return };
     let mut refused = vec![];
-    for bytes in [0, 1, 20, 40, 60, 80, 100, 150, 200, 300, 400] {
+    for bytes in [0, 5, 30, 45, 70, 100, 150] {
         match stage.outcome_in_space(bytes * MB) {
             Outcome::Completed => {}
             Outcome::Refused(words) => refused.push(words),
@@ -137,17 +140,23 @@ fn a_limit_of_the_address_space_is_met_in_words() {
 
 #[test]
 fn a_scene_that_is_larger_than_the_memory_is_refused_with_both_figures() {
-    let Some(stage) = Stage::new(&changed("sphere-block", &["mesh.size=1e-3"])) else { return };
-    let words = stage.refusal_in_space(2_000_000_000);
-    assert!(words.contains("building the scene needs about ") && words.contains("raise mesh.size"), "{words}");
-    assert!(words.contains(" GB of the address space of the process (RLIMIT_AS) are available"), "{words}");
+    let text = changed("sphere-block", &["mesh.size=1e-3"]);
+    let Some(stage) = Stage::new(&text, false) else { return };
+    let words = stage.refusal_in_space(1_000_000_000);
+    let needed = AmountOfMemory(memory_estimate(&scene::read(&text).unwrap()).unwrap().building);
+    let needs = format!("building the scene needs about {needed}");
+    assert!(words.contains(&needs) && words.contains("raise mesh.size"), "{words}");
+    assert!(words.contains(" MB of the address space of the process (RLIMIT_AS) are available"), "{words}");
 }
 
-/// The first, the middle and the last of the requests of a site, once and as a limit.
+/// The first and the last of the requests of a site, each as a limit, and the middle one once.
 fn ends(numbers: &[i64]) -> Vec<Refusal> {
-    let mut chosen = vec![numbers[0], numbers[numbers.len() / 2], numbers[numbers.len() - 1]];
+    let limit = |request: &i64| Refusal { request: *request, is_limit: true };
+    let once = Refusal { request: numbers[numbers.len() / 2], is_limit: false };
+    let mut chosen: Vec<_> = numbers.first().into_iter().chain(numbers.last()).map(limit).collect();
     chosen.dedup();
-    chosen.into_iter().flat_map(|request| [true, false].map(|is_limit| Refusal { request, is_limit })).collect()
+    chosen.push(once);
+    chosen
 }
 
 /// So many requests, each as a limit, by a generator with a fixed seed.
@@ -161,15 +170,18 @@ fn random(profile: &Profile, n: usize) -> impl Iterator<Item = Refusal> {
     .take(n)
 }
 
-/// The long form: each site of a request, and 500 at random.
+/// The long form: each site of a request, or with GEL_SHORTAGE_STRIDE=n each n-th, and 500 requests at random, or their n-th part.
 #[test]
 #[ignore = "takes minutes: cargo test --release --test shortage -- --ignored --nocapture every_site"]
 fn every_site_of_a_request_for_memory() {
-    for (name, text) in [("planar", planar()), ("spatial", spatial("20e-3"))] {
-        let Some(stage) = Stage::new(&text) else { return };
+    for (name, text, writes) in
+        [("planar", planar(), false), ("spatial", spatial("10e-3"), false), ("planar, with results", planar(), true)]
+    {
+        let Some(stage) = Stage::new(&text, writes) else { return };
         let profile = stage.profile();
         let sites = profile.sites();
-        let refusals: Vec<Refusal> = sites.values().flat_map(|numbers| ends(numbers)).chain(random(&profile, 500)).collect();
+        let refusals: Vec<Refusal> =
+            sites.values().flat_map(|numbers| ends(numbers)).chain(random(&profile, 500)).collect();
         let outcomes = stage.outcomes(&refusals);
         report(name, (&profile, &outcomes));
     }
@@ -193,7 +205,11 @@ fn report(name: &str, (profile, outcomes): (&Profile, &[(Refusal, Outcome)])) {
     );
     for (refusal, outcome) in outcomes.iter().filter(|(_, outcome)| is_an_end(outcome)) {
         let request = profile.requests[refusal.request as usize];
-        println!("  {refusal:?}, {} bytes at {:x?}: {outcome:?}", request.bytes, profile.frames[&request.site]);
+        println!("  {refusal:?}, {} bytes in {}: {outcome:?}", request.bytes, profile.name(request.site));
+    }
+    println!("  largest requests, bytes:");
+    for (site, bytes) in profile.largest().into_iter().take(25) {
+        println!("  {bytes:>10} {}", profile.name(site));
     }
 }
 

@@ -33,8 +33,8 @@ pub use call::CallError;
 pub use logger::CATEGORIES;
 pub use manifest::{ArchiveContent, Manifest, ManifestError};
 pub use memory::{
-    AmountOfMemory, AvailableMemory, MemoryLimit, MemoryPhase, MemoryShortage, RoomError, available_memory, reserve_for_building,
-    reserve_for_step, reserve_memory,
+    AmountOfMemory, AvailableMemory, MemoryLimit, MemoryPhase, MemoryShortage, RoomError, available_memory,
+    reserve_for_building, reserve_for_step, reserve_memory,
 };
 pub use parameters::most_threads;
 pub use reading::{files_in, read_limited_text, read_scene_text};

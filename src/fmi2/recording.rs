@@ -76,9 +76,9 @@ impl Instance {
         if !std::mem::take(&mut self.recording.open) {
             return Status::Ok;
         }
-        let outcome = reserve_for_writing(model).map_err(CallError::from).and_then(|_reserve| {
-            Ok(recorder.finish(&model.simulation, model.failure().as_deref())?)
-        });
+        let outcome = reserve_for_writing(model)
+            .map_err(CallError::from)
+            .and_then(|_reserve| Ok(recorder.finish(&model.simulation, model.failure().as_deref())?));
         self.give_up_on(outcome)
     }
 

@@ -161,8 +161,7 @@ impl Instance {
         if self.has(saved)
             && let Some(model) = &mut self.model
         {
-            let _reserve =
-                reserve_large(MemoryPhase::Restoring, model.simulation.memory_of_restoring(&saved.saved))?;
+            let _reserve = reserve_large(MemoryPhase::Restoring, model.simulation.memory_of_restoring(&saved.saved))?;
             return Ok(saved.into(model)?);
         }
         let scene = self.read_scene(saved.origin.clone(), saved.text.clone())?;

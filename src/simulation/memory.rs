@@ -1,12 +1,12 @@
 //! Memory that a scene needs, estimated from the grid of its mesh before any element is made.
 //!
 //! The figures are upper bounds for the peak of a phase. `tests/shortage.rs` holds them against an allocator that counts: no phase
-//! takes more, and none of a mesh that matters takes less than a third.
+//! takes more, and building and remeshing take at least half.
 
 use super::build::{BuildError, MOST_CELLS, check_planes, n_cells, plane_block, section_block, space_block};
 use super::{Saved, Simulation};
 use crate::mesh::{Block, Split};
-use crate::scene::{Dimension, GelShape, Scene};
+use crate::scene::{Dimension, GelShape, MaterialModel, Scene};
 
 /// Memory that a scene needs, bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,14 +20,21 @@ pub struct MemoryEstimate {
 }
 
 /// Bytes that any scene takes.
-const BASE: f64 = 0.5e6;
-/// Peak of the bytes per element while a mesh is made and laid out, in the plane and in space.
-const BUILDING: [f64; 2] = [2400.0, 1500.0];
-/// Peak of the bytes per old element in an exchange of the mesh, in the plane and in space.
-const REMESHING: [f64; 2] = [6000.0, 6000.0];
-/// Bytes that the report takes whatever the mesh, and the bytes per element of its pictures and of a frame.
-const REPORT: f64 = 16e6;
-const WRITING: f64 = 1000.0;
+const BASE: f64 = 2e6;
+/// Peak of the bytes per element while a mesh is made and laid out, in the plane and in space: 332 and 313 were found of plain gels.
+const BUILDING: [f64; 2] = [390.0, 370.0];
+/// More of an element that remembers: 310 and 430 were found.
+const BUILDING_MEMORY: [f64; 2] = [370.0, 480.0];
+/// Peak of the bytes per old element in an exchange of the mesh, in the plane and in space: 680 and 510 were found where the new mesh was as
+/// large as the old one.
+const REMESHING: [f64; 2] = [1000.0, 900.0];
+/// More of an element that remembers: 250 were found in the plane.
+const REMESHING_MEMORY: [f64; 2] = [700.0, 900.0];
+/// What going to another mesh takes beside building it: of two meshes both are held.
+const RESTORING: f64 = 1.5;
+/// Bytes of the pictures of a frame and of the report whatever the mesh, and per element: 28 MB and 270 were found.
+const PICTURES: f64 = 32e6;
+const WRITING: f64 = 400.0;
 /// Elements per cell of a tree, which is not balanced yet when its cells are counted, in the plane and in space.
 const PER_LEAF: [f64; 2] = [6.0, 20.0];
 
@@ -43,10 +50,12 @@ pub fn memory_estimate(scene: &Scene) -> Result<MemoryEstimate, BuildError> {
         Dimension::Spatial => n_elements(&space_block(scene))?,
     };
     let elements = elements * filled_part(scene);
+    let (is_spatial, remembers) = (scene.scene.dimension == Dimension::Spatial, remembers(scene.gel.material));
+    let size = MeshSize { elements, is_spatial, remembers };
     Ok(MemoryEstimate {
         elements: elements as u64,
-        building: building(elements, spatial(scene)),
-        remeshing: scene.remesh.as_ref().map_or(0, |_| remeshing(elements, spatial(scene))),
+        building: size.building() as u64,
+        remeshing: scene.remesh.as_ref().map_or(0, |_| size.remeshing() as u64),
     })
 }
 
@@ -54,13 +63,13 @@ impl Simulation {
     /// Bytes that an exchange of the mesh takes at most beside what is held; 0 where meshes are never exchanged.
     #[must_use]
     pub fn memory_of_remeshing(&self) -> u64 {
-        if self.model.can_remesh() { remeshing(self.model.n_elements() as f64, self.model.is_spatial()) } else { 0 }
+        if self.model.can_remesh() { self.model.mesh_size().remeshing() as u64 } else { 0 }
     }
 
     /// Bytes that a frame of the results, or the report at the end, takes at most beside what is held.
     #[must_use]
     pub fn memory_of_writing(&self) -> u64 {
-        (REPORT + self.model.n_elements() as f64 * WRITING) as u64
+        (PICTURES + self.model.mesh_size().elements * WRITING) as u64
     }
 
     /// Bytes of a state.
@@ -72,21 +81,41 @@ impl Simulation {
     /// Bytes that going to a state takes at most beside what is held: a mesh that is not the present one is laid out again.
     #[must_use]
     pub fn memory_of_restoring(&self, saved: &Saved) -> u64 {
-        let elements = saved.n_elements().max(self.model.n_elements());
-        if self.model.can_remesh() { building(elements as f64, self.model.is_spatial()) } else { 0 }
+        let own = self.model.mesh_size();
+        let larger = MeshSize { elements: own.elements.max(saved.n_elements() as f64), ..own };
+        if self.model.can_remesh() { (RESTORING * larger.building()) as u64 } else { 0 }
     }
 }
 
-fn spatial(scene: &Scene) -> bool {
-    scene.scene.dimension == Dimension::Spatial
+/// The size of a mesh, by which it takes memory.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MeshSize {
+    pub elements: f64,
+    pub is_spatial: bool,
+    /// Whether its elements remember how they were deformed.
+    pub remembers: bool,
 }
 
-fn building(elements: f64, is_spatial: bool) -> u64 {
-    (BASE + elements * BUILDING[usize::from(is_spatial)]) as u64
+impl MeshSize {
+    fn building(self) -> f64 {
+        self.taken(BUILDING, BUILDING_MEMORY)
+    }
+
+    fn remeshing(self) -> f64 {
+        self.taken(REMESHING, REMESHING_MEMORY)
+    }
+
+    fn taken(self, plain: [f64; 2], memory: [f64; 2]) -> f64 {
+        let space = usize::from(self.is_spatial);
+        BASE + self.elements * (plain[space] + if self.remembers { memory[space] } else { 0.0 })
+    }
 }
 
-fn remeshing(elements: f64, is_spatial: bool) -> u64 {
-    (BASE + elements * REMESHING[usize::from(is_spatial)]) as u64
+fn remembers(material: MaterialModel) -> bool {
+    match material {
+        MaterialModel::NeoHookean | MaterialModel::MooneyRivlin | MaterialModel::Ogden => false,
+        MaterialModel::Flowing | MaterialModel::Viscoelastic => true,
+    }
 }
 
 /// Elements that fill a grid.
@@ -108,12 +137,15 @@ fn n_elements<const D: usize>(block: &Block<D>) -> Result<f64, BuildError> {
     })
 }
 
+/// Elements of a beam beside those of as many cells of a block: its legs have more boundary.
+const BEAM: f64 = 1.1;
+
 /// Part of the grid that is filled: of the square around the legs of a beam, those.
 fn filled_part(scene: &Scene) -> f64 {
     match scene.gel.shape {
         GelShape::LBeam { leg, thickness, .. } => {
             let empty = 1.0 - thickness / leg;
-            1.0 - empty * empty
+            BEAM * (1.0 - empty * empty)
         }
         GelShape::Block { .. } | GelShape::Cylinder { .. } | GelShape::Shell { .. } => 1.0,
     }

@@ -1,6 +1,7 @@
 //! A gel of either dimension behind one interface.
 
 use super::build::MOST_TICKS;
+use super::memory::MeshSize;
 use super::observe::{Frame, FrameCells, Place, SensorReport};
 use super::recipe::Recipe;
 use super::rehearsal::{Refusal, Rehearsal, Renewal};
@@ -79,8 +80,7 @@ pub(super) trait Model: Send {
     fn bytes(&self) -> usize;
     /// Bytes of its state, as a copy takes them.
     fn state_bytes(&self) -> usize;
-    fn n_elements(&self) -> usize;
-    fn is_spatial(&self) -> bool;
+    fn mesh_size(&self) -> MeshSize;
     /// Returns true if its meshes are exchanged.
     fn can_remesh(&self) -> bool;
     fn runs(&self) -> Vec<Run<'_>>;
@@ -357,12 +357,9 @@ where
         self.engine.state().bytes()
     }
 
-    fn n_elements(&self) -> usize {
-        self.engine.gel().potential.len()
-    }
-
-    fn is_spatial(&self) -> bool {
-        D == 3
+    fn mesh_size(&self) -> MeshSize {
+        let potential = &self.engine.gel().potential;
+        MeshSize { elements: potential.len() as f64, is_spatial: D == 3, remembers: potential.remembers() }
     }
 
     fn can_remesh(&self) -> bool {

@@ -1,6 +1,7 @@
 /* Counts the allocations of a process while it is armed, and refuses one of them, or all from one on that would add to what is
  * held then. Preloaded by tests/shortage.rs; needs glibc. */
 #define _GNU_SOURCE
+#include <dlfcn.h>
 #include <errno.h>
 #include <execinfo.h>
 #include <limits.h>
@@ -63,7 +64,11 @@ static void note(size_t size) {
         if (sites[at]) continue;
         sites[at] = hash;
         fprintf(profile, "# %llx", (unsigned long long)hash);
-        for (int i = OWN_FRAMES; i < n; i++) fprintf(profile, " %p", frames[i]);
+        for (int i = OWN_FRAMES; i < n; i++) {
+            Dl_info info;
+            uintptr_t base = dladdr(frames[i], &info) ? (uintptr_t)info.dli_fbase : 0;
+            fprintf(profile, " %#lx", (unsigned long)((uintptr_t)frames[i] - base));
+        }
         fputc('\n', profile);
         break;
     }

@@ -46,25 +46,27 @@ pub struct Profile {
 pub struct Stage {
     folder: TempDir,
     shim: PathBuf,
+    /// Whether its runs write results.
+    writes: bool,
     n_runs: AtomicUsize,
 }
 
 impl Stage {
     /// `None` where there is no C compiler, or no allocator that the shim stands in front of.
-    pub fn new(scene: &str) -> Option<Self> {
+    pub fn new(scene: &str, writes: bool) -> Option<Self> {
         if !cfg!(all(target_os = "linux", target_env = "gnu")) {
             return None;
         }
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("scene.toml"), scene).unwrap();
         let shim = shim::compiled(folder.path())?;
-        Some(Self { folder, shim, n_runs: AtomicUsize::new(0) })
+        Some(Self { folder, shim, writes, n_runs: AtomicUsize::new(0) })
     }
 
     /// The run without refusals.
     pub fn profile(&self) -> Profile {
         let file = self.folder.path().join("requests");
-        let (outcome, text) = self.child(&format!("profile {}", file.display()), true);
+        let (outcome, text) = self.child(&format!("profile {}", file.display()));
         assert_eq!(outcome, Outcome::Completed, "{text}");
         let mut profile = Profile { requests: vec![], frames: BTreeMap::new() };
         let hex = |text: &str| u64::from_str_radix(text.trim_start_matches("0x"), 16).unwrap();
@@ -79,9 +81,9 @@ impl Stage {
         profile
     }
 
-    /// The bytes by which most was held in each call, of a run that writes no results.
+    /// The bytes by which most was held in each call.
     pub fn spent(&self) -> Vec<(String, u64)> {
-        let (outcome, text) = self.child("measure", false);
+        let (outcome, text) = self.child("measure");
         assert_eq!(outcome, Outcome::Completed, "{text}");
         let calls = text.lines().filter_map(|line| line.strip_prefix("SPENT ")?.split_once(' '));
         calls.map(|(name, bytes)| (name.to_owned(), bytes.parse().unwrap())).collect()
@@ -89,12 +91,12 @@ impl Stage {
 
     /// How the run ends with so many bytes of address space.
     pub fn outcome_in_space(&self, bytes: u64) -> Outcome {
-        self.child(&format!("space {bytes}"), true).0
+        self.child(&format!("space {bytes}")).0
     }
 
     /// The words in which the scene is refused with so many bytes of address space.
     pub fn refusal_in_space(&self, bytes: u64) -> String {
-        let (outcome, text) = self.child(&format!("beyond {bytes}"), false);
+        let (outcome, text) = self.child(&format!("beyond {bytes}"));
         let Outcome::Refused(words) = outcome else { panic!("{outcome:?}: {text}") };
         words
     }
@@ -102,12 +104,12 @@ impl Stage {
     /// How the run with a refusal ends.
     pub fn outcome(&self, refusal: Refusal) -> Outcome {
         let kind = if refusal.is_limit { "limit" } else { "once" };
-        self.child(&format!("{kind} {}", refusal.request), true).0
+        self.child(&format!("{kind} {}", refusal.request)).0
     }
 
-    fn child(&self, plan: &str, writes: bool) -> (Outcome, String) {
+    fn child(&self, plan: &str) -> (Outcome, String) {
         let number = self.n_runs.fetch_add(1, Ordering::Relaxed).to_string();
-        let results = if writes { self.folder.path().join(number) } else { PathBuf::new() };
+        let results = if self.writes { self.folder.path().join(number) } else { PathBuf::new() };
         let mut command = Command::new(std::env::current_exe().unwrap());
         command.args(["--exact", "the_driven_importer", "--ignored", "--nocapture", "--test-threads=1"]);
         command.env("LD_PRELOAD", &self.shim).env("GEL_SHORTAGE_PLAN", plan);
@@ -154,5 +156,32 @@ impl Profile {
             sites.entry(request.site).or_default().push(number);
         }
         sites
+    }
+
+    /// The greatest request of each site, the largest first.
+    pub fn largest(&self) -> Vec<(u64, u64)> {
+        let mut greatest = BTreeMap::<u64, u64>::new();
+        for request in &self.requests {
+            let known = greatest.entry(request.site).or_default();
+            *known = request.bytes.max(*known);
+        }
+        let mut sites: Vec<_> = greatest.into_iter().collect();
+        sites.sort_by_key(|(_, bytes)| std::cmp::Reverse(*bytes));
+        sites
+    }
+
+    /// The innermost functions of a site that are not of the standard library, if `addr2line` knows them.
+    pub fn name(&self, site: u64) -> String {
+        let frames = self.frames[&site].iter().map(|frame| format!("{:x}", frame.saturating_sub(1)));
+        let mut command = Command::new("addr2line");
+        command.args(["-f", "-C", "-i", "-e"]).arg(std::env::current_exe().unwrap()).args(frames);
+        let Ok(output) = command.output() else { return format!("{:x?}", self.frames[&site]) };
+        let of_library = |line: &&str| {
+            let roots = ["alloc::", "core::", "std::", "hashbrown::", "<alloc::", "<core::", "__rust", "??"];
+            !roots.iter().any(|root| line.starts_with(root)) && !line.contains("BackedAllocator")
+        };
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let names = text.lines().step_by(2).filter(of_library).take(3);
+        names.collect::<Vec<_>>().join(" < ")
     }
 }

@@ -47,9 +47,13 @@ impl Shim {
                 disarm: std::mem::transmute::<*mut c_void, extern "C" fn() -> c_long>(function(c"gel_alloc_disarm")?),
                 pause: std::mem::transmute::<*mut c_void, extern "C" fn(c_int)>(function(c"gel_alloc_pause")?),
                 relieve: std::mem::transmute::<*mut c_void, extern "C" fn()>(function(c"gel_alloc_relieve")?),
-                requests: std::mem::transmute::<*mut c_void, extern "C" fn() -> c_long>(function(c"gel_alloc_requests")?),
+                requests: std::mem::transmute::<*mut c_void, extern "C" fn() -> c_long>(function(
+                    c"gel_alloc_requests",
+                )?),
                 refused: std::mem::transmute::<*mut c_void, extern "C" fn() -> c_long>(function(c"gel_alloc_refused")?),
-                profile: std::mem::transmute::<*mut c_void, extern "C" fn(*const c_char)>(function(c"gel_alloc_profile")?),
+                profile: std::mem::transmute::<*mut c_void, extern "C" fn(*const c_char)>(function(
+                    c"gel_alloc_profile",
+                )?),
                 end_profile: std::mem::transmute::<*mut c_void, extern "C" fn()>(function(c"gel_alloc_end_profile")?),
             })
         }
