@@ -1,11 +1,11 @@
 //! The floating-point environment of the importer: it changes no bit, kills nobody, and is there again afterwards.
 
-use super::host::OK;
+use super::host::{OK, Resources};
 use ballistic_gel::fmi2::abi::*;
-use ballistic_gel::fmi2::{Callbacks, GUID, LoggerCallback};
+use ballistic_gel::fmi2::{Callbacks, LoggerCallback};
 use ballistic_gel::scene;
 use std::arch::asm;
-use std::ffi::{CString, c_char, c_int, c_void};
+use std::ffi::{c_char, c_int, c_void};
 use std::ptr;
 
 /// MXCSR of four importers. The first has an exception flag set, and no trap on it.
@@ -61,7 +61,7 @@ fn within<R>(environment: u32, call: impl FnOnce() -> R) -> R {
 }
 
 impl Importer {
-    fn new(environment: u32, resources: &CString) -> Self {
+    fn new(environment: u32, archive: &Resources) -> Self {
         let mut logged_in = Box::new(vec![]);
         let note = note as *const ();
         let callbacks = Callbacks {
@@ -72,8 +72,7 @@ impl Importer {
             step_finished: None,
             environment: ptr::from_mut(&mut *logged_in).cast(),
         };
-        let guid = CString::new(GUID).unwrap();
-        let (name, guid, at) = (c"gel".as_ptr(), guid.as_ptr(), resources.as_ptr());
+        let (name, guid, at) = (c"gel".as_ptr(), archive.guid.as_ptr(), archive.uri.as_ptr());
         // SAFETY: texts and callbacks.
         let component =
             within(environment, || unsafe { fmi2Instantiate(name, 1, guid, at, &raw const callbacks, 0, 1) });
@@ -135,11 +134,9 @@ impl Importer {
 
 #[test]
 fn four_environments_give_the_same_bits_and_are_found_again() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("scene.toml"), scene::builtin("sphere-block").unwrap()).unwrap();
-    let resources = CString::new(format!("file://{}", folder.path().display())).unwrap();
+    let archive = Resources::packed(scene::builtin("sphere-block").unwrap(), &[]);
     let runs = ENVIRONMENTS.map(|(name, environment)| {
-        let importer = Importer::new(environment, &resources);
+        let importer = Importer::new(environment, &archive);
         let bytes = importer.run();
         let logged_in = importer.end();
         assert!(!logged_in.is_empty() && logged_in.iter().all(|found| *found == environment), "{name}: {logged_in:x?}");

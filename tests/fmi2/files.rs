@@ -190,7 +190,7 @@ fn an_instance_takes_over_what_an_earlier_run_of_its_name_has_left() {
 #[test]
 fn a_folder_of_the_user_is_refused_when_initialization_ends() {
     let mut host = Host::with(&coarse());
-    let (folder, own) = (host.folder.path().to_path_buf(), host.path("gel"));
+    let (folder, own) = (host.path(""), host.path("gel"));
     std::fs::create_dir(&own).unwrap();
     std::fs::write(own.join("summary.json"), "mine").unwrap();
     assert_eq!(host.set_text("output_directory", &folder), OK);
