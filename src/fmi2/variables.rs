@@ -216,9 +216,22 @@ fn check_range(scalar: &Scalar, value: f64) -> Result<(), CallError> {
     }
 }
 
-/// What goes over the mesh is asked of `model`, which keeps it until the next step; all else is at hand in the simulation.
+/// Time, s, or energy, J, at the exit of a body.
+fn exit_figure(observed: Observed, model: &Model, body: usize) -> f64 {
+    let exit = model.exit(body);
+    if matches!(observed, Observed::ProjectileExitTime) { exit.time } else { exit.residual_energy }
+}
+
+/// Number of elements, or of exchanges of the mesh.
+fn count(observed: Observed, model: &mut Model) -> i32 {
+    let elements = matches!(observed, Observed::CostElements);
+    let n = if elements { model.cost().elements as u64 } else { model.simulation.remeshes() };
+    i32::try_from(n).unwrap_or(i32::MAX)
+}
+
+/// What goes over the mesh is asked of `model`, which keeps it until the next step; all else is at hand in the simulation. A sensor has no
+/// exchange.
 fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> Sample {
-    // A sensor exchanges nothing.
     let exchange = model.simulation.exchanges().get(body).copied().unwrap_or_default();
     match observed {
         Observed::Time => scalar(now),
@@ -244,8 +257,7 @@ fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> S
         Observed::ProjectileDepth => scalar(model.simulation.depth(body)),
         Observed::ProjectilePerforated => Sample::Boolean(model.simulation.exit(body).is_some()),
         Observed::ProjectileExitVelocity => vector(model.exit(body).velocity),
-        Observed::ProjectileExitTime => scalar(model.exit(body).time),
-        Observed::ProjectileResidualEnergy => scalar(model.exit(body).residual_energy),
+        Observed::ProjectileExitTime | Observed::ProjectileResidualEnergy => scalar(exit_figure(observed, model, body)),
         Observed::ProjectileEnergyDeposited => scalar(model.simulation.energy_deposited(body)),
         Observed::SceneIsOver => Sample::Boolean(model.simulation.is_over()),
         Observed::CouplingEnergyResidual => scalar(exchange.energy_residual),
@@ -275,9 +287,8 @@ fn sample((observed, body): (Observed, usize), now: f64, model: &mut Model) -> S
         Observed::CostElementUpdates => scalar(model.simulation.updates()),
         Observed::CostSmallestStep => scalar(model.cost().smallest_step),
         Observed::CostLargestStep => scalar(model.cost().largest_step),
-        Observed::CostElements => Sample::Integer(i32::try_from(model.cost().elements).unwrap_or(i32::MAX)),
         Observed::CostRemeshFallback => scalar(model.simulation.fallback()),
-        Observed::CostRemeshes => Sample::Integer(i32::try_from(model.simulation.remeshes()).unwrap_or(i32::MAX)),
+        Observed::CostElements | Observed::CostRemeshes => Sample::Integer(count(observed, model)),
     }
 }
 
