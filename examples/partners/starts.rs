@@ -49,7 +49,8 @@ pub fn written(model: &Model, values: &[f64]) -> String {
 #[allow(dead_code, reason = "what packs the partners loads none")]
 pub fn at(model: &Model, location: Option<&str>) -> Result<Vec<f64>, String> {
     let folder = location.and_then(path_of).ok_or_else(|| {
-        format!("fmuResourceLocation: found {location:?}, expected the URI of the folder resources of the unpacked FMU")
+        let found = location.map_or_else(|| "none".to_owned(), |uri| format!("{uri:?}"));
+        format!("fmuResourceLocation: found {found}, expected the URI of the folder resources of the unpacked FMU")
     })?;
     let file = folder.join(FILE);
     let text = std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;

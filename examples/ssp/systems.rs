@@ -19,7 +19,14 @@ pub fn gel_and_body(gel: &'static str, body: &'static str) -> Vec<Unit> {
 /// Units of armour, gel and body. The plate steps first: what it gives belongs to the step that it has just made.
 pub fn gel_armour_and_body(gel: &'static str) -> Vec<Unit> {
     let mut units = gel_and_body(gel, BODY_BEHIND_ARMOUR);
-    let watched = vec![("penetration", 1, "m"), ("perforated", 1, "1"), ("energy.closure", 1, "J")];
+    let watched = vec![
+        ("height", 1, "m"),
+        ("penetration", 1, "m"),
+        ("perforated", 1, "1"),
+        ("impulse.projectile", 1, "N.s"),
+        ("impulse.gel", 1, "N.s"),
+        ("energy.closure", 1, "J"),
+    ];
     units.insert(0, Unit { name: "armour", file: ARMOUR, watched });
     units
 }

@@ -1,6 +1,7 @@
 """How the partners of the gel answer to an importer: order, refusals, states, times."""
 
 import math
+from pathlib import Path
 
 import pytest
 
@@ -176,9 +177,12 @@ def test_another_kind_or_another_interface_is_refused(partner):
 
     fmu = partner("RigidBody").fmu
 
-    def instance(kind, guid):
-        return fmu.fmi2Instantiate(b"other", kind, guid.encode(), b"", byref(fmu.callbacks), 0, 0)
+    resources = (Path(fmu.unzipDirectory) / "resources").as_uri()
 
+    def instance(kind, guid, resources=resources):
+        return fmu.fmi2Instantiate(b"other", kind, guid.encode(), resources.encode(), byref(fmu.callbacks), 0, 0)
+
+    assert instance(CO_SIMULATION, fmu.guid, resources="") is None
     assert instance(MODEL_EXCHANGE, fmu.guid) is None
     assert instance(CO_SIMULATION, "{another}") is None
     made = instance(CO_SIMULATION, fmu.guid)

@@ -267,8 +267,6 @@ fn a_bulge_without_height_is_flat_whatever_its_base_radius() {
     }
     assert!(forces[0] > 0.0 && forces.iter().all(|force| *force == forces[0]), "{forces:?}");
     let mut host = with(&[DOME]);
-    for (size, expected) in [([0.0, -0.01], "a base radius above 0 m"), ([0.001, 0.0], "a base radius above 0 m")] {
-        bulge(&mut host, size, [0.0, 0.0]);
-        refused(&mut host, 0.0, &["fragment[1].bulge_height = ", expected]);
-    }
+    bulge(&mut host, [0.001, 0.0], [0.0, 0.0]);
+    refused(&mut host, 0.0, &["fragment[1].bulge_height = ", "a base radius above 0 m"]);
 }
