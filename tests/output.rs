@@ -370,7 +370,7 @@ fn every_chart_reaches_to_the_end_of_the_run() {
 
 /// A run with a dome that takes part and a splinter that does not.
 fn run_with_fragments(name: &str) -> (Scene, PathBuf) {
-    let (scene, folder) = (fragments::scene(), folder(name));
+    let (scene, folder) = (fragments::scene(), new_folder(name));
     let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 2).unwrap();
     for step in 0..=STEPS {
         let t = time(&scene, step);
