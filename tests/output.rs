@@ -72,9 +72,13 @@ const KEYS: [&str; 47] = [
     "doubt",
 ];
 
-/// A new folder: an earlier run of the tests may have left one.
 fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("output").join(name);
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("output").join(name)
+}
+
+/// A new folder: an earlier run of the tests may have left one.
+fn new_folder(name: &str) -> PathBuf {
+    let folder = folder(name);
     drop(fs::remove_dir_all(&folder));
     folder
 }
@@ -91,7 +95,7 @@ fn record(recorder: &mut Recorder, scene: &Scene, steps: std::ops::RangeInclusiv
 }
 
 fn run(name: &str, scene: &Scene, failure: Option<&str>) -> PathBuf {
-    let folder = folder(name);
+    let folder = new_folder(name);
     let mut recorder = Recorder::create(&folder, scene, Interface::Direct, 2).unwrap();
     let last = if failure.is_some() { STEPS - 7 } else { STEPS };
     record(&mut recorder, scene, 0..=last);
@@ -142,7 +146,7 @@ fn history_has_a_row_per_step_that_reads_back_with_the_same_bits() {
 #[test]
 fn rows_are_on_disk_before_the_run_ends() {
     let scene = scene("planar");
-    let folder = folder("killed");
+    let folder = new_folder("killed");
     let mut recorder = Recorder::create(&folder, &scene, Interface::Fmi2, 1).unwrap();
     record(&mut recorder, &scene, 0..=20);
     assert_eq!(lines(&folder, "history.csv").len(), 22);
@@ -257,7 +261,7 @@ fn a_run_that_stopped_keeps_what_it_computed_and_says_why() {
 fn rewinding_and_repeating_leaves_the_files_of_a_straight_run() {
     let scene = scene("axisymmetric");
     let straight = run("straight", &scene, None);
-    let folder = folder("rewound");
+    let folder = new_folder("rewound");
     let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
     record(&mut recorder, &scene, 0..=37);
     recorder.rewind(time(&scene, 12)).unwrap();
@@ -366,7 +370,7 @@ fn every_chart_reaches_to_the_end_of_the_run() {
 
 /// A run with a dome that takes part and a splinter that does not.
 fn run_with_fragments(name: &str) -> (Scene, PathBuf) {
-    let (scene, folder) = (fragments::scene(), folder(name));
+    let (scene, folder) = (fragments::scene(), new_folder(name));
     let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 2).unwrap();
     for step in 0..=STEPS {
         let t = time(&scene, step);

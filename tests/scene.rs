@@ -231,11 +231,11 @@ fn what_is_not_a_key_and_a_value_is_refused() {
 fn an_override_of_an_unknown_key_is_refused_when_the_scene_is_read() {
     not_a_scene(
         &resolved("mesh.sizes=1"),
-        "line 20: mesh.sizes: found the unknown key `sizes`, expected one of `size`, `lattice`, `element`, `grading`, `tree`",
+        "line 20: mesh.sizes: found the unknown key `sizes` (did you mean `size`?), expected one of `size`, `lattice`, `element`, `grading`, `tree`",
     );
     not_a_scene(
         &resolved("mesch.size=1"),
-        "line 1: mesch: found the unknown key `mesch`, expected one of `scene`, `gel`, `projectile`, `fragment`, `load`, `sensor`, `mesh`, `remesh`, `integrator`, `contact`, `coupling`, `output`, `fidelity`",
+        "line 1: mesch: found the unknown key `mesch` (did you mean `mesh`?), expected one of `scene`, `gel`, `projectile`, `fragment`, `load`, `sensor`, `mesh`, `remesh`, `integrator`, `contact`, `coupling`, `output`, `fidelity`",
     );
 }
 
