@@ -25,7 +25,8 @@ fn crates_of_the_command() -> BTreeSet<String> {
 fn the_command_builds_no_codec_that_it_does_not_use() {
     let built = crates_of_the_command();
     assert!(built.contains("zip") && built.contains("flate2"), "{built:?}");
-    for codec in ["aes", "bzip2", "deflate64", "hmac", "lzma-rust2", "pbkdf2", "ppmd-rust", "sha1", "zstd", "zstd-sys"] {
+    for codec in ["aes", "bzip2", "deflate64", "hmac", "lzma-rust2", "pbkdf2", "ppmd-rust", "sha1", "zstd", "zstd-sys"]
+    {
         assert!(!built.contains(codec), "{codec} is built for the command, which deflates and no more");
     }
 }
@@ -59,7 +60,8 @@ fn a_failed_step_of_a_change_fails_the_whole_after_all_have_run() {
     };
     let (status, said) = run("docs");
     assert_eq!(status, Some(1), "{said}");
-    for line in ["tests: passed, ", "format: passed, ", "clippy: failed with status 1, ", "docs: skipped, ", "deny: passed, "]
+    for line in
+        ["tests: passed, ", "format: passed, ", "clippy: failed with status 1, ", "docs: skipped, ", "deny: passed, "]
     {
         assert!(said.lines().any(|own| own.starts_with(line)), "{line}: {said}");
     }
