@@ -190,7 +190,8 @@ fn hash(bytes: &[u8]) -> String {
 }
 
 fn read_file(file: &Path) -> Result<Vec<u8>, ManifestError> {
-    let unreadable = |e: io::Error| ManifestError::Unreadable { path: file.display().to_string(), reason: e.to_string() };
+    let unreadable =
+        |e: io::Error| ManifestError::Unreadable { path: file.display().to_string(), reason: e.to_string() };
     read_limited(file, MOST_FILE_BYTES).map_err(unreadable)
 }
 

@@ -118,6 +118,7 @@ fn block_layout(bytes: usize) -> Option<Layout> {
 }
 
 /// A block of the system with its size in front.
+#[allow(clippy::cast_ptr_alignment, reason = "the layout aligns the header")]
 fn reserved_block(bytes: usize) -> Option<*mut u8> {
     let layout = block_layout(bytes)?;
     // SAFETY: the layout has a size; the header is aligned and within the block.
@@ -131,6 +132,7 @@ fn reserved_block(bytes: usize) -> Option<*mut u8> {
     }
 }
 
+#[allow(clippy::cast_ptr_alignment, reason = "the layout aligns the header")]
 fn give_back(block: *mut u8) {
     // SAFETY: from `reserved_block`, and taken out of its slot by this thread alone.
     unsafe {
