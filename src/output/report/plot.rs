@@ -23,13 +23,14 @@ const SIZE: (u32, u32) = (640 * FINE, 300 * FINE);
 const MOST_MARKS: (usize, usize) = (8, 6);
 
 /// A named curve of (time, s, or depth, m, and value).
+#[derive(Debug)]
 pub(super) struct Curve {
     pub(super) name: String,
     pub(super) points: Vec<(f64, f64)>,
 }
 
 /// How values are laid out.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Height {
     /// As they are.
     Linear,
