@@ -2,7 +2,7 @@
 
 use super::shim::Shim;
 use ballistic_gel::fmi2::abi::*;
-use ballistic_gel::fmi2::{Callbacks, GUID, LoggerCallback, Ports, scalars};
+use ballistic_gel::fmi2::{Callbacks, LoggerCallback, Manifest, Ports, scalars};
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::Path;
 use std::ptr;
@@ -89,7 +89,9 @@ impl<'a> Driven<'a> {
             environment: ptr::from_mut(&mut *self.listener).cast(),
         };
         let uri = CString::new(format!("file://{}", resources.display())).unwrap();
-        let guid = CString::new(GUID).unwrap();
+        let manifest = std::fs::read_to_string(resources.join(Manifest::FILE)).unwrap();
+        let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
+        let guid = CString::new(manifest["guid"].as_str().unwrap()).unwrap();
         let mut made = ptr::null_mut();
         let made_at = &raw mut made;
         self.call("fmi2Instantiate", |_| {
