@@ -263,7 +263,7 @@ impl<const D: usize> State<D> {
             "the stiffness of an element is not a number",
         )?;
         let exits = self.record.contacts.iter().filter_map(|contact| contact.exit.as_ref());
-        holds(exits.map(ExitRecord::is_valid).all(|valid| valid), "the exit of a body is no number")?;
+        holds(exits.fold(true, |good, exit| good & exit.is_valid()), "the exit of a body is no number")?;
         let begun = self.now.is_some();
         holds(begun || !self.record.at_rest, "a gel that has not begun is at rest")?;
         holds(each(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element stands still")?;

@@ -113,11 +113,8 @@ fn no_text_of_a_file_reaches_the_terminal_as_a_command() {
     let folder = tempfile::tempdir().unwrap();
     let evil = "\\u001b]0;owned\\u0007\\u009b2J";
     let title = coarse().replacen("[scene]", &format!("[scene]\ntitle = \"{evil}\""), 1);
-    let title: String = title
-        .lines()
-        .filter(|line| !line.starts_with("title = \"") || line.contains("owned"))
-        .map(|line| format!("{line}\n"))
-        .collect();
+    let is_wanted = |line: &&str| !line.starts_with("title = \"") || line.contains("owned");
+    let title = title.lines().filter(is_wanted).collect::<Vec<_>>().join("\n");
     let key = format!("{}\n[\"{evil}\"]\n", coarse());
     let raw = format!("{}\nx = \u{1b}[2J\n", coarse());
     let word = format!("{}\n[contact]\nlaw = \"{evil}\"\n", coarse().split("\n[contact]").next().unwrap());

@@ -22,7 +22,14 @@ use std::path::{Path, PathBuf};
 const STEPS: usize = 50;
 
 /// Keys of `summary.json` that scripts hold on to, in the order of the file.
-const KEYS: [&str; 47] = [
+const KEYS: [&str; 54] = [
+    "ended_by",
+    "perforated",
+    "exit_velocity",
+    "exit_time",
+    "residual_energy",
+    "energy_deposited",
+    "doubts",
     "scene",
     "version",
     "interface",

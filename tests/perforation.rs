@@ -42,6 +42,7 @@ fn advance(simulation: &mut Simulation, end: f64, steps: u32) {
 fn summary(name: &str, scene: &Scene) -> serde_json::Value {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("perforation").join(name);
     let (mut simulation, step) = (simulation(scene, 1), scene.scene.communication_step);
+    drop(std::fs::remove_dir_all(&folder));
     let mut recorder = Recorder::create(&folder, scene, Interface::Direct, 1).unwrap();
     recorder.record(&simulation).unwrap();
     while !simulation.is_over() && simulation.time() < scene.scene.end_time * (1.0 - 1e-9) {

@@ -82,7 +82,7 @@ fn presets_are_refused_by_name_and_a_gel_without_one_must_say_what_it_is() {
     for (changes, said) in [
         (
             &["gel.preset=gelatin-12"][..],
-            "line 9: gel.preset: found \"gelatin-12\", expected one of `gelatin-10`, `gelatin-20`",
+            "line 9: gel.preset: found \"gelatin-12\" (did you mean `gelatin-10`?), expected one of `gelatin-10`, `gelatin-20`",
         ),
         (&["gel.strength=3.0"], "gel.strength: found 3.0, expected a table"),
         (&["gel.material=ogden"], "gel.bulk_modulus: found nothing, expected this key"),

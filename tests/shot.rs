@@ -75,6 +75,7 @@ fn folder(name: &str) -> PathBuf {
 
 fn run(name: &str, part: f64) -> PathBuf {
     let (scene, folder) = (stage::scene("axisymmetric"), folder(name));
+    drop(fs::remove_dir_all(&folder));
     let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
     record(&mut recorder, &scene, 0..=STEPS, part);
     conclude(&mut recorder, &scene, part);
@@ -112,6 +113,7 @@ fn speed_force_and_energy_stand_by_depth() {
 fn what_has_just_turned_back_has_the_yaw_of_its_way_in() {
     let scene = stage::scene("axisymmetric");
     let folder = folder("turned");
+    drop(fs::remove_dir_all(&folder));
     let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
     record(&mut recorder, &scene, 0..=STEPS - 1, 1.0);
     // Deeper than a step before, and on its way out.
@@ -155,6 +157,7 @@ fn the_cavity_is_as_wide_as_the_bore() {
 fn what_is_open_ahead_of_the_projectile_is_no_cavity() {
     let (scene, folder) =
         (stage::scene("axisymmetric"), Path::new(env!("CARGO_TARGET_TMPDIR")).join("shot").join("ahead"));
+    drop(fs::remove_dir_all(&folder));
     let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
     for step in 0..=STEPS {
         let t = END * step as f64 / STEPS as f64;
@@ -182,6 +185,7 @@ fn the_tables_of_a_projectile_that_has_left_end_at_the_back_face() {
         seen.is_over = t >= 0.0098;
         seen
     };
+    drop(fs::remove_dir_all(&folder));
     let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
     for step in 0..STEPS {
         let t = END * step as f64 / STEPS as f64;
@@ -222,6 +226,7 @@ fn a_ball_that_goes_less_deep_than_its_diameter_is_no_shot() {
 fn rewinding_and_repeating_leaves_the_tables_of_a_straight_run() {
     let straight = run("straight", 1.0);
     let (scene, folder) = (stage::scene("axisymmetric"), straight.with_file_name("rewound"));
+    drop(fs::remove_dir_all(&folder));
     let mut recorder = Recorder::create(&folder, &scene, Interface::Direct, 1).unwrap();
     record(&mut recorder, &scene, 0..=37, 1.0);
     recorder.rewind(END * 12.0 / STEPS as f64).unwrap();

@@ -14,6 +14,8 @@ use crate::state::{ContactRecord, ExitRecord, Tick};
 pub struct ExitRule {
     /// Height of the undisturbed back face, m; negative.
     pub back_face: f64,
+    /// How far the back face reaches from the axis along x and along y, m: a body that passes beside it has left at a side.
+    pub reach: [f64; 2],
     /// Time from the exit of the projectile until the gel is put to rest, s; infinite if it never is.
     pub rest_after: f64,
 }
@@ -24,7 +26,7 @@ const KEPT_SPEED: f64 = 0.5;
 
 impl ExitRule {
     /// The exit of a body whose rear end is `above` the back face, m, and was higher at the last tick; 0 or less.
-    fn exit_of(&self, body: &Body, at: &BodyState, above: f64, contact: &ContactRecord) -> ExitRecord {
+    fn exit_of(body: &Body, at: &BodyState, above: f64, contact: &ContactRecord) -> ExitRecord {
         let first = contact.touched.map_or(at.time, |touched| touched.0);
         let since = if at.velocity.z < 0.0 { above / at.velocity.z } else { 0.0 };
         ExitRecord {
@@ -35,6 +37,11 @@ impl ExitRule {
         }
     }
 
+    /// Returns true if a body below the back face is not beside it.
+    fn is_behind(&self, at: &BodyState) -> bool {
+        at.position.x.abs() <= self.reach[0] && at.position.y.abs() <= self.reach[1]
+    }
+
     /// Updates what is known of the exit of a body. One that comes back has not left.
     fn update(&self, body: &Body, at: &BodyState, contact: &mut ContactRecord) {
         let can_leave = body.motion != Motion::Fixed && at.active && contact.touched.is_some();
@@ -43,18 +50,18 @@ impl ExitRule {
         }
         let above = body.rear(at) - self.back_face;
         contact.exit = match contact.exit {
-            None if above <= 0.0 => Some(self.exit_of(body, at, above, contact)),
+            None if above <= 0.0 && self.is_behind(at) => Some(Self::exit_of(body, at, above, contact)),
             exit => exit.filter(|_| above <= 0.0),
         };
     }
 }
 
-/// Returns true if a body no longer meets the gel: it takes no part or is held, has left at the back and keeps its speed, or is above the
-/// entry surface and goes up.
+/// Returns true if a body no longer meets the gel: it is held, has left at the back and keeps its speed, or is above the entry surface and
+/// goes up. One that is inactive may be made active at any time.
 fn is_away(body: &Body, at: &BodyState, contact: &ContactRecord) -> bool {
-    let keeps = |exit: ExitRecord| at.velocity.z <= KEPT_SPEED * exit.velocity.z;
+    let keeps = |exit: ExitRecord| exit.velocity.z < 0.0 && at.velocity.z <= KEPT_SPEED * exit.velocity.z;
     let is_above = || at.velocity.z > 0.0 && body.depth(at) < 0.0;
-    !at.active || body.motion == Motion::Fixed || contact.exit.map_or_else(is_above, keeps)
+    body.motion == Motion::Fixed || (at.active && contact.exit.map_or_else(is_above, keeps))
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {

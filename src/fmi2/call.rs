@@ -104,7 +104,7 @@ pub enum CallError {
         /// Where the text comes from.
         origin: String,
         /// What is wrong with it.
-        error: SceneError,
+        error: Box<SceneError>,
     },
     /// The scene is good but cannot be built.
     #[error("scene {origin}: {error}")]

@@ -33,6 +33,9 @@ pub(super) struct Logger {
 
 impl Component {
     /// Runs one call: order, panic guard, status. A panic loses the instance, which then only can be freed.
+    ///
+    /// Never inlined: what is computed in it stays between the two changes of the floating-point environment around it.
+    #[inline(never)]
     pub(super) fn run(
         &mut self,
         function: &'static str,

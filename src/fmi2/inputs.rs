@@ -288,6 +288,9 @@ impl Given<'_> {
         if model.simulation.comes_back(self.body, &inputs, duration) {
             return Err(self.back_again(&inputs));
         }
+        if model.simulation.is_at_rest() {
+            return Ok(inputs);
+        }
         if let Some(depth) = model.simulation.overlap(self.body, &inputs) {
             return Err(self.inside(depth));
         }

@@ -124,7 +124,9 @@ impl Instance {
     /// Builds the model if it was not yet looked at, and opens the output.
     pub(super) fn exit_initialization(&mut self) -> Result<(), CallError> {
         let doubts = scene::doubts(&self.model()?.scene);
-        doubts.into_iter().for_each(|doubt| self.log.warning(doubt));
+        for doubt in doubts {
+            self.log.warning(doubt);
+        }
         self.open_recording()?;
         self.phase = Phase::StepComplete;
         Ok(())
@@ -135,7 +137,9 @@ impl Instance {
         self.phase = Phase::Terminated;
         let seen = |model: &Model| simulation::doubts(&model.scene, &model.simulation.observe());
         let doubts = self.model.as_ref().map_or(vec![], seen);
-        doubts.into_iter().for_each(|doubt| self.log.warning(doubt));
+        for doubt in doubts {
+            self.log.warning(doubt);
+        }
         self.finish_recording()
     }
 

@@ -158,7 +158,7 @@ impl Instance {
     pub(super) fn read_scene(&self, origin: String, text: String) -> Result<Resolved, CallError> {
         match scene::read_with_files(&text, &*self.files_of(&origin)) {
             Ok(scene) => Ok(Resolved { origin, text, scene }),
-            Err(error) => Err(CallError::Scene { origin, error }),
+            Err(error) => Err(CallError::Scene { origin, error: Box::new(error) }),
         }
     }
 

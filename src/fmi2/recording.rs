@@ -37,7 +37,8 @@ impl Instance {
         let _reserve = reserve_for_writing(self.model()?)?;
         let model = self.model()?;
         let needs = output::result_names(&model.scene);
-        let claim = FolderClaim { command: RUN, policy: TakeoverPolicy::Replace, needs: &needs, inputs: &inputs };
+        let policy = TakeoverPolicy::Replace;
+        let claim = FolderClaim { command: RUN, policy, needs: &needs, inputs: &inputs, is_of_fmu: true };
         let folder = ResultFolder::claim(folder, &claim)?;
         let mut recorder = Recorder::within(folder, &model.scene, Interface::Fmi2, threads)?;
         let observation = model.observe();
@@ -49,11 +50,17 @@ impl Instance {
     pub(super) fn record(&mut self) -> Status {
         let (Some(recorder), Some(model)) = (&mut self.recording.recorder, &mut self.model) else { return Status::Ok };
         self.recording.open = true;
-        let outcome = reserve_for_writing(model).map_err(CallError::from).and_then(|_reserve| {
-            let observation = model.observe();
-            Ok(recorder.record_observation(&observation, || model.simulation.frame())?)
-        });
-        self.give_up_on(outcome)
+        let _reserve = match reserve_for_writing(model) {
+            Ok(reserve) => reserve,
+            // A shortage may pass, and with it the gap in the tables.
+            Err(shortage) => {
+                self.log.warning(format!("{shortage}. This step is missing in the tables"));
+                return Status::Warning;
+            }
+        };
+        let observation = model.observe();
+        let outcome = recorder.record_observation(&observation, || model.simulation.frame());
+        self.give_up_on(outcome.map_err(CallError::from))
     }
 
     /// Goes on with the files after a state of the same model was restored: forgets what was recorded after the present

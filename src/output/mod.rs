@@ -24,7 +24,7 @@ pub use folder::{FolderClaim, FolderRefusal, FolderState, ResultFolder, Takeover
 pub use picture::model_picture;
 pub use sensors::{Dent, SensorFigures};
 pub use steps::{Figures, draw as draw_steps};
-pub use summary::{Account, EndCause, Interface, Summary, rebound};
+pub use summary::{Account, EndCause, ExitFigures, Interface, Summary, rebound};
 
 use frames::FrameSeries;
 use history::History;
@@ -82,7 +82,7 @@ impl Recorder {
     /// [`OutputError`] when the folder is not ours to write into, or cannot be written.
     pub fn create(folder: &Path, scene: &Scene, interface: Interface, threads: usize) -> Result<Self, OutputError> {
         let (policy, needs) = (TakeoverPolicy::Replace, result_names(scene));
-        let claim = FolderClaim { command: RUN, policy, needs: &needs, inputs: &[] };
+        let claim = FolderClaim { command: RUN, policy, needs: &needs, inputs: &[], is_of_fmu: false };
         Self::within(ResultFolder::claim(folder, &claim)?, scene, interface, threads)
     }
 
@@ -131,6 +131,10 @@ impl Recorder {
         let is_seen = self.frames.has_files() || self.line.is_some();
         if is_seen && self.frames.is_due(observation.time) {
             self.take(&frame())?;
+        }
+        // An earlier run is replaced by one that has made a step, not by one that cannot make the first.
+        if self.folder.is_staged() && observation.time <= 0.0 {
+            return Ok(());
         }
         self.begin_folder()
     }

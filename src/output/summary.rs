@@ -98,16 +98,9 @@ pub struct Summary {
     pub time_of_peak_depth: f64,
     /// Depth at the end, m; it ends at the back face, too.
     pub final_depth: f64,
-    /// Whether the rear end of the projectile has passed the undisturbed back face of the gel.
-    pub perforated: bool,
-    /// Velocity at the exit, m/s; this and the next two only of a projectile that has perforated the gel.
-    pub exit_velocity: Option<[f64; 3]>,
-    /// Time of the exit, s.
-    pub exit_time: Option<f64>,
-    /// Kinetic energy at the exit, J.
-    pub residual_energy: Option<f64>,
-    /// Energy given to the gel, J, up to the exit if there is one.
-    pub energy_deposited: f64,
+    /// Whether and how it left the gel at the back.
+    #[serde(flatten)]
+    pub exit: ExitFigures,
     /// Speed against the velocity at the start, m/s; absent while in contact (numerics A14) and of a projectile that has perforated the gel.
     pub rebound_velocity: Option<f64>,
     /// Velocity at the end, m/s.
@@ -161,6 +154,34 @@ pub struct Summary {
     pub doubt: Option<String>,
 }
 
+/// Exit of the projectile at the back face of the gel, SI.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ExitFigures {
+    /// Whether the rear end of the projectile has passed the undisturbed back face of the gel.
+    pub perforated: bool,
+    /// Velocity at the exit, m/s; this and the next two only of a projectile that has perforated the gel.
+    pub exit_velocity: Option<[f64; 3]>,
+    /// Time of the exit, s.
+    pub exit_time: Option<f64>,
+    /// Kinetic energy at the exit, J.
+    pub residual_energy: Option<f64>,
+    /// Energy given to the gel, J, up to the exit if there is one.
+    pub energy_deposited: f64,
+}
+
+impl ExitFigures {
+    fn of(projectile: &BodyReport) -> Self {
+        let exit = projectile.exit.as_ref();
+        Self {
+            perforated: exit.is_some(),
+            exit_velocity: exit.map(|exit| exit.velocity.into()),
+            exit_time: exit.map(|exit| exit.time),
+            residual_energy: exit.map(|exit| exit.residual_energy),
+            energy_deposited: projectile.energy_deposited,
+        }
+    }
+}
+
 /// What became of a fragment.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FragmentFigures {
@@ -209,21 +230,40 @@ impl Run {
     }
 }
 
+impl Run {
+    /// Depth of the back face, m; infinite of a gel without one.
+    fn thickness(&self) -> f64 {
+        self.scene.gel.shape.back_face().map_or(f64::INFINITY, |height| -height)
+    }
+
+    /// Change of a mass from that at the start, relative.
+    fn mass_error(&self, mass: f64) -> Option<f64> {
+        self.initial_mass.map(|initial| (mass / initial - 1.0).abs())
+    }
+
+    /// What makes figures doubtful, of the scene and of what was seen.
+    fn doubts(&self, seen: &Observation) -> Vec<String> {
+        [scene::doubts(&self.scene), simulation::doubts(&self.scene, seen)].concat()
+    }
+
+    /// Error that was measured at the level of the run, if there is one.
+    fn expected_error(&self) -> Option<f64> {
+        self.scene.fidelity.get(self.scene.scene.fidelity).and_then(|level| level.error)
+    }
+}
+
 impl Summary {
     pub(super) fn of(run: &Run, ending: &Ending, penetration: Option<&Penetration>) -> Self {
         let Observation { time, energy, cost, .. } = ending.observation;
         let BodyReport { kinematics, depth, contact, .. } = ending.observation.projectile();
         let wall_seconds = run.started.elapsed().as_secs_f64();
-        let exit = ending.observation.projectile().exit;
-        let mut doubts = scene::doubts(&run.scene);
-        doubts.extend(simulation::doubts(&run.scene, ending.observation));
-        let ended_by = EndCause::of(ending, run.scene.scene.end_time);
+        let (doubts, ended_by) = (run.doubts(ending.observation), EndCause::of(ending, run.scene.scene.end_time));
         Self {
             scene: run.scene.scene.name.clone(),
             version: env!("CARGO_PKG_VERSION"),
             interface: run.interface,
             fidelity: run.scene.scene.fidelity,
-            expected_error: run.scene.fidelity.get(run.scene.scene.fidelity).and_then(|level| level.error),
+            expected_error: run.expected_error(),
             completed: matches!(ended_by, EndCause::EndTime | EndCause::Exit),
             ended_by,
             end_time: *time,
@@ -243,12 +283,8 @@ impl Summary {
             min_jacobian: cost.min_jacobian,
             peak_depth: contact.peak_depth.0,
             time_of_peak_depth: contact.peak_depth.1,
-            final_depth: depth.min(run.scene.gel.shape.back_face().map_or(f64::INFINITY, |height| -height)),
-            perforated: exit.is_some(),
-            exit_velocity: exit.map(|exit| exit.velocity.into()),
-            exit_time: exit.map(|exit| exit.time),
-            residual_energy: exit.map(|exit| exit.residual_energy),
-            energy_deposited: ending.observation.projectile().energy_deposited,
+            final_depth: depth.min(run.thickness()),
+            exit: ExitFigures::of(ending.observation.projectile()),
             rebound_velocity: rebound(ending.observation, run.scene.projectile.velocity.into()),
             final_velocity: kinematics.velocity.into(),
             contact_duration: contact.first.zip(contact.last).map(|(first, last)| last - first),
@@ -266,7 +302,7 @@ impl Summary {
             energy_defect: energy.energy_defect,
             momentum_error: ending.observation.momentum_error,
             angular_momentum_error: ending.observation.angular_momentum_error,
-            mass_error: run.initial_mass.map(|mass| ((ending.frame.mass + cost.splashed) / mass - 1.0).abs()),
+            mass_error: run.mass_error(ending.frame.mass + cost.splashed),
             mean_standing_penetration: contact.mean_standing_penetration,
             digest: format!("{:032x}", ending.digest),
             switched_off: scene::switched_off(&run.scene),

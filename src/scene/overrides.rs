@@ -39,21 +39,21 @@ impl FromStr for Override {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fault {
     /// What is wrong. It has a line only where the text is at fault.
-    pub error: SceneError,
+    pub error: Box<SceneError>,
     /// The overrides at fault; none if the text is.
     pub overrides: Vec<Override>,
 }
 
 impl Fault {
     fn of_text(error: SceneError) -> Self {
-        Self { error, overrides: Vec::new() }
+        Self { error: Box::new(error), overrides: Vec::new() }
     }
 
     /// The overrides of the key that is wrong, or all of them if it is none of theirs.
     fn of_overrides(error: SceneError, overrides: &[Override]) -> Self {
         let touching: Vec<Override> = overrides.iter().filter(|o| touches(&o.key, &error.key)).cloned().collect();
         let overrides = if touching.is_empty() { overrides.to_vec() } else { touching };
-        Self { error: SceneError { line: None, ..error }, overrides }
+        Self { error: Box::new(SceneError { line: None, ..error }), overrides }
     }
 }
 

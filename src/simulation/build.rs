@@ -1,5 +1,6 @@
 //! From a checked scene to an engine at time 0.
 
+use super::exit::GelRoom;
 use super::loads;
 use super::model::{Erase, Gelatin, Model, is_swallowed, overlap};
 use super::recipe::Recipe;
@@ -161,8 +162,7 @@ where
     }
     let shapes = recipe.shapes(&mesh.elements, &mesh.rest);
     engine.set_wear(recipe.wear(&engine.gel().potential, &mesh.rest, &shapes));
-    let back_face = scene.gel.shape.back_face();
-    engine.set_exits(back_face.map(|back_face| ExitRule { back_face, rest_after: scene.scene.stop_after_exit.time() }));
+    engine.set_exits(exit_rule(scene));
     engine.set_exchanges(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
     let Mesh { facets, marks, .. } = mesh;
     let seats = seats(&engine, &recipe);
@@ -422,4 +422,11 @@ fn leg_planes(scene: &Scene, leg: f64, thickness: f64) -> Vec<f64> {
     let mut planes = mesh::uniform(0.0, thickness, scene.mesh.size);
     planes.extend(mesh::uniform(thickness, leg, scene.mesh.size).into_iter().skip(1));
     planes
+}
+
+/// Where bodies leave the gel of a scene: nowhere if it has no back face, or as a whole moves away from where that was.
+fn exit_rule(scene: &Scene) -> Option<ExitRule> {
+    let back_face = scene.gel.shape.back_face().filter(|_| scene.gel.velocity == [0.0; 3])?;
+    let reach = GelRoom::of(scene).reach();
+    Some(ExitRule { back_face, reach, rest_after: scene.scene.stop_after_exit.time() })
 }

@@ -33,10 +33,12 @@ fn lost_elasticity(scene: &Scene, seen: &Observation) -> Option<String> {
 /// Doubt about a shot that comes to a back face that is held.
 fn held_back(scene: &Scene, seen: &Observation) -> Option<String> {
     let (support, thickness) = (scene.gel.supports.z_min, -scene.gel.shape.back_face()?);
-    let (depth, _) = seen.projectile().contact.peak_depth;
+    let contact = &seen.projectile().contact;
+    let (depth, _) = contact.peak_depth;
     // An unbounded body has no width.
     let is_near = depth > thickness - 2.0 * Some(radius(scene)).filter(|radius| radius.is_finite())?;
-    (support != Support::Free && is_near).then(|| {
+    let is_deep = contact.first.is_some() && depth > 0.5 * thickness;
+    (support != Support::Free && is_near && is_deep).then(|| {
         let held = if support == Support::Roller { "roller" } else { "fixed" };
         format!(
             "the projectile has come within its width of a back face that is held (gel.supports.z_min = \"{held}\"): from there on force, \

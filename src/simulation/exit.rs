@@ -36,6 +36,11 @@ impl GelRoom {
         }
     }
 
+    /// How far the gel reaches from the axis along x and along y, m.
+    pub(super) fn reach(&self) -> [f64; 2] {
+        [self.upper.x, self.upper.y]
+    }
+
     /// Returns true if a body meets the box between two places on its path.
     fn is_met(&self, body: &Body, from: &BodyState, to: &BodyState) -> bool {
         (0..3).all(|axis| {
@@ -72,7 +77,7 @@ impl Simulation {
     #[must_use]
     pub fn is_over(&self) -> bool {
         let Some(exit) = self.exit(0).filter(|_| !self.is_at_rest()) else { return self.is_at_rest() };
-        let is_away = |body: &usize| self.model.is_away(*body, &self.now(*body));
+        let is_away = |body: &usize| !self.now(*body).active || self.model.is_away(*body, &self.now(*body));
         let is_still = |body: usize| self.now(body).velocity.norm() < RESTING * exit.velocity.norm();
         let mut inside = (1..self.n_bodies()).filter(|body| !is_away(body)).peekable();
         let is_late = self.time - exit.time >= self.facts.stop_after_exit && is_away(&0);

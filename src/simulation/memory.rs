@@ -63,7 +63,7 @@ impl Simulation {
     /// Bytes that an exchange of the mesh takes at most beside what is held; 0 where meshes are never exchanged.
     #[must_use]
     pub fn memory_of_remeshing(&self) -> u64 {
-        if self.model.can_remesh() { self.model.mesh_size().remeshing() as u64 } else { 0 }
+        if self.model.can_remesh() && !self.is_at_rest() { self.model.mesh_size().remeshing() as u64 } else { 0 }
     }
 
     /// Bytes that a frame of the results, or the report at the end, takes at most beside what is held.

@@ -237,5 +237,5 @@ fn a_scene_without_end_is_refused_at_once() {
     let mut host = Host::with(&"\n".repeat(ballistic_gel::scene::MOST_BYTES + 1));
     host.enter();
     assert_eq!(unsafe { fmi2ExitInitializationMode(host.c) }, ERROR);
-    assert!(host.one_line().contains("found 1048577 bytes, expected at most 1048576"));
+    assert!(host.one_line().contains("found 1048577 bytes, expected the text of a scene, of at most 1048576 bytes"));
 }

@@ -17,8 +17,13 @@ pub const INTERRUPTED: u8 = 130;
 /// before they kill.
 const PATIENCE: Duration = Duration::from_secs(5);
 
+/// Time for the summary and the report of a run that ends by itself after a request to terminate.
+const LAST_WORDS: Duration = Duration::from_secs(60);
+
 // A signal reaches the process, not a value in it.
 static ASKED: AtomicBool = AtomicBool::new(false);
+/// The run knows that its end was asked for.
+static HEARD: AtomicBool = AtomicBool::new(false);
 static SCRATCH: Mutex<Option<PathBuf>> = Mutex::new(None);
 
 /// Who wants the end.
@@ -42,6 +47,10 @@ pub fn listen(waiting: &'static str, note: impl Fn(&str) + Send + 'static) -> st
                 note(&format!("asked to terminate, at once in {} s; {waiting}", PATIENCE.as_secs()));
                 std::thread::spawn(|| {
                     std::thread::sleep(PATIENCE);
+                    if HEARD.load(Ordering::Relaxed) {
+                        // The run is ending by itself, and writes what it has.
+                        std::thread::sleep(LAST_WORDS);
+                    }
                     leave();
                 });
             }
@@ -59,11 +68,21 @@ pub fn outlive_file_limits() {
     }
 }
 
+/// Returns true if a signal was ignored when the program began, as that of a closed terminal is under `nohup`.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+    mask & (1 << (signal - 1)) != 0
+}
+
 /// Calls `answer` at each request, in a thread of its own.
 #[cfg(unix)]
 fn hear(answer: impl Fn(Request) + Send + 'static) -> std::io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP])?;
+    let heard = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| !is_ignored(*signal));
+    let mut signals = signal_hook::iterator::Signals::new(heard)?;
     std::thread::spawn(move || {
         for signal in signals.forever() {
             answer(if signal == SIGINT { Request::Interrupt } else { Request::Terminate });
@@ -85,7 +104,9 @@ pub fn remove_on_exit(folder: &Path) {
 
 /// Returns true if the end of the run was asked for.
 pub fn asked() -> bool {
-    ASKED.load(Ordering::Relaxed)
+    let is_asked = ASKED.load(Ordering::Relaxed);
+    HEARD.fetch_or(is_asked, Ordering::Relaxed);
+    is_asked
 }
 
 fn leave() -> ! {

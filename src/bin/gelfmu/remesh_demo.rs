@@ -27,8 +27,10 @@ pub fn show(options: &DemoOptions, console: &Console) -> Result<(), Failure> {
     let folder = folder.unwrap_or_else(|| Path::new("gelfmu-out").join(format!("{}-remesh", header.name)));
     let (policy, needs) = (results::policy(options.force), ["index.html".to_owned()]);
     let inputs = results::inputs(name, &source);
-    let mut claimed =
-        results::claim(&folder, &FolderClaim { command: COMMAND, policy, needs: &needs, inputs: &inputs })?;
+    let mut claimed = results::claim(
+        &folder,
+        &FolderClaim { command: COMMAND, policy, needs: &needs, inputs: &inputs, is_of_fmu: false },
+    )?;
     console.note(&format!("{}: {} (into {})", header.name, header.title, folder.display()));
     let shown = rehearse(name, &source, options)?;
     let figures = output::draw_steps(&mut claimed, &source.scene, &shown).map_err(unwritable)?;

@@ -7,9 +7,11 @@ use ballistic_gel::output::{FolderClaim, OutputError, ResultFolder, TakeoverPoli
 use ballistic_gel::scene;
 use same_file::Handle;
 use std::fs::{self, File};
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
+use std::ops::Not;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
+use zip::ZipArchive;
 
 /// Claims the folder of `--out`; a refusal names the option.
 pub fn claim(folder: &Path, wanted: &FolderClaim) -> Result<ResultFolder, Failure> {
@@ -41,14 +43,12 @@ pub fn inputs(name: &str, source: &Source) -> Vec<PathBuf> {
     own.into_iter().chain(named).collect()
 }
 
-/// First bytes of an archive.
-const ZIP: [u8; 4] = *b"PK\x03\x04";
-
 /// Refuses a path for an archive where something else than an archive is, or a file that is read.
 pub fn check_archive(file: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
     let expected = "a new file, or an FMU to replace";
     let found = match fs::metadata(file) {
-        Err(_) => return Ok(()),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        Err(_) => "a place that cannot be looked at",
         Ok(there) if there.is_dir() => "a folder",
         Ok(there) if !there.is_file() => "a device or a pipe",
         Ok(_) => match Handle::from_path(file) {
@@ -56,17 +56,18 @@ pub fn check_archive(file: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
                 "the file that is read"
             }
             Ok(_) if has_other_content(file) => "a file that is no FMU",
-            Ok(_) | Err(_) => return Ok(()),
+            Ok(_) => return Ok(()),
+            Err(_) => "a file that cannot be read",
         },
     };
     Err(refused(file, &format!("found {found}, expected {expected}")))
 }
 
-/// Returns true if a file has bytes, and they do not begin like an archive.
+/// Returns true if a file has bytes, and they are not those of an FMU.
 fn has_other_content(file: &Path) -> bool {
-    let mut start = vec![];
-    let read = File::open(file).and_then(|file| file.take(ZIP.len() as u64).read_to_end(&mut start));
-    read.is_ok() && !start.is_empty() && start != ZIP
+    let Ok(opened) = File::open(file) else { return true };
+    let is_empty = opened.metadata().is_ok_and(|about| about.len() == 0);
+    !is_empty && ZipArchive::new(opened).is_ok_and(|mut zip| zip.by_name("modelDescription.xml").is_ok()).not()
 }
 
 /// Writes a file in whole: until then an old one of the path stays as it is.
@@ -110,9 +111,15 @@ mod tests {
         let refusal = |name: &str, inputs: &[PathBuf]| {
             check_archive(&folder.path().join(name), inputs).err().map(|error| error.to_string())
         };
-        for (name, bytes) in [("scene.toml", b"[scene]" as &[u8]), ("old.fmu", b"PK\x03\x04"), ("empty", b"")] {
+        for (name, inside) in [("old.fmu", "modelDescription.xml"), ("thesis.docx", "word/document.xml")] {
+            let mut zip = zip::ZipWriter::new(File::create(folder.path().join(name)).unwrap());
+            zip.start_file(inside, zip::write::SimpleFileOptions::default()).unwrap();
+            zip.finish().unwrap();
+        }
+        for (name, bytes) in [("scene.toml", b"[scene]" as &[u8]), ("empty", b"")] {
             fs::write(folder.path().join(name), bytes).unwrap();
         }
+        assert!(refusal("thesis.docx", &[]).is_some_and(|text| text.contains("found a file that is no FMU")));
         assert!(refusal("scene.toml", &[]).is_some_and(|text| text.contains("found a file that is no FMU")));
         assert_eq!([refusal("old.fmu", &[]), refusal("empty", &[]), refusal("new", &[])], [None, None, None]);
         fs::hard_link(folder.path().join("old.fmu"), folder.path().join("link.fmu")).unwrap();

@@ -82,7 +82,7 @@ fn claim(
     }
     needs.extend(kept.iter().map(|(file, _)| file.clone()));
     let policy = results::policy(options.force);
-    results::claim(folder, &FolderClaim { command: output::RUN, policy, needs: &needs, inputs })
+    results::claim(folder, &FolderClaim { command: output::RUN, policy, needs: &needs, inputs, is_of_fmu: false })
 }
 
 /// Runs the job with a progress bar, until it ends or the user interrupts it.

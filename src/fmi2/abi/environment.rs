@@ -46,7 +46,7 @@ fn read() -> Register {
 fn write(value: Register) {
     // SAFETY: reads the four bytes of `value`, which is the default or was read from the register: no reserved bit is set.
     // A flag that is set beside its unmasked exception raises none.
-    unsafe { std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, preserves_flags)) };
+    unsafe { std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack)) };
 }
 
 /// FPCR, the control, and FPSR, the exception flags.
@@ -71,7 +71,7 @@ fn read() -> Register {
 fn write((control, status): Register) {
     // SAFETY: the values are the default ones or were read from the registers.
     unsafe {
-        std::arch::asm!("msr fpcr, {}", "msr fpsr, {}", in(reg) control, in(reg) status, options(nostack, preserves_flags));
+        std::arch::asm!("msr fpcr, {}", "msr fpsr, {}", in(reg) control, in(reg) status, options(nostack));
     }
 }
 

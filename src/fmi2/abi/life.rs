@@ -87,6 +87,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     component
 }
 
+#[inline(never)] // what it computes stays within the environment that is set around it
 unsafe fn instantiate(name: Text, fmu_type: c_int, guid: Text, resources: Text) -> Result<(String, Packed), CallError> {
     const FUNCTION: &str = "fmi2Instantiate";
     // SAFETY: null-terminated text or null each.

@@ -210,10 +210,10 @@ mod tests {
         let slots = [&reserves[0], &reserves[1]].map(|reserve| reserve.slot.expect("a slot"));
         assert!(slots.iter().all(|slot| !slot.block.load(Ordering::Relaxed).is_null()));
         let n_tries = std::cell::Cell::new(0);
-        let mut byte = 0_u8;
+        let byte = std::cell::Cell::new(0_u8);
         let found = retried(|| {
             n_tries.set(n_tries.get() + 1);
-            if n_tries.get() < 3 { ptr::null_mut() } else { &raw mut byte }
+            if n_tries.get() < 3 { ptr::null_mut() } else { byte.as_ptr() }
         });
         assert!(!found.is_null() && n_tries.get() == 3);
         drop(reserves);

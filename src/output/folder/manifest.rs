@@ -1,6 +1,7 @@
 //! `gelfmu.jsonl`: the manifest of a folder of results, a journal of one JSON object per line, with the lock of the folder.
 
 use super::STAGING;
+use same_file::Handle;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -119,7 +120,7 @@ impl FolderManifest {
     }
 
     /// Writes the first lines.
-    fn head(&mut self, command: &str) -> io::Result<()> {
+    pub(super) fn head(&mut self, command: &str) -> io::Result<()> {
         let (results_of, version) = (Some(command.to_owned()), Some(env!("CARGO_PKG_VERSION").to_owned()));
         self.append(&JournalLine { results_of, version, ..JournalLine::default() })?;
         self.contents.command = Some(command.to_owned());
@@ -147,10 +148,29 @@ impl FolderManifest {
             sleep(PAUSE);
             outcome = try_lock(&manifest.file);
         }
+        manifest.refuse_other_names(folder)?;
         if outcome == LockOutcome::Held {
             manifest.cut_broken_line()?;
         }
         Ok((manifest, outcome))
+    }
+
+    /// Refuses a manifest that is also a file of another folder, or is no longer that of this one.
+    fn refuse_other_names(&self, folder: &Path) -> io::Result<()> {
+        let place = folder.join(MANIFEST);
+        let refuse = |found: &str| Err(io::Error::other(format!("found {found}: copy the folder, or choose another")));
+        if fs::symlink_metadata(&place)?.is_symlink() {
+            return refuse("a link to the manifest of another folder");
+        }
+        #[cfg(unix)]
+        if std::os::unix::fs::MetadataExt::nlink(&self.file.metadata()?) > 1 {
+            return refuse("a manifest that another folder shares by a hard link");
+        }
+        if Handle::from_file(self.file.try_clone()?)? == Handle::from_path(&place)? {
+            Ok(())
+        } else {
+            refuse("a manifest that another run has just replaced")
+        }
     }
 
     /// Reads the journal again: another handle of this process may have written.

@@ -34,6 +34,8 @@ pub struct FolderClaim<'a> {
     pub needs: &'a [String],
     /// Files that it reads, which it must not write over.
     pub inputs: &'a [PathBuf],
+    /// An FMU claims it, to which the command that runs in the same process may have handed its own claim.
+    pub is_of_fmu: bool,
 }
 
 /// What happens to results of the same command that are there already.
@@ -215,6 +217,11 @@ impl ResultFolder {
         self.manifest.mark(state).map_err(naming(&self.path.join(MANIFEST)))
     }
 
+    /// Returns true if the files are still beside those of an earlier run, which they are to replace.
+    pub(super) fn is_staged(&self) -> bool {
+        self.staging.is_some()
+    }
+
     /// Lets an FMU that runs in this process take the claim over. Until the FMU has results, this claim takes care of the
     /// folder: when it is dropped, everything is as it was before.
     ///
@@ -223,7 +230,7 @@ impl ResultFolder {
     pub fn hand_over(&mut self) -> Result<(), OutputError> {
         match &self.staging {
             None => self.manifest.hand_over().map_err(naming(&self.path.join(MANIFEST))),
-            Some(staging) => self.staged_manifest(|manifest| manifest.hand_over()).map_err(naming(staging)),
+            Some(staging) => self.staged_manifest(FolderManifest::hand_over).map_err(naming(staging)),
         }
     }
 

@@ -15,13 +15,19 @@ impl ResultFolder {
     pub(super) fn take_over(mut self, outcome: LockOutcome, wanted: &FolderClaim) -> Result<Self, OutputError> {
         // Until it is known that the folder is for this run, nothing of it is given up.
         self.stage = ClaimStage::Adopted;
-        if self.is_for_this_fmu(outcome) && self.contents().command.as_deref() == Some(wanted.command) {
+        if wanted.is_of_fmu
+            && self.is_for_this_fmu(outcome)
+            && self.contents().command.as_deref() == Some(wanted.command)
+        {
             self.adopt()?;
             return Ok(self);
         }
         self.refuse_unfit(outcome, wanted)?;
         self.refuse_foreign(wanted.needs)?;
         self.refuse_inputs(wanted)?;
+        if self.contents().command.is_none() {
+            self.manifest.head(wanted.command).map_err(naming(&self.path.join(MANIFEST)))?;
+        }
         match wanted.policy {
             TakeoverPolicy::Continue => {
                 self.begin()?;
@@ -65,7 +71,7 @@ impl ResultFolder {
             return Err(self.refused(FolderRefusal::OtherCommand { command }));
         }
         // A start that was killed has left nothing that anybody misses.
-        let is_empty_claim = self.contents().state == Some(FolderState::Claimed) && !cfg!(windows);
+        let is_empty_claim = matches!(self.contents().state, None | Some(FolderState::Claimed)) && !cfg!(windows);
         if wanted.policy == TakeoverPolicy::Refuse && !is_empty_claim {
             return Err(self.refused(FolderRefusal::Occupied));
         }
@@ -98,7 +104,10 @@ impl ResultFolder {
         if inputs.is_empty() {
             return Ok(());
         }
-        let targets = self.contents().files.iter().chain(wanted.needs).map(|name| self.path.join(name));
+        let staging = self.path.join(STAGING);
+        let staged = names_in(&staging, "").unwrap_or_default();
+        let own = self.contents().files.iter().chain(wanted.needs).map(|name| self.path.join(name));
+        let targets = own.chain(staged.iter().map(|name| staging.join(name)));
         let hit = |target: &PathBuf| handle(target).is_some_and(|target| inputs.contains(&target));
         match targets.into_iter().find(hit) {
             Some(file) => Err(self.refused(FolderRefusal::Input { file })),

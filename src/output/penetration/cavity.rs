@@ -43,11 +43,13 @@ impl Profile {
         Self { time: frame.time, per_metre, radii: openings(gel, frame, &line.at, depths) }
     }
 
-    /// The part of the void that lies behind the projectile: from the entry down to the greatest depth, m, that its foremost point has
-    /// reached. What is open deeper was not opened by its passage.
+    /// The part of the void that lies behind the projectile: from the entry down to where gel closes it, and to the greatest depth, m,
+    /// that the foremost point of the projectile has reached. What is open deeper was not opened by its passage, and a void below a
+    /// closure is no longer connected with the entry.
     pub(super) fn behind(&self, depth: f64) -> Self {
         let is_behind = |k: usize| (k + 1) as f64 <= depth * self.per_metre * (1.0 + f64::EPSILON);
-        let radii = self.radii.iter().enumerate().map(|(k, radius)| radius.filter(|_| is_behind(k)));
+        let closure = self.radii.iter().position(|radius| *radius == Some(0.0)).unwrap_or(self.radii.len());
+        let radii = self.radii.iter().enumerate().map(|(k, radius)| radius.filter(|_| k <= closure && is_behind(k)));
         Self { radii: radii.collect(), ..*self }
     }
 

@@ -202,8 +202,12 @@ mod tests {
     #[test]
     fn about_an_axis_it_is_the_least_radius_and_zero_where_there_is_gel_on_the_axis() {
         let cone = [[0.004, 0.0, 0.0], [0.0, 0.0, -0.004]];
-        let found =
-            openings(section(Dimension::Axisymmetric), &frame(2, &[&cone, &wall(0.01, 0.1)]), &Vector3::zeros(), millimetres(5));
+        let found = openings(
+            section(Dimension::Axisymmetric),
+            &frame(2, &[&cone, &wall(0.01, 0.1)]),
+            &Vector3::zeros(),
+            millimetres(5),
+        );
         for (found, expected) in found.iter().zip([0.003, 0.002, 0.001, 0.0, 0.0]) {
             assert!((found.unwrap() - expected).abs() < 1e-15, "{found:?}, {expected}");
         }
@@ -275,7 +279,9 @@ mod tests {
         let wall = |[x, y]: [f64; 2], [u, v]: [f64; 2]| [[x, y, 0.001], [u, v, 0.001], [x, y, -0.01]];
         let back = |[x, y]: [f64; 2], [u, v]: [f64; 2]| [[u, v, 0.001], [u, v, -0.01], [x, y, -0.01]];
         let around = |corners: &[[f64; 2]]| -> Vec<[[f64; 3]; 3]> {
-            corners.windows(2).flat_map(|ends| [wall(ends[0], ends[1]), back(ends[0], ends[1])]).collect()
+            let outer: Vec<[f64; 2]> = corners.iter().map(|[x, y]| [5.0 * x, 5.0 * y]).collect();
+            let sides = corners.windows(2).chain(outer.windows(2));
+            sides.flat_map(|ends| [wall(ends[0], ends[1]), back(ends[0], ends[1])]).collect()
         };
         let open = |symmetry: Symmetry, corners: &[[f64; 2]]| {
             let walls = around(corners);

@@ -70,7 +70,7 @@ pub(super) fn percent(value: f64) -> String {
 
 /// A count with thin spaces between thousands.
 pub(super) fn count(value: f64) -> String {
-    if !(value.abs() < LARGEST) {
+    if value.is_nan() || value.abs() >= LARGEST {
         return ratio(value);
     }
     let plain = format!("{value:.0}");

@@ -50,7 +50,7 @@ fn depth(summary: &Summary) -> String {
         return String::new();
     }
     let when = quantity(summary.time_of_peak_depth, "s");
-    if summary.perforated {
+    if summary.exit.perforated {
         let thickness = quantity(summary.peak_depth, "m");
         return format!("Its tip reaches the back of the gel, <strong>{thickness}</strong> deep, after {when}.");
     }
@@ -67,7 +67,7 @@ fn outcome(scene: &Scene, summary: &Summary) -> String {
     };
     let end = match summary.rebound_velocity {
         _ if scene.projectile.fixed => String::new(),
-        _ if summary.perforated => perforation(summary),
+        _ if summary.exit.perforated => perforation(summary),
         Some(speed) if speed > 0.0 && summary.final_depth > 0.0 => format!(
             " At {} it moves back the way it came with <strong>{}</strong>, still {} deep.",
             quantity(summary.end_time, "s"),
@@ -93,15 +93,15 @@ fn perforation(summary: &Summary) -> String {
         " It has perforated the gel: it left at the back with <strong>{}</strong> at {}, gave {} to the gel and kept {}.",
         quantity(speed, "m/s"),
         quantity(time, "s"),
-        quantity(summary.energy_deposited, "J"),
+        quantity(summary.exit.energy_deposited, "J"),
         quantity(residual, "J")
     )
 }
 
 /// Speed, m/s, time, s, and energy, J, at the exit.
 fn exit(summary: &Summary) -> Option<(f64, f64, f64)> {
-    let speed = Vector3::from(summary.exit_velocity?).norm();
-    Some((speed, summary.exit_time?, summary.residual_energy?))
+    let speed = Vector3::from(summary.exit.exit_velocity?).norm();
+    Some((speed, summary.exit.exit_time?, summary.exit.residual_energy?))
 }
 
 fn fragments(summary: &Summary) -> String {
@@ -152,7 +152,7 @@ pub(super) fn key_figures(scene: &Scene, summary: &Summary) -> String {
         Some((speed, time, residual)) => [
             ("exit speed", quantity(speed, "m/s")),
             ("perforated after", quantity(time, "s")),
-            ("energy given to the gel", quantity(summary.energy_deposited, "J") + per_thickness(scene)),
+            ("energy given to the gel", quantity(summary.exit.energy_deposited, "J") + per_thickness(scene)),
             ("energy at the exit", quantity(residual, "J") + per_thickness(scene)),
         ],
         None => [

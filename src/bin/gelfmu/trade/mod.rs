@@ -121,7 +121,10 @@ impl<'a> Task<'a> {
         let mut inputs = results::inputs(&self.options.scene, &source);
         inputs.extend(self.options.with.clone());
         let policy = TakeoverPolicy::Continue;
-        results::claim(&self.folder, &FolderClaim { command: COMMAND, policy, needs: &needs, inputs: &inputs })
+        results::claim(
+            &self.folder,
+            &FolderClaim { command: COMMAND, policy, needs: &needs, inputs: &inputs, is_of_fmu: false },
+        )
     }
 
     /// Completes the folder, and says with which status to end.
