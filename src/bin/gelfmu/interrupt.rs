@@ -18,7 +18,7 @@ pub const INTERRUPTED: u8 = 130;
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Time for the summary and the report of a run that ends by itself after a request to terminate.
-const LAST_WORDS: Duration = Duration::from_secs(60);
+const LAST_WORDS: Duration = Duration::from_mins(1);
 
 // A signal reaches the process, not a value in it.
 static ASKED: AtomicBool = AtomicBool::new(false);

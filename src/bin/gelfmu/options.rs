@@ -106,6 +106,7 @@ pub struct CheckOptions {
 
 /// How to run a scene.
 #[derive(Debug, Default, Args)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a switch of the command line")]
 pub struct RunOptions {
     /// Name of a built-in scene, or path of a scene file (`fbi-bb` if absent)
     #[arg(value_parser = SceneNameParser, hide_possible_values = true)]

@@ -11,7 +11,7 @@ const PREFIX: &str = "gelfmu-fmu-";
 /// File in such a folder whose lock says that its run is alive.
 const LOCK: &str = "lock";
 /// A folder without that file belongs to a run that is just making it, or was killed then.
-const LONGEST_START: Duration = Duration::from_secs(3600);
+const LONGEST_START: Duration = Duration::from_hours(1);
 /// How often a folder is made if another run takes the new one for a stale one.
 const ATTEMPTS: usize = 10;
 
@@ -61,7 +61,7 @@ fn remove_stale(place: &Path, own: &Metadata) {
     let Ok(entries) = fs::read_dir(place) else { return };
     for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
         if is_candidate(&path, own)
-            && let Some(_lock) = stale_lock(&path)
+            && let Some(_stale) = StaleFolder::of(&path)
         {
             drop(fs::remove_dir_all(&path));
         }
@@ -85,16 +85,23 @@ fn has_same_owner(_: &Metadata, _: &Metadata) -> bool {
     true
 }
 
-/// The lock of a folder whose run is not alive; no run can take it as long as this value lives.
-fn stale_lock(folder: &Path) -> Option<Option<File>> {
-    let path: PathBuf = folder.join(LOCK);
-    match OpenOptions::new().read(true).write(true).open(&path) {
-        Ok(lock) => lock.try_lock().is_ok().then_some(Some(lock)),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            let age = fs::metadata(folder).and_then(|found| found.modified()).ok()?.elapsed().ok()?;
-            (age > LONGEST_START).then_some(None)
+/// A folder whose run is not alive; no run can take it as long as this value lives.
+struct StaleFolder {
+    /// Absent where the run was killed before it made one.
+    _lock: Option<File>,
+}
+
+impl StaleFolder {
+    fn of(folder: &Path) -> Option<Self> {
+        let path: PathBuf = folder.join(LOCK);
+        match OpenOptions::new().read(true).write(true).open(&path) {
+            Ok(lock) => lock.try_lock().is_ok().then_some(Self { _lock: Some(lock) }),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                let age = fs::metadata(folder).and_then(|found| found.modified()).ok()?.elapsed().ok()?;
+                (age > LONGEST_START).then_some(Self { _lock: None })
+            }
+            Err(_) => None,
         }
-        Err(_) => None,
     }
 }
 
