@@ -165,7 +165,9 @@ impl Instance {
         let inputs = self.model.scalars().enumerate().filter(|(_, (of, _))| of.causality == Causality::Input);
         let started: Vec<usize> = inputs.map(|(index, _)| index).filter(|index| self.starts[*index] != 0.0).collect();
         if started.iter().all(|index| values[*index] == 0.0) {
-            started.into_iter().for_each(|index| values[index] = self.starts[index]);
+            for index in started {
+                values[index] = self.starts[index];
+            }
         }
     }
 
