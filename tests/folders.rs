@@ -212,7 +212,8 @@ fn two_runs_in_one_folder_are_one_run_and_one_refusal() {
 
 /// A claim as `gelfmu run` makes it.
 fn claim(folder: &Path, policy: TakeoverPolicy) -> Result<ResultFolder, OutputError> {
-    ResultFolder::claim(folder, &FolderClaim { command: RUN, policy, needs: &["a".to_owned()], inputs: &[] })
+    let needs = ["a".to_owned()];
+    ResultFolder::claim(folder, &FolderClaim { command: RUN, policy, needs: &needs, inputs: &[], is_of_fmu: false })
 }
 
 #[track_caller]
@@ -247,6 +248,40 @@ fn a_folder_is_held_by_one_run_and_taken_over_after_a_killed_one() {
     let names: Vec<PathBuf> = contents(&out).into_keys().collect();
     assert_eq!(names, [Path::new("c"), Path::new(MANIFEST)]);
     assert_eq!(last_state(&out), "failed", "it has not said how it ended");
+}
+
+#[test]
+fn a_claim_is_handed_to_an_fmu_alone_and_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let mut held = claim(&out, TakeoverPolicy::Refuse).unwrap();
+    held.hand_over().unwrap();
+    assert_eq!(
+        refusal(claim(&out, TakeoverPolicy::Replace)),
+        FolderRefusal::Busy,
+        "another run of the same process number"
+    );
+    let of_fmu =
+        FolderClaim { command: RUN, policy: TakeoverPolicy::Replace, needs: &[], inputs: &[], is_of_fmu: true };
+    let adopted = ResultFolder::claim(&out, &of_fmu).unwrap();
+    assert_eq!(refusal(ResultFolder::claim(&out, &of_fmu)), FolderRefusal::Busy);
+    drop((adopted, held));
+    assert!(contents(folder.path()).is_empty());
+}
+
+#[test]
+fn a_manifest_without_a_line_is_that_of_a_run_that_was_killed_at_its_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    fs::create_dir(&out).unwrap();
+    fs::write(out.join(MANIFEST), "").unwrap();
+    let mut next = claim(&out, TakeoverPolicy::Refuse).unwrap();
+    next.write("a", b"next").unwrap();
+    next.begin().unwrap();
+    next.mark(FolderState::Complete).unwrap();
+    drop(next);
+    assert_eq!(refusal(claim(&out, TakeoverPolicy::Refuse)), FolderRefusal::Occupied);
+    assert!(claim(&out, TakeoverPolicy::Replace).is_ok(), "it is ours");
 }
 
 #[test]

@@ -35,6 +35,7 @@ fn set_mxcsr(value: u32) {
 struct Importer {
     component: *mut c_void,
     environment: u32,
+    #[allow(clippy::box_collection)] // its address is handed out
     logged_in: Box<Vec<u32>>,
 }
 

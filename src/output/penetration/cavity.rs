@@ -104,3 +104,16 @@ pub(super) fn csv(profiles: &[Profile]) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_void_below_a_closure_is_not_connected_with_the_entry() {
+        let radii = [Some(0.004), Some(0.002), Some(0.0), Some(0.003), Some(0.003), None];
+        let profile = Profile { time: 0.0, per_metre: PER_METRE, radii: radii.to_vec() };
+        assert_eq!(profile.behind(0.01).radii, [Some(0.004), Some(0.002), Some(0.0), None, None, None]);
+        assert_eq!(profile.behind(0.001).radii, [Some(0.004), None, None, None, None, None]);
+    }
+}
