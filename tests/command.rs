@@ -124,7 +124,7 @@ fn a_folder_that_cannot_be_used_is_bad_input() {
         assert!(said.err.starts_with(&start) && said.err.contains(word), "{arguments:?}: {}", said.err);
     }
     let held = folder.path().join("held");
-    let claim = FolderClaim { command: RUN, policy: TakeoverPolicy::Refuse, needs: &[], inputs: &[] };
+    let claim = FolderClaim { command: RUN, policy: TakeoverPolicy::Refuse, needs: &[], inputs: &[], is_of_fmu: false };
     let claim = ResultFolder::claim(&held, &claim).unwrap();
     let said = gelfmu_in(folder.path(), &["run", "--out", "held", "--direct"]);
     assert_eq!((said.status, said.err.contains("another run is writing there")), (Some(2), true), "{}", said.err);
