@@ -26,7 +26,7 @@ pub fn files_in(folder: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> + use<> {
 /// Reads the text of a scene file.
 ///
 /// # Errors
-/// As [`read_limited`]; also where it is not UTF-8.
+/// The answer of the system, or what was found instead of a regular file of UTF-8 text that is no longer than that.
 pub fn read_scene_text(path: &Path) -> io::Result<String> {
     read_limited_text(path, MOST_BYTES as u64)
 }
@@ -34,7 +34,7 @@ pub fn read_scene_text(path: &Path) -> io::Result<String> {
 /// Reads a text file of at most so many bytes.
 ///
 /// # Errors
-/// As [`read_limited`]; also where it is not UTF-8.
+/// The answer of the system, or what was found instead of a regular file of UTF-8 text that is no longer than that.
 pub fn read_limited_text(path: &Path, most: u64) -> io::Result<String> {
     let no_text = |_| io::Error::new(ErrorKind::InvalidData, "found bytes that are no UTF-8 text");
     String::from_utf8(read_limited(path, most)?).map_err(no_text)
