@@ -80,7 +80,7 @@ fn lines(folder: &Path) -> Vec<Value> {
 }
 
 fn last_state(folder: &Path) -> String {
-    let states = lines(folder).into_iter().filter_map(|line| line["state"].as_str().map(str::to_owned));
+    let mut states = lines(folder).into_iter().filter_map(|line| line["state"].as_str().map(str::to_owned));
     states.next_back().unwrap()
 }
 
