@@ -33,7 +33,7 @@ fn at_depths(depths: &[f64]) -> Vec<Observation> {
     seen
 }
 
-fn rows(folder: &PathBuf, file: &str) -> usize {
+fn rows(folder: &Path, file: &str) -> usize {
     fs::read_to_string(folder.join(file)).unwrap().lines().count() - 1
 }
 

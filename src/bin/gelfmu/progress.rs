@@ -133,7 +133,7 @@ mod tests {
         let line = heard.iter().find(|line| !line.starts_with("at the start")).unwrap();
         assert!(line.starts_with("5.000 of 20.000 ms, 25 %, 0 s gone, 0 s left"), "{line}");
         drop(heartbeat);
-        assert_eq!(heard.iter().filter(|line| line.is_empty()).count(), 0, "it ends with the run");
+        assert_eq!(heard.iter().filter(|line| line.as_str() == "").count(), 0, "it ends with the run");
     }
 
     #[test]
