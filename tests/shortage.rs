@@ -165,7 +165,7 @@ fn random(profile: &Profile, n: usize) -> impl Iterator<Item = Refusal> {
     let all = profile.requests.len() as u64;
     std::iter::repeat_with(move || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        Refusal { request: ((state >> 33) % all) as i64, is_limit: true }
+        Refusal { request: ((state >> 33) % all).cast_signed(), is_limit: true }
     })
     .take(n)
 }

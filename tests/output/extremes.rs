@@ -5,7 +5,7 @@ use super::{folder, written};
 use ballistic_gel::output::{Ending, Interface, Recorder};
 use ballistic_gel::simulation::Observation;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// The files of a run of these observations, of which the frame of each is the one of its time.

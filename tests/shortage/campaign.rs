@@ -141,10 +141,9 @@ impl Stage {
         std::thread::scope(|scope| {
             for _ in 0..2 {
                 scope.spawn(|| {
-                    while let Some(refusal) = refusals.get(next.fetch_add(1, Ordering::Relaxed)) {
-                        let outcome = self.outcome(*refusal);
-                        outcomes.lock().unwrap().push((*refusal, outcome));
-                    }
+                    let mine = std::iter::from_fn(|| refusals.get(next.fetch_add(1, Ordering::Relaxed)));
+                    mine.map(|refusal| (*refusal, self.outcome(*refusal)))
+                        .for_each(|found| outcomes.lock().unwrap().push(found));
                 });
             }
         });

@@ -68,7 +68,7 @@ impl Shim {
     pub fn watched<R>(&self, call: impl FnOnce() -> R) -> (R, i64) {
         (self.arm)();
         let answer = call();
-        (answer, i64::from((self.disarm)()))
+        (answer, (self.disarm)())
     }
 
     /// Leaves the allocations of a callback alone.
@@ -86,12 +86,12 @@ impl Shim {
 
     /// Requests so far.
     pub fn requests(&self) -> i64 {
-        i64::from((self.requests)())
+        (self.requests)()
     }
 
     /// Requests that were refused.
     pub fn refused(&self) -> i64 {
-        i64::from((self.refused)())
+        (self.refused)()
     }
 
     /// Writes every request to a file.
