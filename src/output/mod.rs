@@ -132,10 +132,6 @@ impl Recorder {
         if is_seen && self.frames.is_due(observation.time) {
             self.take(&frame())?;
         }
-        // An earlier run is replaced by one that has made a step, not by one that cannot make the first.
-        if self.folder.is_staged() && observation.time <= 0.0 {
-            return Ok(());
-        }
         self.begin_folder()
     }
 

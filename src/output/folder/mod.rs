@@ -217,11 +217,6 @@ impl ResultFolder {
         self.manifest.mark(state).map_err(naming(&self.path.join(MANIFEST)))
     }
 
-    /// Returns true if the files are still beside those of an earlier run, which they are to replace.
-    pub(super) fn is_staged(&self) -> bool {
-        self.staging.is_some()
-    }
-
     /// Lets an FMU that runs in this process take the claim over. Until the FMU has results, this claim takes care of the
     /// folder: when it is dropped, everything is as it was before.
     ///
