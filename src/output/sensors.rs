@@ -2,7 +2,7 @@
 
 use super::files::OutputError;
 use super::history::{History, Row};
-use crate::scene::{GelShape, Scene};
+use crate::scene::Scene;
 use serde::Serialize;
 
 /// The figures of a sensor; all are those of the rows of the history, one per communication step.
@@ -95,23 +95,14 @@ pub(super) fn figures(scene: &Scene, history: &History) -> Result<Vec<SensorFigu
         time_of_peak_pressure: seen.pressure.time,
         peak_pressure_rate: seen.rate.value,
         time_of_peak_pressure_rate: seen.rate.time,
-        dent: height(scene).filter(|_| sensor.position[2] == 0.0).map(|height| Dent {
+        dent: scene.gel.shape.thickness().filter(|_| sensor.position[2] == 0.0).map(|thickness| Dent {
             depth: seen.dent.value,
             time_of_depth: seen.dent.time,
-            viscous_criterion: seen.criterion.value / height,
+            viscous_criterion: seen.criterion.value / thickness,
             time_of_viscous_criterion: seen.criterion.time,
         }),
     };
     Ok(scene.sensor.iter().zip(all).map(figures).collect())
-}
-
-/// From the entry surface to the bottom, m, of a gel that has them.
-fn height(scene: &Scene) -> Option<f64> {
-    match &scene.gel.shape {
-        GelShape::Block { size } => size.last().copied(),
-        GelShape::Cylinder { height, .. } => Some(*height),
-        GelShape::Shell { .. } | GelShape::LBeam { .. } => None,
-    }
 }
 
 #[cfg(test)]

@@ -231,11 +231,6 @@ impl Run {
 }
 
 impl Run {
-    /// Depth of the back face, m; infinite of a gel without one.
-    fn thickness(&self) -> f64 {
-        self.scene.gel.shape.back_face().map_or(f64::INFINITY, |height| -height)
-    }
-
     /// Change of a mass from that at the start, relative.
     fn mass_error(&self, mass: f64) -> Option<f64> {
         self.initial_mass.map(|initial| (mass / initial - 1.0).abs())
@@ -283,7 +278,7 @@ impl Summary {
             min_jacobian: cost.min_jacobian,
             peak_depth: contact.peak_depth.0,
             time_of_peak_depth: contact.peak_depth.1,
-            final_depth: depth.min(run.thickness()),
+            final_depth: depth.min(run.scene.gel.shape.thickness().unwrap_or(f64::INFINITY)),
             exit: ExitFigures::of(ending.observation.projectile()),
             rebound_velocity: rebound(ending.observation, run.scene.projectile.velocity.into()),
             final_velocity: kinematics.velocity.into(),

@@ -43,12 +43,12 @@ impl Default for StopAfterExit {
 }
 
 impl GelShape {
-    /// Height of the back face at rest, m; none of a shape that has no flat face opposite to the entry surface.
+    /// Thickness from the entry surface to the back face at rest, m; none of a shape that has no flat face opposite to the entry surface.
     #[must_use]
-    pub fn back_face(&self) -> Option<f64> {
+    pub fn thickness(&self) -> Option<f64> {
         match self {
-            Self::Block { size } => size.last().map(|depth| -depth),
-            Self::Cylinder { height, .. } => Some(-height),
+            Self::Block { size } => size.last().copied(),
+            Self::Cylinder { height, .. } => Some(*height),
             Self::Shell { .. } | Self::LBeam { .. } => None,
         }
     }

@@ -426,7 +426,7 @@ fn leg_planes(scene: &Scene, leg: f64, thickness: f64) -> Vec<f64> {
 
 /// Where bodies leave the gel of a scene: nowhere if it has no back face, or as a whole moves away from where that was.
 fn exit_rule(scene: &Scene) -> Option<ExitRule> {
-    let back_face = scene.gel.shape.back_face().filter(|_| scene.gel.velocity == [0.0; 3])?;
+    let thickness = scene.gel.shape.thickness().filter(|_| scene.gel.velocity == [0.0; 3])?;
     let reach = GelRoom::of(scene).reach();
-    Some(ExitRule { back_face, reach, rest_after: scene.scene.stop_after_exit.time() })
+    Some(ExitRule { back_face: -thickness, reach, rest_after: scene.scene.stop_after_exit.time() })
 }

@@ -32,7 +32,7 @@ fn lost_elasticity(scene: &Scene, seen: &Observation) -> Option<String> {
 
 /// Doubt about a shot that comes to a back face that is held.
 fn held_back(scene: &Scene, seen: &Observation) -> Option<String> {
-    let (support, thickness) = (scene.gel.supports.z_min, -scene.gel.shape.back_face()?);
+    let (support, thickness) = (scene.gel.supports.z_min, scene.gel.shape.thickness()?);
     let contact = &seen.projectile().contact;
     let (depth, _) = contact.peak_depth;
     // An unbounded body has no width.

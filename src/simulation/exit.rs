@@ -11,8 +11,8 @@ use crate::scene::{GelShape, Scene};
 pub(super) struct GelRoom {
     lower: Vector3,
     upper: Vector3,
-    /// Height of the back face, m, if the gel has one.
-    back_face: Option<f64>,
+    /// Depth of the back face, m; infinite of a gel without one.
+    thickness: f64,
 }
 
 /// A body rests in the gel below this part of the exit speed of the projectile.
@@ -32,7 +32,7 @@ impl GelRoom {
         Self {
             lower: Vector3::new(-x, -y, -deep),
             upper: Vector3::new(x, y, 0.0),
-            back_face: scene.gel.shape.back_face(),
+            thickness: scene.gel.shape.thickness().unwrap_or(f64::INFINITY),
         }
     }
 
@@ -122,7 +122,7 @@ impl Simulation {
     pub(super) fn peak_depth(&self, body: usize) -> (f64, f64) {
         let (now, record) = (self.now(body), self.model.record().contacts[body].peak_depth);
         let depth = self.depth(body);
-        let thickness = self.facts.room.back_face.map_or(f64::INFINITY, |height| -height);
+        let thickness = self.facts.room.thickness;
         if depth.min(thickness) <= record.0 {
             return record;
         }

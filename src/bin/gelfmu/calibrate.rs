@@ -10,7 +10,7 @@ use crate::interrupt;
 use crate::options::CalibrateOptions;
 use crate::progress::Bar;
 use crate::source::{self, Source};
-use ballistic_gel::scene::{GelShape, Override, Scene, StrengthSpec};
+use ballistic_gel::scene::{Override, Scene, StrengthSpec};
 use search::{Next, Outcome, Search, Trial};
 use std::ops::ControlFlow;
 
@@ -109,15 +109,6 @@ fn too_fast(speed: f64) -> Option<String> {
     (speed > FASTEST).then(|| format!("found {speed:?} m/s, expected at most {FASTEST:?} m/s{meant}"))
 }
 
-/// Depth of an undisturbed gel that has an entry surface and a back face, m.
-fn depth_of(gel: &GelShape) -> Option<f64> {
-    match gel {
-        GelShape::Block { size } => size.last().copied(),
-        GelShape::Cylinder { height, .. } => Some(*height),
-        GelShape::Shell { .. } | GelShape::LBeam { .. } => None,
-    }
-}
-
 impl<'a> Task<'a> {
     fn read(options: &'a CalibrateOptions) -> Result<Self, Failure> {
         let name = options.scene.as_deref().unwrap_or(SCENE);
@@ -138,7 +129,7 @@ impl<'a> Task<'a> {
         if let Some(why) = options.speed.and_then(too_fast) {
             return Err(Failure::BadInput(format!("--speed: {why}")));
         }
-        if let Some(why) = depth_of(&scene.gel.shape).and_then(|gel| trial::too_deep(options.depth, gel)) {
+        if let Some(why) = scene.gel.shape.thickness().and_then(|gel| trial::too_deep(options.depth, gel)) {
             return Err(Failure::BadInput(format!("--depth: {why}")));
         }
         let velocity = scene.projectile.velocity;

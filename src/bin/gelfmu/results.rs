@@ -8,7 +8,6 @@ use ballistic_gel::scene;
 use same_file::Handle;
 use std::fs::{self, File};
 use std::io::{self, Write};
-use std::ops::Not;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 use zip::ZipArchive;
@@ -67,7 +66,8 @@ pub fn check_archive(file: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
 fn has_other_content(file: &Path) -> bool {
     let Ok(opened) = File::open(file) else { return true };
     let is_empty = opened.metadata().is_ok_and(|about| about.len() == 0);
-    !is_empty && ZipArchive::new(opened).is_ok_and(|mut zip| zip.by_name("modelDescription.xml").is_ok()).not()
+    let is_fmu = |opened| ZipArchive::new(opened).is_ok_and(|mut zip| zip.by_name("modelDescription.xml").is_ok());
+    !is_empty && !is_fmu(opened)
 }
 
 /// Writes a file in whole: until then an old one of the path stays as it is.
