@@ -9,12 +9,12 @@ use crate::contact::{Body, BodyState, Motion};
 use crate::element::Potential;
 use crate::state::{ContactRecord, ExitRecord, Tick};
 
-/// Where bodies leave a gel, and how long it is integrated after that.
+/// Rule of exits: the face through which bodies leave a gel, and how long it is integrated after that.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExitRule {
     /// Height of the undisturbed back face, m; negative.
     pub back_face: f64,
-    /// How far the back face reaches from the axis along x and along y, m: a body that passes beside it has left at a side.
+    /// Half width of the back face along x and along y, m: a body that passes beside it has left at a side.
     pub reach: [f64; 2],
     /// Time from the exit of the projectile until the gel is put to rest, s; infinite if it never is.
     pub rest_after: f64,

@@ -21,7 +21,7 @@ pub(super) struct Ends {
     pub wear: Option<Wear>,
     /// Ticks at or after which it ends whether it is worn or not, ascending.
     at: Vec<Tick>,
-    /// Where bodies leave the gel, which may end its integration; `None` where its shape has no back face.
+    /// Rule of exits, which may end the integration of the gel; `None` where its shape has no back face.
     pub exits: Option<ExitRule>,
 }
 

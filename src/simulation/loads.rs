@@ -76,12 +76,9 @@ fn half(shape: &GelShape, axis: usize) -> f64 {
     }
 }
 
+/// Height of a block or a cylinder, m.
 fn height(shape: &GelShape) -> f64 {
-    match shape {
-        GelShape::Block { size } => size[size.len() - 1],
-        GelShape::Cylinder { height, .. } => *height,
-        GelShape::Shell { .. } | GelShape::LBeam { .. } => f64::NAN,
-    }
+    shape.thickness().unwrap_or(f64::NAN)
 }
 
 fn outer(shape: &GelShape) -> f64 {

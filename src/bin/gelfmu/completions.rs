@@ -45,7 +45,7 @@ fn names() -> String {
     scene::builtins().map(|(name, _)| name).collect::<Vec<_>>().join(" ")
 }
 
-/// Where only the names would be completed, paths are, too.
+/// Zsh script in which paths are completed beside the names of scenes.
 fn zsh(script: &str) -> String {
     let (names, action) = (names(), "_gelfmu_scene");
     let function =
@@ -54,7 +54,7 @@ fn zsh(script: &str) -> String {
     script.replacen("_gelfmu() {", &format!("{function}_gelfmu() {{"), 1)
 }
 
-/// Arguments without an option have no values in this script, and options with values no paths.
+/// Fish script with values for arguments without an option, and with paths for options with values.
 fn fish(script: &str) -> String {
     let mut script = script.replace(" -r -f -a \"fbi-bb", " -r -F -a \"fbi-bb");
     for command in TAKE_A_SCENE {

@@ -369,7 +369,7 @@ pub struct PackOptions {
     /// Name of a built-in scene, or path of a scene file (`fbi-bb` if absent)
     #[arg(value_name = "SCENE", value_parser = SceneNameParser, hide_possible_values = true)]
     pub named: Option<String>,
-    /// The same as an option
+    /// Name or path of the scene, as an option
     #[arg(
         long,
         value_name = "SCENE",

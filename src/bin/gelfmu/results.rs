@@ -1,4 +1,4 @@
-//! Where results go: folders that are claimed for one run, and single files that are replaced whole.
+//! Destinations of results: folders that are claimed for one run, and single files that are replaced whole.
 
 use crate::failure::Failure;
 use crate::job::RunError;

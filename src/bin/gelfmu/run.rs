@@ -30,7 +30,7 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
     let kept = format!("# As it is run, with what the command wrote over it.\n\n{text}");
     let kept: Vec<(String, Vec<u8>)> =
         files.into_iter().chain([("scene.toml".to_owned(), kept.into_bytes())]).collect();
-    let mut claimed = claim(&folder, options, &results::inputs(name, &source), (&source, &kept))?;
+    let mut claimed = claim(&folder, options, &results::inputs(name, &source), &source, &kept)?;
     let way = if options.direct { "by the library" } else { "through the packed FMU" };
     console.note(&format!("{}: {} ({way}, into {})", header.name, header.title, folder.display()));
     if let Some(expected) = expected {
@@ -53,7 +53,7 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
     Ok(status(&ending, &job.folder, console))
 }
 
-/// What is written over the scene, by `--set` and by the options that stand for one.
+/// Overrides of the scene, by `--set` and by the options that stand for one.
 fn overrides(options: &RunOptions) -> Vec<Override> {
     let set = |key: &str, value: &str| Override { key: key.to_owned(), value: value.to_owned() };
     let no_frames = options.no_frames.then(|| set("output.frames", "0"));
@@ -67,7 +67,8 @@ fn claim(
     folder: &Path,
     options: &RunOptions,
     inputs: &[PathBuf],
-    (source, kept): (&Source, &[(String, Vec<u8>)]),
+    source: &Source,
+    kept: &[(String, Vec<u8>)],
 ) -> Result<ResultFolder, Failure> {
     let named = if options.direct { Ok(()) } else { through_fmu::destination(folder).map(drop) };
     named.map_err(|found| {

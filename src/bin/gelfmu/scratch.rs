@@ -12,7 +12,7 @@ const PREFIX: &str = "gelfmu-fmu-";
 const LOCK: &str = "lock";
 /// A folder without that file belongs to a run that is just making it, or was killed then.
 const LONGEST_START: Duration = Duration::from_hours(1);
-/// How often a folder is made if another run takes the new one for a stale one.
+/// Attempts to make a folder, if another run takes the new one for a stale one.
 const ATTEMPTS: usize = 10;
 
 /// A temporary folder that no other user can read or write. It is removed when it is dropped, or by a later run.

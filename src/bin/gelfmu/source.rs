@@ -34,7 +34,7 @@ pub fn load(name: &str, overrides: &[Override]) -> Result<Source, Failure> {
     }
 }
 
-/// The same for an FMU, whose importer chooses a level of `scene.fidelity` later: the overrides take nothing from the levels.
+/// Loads a scene for an FMU, whose importer chooses a level of `scene.fidelity` later: the overrides take nothing from the levels.
 pub fn load_standard(name: &str, overrides: &[Override]) -> Result<Source, Failure> {
     let source = load(name, overrides)?;
     let unusual = |error| Failure::BadInput(format!("scene {name}: {error}"));

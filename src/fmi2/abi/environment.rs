@@ -68,7 +68,8 @@ fn read() -> Register {
 }
 
 #[cfg(target_arch = "aarch64")]
-fn write((control, status): Register) {
+fn write(value: Register) {
+    let (control, status) = value;
     // SAFETY: the values are the default ones or were read from the registers.
     unsafe {
         std::arch::asm!("msr fpcr, {}", "msr fpsr, {}", in(reg) control, in(reg) status, options(nostack));
@@ -86,4 +87,4 @@ const DEFAULT: Register = ();
 fn read() -> Register {}
 
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-fn write((): Register) {}
+fn write(_: Register) {}

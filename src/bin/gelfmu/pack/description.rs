@@ -36,7 +36,7 @@ pub fn xml(scene: &Scene, ports: Ports, guid: &str) -> io::Result<String> {
     String::from_utf8(xml.into_inner()).map_err(io::Error::other)
 }
 
-/// What the FMU simulates, and which scene of it is packed. XML 1.0 has no control characters.
+/// Description of the FMU and of the packed scene. XML 1.0 has no control characters.
 fn about(scene: &Scene) -> String {
     let header = &scene.scene;
     let text = format!("{}; scene {}: {}", env!("CARGO_PKG_DESCRIPTION"), header.name, header.title);

@@ -123,7 +123,7 @@ impl Work<'_> {
 }
 
 impl Work<'_> {
-    /// What a process said; kept in the folder, so that it is not run again, unless it was ended from outside.
+    /// Reads the answer of a process and keeps it in the folder, so that it is not run again, unless it was ended from outside.
     fn end(&mut self, task: &Task, child: &mut Child) -> Result<Result<Row, String>, Failure> {
         let row = match task.said(child)? {
             RowOutcome::Made(row) => row,
@@ -159,7 +159,7 @@ impl Task {
         command.spawn().map_err(named("start a run of", &self.text))
     }
 
-    /// What the process said, or that it was ended from outside.
+    /// Reads the answer of the process, or how it was ended from outside.
     fn said(&self, child: &mut Child) -> Result<RowOutcome, Failure> {
         let (mut out, mut complaint) = (String::new(), String::new());
         for (pipe, to) in [
@@ -179,7 +179,7 @@ impl Task {
     }
 }
 
-/// What came of a process.
+/// Outcome of the process of a row.
 enum RowOutcome {
     /// A row, or why there is none: the same again.
     Made(Result<Row, String>),
