@@ -79,14 +79,14 @@ pub(super) struct FolderManifest {
 
 /// Why a manifest is not ours to use.
 #[derive(Debug)]
-pub(super) enum ManifestError {
+pub(super) enum JournalError {
     /// It cannot be read or written.
     Io(io::Error),
     /// This line of it is none of a manifest.
     Line(usize),
 }
 
-impl From<io::Error> for ManifestError {
+impl From<io::Error> for JournalError {
     fn from(error: io::Error) -> Self {
         Self::Io(error)
     }
@@ -131,7 +131,7 @@ impl FolderManifest {
     ///
     /// A manifest without a first line belongs to a process that is just writing it, or was killed before: it is waited for
     /// a moment.
-    pub(super) fn open(folder: &Path) -> Result<(Self, LockOutcome), ManifestError> {
+    pub(super) fn open(folder: &Path) -> Result<(Self, LockOutcome), JournalError> {
         let file = OpenOptions::new().read(true).write(true).open(folder.join(MANIFEST))?;
         let mut manifest = Self { file, contents: FolderContents::default() };
         let mut outcome = try_lock(&manifest.file);
@@ -139,11 +139,11 @@ impl FolderManifest {
             match manifest.read() {
                 Ok(()) if manifest.contents.is_handed_over() || is_staging_handed_over(folder) => break,
                 Ok(()) if manifest.contents.command.is_some() && outcome == LockOutcome::Held => break,
-                Err(ManifestError::Line(line)) => return Err(ManifestError::Line(line)),
-                Err(ManifestError::Io(error)) if outcome == LockOutcome::Held => return Err(error.into()),
+                Err(JournalError::Line(line)) => return Err(JournalError::Line(line)),
+                Err(JournalError::Io(error)) if outcome == LockOutcome::Held => return Err(error.into()),
                 // Some systems let no one read a locked file.
-                Ok(()) | Err(ManifestError::Io(_)) if attempt == ATTEMPTS => break,
-                Ok(()) | Err(ManifestError::Io(_)) => drop(manifest.file.unlock()),
+                Ok(()) | Err(JournalError::Io(_)) if attempt == ATTEMPTS => break,
+                Ok(()) | Err(JournalError::Io(_)) => drop(manifest.file.unlock()),
             }
             sleep(PAUSE);
             outcome = try_lock(&manifest.file);
@@ -174,27 +174,27 @@ impl FolderManifest {
     }
 
     /// Reads the journal again: another handle of this process may have written.
-    pub(super) fn read(&mut self) -> Result<(), ManifestError> {
+    pub(super) fn read(&mut self) -> Result<(), JournalError> {
         let text = self.text()?;
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         let mut contents = FolderContents::default();
         for (number, line) in (1..).zip(whole.lines()) {
-            let line = serde_json::from_str(line).map_err(|_| ManifestError::Line(number))?;
-            contents.take(line).ok_or(ManifestError::Line(number))?;
+            let line = serde_json::from_str(line).map_err(|_| JournalError::Line(number))?;
+            contents.take(line).ok_or(JournalError::Line(number))?;
         }
         self.contents = contents;
         Ok(())
     }
 
-    fn text(&mut self) -> Result<String, ManifestError> {
+    fn text(&mut self) -> Result<String, JournalError> {
         let mut bytes = vec![];
         self.file.seek(SeekFrom::Start(0))?;
         (&self.file).take(MOST_BYTES).read_to_end(&mut bytes)?;
-        String::from_utf8(bytes).map_err(|_| ManifestError::Line(1))
+        String::from_utf8(bytes).map_err(|_| JournalError::Line(1))
     }
 
     /// Removes a last line that a killed process has left half-written.
-    fn cut_broken_line(&mut self) -> Result<(), ManifestError> {
+    fn cut_broken_line(&mut self) -> Result<(), JournalError> {
         let text = self.text()?;
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         if whole < text.len() {
@@ -307,7 +307,7 @@ fn try_lock(file: &File) -> LockOutcome {
 mod tests {
     use super::*;
 
-    fn journal(text: &str) -> Result<FolderContents, ManifestError> {
+    fn journal(text: &str) -> Result<FolderContents, JournalError> {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join(MANIFEST), text).unwrap();
         FolderManifest::open(folder.path()).map(|(manifest, _)| manifest.contents)
@@ -333,7 +333,7 @@ mod tests {
             (format!("{head}{{\"file\":\"/a\"}}\n"), 2),
             (format!("{head}{{\"file\":\"\"}}\n"), 2),
         ] {
-            assert!(matches!(journal(&text), Err(ManifestError::Line(found)) if found == line), "{text}");
+            assert!(matches!(journal(&text), Err(JournalError::Line(found)) if found == line), "{text}");
         }
     }
 

@@ -13,7 +13,7 @@ pub use manifest::FolderState;
 pub use refusal::FolderRefusal;
 
 use super::files::{self, OutputError, naming};
-use manifest::{FolderManifest, MANIFEST, ManifestError};
+use manifest::{FolderManifest, JournalError, MANIFEST};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -117,8 +117,8 @@ impl ResultFolder {
         }
         match FolderManifest::open(path) {
             Ok((manifest, outcome)) => Self::take_over(Self::with(path, manifest), outcome, wanted),
-            Err(ManifestError::Line(line)) => Err(refuse(FolderRefusal::Damaged { line })),
-            Err(ManifestError::Io(error)) => Err(naming(&path.join(MANIFEST))(error)),
+            Err(JournalError::Line(line)) => Err(refuse(FolderRefusal::Damaged { line })),
+            Err(JournalError::Io(error)) => Err(naming(&path.join(MANIFEST))(error)),
         }
     }
 
@@ -233,8 +233,8 @@ impl ResultFolder {
     fn staged_manifest(&self, write: impl FnOnce(&mut FolderManifest) -> io::Result<()>) -> io::Result<()> {
         match self.staging.as_ref().map(|staging| FolderManifest::open(staging)) {
             Some(Ok((mut manifest, _))) => write(&mut manifest),
-            Some(Err(ManifestError::Io(error))) => Err(error),
-            Some(Err(ManifestError::Line(_))) | None => Err(io::ErrorKind::InvalidData.into()),
+            Some(Err(JournalError::Io(error))) => Err(error),
+            Some(Err(JournalError::Line(_))) | None => Err(io::ErrorKind::InvalidData.into()),
         }
     }
 }
