@@ -174,14 +174,17 @@ fn random(profile: &Profile, n: usize) -> impl Iterator<Item = Refusal> {
 #[test]
 #[ignore = "takes minutes: cargo test --release --test shortage -- --ignored --nocapture every_site"]
 fn every_site_of_a_request_for_memory() {
+    let stride = std::env::var("GEL_SHORTAGE_STRIDE").map_or(1, |n| n.parse().unwrap());
     for (name, text, writes) in
         [("planar", planar(), false), ("spatial", spatial("10e-3"), false), ("planar, with results", planar(), true)]
     {
         let Some(stage) = Stage::new(&text, writes) else { return };
         let profile = stage.profile();
         let sites = profile.sites();
+        let some = sites.values().step_by(stride);
         let refusals: Vec<Refusal> =
-            sites.values().flat_map(|numbers| ends(numbers)).chain(random(&profile, 500)).collect();
+            some.flat_map(|numbers| ends(numbers)).chain(random(&profile, 500 / stride)).collect();
+        println!("{name}: {} runs at each {stride}-th of {} sites", refusals.len(), sites.len());
         let outcomes = stage.outcomes(&refusals);
         report(name, (&profile, &outcomes));
     }

@@ -15,7 +15,7 @@ pub struct ExitRule {
     /// Height of the undisturbed back face, m; negative.
     pub back_face: f64,
     /// Half width of the back face along x and along y, m: a body that passes beside it has left at a side.
-    pub reach: [f64; 2],
+    pub half_width: [f64; 2],
     /// Time from the exit of the projectile until the gel is put to rest, s; infinite if it never is.
     pub rest_after: f64,
 }
@@ -39,7 +39,7 @@ impl ExitRule {
 
     /// Returns true if a body below the back face is not beside it.
     fn is_behind(&self, at: &BodyState) -> bool {
-        at.position.x.abs() <= self.reach[0] && at.position.y.abs() <= self.reach[1]
+        at.position.x.abs() <= self.half_width[0] && at.position.y.abs() <= self.half_width[1]
     }
 
     /// Updates what is known of the exit of a body. One that comes back has not left.

@@ -1,7 +1,7 @@
 //! Doubts about a scene that can be told before it runs: it can be computed, but its figures may not mean what its author thinks.
 
 use super::preset::ShotRange;
-use super::{Dimension, GelShape, MaterialModel, Projectile, Scene, body_name};
+use super::{Dimension, MaterialModel, Projectile, Scene, body_name};
 use crate::algebra::Vector3;
 use crate::geometry::{Shape, SignedDistance};
 
@@ -54,16 +54,8 @@ fn density(scene: &Scene, body: usize) -> Option<String> {
 fn is_turned_away(scene: &Scene, body: &Projectile) -> bool {
     let (position, velocity) = (Vector3::from(body.position), Vector3::from(body.velocity));
     let approach = velocity - Vector3::from(scene.gel.velocity);
-    let planar = scene.scene.dimension == Dimension::Planar;
-    let (half, depth) = match &scene.gel.shape {
-        GelShape::Block { size } if planar => ([0.5 * size[0], f64::INFINITY], size[1]),
-        GelShape::Block { size } => ([0.5 * size[0], 0.5 * size[1]], size[2]),
-        GelShape::Cylinder { radius, height, .. } => ([*radius; 2], *height),
-        GelShape::Shell { .. } | GelShape::LBeam { .. } => return false,
-    };
-    let [x, y] = half;
-    let nearest = Vector3::new(position.x.clamp(-x, x), position.y.clamp(-y, y), position.z.clamp(-depth, 0.0));
-    let way = nearest - position;
+    let Some(gel) = scene.gel.shape.bounding_box() else { return false };
+    let way = position.sup(&gel.lower).inf(&gel.upper) - position;
     approach != Vector3::zeros() && way != Vector3::zeros() && approach.dot(&way) <= 0.0
 }
 

@@ -1,6 +1,5 @@
 //! The exit of the projectile at the back of the gel, and how long a run goes on after it.
 
-use super::GelShape;
 use serde::{Deserialize, Serialize};
 
 /// Time that a run goes on after the projectile has left the gel at its back face.
@@ -39,17 +38,5 @@ impl Default for StopAfterExit {
     /// it does. In `gelatin-10` that of a 9 mm bullet of 350 m/s does so for more than 5 ms: 68 mm at the exit, 95 mm after 2 ms.
     fn default() -> Self {
         Self::After(2e-3)
-    }
-}
-
-impl GelShape {
-    /// Thickness from the entry surface to the back face at rest, m; none of a shape that has no flat face opposite to the entry surface.
-    #[must_use]
-    pub fn thickness(&self) -> Option<f64> {
-        match self {
-            Self::Block { size } => size.last().copied(),
-            Self::Cylinder { height, .. } => Some(*height),
-            Self::Shell { .. } | Self::LBeam { .. } => None,
-        }
     }
 }

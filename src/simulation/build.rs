@@ -1,6 +1,5 @@
 //! From a checked scene to an engine at time 0.
 
-use super::exit::GelRoom;
 use super::loads;
 use super::model::{Erase, Gelatin, Model, is_swallowed, overlap};
 use super::recipe::Recipe;
@@ -424,9 +423,12 @@ fn leg_planes(scene: &Scene, leg: f64, thickness: f64) -> Vec<f64> {
     planes
 }
 
-/// Where bodies leave the gel of a scene: nowhere if it has no back face, or as a whole moves away from where that was.
+/// Rule of exits of a scene; none of a gel that has no back face, or that as a whole moves away from where that was.
 fn exit_rule(scene: &Scene) -> Option<ExitRule> {
-    let thickness = scene.gel.shape.thickness().filter(|_| scene.gel.velocity == [0.0; 3])?;
-    let reach = GelRoom::of(scene).reach();
-    Some(ExitRule { back_face: -thickness, reach, rest_after: scene.scene.stop_after_exit.time() })
+    let gel = scene.gel.shape.bounding_box().filter(|_| scene.gel.velocity == [0.0; 3])?;
+    Some(ExitRule {
+        back_face: gel.lower.z,
+        half_width: gel.upper.xy().into(),
+        rest_after: scene.scene.stop_after_exit.time(),
+    })
 }

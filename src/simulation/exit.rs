@@ -4,53 +4,22 @@ use super::observe::ExitReport;
 use super::{CouplingMode, Inputs, Simulation};
 use crate::algebra::Vector3;
 use crate::contact::{Body, BodyState, Motion};
-use crate::scene::{GelShape, Scene};
-
-/// Box that the gel takes at rest, m.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct GelRoom {
-    lower: Vector3,
-    upper: Vector3,
-    /// Depth of the back face, m; infinite of a gel without one.
-    thickness: f64,
-}
+use crate::scene::GelBox;
 
 /// A body rests in the gel below this part of the exit speed of the projectile.
 const RESTING: f64 = 0.01;
 /// Straight pieces in which the path of a body over a step is looked at.
 const PIECES: u32 = 16;
 
-impl GelRoom {
-    pub(super) fn of(scene: &Scene) -> Self {
-        let (half, deep) = match &scene.gel.shape {
-            GelShape::Block { size } if size.len() == 3 => ([0.5 * size[0], 0.5 * size[1]], size[2]),
-            GelShape::Block { size } => ([0.5 * size[0], f64::INFINITY], size[1]),
-            GelShape::Cylinder { radius, height, .. } => ([*radius; 2], *height),
-            GelShape::Shell { .. } | GelShape::LBeam { .. } => ([f64::INFINITY; 2], f64::INFINITY),
-        };
-        let [x, y] = half;
-        Self {
-            lower: Vector3::new(-x, -y, -deep),
-            upper: Vector3::new(x, y, 0.0),
-            thickness: scene.gel.shape.thickness().unwrap_or(f64::INFINITY),
-        }
-    }
-
-    /// How far the gel reaches from the axis along x and along y, m.
-    pub(super) fn reach(&self) -> [f64; 2] {
-        [self.upper.x, self.upper.y]
-    }
-
-    /// Returns true if a body meets the box between two places on its path.
-    fn is_met(&self, body: &Body, from: &BodyState, to: &BodyState) -> bool {
-        (0..3).all(|axis| {
-            let mut out = Vector3::zeros();
-            out[axis] = 1.0;
-            let least = |at: &BodyState| at.position[axis] - body.reach(at, &-out);
-            let most = |at: &BodyState| at.position[axis] + body.reach(at, &out);
-            least(from).min(least(to)) < self.upper[axis] && most(from).max(most(to)) > self.lower[axis]
-        })
-    }
+/// Returns true if a body meets the box of the gel between two places on its path.
+fn is_met(gel: &GelBox, body: &Body, from: &BodyState, to: &BodyState) -> bool {
+    (0..3).all(|axis| {
+        let mut out = Vector3::zeros();
+        out[axis] = 1.0;
+        let least = |at: &BodyState| at.position[axis] - body.reach(at, &-out);
+        let most = |at: &BodyState| at.position[axis] + body.reach(at, &out);
+        least(from).min(least(to)) < gel.upper[axis] && most(from).max(most(to)) > gel.lower[axis]
+    })
 }
 
 impl Simulation {
@@ -93,13 +62,13 @@ impl Simulation {
     /// Returns true if these inputs bring an active body back to a gel at rest in a step of this length, s, which then would not feel it.
     #[must_use]
     pub fn comes_back(&self, body: usize, inputs: &Inputs, duration: f64) -> bool {
-        let fixed = self.model.body(body).0;
+        let (fixed, Some(gel)) = (self.model.body(body).0, &self.facts.gel_box) else { return false };
         if !self.is_at_rest() || !inputs.active || fixed.motion == Motion::Fixed {
             return false;
         }
         let start = self.departure(body, inputs);
         let at = |piece: u32| start.at(fixed, self.time + duration * f64::from(piece) / f64::from(PIECES));
-        (0..PIECES).any(|piece| self.facts.room.is_met(fixed, &at(piece), &at(piece + 1)))
+        (0..PIECES).any(|piece| is_met(gel, fixed, &at(piece), &at(piece + 1)))
     }
 
     /// A body at the start of a step under these inputs, as the step takes it.
@@ -122,7 +91,7 @@ impl Simulation {
     pub(super) fn peak_depth(&self, body: usize) -> (f64, f64) {
         let (now, record) = (self.now(body), self.model.record().contacts[body].peak_depth);
         let depth = self.depth(body);
-        let thickness = self.facts.room.thickness;
+        let thickness = self.facts.gel_box.map_or(f64::INFINITY, |gel| -gel.lower.z);
         if depth.min(thickness) <= record.0 {
             return record;
         }

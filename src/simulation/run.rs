@@ -1,7 +1,6 @@
 //! A simulation in time: what an importer steps.
 
 use super::build::{BuildError, build, orientation};
-use super::exit::GelRoom;
 use super::model::Model;
 use super::observe::Frame;
 use super::recipe::material;
@@ -12,7 +11,7 @@ use crate::algebra::Vector3;
 use crate::avi::{Run, StepError};
 use crate::contact::{Body, BodyState, Motion, Wrench};
 use crate::ledger::Ledger;
-use crate::scene::Scene;
+use crate::scene::{GelBox, Scene};
 
 /// A saved state that cannot be used here.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -66,8 +65,8 @@ pub(super) struct Facts {
     pub(super) noise: f64,
     /// μ V, N·m.
     pub(super) shear_torque: f64,
-    /// Space that the gel takes at rest.
-    pub(super) room: GelRoom,
+    /// Box of the gel at rest; none of a shape without a back face.
+    pub(super) gel_box: Option<GelBox>,
     /// Time from the exit of the projectile to the end of the run, s.
     pub(super) stop_after_exit: f64,
 }
@@ -83,7 +82,7 @@ impl Facts {
             specific_impedance: (scene.gel.density * material.wave_modulus()).sqrt(),
             noise: model.noise(),
             shear_torque: model.shear_torque(),
-            room: GelRoom::of(scene),
+            gel_box: scene.gel.shape.bounding_box(),
             stop_after_exit: scene.scene.stop_after_exit.time(),
         }
     }
