@@ -4,7 +4,7 @@
 #[allow(dead_code, reason = "the command measures more of it")]
 mod stand;
 
-use ballistic_gel::element::Section;
+use ballistic_gel::fem::Section;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use fearless_simd::Level;

@@ -3,8 +3,8 @@
 //! Every account is computed from its own formula, never as the difference of others: that the books close is a test
 //! of every formula at once.
 
-use crate::algebra::Vector3;
-use crate::element::Spent;
+use crate::fem::Spent;
+use crate::math::Vector3;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 

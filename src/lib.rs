@@ -3,14 +3,14 @@
 //! Explicit finite elements of a hyperelastic gel, stepped by an asynchronous variational integrator (every element at
 //! its own time step), meet a rigid body by a penalty-free momentum-exchange contact. `ARCHITECTURE.md` is the map.
 
-pub mod algebra;
-pub mod avi;
+pub mod constitutive;
 pub mod contact;
-pub mod element;
+pub mod fem;
 pub mod fmi2;
 pub mod geometry;
+pub mod integrator;
 pub mod ledger;
-pub mod material;
+pub mod math;
 pub mod mesh;
 pub mod output;
 pub mod remesh;

@@ -1,16 +1,16 @@
 //! The whole dynamic state as a value: clone it, compare it, hash it, write it.
 
-use crate::algebra::{Vector, Vector3};
 use crate::contact::BodyState;
-use crate::element::Memory;
+use crate::fem::Memory;
 use crate::ledger::Ledger;
+use crate::math::{Vector, Vector3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-mod birth;
 mod bytes;
+mod mesh_instance;
 
-pub use birth::Birth;
+pub use mesh_instance::Birth;
 
 /// Count of ticks since the start; the length of a tick is fixed when a simulation is built (numerics A3).
 pub type Tick = u64;

@@ -1,6 +1,6 @@
 //! What must hold on any scene: the books close, and the bits depend neither on slices of time, threads nor on a restart.
 
-use ballistic_gel::algebra::Vector3;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::{self, Override, Scene};
 use ballistic_gel::simulation::{CouplingMode, Saved, Simulation, Wrench};
 use proptest::prelude::*;

@@ -1,12 +1,12 @@
 //! The fast form of the engine against its reference form, and against itself: on every instruction set, with any number of
 //! threads, and with what is at rest computed or not.
 
-use ballistic_gel::algebra::{Vector, Vector3};
-use ballistic_gel::avi::{Engine, Gel, Kind, NoStep, Pool, Reached, Rules, Surface, Wear};
+use ballistic_gel::constitutive::{Confinement, Material, NeoHookean};
 use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion};
-use ballistic_gel::element::{Memory, Potential, Section, Simplices};
+use ballistic_gel::fem::{Memory, Potential, Section, Simplices};
 use ballistic_gel::geometry::{Shape, Sphere};
-use ballistic_gel::material::{Confinement, Material, NeoHookean};
+use ballistic_gel::integrator::{Engine, Gel, Kind, NoStep, Pool, Reached, Rules, Surface, Wear};
+use ballistic_gel::math::{Vector, Vector3};
 use ballistic_gel::mesh::{self, Block, ElementId, Face, Hold, Mesh, Patches, Split};
 use ballistic_gel::state::State;
 use fearless_simd::Level;

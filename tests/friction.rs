@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-use ballistic_gel::algebra::Vector3;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::{self, Override};
 use ballistic_gel::simulation::{CouplingMode, Observation, Simulation};
 

@@ -9,9 +9,9 @@ mod closed;
 #[path = "hyperelastic/runs.rs"]
 mod runs;
 
-use ballistic_gel::algebra::Vector;
-use ballistic_gel::element::{Answer, DEPTH, Potential, Section, Simplices};
-use ballistic_gel::material::{Material, MooneyRivlin, NeoHookean, Ogden, Term};
+use ballistic_gel::constitutive::{Material, MooneyRivlin, NeoHookean, Ogden, Term};
+use ballistic_gel::fem::{Answer, DEPTH, Potential, Section, Simplices};
+use ballistic_gel::math::Vector;
 use ballistic_gel::mesh::{Mesh, NodeId};
 
 /// K of the gels here, Pa.

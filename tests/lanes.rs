@@ -1,11 +1,11 @@
 //! Eight elements side by side against one after the other, of every gel that has both forms, strained as far as a run never goes.
 
-use ballistic_gel::algebra::Vector;
-use ballistic_gel::element::{
+use ballistic_gel::constitutive::{Confinement, Material, NeoHookean};
+use ballistic_gel::fem::{
     Answer, DEPTH, GroupAnswer, Held, Kick, Kicks, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power, Recall,
     Section, Simplices,
 };
-use ballistic_gel::material::{Confinement, Material, NeoHookean};
+use ballistic_gel::math::Vector;
 use ballistic_gel::mesh::{ElementId, Mesh, NodeId, Patches};
 use fearless_simd::Level;
 

@@ -2,12 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-use ballistic_gel::algebra::{Vector, Vector3};
-use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
+use ballistic_gel::constitutive::NeoHookean;
 use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion};
-use ballistic_gel::element::{Potential, Section, Simplices};
+use ballistic_gel::fem::{Potential, Section, Simplices};
 use ballistic_gel::geometry::{Shape, Sphere};
-use ballistic_gel::material::NeoHookean;
+use ballistic_gel::integrator::{Engine, Gel, Kind, Rules, Surface};
+use ballistic_gel::math::{Vector, Vector3};
 use ballistic_gel::mesh::{self, Block, Face, Hold, Split};
 
 /// Of the strip: μ, K, ρ in SI units, its length, what lies between it and the plane, and how fast it comes.

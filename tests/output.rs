@@ -11,7 +11,7 @@ mod stage;
 #[path = "hostile/written.rs"]
 mod written;
 
-use ballistic_gel::algebra::Vector3;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::output::{Ending, Interface, Recorder, model_picture};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{Frame, Observation};

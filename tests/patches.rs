@@ -1,6 +1,6 @@
 //! Disjoint patches: every element in one, compact and connected, few left over, on lattices and on what is made of them.
 
-use ballistic_gel::algebra::Vector;
+use ballistic_gel::math::Vector;
 use ballistic_gel::mesh::{
     Block, ElementId, Grid, Mesh, NodeId, Patches, Simplex, Split, block, boundary, neighbours, signed_volume, uniform,
 };

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-use ballistic_gel::algebra::Vector3;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::output::{Interface, Recorder};
 use ballistic_gel::scene::{self, Override, Scene};
 use ballistic_gel::simulation::{CouplingMode, Saved, Simulation};

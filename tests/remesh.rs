@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-use ballistic_gel::avi::StepError;
+use ballistic_gel::integrator::StepError;
 use ballistic_gel::scene::{self, Override, Scene};
 use ballistic_gel::simulation::{CouplingMode, Observation, RestoreError, Saved, SavedState, Simulation};
 

@@ -149,7 +149,7 @@ fn a_sensor_in_the_mirrored_part_measures_the_image_of_its_gel() {
     let scene = scene::read(&format!("{block}{places}")).unwrap_or_else(|error| panic!("{error}"));
     for (_, felt) in run(&scene) {
         for (image, [x, y]) in felt.iter().zip([[1.0, 1.0], [-1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]]) {
-            let side = ballistic_gel::algebra::Vector3::new(x, y, 1.0);
+            let side = ballistic_gel::math::Vector3::new(x, y, 1.0);
             assert_eq!(image.pressure, felt[0].pressure);
             assert_eq!(image.displacement, felt[0].displacement.component_mul(&side));
             assert_eq!(image.velocity, felt[0].velocity.component_mul(&side));

@@ -5,8 +5,8 @@
 #[path = "../examples/studies/deepest.rs"]
 mod deepest;
 
-use ballistic_gel::algebra::Vector3;
 use ballistic_gel::geometry::SignedDistance as _;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::{self, Override, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use deepest::deepest;

@@ -5,7 +5,7 @@
 #[path = "output/stage.rs"]
 mod stage;
 
-use ballistic_gel::algebra::Vector3;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::output::{Ending, Interface, Recorder};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{ExitReport, Frame, FrameCells, Observation};

@@ -6,8 +6,8 @@
 #[path = "solid/bodies.rs"]
 mod bodies;
 
-use ballistic_gel::algebra::{Tensor3, Vector3};
 use ballistic_gel::geometry::{Plate, SignedDistance, Solid, Surface, SurfaceError};
+use ballistic_gel::math::{Tensor3, Vector3};
 use bodies::{Triangles, angle, cuboid, cylinder, fork, moved, reversed, sphere, turned};
 use nalgebra::Rotation3;
 use parry3d_f64::math::Vector as Point;

@@ -144,7 +144,7 @@ fn the_archive_holds_the_file_and_the_fmu_runs_with_it() {
         assert!(first == fs::read(folder.path().join("elsewhere/ball.fmu")).unwrap(), "the same bytes again");
         let direct = digest(&folder, &["--direct"]);
         assert_eq!(digest(&folder, &[]), direct);
-        let other = layout(file, &moved(&sphere(10.0, 9), ballistic_gel::algebra::Vector3::x()));
+        let other = layout(file, &moved(&sphere(10.0, 9), ballistic_gel::math::Vector3::x()));
         assert_ne!(digest(&other, &["--direct"]), direct);
     }
 }

@@ -3,9 +3,9 @@
 use crate::description::scalar_name;
 use crate::table::{Model, place};
 use crate::{body, plate};
-use ballistic_gel::algebra::Vector3;
 use ballistic_gel::fmi2;
 use ballistic_gel::geometry::SignedDistance;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::{self, BodyShape, Scene};
 use ballistic_gel::simulation::Simulation;
 use nalgebra::{Quaternion, UnitQuaternion};

@@ -1,7 +1,7 @@
 use super::plate;
 use super::run::scene;
 use super::table::{Model, place};
-use ballistic_gel::algebra::Vector3;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use std::io::Write as _;

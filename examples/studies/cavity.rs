@@ -1,5 +1,5 @@
 use super::run::{run, scene};
-use ballistic_gel::algebra::Vector3;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::Frame;
 use std::f64::consts::PI;

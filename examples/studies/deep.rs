@@ -3,7 +3,7 @@
 use super::cpu::seconds;
 use super::remesh::pace;
 use super::run::{scene, tell_refusals};
-use ballistic_gel::avi::StepError;
+use ballistic_gel::integrator::StepError;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use std::time::Instant;
 

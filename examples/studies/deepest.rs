@@ -1,7 +1,7 @@
 //! Where the gel is deepest inside the projectile.
 
-use ballistic_gel::algebra::Vector3;
 use ballistic_gel::geometry::SignedDistance as _;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::Frame;
 use nalgebra::{Quaternion, UnitQuaternion};

@@ -3,9 +3,9 @@ mod engine;
 mod slivers;
 
 use super::cpu;
-use ballistic_gel::avi::{Engine, Kind};
 use ballistic_gel::contact::Exchange;
-use ballistic_gel::element::Simplices;
+use ballistic_gel::fem::Simplices;
+use ballistic_gel::integrator::{Engine, Kind};
 use case::{Case, cases};
 use engine::engine;
 use std::io::Write as _;

@@ -1,7 +1,7 @@
 //! A body pressed on the gel by a constant force for a second.
 
 use super::shot::{Space, shot};
-use ballistic_gel::algebra::Vector3;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, EnergyReport, Inputs, Simulation, Wrench};
 use std::io::Write as _;

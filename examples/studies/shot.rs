@@ -1,8 +1,8 @@
 //! Bodies of many shapes shot at the gel of `sphere-block`.
 
 use super::run::{scene, scene_with_files};
-use ballistic_gel::algebra::Vector3;
 use ballistic_gel::geometry::{Shape, SignedDistance as _};
+use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::Scene;
 use nalgebra::{Quaternion, UnitQuaternion};
 

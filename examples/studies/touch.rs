@@ -2,7 +2,7 @@
 
 use super::shot::{Space, shot};
 use super::whole::Whole;
-use ballistic_gel::algebra::Vector3;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Frame, Simulation};
 

@@ -1,7 +1,7 @@
 //! Momentum and angular momentum of gel and projectile together, summed afresh from positions and velocities: a check on
 //! the books that does not read them.
 
-use ballistic_gel::algebra::{Tensor3, Vector3};
+use ballistic_gel::math::{Tensor3, Vector3};
 use ballistic_gel::simulation::{Frame, Simulation};
 use nalgebra::{Quaternion, UnitQuaternion};
 

@@ -1,6 +1,6 @@
 use super::{BodyState, Wrench};
-use crate::algebra::{Tensor3, Vector, Vector3};
 use crate::geometry::{Gap, Shape, SignedDistance};
+use crate::math::{Tensor3, Vector, Vector3};
 
 /// Who decides how the body moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,5 +1,5 @@
-use crate::algebra::Vector;
 use crate::geometry::Dome;
+use crate::math::Vector;
 use serde::{Deserialize, Serialize};
 
 /// Base radius that a flat bulge without one is given, m: the fourth power, which the distance needs, is a normal number.

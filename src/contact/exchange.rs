@@ -1,4 +1,4 @@
-use crate::algebra::{Vector, Vector3};
+use crate::math::{Vector, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// What a body received over one communication step.

@@ -1,8 +1,8 @@
 //! How a body moves between events, in closed form from its last one (numerics A4).
 
 use super::{Body, Bulge, Motion};
-use crate::algebra::Vector3;
 use crate::ledger::Ledger;
+use crate::math::Vector3;
 use nalgebra::{Quaternion, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
@@ -204,8 +204,8 @@ fn turned(orientation: &UnitQuaternion<f64>, angle: &Vector3) -> UnitQuaternion<
 mod tests {
     use super::super::Freedom;
     use super::*;
-    use crate::algebra::Tensor3;
     use crate::geometry::{Shape, Sphere};
+    use crate::math::Tensor3;
 
     fn rod(motion: Motion) -> (Body, BodyState) {
         let inertia = Tensor3::from_diagonal(&Vector3::new(0.5, 0.7, 0.2));

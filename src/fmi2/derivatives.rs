@@ -7,7 +7,7 @@ use super::scalar::Scalar;
 use super::table::{Input, Kind, Observed, Source};
 use super::variables::known;
 use super::{body::mass, table::Causality};
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 use crate::simulation::ContactReport;
 
 /// The greatest rate: a force of 1e5 N that comes within a microsecond is a billionth of it.

@@ -4,7 +4,7 @@ use super::call::{CallError, number};
 use super::instance::{Instance, Model, Values};
 use super::scalar::{Ports, Scalar, scalars};
 use super::table::{Input, Source, VARIABLES, row};
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 use crate::scene::{Dimension, body_name};
 use crate::simulation::{CouplingMode, Inputs};
 use serde::{Deserialize, Serialize};

@@ -6,7 +6,7 @@ use super::instance::{Instance, Model, Values};
 use super::lifecycle::Phase;
 use super::scalar::Scalar;
 use super::table::{Kind, Observed, Source};
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 
 /// Components of an observed variable.
 enum Sample {

@@ -1,5 +1,5 @@
 use super::{Gap, SignedDistance};
-use crate::algebra::{Tensor3, Vector3, hypotenuse};
+use crate::math::{Tensor3, Vector3, hypotenuse};
 
 /// A plate that fills all space above z = 0, with a spherical cap below it: the bulge on the back face of an armour.
 ///

@@ -1,5 +1,5 @@
 use super::{Gap, SignedDistance};
-use crate::algebra::{Tensor3, Vector3};
+use crate::math::{Tensor3, Vector3};
 
 /// All points on the far side of a plane through the origin.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -9,7 +9,7 @@ mod profile;
 mod solid;
 mod sphere;
 
-use crate::algebra::{Tensor3, Vector3};
+use crate::math::{Tensor3, Vector3};
 pub use dome::Dome;
 pub use half_space::HalfSpace;
 pub use outline::Outline;

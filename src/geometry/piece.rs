@@ -1,4 +1,4 @@
-use crate::algebra::Vector;
+use crate::math::Vector;
 
 /// A point (ρ, z) of the half-plane through the axis of a body of revolution, m.
 pub(super) type Point = Vector<2>;

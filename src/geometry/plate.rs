@@ -1,5 +1,5 @@
 use super::{Gap, SignedDistance};
-use crate::algebra::{Tensor3, Vector3};
+use crate::math::{Tensor3, Vector3};
 use std::f64::consts::PI;
 
 /// A cuboid along the axes, centred on the origin, with rounded edges and corners.

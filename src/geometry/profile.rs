@@ -1,7 +1,7 @@
 use super::outline::Outline;
 use super::piece::{Curve, Piece, Point};
 use super::{Gap, Pole, SignedDistance};
-use crate::algebra::{Tensor3, Vector3, hypotenuse};
+use crate::math::{Tensor3, Vector3, hypotenuse};
 use std::f64::consts::PI;
 
 /// A convex body with a profile about the z axis, its tip towards −z and its centre of mass at the origin.

@@ -1,24 +1,24 @@
 //! Conforming simplicial meshes: nodes at rest, elements, boundary facets, and which nodes are held.
 
 mod axis;
-mod lattice;
+mod octree;
+mod octree_templates;
 mod patches;
 mod quality;
 mod shapes;
-mod stitch;
+mod structured;
 mod topology;
-mod tree;
 
-use crate::algebra::Vector;
+use crate::math::Vector;
 
 pub use axis::{divisible, graded, uniform};
-pub use lattice::{Grid, Split};
+pub use octree::Tree;
 pub use patches::Patches;
 pub use quality::{is_worse, least_angle, leeway, poor_quality, shape_quality};
 pub use shapes::{Block, Face, Hold, block, cylinder, l_beam, rays, shell};
+pub use structured::{Grid, Split};
 pub use topology::{FACES, Incidence, boundary, neighbours, outer};
 pub(crate) use topology::{facet, sorted};
-pub use tree::Tree;
 
 /// Index of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -130,19 +130,19 @@ impl<const D: usize> Mesh<D> {
 #[must_use]
 pub fn signed_volume<const D: usize>(x: &[Vector<D>], nodes: &Simplex) -> f64 {
     let factorial = if D == 2 { 2.0 } else { 6.0 };
-    crate::algebra::det(&edges(x, nodes)) / factorial
+    crate::math::det(&edges(x, nodes)) / factorial
 }
 
 /// Length of an edge of the boundary, or area of a triangle of it, m or m².
 #[must_use]
 pub fn facet_measure<const D: usize>(x: &[Vector<D>], facet: &Facet) -> f64 {
-    let [edge, across] = [1, 2].map(|k| crate::algebra::embed(&(x[facet[k].index()] - x[facet[0].index()])));
+    let [edge, across] = [1, 2].map(|k| crate::math::embed(&(x[facet[k].index()] - x[facet[0].index()])));
     if D == 2 { edge.norm() } else { 0.5 * edge.cross(&across).norm() }
 }
 
 /// Edge vectors from the first node, as columns.
 #[must_use]
-pub fn edges<const D: usize>(x: &[Vector<D>], nodes: &Simplex) -> crate::algebra::Tensor<D> {
+pub fn edges<const D: usize>(x: &[Vector<D>], nodes: &Simplex) -> crate::math::Tensor<D> {
     let origin = x[nodes[0].index()];
-    crate::algebra::Tensor::<D>::from_fn(|i, j| x[nodes[j + 1].index()][i] - origin[i])
+    crate::math::Tensor::<D>::from_fn(|i, j| x[nodes[j + 1].index()][i] - origin[i])
 }

@@ -1,7 +1,7 @@
 //! How well shaped elements are.
 
 use super::Simplex;
-use crate::algebra::{CLOSE, Vector, Vector3, cube_root, embed};
+use crate::math::{CLOSE, Vector, Vector3, cube_root, embed};
 
 /// The least angle of a simplex, degrees: between two sides of a triangle, between two faces of a tetrahedron.
 #[must_use]

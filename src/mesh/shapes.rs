@@ -1,7 +1,7 @@
 //! The shapes a gel can have: block, cylinder and L-beam.
 
 use super::{Grid, Mesh, Split};
-use crate::algebra::Vector;
+use crate::math::Vector;
 
 /// How a face is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! The bodies as closed surfaces of triangles, for files and pictures.
 
 use super::bounds::Bounds;
-use crate::algebra::Vector3;
 use crate::geometry::{Dome, Shape, Solid as TriangleBody};
+use crate::math::Vector3;
 use crate::scene::Scene;
 use crate::simulation::{Frame, Place};
 use nalgebra::{Quaternion, UnitQuaternion};

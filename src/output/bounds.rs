@@ -1,6 +1,6 @@
 //! Boxes around things.
 
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 
 /// A box along the axes.
 #[derive(Debug, Clone, Copy, PartialEq)]

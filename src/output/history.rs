@@ -149,7 +149,7 @@ impl Row {
     }
 
     /// The x, y and z columns of a vector: `triple("position_", "_m")`.
-    pub(super) fn triple(&self, before: &str, after: &str) -> crate::algebra::Vector3 {
+    pub(super) fn triple(&self, before: &str, after: &str) -> crate::math::Vector3 {
         ["x", "y", "z"].map(|axis| self.get(&format!("{before}{axis}{after}"))).into()
     }
 }

@@ -9,9 +9,9 @@ mod history;
 mod overlap;
 mod penetration;
 mod picture;
+mod remesh_pictures;
 mod report;
 mod sensors;
-mod steps;
 mod summary;
 mod vtu;
 
@@ -22,8 +22,8 @@ use std::path::Path;
 pub use files::OutputError;
 pub use folder::{FolderClaim, FolderRefusal, FolderState, ResultFolder, TakeoverPolicy};
 pub use picture::model_picture;
+pub use remesh_pictures::{Figures, draw as draw_steps};
 pub use sensors::{Dent, SensorFigures};
-pub use steps::{Figures, draw as draw_steps};
 pub use summary::{Account, EndCause, ExitFigures, Interface, Summary, rebound};
 
 use frames::FrameSeries;

@@ -1,6 +1,6 @@
 //! How much of the gel lies over other gel at the end of a run.
 
-use crate::algebra::{Vector, restrict};
+use crate::math::{Vector, restrict};
 use crate::mesh::{Mesh, NodeId};
 use crate::remesh::{Moved, overlapped};
 use crate::scene::{Dimension, Scene};

@@ -4,7 +4,7 @@ use super::Ending;
 use super::overlap;
 use super::penetration::Penetration;
 use super::sensors::SensorFigures;
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 use crate::scene::{self, Dimension, Fidelity, Scene};
 use crate::simulation::{self, BodyReport, EnergyReport, Observation};
 use serde::Serialize;

@@ -1,7 +1,7 @@
 //! Unstructured grids of VTK: an XML head and the arrays as raw little-endian bytes behind it.
 
 use super::body::Solid;
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 use crate::simulation::Frame;
 use std::fmt::Write;
 

@@ -1,6 +1,6 @@
 //! Upright rectangles and boxes, and the order of points along a curve that stays near itself.
 
-use crate::algebra::Vector;
+use crate::math::Vector;
 
 /// An upright rectangle, or box in space.
 #[derive(Debug, Clone, Copy, PartialEq)]

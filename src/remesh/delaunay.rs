@@ -1,13 +1,13 @@
 //! The constrained Delaunay triangulation of the part that is filled anew.
 
 use super::RemeshError;
+use super::boundary_loops::Surface;
 use super::bounds::{Bounds, along_curve};
-use super::cloud::Cloud;
-use super::near::Near;
-use super::points::{NEW, Part, scatter};
-use super::shape::{Point, circumcircle, distance};
-use super::surface::Surface;
-use super::trim::inside;
+use super::box_tree::Near;
+use super::carve::inside;
+use super::point_insertion::{NEW, Part, scatter};
+use super::point_set::Cloud;
+use super::triangle::{Point, circumcircle, distance};
 use spade::handles::{FaceHandle, FixedVertexHandle, InnerTag};
 use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 

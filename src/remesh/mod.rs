@@ -7,78 +7,78 @@
 //! How fine a mesh should be ([`curved`], [`graded`]), whether a new one may be taken ([`judge`]) and what it carries over
 //! ([`transfer()`]) is the same in the plane and in space.
 
-mod bend;
-#[cfg(test)]
-mod bodies;
+mod acceptance;
+mod adjacency;
+mod barycentric;
+mod boundary_loops;
 mod bounds;
-mod carried;
-mod cell;
-mod cloud;
-mod defects;
+mod box_tree;
+mod carve;
+mod conservation;
+mod correspondence;
+mod curvature;
 mod delaunay;
+mod detached_parts;
 mod error;
-mod hanging;
 mod immersed;
-mod judge;
-mod knots;
-mod local;
-mod locate;
-mod marks;
-mod near;
-mod next;
-mod overlapped;
-mod overlay;
-mod pairing;
-mod parts;
-mod pieces;
-mod points;
+mod load_markers;
+mod nodal_fields;
+mod overlap_candidates;
+mod overlap_integrals;
+mod point_insertion;
+mod point_location;
+mod point_set;
 mod polygon;
 mod polyhedron;
-#[cfg(test)]
-mod samples;
-mod shape;
-mod sheets;
+mod quadtree;
+mod rest_positions;
+mod retained_region;
+mod self_overlap;
 mod sizing;
-#[cfg(test)]
 mod space;
-mod surface;
+#[cfg(test)]
+mod space_transfer_tests;
+mod supermesh;
+#[cfg(test)]
+mod test_bodies;
+#[cfg(test)]
+mod test_meshes;
 #[cfg(test)]
 mod tests;
-mod trace;
+mod thin_features;
 mod transfer;
-mod tree;
-mod trim;
-mod under;
+mod triangle;
+mod untangle;
 mod velocity;
 #[cfg(test)]
-mod waves;
+mod wave_tests;
 
-use crate::algebra::{Vector, embed};
+use crate::math::{Vector, embed};
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, Simplex, facet_measure, signed_volume};
+use boundary_loops::Surface;
 use bounds::Bounds;
-use cloud::Cloud;
-use parts::Parts;
-use points::{Limits, Part};
-use surface::Surface;
-use tree::Square;
+use point_insertion::{Limits, Part};
+use point_set::Cloud;
+use quadtree::Square;
+use retained_region::Parts;
 
-pub use bend::{bends, bends_within};
-pub use carried::{Carried, Symmetry, Transferred, corner_masses, lightest, nodal_masses};
-pub use defects::{Books, Defects};
+pub use acceptance::{Acceptance, Known, Quality, Rejected, judge, judge_known};
+pub use adjacency::{Neighbours, neighbours_after};
+pub use conservation::{Books, Defects};
+pub use correspondence::{Pairing, Same};
+pub use curvature::{bends, bends_within};
+pub use detached_parts::with_what_hangs_on;
 pub use error::RemeshError;
-pub use hanging::with_what_hangs_on;
 pub use immersed::{
     Background, Cell, Immersed, Steps, cells, cut_out, distances, immerse, rounding, snapped, triangulated,
 };
-pub use judge::{Acceptance, Known, Quality, Rejected, judge, judge_known};
-pub use locate::{is_inside, nearest};
-pub use marks::marks;
-pub use next::{Neighbours, neighbours_after};
-pub use overlapped::overlapped;
-pub use pairing::{Pairing, Same};
-pub use pieces::Source;
-pub use sheets::{sheets, thinned};
+pub use load_markers::marks;
+pub use nodal_fields::{Carried, Symmetry, Transferred, corner_masses, lightest, nodal_masses};
+pub use point_location::{is_inside, nearest};
+pub use self_overlap::overlapped;
 pub use sizing::{Range, curved, graded};
+pub use supermesh::Source;
+pub use thin_features::{sheets, thinned};
 pub use transfer::{transfer, transfer_paired};
 
 /// A mesh where its nodes are.
@@ -162,11 +162,11 @@ pub fn propose(
 ) -> Result<Proposal<2>, RemeshError> {
     check(old, size, rules)?;
     let limits = Limits { poor: rules.poor, good: rules.good };
-    let worst = parts::worst(old);
+    let worst = retained_region::worst(old);
     let mut cloud = Cloud::new(old, size);
-    let surface = surface::resample(old, &mut cloud, (rules, cleared))?;
-    points::keep(old, &worst, &limits, &mut cloud, &surface);
-    let parts = parts::divide(old, &worst, &limits, &cloud, &surface);
+    let surface = boundary_loops::resample(old, &mut cloud, (rules, cleared))?;
+    point_insertion::keep(old, &worst, &limits, &mut cloud, &surface);
+    let parts = retained_region::divide(old, &worst, &limits, &cloud, &surface);
     let filled = if parts.edges.is_empty() { vec![] } else { fill(old, (size, rules.most), &parts, &mut cloud)? };
     Ok(Proposal { cleared: surface.cleared, ..cloud.proposal(&parts.joined(old, &filled)) })
 }
@@ -190,7 +190,7 @@ pub fn propose_in_space(
     // Without a surface at rest that a new one would have to lie along: the mesh as if it were at rest now.
     let flown = (!rules.rests).then(|| Mesh { rest: old.position.to_vec(), ..old.mesh.clone() });
     let old = flown.as_ref().map_or(*old, |mesh| Moved { mesh, position: old.position });
-    Ok(local::propose(&old, size, rules, cleared))
+    Ok(space::propose(&old, size, rules, cleared))
 }
 
 /// The new elements between those that stay.
@@ -203,7 +203,7 @@ fn fill(
     let open = parts.open.iter().map(|e| old.mesh.elements[e.index()]).collect();
     let part = Part::new(old, size, open);
     let around = Surface::around(parts.edges.clone(), cloud);
-    points::fill(&part, (&square(old), most), cloud, &around)?;
+    point_insertion::fill(&part, (&square(old), most), cloud, &around)?;
     let sites = sites(&part, &around, cloud, old.position.len());
     delaunay::triangulate(&sites, &around, &part, cloud)
 }

@@ -1,6 +1,6 @@
 //! Where a new triangle lies over an old one.
 
-use super::overlay::{Moments, dot, weighted};
+use super::overlap_integrals::{Moments, dot, weighted};
 
 /// A corner of an overlap, known by its weights in both triangles: so all that is linear in either is at hand.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -187,10 +187,10 @@ fn share(triangle: [&Corner; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cell::Cell;
-    use super::super::overlay::{Cutter, inertia};
+    use super::super::barycentric::Cell;
+    use super::super::overlap_integrals::{Cutter, inertia};
     use super::*;
-    use crate::algebra::Vector;
+    use crate::math::Vector;
     use crate::mesh::NodeId;
 
     fn triangle(corners: [[f64; 2]; 3]) -> Cell<2> {

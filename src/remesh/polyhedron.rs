@@ -2,7 +2,7 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::overlay::{Moments, dot};
+use super::overlap_integrals::{Moments, dot};
 use fearless_simd::{Level, dispatch};
 
 /// A corner of an overlap, known by its weights in both tetrahedra, so that all that is linear in either is at hand: N of the
@@ -312,11 +312,11 @@ fn share([a, b, c, d]: [&Corner; 4]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bodies::Random;
-    use super::super::cell::Cell;
-    use super::super::overlay::{Cutter, dot, inertia};
+    use super::super::barycentric::Cell;
+    use super::super::overlap_integrals::{Cutter, dot, inertia};
+    use super::super::test_bodies::Random;
     use super::*;
-    use crate::algebra::{Vector3, det};
+    use crate::math::{Vector3, det};
     use crate::mesh::{Grid, NodeId, Simplex, Split, edges};
 
     const IDS: Simplex = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];

@@ -1,8 +1,8 @@
 //! How fine a mesh should be: from how far the fields on it bend, limited in range, and in growth.
 
 use super::Moved;
-use super::cell::edges;
-use crate::algebra::{CLOSE, Vector};
+use super::barycentric::edges;
+use crate::math::{CLOSE, Vector};
 use crate::mesh::{Incidence, NodeId, Simplex};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -100,15 +100,15 @@ fn mean_edge<const D: usize>(x: &[Vector<D>], simplex: &Simplex) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::shape::{Point, distance};
-    use super::super::{bends, samples};
+    use super::super::triangle::{Point, distance};
+    use super::super::{bends, test_meshes};
     use super::*;
-    use crate::algebra::Vector3;
+    use crate::math::Vector3;
     use crate::mesh::{Grid, Mesh, NodeId, Split, uniform};
 
     #[test]
     fn sizes_grow_no_faster_than_asked_and_never_rise() {
-        let mesh = samples::square(16);
+        let mesh = test_meshes::square(16);
         let old = Moved { mesh: &mesh, position: &mesh.rest };
         let corner = |x: &Point| if x.norm() < 1e-9 { 0.01 } else { 1.0 };
         let asked: Vec<f64> = mesh.rest.iter().map(corner).collect();
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn a_bent_field_asks_for_small_elements_where_it_bends_in_any_unit() {
-        let mesh = samples::square(16);
+        let mesh = test_meshes::square(16);
         let old = Moved { mesh: &mesh, position: &mesh.rest };
         let range = Range { least: 1e-3, greatest: 1.0 };
         let kink = |unit: f64| -> Vec<Point> {
@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn plane_fields_ask_for_nothing() {
-        let mesh = samples::square(8);
+        let mesh = test_meshes::square(8);
         let old = Moved { mesh: &mesh, position: &mesh.rest };
         let field: Vec<Point> = mesh.rest.iter().map(|x| Point::new(3.0 * x[0] + x[1], 7.0)).collect();
         let range = Range { least: 1e-3, greatest: 0.05 };

@@ -1,6 +1,6 @@
 //! What a new mesh must be like, whatever the old one was.
 
-use super::samples::{held, moved, rings, square};
+use super::test_meshes::{held, moved, rings, square};
 use super::*;
 use crate::mesh::least_angle;
 use proptest::prelude::*;

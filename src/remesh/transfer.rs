@@ -1,14 +1,14 @@
 //! From a mesh to a new one of the same body: rest positions, masses and velocities (numerics 4.5, A12).
 
-use super::carried::{Carried, Symmetry, Transferred, nodal_masses};
-use super::defects::{Books, Defects, Group};
-use super::pairing::Pairing;
-use super::pieces::{Part, Parts};
-use super::trace::{self, Traces};
-use super::under::{self, Under};
+use super::conservation::{Books, Defects, Group};
+use super::correspondence::Pairing;
+use super::nodal_fields::{Carried, Symmetry, Transferred, nodal_masses};
+use super::overlap_candidates::{self, Under};
+use super::rest_positions::{self, Traces};
+use super::supermesh::{Part, Parts};
 use super::velocity::Balance;
 use super::{Moved, Proposal};
-use crate::algebra::Vector;
+use crate::math::Vector;
 
 /// Carries masses, velocities and rest positions over to a new mesh.
 ///
@@ -31,13 +31,13 @@ pub fn transfer_paired<const D: usize>(
     carried: &Carried<'_, D>,
     (new, pairing): (&Proposal<D>, Pairing),
 ) -> Transferred<D> {
-    let gone = under::gone(old, &pairing);
+    let gone = overlap_candidates::gone(old, &pairing);
     let under = Under::new(old, new, (&pairing, &gone));
     let traces = Traces::of(old, new, (&pairing.gone, &under));
     let parts = Parts::of((old, carried), (new, &pairing), &under);
     let corner_mass = corner_masses(carried, &pairing, &parts.all);
     let mass = masses(new, (carried, &pairing), &corner_mass);
-    let held = trace::held(&old.mesh.held, &new.origin);
+    let held = rest_positions::held(&old.mesh.held, &new.origin);
     let rest = traces.values(&old.mesh.rest).into_iter().zip(&new.position).map(|(rest, x)| rest.unwrap_or(*x));
     let rest = rest.collect();
     let mut velocity = guess(&traces, carried, &held);
@@ -112,8 +112,8 @@ fn free<const D: usize>(new: &Proposal<D>, pairing: &Pairing, held: &[[bool; D]]
 
 #[cfg(test)]
 mod tests {
-    use super::super::bodies::{Body, Random, even, scatter};
-    use super::super::carried::heights;
+    use super::super::nodal_fields::heights;
+    use super::super::test_bodies::{Body, Random, even, scatter};
     use super::super::{Origin, corner_masses};
     use super::*;
     use crate::mesh::{NodeId, Simplex};

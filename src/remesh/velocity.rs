@@ -1,12 +1,12 @@
 //! Velocities of a new mesh that have the momentum of the old one.
 
 use super::Origin;
-use super::carried::{Carried, heights};
-use super::cell::weighed;
-use super::overlay::inertia;
-use super::pairing::{Pairing, Same};
-use super::pieces::Part;
-use crate::algebra::Vector;
+use super::barycentric::weighed;
+use super::correspondence::{Pairing, Same};
+use super::nodal_fields::{Carried, heights};
+use super::overlap_integrals::inertia;
+use super::supermesh::Part;
+use crate::math::Vector;
 use crate::mesh::Simplex;
 
 /// Sweeps: one from the guess and three corrections (numerics 4.5).

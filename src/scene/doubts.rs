@@ -2,8 +2,8 @@
 
 use super::preset::ShotRange;
 use super::{Dimension, MaterialModel, Projectile, Scene, body_name};
-use crate::algebra::Vector3;
 use crate::geometry::{Shape, SignedDistance};
+use crate::math::Vector3;
 
 /// Greatest density of a projectile that is a material, kg/m³: osmium, the densest, has 22 590.
 const DENSEST: f64 = 25e3;

@@ -1,7 +1,7 @@
 //! Extent of a gel at rest: its thickness, and the box that it fills or that holds it.
 
 use super::GelShape;
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 
 /// Bounding box of a gel at rest, m; infinite across the plane of a planar one.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::preset::{Fact, Preset};
 use super::{ConstantsSpec, TermSpec};
-use crate::material::{MooneyRivlin, Ogden, Term};
+use crate::constitutive::{MooneyRivlin, Ogden, Term};
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use std::borrow::Cow;

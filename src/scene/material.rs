@@ -1,7 +1,7 @@
 //! The tables of what a gel is made of.
 
 use super::Gel;
-use crate::material::{Confinement, Strength, Term};
+use crate::constitutive::{Confinement, Strength, Term};
 use serde::{Deserialize, Serialize};
 
 /// Material model.

@@ -4,9 +4,9 @@ use super::{
     BodyShape, ContactLaw, Dimension, ElementKind, Face, GelShape, Lattice, MaterialModel, RemeshMethod, Scene,
     ScheduleKind, StrengthSpec, Support, Supports, Symmetry, body_name, numbered,
 };
-use crate::algebra::Vector3;
-use crate::avi::fixed;
 use crate::geometry::{Shape, SignedDistance, Solid};
+use crate::integrator::fixed;
+use crate::math::Vector3;
 
 /// Short sentences of the physics that a scene computes.
 #[must_use]

@@ -1,8 +1,8 @@
 //! The solids that a scene's bodies are.
 
 use super::{BodyShape, Bullet, Dimension, Nose, Scene};
-use crate::algebra::Vector3;
 use crate::geometry::{Dome, HalfSpace, Outline, Plate, Profile, Shape, Sphere, Sweep};
+use crate::math::Vector3;
 use std::sync::Arc;
 
 impl Scene {

@@ -1,7 +1,7 @@
 //! Bytes of an STL file to triangles.
 
-use crate::algebra::Vector3;
 use crate::geometry::Surface;
+use crate::math::Vector3;
 
 /// An STL file that cannot be read: where, what is there, and what was expected.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,15 +1,15 @@
 //! From a checked scene to an engine at time 0.
 
+use super::driver::Renew;
+use super::gel_definition::Recipe;
 use super::loads;
 use super::model::{Erase, Gelatin, Model, is_swallowed, overlap};
-use super::recipe::Recipe;
-use super::renew::Renew;
 use super::sensors::seats;
-use crate::algebra::{Tensor3, Vector, Vector3, restrict};
-use crate::avi::{Engine, ExitRule, Gel, Kind, NoStep, Pool, Rules, order_of_nodes};
 use crate::contact::{Body, BodyState, Bulge, Freedom, Law, Motion};
-use crate::element::Simplices;
+use crate::fem::Simplices;
 use crate::geometry::{Shape, SignedDistance};
+use crate::integrator::{Engine, ExitRule, Gel, Kind, NoStep, Pool, Rules, order_of_nodes};
+use crate::math::{Tensor3, Vector, Vector3, restrict};
 use crate::mesh::{self, Block, Face, Hold, Mesh, NodeId, Split, neighbours};
 use crate::scene::{
     self, Contact, ContactLaw, Dimension, GelShape, Lattice, Projectile, Scene, ScheduleKind, Support, body_name,
@@ -145,7 +145,7 @@ where
     let nodes = mesh.rest.iter().zip(&mesh.held).map(|(x, held)| (*x, moving(held))).collect();
     let bodies: Vec<_> = (0..scene.n_bodies()).map(|i| body(scene, i, prescribed)).collect();
     for (i, (body, state)) in bodies.iter().enumerate() {
-        let position = |node: NodeId| crate::algebra::embed(&mesh.rest[node.index()]);
+        let position = |node: NodeId| crate::math::embed(&mesh.rest[node.index()]);
         if let Some(depth) = overlap(&gel, (body, state), (position, |_| 0.0)).filter(|_| state.active) {
             return Err(BuildError::Overlap { body: body_name(i), depth });
         }

@@ -1,14 +1,14 @@
 //! A mesh that may replace a worn one: sized, made, judged, and with all that it carries.
 
+use super::gel_definition::{Recipe, Sizes};
 use super::history;
 use super::model::Gelatin;
-use super::past::{Made, Past};
-use super::recipe::{Recipe, Sizes};
-use crate::algebra::{Vector, Vector3, embed, restrict};
-use crate::avi::NoStep;
+use super::source_mesh::{Made, Past};
 use crate::contact::{Body, BodyState};
-use crate::element::{Memory, Potential, Section};
+use crate::fem::{Memory, Potential, Section};
 use crate::geometry::Pole;
+use crate::integrator::NoStep;
+use crate::math::{Vector, Vector3, embed, restrict};
 use crate::mesh::{ElementId, Mesh, Patches, neighbours, outer};
 use crate::remesh::{
     self, Acceptance, Carried, Defects, Moved, Neighbours, Pairing, Proposal, Quality, Range, Rejected, RemeshError,

@@ -1,8 +1,8 @@
 //! Doubts about a run that are told by what was seen of it.
 
 use super::observe::Observation;
-use crate::algebra::Vector3;
 use crate::geometry::SignedDistance;
+use crate::math::Vector3;
 use crate::scene::{MaterialModel, Scene, Support};
 
 /// Depth in radii of the projectile down to which an elastic gel whose mesh is exchanged keeps its energy (`docs/studies.md`, deep): the

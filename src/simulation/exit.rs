@@ -2,8 +2,8 @@
 
 use super::observe::ExitReport;
 use super::{CouplingMode, Inputs, Simulation};
-use crate::algebra::Vector3;
 use crate::contact::{Body, BodyState, Motion};
+use crate::math::Vector3;
 use crate::scene::GelBox;
 
 /// A body rests in the gel below this part of the exit speed of the projectile.

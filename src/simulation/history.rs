@@ -1,12 +1,12 @@
 //! What the elements of a new mesh were at rest: what their nodes say where that is true, else what the old elements that they are made of
 //! make of them (numerics 4.6).
 
-use super::mean::{Mean, Strains};
-use super::past::{Made, Past};
-use super::shared::stays;
-use super::volumes::rests;
-use crate::algebra::{Tensor, Vector, det};
-use crate::element::{Memory, Potential, Reference, Section};
+use super::patch_volume_share::stays;
+use super::rest_volumes::rests;
+use super::source_mesh::{Made, Past};
+use super::state_averaging::{Mean, Strains};
+use crate::fem::{Memory, Potential, Reference, Section};
+use crate::math::{Tensor, Vector, det};
 use crate::mesh::{ElementId, Patches};
 use crate::remesh::Same;
 
@@ -91,11 +91,11 @@ fn turned<const D: usize>(reference: &Reference<D>, same: Same) -> Reference<D> 
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::element::Simplices;
-    use crate::material::{BulkViscosity, EquationOfState, Flowing, Material, Strength};
+    use crate::constitutive::{BulkViscosity, EquationOfState, Flowing, Material, Strength};
+    use crate::fem::Simplices;
     use crate::mesh::{Block, Split, block};
     use crate::remesh::Source;
-    use crate::simulation::shared::measure;
+    use crate::simulation::patch_volume_share::measure;
     use crate::state::Birth;
 
     /// A gel that flows, of parts of 1.
@@ -152,7 +152,7 @@ pub(super) mod tests {
 
     #[test]
     fn what_is_made_of_nothing_rests_as_it_is_and_remembers_nothing() {
-        let solid = Material::NeoHookean(crate::material::NeoHookean::new(20e3, 2e6));
+        let solid = Material::NeoHookean(crate::constitutive::NeoHookean::new(20e3, 2e6));
         let (plane, ring) = (Section::Planar { thickness: 1.0 }, Section::Axisymmetric);
         let flowing = Material::Flowing(gel());
         for (section, material) in [(plane, flowing), (ring, flowing), (plane, solid), (ring, solid)] {

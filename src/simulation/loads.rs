@@ -1,9 +1,9 @@
 //! Where the loads of a scene act: which facets of the first mesh they mark, and what the engine knows of them.
 
 use super::BuildError;
-use crate::algebra::{Vector3, embed};
-use crate::avi::{Gel, Loaded, Loads, Pressure};
-use crate::element::{Section, Simplices};
+use crate::fem::{Section, Simplices};
+use crate::integrator::{Gel, Loaded, Loads, Pressure};
+use crate::math::{Vector3, embed};
 use crate::mesh::{Facet, Mesh};
 use crate::scene::{Dimension, Face, GelShape, Load, Scene, numbered};
 

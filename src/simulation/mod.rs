@@ -2,32 +2,32 @@
 //!
 //! This is the only place that erases the dimension. Nothing here reads a file or the environment, and the clock only to tell how long an exchange of the mesh took.
 
-mod broken;
 mod build;
 mod candidate;
 mod doubts;
+mod driver;
+mod erosion;
+mod erosion_on_failure;
 mod exit;
+mod gel_definition;
 mod history;
 mod loads;
-mod look;
-mod mean;
 mod memory;
 mod model;
 mod observe;
-mod past;
-mod recipe;
-mod rehearsal;
-mod renew;
+mod patch_volume_share;
+mod preview;
+mod report_queries;
+mod rest_volumes;
+#[cfg(test)]
+mod round_trip_tests;
 mod run;
 mod saved;
 mod sensors;
-mod shared;
-mod splash;
-#[cfg(test)]
-mod trips;
-mod volumes;
+mod source_mesh;
+mod state_averaging;
 
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 use serde::{Deserialize, Serialize};
 
 pub use crate::contact::{Bulge, Exchange, Wrench};
@@ -40,7 +40,7 @@ pub use observe::{
     BodyReport, Books, ContactReport, CostReport, EnergyReport, ExitReport, Frame, FrameCells, Observation, Place,
     SensorReport,
 };
-pub use rehearsal::{Refusal, Rehearsal, Renewal, Successor};
+pub use preview::{Refusal, Rehearsal, Renewal, Successor};
 pub use run::{RestoreError, Simulation};
 pub use saved::{Saved, SavedState};
 

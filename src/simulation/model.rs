@@ -1,18 +1,18 @@
 //! A gel of either dimension behind one interface.
 
 use super::build::MOST_TICKS;
+use super::driver::Renew;
+use super::gel_definition::Recipe;
 use super::memory::MeshSize;
 use super::observe::{Frame, FrameCells, Place, SensorReport};
-use super::recipe::Recipe;
-use super::rehearsal::{Refusal, Rehearsal, Renewal};
-use super::renew::Renew;
+use super::preview::{Refusal, Rehearsal, Renewal};
 use super::sensors::Seat;
 use super::{RestoreError, SavedState};
-use crate::algebra::{Vector, Vector3, embed, ordered_sum, restrict};
-use crate::avi::{Engine, Gel, Reached, Run, StepError, SurfaceNode, Totals};
 use crate::contact::{Body, BodyState, Exchange};
-use crate::element::{Potential, Simplices};
+use crate::fem::{Potential, Simplices};
+use crate::integrator::{Engine, Gel, Reached, Run, StepError, SurfaceNode, Totals};
 use crate::ledger::Ledger;
+use crate::math::{Vector, Vector3, embed, ordered_sum, restrict};
 use crate::mesh::{Facet, NodeId, Simplex};
 use crate::remesh::{self, Neighbours};
 use crate::state::{Birth, Clock, Record, State, Tick};

@@ -1,9 +1,9 @@
 //! What can be seen of a simulation. Reads drifted positions; never writes.
 
 use super::{Bulge, Exchange, Kinematics};
-use crate::algebra::Vector3;
-use crate::avi::fixed;
+use crate::integrator::fixed;
 use crate::ledger::EnergyAccounts;
+use crate::math::Vector3;
 
 /// Everything an importer, a table or a page shows of one instant.
 #[derive(Debug, Clone, PartialEq)]

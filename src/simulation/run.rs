@@ -1,16 +1,16 @@
 //! A simulation in time: what an importer steps.
 
 use super::build::{BuildError, build, orientation};
+use super::gel_definition::material;
 use super::model::Model;
 use super::observe::Frame;
-use super::recipe::material;
-use super::rehearsal::{Refusal, Rehearsal, Renewal};
+use super::preview::{Refusal, Rehearsal, Renewal};
 use super::saved::Saved;
 use super::{CouplingMode, Exchange, Inputs, Kinematics};
-use crate::algebra::Vector3;
-use crate::avi::{Run, StepError};
 use crate::contact::{Body, BodyState, Motion, Wrench};
+use crate::integrator::{Run, StepError};
 use crate::ledger::Ledger;
+use crate::math::Vector3;
 use crate::scene::{GelBox, Scene};
 
 /// A saved state that cannot be used here.

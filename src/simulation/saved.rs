@@ -1,7 +1,7 @@
 //! The state of a simulation as a value and as bytes.
 
 use super::Exchange;
-use crate::avi::StepError;
+use crate::integrator::StepError;
 use crate::state::State;
 use xxhash_rust::xxh3::Xxh3;
 

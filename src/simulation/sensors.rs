@@ -1,11 +1,11 @@
 //! What sensors measure: pressure, displacement and velocity of the gel that was at a point at rest (numerics 7).
 
+use super::gel_definition::Recipe;
 use super::model::Gelatin;
 use super::observe::SensorReport;
-use super::recipe::Recipe;
-use crate::algebra::{Vector, Vector3, embed, restrict};
-use crate::avi::Engine;
-use crate::element::{Potential, Simplices};
+use crate::fem::{Potential, Simplices};
+use crate::integrator::Engine;
+use crate::math::{Vector, Vector3, embed, restrict};
 use crate::mesh::{ElementId, NodeId};
 use crate::remesh;
 

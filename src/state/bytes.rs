@@ -2,12 +2,12 @@
 //!
 //! The bytes come in runs, so that who takes them can hash or copy each while it is in the nearest cache.
 
-use super::birth::{Birth, numbers, simplex};
+use super::mesh_instance::{Birth, numbers, simplex};
 use super::{Alarm, Clock, Record, Sizes, State, Tick};
-use crate::algebra::{Tensor, Vector};
 use crate::contact::BodyState;
-use crate::element::{Memory, Reference};
+use crate::fem::{Memory, Reference};
 use crate::ledger::Ledger;
+use crate::math::{Tensor, Vector};
 use crate::mesh::{ElementId, Simplex};
 use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
@@ -338,7 +338,7 @@ impl<const D: usize> State<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::Vector3;
+    use crate::math::Vector3;
 
     fn state() -> State<3> {
         let n = 1000;

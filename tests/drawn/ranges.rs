@@ -3,8 +3,8 @@
 //! Written down before the first of them was run.
 
 use super::random::Random;
-use ballistic_gel::algebra::Vector3;
 use ballistic_gel::geometry::SignedDistance;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::scene;
 use std::fmt::Write;
 

@@ -1,9 +1,9 @@
 //! The bound of the stiffness of an element against its exact greatest eigenvalue.
 
 use super::{Numbers, answer, gels, single};
-use ballistic_gel::algebra::{Tensor, Vector, spectral};
-use ballistic_gel::element::{Section, Simplices};
-use ballistic_gel::material::Material;
+use ballistic_gel::constitutive::Material;
+use ballistic_gel::fem::{Section, Simplices};
+use ballistic_gel::math::{Tensor, Vector, spectral};
 use nalgebra::DMatrix;
 
 /// Elements of each kind and gel.

@@ -1,9 +1,9 @@
 //! Stress and energy against closed forms and against each other.
 
 use super::{answer, gels, mooney_rivlin, neo_hookean, ogden, single};
-use ballistic_gel::algebra::{Tensor3, Vector};
-use ballistic_gel::element::{Section, Simplices};
-use ballistic_gel::material::Material;
+use ballistic_gel::constitutive::Material;
+use ballistic_gel::fem::{Section, Simplices};
+use ballistic_gel::math::{Tensor3, Vector};
 
 const CONSTANTS: [f64; 2] = [1.2, 0.4];
 const TERMS: [(f64, f64); 3] = [(2.0, 1.3), (0.1, 5.0), (-0.3, -2.0)];

@@ -1,6 +1,6 @@
 //! Gels that remember, of parts of 1: fast enough to flow and to relax in a few steps.
 
-use ballistic_gel::material::{
+use ballistic_gel::constitutive::{
     Branch, BulkViscosity, Confinement, EquationOfState, Flowing, Material, NeoHookean, Softening, Strength,
     Viscoelastic,
 };

@@ -1,7 +1,7 @@
 //! The dent of the stage with two fragments beside the ball: a bulging back face, and a splinter that waits.
 
 use super::stage;
-use ballistic_gel::algebra::{Vector, Vector3};
+use ballistic_gel::math::{Vector, Vector3};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{BodyReport, Bulge, ContactReport, Exchange, Frame, Kinematics, Observation, Place};
 use std::f64::consts::FRAC_1_SQRT_2;

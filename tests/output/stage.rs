@@ -1,6 +1,6 @@
 //! A scene, and what an observer might see of it: a dent that grows and shrinks under a ball.
 
-use ballistic_gel::algebra::Vector3;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::{Dimension, Scene};
 use ballistic_gel::simulation::{
     BodyReport, ContactReport, CostReport, EnergyReport, Exchange, Frame, FrameCells, Kinematics, Observation, Place,

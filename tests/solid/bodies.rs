@@ -1,6 +1,6 @@
 //! Triangles of simple bodies, and files of them.
 
-use ballistic_gel::algebra::Vector3;
+use ballistic_gel::math::Vector3;
 use std::f64::consts::{PI, TAU};
 
 /// Corners of triangles, outward oriented.

@@ -4,11 +4,11 @@
 //! bar, so that neither the limit on the path of a node nor the step of its neighbours ever lowers a step: all steps are
 //! and stay equal, as the closed forms need.
 
-use ballistic_gel::algebra::{Tensor3, Vector, Vector3};
-use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface, SurfaceNode};
 use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law, Motion};
-use ballistic_gel::element::{Answer, DEPTH, Memory, Potential};
+use ballistic_gel::fem::{Answer, DEPTH, Memory, Potential};
 use ballistic_gel::geometry::{HalfSpace, Shape};
+use ballistic_gel::integrator::{Engine, Gel, Kind, Rules, Surface, SurfaceNode};
+use ballistic_gel::math::{Tensor3, Vector, Vector3};
 use ballistic_gel::mesh::{ElementId, Incidence, NodeId, Patches};
 
 /// Springs between consecutive nodes along z: V = k/2 (Δz − L₀)².

@@ -6,8 +6,8 @@
 
 use super::bar::{Bar, Pace, Springs, advance, striker};
 use super::row::{Row, series};
-use ballistic_gel::avi::Engine;
 use ballistic_gel::contact::{BodyState, Motion};
+use ballistic_gel::integrator::Engine;
 use std::sync::OnceLock;
 
 /// Relative mass of the free node.

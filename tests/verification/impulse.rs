@@ -3,9 +3,9 @@
 
 use super::noise::Noise;
 use super::row::{Row, below};
-use ballistic_gel::algebra::{Tensor3, Vector3};
 use ballistic_gel::contact::{Body, BodyState, Freedom, Motion, impulse};
 use ballistic_gel::geometry::{Shape, Sphere};
+use ballistic_gel::math::{Tensor3, Vector3};
 use nalgebra::{UnitQuaternion, Vector4};
 use std::sync::OnceLock;
 

@@ -5,9 +5,9 @@
 //! same tetrahedra: the four around an edge between two cells share one volume change.
 
 use super::row::{Row, series};
-use ballistic_gel::algebra::{Vector, cofactor};
-use ballistic_gel::element::{Answer, DEPTH, Potential, Section, Simplices};
-use ballistic_gel::material::NeoHookean;
+use ballistic_gel::constitutive::NeoHookean;
+use ballistic_gel::fem::{Answer, DEPTH, Potential, Section, Simplices};
+use ballistic_gel::math::{Vector, cofactor};
 use ballistic_gel::mesh::{self, Block, ElementId, Face, Hold, Mesh, Patches, Simplex, Split, edges, signed_volume};
 use std::sync::OnceLock;
 

@@ -3,11 +3,11 @@
 use super::noise::Noise;
 use super::patch::{no_surface, nowhere, rules};
 use super::row::{Row, below};
-use ballistic_gel::algebra::{Vector, Vector3, embed};
-use ballistic_gel::avi::{Engine, Gel, Pool};
+use ballistic_gel::constitutive::NeoHookean;
 use ballistic_gel::contact::{Exchange, Freedom};
-use ballistic_gel::element::{Potential, Section, Simplices};
-use ballistic_gel::material::NeoHookean;
+use ballistic_gel::fem::{Potential, Section, Simplices};
+use ballistic_gel::integrator::{Engine, Gel, Pool};
+use ballistic_gel::math::{Vector, Vector3, embed};
 use ballistic_gel::mesh::{self, Block, Split};
 use std::sync::OnceLock;
 

@@ -3,12 +3,12 @@
 
 use super::noise::Noise;
 use super::row::{Row, below, order, series};
-use ballistic_gel::algebra::{Tensor, Vector, det};
-use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
+use ballistic_gel::constitutive::{Hyperelastic, NeoHookean, Volume};
 use ballistic_gel::contact::{Body, BodyState, Exchange, Freedom, Law};
-use ballistic_gel::element::{Answer, DEPTH, Potential, Section, Simplices};
+use ballistic_gel::fem::{Answer, DEPTH, Potential, Section, Simplices};
 use ballistic_gel::geometry::{Shape, Sphere};
-use ballistic_gel::material::{Hyperelastic, NeoHookean, Volume};
+use ballistic_gel::integrator::{Engine, Gel, Kind, Rules, Surface};
+use ballistic_gel::math::{Tensor, Vector, det};
 use ballistic_gel::mesh::{self, Block, Incidence, Mesh, NodeId, Split, Tree, edges};
 use std::sync::OnceLock;
 
@@ -99,7 +99,7 @@ fn defects<const D: usize>(mesh: &Mesh<D>, section: Section, (a, b): (Tensor<D>,
 /// |P| of the gel at F.
 fn stress<const D: usize>(f: &Tensor<D>) -> f64 {
     let u = gel().volume().volumetric(det(f));
-    (f * gel().shear_modulus() + ballistic_gel::algebra::cofactor(f) * u.slope).norm()
+    (f * gel().shear_modulus() + ballistic_gel::math::cofactor(f) * u.slope).norm()
 }
 
 fn static_defects<const D: usize>(meshes: &[Mesh<D>], section: Section) -> (f64, f64) {

@@ -6,8 +6,8 @@
 
 use super::bar::{Pace, Springs, advance, end_surface, fixed_wall, rules};
 use super::row::{Row, series};
-use ballistic_gel::algebra::Vector;
-use ballistic_gel::avi::{Engine, Gel, Surface};
+use ballistic_gel::integrator::{Engine, Gel, Surface};
+use ballistic_gel::math::Vector;
 use ballistic_gel::mesh::{Incidence, NodeId};
 use std::f64::consts::PI;
 use std::sync::OnceLock;

@@ -2,8 +2,8 @@
 
 use super::bar::{Bar, Pace, Springs, advance, common_step, striker, unit_bar};
 use super::row::{Row, order, series};
-use ballistic_gel::avi::Engine;
 use ballistic_gel::contact::Motion;
+use ballistic_gel::integrator::Engine;
 use std::sync::OnceLock;
 
 const CELLS: [usize; 3] = [50, 200, 800];

@@ -2,7 +2,7 @@
 
 use super::bar::{Bar, Pace, Springs, advance, common_step, fixed_wall};
 use super::row::{Row, series};
-use ballistic_gel::avi::Engine;
+use ballistic_gel::integrator::Engine;
 use std::sync::OnceLock;
 
 /// ½ v⁺·M v⁻ + V, the energy that equal steps keep exactly between impulses; v⁻ = v⁺ − Δt f/m is the velocity before the

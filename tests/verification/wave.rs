@@ -2,8 +2,8 @@
 
 use super::bar::{Pace, Springs, advance, common_step, striker, unit_bar};
 use super::row::{Row, below};
-use ballistic_gel::avi::Engine;
 use ballistic_gel::contact::Motion;
+use ballistic_gel::integrator::Engine;
 use std::sync::OnceLock;
 
 /// Speed of the push, in wave speeds: the bar is linear, and a power of two rounds least.

@@ -1,7 +1,7 @@
 //! Importers that differ in how they move the projectile.
 
-use ballistic_gel::algebra::Vector3;
-use ballistic_gel::avi::StepError;
+use ballistic_gel::integrator::StepError;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 

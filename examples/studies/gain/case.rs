@@ -1,6 +1,6 @@
 use super::super::run::scene;
 use super::slivers::{is_flat, with_slivers};
-use ballistic_gel::algebra::Vector;
+use ballistic_gel::math::Vector;
 use ballistic_gel::mesh::{Mesh, NodeId, edges};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};

@@ -1,10 +1,10 @@
 use super::case::Case;
-use ballistic_gel::algebra::Vector;
-use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
+use ballistic_gel::constitutive::NeoHookean;
 use ballistic_gel::contact::{Body, BodyState, Freedom, Law, Motion};
-use ballistic_gel::element::{Section, Simplices};
+use ballistic_gel::fem::{Section, Simplices};
 use ballistic_gel::geometry::SignedDistance as _;
-use ballistic_gel::material::NeoHookean;
+use ballistic_gel::integrator::{Engine, Gel, Kind, Rules, Surface};
+use ballistic_gel::math::Vector;
 use ballistic_gel::mesh::{Facet, Mesh};
 use ballistic_gel::scene::{Contact, Scene};
 

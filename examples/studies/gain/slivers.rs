@@ -1,4 +1,4 @@
-use ballistic_gel::algebra::Vector;
+use ballistic_gel::math::Vector;
 use ballistic_gel::mesh::{ElementId, Incidence, Mesh, NodeId, Simplex, least_angle, signed_volume};
 
 /// Angle of a sliver at the edges of its base, degrees.

@@ -5,7 +5,7 @@ use super::gel::{
     struck, wave,
 };
 use super::row::{Row, listed, shortened};
-use ballistic_gel::algebra::Vector3;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::scene::{self, Override, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use std::f64::consts::PI;

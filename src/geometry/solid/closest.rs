@@ -1,6 +1,6 @@
 //! The point of a triangle that is nearest to a point.
 
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 
 /// What part of a triangle a point lies on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use super::surface::Surface;
 use super::tree::Tree;
-use crate::algebra::{Tensor3, Vector3};
+use crate::math::{Tensor3, Vector3};
 
 /// Passing through by less than this part of the size of the body is round-off.
 const ROUND_OFF: f64 = 1e-7;

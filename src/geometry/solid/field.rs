@@ -1,7 +1,7 @@
 //! A grid of signed distances: quick bounds far from the surface.
 
-use crate::algebra::Vector3;
 use crate::geometry::Gap;
+use crate::math::Vector3;
 
 /// Signed distances at the nodes of a grid of cubes around a body.
 #[derive(Debug, Clone)]

@@ -1,8 +1,8 @@
 //! The point inside of a body that a tip leads to.
 
 use super::Solid;
-use crate::algebra::Vector3;
 use crate::geometry::SignedDistance as _;
+use crate::math::Vector3;
 
 /// Distances from the tip at which the middle of the body is looked for, in radii of the greatest ball inside: from the
 /// finest that a tip is sharp at to twice the coarsest mesh allowed.

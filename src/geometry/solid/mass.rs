@@ -1,7 +1,7 @@
 //! Volume, centre of mass and inertia of a body with a surface of triangles.
 
 use super::surface::Surface;
-use crate::algebra::{Tensor3, Vector3};
+use crate::math::{Tensor3, Vector3};
 
 /// Volume, centre of mass, and inertia about it per mass, of a homogeneous body: the sums over the tetrahedra from a point
 /// to the triangles, ∫dV = d/6, ∫x dV = d/24 Σa, ∫x xᵀ dV = d/120 (Σa aᵀ + Σa (Σa)ᵀ) with d = a·(b × c).

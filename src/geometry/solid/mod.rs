@@ -12,7 +12,7 @@ mod tree;
 mod winding;
 
 use super::{Gap, Pole, SignedDistance};
-use crate::algebra::{Tensor3, Vector3};
+use crate::math::{Tensor3, Vector3};
 use closest::Feature;
 use field::Field;
 use normals::Normals;

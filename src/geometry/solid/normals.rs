@@ -2,7 +2,7 @@
 
 use super::closest::Feature;
 use super::surface::Surface;
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 
 /// Normals out of a surface: with those of edges summed over both faces, and those of corners weighted with the angles of
 /// the faces there, the sign of n·(p − q) tells the side of p, q being the point nearest to it (Bærentzen and Aanæs 2005).

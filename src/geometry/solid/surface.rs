@@ -1,6 +1,6 @@
 //! A closed surface of triangles: which corners are one, and whether every edge is shared by two triangles.
 
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 
 /// A closed surface of triangles, outward oriented.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,7 +1,7 @@
 //! Which triangles are near: boxes around halves of halves of them.
 
 use super::closest::{Closest, closest};
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 
 /// A hierarchy of boxes around triangles.
 #[derive(Debug, Clone)]

@@ -3,7 +3,7 @@
 use super::field::Field;
 use super::surface::SurfaceError;
 use super::tree::Tree;
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 
 /// Nearer to the surface than this part of the size of the body is round-off.
 const ROUND_OFF: f64 = 1e-7;

@@ -11,13 +11,13 @@
 //! fours 0.986–1.011 and plain tetrahedra 1.19–3.31 on the centred and Kuhn's lattice, displaced or not, and on random
 //! Delaunay tetrahedra, of which 99 % are in fours. Pairs of tetrahedra still lock, by 7 to 81 %.
 
-mod dual;
-mod pairing;
+mod element_graph;
+mod matching;
 mod rings;
 
 use super::{ElementId, Mesh, Simplex, neighbours};
-use crate::algebra::Vector;
-use dual::Dual;
+use crate::math::Vector;
+use element_graph::Dual;
 use rings::Ring;
 
 /// Disjoint patches of elements: every element is in one of them.
@@ -72,25 +72,25 @@ impl Patches {
 
     /// Of single elements pairs that share a facet; what finds no partner stays alone.
     fn paired<const D: usize>(&self, dual: &Dual<D>) -> Self {
-        self.joined(&pairing::pair(dual, vec![None; self.len()]))
+        self.joined(&matching::pair(dual, vec![None; self.len()]))
     }
 
     /// Of single elements rings of four, then pairs of pairs; what is left over stays in groups of one to three.
     fn quadrupled<const D: usize>(&self, dual: &Dual<D>, rings: &[Ring]) -> Self {
         let mut mates = vec![None; self.len()];
         for &[a, b, c, d] in rings {
-            pairing::marry(&mut mates, a, b);
-            pairing::marry(&mut mates, c, d);
+            matching::marry(&mut mates, a, b);
+            matching::marry(&mut mates, c, d);
         }
-        let pairs = self.joined(&pairing::pair(dual, mates));
+        let pairs = self.joined(&matching::pair(dual, mates));
         let patch = pairs.patch_of_elements();
         let mut mates = vec![None; pairs.len()];
         for [a, b, c, d] in rings.iter().map(|ring| ring.map(|e| patch[e.index()])) {
             if a == b && c == d {
-                pairing::marry(&mut mates, a, c);
+                matching::marry(&mut mates, a, c);
             }
         }
-        pairs.joined(&pairing::pair(&dual.joined(&pairs, &patch), mates))
+        pairs.joined(&matching::pair(&dual.joined(&pairs, &patch), mates))
     }
 
     /// Number of patches.

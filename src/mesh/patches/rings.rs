@@ -5,7 +5,7 @@
 //! tetrahedron has one ring left, that one is taken, and what this settles for its neighbours next: the choice of the
 //! boundary spreads inwards and the rings of the two sets do not mix.
 
-use super::dual::Dual;
+use super::element_graph::Dual;
 use crate::mesh::{ElementId, Simplex};
 use std::cmp::Reverse;
 use std::collections::VecDeque;

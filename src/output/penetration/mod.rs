@@ -12,7 +12,7 @@ use super::bounds::Bounds;
 use super::files::OutputError;
 use super::folder::ResultFolder;
 use super::history::History;
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 use crate::scene::Scene;
 use crate::simulation::Frame;
 

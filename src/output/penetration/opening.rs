@@ -1,6 +1,6 @@
 //! How wide the gel is open around a vertical line, depth by depth.
 
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 use crate::scene::{Dimension, Symmetry};
 use crate::simulation::Frame;
 use nalgebra::Vector2;
@@ -159,7 +159,7 @@ fn half_width(pieces: &[SurfacePiece]) -> Option<Opening> {
 #[cfg(test)]
 mod tests {
     use super::{Depths, GelSection, openings};
-    use crate::algebra::Vector3;
+    use crate::math::Vector3;
     use crate::scene::{Dimension, Symmetry};
     use crate::simulation::{Frame, FrameCells};
 

@@ -1,7 +1,7 @@
 //! The way of a projectile through the gel, by depth instead of time.
 
 use super::{Line, MOST_DEPTHS, per_metre};
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 use crate::output::files::{OutputError, cell};
 use crate::output::history::{History, Row};
 use std::fmt::Write;

@@ -1,6 +1,6 @@
 //! Where the pictures are taken from.
 
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 use crate::output::body;
 use crate::output::bounds::Bounds;
 use crate::scene::{Dimension, Scene};

@@ -1,6 +1,6 @@
 //! Cuts through the mesh, so that the inside is seen.
 
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 
 /// A corner: place, m, and speed, m/s.
 #[derive(Debug, Clone, Copy, PartialEq)]

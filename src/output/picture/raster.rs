@@ -4,7 +4,7 @@ use super::Field;
 use super::camera::View;
 use super::cut::Corner;
 use super::stage::{Polygon, Substance};
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 
 /// Samples of a pixel along each side.
 const FINE: usize = 2;

@@ -1,7 +1,7 @@
 //! Which polygons of a frame can be seen.
 
 use super::cut::{Corner, Plane};
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 use crate::output::body::{self, Solid};
 use crate::output::bounds::Bounds;
 use crate::scene::{Dimension, Scene};

@@ -2,7 +2,7 @@
 
 use super::number::quantity;
 use super::plot::{Across, Curve, Height, Plot};
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 use crate::output::history::Row;
 use crate::scene::{Scene, numbered};
 

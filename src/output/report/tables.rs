@@ -2,7 +2,7 @@
 
 use super::escape;
 use super::number::{count, percent, quantity, ratio};
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 use crate::output::summary::{FragmentFigures, Summary};
 use crate::scene::{body_name, numbered};
 use std::fmt::Write;

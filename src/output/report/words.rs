@@ -2,7 +2,7 @@
 
 use super::escape;
 use super::number::{count, percent, quantity};
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 use crate::output::summary::{Interface, Summary};
 use crate::scene::{Dimension, Scene};
 use std::fmt::Write;

@@ -1,10 +1,10 @@
 //! The quadtree over the square around a body, and the triangulation of its middles.
 
 use super::super::bounds::Bounds;
-use super::super::tree::{Square, leaves};
+use super::super::quadtree::{Square, leaves};
 use super::super::{Moved, RemeshError, delaunay};
 use super::whole;
-use crate::algebra::Vector;
+use crate::math::Vector;
 
 /// A cell of the quadtree.
 #[derive(Debug, Clone, Copy, PartialEq)]

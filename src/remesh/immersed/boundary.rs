@@ -1,8 +1,8 @@
 //! The boundary of a body that is immersed: how far away it is, on which side a point is, and where a segment crosses it.
 
 use super::super::bounds::Bounds;
-use super::super::near::Near;
-use super::super::shape::{Point, clearance, cross, do_cross};
+use super::super::box_tree::Near;
+use super::super::triangle::{Point, clearance, cross, do_cross};
 use super::super::{Moved, Origin};
 use crate::mesh::NodeId;
 

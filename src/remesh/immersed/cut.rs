@@ -1,6 +1,6 @@
 //! The body cut out of the triangulation that it is immersed in.
 
-use super::super::shape::{Point, quality};
+use super::super::triangle::{Point, quality};
 use super::super::{Origin, Proposal};
 use super::boundary::{Boundary, Place};
 use super::snap::Immersed;

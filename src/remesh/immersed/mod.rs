@@ -12,9 +12,9 @@ mod tests;
 pub use background::{Background, Cell, cells, triangulated};
 pub use snap::{Immersed, snapped};
 
-use super::points::Part;
-use super::shape::Point;
-use super::{Moved, Proposal, RemeshError, Rules, check, surface};
+use super::point_insertion::Part;
+use super::triangle::Point;
+use super::{Moved, Proposal, RemeshError, Rules, boundary_loops, check};
 use boundary::Boundary;
 
 /// Every step on the way to an immersed mesh.
@@ -70,7 +70,7 @@ pub fn cut_out(old: &Moved<'_, 2>, immersed: &Immersed) -> Proposal<2> {
 /// chords are diagonals of cells, c² = 2h². This is the O(h²κ) of the paper.
 #[must_use]
 pub fn rounding(old: &Moved<'_, 2>, size: &[f64]) -> f64 {
-    let lost: f64 = surface::turns(old).map(|(node, turn)| 0.25 * size[node] * size[node] * turn).sum();
+    let lost: f64 = boundary_loops::turns(old).map(|(node, turn)| 0.25 * size[node] * size[node] * turn).sum();
     let area: f64 = old.mesh.elements.iter().map(|e| crate::mesh::signed_volume(old.position, e)).sum();
     lost / area
 }

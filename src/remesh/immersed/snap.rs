@@ -1,13 +1,13 @@
 //! Points near the boundary of an immersed body are moved onto it: what would be cut into slivers is none then.
 
+use super::super::boundary_loops::{Feature, features};
 use super::super::bounds::Bounds;
-use super::super::near::Near;
-use super::super::shape::{Point, distance as apart};
-use super::super::surface::{Feature, features};
+use super::super::box_tree::Near;
+use super::super::triangle::{Point, distance as apart};
 use super::super::{Moved, Origin, RemeshError, delaunay};
 use super::background::Background;
 use super::boundary::{Boundary, Place};
-use crate::algebra::Vector;
+use crate::math::Vector;
 
 /// Points nearer to the boundary than so many edges of their cell are moved onto it. A cut is then at least 0.2 of an edge away from
 /// its ends; with less, slivers remain (in a study without snapping meshes died after 3 to 18 exchanges), and at 0.5 both of

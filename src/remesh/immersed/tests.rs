@@ -1,9 +1,9 @@
 //! What an immersed mesh must be like, whatever the old one was.
 
-use super::super::samples::{held, moved, rings, square};
+use super::super::test_meshes::{held, moved, rings, square};
 use super::super::{Acceptance, Origin, Quality, Rejected, graded, judge};
 use super::*;
-use crate::algebra::Vector;
+use crate::math::Vector;
 use crate::mesh::{boundary, least_angle, signed_volume};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
@@ -92,10 +92,10 @@ fn every_step_is_what_it_says() {
     assert!((halvings - halvings.round()).abs() < 1e-12, "the finest cells have the size asked for: {edge}");
     for (p, distance) in steps.background.points.iter().zip(&steps.distance) {
         let edges = mesh.facets.iter().map(|f| [f[0], f[1]].map(|n| &position[n.index()]));
-        let nearest = edges.map(|ends| super::super::shape::clearance(ends, p)).fold(f64::MAX, f64::min);
+        let nearest = edges.map(|ends| super::super::triangle::clearance(ends, p)).fold(f64::MAX, f64::min);
         let inside = mesh.elements.iter().any(|e| {
             let [a, b, c] = [0, 1, 2].map(|k| &position[e[k].index()]);
-            super::super::shape::shares([a, b, c], p).iter().all(|s| *s >= 0.0)
+            super::super::triangle::shares([a, b, c], p).iter().all(|s| *s >= 0.0)
         });
         assert!((distance.abs() - nearest).abs() < 1e-12 && (*distance < 0.0) == inside, "{distance} at {p}");
     }

@@ -2,8 +2,8 @@
 
 use super::domain::{Check, all_finite, positive, require};
 use super::shape;
-use crate::algebra::{Tensor3, Vector3};
 use crate::geometry::SignedDistance;
+use crate::math::{Tensor3, Vector3};
 use crate::scene::{BodyShape, GelShape, Projectile, Scene, SceneError};
 use nalgebra::{Quaternion, UnitQuaternion};
 

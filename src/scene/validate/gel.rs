@@ -2,7 +2,7 @@
 
 use super::domain::{Check, all_finite, finite, positive, require, within};
 use super::hyperelastic;
-use crate::material::Viscoelastic;
+use crate::constitutive::Viscoelastic;
 use crate::scene::{Dimension, Gel, GelShape, MaterialModel, Scene, SceneError, Support, Symmetry};
 
 const LENGTH: &str = "a positive length, m";

@@ -1,7 +1,7 @@
 //! The constants of a Mooney–Rivlin or Ogden gel: whether it is stable at every strain.
 
 use super::domain::{Check, finite, positive, require};
-use crate::material::{MooneyRivlin, Ogden};
+use crate::constitutive::{MooneyRivlin, Ogden};
 use crate::scene::{ConstantsSpec, Gel, MaterialModel, SceneError, TermSpec};
 
 /// By so much, relatively, a shear modulus that is given may miss that of the constants.

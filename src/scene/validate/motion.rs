@@ -2,7 +2,7 @@
 
 use super::body::rotation;
 use super::domain::{Check, require};
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 use crate::scene::{BodyShape, Dimension, GelShape, Projectile, Scene, SceneError, Symmetry};
 
 const IN_PLANE: &str = "no motion out of the plane: a planar scene has y = 0; use dimension = \"spatial\"";

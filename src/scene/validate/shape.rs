@@ -1,7 +1,7 @@
 //! The lengths of the projectile make a body.
 
 use super::domain::{Check, positive, require, within};
-use crate::algebra::Vector3;
+use crate::math::Vector3;
 use crate::scene::{BodyShape, Bullet, Dimension, Nose, SceneError};
 
 const LENGTH: &str = "a positive length, m";

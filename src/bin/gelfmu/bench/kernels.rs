@@ -6,7 +6,7 @@ use super::spent::{Effort, Spent};
 use super::stand::{KERNELS, Kernel, Stand, block, levels, section};
 use super::table::Row;
 use crate::options::SectionName;
-use ballistic_gel::element::Section;
+use ballistic_gel::fem::Section;
 use fearless_simd::Level;
 use std::hint::black_box;
 

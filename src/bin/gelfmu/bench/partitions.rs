@@ -10,7 +10,7 @@ use super::settings::Settings;
 use super::table::Row;
 use crate::failure::Failure;
 use crate::options::SectionName;
-use ballistic_gel::avi::Run;
+use ballistic_gel::integrator::Run;
 
 /// Numbers of parts.
 const PARTS: [usize; 6] = [2, 4, 8, 16, 32, 64];

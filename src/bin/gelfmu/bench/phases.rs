@@ -8,7 +8,7 @@ use super::steps::{self, Subject};
 use super::table::Row;
 use crate::failure::Failure;
 use crate::options::{ElementName, SectionName};
-use ballistic_gel::element::{LANES, Section};
+use ballistic_gel::fem::{LANES, Section};
 use serde_json::Value;
 
 /// The element phase by itself, ns per update.

@@ -1,14 +1,14 @@
 //! Elements on a stand: the engine's own layout and kernels, without its steps.
 
-use ballistic_gel::algebra::{Vector, Vector3};
-use ballistic_gel::avi::{Engine, Gel, Kind, Rules, Surface};
+use ballistic_gel::constitutive::{BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Strength};
 use ballistic_gel::contact::{Body, BodyState, Freedom, Law};
-use ballistic_gel::element::{
+use ballistic_gel::fem::{
     Accumulated, Answer, At, DEPTH, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, MAX_NODES, Memory, Potential, Power,
     Recall, Row, Section, Simplices, Whereabouts,
 };
 use ballistic_gel::geometry::{Shape, Sphere};
-use ballistic_gel::material::{BulkViscosity, EquationOfState, Flowing, Material, NeoHookean, Strength};
+use ballistic_gel::integrator::{Engine, Gel, Kind, Rules, Surface};
+use ballistic_gel::math::{Vector, Vector3};
 use ballistic_gel::mesh::{self, Block, ElementId, Mesh, NodeId, Patches, Split};
 use ballistic_gel::state::{Clock, Tick};
 use fearless_simd::Level;
@@ -103,7 +103,7 @@ impl<const D: usize> Stand<D> {
     /// The elements of a mesh, strained by some per cent.
     pub fn new(mesh: &Mesh<D>, kernel: Kernel) -> Self {
         let engine = engine(mesh, kernel);
-        let own = |run: ballistic_gel::avi::Run<'_>| Run {
+        let own = |run: ballistic_gel::integrator::Run<'_>| Run {
             nodes: run.nodes.to_vec(),
             groups: run.groups,
             n_elements: run.n_elements,

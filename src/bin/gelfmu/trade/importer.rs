@@ -1,7 +1,7 @@
 //! Who moves the projectile, and in which steps.
 
 use crate::job::times;
-use ballistic_gel::avi::StepError;
+use ballistic_gel::integrator::StepError;
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use clap::ValueEnum;

@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::job::{self, RunError};
 use crate::options::RowOptions;
 use crate::source;
-use ballistic_gel::algebra::Vector3;
+use ballistic_gel::math::Vector3;
 use ballistic_gel::output;
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::Observation;

@@ -1,0 +1,130 @@
+//! The pressure in an element: what its material says where its nodes are.
+
+use super::simplex::Strain;
+use super::{Potential, Simplices};
+use crate::constitutive::{Hyperelastic, Material, NeoHookean, Volume};
+use crate::math::Vector;
+use crate::mesh::{ElementId, NodeId};
+
+impl<const D: usize> Simplices<D> {
+    /// p = −tr σ/3 of an element of this patch, Pa, with the nodes where `x` says; positive in compression.
+    ///
+    /// With U′ at J̄ of the patch and the element's own part at J, a hyperelastic gel has σ = ∂ψ_s/∂F Fᵀ/J + U′ 1: p = −U′ − ∂ψ_s/∂F:F/(3J),
+    /// neo-Hookean −U′ − μ I₁/(3J). The shear of a gel that flows and the branches of a viscoelastic one are without a trace: p = −U′ of the
+    /// first, and that of what the second is in the long run. What bulk viscosity adds, which is there to spread shocks over elements, is
+    /// left out.
+    #[must_use]
+    pub fn pressure(&self, element: ElementId, patch: usize, x: impl Fn(NodeId) -> Vector<D> + Copy) -> f64 {
+        let strained = |id: ElementId| {
+            let element = self.element(id);
+            (element.volume, self.strain_where((id, &element), x))
+        };
+        let ids = self.patches().of(patch);
+        let (rest, now) = ids.iter().fold((0.0, 0.0), |(rest, now), id| {
+            let (volume, strain) = strained(*id);
+            (rest + volume, now + volume * strain.jacobian())
+        });
+        let (strain, mean) = (strained(element).1, now / rest);
+        let (jacobian, alone) = (strain.jacobian(), ids.len() == 1);
+        let volumes = (jacobian, (!alone).then_some(mean));
+        match &self.material {
+            Material::NeoHookean(gel) => elastic(gel, &strain, volumes),
+            Material::MooneyRivlin(gel) => elastic(gel, &strain, volumes),
+            Material::Ogden(gel) => elastic(gel, &strain, volumes),
+            Material::Viscoelastic(gel) => elastic(gel.equilibrium(), &strain, volumes),
+            Material::Flowing(gel) if alone => -gel.volumetric(jacobian).slope,
+            Material::Flowing(gel) => -(gel.own(jacobian).slope + gel.shared(mean).slope),
+        }
+    }
+}
+
+/// p of an element without a memory, at J and, in a patch with others, J̄.
+fn elastic<const D: usize>(gel: &impl Hyperelastic, strain: &Strain<D>, (jacobian, mean): (f64, Option<f64>)) -> f64 {
+    let volume = gel.volume();
+    let slope = mean.map_or_else(
+        || volume.volumetric(jacobian).slope,
+        |mean| volume.own(jacobian).slope + volume.shared(mean).slope,
+    );
+    let sheared = gel.sheared(&strain.f, strain.out);
+    let across = if D == 2 { sheared.out * strain.out } else { 0.0 };
+    -slope - (sheared.stress.dot(&strain.f) + across) / (3.0 * jacobian.max(NeoHookean::FLOOR))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constitutive::{
+        Branch, BulkViscosity, EquationOfState, Flowing, MooneyRivlin, Ogden, Term, Viscoelastic,
+    };
+    use crate::fem::{Answer, DEPTH, Memory, Section};
+    use crate::math::Tensor;
+    use crate::mesh::{Mesh, Patches};
+
+    fn gels() -> [Material; 5] {
+        let rest = NeoHookean::new(3.0, 40.0);
+        let flowing = Flowing {
+            shear_modulus: 3.0,
+            state: EquationOfState::new(40.0, 2.0, f64::INFINITY),
+            strength: None,
+            softening: None,
+            viscosity: BulkViscosity { linear: 0.0, quadratic: 0.0 },
+            density: 1.0,
+        };
+        let branch = Branch { shear_modulus: 2.0, time: 1.0 };
+        let terms = [Term { modulus: 1.0, exponent: 4.0 }, Term { modulus: -1.0, exponent: -2.0 }];
+        [
+            rest.into(),
+            Material::MooneyRivlin(MooneyRivlin::new([1.0, 0.5], 40.0)),
+            Material::Ogden(Ogden::new(&terms, 40.0)),
+            Material::Viscoelastic(Viscoelastic::new(rest, &[branch])),
+            Material::Flowing(flowing),
+        ]
+    }
+
+    /// The virial Σ f_a·x_a = −∫ tr σ dv of one element by itself says the same, in space and about an axis.
+    fn check<const D: usize>(rest: Vec<Vector<D>>, section: Section) {
+        let nodes = if D == 2 { [0, 1, 2, 0] } else { [0, 1, 2, 3] };
+        let mesh = Mesh::new(rest, vec![nodes.map(NodeId)]);
+        let wave = |i: usize, a: usize| 0.15 * ((7 * a + 3 * i) as f64).sin();
+        let x: Vec<_> =
+            mesh.rest.iter().enumerate().map(|(a, x)| x * 0.9 + Vector::<D>::from_fn(|i, _| wave(i, a))).collect();
+        for gel in gels() {
+            let simplices = Simplices::in_patches(&mesh, Patches::alone(1), (gel, section));
+            let memory = vec![Memory::default(); simplices.memories()];
+            let mut answers = [Answer::default(); DEPTH];
+            simplices.evaluate(0, &x, &memory, &mut answers);
+            let virial: f64 = answers[0].forces[..=D].iter().zip(&x).map(|(f, x)| f.dot(x)).sum();
+            let now = simplices.volume(ElementId(0)) * answers[0].jacobian;
+            let pressure = simplices.pressure(ElementId(0), 0, |node| x[node.index()]);
+            assert!((virial / (3.0 * now) - pressure).abs() < 1e-12 * pressure.abs(), "{pressure}");
+            assert!(pressure.abs() > 1.0);
+        }
+    }
+
+    #[test]
+    fn pressure_is_that_of_the_forces_on_the_nodes() {
+        let flat = [[0.8, 0.1], [1.9, 0.3], [1.1, 1.2]].map(Vector::<2>::from);
+        check(flat.to_vec(), Section::Axisymmetric);
+        let solid = [[0.0, 0.1, 0.0], [1.2, 0.0, 0.1], [0.2, 0.9, -0.1], [0.1, 0.3, 1.1]].map(Vector::<3>::from);
+        check(solid.to_vec(), Section::Spatial);
+    }
+
+    #[test]
+    fn a_patch_that_is_compressed_evenly_has_the_pressure_of_its_elements_by_themselves() {
+        let corners = [[0.8, 0.1], [1.9, 0.3], [1.1, 1.2], [2.1, 1.4]].map(Vector::<2>::from);
+        let mesh = Mesh::new(corners.to_vec(), vec![[0, 1, 2, 0].map(NodeId), [1, 3, 2, 0].map(NodeId)]);
+        let squeeze = Tensor::<2>::new(0.97, 0.02, 0.01, 0.95);
+        let x = |node: NodeId| squeeze * mesh.rest[node.index()];
+        for gel in gels() {
+            let of = |patches: Patches, patch: usize| {
+                Simplices::in_patches(&mesh, patches, (gel, Section::Planar { thickness: 1.0 })).pressure(
+                    ElementId(1),
+                    patch,
+                    x,
+                )
+            };
+            let (alone, pair) = (of(Patches::alone(2), 1), of(Patches::grouped(&mesh), 0));
+            assert!((alone - pair).abs() < 1e-12 * alone.abs() && alone > 1.0, "{alone} {pair}");
+        }
+    }
+}

@@ -1,0 +1,417 @@
+//! Elements of a viscoelastic gel: elastic ones with branches beside them that forget their strain (numerics 6.4).
+
+use super::simplex::{Element, Placed, Strain, isochoric};
+use super::{Answer, DEPTH, Memory, Potential, Simplices, Spent};
+use crate::constitutive::{Branch, NeoHookean, Viscoelastic};
+use crate::math::{Tensor, Vector, cofactor, cube_root, det};
+use crate::mesh::ElementId;
+
+/// What an element of a viscoelastic gel remembers: first C̄⁻¹ and J at its own last tick, then the C̄_i⁻¹ of its branches.
+pub(super) const MOST_MEMORIES: usize = 1 + Viscoelastic::MOST_BRANCHES;
+
+/// What the branches of an element do together.
+struct Branches<'a, const D: usize> {
+    at: Placed<'a, D>,
+    /// Σ μ_i C̄_i⁻¹, and its component out of the plane, Pa.
+    pull: (Tensor<D>, f64),
+    /// Σ μ_i tr b̄_i/3, Pa.
+    mean: f64,
+    /// Their part of κ, N/m.
+    stiffness: f64,
+}
+
+/// dev b̄ of a branch as the gel at rest sees it: dev(C̄ C̄_i⁻¹), which has the eigenvalues of that, and its component out of the plane.
+struct Deviator<const D: usize> {
+    inner: Tensor<D>,
+    out: f64,
+}
+
+impl<const D: usize> Deviator<D> {
+    /// So much of this one and so much of another.
+    fn combined(&self, part: f64, (other, its): (&Self, f64)) -> Self {
+        Self { inner: self.inner * part + other.inner * its, out: self.out * part + other.out * its }
+    }
+
+    fn dot(&self, other: &Self) -> f64 {
+        (self.inner * other.inner).trace() + self.out * other.out
+    }
+}
+
+impl<const D: usize> Simplices<D> {
+    /// Energy of a patch of a viscoelastic gel that forgets nothing in the meantime, and what its elements answer.
+    pub(super) fn at_hold(
+        &self,
+        gel: &Viscoelastic,
+        (ids, x): (&[ElementId], &[Vector<D>]),
+        memory: &[Memory<D>],
+        answers: &mut [Answer<D>; DEPTH],
+    ) -> f64 {
+        let elastic = self.stretch(gel.equilibrium(), ids, x, answers);
+        ids.iter().zip(answers).fold(elastic, |energy, (id, answer)| {
+            let mut own = [Memory::default(); MOST_MEMORIES];
+            let own = &mut own[..self.memories()];
+            own.copy_from_slice(&memory[self.memories_of(*id)]);
+            energy + self.relax(gel, (*id, x), (0.0, own), answer).energy
+        })
+    }
+
+    /// The same at the next own tick of the patch, `step` s after the last.
+    pub(super) fn relaxed(
+        &self,
+        gel: &Viscoelastic,
+        (ids, x): (&[ElementId], &[Vector<D>]),
+        (step, memory): (f64, &mut [Memory<D>]),
+        answers: &mut [Answer<D>; DEPTH],
+    ) -> Spent {
+        let elastic = self.stretch(gel.equilibrium(), ids, x, answers);
+        let mut sum = Spent { energy: elastic, ..Spent::default() };
+        for (id, answer) in ids.iter().zip(answers) {
+            let own = (step, &mut memory[self.memories_of(*id)]);
+            let spent = self.relax(gel, (*id, x), own, answer);
+            sum.energy += spent.energy;
+            sum.viscous += spent.viscous;
+        }
+        sum
+    }
+
+    /// Where the memories of an element are among those of all.
+    fn memories_of(&self, id: ElementId) -> std::ops::Range<usize> {
+        let first = id.index() * self.memories();
+        first..first + self.memories()
+    }
+
+    /// Adds what the branches of a gel store in an element, and do to its nodes; after a step, s, since its own last tick they have
+    /// forgotten some of it: half a step where it was then, half a step where it is now.
+    fn relax(
+        &self,
+        gel: &Viscoelastic,
+        (id, x): (ElementId, &[Vector<D>]),
+        (step, memory): (f64, &mut [Memory<D>]),
+        answer: &mut Answer<D>,
+    ) -> Spent {
+        let element = &self.kept[id.index()];
+        let strain = self.strain((id, element), x);
+        let (last, rest) = memory.split_first_mut().expect("an element with branches remembers where it was");
+        let now = place(&strain);
+        let mut sum = Branches::new(element, &strain);
+        let mut spent = Spent::default();
+        for (branch, own) in gel.branches().iter().zip(rest) {
+            if step > 0.0 {
+                let before = (last.jacobian >= NeoHookean::FLOOR).then_some(&*last);
+                let lost = forget(own, [before, now.as_ref()], branch.left(step));
+                spent.viscous += element.volume * 0.5 * branch.shear_modulus * lost;
+            }
+            spent.energy += element.volume * sum.add(branch, own);
+        }
+        *last = now.unwrap_or(Memory { jacobian: strain.jacobian(), ..*last });
+        sum.answer(answer);
+        spent
+    }
+}
+
+/// C̄⁻¹ of an element, which a branch that forgets at once would have for its own; nothing below the continuation.
+fn place<const D: usize>(strain: &Strain<D>) -> Option<Memory<D>> {
+    let jacobian = strain.jacobian();
+    (jacobian >= NeoHookean::FLOOR && strain.inner > 0.0).then(|| {
+        let root = cube_root(jacobian);
+        let inverse = strain.cofactor.transpose() / strain.inner;
+        let out = if D == 2 { root * root / (strain.out * strain.out) } else { 1.0 };
+        Memory { inverse: inverse * inverse.transpose() * (root * root), out, jacobian, ..Memory::default() }
+    })
+}
+
+/// Has a branch forget where the element was, and then where it is now, so much that these parts of its stress are left; returns what
+/// it loses, in tr b̄.
+///
+/// That is what tr b̄ falls by in both places, less what the stress of either does in excess of the mean of the first and the last along
+/// the way in between, which is what the nodes feel: ½ (d_b − d_a):[(1 − s_b) d_b − (1 − s_a) d], d_a = s_a d, to second order.
+fn forget<const D: usize>(branch: &mut Memory<D>, [before, now]: [Option<&Memory<D>>; 2], parts: [f64; 2]) -> f64 {
+    let first = before.map(|place| draw_back(branch, place, parts[0]));
+    let second = now.map(|place| draw_back(branch, place, parts[1]));
+    let falls = [&first, &second].into_iter().flatten().map(|(fall, _)| fall).sum::<f64>();
+    let (Some((_, start)), Some((_, end))) = (first, second) else { return falls };
+    let way = end.combined(1.0, (&start, -parts[0]));
+    let excess = end.combined(1.0 - parts[1], (&start, parts[0] - 1.0));
+    falls - 0.5 * way.dot(&excess)
+}
+
+/// Leaves a part s of dev b̄ of a branch where the element is held at C̄⁻¹; returns what tr b̄ falls by, and dev b̄ before.
+///
+/// b̄ = θ + d, tr d = 0, becomes θ' + s d with θ'³ − θ' s²|d|²/2 + s³ det d = 1, hence C̄_i⁻¹ becomes s C̄_i⁻¹ + (θ' − sθ) C̄⁻¹; θ, |d|² and
+/// det d are those of C̄ C̄_i⁻¹, too, which has the eigenvalues of b̄.
+fn draw_back<const D: usize>(branch: &mut Memory<D>, place: &Memory<D>, left: f64) -> (f64, Deviator<D>) {
+    let product = cofactor(&place.inverse).transpose() / det(&place.inverse) * branch.inverse;
+    let out = if D == 2 { branch.out / place.out } else { 0.0 };
+    let before = (product.trace() + out) / 3.0;
+    let inner = product - Tensor::<D>::identity() * before;
+    let deviator = Deviator { inner, out: if D == 2 { out - before } else { 0.0 } };
+    let determinant = det(&inner) * if D == 2 { deviator.out } else { 1.0 };
+    let square = left * left * deviator.dot(&deviator);
+    let after = isochoric(before, (0.5 * square, left * left * left * determinant));
+    let towards = after - left * before;
+    branch.inverse = branch.inverse * left + place.inverse * towards;
+    branch.out = if D == 2 { branch.out * left + place.out * towards } else { 1.0 };
+    (3.0 * (before - after), deviator)
+}
+
+impl<'a, const D: usize> Branches<'a, D> {
+    fn new(element: &'a Element<D>, strain: &'a Strain<D>) -> Self {
+        let pull = (Tensor::<D>::zeros(), 0.0);
+        Self { at: Placed::new(element, strain), pull, mean: 0.0, stiffness: 0.0 }
+    }
+
+    /// Takes up a branch with its rest shape; returns what it stores, J/m³.
+    fn add(&mut self, branch: &Branch, own: &Memory<D>) -> f64 {
+        let (mu, elastic) = (branch.shear_modulus, self.at.elastic(own));
+        let trace = elastic.trace();
+        self.pull.0 += own.inverse * mu;
+        self.pull.1 += own.out * mu;
+        // Thirds of each: at rest the sum is Σ μ_i to the bit.
+        self.mean += mu * (trace * (1.0 / 3.0));
+        let curvature = if self.at.is_upright() { self.at.shear_bound(&elastic) } else { self.continued(own) };
+        self.stiffness += self.at.element.volume * mu * curvature;
+        0.5 * mu * (trace - 3.0)
+    }
+
+    /// The curvature of a branch where J^(−2/3) is held at the continuation: then W is quadratic.
+    fn continued(&self, own: &Memory<D>) -> f64 {
+        let element = self.at.element;
+        let hoop = element.hoop * element.hoop * own.out;
+        let of = |gradient: &Vector<D>| gradient.dot(&(own.inverse * gradient)) + hoop;
+        self.at.scale * element.gradients[..=D].iter().map(of).sum::<f64>()
+    }
+
+    /// Adds the forces of P = Σ μ_i [J^(−2/3) F C̄_i⁻¹ − tr b̄_i/(3J) ∂J/∂F], and κ.
+    fn answer(&self, answer: &mut Answer<D>) {
+        let (strain, scale) = (self.at.strain, self.at.scale);
+        let volumetric = if self.at.is_upright() { -self.mean / self.at.jacobian } else { 0.0 };
+        let p = strain.f * self.pull.0 * scale + strain.cofactor * (volumetric * strain.out);
+        let forces = self.at.element.forces(&p, scale * strain.out * self.pull.1 + volumetric * strain.inner);
+        answer.forces.iter_mut().zip(forces).for_each(|(force, own)| *force += own);
+        answer.stiffness += self.stiffness;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fem::Section;
+    use crate::mesh::{Mesh, NodeId};
+
+    const TIMES: [f64; 2] = [2e-3, 7e-3];
+
+    fn gel() -> Viscoelastic {
+        let branches = [(2.0, TIMES[0]), (5.0, TIMES[1])].map(|(shear_modulus, time)| Branch { shear_modulus, time });
+        Viscoelastic::new(NeoHookean::new(3.0, 40.0), &branches)
+    }
+
+    fn simplex<const D: usize>(section: Section, gel: Viscoelastic) -> (Vec<Vector<D>>, Simplices<D>) {
+        let corners = [[0.8, 0.1, 0.0], [1.9, 0.3, 0.1], [1.1, 1.2, -0.1], [1.0, 0.4, 1.1]];
+        let rest: Vec<_> = corners[..=D].iter().map(|x| Vector::<D>::from_fn(|i, _| x[i])).collect();
+        let nodes = if D == 2 { [0, 1, 2, 0] } else { [0, 1, 2, 3] };
+        let mesh = Mesh::new(rest.clone(), vec![nodes.map(NodeId)]);
+        let material = crate::constitutive::Material::Viscoelastic(gel);
+        (rest, Simplices::in_patches(&mesh, crate::mesh::Patches::alone(1), (material, section)))
+    }
+
+    fn moved<const D: usize>(rest: &[Vector<D>], size: f64) -> Vec<Vector<D>> {
+        let wave = |i: usize, a: usize| size * ((7 * a + 3 * i) as f64).sin();
+        rest.iter().enumerate().map(|(a, x)| x + Vector::<D>::from_fn(|i, _| wave(i, a))).collect()
+    }
+
+    fn fresh<const D: usize>(simplices: &Simplices<D>) -> Vec<Memory<D>> {
+        vec![Memory::default(); simplices.memories()]
+    }
+
+    /// Goes on to these positions, and answers what the element does there.
+    fn advance<const D: usize>(
+        simplices: &Simplices<D>,
+        x: &[Vector<D>],
+        (step, memory): (f64, &mut [Memory<D>]),
+    ) -> (Spent, Answer<D>) {
+        let mut answers = [Answer::default(); DEPTH];
+        let spent = simplices.advance(0, x, (step, memory), &mut answers);
+        (spent, answers[0])
+    }
+
+    fn held<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>], memory: &[Memory<D>]) -> (f64, Answer<D>) {
+        let mut answers = [Answer::default(); DEPTH];
+        (simplices.evaluate(0, x, memory, &mut answers), answers[0])
+    }
+
+    /// Checks it in the plane, about an axis and in space.
+    macro_rules! everywhere {
+        ($check:ident, $gel:expr) => {
+            let (rest, simplices) = simplex::<2>(Section::Planar { thickness: 0.7 }, $gel);
+            $check(&rest, &simplices);
+            let (rest, simplices) = simplex::<2>(Section::Axisymmetric, $gel);
+            $check(&rest, &simplices);
+            let (rest, simplices) = simplex::<3>(Section::Spatial, $gel);
+            $check(&rest, &simplices);
+        };
+    }
+
+    /// Memories of an element that has come to `size` by a detour and forgotten some of that.
+    fn bent<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>, size: f64) -> Vec<Memory<D>> {
+        let mut memory = fresh(simplices);
+        advance(simplices, rest, (0.0, &mut memory));
+        for part in [-0.5, 0.3, 1.0] {
+            advance(simplices, &moved(rest, part * size), (1.5e-3, &mut memory));
+        }
+        memory
+    }
+
+    fn check_forces<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>) {
+        let step = 1e-6;
+        for size in [0.0, 0.1, 0.3] {
+            let (memory, x) = (bent(rest, simplices, size), moved(rest, 0.8 * size));
+            let f = held(simplices, &x, &memory).1.forces;
+            for (a, i) in (0..=D).flat_map(|a| (0..D).map(move |i| (a, i))) {
+                let energy = |s: f64| {
+                    let mut x = x.clone();
+                    x[a][i] += s;
+                    held(simplices, &x, &memory).0
+                };
+                let slope = (energy(step) - energy(-step)) / (2.0 * step);
+                assert!((slope + f[a][i]).abs() < 1e-7 * (1.0 + f[a].norm()), "node {a}, direction {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn forces_are_minus_the_gradient_of_the_energy_while_nothing_is_forgotten() {
+        everywhere!(check_forces, gel());
+    }
+
+    fn check_stiffness<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>) {
+        let step = 1e-6;
+        for size in [0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 1.5] {
+            let (memory, x) = (bent(rest, simplices, size), moved(rest, size));
+            let n = (D + 1) * D;
+            let stiffness = nalgebra::DMatrix::from_fn(n, n, |row, column| {
+                let probe = |s: f64| {
+                    let mut x = x.clone();
+                    x[column / D][column % D] += s;
+                    held(simplices, &x, &memory).1.forces[row / D][row % D]
+                };
+                (probe(-step) - probe(step)) / (2.0 * step)
+            });
+            let greatest = (&stiffness + stiffness.transpose()).symmetric_eigenvalues().max() / 2.0;
+            let bound = held(simplices, &x, &memory).1.stiffness;
+            assert!(greatest <= bound * (1.0 + 1e-6), "{greatest} above the bound {bound} at {size}");
+            assert!(greatest > 0.1 * bound, "the bound {bound} is idle against {greatest} at {size}");
+        }
+    }
+
+    #[test]
+    fn the_stiffness_bound_is_an_upper_bound_and_not_idle() {
+        everywhere!(check_stiffness, gel());
+    }
+
+    /// The forces of the branches alone: all but those of the gel in the long run.
+    fn of_branches<const D: usize>(answer: &Answer<D>, rest: &Answer<D>) -> impl Iterator<Item = f64> {
+        let both = answer.forces.into_iter().zip(rest.forces).take(D + 1);
+        both.flat_map(|(all, rest)| (all - rest).iter().copied().collect::<Vec<_>>())
+    }
+
+    fn check_relaxation<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>) {
+        let x = moved(rest, 0.3);
+        let mut start = fresh(simplices);
+        let (_, first) = advance(simplices, &x, (0.0, &mut start));
+        let mut forgotten = start.clone();
+        let (_, end) = advance(simplices, &x, (1e3, &mut forgotten));
+        let mut answers = vec![];
+        for n in [1, 7, 1000] {
+            let mut memory = start.clone();
+            let step = TIMES[0] / f64::from(n);
+            let (_, last) = (0..n).map(|_| advance(simplices, &x, (step, &mut memory))).last().unwrap();
+            let exact = (-1.0_f64).exp();
+            for (now, before) in of_branches(&last, &end).zip(of_branches(&first, &end)) {
+                assert!((now - exact * before).abs() < 1e-12 * (1.0 + before.abs()), "{n}: {now} of {before}");
+            }
+            answers.push(last);
+        }
+        let size = answers[0].forces[0].norm();
+        assert!((answers[0].forces[0] - answers[2].forces[0]).norm() < 1e-12 * size);
+    }
+
+    #[test]
+    fn stress_falls_as_the_exponential_at_any_strain_and_in_any_steps() {
+        let rest = NeoHookean::new(3.0, 40.0);
+        everywhere!(check_relaxation, Viscoelastic::new(rest, &[Branch { shear_modulus: 5.0, time: TIMES[0] }]));
+    }
+
+    fn check_losses<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>) {
+        let mut memory = fresh(simplices);
+        let x = moved(rest, 0.4);
+        let stored = advance(simplices, &x, (0.0, &mut memory)).0.energy;
+        let lost: f64 = (0..50)
+            .map(|_| {
+                let spent = advance(simplices, &x, (1e-3, &mut memory)).0;
+                assert!(spent.viscous >= 0.0);
+                spent.viscous
+            })
+            .sum();
+        let left = held(simplices, &x, &memory).0;
+        assert!(lost > 0.1 * stored && (stored - left - lost).abs() < 1e-12 * stored);
+        let shapes = memory[1..].iter().map(|own| det(&own.inverse) * own.out);
+        shapes.for_each(|volume| assert!((volume - 1.0).abs() < 1e-13));
+    }
+
+    #[test]
+    fn what_is_forgotten_at_a_held_strain_is_what_was_stored() {
+        everywhere!(check_losses, gel());
+    }
+
+    #[test]
+    fn a_loss_is_what_the_work_on_the_branches_exceeds_what_they_store_by() {
+        let (rest, simplices) = simplex::<3>(Section::Spatial, gel());
+        for step in [1e-5, 1e-3, 1.0] {
+            let mut memory = fresh(&simplices);
+            let passed = |i: u32| moved(&rest, 1e-3 * (0.3 * f64::from(i)).sin());
+            let (mut before, mut push) = (passed(0), advance(&simplices, &passed(0), (0.0, &mut memory)).1.forces);
+            let (mut work, mut lost, mut stored) = (0.0, 0.0, 0.0);
+            for i in 1..=100 {
+                let x = passed(i);
+                let (spent, answer) = advance(&simplices, &x, (step, &mut memory));
+                for a in 0..4 {
+                    work -= 0.5 * (push[a] + answer.forces[a]).dot(&(x[a] - before[a]));
+                }
+                (before, push, stored, lost) = (x, answer.forces, spent.energy, lost + spent.viscous);
+            }
+            let start = held(&simplices, &passed(0), &fresh(&simplices)).0;
+            let missing = work - (stored - start) - lost;
+            assert!(missing.abs() < 1e-3 * lost, "{step}: {missing:e} of {lost:e}");
+        }
+    }
+
+    #[test]
+    fn a_ramp_is_followed_exactly_where_strains_are_small() {
+        let (rest, simplices) = simplex::<3>(Section::Spatial, gel());
+        let end = |n: u32| {
+            let mut memory = fresh(&simplices);
+            let step = 4e-3 / f64::from(n);
+            let passed = |i: u32| moved(&rest, 1e-4 * f64::from(i) / f64::from(n));
+            advance(&simplices, &rest, (0.0, &mut memory));
+            (1..=n).map(|i| advance(&simplices, &passed(i), (step, &mut memory)).1.forces[0]).last().unwrap()
+        };
+        let exact = end(4096);
+        for n in [1, 3, 16] {
+            assert!((end(n) - exact).norm() < 1e-3 * exact.norm(), "{n}");
+        }
+    }
+
+    #[test]
+    fn what_was_turned_inside_out_comes_back_with_its_memory() {
+        let (rest, simplices) = simplex::<3>(Section::Spatial, gel());
+        let mut memory = bent(&rest, &simplices, 0.2);
+        let before = memory.clone();
+        let mut flat = rest.clone();
+        flat[3] = rest[0] + (rest[0] - rest[3]) * 0.3;
+        let (spent, answer) = advance(&simplices, &flat, (0.0, &mut memory));
+        assert!(answer.jacobian < 0.0 && spent.energy.is_finite() && answer.stiffness.is_finite());
+        assert_eq!(advance(&simplices, &flat, (1.0, &mut memory)).0.viscous, 0.0);
+        assert_eq!(memory[1..], before[1..]);
+        assert!(memory.iter().all(Memory::is_valid));
+    }
+}

@@ -1,0 +1,89 @@
+//! Damping in proportion to mass: each node loses speed by itself, as exp(−αt) between its kicks, for answers at rest.
+
+use super::engine::Engine;
+use crate::contact::Freedom;
+use crate::fem::Potential;
+use crate::ledger::Ledger;
+use crate::math::{Vector, Vector3, embed};
+
+/// What damping takes out of nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Damped {
+    /// Σ J·(v⁻ + v⁺)/2, J.
+    pub energy: f64,
+    momentum: Vector3,
+    angular_momentum: Vector3,
+}
+
+impl Default for Damped {
+    fn default() -> Self {
+        Self { energy: 0.0, momentum: Vector3::zeros(), angular_momentum: Vector3::zeros() }
+    }
+}
+
+impl std::ops::Add for Damped {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            energy: self.energy + other.energy,
+            momentum: self.momentum + other.momentum,
+            angular_momentum: self.angular_momentum + other.angular_momentum,
+        }
+    }
+}
+
+impl Damped {
+    /// The impulse on a node at `at`.
+    pub fn add<const D: usize>(&mut self, freedom: Freedom, (at, impulse): (&Vector<D>, &Vector<D>)) {
+        let impulse = embed(impulse);
+        self.momentum += freedom.translation(&impulse);
+        self.angular_momentum += freedom.rotation(&embed(at).cross(&impulse));
+    }
+
+    pub fn post(&self, ledger: &mut Ledger) {
+        ledger.energy.damping += self.energy;
+        ledger.momentum.damping += self.momentum;
+        ledger.angular_momentum.damping += self.angular_momentum;
+    }
+}
+
+/// The part of its velocity that a node gains in this time, s, exp(−αt) − 1.
+#[inline]
+pub(super) fn fade(rate: f64, time: f64) -> f64 {
+    libm::expm1(-rate * time)
+}
+
+impl<const D: usize, P: Potential<D>> Engine<D, P> {
+    /// The impulse of the damping on a node at this tick, N·s.
+    pub(super) fn drag(&self, a: usize) -> Vector<D> {
+        if self.rules.damping > 0.0 && self.scratch.active.has(a) {
+            self.scratch.before[a] * (self.gel.mass[a] * self.scratch.fade[a])
+        } else {
+            Vector::<D>::zeros()
+        }
+    }
+
+    /// Damps the active nodes of the reference form.
+    pub(super) fn damp(&mut self) {
+        if self.rules.damping <= 0.0 {
+            return;
+        }
+        let (freedom, mut damped) = (self.freedom(), Damped::default());
+        for a in self.scratch.active.of_reference().iter().map(|a| *a as usize) {
+            self.state.velocity[a] += self.scratch.before[a] * self.scratch.fade[a];
+            damped.add(freedom, (&self.state.position[a], &self.drag(a)));
+        }
+        damped.post(&mut self.state.ledger);
+    }
+
+    /// Posts its work in the reference form, once all velocities of the tick are known.
+    pub(super) fn book_damping(&mut self) {
+        let both = |a: usize| self.scratch.before[a] + self.state.velocity[a];
+        let of = |a: usize| 0.5 * self.drag(a).dot(&both(a));
+        if self.rules.damping > 0.0 {
+            let work: f64 = self.scratch.active.of_reference().iter().map(|a| of(*a as usize)).sum();
+            self.state.ledger.energy.damping += work;
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Bodies that leave the gel at its back face, and a gel that is no longer integrated once they have left.
+//!
+//! Exits are found at ticks, never at communication points: a state, a thread or another communication step changes no bit of them.
+
+use super::StepError;
+use super::engine::Engine;
+use super::handover::Reached;
+use crate::contact::{Body, BodyState, Motion};
+use crate::fem::Potential;
+use crate::state::{ContactRecord, ExitRecord, Tick};
+
+/// Rule of exits: the face through which bodies leave a gel, and how long it is integrated after that.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExitRule {
+    /// Height of the undisturbed back face, m; negative.
+    pub back_face: f64,
+    /// Half width of the back face along x and along y, m: a body that passes beside it has left at a side.
+    pub half_width: [f64; 2],
+    /// Time from the exit of the projectile until the gel is put to rest, s; infinite if it never is.
+    pub rest_after: f64,
+}
+
+/// Part of its exit speed that a body must keep to be away from the gel: a gel that is drawn out behind the back face and holds the
+/// body would slow it down and bring it back.
+const KEPT_SPEED: f64 = 0.5;
+
+impl ExitRule {
+    /// The exit of a body whose rear end is `above` the back face, m, and was higher at the last tick; 0 or less.
+    fn exit_of(body: &Body, at: &BodyState, above: f64, contact: &ContactRecord) -> ExitRecord {
+        let first = contact.touched.map_or(at.time, |touched| touched.0);
+        let since = if at.velocity.z < 0.0 { above / at.velocity.z } else { 0.0 };
+        ExitRecord {
+            time: (at.time - since).max(first),
+            velocity: at.velocity,
+            residual_energy: body.kinetic_energy(at),
+            energy_deposited: -contact.work,
+        }
+    }
+
+    /// Returns true if a body below the back face is not beside it.
+    fn is_behind(&self, at: &BodyState) -> bool {
+        at.position.x.abs() <= self.half_width[0] && at.position.y.abs() <= self.half_width[1]
+    }
+
+    /// Updates what is known of the exit of a body. One that comes back has not left.
+    fn update(&self, body: &Body, at: &BodyState, contact: &mut ContactRecord) {
+        let can_leave = body.motion != Motion::Fixed && at.active && contact.touched.is_some();
+        if !can_leave || (contact.exit.is_none() && at.position.z > self.back_face) {
+            return;
+        }
+        let above = body.rear(at) - self.back_face;
+        contact.exit = match contact.exit {
+            None if above <= 0.0 && self.is_behind(at) => Some(Self::exit_of(body, at, above, contact)),
+            exit => exit.filter(|_| above <= 0.0),
+        };
+    }
+}
+
+/// Returns true if a body no longer meets the gel: it is held, has left at the back and keeps its speed, or is above the entry surface and
+/// goes up. One that is inactive may be made active at any time.
+fn is_away(body: &Body, at: &BodyState, contact: &ContactRecord) -> bool {
+    let keeps = |exit: ExitRecord| exit.velocity.z < 0.0 && at.velocity.z <= KEPT_SPEED * exit.velocity.z;
+    let is_above = || at.velocity.z > 0.0 && body.depth(at) < 0.0;
+    body.motion == Motion::Fixed || (at.active && contact.exit.map_or_else(is_above, keeps))
+}
+
+impl<const D: usize, P: Potential<D>> Engine<D, P> {
+    /// Sets where bodies leave the gel.
+    pub fn set_exits(&mut self, exits: Option<ExitRule>) {
+        self.ends.exits = exits;
+    }
+
+    /// Returns true if the gel is no longer integrated.
+    #[must_use]
+    pub fn is_at_rest(&self) -> bool {
+        self.state.record.at_rest
+    }
+
+    /// The time that it is in the gel, s: that of its last tick once it is at rest.
+    #[must_use]
+    pub fn gel_time(&self, t: f64) -> f64 {
+        if self.is_at_rest() { t.min(self.now()) } else { t }
+    }
+
+    /// Returns true if a body at this state no longer meets the gel.
+    #[must_use]
+    pub fn is_body_away(&self, body: usize, at: &BodyState) -> bool {
+        is_away(&self.bodies[body], at, &self.state.record.contacts[body])
+    }
+
+    /// A depth, m, that ends at the back face.
+    pub(super) fn depth_in_gel(&self, depth: f64) -> f64 {
+        self.ends.exits.map_or(depth, |rule| depth.min(-rule.back_face))
+    }
+
+    /// Finds which bodies have left at this tick, and returns true if the gel is put to rest with it.
+    pub(super) fn find_exits(&mut self) -> bool {
+        let Some(rule) = self.ends.exits else { return false };
+        let (bodies, contacts) = (&self.bodies, &mut self.state.record.contacts);
+        for (i, (body, at)) in bodies.iter().zip(&self.scratch.now).enumerate() {
+            rule.update(body, at, &mut contacts[i]);
+        }
+        let exit = self.state.record.contacts[0].exit;
+        let is_over = exit.is_some_and(|exit| self.scratch.now[0].time - exit.time >= rule.rest_after);
+        let all_away = || (0..self.bodies.len()).all(|body| self.is_body_away(body, &self.scratch.now[body]));
+        self.state.record.at_rest = is_over && all_away();
+        self.state.record.at_rest
+    }
+
+    /// Lets the bodies fly on beside a gel at rest, up to a tick: all that is left are the turns of those that tumble.
+    pub(super) fn fly(&mut self, end: Tick) -> Result<Reached, StepError> {
+        let next = |engine: &Self| {
+            let turns = (0..engine.bodies.len()).filter_map(|body| Some((engine.next_turn(body)?, body)));
+            turns.min().filter(|(tick, _)| *tick <= end)
+        };
+        while let Some((tick, body)) = next(self) {
+            self.rebase_body(body, self.grid.time(tick));
+            self.check_spin(body, &self.state.bodies[body])?;
+        }
+        Ok(Reached::End)
+    }
+}

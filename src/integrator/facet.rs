@@ -1,0 +1,183 @@
+//! Where a facet is deepest in a body (numerics 2.6): between its nodes nothing else holds it.
+
+use crate::geometry::Gap;
+use crate::math::Vector3;
+
+/// A point of a facet inside a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Deep {
+    /// Where, m.
+    pub point: Vector3,
+    /// Parts of the corners of the facet there.
+    pub weights: [f64; 3],
+    /// φ and n there.
+    pub gap: Gap,
+}
+
+/// Points of a facet that are looked at. Of a facet stretched over a sharp rim the depth is found to a tenth.
+const LOOKS: u32 = 16;
+/// What is left of the depth to be found, relative to what is allowed, that ends the search.
+const NEAR: f64 = 0.1;
+
+/// Normal of a facet, out of the gel, of any length. An edge of a plane gel is a strip across the plane.
+pub(super) fn outward<const D: usize>(corners: &[Vector3; 3]) -> Vector3 {
+    let b = corners[1] - corners[0];
+    b.cross(&if D == 3 { corners[2] - corners[0] } else { -Vector3::y() })
+}
+
+/// The corner of a facet to which φ of a convex body falls most from a point of it, and by how much it falls at most, m: min_i n·(x_i − x).
+fn downhill(gap: &Gap, point: &Vector3, corners: &[Vector3]) -> (usize, f64) {
+    let falls = corners.iter().map(|x| gap.normal.dot(&(x - point))).enumerate();
+    falls.fold((0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a })
+}
+
+/// φ is nowhere on a facet less than this, m, if the body is convex: φ(x) + min_i n·(x_i − x), x its middle.
+pub(super) fn least_distance<const D: usize>(corners: &[Vector3; 3], gap: impl Fn(&Vector3) -> Gap) -> f64 {
+    let corners = &corners[..D];
+    let middle = corners.iter().sum::<Vector3>() / D as f64;
+    let gap = gap(&middle);
+    gap.distance + downhill(&gap, &middle, corners).1
+}
+
+/// The deepest point of a facet, if it is deeper than `allowed`, m: the method of Frank and Wolfe from its middle.
+///
+/// φ of a convex body is convex along the facet, so nowhere is it less than φ(x) + min_i n·(x_i − x): where that is not
+/// deeper than allowed, one look at the middle is enough. Of a body that is not convex the deepest point looked at is taken.
+///
+/// At a sharp rim the body has two normals, and it is the facet's that lies between them: there that is taken, else the
+/// body's own, so that a smooth ball without friction is not turned.
+pub(super) fn deepest<const D: usize>(
+    corners: &[Vector3; 3],
+    allowed: f64,
+    gap: impl Fn(&Vector3) -> Gap,
+) -> Option<Deep> {
+    let mut weights = [0.0; 3];
+    weights[..D].fill(1.0 / D as f64);
+    let mut best: Option<Deep> = None;
+    for look in 0..LOOKS {
+        let point: Vector3 = (0..D).map(|i| corners[i] * weights[i]).sum();
+        let here = gap(&point);
+        let deeper = best.map_or(-allowed, |best| best.gap.distance);
+        if here.distance < deeper {
+            best = Some(Deep { point, weights, gap: here });
+        }
+        let (to, slope) = downhill(&here, &point, &corners[..D]);
+        let found = best.map_or(-allowed, |best| best.gap.distance - NEAR * allowed);
+        if here.distance + slope >= found {
+            break;
+        }
+        let part = 2.0 / (f64::from(look) + 3.0);
+        weights = weights.map(|w| (1.0 - part) * w);
+        weights[to] += part;
+    }
+    let inward = -outward::<D>(corners).normalize();
+    best.map(|deep| if deep.is_at_rim(&inward, gap) { deep.along(inward) } else { deep })
+}
+
+impl Deep {
+    /// Whether the normal of the body turns to another face a little further towards the facet's. A quarter of the depth off,
+    /// that of a ball as large as a cell turns by 10° at most.
+    fn is_at_rim(&self, inward: &Vector3, gap: impl Fn(&Vector3) -> Gap) -> bool {
+        const OFF: f64 = 0.25;
+        const TURNED: f64 = 0.9;
+        let normal = self.gap.normal;
+        let aside = inward - normal * normal.dot(inward);
+        let faces = normal.dot(inward) > 0.0;
+        let beside = || gap(&(self.point - aside.normalize() * (OFF * self.gap.distance))).normal;
+        faces && aside.norm() > 0.1 && normal.dot(&beside()) < TURNED
+    }
+
+    fn along(self, normal: Vector3) -> Self {
+        Self { gap: Gap { normal, ..self.gap }, ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_cube;
+    use super::*;
+    use crate::geometry::{HalfSpace, Outline, Plate, Profile, Shape, SignedDistance, Sphere, Sweep};
+
+    #[test]
+    fn one_look_is_enough_where_nothing_is_deep() {
+        let corners = [Vector3::x(), Vector3::y(), -Vector3::x()].map(|p| 0.1 * p - Vector3::z());
+        let looks = std::cell::Cell::new(0);
+        let ball = Sphere { radius: 1.0 };
+        let gap = |p: &Vector3| {
+            looks.set(looks.get() + 1);
+            ball.gap(p)
+        };
+        assert_eq!(deepest::<3>(&corners, 0.02, gap), None);
+        assert_eq!(looks.get(), 1);
+    }
+
+    /// What clears a facet for a while: nothing on it is nearer than was proved, less what its corners and the body have gone since.
+    fn is_proved<const D: usize>(shape: &Shape) {
+        let any = test_cube::any;
+        let vector = |i: usize| Vector3::new(any(i * i), any(7 * i * i + 3), any(13 * i * i + 5));
+        let mut deep = 0;
+        for i in (0..3000).step_by(11) {
+            let corners = [0, 3, 6].map(|k| 1.5 * vector(i + k));
+            let proved = least_distance::<D>(&corners, |x| shape.gap(x));
+            let (gone, body) = (0.2 * any(i + 40).abs(), 0.1 * vector(i + 50));
+            let moved: Vec<Vector3> = (0..D).map(|k| corners[k] + gone * vector(i + 7 * k).normalize()).collect();
+            for j in 0..30 {
+                let parts: Vec<f64> = (0..D).map(|k| any(i + 5 * j + k).abs()).collect();
+                let point = (0..D).map(|k| moved[k] * parts[k]).sum::<Vector3>() / parts.iter().sum::<f64>();
+                let distance = shape.gap(&(point - body)).distance;
+                assert!(distance >= proved - gone - body.norm() - 1e-12, "{distance}, {proved} were proved");
+                deep += usize::from(distance < 0.0);
+            }
+        }
+        assert!(deep > 100, "{deep} points were in the body");
+    }
+
+    #[test]
+    fn no_point_of_a_facet_is_nearer_to_a_blunt_body_than_was_proved() {
+        let plate = Plate::new([1.2, 0.8, 0.6], 0.05);
+        let half_space = HalfSpace::new(Vector3::new(0.6, 0.0, 0.8));
+        for shape in [Shape::Sphere(Sphere { radius: 0.7 }), Shape::Plate(plate), Shape::HalfSpace(half_space)] {
+            assert!(shape.is_blunt());
+            is_proved::<2>(&shape);
+            is_proved::<3>(&shape);
+        }
+    }
+
+    #[test]
+    fn the_deepest_point_is_found_beside_the_middle() {
+        let ball = Sphere { radius: 1.0 };
+        // A long edge at a depth of 0.5, its deepest point a tenth from one end.
+        let corners = [-0.4, 3.6, 0.0].map(|x| Vector3::new(x, 0.0, -0.5));
+        let found = deepest::<2>(&corners, 0.1, |p| ball.gap(p)).unwrap();
+        assert!((found.gap.distance + 0.5).abs() < 0.02 && found.point.x.abs() < 0.25, "{found:?}");
+        assert_eq!(found.gap.normal, found.point.normalize(), "a ball pushes along its radius");
+        assert!((found.weights[0] + found.weights[1] - 1.0).abs() < 1e-15 && found.weights[2] == 0.0);
+        // A triangle whose middle is outside.
+        let corners = [Vector3::new(-0.2, -0.2, -0.7), Vector3::new(4.0, 0.0, -0.7), Vector3::new(0.0, 4.0, -0.7)];
+        assert!(ball.gap(&(corners.iter().sum::<Vector3>() / 3.0)).distance > 0.5);
+        let found = deepest::<3>(&corners, 0.1, |p| ball.gap(p)).unwrap();
+        assert!((found.gap.distance + 0.3).abs() < 0.03, "{found:?}");
+    }
+
+    #[test]
+    fn a_sharp_rim_is_found_wherever_it_crosses_a_stretched_edge() {
+        let outline = Outline::at_tip().line(1.0, 0.0).line(1.0, 2.0).line(0.0, 2.0);
+        let cylinder = Profile::new(&outline, Sweep::Revolution);
+        // An edge across the rim at 45°, 0.3 deep there, ten times as long.
+        let (rim, along) = (Vector3::new(1.0, 0.0, -1.0), Vector3::new(1.0, 0.0, 1.0).normalize());
+        let inward = Vector3::new(-1.0, 0.0, 1.0).normalize();
+        for place in 1..20 {
+            let start = rim + inward * 0.3 - along * (3.0 * f64::from(place) / 20.0);
+            // Run through with the gel on its left, as the gel is outside the cylinder.
+            let corners = [start + along * 3.0, start, start];
+            let found = deepest::<2>(&corners, 0.05, |p| cylinder.gap(p));
+            // Where the rim is not at the end of the edge.
+            let between = found.is_some_and(|deep| deep.gap.normal.dot(&inward).abs() > 0.999);
+            assert!(between || !(4..=16).contains(&place), "{place}: {found:?}");
+            let found = found.map_or(0.0, |deep| -deep.gap.distance);
+            let exact = (0..=3000).map(|i| -cylinder.gap(&(start + along * (f64::from(i) * 1e-3))).distance);
+            let exact = exact.fold(0.0, f64::max);
+            assert!(found > 0.85 * exact, "{place}: {found} of {exact}");
+        }
+    }
+}

@@ -1,0 +1,196 @@
+use super::Loads;
+use crate::fem::{Measured, Memory, Potential};
+use crate::math::Vector;
+use crate::mesh::{ElementId, Facet, Incidence, NodeId};
+
+/// What the engine steps and what does not change while it does: energy, masses, held directions, surface.
+#[derive(Debug)]
+pub struct Gel<const D: usize, P> {
+    /// Stored energy.
+    pub potential: P,
+    /// Lumped masses, kg.
+    pub mass: Vec<f64>,
+    /// The held directions of each node: bit i for the i-th.
+    held: Vec<u8>,
+    /// The elements of each node.
+    pub star: Incidence,
+    /// Where contact can be.
+    pub surface: Surface,
+    /// The element that each facet of the surface bounds.
+    pub behind: Vec<ElementId>,
+    /// The pressures on it.
+    pub loads: Loads,
+    /// The axes across the planes that the gel is mirrored at, ascending, in its own space: 0 of one about an axis.
+    pub mirrored: &'static [usize],
+}
+
+/// The nodes and facets that can touch.
+#[derive(Debug)]
+pub struct Surface {
+    /// The nodes, ascending.
+    pub nodes: Vec<SurfaceNode>,
+    /// Position of a node among `nodes`, or `None`, by node.
+    pub of: Vec<Option<u32>>,
+    /// The facets.
+    pub facets: Vec<Facet>,
+    /// The facets of each node.
+    pub around: Incidence,
+}
+
+/// A node that can touch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceNode {
+    /// The node.
+    pub node: NodeId,
+    /// h, local size of the facets, m.
+    pub size: f64,
+    /// Its share of the surface at rest, m².
+    pub area: f64,
+}
+
+impl<const D: usize, P: Potential<D>> Gel<D, P> {
+    /// From an energy, the masses, the held directions and the surface.
+    ///
+    /// # Panics
+    /// If the lengths differ or a mass is not positive.
+    #[must_use]
+    pub fn new(potential: P, mass: Vec<f64>, held: &[[bool; D]], surface: Surface) -> Self {
+        assert_eq!(mass.len(), held.len(), "every node has a mass and its held directions");
+        assert!(mass.iter().all(|m| *m > 0.0), "every node needs a positive mass");
+        let elements = (0..potential.len() as u32).map(|element| potential.nodes(ElementId(element)));
+        let star = Incidence::new(mass.len(), elements);
+        let held = held.iter().map(|held| (0..D).map(|i| u8::from(held[i]) << i).sum()).collect();
+        let owner = |facet: &Facet| {
+            let has_all =
+                |element: &&ElementId| facet[..D].iter().all(|node| potential.nodes(**element).contains(node));
+            star.of(facet[0]).iter().find(has_all).copied().expect("a facet bounds an element")
+        };
+        let behind = surface.facets.iter().map(owner).collect();
+        Self { potential, mass, held, star, surface, behind, loads: Loads::none(), mirrored: &[] }
+    }
+
+    /// The same under these pressures.
+    #[must_use]
+    pub fn with_loads(mut self, loads: Loads) -> Self {
+        self.loads = loads;
+        self
+    }
+
+    /// The same, mirrored at the planes through the origin across these axes, or about the first: no node of its surface passes them.
+    ///
+    /// # Panics
+    /// If the axes do not ascend.
+    #[must_use]
+    pub fn mirrored(mut self, axes: &'static [usize]) -> Self {
+        assert!(axes.is_sorted(), "planes of symmetry stand in the order of their axes");
+        self.mirrored = axes;
+        self
+    }
+
+    /// P_a: 1 in the free directions of a node, 0 in the held ones.
+    #[inline]
+    #[must_use]
+    pub fn free(&self, node: usize) -> Vector<D> {
+        Vector::<D>::from_fn(|i, _| if self.held[node] >> i & 1 == 1 { 0.0 } else { 1.0 })
+    }
+
+    /// The held directions of so many nodes from one on: bit k for the k-th direction.
+    #[inline]
+    pub(super) fn held_from<const N: usize>(&self, first: usize) -> &[u8; N] {
+        self.held[first..].first_chunk().expect("there are so many nodes")
+    }
+
+    /// The held directions of a node.
+    #[must_use]
+    pub fn held(&self, node: usize) -> [bool; D] {
+        std::array::from_fn(|i| self.held[node] >> i & 1 == 1)
+    }
+
+    /// Whether a node is held in no direction.
+    #[inline]
+    #[must_use]
+    pub fn is_free(&self, node: usize) -> bool {
+        self.held[node] == 0
+    }
+
+    /// The stored energy of nodes at these positions, J.
+    #[must_use]
+    pub fn stored_energy(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> f64 {
+        let energy = self.measure(x, memory).energy;
+        crate::math::ordered_sum(energy.len(), 0.0, |patch| energy[patch])
+    }
+
+    /// What elements that have not moved since they were made remember.
+    #[must_use]
+    pub fn fresh_memory(&self) -> Vec<Memory<D>> {
+        vec![Memory::default(); self.n_memories()]
+    }
+
+    /// How many memories all elements have.
+    #[must_use]
+    pub fn n_memories(&self) -> usize {
+        self.potential.memories() * self.potential.len()
+    }
+
+    /// What the elements answer at these positions.
+    pub(super) fn measure(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
+        self.potential.measure_all(x, memory)
+    }
+}
+
+impl Surface {
+    /// The surface made of these facets of `D` nodes each; `area` gives the measure of a facet at rest, m², `length` its
+    /// size, m in the plane, m² in space.
+    #[must_use]
+    pub fn new<const D: usize>(n_nodes: usize, facets: Vec<Facet>, measure: impl Fn(&Facet) -> (f64, f64)) -> Self {
+        let mut share = vec![(0.0, 0.0); n_nodes];
+        for facet in &facets {
+            let (area, extent) = measure(facet);
+            for node in &facet[..D] {
+                share[node.index()].0 += area / D as f64;
+                share[node.index()].1 += extent / D as f64;
+            }
+        }
+        let touching = share.iter().enumerate().filter(|(_, (_, extent))| *extent > 0.0);
+        let size = |extent: f64| if D == 2 { extent } else { extent.sqrt() };
+        let nodes: Vec<SurfaceNode> = touching
+            .map(|(i, (area, extent))| SurfaceNode { node: NodeId(i as u32), size: size(*extent), area: *area })
+            .collect();
+        let mut of = vec![None; n_nodes];
+        for (i, surface) in nodes.iter().enumerate() {
+            of[surface.node.index()] = Some(i as u32);
+        }
+        let around = Incidence::new(n_nodes, facets.iter().map(|facet| &facet[..D]));
+        Self { nodes, of, facets, around }
+    }
+
+    /// The same where facets in space are mirrored: at so many planes of symmetry a node stands. Of its facets each plane shows half, and h is
+    /// the root of all.
+    #[must_use]
+    pub fn mirrored(mut self, planes: impl Fn(NodeId) -> usize) -> Self {
+        for at in &mut self.nodes {
+            (0..planes(at.node)).for_each(|_| at.size *= std::f64::consts::SQRT_2);
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_of_a_surface_has_the_sizes_of_all_of_it() {
+        let facet = |nodes: [u32; 3]| nodes.map(NodeId);
+        let size = |facets: Vec<Facet>, planes: usize| {
+            let on_plane = |node: NodeId| if node.0 == 0 { planes } else { 0 };
+            Surface::new::<3>(5, facets, |_| (0.25, 0.25)).mirrored(on_plane).nodes[0].size
+        };
+        // A square about its middle, cut along its diagonals into four, and along these into a half and a quarter.
+        let whole = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]].map(facet);
+        let all = size(whole.to_vec(), 0);
+        assert!((all - (1.0_f64 / 3.0).sqrt()).abs() < 1e-15);
+        assert!((size(whole[..2].to_vec(), 1) - all).abs() < 1e-15);
+        assert!((size(whole[..1].to_vec(), 2) - all).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,284 @@
+//! The kicks of one tick, and the books of what they did (numerics 1.2, A6).
+
+use super::blocks::Blocks;
+use super::contact_solver::Touch;
+use super::energy_residual::settle;
+use super::engine::Engine;
+use super::node_loop::NodeSums;
+use super::step_size::Change;
+use super::substep::Phase;
+use crate::contact::{Freedom, Law, Motion};
+use crate::fem::{Answer, Potential};
+use crate::ledger::Ledger;
+use crate::math::{Vector, Vector3, embed, restrict};
+use crate::mesh::{ElementId, NodeId};
+use crate::state::Tick;
+
+/// What held directions take up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Taken {
+    momentum: Vector3,
+    angular_momentum: Vector3,
+}
+
+impl Default for Taken {
+    fn default() -> Self {
+        Self { momentum: Vector3::zeros(), angular_momentum: Vector3::zeros() }
+    }
+}
+
+impl std::ops::Add for Taken {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            momentum: self.momentum + other.momentum,
+            angular_momentum: self.angular_momentum + other.angular_momentum,
+        }
+    }
+}
+
+impl Taken {
+    /// What the held directions of a node at `at` take up of a push.
+    pub fn add<const D: usize>(&mut self, free: &Vector<D>, freedom: Freedom, (at, push): (Vector3, Vector3)) {
+        if free.min() == 0.0 {
+            let taken = embed(&restrict::<D>(&push).component_mul(free)) - push;
+            self.give(freedom, (at, taken));
+        }
+    }
+
+    /// A push on a node at `at` by what holds.
+    pub fn give(&mut self, freedom: Freedom, (at, push): (Vector3, Vector3)) {
+        self.momentum += freedom.translation(&push);
+        self.angular_momentum += freedom.rotation(&at.cross(&push));
+    }
+
+    pub fn post(&self, ledger: &mut Ledger) {
+        ledger.momentum.restraint += self.momentum;
+        ledger.angular_momentum.restraint += self.angular_momentum;
+    }
+}
+
+/// A node that a pressure or a contact may push, and its velocities before the kicks of the tick and before these.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Carrier<const D: usize> {
+    pub node: NodeId,
+    pub before: Vector<D>,
+    pub kicked: Vector<D>,
+}
+
+impl<const D: usize, P: Potential<D>> Engine<D, P> {
+    /// What is left of the kicks of the fast form after its nodes were kicked, then the pressures and the contact solve; Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
+    pub(super) fn kick_fast(&mut self, tick: Tick, sums: &NodeSums) -> f64 {
+        let begun = (self.phase == Phase::First).then(|| self.begin(tick));
+        let sums = begun.as_ref().unwrap_or(sums);
+        sums.taken.post(&mut self.state.ledger);
+        sums.damped.post(&mut self.state.ledger);
+        self.note_speeds();
+        let mended = if begun.is_some() { 0.0 } else { self.mend_kicks() };
+        self.find_carriers();
+        self.press(tick);
+        if let Law::Moreau { restitution, friction, .. } = self.rules.law {
+            self.solve(restitution, friction);
+        }
+        sums.work + mended + self.settle_carriers(tick)
+    }
+
+    /// The kicks with which a mesh begins: its first sweep found the steps, with one more every group takes half of its own.
+    fn begin(&mut self, tick: Tick) -> NodeSums {
+        self.answer(tick);
+        self.stiffen();
+        self.advance_nodes(tick)
+    }
+
+    /// The kicks of groups whose step has changed: half of the step ahead, where a sweep has taken half of the planned one.
+    fn mend_kicks(&mut self) -> f64 {
+        let mut answers = std::mem::take(&mut self.scratch.reference.elements);
+        let mut work = 0.0;
+        for i in 0..self.scratch.changed.len() {
+            let Change { group, planned, ahead } = self.scratch.changed[i];
+            let gives = |blocks: &Blocks<D>| blocks.fronts[group as usize / blocks.groups].gives;
+            if !self.blocks.as_ref().is_some_and(gives) {
+                continue;
+            }
+            let more = ahead as f64 - planned as f64;
+            answers.clear();
+            self.ask_again(group as usize, &mut answers);
+            self.tell_power(group as usize, &answers);
+            for (element, answer) in &answers {
+                work += self.kick_more((*element, answer), 0.5 * more * self.grid.time(1));
+            }
+        }
+        self.scratch.reference.elements = answers;
+        work
+    }
+
+    /// Takes the power of a group out of the sum of its block, as its step ahead is not that of the others.
+    fn tell_power(&mut self, group: usize, elements: &[(ElementId, Answer<D>)]) {
+        let Some(mut blocks) = self.blocks.take() else { return };
+        let block = group / blocks.groups;
+        let end = blocks.groups_of(block).end;
+        if let Some(holder) = &mut blocks.all[block].holder {
+            let of_node = |(node, f): (&NodeId, &Vector<D>)| f.dot(&self.scratch.before[node.index()]);
+            let of_element = |(element, answer): &(ElementId, Answer<D>)| -> f64 {
+                self.gel.potential.nodes(*element).iter().zip(&answer.forces).map(of_node).sum()
+            };
+            let power = elements.iter().map(of_element).sum();
+            let rest = self.scratch.answers[*holder].power - power;
+            // Groups come in ascending order: where the first one leaves, the next one holds the rest.
+            *holder += usize::from(*holder == group);
+            self.scratch.answers[group].power = power;
+            self.scratch.answers[*holder..end].iter_mut().take(1).for_each(|answer| answer.power = rest);
+        }
+        self.blocks = Some(blocks);
+    }
+
+    /// A kick of an element after those of the tick; what it did more, J.
+    fn kick_more(&mut self, (element, answer): (ElementId, &Answer<D>), weight: f64) -> f64 {
+        let (gel, mut taken, mut work) = (self.gel.clone(), Taken::default(), 0.0);
+        for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
+            let (a, push) = (node.index(), force * weight);
+            let kicked = self.state.velocity[a];
+            self.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
+            let (first, both) = (kicked - self.scratch.before[a], self.state.velocity[a] - self.scratch.before[a]);
+            // Of p = m Δ the work is p·v⁻ + p·Δ/2, and Q half of p·Δ: no kick is mended in the first or last tick of a mesh. That of
+            // the damping in it is not the element's.
+            let damped = self.drag(a).dot(&(both - first));
+            self.state.ledger.energy.damping += 0.5 * damped;
+            let more = gel.mass[a] * (both.norm_squared() - first.norm_squared()) - damped;
+            self.state.excess[a] += 0.5 * more;
+            work += gel.mass[a] * (both - first).dot(&self.scratch.before[a]);
+            taken.add(&gel.free(a), self.freedom(), (embed(&self.state.position[a]), embed(&push)));
+            self.note_speed(a);
+        }
+        taken.post(&mut self.state.ledger);
+        work
+    }
+
+    /// The speeds of the active nodes: run by run where the fast form has gone through all runs.
+    pub(super) fn note_speeds(&mut self) {
+        let (active, runs) = (&self.scratch.active, self.scratch.sums.iter().map(|sums| sums.fastest.sqrt()));
+        self.watch.note_speeds(active.all, runs);
+        // The reference form has no runs.
+        let listed = if self.blocks.is_none() { active.of_reference() } else { active.few().unwrap_or_default() };
+        for node in listed.iter().map(|node| *node as usize) {
+            self.watch.note_speed(node, self.state.velocity[node].norm());
+        }
+    }
+
+    fn note_speed(&mut self, node: usize) {
+        let velocity = self.state.velocity[node];
+        self.watch.note_speed(node, velocity.norm());
+        if let Some(blocks) = self.blocks.as_ref().filter(|_| velocity != Vector::<D>::zeros()) {
+            blocks.wake(node);
+        }
+    }
+
+    fn find_carriers(&mut self) {
+        let mut carriers = std::mem::take(&mut self.scratch.carriers);
+        carriers.clear();
+        let met = self.scratch.meetings.iter().map(|meeting| meeting.node);
+        for node in self.scratch.touches.iter().flat_map(Touch::nodes).copied().chain(met).chain(self.pressed()) {
+            let (before, kicked) = (self.velocity_before(node), self.state.velocity[node.index()]);
+            carriers.push(Carrier { node, before, kicked });
+        }
+        carriers.sort_unstable_by_key(|carrier| carrier.node);
+        carriers.dedup_by_key(|carrier| carrier.node);
+        self.scratch.carriers = carriers;
+    }
+
+    /// What the kicks did more because pressures and contact changed the velocity after them, Σ p·(v⁺ − v)/2 with
+    /// p = m (v − v⁻) without the damping, less what it added to Q.
+    fn settle_carriers(&mut self, tick: Tick) -> f64 {
+        let mut work = 0.0;
+        for i in 0..self.scratch.carriers.len() {
+            let Carrier { node, before, kicked } = self.scratch.carriers[i];
+            let a = node.index();
+            let (drag, changed) = (self.drag(a), self.state.velocity[a] - kicked);
+            let more = ((kicked - before) * self.gel.mass[a] - drag).dot(&changed);
+            self.state.ledger.energy.damping += 0.5 * drag.dot(&changed);
+            self.state.excess[a] += self.share_ahead() * more;
+            work += (0.5 - self.share_ahead()) * more;
+            self.last[a] = tick;
+            self.note_speed(a);
+        }
+        work
+    }
+
+    /// Posts the integration residual of the firing groups, Σ ΔV + Σ A of the last tick + W − Σ A of this one: zero for the
+    /// exact motion, second order in the step.
+    pub(super) fn book(&mut self, tick: Tick, work: f64) {
+        let residual = if self.blocks.is_some() { self.settle_blocks(tick) } else { self.settle_groups(tick) };
+        self.state.ledger.energy.integration += residual + work;
+        self.book_loads();
+    }
+
+    fn settle_groups(&mut self, tick: Tick) -> f64 {
+        let mut residual = 0.0;
+        for group in self.scratch.due.iter().map(|group| *group as usize) {
+            let ahead = self.ahead(group, tick);
+            let (clock, answer) = (&mut self.state.clocks[group], &self.scratch.answers[group]);
+            residual += settle(clock, answer, self.grid.time(ahead));
+            self.state.record.min_jacobian = self.state.record.min_jacobian.min(answer.least_jacobian);
+            self.state.record.updates += self.order.elements(self.order.slots(group)).count() as u64;
+        }
+        residual
+    }
+
+    fn settle_blocks(&mut self, tick: Tick) -> f64 {
+        let Some(mut blocks) = self.blocks.take() else { return 0.0 };
+        let (moment, n) = (self.moment(tick), blocks.groups);
+        let books = (self.state.clocks.as_mut_slice(), self.scratch.answers.as_slice());
+        let settled = blocks.settle((self.grid, moment), books, self.pool.as_deref());
+        self.state.ledger.energy.lose(&settled.spent);
+        let record = &mut self.state.record;
+        for report in blocks.all.iter().filter_map(|block| block.report) {
+            record.updates += report.updates;
+            record.min_jacobian = record.min_jacobian.min(report.least_jacobian);
+        }
+        let block_of = |change: &Change| change.group as usize / n;
+        for changed in self.scratch.changed.chunk_by(|a, b| block_of(a) == block_of(b)) {
+            let block = block_of(&changed[0]);
+            blocks.pace(block, (&self.state.clocks, self.grid));
+            blocks.all[block].restless = true;
+        }
+        self.blocks = Some(blocks);
+        settled.residual
+    }
+
+    /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, the part Σ J b of it that removes penetration, that of
+    /// friction, Σ Jₜ·(u⁻ + u⁺)/2, and what the holder of a body that is not free, or of a growing dome, gives.
+    pub(super) fn book_contact(&mut self) {
+        let touches = std::mem::take(&mut self.scratch.touches);
+        let mut taken = Taken::default();
+        for touch in touches.iter().filter(|touch| touch.impulse > 0.0) {
+            let j = touch.impulse;
+            let mean = 0.5 * (touch.before + self.relative(touch));
+            let removal = j * touch.bias;
+            self.state.ledger.energy.contact += j * touch.normal.dot(&mean) - removal;
+            self.state.ledger.energy.contact_bias += removal;
+            self.state.ledger.energy.friction += touch.drag.dot(&mean);
+            self.state.ledger.energy.external += touch.push().dot(&touch.swell);
+            for (node, w) in touch.carriers() {
+                let (at, push) = (embed(&self.state.position[node.index()]), touch.push() * w);
+                taken.add(&self.gel.free(node.index()), self.freedom(), (at, push));
+            }
+            if self.bodies[touch.body].motion != Motion::Free {
+                self.book_reaction(touch);
+            }
+        }
+        taken.post(&mut self.state.ledger);
+        self.scratch.touches = touches;
+        self.book_meetings();
+    }
+
+    /// Momentum and work that come from whoever holds or moves a body.
+    fn book_reaction(&mut self, touch: &Touch<D>) {
+        let (freedom, push, body) = (self.freedom(), touch.push(), touch.body);
+        let work = push.dot(&self.bodies[body].velocity_at(&self.scratch.was[body], &touch.point));
+        let ledger = &mut self.state.ledger;
+        ledger.energy.external += work;
+        ledger.momentum.external += freedom.translation(&push);
+        ledger.angular_momentum.external += freedom.rotation(&touch.point.cross(&push));
+    }
+}

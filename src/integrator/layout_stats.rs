@@ -1,0 +1,54 @@
+//! How the work is laid out: what measurements look at, and nothing else.
+
+use super::blocks::Block;
+use super::engine::Engine;
+use crate::fem::{Lanes, Potential};
+use crate::mesh::NodeId;
+use std::ops::Range;
+
+/// A run of elements that is swept at once and numbers its nodes for itself; no run is divided among threads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run<'a> {
+    /// Its nodes, in the order of their numbers.
+    pub nodes: &'a [NodeId],
+    /// Its groups of patches.
+    pub groups: Range<usize>,
+    /// Its elements.
+    pub n_elements: usize,
+    /// Element updates per second of simulated time at the steps of its groups now, 1/s; 0 of what is known to be at rest, and
+    /// before the first tick.
+    pub rate: f64,
+    /// Whether it was swept at the last tick: it fired, and was not known to be at rest.
+    pub was_swept: bool,
+}
+
+impl<const D: usize, P: Potential<D>> Engine<D, P> {
+    /// The runs of the fast form, in order; none of the reference form.
+    #[must_use]
+    pub fn runs(&self) -> Vec<Run<'_>> {
+        let Some(blocks) = &self.blocks else { return vec![] };
+        blocks.all.iter().enumerate().map(|(i, block)| self.run(block, blocks.groups_of(i))).collect()
+    }
+
+    /// The elements of those runs, laid out for vector units.
+    #[must_use]
+    pub fn lanes(&self) -> Option<&Lanes<D>> {
+        self.blocks.as_ref().map(|blocks| &blocks.lanes)
+    }
+
+    fn run<'a>(&self, block: &'a Block, groups: Range<usize>) -> Run<'a> {
+        let of_group = |group: usize| {
+            let n_elements = self.order.elements(self.order.slots(group)).count();
+            n_elements as f64 / self.grid.time(self.state.clocks[group].step)
+        };
+        let moves = block.is_awake() && self.state.now.is_some();
+        let rate = if moves { groups.clone().map(of_group).sum() } else { 0.0 };
+        Run {
+            nodes: &block.nodes,
+            groups,
+            n_elements: block.n_elements as usize,
+            rate,
+            was_swept: block.report.is_some(),
+        }
+    }
+}

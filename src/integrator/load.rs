@@ -1,0 +1,309 @@
+//! Pressures on faces of the gel: each facet is kicked at the ticks of the element behind it, as if it were part of its energy
+//! (numerics A6), and what it does is booked.
+
+use super::Kind;
+use super::blocks::SLOTS;
+use super::engine::Engine;
+use super::kick::Taken;
+use crate::fem::{Potential, Section, push};
+use crate::math::{Vector, embed};
+use crate::mesh::{ElementId, Facet, NodeId};
+use crate::state::Tick;
+
+/// A pressure over time: straight between its points, constant before the first and after the last; and below which depth all of it
+/// acts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pressure {
+    /// Times, s, and pressures, Pa.
+    points: Vec<(f64, f64)>,
+    /// Depth below z = 0 over which it rises from nothing, m; 0 if it acts wherever it is.
+    depth: f64,
+}
+
+impl Pressure {
+    /// From times, s, ascending, and the pressures there, Pa.
+    ///
+    /// # Panics
+    /// If there is no point or the times do not ascend.
+    #[must_use]
+    pub fn new(points: Vec<(f64, f64)>) -> Self {
+        let ascending = points.windows(2).all(|pair| pair[0].0 < pair[1].0);
+        assert!(!points.is_empty() && ascending, "a pressure has points whose times ascend");
+        Self { points, depth: 0.0 }
+    }
+
+    /// The same, rising from nothing at z = 0 to all of it at this depth, m.
+    #[must_use]
+    pub fn below(self, depth: f64) -> Self {
+        Self { depth, ..self }
+    }
+
+    /// The pressure at a time, s, Pa.
+    #[must_use]
+    pub fn at(&self, time: f64) -> f64 {
+        let after = self.points.partition_point(|(t, _)| *t <= time);
+        let [before, next] = [after.saturating_sub(1), after.min(self.points.len() - 1)].map(|i| self.points[i]);
+        if before.0 < next.0 && time > before.0 {
+            before.1 + (next.1 - before.1) * ((time - before.0) / (next.0 - before.0))
+        } else {
+            before.1
+        }
+    }
+
+    /// The part of it that acts at a height z, m, and how fast that grows with the depth, 1/m.
+    fn part(&self, z: f64) -> (f64, f64) {
+        match -z / self.depth {
+            _ if self.depth == 0.0 => (1.0, 0.0),
+            part if part > 0.0 && part < 1.0 => (part, 1.0 / self.depth),
+            part => (if part >= 1.0 { 1.0 } else { 0.0 }, 0.0),
+        }
+    }
+}
+
+/// A facet that pressures act on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Loaded {
+    /// Its nodes, outward oriented.
+    pub facet: Facet,
+    /// The element that it bounds.
+    pub behind: ElementId,
+    /// Which pressures: bit i for the i-th.
+    pub mark: u8,
+}
+
+/// The pressures on a gel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loads {
+    /// What a facet of the plane stands for.
+    pub section: Section,
+    /// The pressures.
+    pub pressures: Vec<Pressure>,
+    /// The facets that they act on.
+    pub facets: Vec<Loaded>,
+}
+
+impl Loads {
+    /// Nothing.
+    #[must_use]
+    pub fn none() -> Self {
+        Self { section: Section::Spatial, pressures: vec![], facets: vec![] }
+    }
+
+    /// The sum of the pressures that a mark names at a height z, m, Pa, and how fast they grow with the depth, Pa/m.
+    fn pressure(&self, mark: u8, now: &[f64], z: f64) -> (f64, f64) {
+        let named = (0..self.pressures.len()).filter(|i| mark >> i & 1 == 1);
+        named.fold((0.0, 0.0), |(sum, growth), i| {
+            let (part, steepness) = self.pressures[i].part(z);
+            (sum + part * now[i], growth + steepness * now[i].abs())
+        })
+    }
+}
+
+/// What a pressure does to a facet at a tick.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pushed<const D: usize> {
+    nodes: Facet,
+    forces: [Vector<D>; 3],
+    /// The group of the element behind.
+    group: usize,
+    /// The part of the kick that lies behind, s; all of it once it is known.
+    weight: f64,
+}
+
+/// What pressures make of the stiffness of an element that fires.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stiffer {
+    /// Which loaded facet.
+    facet: usize,
+    /// Where the element behind it is.
+    slot: usize,
+    /// By how much, and what there was before this tick's pressures, N/m.
+    more: f64,
+    was: f64,
+}
+
+impl<const D: usize> Pushed<D> {
+    /// The nodes and the impulses on them, N·s.
+    fn impulses(&self) -> impl Iterator<Item = (NodeId, Vector<D>)> + '_ {
+        self.nodes[..D].iter().zip(&self.forces).map(|(node, force)| (*node, force * self.weight))
+    }
+}
+
+impl<const D: usize, P: Potential<D>> Engine<D, P> {
+    /// Whether pressures act at all.
+    pub(super) fn is_loaded(&self) -> bool {
+        !self.gel.loads.facets.is_empty()
+    }
+
+    /// Finds what pressures do to the facets of the elements that fire, and adds its stiffness to theirs. Before the clocks are
+    /// set.
+    pub(super) fn find_loads(&mut self, tick: Tick) {
+        self.scratch.pushed.clear();
+        self.scratch.stiffer.clear();
+        if !self.is_loaded() {
+            return;
+        }
+        let (gel, time) = (self.gel.clone(), self.grid.time(tick));
+        let now: Vec<f64> = gel.loads.pressures.iter().map(|pressure| pressure.at(time)).collect();
+        for (facet, loaded) in gel.loads.facets.iter().enumerate() {
+            let group = self.order.group(loaded.behind);
+            if self.is_firing(group, tick) {
+                let slot = self.order.slot(loaded.behind);
+                let (pushed, more) = self.find_load((loaded, &now), group, tick).unzip();
+                self.scratch.pushed.extend(pushed);
+                let (more, was) = (more.unwrap_or(0.0), self.state.stiffness[slot]);
+                self.scratch.stiffer.push(Stiffer { facet, slot, more, was });
+            }
+        }
+        self.stiffen();
+    }
+
+    /// What a pressure does to a facet, and by how much it makes the element behind it stiffer, N/m.
+    fn find_load(&self, (loaded, now): (&Loaded, &[f64]), group: usize, tick: Tick) -> Option<(Pushed<D>, f64)> {
+        let (loads, time) = (&self.gel.loads, self.grid.time(tick));
+        let corners = loaded.facet.map(|node| self.position_at(node, time));
+        let middle = corners[..D].iter().sum::<Vector<D>>() / D as f64;
+        let (pressure, growth) = loads.pressure(loaded.mark, now, middle[D - 1]);
+        if pressure == 0.0 {
+            return None;
+        }
+        let push = push(loads.section, &corners);
+        // Of f_a = p(z) w_a A n with Σ w_a = 1 and z = Σ z_b/D the part of p′ has the norm p′A|w|/√D ≤ p′A/√D.
+        let area = push.forces.iter().sum::<Vector<D>>().norm();
+        let more = pressure.abs() * push.stiffness + growth * area / (D as f64).sqrt();
+        let (forces, weight) = (push.forces.map(|force| force * pressure), self.owed(group, tick));
+        Some((Pushed { nodes: loaded.facet, forces, group, weight }, more))
+    }
+
+    /// Whether a group fires at this tick, before the clocks are set.
+    fn is_firing(&self, group: usize, tick: Tick) -> bool {
+        match self.blocks {
+            Some(_) => self.moment(tick).fires(self.state.clocks[group].step),
+            None => self.scratch.due.binary_search(&(group as u32)).is_ok(),
+        }
+    }
+
+    /// The part of the kick of a group that fires that belongs to the step behind, before the clocks are set, s.
+    pub(super) fn owed(&self, group: usize, tick: Tick) -> f64 {
+        self.grid.length(match self.rules.schedule {
+            Kind::Queue => 0.5 * (tick - self.state.alarms[group].last) as f64,
+            Kind::Bins | Kind::Global => self.moment(tick).owed(self.state.clocks[group].step),
+        })
+    }
+
+    /// Adds what pressures make of it to the stiffness of the elements that fire. Those of a block that stands still were not swept:
+    /// they have what their last sweep found instead of what pressures made of it then, so that it is the same as if they had been
+    /// swept now, as after a restart.
+    pub(super) fn stiffen(&mut self) {
+        let stiffness = &mut self.state.stiffness;
+        if let Some(blocks) = &mut self.blocks {
+            for stiffer in &self.scratch.stiffer {
+                let (found, own) = (&mut blocks.unloaded[stiffer.facet], &mut stiffness[stiffer.slot]);
+                if blocks.all[stiffer.slot / SLOTS].report.is_some() {
+                    *found = *own;
+                }
+            }
+            let still = |stiffer: &&Stiffer| blocks.all[stiffer.slot / SLOTS].report.is_none();
+            for stiffer in self.scratch.stiffer.iter().filter(still) {
+                stiffness[stiffer.slot] = blocks.unloaded[stiffer.facet];
+            }
+        }
+        for stiffer in &self.scratch.stiffer {
+            stiffness[stiffer.slot] += stiffer.more;
+        }
+        self.sum_stiffened();
+    }
+
+    /// Sums κ at the nodes of the blocks in which it has changed, in the order of a sweep, and lets the steps around what stands still
+    /// be looked at.
+    fn sum_stiffened(&mut self) {
+        let (Some(blocks), stiffness) = (&mut self.blocks, &self.state.stiffness) else { return };
+        let mut stiffened = std::mem::take(&mut self.scratch.stiffened);
+        for stiffer in &self.scratch.stiffer {
+            let (block, behind) = (stiffer.slot / SLOTS, self.gel.loads.facets[stiffer.facet].behind);
+            // What was swept does not know what pressures made of it before.
+            let (still, swept) = (!blocks.all[block].is_awake(), blocks.all[block].report.is_some());
+            if stiffness[stiffer.slot] == stiffer.was && !(still && swept) {
+                continue;
+            }
+            stiffened.push(block);
+            if still {
+                self.gel.potential.nodes(behind).iter().for_each(|node| blocks.stir(node.index()));
+            }
+        }
+        stiffened.sort_unstable();
+        stiffened.dedup();
+        for block in stiffened.drain(..) {
+            let (groups, own) = (blocks.groups_of(block), &blocks.all[block]);
+            let part = &mut blocks.parts[own.first..own.first + own.nodes.len()];
+            blocks.lanes.sum_stiffness(groups, &stiffness[block * SLOTS..], part);
+        }
+        self.scratch.stiffened = stiffened;
+    }
+
+    /// Kicks the nodes of the loaded facets; held directions take up the rest.
+    pub(super) fn press(&mut self, tick: Tick) {
+        if self.scratch.pushed.is_empty() {
+            return;
+        }
+        let (gel, freedom, mut taken) = (self.gel.clone(), self.freedom(), Taken::default());
+        let mut pushed = std::mem::take(&mut self.scratch.pushed);
+        for pushed in &mut pushed {
+            pushed.weight += 0.5 * self.grid.time(self.ahead(pushed.group, tick));
+            for (node, impulse) in pushed.impulses() {
+                let (a, push) = (node.index(), embed(&impulse));
+                self.state.velocity[a] += impulse.component_mul(&gel.free(a)) / gel.mass[a];
+                let at = embed(&self.state.position[a]);
+                taken.add(&gel.free(a), freedom, (at, push));
+                self.state.ledger.momentum.load += freedom.translation(&push);
+                self.state.ledger.angular_momentum.load += freedom.rotation(&at.cross(&push));
+                self.state.record.pressed += push.norm();
+            }
+        }
+        taken.post(&mut self.state.ledger);
+        self.scratch.pushed = pushed;
+    }
+
+    /// The nodes of the loaded facets of this tick.
+    pub(super) fn pressed(&self) -> impl Iterator<Item = NodeId> + '_ {
+        self.scratch.pushed.iter().flat_map(|pushed| pushed.nodes[..D].iter().copied())
+    }
+
+    /// Velocity of a node of a loaded facet before the kicks of this tick, m/s. In the fast form one that was still is not active.
+    fn before_loads(&self, node: NodeId) -> Vector<D> {
+        match self.scratch.carriers.binary_search_by_key(&node, |carrier| carrier.node) {
+            Ok(at) if self.blocks.is_some() => self.scratch.carriers[at].before,
+            _ => self.scratch.before[node.index()],
+        }
+    }
+
+    /// Posts the work of the pressures, Σ J·(v⁻ + v⁺)/2, once all velocities of the tick are known.
+    pub(super) fn book_loads(&mut self) {
+        let work = |(node, impulse): (NodeId, Vector<D>)| {
+            let both = self.before_loads(node) + self.state.velocity[node.index()];
+            0.5 * impulse.component_mul(&self.gel.free(node.index())).dot(&both)
+        };
+        let work: f64 = self.scratch.pushed.iter().flat_map(Pushed::impulses).map(work).sum();
+        self.state.ledger.energy.load += work;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pressure_is_straight_between_its_points_and_constant_outside() {
+        let pressure = Pressure::new(vec![(1.0, 10.0), (2.0, 30.0), (4.0, 0.0)]);
+        let found = [0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0].map(|time| pressure.at(time));
+        assert_eq!(found, [10.0, 10.0, 20.0, 30.0, 15.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_pressure_below_a_depth_rises_from_nothing_at_the_surface() {
+        let pressure = Pressure::new(vec![(0.0, 8.0)]).below(0.25);
+        let found = [1.0, 0.0, -0.125, -0.25, -3.0].map(|z| pressure.part(z));
+        assert_eq!(found, [(0.0, 0.0), (0.0, 0.0), (0.5, 4.0), (1.0, 0.0), (1.0, 0.0)]);
+        assert_eq!(Pressure::new(vec![(0.0, 8.0)]).part(1.0), (1.0, 0.0));
+    }
+}

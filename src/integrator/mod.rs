@@ -1,0 +1,57 @@
+//! The asynchronous variational integrator: every patch of elements at its own time step (numerics 1).
+
+mod assembly;
+mod blocks;
+mod broad_phase;
+mod contact_solver;
+mod damping;
+mod distortion;
+mod element_loop;
+mod element_order;
+mod energy_correction;
+mod energy_residual;
+mod engine;
+mod error;
+mod exit;
+mod facet;
+mod gel;
+mod grid;
+mod handover;
+mod history_rows;
+mod kick;
+mod layout_stats;
+mod load;
+mod neighbour_list;
+mod node_loop;
+mod node_update;
+mod partial_block;
+mod pool;
+mod reference;
+mod report;
+mod schedule;
+mod sort_keys;
+mod step_size;
+mod stretch_limit;
+mod substep;
+mod symmetry_contact;
+#[cfg(test)]
+mod test_cube;
+mod tick;
+mod tip_in_facet;
+mod worker_spin;
+mod workspace;
+
+pub use distortion::Wear;
+pub use engine::{Engine, NoStep, Rules};
+pub use error::StepError;
+pub(crate) use error::fixed;
+pub use exit::ExitRule;
+pub use gel::{Gel, Surface, SurfaceNode};
+pub use grid::TickGrid;
+pub use handover::Reached;
+pub use layout_stats::Run;
+pub use load::{Loaded, Loads, Pressure};
+pub use pool::Pool;
+pub use report::{Energies, Totals};
+pub use schedule::Kind;
+pub use sort_keys::order_of_nodes;

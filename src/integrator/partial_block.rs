@@ -1,0 +1,59 @@
+//! What is around some groups of a block: which nodes they have, and what else is at these.
+
+use super::element_order::Order;
+use crate::fem::{Lanes, MOST_LOCAL_NODES};
+use std::ops::Range;
+
+/// Some groups of a block, and what is around them.
+#[derive(Debug, Default)]
+pub(super) struct Around {
+    /// The groups, ascending.
+    pub groups: Vec<u32>,
+    /// Their elements.
+    pub n_elements: u64,
+    /// Their nodes, ascending; none before they are found.
+    pub nodes: Vec<u16>,
+    /// The slots of all elements of the block at each of these, node by node, in the order of a sweep, and where those of each end.
+    pub slots: Vec<u16>,
+    pub ends: Vec<u16>,
+}
+
+impl Around {
+    /// Of these groups; what is around them is not known yet.
+    pub fn of(order: &Order, groups: impl Iterator<Item = usize>) -> Self {
+        let groups: Vec<u32> = groups.map(|group| group as u32).collect();
+        let of_group = |group: &u32| order.elements(order.slots(*group as usize)).count() as u64;
+        Self { n_elements: groups.iter().map(of_group).sum(), groups, ..Self::default() }
+    }
+
+    /// Finds what is around them among all groups of the block.
+    pub fn find<const D: usize>(&mut self, lanes: &Lanes<D>, all: Range<usize>) {
+        let (mut is_touched, mut place) = ([false; MOST_LOCAL_NODES], [0_u16; MOST_LOCAL_NODES]);
+        for group in &self.groups {
+            lanes.nodes(*group as usize, |node| is_touched[usize::from(node)] = true);
+        }
+        self.nodes = (0..).zip(&is_touched).filter(|(_, touched)| **touched).map(|(node, _)| node).collect();
+        // Every corner is counted and put down, those elsewhere at one place more: what as good as random decides can't be foreseen.
+        let elsewhere = self.nodes.len();
+        place.fill(elsewhere as u16);
+        self.nodes.iter().zip(0..).for_each(|(node, i)| place[usize::from(*node)] = i);
+        let mut next = vec![0_u16; elsewhere + 2];
+        lanes.corners(all.clone(), |corner| next[usize::from(place[usize::from(corner.node)]) + 1] += 1);
+        (1..next.len()).for_each(|i| next[i] += next[i - 1]);
+        self.slots = vec![0; usize::from(next[elsewhere + 1])];
+        lanes.corners(all, |corner| {
+            let next = &mut next[usize::from(place[usize::from(corner.node)])];
+            self.slots[usize::from(*next)] = corner.slot;
+            *next += 1;
+        });
+        next.truncate(elsewhere);
+        self.slots.truncate(next.last().map_or(0, |end| usize::from(*end)));
+        self.slots.shrink_to_fit();
+        self.ends = next;
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        4 * self.groups.capacity() + 2 * (self.nodes.capacity() + self.ends.capacity() + self.slots.capacity())
+    }
+}

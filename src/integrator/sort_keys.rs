@@ -1,0 +1,82 @@
+//! Which patches stand beside each other, and which nodes: those that are stepped together.
+
+use super::Gel;
+use super::element_order::{Order, Rank};
+use super::engine::{Rules, grid_of};
+use super::schedule::Kind;
+use crate::fem::{LANES, Potential};
+use crate::mesh::{ElementId, NodeId};
+use crate::state::MOST_TICKS;
+
+/// The nodes of a gel at rest in the order in which its elements meet them when all are stepped: what a block of elements needs is then
+/// beside each other in memory. A step of 169 200 tetrahedra takes 6 % less so than with nodes on a curve through space by themselves, one
+/// of 968 112 takes 4 % less. None where there are no steps.
+#[must_use]
+pub fn order_of_nodes<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, rules: &Rules) -> Option<Vec<NodeId>> {
+    let stiffness = gel.measure(gel.potential.rest(), &gel.fresh_memory()).stiffness;
+    let steps = super::step_size::stable_steps(gel, &stiffness, rules.cfl);
+    let (grid, _) = grid_of(&steps, None).ok()?;
+    let order = order(gel, rules, |element| grid.ticks(steps[element.index()]));
+    let elements = order.elements(0..order.n_slots());
+    let all = (0..gel.mass.len() as u32).map(NodeId);
+    let mut is_new = vec![true; gel.mass.len()];
+    let met = elements.flat_map(|element| gel.potential.nodes(element)).copied().chain(all);
+    Some(met.filter(|node| std::mem::take(&mut is_new[node.index()])).collect())
+}
+
+/// Patches of equal steps beside each other; in the queue each by itself.
+pub(super) fn order<const D: usize, P: Potential<D>>(
+    gel: &Gel<D, P>,
+    rules: &Rules,
+    ticks: impl Fn(ElementId) -> f64,
+) -> Order {
+    let limit = |patch: usize| {
+        let elements = gel.potential.patches().of(patch).iter();
+        elements.map(|element| ticks(*element)).fold(f64::INFINITY, f64::min).clamp(1.0, MOST_TICKS as f64)
+    };
+    let rank = |patch: usize| {
+        // What touches the surface stands apart: contact shortens the steps of whole groups.
+        let (limit, is_inner) = (limit(patch), u64::from(is_inner(gel, patch)));
+        Rank { class: 2 * rules.schedule.step(limit) + is_inner, within: eighths(limit) }
+    };
+    match rules.schedule {
+        Kind::Bins => Order::new(&gel.potential, LANES, rank),
+        Kind::Global => Order::new(&gel.potential, LANES, |_| Rank::default()),
+        Kind::Queue => Order::new(&gel.potential, 1, |_| Rank::default()),
+    }
+}
+
+/// In which eighth of its octave a positive number is, and in which octave: its sign, exponent and three bits more.
+fn eighths(x: f64) -> u64 {
+    x.to_bits() >> (f64::MANTISSA_DIGITS - 1 - 3)
+}
+
+/// Whether no node of a patch is on the surface.
+fn is_inner<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, patch: usize) -> bool {
+    let mut nodes = gel.potential.patches().of(patch).iter().flat_map(|element| gel.potential.nodes(*element));
+    nodes.all(|node| gel.surface.of[node.index()].is_none())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_cube;
+    use super::*;
+
+    #[test]
+    fn nodes_that_are_numbered_as_elements_meet_them_keep_their_numbers() {
+        let mesh = test_cube::mixed();
+        let rules = test_cube::rules();
+        let order = order_of_nodes(&test_cube::gel(&mesh), &rules).expect("steps");
+        let all: Vec<NodeId> = (0..mesh.rest.len() as u32).map(NodeId).collect();
+        assert_ne!(order, all);
+        let gel = test_cube::gel(&mesh.renumbered(&order));
+        assert_eq!(order_of_nodes(&gel, &rules).expect("steps"), all);
+    }
+
+    #[test]
+    fn a_limit_is_known_by_its_octave_and_eighth() {
+        assert_eq!(eighths(1.0), eighths(1.124));
+        assert_eq!(eighths(1.126), eighths(1.0) + 1);
+        assert_eq!(eighths(2.0), eighths(1.0) + 8);
+    }
+}

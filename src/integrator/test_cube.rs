@@ -1,0 +1,49 @@
+//! A cube of gel that swings, for tests: stretched a little and let go.
+
+use super::{Engine, Gel, Kind, Rules, Surface};
+use crate::constitutive::NeoHookean;
+use crate::contact::{Body, BodyState, Freedom, Law};
+use crate::fem::{Potential, Section, Simplices};
+use crate::geometry::{Shape, Sphere};
+use crate::math::Vector3;
+use crate::mesh::{Block, Mesh, Patches, Split, block, graded};
+
+/// Of cells between the same planes along each axis, m.
+pub(super) fn mesh(planes: &[f64]) -> Mesh<3> {
+    block(Block { planes: std::array::from_fn(|_| planes.to_vec()), split: Split::Centred, faces: vec![] })
+}
+
+/// Numbers from −1 to 1 that look like any.
+pub(super) fn any(i: usize) -> f64 {
+    (i as f64 * 12.9898).sin()
+}
+
+/// Of several blocks and stretches, with steps of several lengths.
+pub(super) fn mixed() -> Mesh<3> {
+    mesh(&graded(1.0, 0.05, (0.3, 1.3, 0.2)))
+}
+
+pub(super) fn gel(mesh: &Mesh<3>) -> Gel<3, Simplices<3>> {
+    gel_in(mesh, Patches::alone(mesh.elements.len()))
+}
+
+pub(super) fn gel_in(mesh: &Mesh<3>, patches: Patches) -> Gel<3, Simplices<3>> {
+    let simplices = Simplices::in_patches(mesh, patches, (NeoHookean::new(1e3, 1e4), Section::Spatial));
+    let mass = simplices.lumped_masses(mesh, 1.0);
+    let surface = Surface::new::<3>(mesh.rest.len(), mesh.facets.clone(), |_| (1.0, 1.0));
+    Gel::new(simplices, mass, &mesh.held, surface)
+}
+
+/// In bins.
+pub(super) fn rules() -> Rules {
+    let law = Law::Moreau { restitution: 0.0, bias: 0.0, friction: 0.0 };
+    Rules { schedule: Kind::Bins, cfl: 0.8, law, force_window: 1.0, damping: 0.0 }
+}
+
+/// With a body that touches nothing.
+pub(super) fn engine(gel: Gel<3, Simplices<3>>) -> Engine<3, Simplices<3>> {
+    let nobody = BodyState { active: false, ..BodyState::starting(Vector3::zeros(), Vector3::zeros()) };
+    let body = (Body::fixed(Shape::Sphere(Sphere { radius: 1.0 }), Freedom::SPATIAL), nobody);
+    let nodes = gel.potential.rest().iter().map(|x| (x * 1.01, x * 0.1)).collect();
+    Engine::new(gel, vec![body], rules(), nodes)
+}

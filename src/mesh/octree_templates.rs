@@ -1,0 +1,123 @@
+//! Simplices that fill the leaves of a tree: nodes are their corners and middles, and nothing hangs.
+//!
+//! A face between two leaves is that of the smaller one. In space its edges, halved where a smaller leaf has a corner, are
+//! joined to the middles on both sides: the line between these crosses the face inside, also where one leaf is twice as
+//! large, so that the tetrahedra around it fill the two pyramids over the face. On the boundary the face's own middle is the
+//! other end, and in the plane the edges are joined to the middle of their cell. Between leaves of one level this is the
+//! centred lattice.
+
+use super::octree::{Beyond, Cell, Leaves};
+use super::structured::{Builder, Half, face_edges, shifted};
+use std::collections::HashSet;
+
+/// Adds the simplices of all leaves.
+pub(super) fn fill<const D: usize>(builder: &mut Builder<'_, D>, leaves: &Leaves<D>) {
+    let corners = leaves.corners();
+    for cell in leaves.in_order() {
+        for (axis, up) in (0..D).flat_map(|axis| [(axis, false), (axis, true)]) {
+            let face = shifted(cell.middle(), axis, if up { cell.reach() } else { -cell.reach() });
+            let Some(end) = other_end(leaves, &cell, (axis, up, face)) else { continue };
+            for [a, b] in face_edges(face, axis, cell.reach()).into_iter().flat_map(|edge| halved(edge, &corners)) {
+                builder.simplex(&[cell.middle(), a, b, end][..=D]);
+            }
+        }
+    }
+}
+
+/// The node beyond a face that its edges are joined to, if this leaf is the one to do it.
+fn other_end<const D: usize>(
+    leaves: &Leaves<D>,
+    cell: &Cell<D>,
+    (axis, up, face): (usize, bool, Half<D>),
+) -> Option<Half<D>> {
+    if D == 2 {
+        return Some(face);
+    }
+    match leaves.beyond(cell, axis, up) {
+        Beyond::Outside => Some(face),
+        Beyond::Leaf(leaf) => (up || leaf.level > cell.level).then(|| leaf.middle()),
+        Beyond::Smaller => None,
+    }
+}
+
+/// An edge, or its halves where its middle is a corner of a leaf.
+fn halved<const D: usize>([a, b]: [Half<D>; 2], corners: &HashSet<Half<D>>) -> Vec<[Half<D>; 2]> {
+    let middle = std::array::from_fn(|i| usize::midpoint(a[i], b[i]));
+    if corners.contains(&middle) { vec![[a, middle], [middle, b]] } else { vec![[a, b]] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Facet, Grid, Mesh, Split, Tree, least_angle, uniform};
+    use crate::math::embed;
+
+    /// Half widths and depth, cells.
+    const REACH: f64 = 16.0;
+
+    fn grid<const D: usize>() -> Grid<D> {
+        let axis = |i: usize| if i + 1 == D { uniform(-REACH, 0.0, 1.0) } else { uniform(-REACH, REACH, 1.0) };
+        Grid { planes: std::array::from_fn(axis), filled: Box::new(|_| true) }
+    }
+
+    /// Fast and slow growth, from a point and from a ball.
+    fn meshes<const D: usize>() -> Vec<Mesh<D>> {
+        let trees =
+            [(0.0, 1e9), (0.0, 0.3), (2.5, 1e9), (3.0, 0.5)].map(|(core, slope)| Tree { coarsest: 8, core, slope });
+        let mesh = |tree| {
+            let (points, elements) = grid::<D>().split(Split::Tree(tree));
+            Mesh::new(points, elements)
+        };
+        trees.into_iter().map(mesh).collect()
+    }
+
+    fn area<const D: usize>(mesh: &Mesh<D>, facet: &Facet) -> f64 {
+        let x = |i: usize| embed(&mesh.rest[facet[i].index()]);
+        if D == 2 { (x(1) - x(0)).norm() } else { 0.5 * (x(1) - x(0)).cross(&(x(2) - x(0))).norm() }
+    }
+
+    fn is_on_a_side<const D: usize>(mesh: &Mesh<D>, facet: &Facet) -> bool {
+        let on = |i: usize, at: f64| facet[..D].iter().all(|node| mesh.rest[node.index()][i] == at);
+        (0..D).any(|i| on(i, -REACH) || on(i, if i + 1 == D { 0.0 } else { REACH }))
+    }
+
+    fn fills_its_box<const D: usize>(volume: f64, boundary: f64) {
+        for mesh in meshes::<D>() {
+            let found: f64 = mesh.elements.iter().map(|e| mesh.measure(e)).sum();
+            assert!((found / volume - 1.0).abs() < 1e-13);
+            // A facet that two elements do not share is one of the boundary: inside, it would be on no side of the box.
+            assert!(mesh.facets.iter().all(|facet| is_on_a_side(&mesh, facet)));
+            let found: f64 = mesh.facets.iter().map(|facet| area(&mesh, facet)).sum();
+            assert!((found / boundary - 1.0).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn simplices_fill_the_box_and_meet_face_to_face() {
+        fills_its_box::<2>(2.0 * REACH * REACH, 6.0 * REACH);
+        fills_its_box::<3>(4.0 * REACH.powi(3), 16.0 * REACH * REACH);
+    }
+
+    #[test]
+    fn without_larger_cells_the_mesh_is_the_centred_one() {
+        let tree = Tree { coarsest: 4, core: 1e9, slope: 1.0 };
+        assert!(grid::<2>().split(Split::Tree(tree)) == grid::<2>().split(Split::Centred));
+        assert!(grid::<3>().split(Split::Tree(tree)) == grid::<3>().split(Split::Centred));
+    }
+
+    #[test]
+    fn the_same_tree_gives_the_same_mesh() {
+        assert!(meshes::<3>() == meshes::<3>());
+    }
+
+    fn least_of_all<const D: usize>() -> f64 {
+        let meshes = meshes::<D>();
+        let angles = meshes.iter().flat_map(|mesh| mesh.elements.iter().map(|e| least_angle(&mesh.rest, e)));
+        angles.fold(180.0, f64::min)
+    }
+
+    #[test]
+    fn no_angle_is_below_45_degrees_in_the_plane_or_30_in_space() {
+        assert!(least_of_all::<2>() > 44.9, "{}", least_of_all::<2>());
+        assert!(least_of_all::<3>() > 29.9, "{}", least_of_all::<3>());
+    }
+}

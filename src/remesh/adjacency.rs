@@ -1,0 +1,101 @@
+//! Who is next to whom in a new mesh: as in the old one where that stays, and looked for where it does not.
+
+use super::correspondence::Pairing;
+use crate::mesh::{ElementId, Facet, Simplex, facet, sorted};
+
+/// By element, its neighbours across the facets opposite its nodes.
+pub type Neighbours = Vec<[Option<ElementId>; 4]>;
+
+/// The neighbours of each new element, those of the old ones being known: what [`crate::mesh::neighbours`] finds from nothing.
+///
+/// An element that is an old one has the neighbours that it had, where these are there again. All other sides are matched: those
+/// of new elements, those that have lost their neighbour, and those of the old boundary between nodes of new elements.
+#[must_use]
+pub fn neighbours_after<const D: usize>(
+    elements: &[Simplex],
+    pairing: &Pairing,
+    old: &[[Option<ElementId>; 4]],
+) -> Neighbours {
+    let new_of = successors(pairing, old.len());
+    let is_touched = touched::<D>(elements, pairing);
+    let mut across = vec![[None; 4]; elements.len()];
+    let mut open: Vec<(Facet, u32)> = vec![];
+    for (e, (nodes, same)) in elements.iter().zip(&pairing.same).enumerate() {
+        for (k, own) in across[e][..=D].iter_mut().enumerate() {
+            let was = same.map(|same| old[same.element.index()][usize::from(same.corners[k])]);
+            let side = facet::<D>(nodes, k);
+            *own = was.flatten().and_then(|other| new_of[other.index()]);
+            let stays_bare = was == Some(None) && !side[..D].iter().all(|node| is_touched[node.index()]);
+            if own.is_none() && !stays_bare {
+                open.push((sorted::<D>(side), (4 * e + k) as u32));
+            }
+        }
+    }
+    open.sort_unstable();
+    for pair in open.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 2) {
+        let [(e, i), (f, j)] = [pair[0], pair[1]].map(|(_, side)| (side / 4, side as usize % 4));
+        across[e as usize][i] = Some(ElementId(f));
+        across[f as usize][j] = Some(ElementId(e));
+    }
+    across
+}
+
+/// By old element, the new one that it is.
+fn successors(pairing: &Pairing, n_old: usize) -> Vec<Option<ElementId>> {
+    let mut new_of = vec![None; n_old];
+    for (new, same) in (0..).map(ElementId).zip(&pairing.same) {
+        if let Some(same) = same {
+            new_of[same.element.index()] = Some(new);
+        }
+    }
+    new_of
+}
+
+/// The nodes of elements that are not old ones.
+fn touched<const D: usize>(elements: &[Simplex], pairing: &Pairing) -> Vec<bool> {
+    let mut touched = vec![false; pairing.unchanged.len()];
+    pairing.changed().flat_map(|e| &elements[e][..=D]).for_each(|node| touched[node.index()] = true);
+    touched
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_bodies::Random;
+    use super::super::{Moved, Rules, propose, propose_in_space, test_meshes};
+    use super::*;
+    use crate::math::{Vector, Vector3};
+    use crate::mesh::{Block, Mesh, Split, block, boundary, neighbours, outer, uniform};
+    use crate::remesh::Proposal;
+
+    /// What is found from the old neighbours is what is found from nothing; how many elements stay.
+    fn check<const D: usize>(mesh: &Mesh<D>, new: &Proposal<D>) -> usize {
+        let pairing = Pairing::of(mesh, new);
+        let found = neighbours_after::<D>(&new.elements, &pairing, &neighbours::<D>(&mesh.elements));
+        assert!(found == neighbours::<D>(&new.elements), "neighbours differ");
+        assert_eq!(outer::<D>(&new.elements, &found), boundary::<D>(&new.elements));
+        pairing.same.iter().flatten().count()
+    }
+
+    #[test]
+    fn neighbours_after_an_exchange_are_those_found_from_nothing() {
+        let mut random = Random::new(17);
+        let planes = std::array::from_fn(|_| uniform(0.0, 1.0, 0.125));
+        let solid = block::<3>(Block { planes, split: Split::Centred, faces: vec![] });
+        let flat = test_meshes::square(12);
+        for round in 0..6 {
+            let fine = 0.04 + 0.02 * f64::from(round);
+            let bent = |x: &Vector<3>| Vector3::new(x.x * (1.0 + 0.3 * x.z), x.y, x.z * (1.0 + 0.2 * x.y));
+            let position: Vec<_> = solid.rest.iter().map(bent).collect();
+            let sizes: Vec<f64> = position.iter().map(|x| (0.1 + 0.3 * x.x) * (0.9 + 0.2 * random.next())).collect();
+            let old = Moved { mesh: &solid, position: &position };
+            let new = propose_in_space(&old, &sizes, &Rules::default(), &|x| *x).unwrap();
+            let stay = check(&solid, &new);
+            assert!(stay > 0 && stay < new.elements.len(), "{stay} of {} stay", new.elements.len());
+            let position: Vec<_> =
+                flat.rest.iter().map(|x| Vector::<2>::new(x[0] * (1.0 + 0.3 * x[1]), x[1])).collect();
+            let sizes: Vec<f64> = position.iter().map(|x| fine + 0.1 * x[0]).collect();
+            let old = Moved { mesh: &flat, position: &position };
+            check(&flat, &propose(&old, &sizes, &Rules::default(), &|x| *x).unwrap());
+        }
+    }
+}

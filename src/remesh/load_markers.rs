@@ -1,0 +1,163 @@
+//! Which loads act on the facets of a new mesh: those of the old facets that they take the place of.
+
+use super::Origin;
+use crate::math::{Vector, Vector3, embed};
+use crate::mesh::{ElementId, Facet, Incidence, Mesh, NodeId};
+
+/// The loads of each node that act on some of its facets and not on others; empty where there are no loads. Where one is named
+/// the loaded face ends, and the surface may not be made of other facets across it.
+pub(super) fn ends<const D: usize>(mesh: &Mesh<D>) -> Vec<u8> {
+    if mesh.marks.is_empty() {
+        return vec![];
+    }
+    let mut found = vec![(0_u8, u8::MAX); mesh.rest.len()];
+    for (facet, mark) in mesh.facets.iter().zip(&mesh.marks) {
+        for node in &facet[..D] {
+            let (some, all) = &mut found[node.index()];
+            (*some, *all) = (*some | mark, *all & mark);
+        }
+    }
+    found.into_iter().map(|(some, all)| some & !all).collect()
+}
+
+/// The marks of new facets, whose nodes come from there and were at rest there; empty where there are no loads.
+///
+/// A facet has the mark of the old one that its middle was nearest to at rest, among those that its nodes lie on and that face
+/// as it does.
+#[must_use]
+pub fn marks<const D: usize>(old: &Mesh<D>, (facets, rest): (&[Facet], &[Vector<D>]), origin: &[Origin]) -> Vec<u8> {
+    if old.marks.is_empty() {
+        return vec![];
+    }
+    let around = Incidence::new(old.rest.len(), old.facets.iter().map(|facet| &facet[..D]));
+    let corners = |facet: &Facet, x: &[Vector<D>]| facet.map(|node| embed(&x[node.index()]));
+    let mark = |facet: &Facet| {
+        let own = Face::<D>(corners(facet, rest));
+        let distance = |old_facet: ElementId| {
+            let face = Face::<D>(corners(&old.facets[old_facet.index()], &old.rest));
+            let apart = face.distance(&own.middle());
+            (face.normal().dot(&own.normal()) <= 0.0, apart, old_facet)
+        };
+        let candidates = facet[..D].iter().flat_map(|node| lies_on::<D>(&origin[node.index()], (old, &around)));
+        let before = |a: &(bool, f64, ElementId), b: &(bool, f64, ElementId)| {
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2))
+        };
+        candidates.map(distance).min_by(before).map_or(0, |(.., nearest)| old.marks[nearest.index()])
+    };
+    facets.iter().map(mark).collect()
+}
+
+/// The old facets that a new node lies on.
+fn lies_on<const D: usize>(origin: &Origin, (old, around): (&Mesh<D>, &Incidence)) -> Vec<ElementId> {
+    let (first, others): (NodeId, Vec<NodeId>) = match *origin {
+        Origin::Kept(node) => (node, vec![]),
+        Origin::Surface(nodes, weights) => {
+            let mut parents = nodes.into_iter().zip(weights).filter(|(_, weight)| *weight > 0.0).map(|(node, _)| node);
+            let Some(first) = parents.next() else { return vec![] };
+            (first, parents.collect())
+        }
+        Origin::Inside => return vec![],
+    };
+    let has_all = |facet: &&ElementId| others.iter().all(|node| old.facets[facet.index()][..D].contains(node));
+    around.of(first).iter().filter(has_all).copied().collect()
+}
+
+/// A facet by its corners; an edge of the plane has the third where the second is.
+struct Face<const D: usize>([Vector3; 3]);
+
+impl<const D: usize> Face<D> {
+    fn middle(&self) -> Vector3 {
+        self.0[..D].iter().sum::<Vector3>() / D as f64
+    }
+
+    /// Along the outward normal; not of length 1.
+    fn normal(&self) -> Vector3 {
+        let [a, b, c] = &self.0;
+        if D == 2 { Vector3::y().cross(&(b - a)) } else { (b - a).cross(&(c - a)) }
+    }
+
+    /// Distance of a point, m.
+    fn distance(&self, p: &Vector3) -> f64 {
+        let [a, b, c] = &self.0;
+        let sides = if D == 2 { &[(a, b)][..] } else { &[(a, b), (b, c), (c, a)] };
+        let to_sides = sides.iter().map(|(a, b)| to_segment(p, a, b)).fold(f64::INFINITY, f64::min);
+        let n = self.normal();
+        let is_over = D == 3 && sides.iter().all(|(a, b)| (*b - *a).cross(&(p - *a)).dot(&n) >= 0.0);
+        if is_over { (p - a).dot(&n).abs() / n.norm() } else { to_sides }
+    }
+}
+
+fn to_segment(p: &Vector3, a: &Vector3, b: &Vector3) -> f64 {
+    let along = b - a;
+    let share = ((p - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+    if share.is_finite() { (p - (a + along * share)).norm() } else { (p - a).norm() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_meshes::square;
+    use super::super::{Moved, Proposal, Rules, immerse, propose, propose_in_space};
+    use super::*;
+    use crate::mesh::{Block, Split, block, boundary, facet_measure, uniform};
+
+    /// Marks the first half of the side of least last coordinate with 1, the side of greatest first coordinate with 2.
+    fn marked<const D: usize>(mut mesh: Mesh<D>) -> Mesh<D> {
+        let all = |facet: &Facet, is_there: &dyn Fn(&Vector<D>) -> bool| {
+            facet[..D].iter().all(|node| is_there(&mesh.rest[node.index()]))
+        };
+        let mark = |facet: &Facet| {
+            u8::from(all(facet, &|x| x[D - 1] == 0.0 && x[0] <= 0.5)) + 2 * u8::from(all(facet, &|x| x[0] == 1.0))
+        };
+        mesh.marks = mesh.facets.iter().map(mark).collect();
+        mesh
+    }
+
+    /// What loads act on, at rest, and what a new mesh makes of it: its measure by load.
+    fn loaded<const D: usize>(old: &Mesh<D>, new: &Proposal<D>) -> [f64; 2] {
+        let rest = |origin: &Origin| match origin {
+            Origin::Kept(node) => old.rest[node.index()],
+            Origin::Surface(nodes, weights) => nodes.iter().zip(weights).map(|(n, w)| old.rest[n.index()] * *w).sum(),
+            Origin::Inside => Vector::<D>::zeros(),
+        };
+        let (facets, rest) = (boundary::<D>(&new.elements), new.origin.iter().map(rest).collect::<Vec<_>>());
+        let marks = marks(old, (&facets, &rest), &new.origin);
+        let sum = |bit: u8| {
+            let own = facets.iter().zip(&marks).filter(|(_, mark)| **mark >> bit & 1 == 1);
+            own.map(|(facet, _)| facet_measure(&rest, facet)).sum()
+        };
+        [0, 1].map(sum)
+    }
+
+    #[test]
+    fn loaded_sides_stay_loaded_and_no_others_in_the_plane() {
+        let mesh = marked(square(12));
+        let position: Vec<_> =
+            mesh.rest.iter().map(|x| Vector::<2>::new(x[0] * (1.0 + 0.3 * x[1]), x[1] + 0.2 * x[0] * x[0])).collect();
+        let old = Moved { mesh: &mesh, position: &position };
+        for size in [0.04, 0.11, 0.3] {
+            let sizes = vec![size; position.len()];
+            let retained = propose(&old, &sizes, &Rules::default(), &|x| *x).unwrap();
+            let immersed = immerse(&old, &sizes, &Rules::default()).unwrap().proposal;
+            // An immersed body may lose the tip of a corner, up to an edge.
+            for (new, most) in [(retained, 1e-12), (immersed, 1.1 * size)] {
+                let [half, whole] = loaded(&mesh, &new);
+                assert!((half - 0.5).abs() < 1e-12 && (whole - 1.0).abs() < most, "{size}: {half} {whole}");
+            }
+        }
+    }
+
+    #[test]
+    fn loaded_sides_stay_loaded_and_no_others_in_space() {
+        let planes = std::array::from_fn(|_| uniform(0.0, 1.0, 0.125));
+        let mesh = marked(block::<3>(Block { planes, split: Split::Centred, faces: vec![] }));
+        let position: Vec<_> =
+            mesh.rest.iter().map(|x| Vector3::new(x.x * (1.0 + 0.3 * x.z), x.y, x.z * (1.0 + 0.2 * x.y))).collect();
+        let old = Moved { mesh: &mesh, position: &position };
+        for size in [0.07, 0.12, 0.3] {
+            let new = propose_in_space(&old, &vec![size; position.len()], &Rules::default(), &|x| *x).unwrap();
+            let [half, whole] = loaded(&mesh, &new);
+            assert!((half - 0.5).abs() < 1e-9 && (whole - 1.0).abs() < 1e-9, "{size}: {half} {whole}");
+            assert!(new.elements != mesh.elements || size == 0.12, "{size}: nothing was changed");
+        }
+    }
+}

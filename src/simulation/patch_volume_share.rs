@@ -1,0 +1,71 @@
+//! What a patch of elements has in common is its change of volume: what of it each element stands for when the mesh is exchanged.
+//!
+//! In a patch the elements are free to change their volumes against each other; only J̄ resists. Other elements that are made
+//! of parts of them must get J̄ as their own: the part J of each would be a strain that the bulk modulus never saw.
+
+use crate::fem::{Potential, Reference, Simplices};
+use crate::math::{Tensor, Vector, cube_root, det};
+use crate::mesh::{ElementId, Patches};
+use crate::remesh::Same;
+
+/// By element, J/J̄ of its patch where the nodes are: the part of its measure at rest that it stands for outside of its patch.
+/// Over a patch it leaves the sum as it is. 1 of an element by itself, or where a patch is inside out.
+pub(super) fn shares<const D: usize>(potential: &Simplices<D>, x: &[Vector<D>]) -> Vec<f64> {
+    let mut shares = vec![1.0; potential.len()];
+    let patches = potential.patches();
+    for elements in (0..patches.len()).map(|patch| patches.of(patch)).filter(|elements| elements.len() > 1) {
+        let jacobian = |element: ElementId| {
+            let (f, out) = potential.deformation(element, x);
+            det(&f) * out
+        };
+        let each: Vec<(f64, f64)> = elements.iter().map(|e| (potential.volume(*e), jacobian(*e))).collect();
+        let rest: f64 = each.iter().map(|(volume, _)| volume).sum();
+        let mean = each.iter().map(|(volume, jacobian)| volume * jacobian).sum::<f64>() / rest;
+        if mean > 0.0 && each.iter().all(|(_, jacobian)| *jacobian > 0.0) {
+            for (element, (_, jacobian)) in elements.iter().zip(&each) {
+                shares[element.index()] = jacobian / mean;
+            }
+        }
+    }
+    shares
+}
+
+/// By new element, whether it is an old one that stands in the patch that it stood in.
+pub(super) fn stays(old: &Patches, new: &Patches, same: &[Option<Same>]) -> Vec<bool> {
+    let most = (0..old.len()).flat_map(|patch| old.of(patch)).map(|element| element.index() + 1).max().unwrap_or(0);
+    let mut patch_of = vec![0; most];
+    for patch in 0..old.len() {
+        old.of(patch).iter().for_each(|element| patch_of[element.index()] = patch);
+    }
+    let mut stays = vec![false; same.len()];
+    for elements in (0..new.len()).map(|patch| new.of(patch)) {
+        let was = |element: &ElementId| same[element.index()].map(|same| patch_of[same.element.index()]);
+        let first = elements.first().and_then(was);
+        let is_whole = first.is_some_and(|patch| old.of(patch).len() == elements.len());
+        let together = is_whole && elements.iter().all(|element| was(element) == first);
+        for element in elements {
+            stays[element.index()] = together;
+        }
+    }
+    stays
+}
+
+/// Area or volume of the element with these edges.
+pub(super) fn measure<const D: usize>(edges: &Tensor<D>) -> f64 {
+    det(edges) / if D == 2 { 2.0 } else { 6.0 }
+}
+
+impl<const D: usize> Reference<D> {
+    /// Area or volume, or area times radius of a ring.
+    pub(super) fn size(&self, is_ring: bool) -> f64 {
+        measure(&self.edges) * if is_ring { self.radius } else { 1.0 }
+    }
+
+    /// The same shape with this part of the measure.
+    pub(super) fn scaled(&self, part: f64) -> Self {
+        if part == 1.0 {
+            return *self;
+        }
+        Self { edges: self.edges * if D == 2 { part.sqrt() } else { cube_root(part) }, ..*self }
+    }
+}
