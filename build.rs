@@ -1,4 +1,4 @@
-//! Makes the table of variables from `modelDescription/variables.toml` and, for the command, the library to be packed.
+//! Makes the table of variables from `modelDescription/variables.toml` and, for the command, the library to be packed and its licences.
 
 #[path = "build/library.rs"]
 mod library;
@@ -33,7 +33,7 @@ fn prepare() -> Result<(), String> {
     variables::generate("modelDescription/variables.toml", &out.join("variables.rs"))?;
     if env::var_os("CARGO_FEATURE_CLI").is_some() {
         let library = library::build(&out)?;
-        library::embed(library.as_ref().map(|l| l.file.as_path()), &out.join("embedded.rs"))?;
+        library::embed(library.as_ref().map(|l| l.file.as_path()), &out.join("bundled.rs"))?;
         licenses::collect(library.as_ref().map(|l| l.messages.as_str()), &out)?;
     }
     Ok(())

@@ -7,9 +7,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Set to leave the library out, also by the nested build itself.
-const GUARD: &str = "BALLISTIC_GEL_WITHOUT_LIBRARY";
-
 /// The library, built.
 pub struct Built {
     /// The file.
@@ -18,10 +15,9 @@ pub struct Built {
     pub messages: String,
 }
 
-/// Builds the library to be packed; `None` in a debug build or when it was asked to be left out.
+/// Builds the library to be packed, with the feature `bundled`: a program without it packs the library that cargo puts beside it.
 pub fn build(out: &Path) -> Result<Option<Built>, String> {
-    println!("cargo::rerun-if-env-changed={GUARD}");
-    if env::var("PROFILE").as_deref() != Ok("release") || env::var_os(GUARD).is_some_and(|v| !v.is_empty()) {
+    if env::var_os("CARGO_FEATURE_BUNDLED").is_none() {
         return Ok(None);
     }
     let (host, target) = (variable("HOST")?, variable("TARGET")?);
@@ -57,7 +53,7 @@ pub fn embed(library: Option<&Path>, file: &Path) -> Result<(), String> {
     let bytes = library.map_or("None".to_string(), |path| format!("Some(include_bytes!({}))", literal(path)));
     let platform = platform()?;
     let source = format!(
-        "/// The library of the FMU; absent from a debug build.\n\
+        "/// The library of the FMU; absent without the feature `bundled`.\n\
          pub const LIBRARY: Option<&[u8]> = {bytes};\n\
          /// Its path inside the archive.\n\
          pub const LIBRARY_PATH: &str = {platform:?};\n"
@@ -72,7 +68,7 @@ fn nested_cargo(folder: &Path) -> Result<Command, String> {
     for (key, _) in env::vars_os().filter(|(key, _)| inherited(key)) {
         command.env_remove(key);
     }
-    command.env(GUARD, "1").env("CARGO_ENCODED_RUSTFLAGS", flags(folder)?);
+    command.env("CARGO_ENCODED_RUSTFLAGS", flags(folder)?);
     Ok(command)
 }
 

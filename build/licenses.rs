@@ -14,23 +14,22 @@ const STANDARD_TEXTS: [(&str, &str); 2] =
     [("MIT", include_str!("licenses/MIT.txt")), ("Apache-2.0", include_str!("licenses/Apache-2.0.txt"))];
 
 /// Writes the index of licences and the Rust source that names every licence file: (path in the archive, bytes).
-/// `messages` is what cargo said when it built the library.
+/// `messages` are those of cargo when it built the library of a release. A development build names the licences of the crates that it
+/// links, without their texts.
 pub fn collect(messages: Option<&str>, out: &Path) -> Result<(), String> {
+    let mut packages = if let Some(messages) = messages { linked(messages, out)? } else { named()? };
+    packages.push(standard_library(out)?);
     let mut source = String::from(
         "/// Licences: path below `documentation/licenses/`, and bytes.\npub static LICENSES: &[(&str, &[u8])] = &[\n",
     );
-    if let Some(messages) = messages {
-        let mut packages = linked(messages, out)?;
-        packages.push(standard_library(out)?);
-        for (name, text) in [("license.html", index(&packages)?), ("linked-crates.txt", list(&packages))] {
-            let file = written(out.join(name), &text)?;
-            let _ = writeln!(source, "({name:?}, include_bytes!({})),", literal(&file));
-        }
-        for package in &packages {
-            for file in &package.files {
-                let path = package.path_of(file);
-                let _ = writeln!(source, "({path:?}, include_bytes!({})),", literal(file));
-            }
+    for (name, text) in [("license.html", index(&packages)?), ("linked-crates.txt", list(&packages))] {
+        let file = written(out.join(name), &text)?;
+        let _ = writeln!(source, "({name:?}, include_bytes!({})),", literal(&file));
+    }
+    for package in &packages {
+        for file in &package.files {
+            let path = package.path_of(file);
+            let _ = writeln!(source, "({path:?}, include_bytes!({})),", literal(file));
         }
     }
     source.push_str("];\n");
@@ -46,7 +45,7 @@ struct Package {
     /// Name and version, `serde-1.0.0`.
     name: String,
     license: String,
-    /// Texts of the licence: at least one.
+    /// Texts of the licence: at least one in a release.
     files: Vec<PathBuf>,
 }
 
@@ -57,10 +56,30 @@ impl Package {
     }
 }
 
-/// The packages that the library links, this crate first.
+/// The packages that a development build links, this crate first: it alone with the texts of its licence.
+fn named() -> Result<Vec<Package>, String> {
+    let own = own_package()?;
+    let folder = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").ok_or("CARGO_MANIFEST_DIR is not set: run by cargo")?);
+    let files = |name: &str| if name.starts_with(&own) { license_files(&folder) } else { Ok(vec![]) };
+    let package = |(name, license): (String, String)| Ok(Package { files: files(&name)?, name, license });
+    let packages: Result<Vec<Package>, String> = names()?.into_iter().map(package).collect();
+    packages.map(|packages| own_first(packages, &own))
+}
+
+/// Name of this crate as packages have it before their version.
+fn own_package() -> Result<String, String> {
+    Ok(format!("{}-", env::var("CARGO_PKG_NAME").map_err(|e| format!("CARGO_PKG_NAME: {e}"))?))
+}
+
+/// Sorts packages by name after this crate.
+fn own_first(mut packages: Vec<Package>, own: &str) -> Vec<Package> {
+    packages.sort_by_key(|package| (!package.name.starts_with(own), package.name.clone()));
+    packages
+}
+
+/// The packages that the library of a release links, this crate first.
 fn linked(messages: &str, out: &Path) -> Result<Vec<Package>, String> {
     let folders: BTreeMap<String, PathBuf> = messages.lines().filter_map(built).collect();
-    let own = format!("{}-", env::var("CARGO_PKG_NAME").map_err(|e| format!("CARGO_PKG_NAME: {e}"))?);
     let mut packages = Vec::new();
     for (name, license) in names()? {
         let folder = folders.get(&name).ok_or_else(|| format!("cargo did not say where it found {name}"))?;
@@ -70,8 +89,7 @@ fn linked(messages: &str, out: &Path) -> Result<Vec<Package>, String> {
         }
         packages.push(Package { name, license, files });
     }
-    packages.sort_by_key(|package| (!package.name.starts_with(&own), package.name.clone()));
-    Ok(packages)
+    Ok(own_first(packages, &own_package()?))
 }
 
 /// The authors that the manifest of a package names.
@@ -199,11 +217,16 @@ fn index(packages: &[Package]) -> Result<String, String> {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         let _ = writeln!(page, "<h2>{}</h2>\n<pre>{}</pre>", escaped(&name), escaped(&text));
     }
-    page += "<h2>Linked packages</h2>\n<ul>\n";
+    page += "<h2>Linked packages</h2>\n";
+    if packages.iter().any(|package| package.files.is_empty()) {
+        page += "<p>The texts of their licences are in the FMUs of a released program.</p>\n";
+    }
+    page += "<ul>\n";
     for package in packages {
         let links: Vec<String> = package.files.iter().map(|file| link(&package.path_of(file))).collect();
         let (name, license) = (escaped(&package.name), escaped(&package.license));
-        let _ = writeln!(page, "<li><b>{name}</b>, {license}: {}</li>", links.join(", "));
+        let texts = if links.is_empty() { String::new() } else { format!(": {}", links.join(", ")) };
+        let _ = writeln!(page, "<li><b>{name}</b>, {license}{texts}</li>");
     }
     Ok(page + "</ul>\n</body></html>\n")
 }

@@ -348,9 +348,9 @@ fn shown(document: &str) -> impl Iterator<Item = &str> {
 
 #[test]
 fn the_fragment_tables_of_the_documents_can_be_copied() {
-    let (readme, guide) = (include_str!("../README.md"), include_str!("../docs/coupling.md"));
+    let (scenes, guide) = (include_str!("../docs/scenes.md"), include_str!("../docs/coupling.md"));
     let ball = scene::builtin("sphere-block").unwrap();
-    for (document, n) in [(readme, 2), (guide, 2)] {
+    for (document, n) in [(scenes, 2), (guide, 2)] {
         let scene = read(&(ball.to_owned() + "\n" + &shown(document).collect::<String>()));
         assert_eq!(scene.fragment.len(), n);
         assert!(matches!(scene.fragment[1].shape, scene::BodyShape::Dome { .. }));

@@ -1,4 +1,4 @@
-//! The verification suite: closed forms, orders of convergence and conservation, one row of the README table each.
+//! The verification suite: closed forms, orders of convergence and conservation, one row of the table in docs/validation.md each.
 
 mod verification {
     mod bar;

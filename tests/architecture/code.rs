@@ -104,3 +104,27 @@ fn body_end(function: &str) -> Option<usize> {
     }
     None
 }
+
+/// Number and text of the first line of each doc comment.
+pub fn first_doc_lines(text: &str) -> Vec<(usize, &str)> {
+    let doc = |line: &'_ str| line.trim_start().strip_prefix("///").or(line.trim_start().strip_prefix("//!")).is_some();
+    let lines: Vec<&str> = text.lines().collect();
+    let opens = |at: &usize| doc(lines[*at]) && (*at == 0 || !doc(lines[*at - 1]));
+    (0..lines.len()).filter(opens).map(|at| (at + 1, lines[at].trim_start()[3..].trim())).collect()
+}
+
+/// The code before the module of unit tests, which is the last of its file.
+pub fn without_tests(code: &str) -> String {
+    code.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default().to_owned()
+}
+
+/// Names of the structs, enums, traits and aliases of a file; of those associated with a trait none.
+pub fn types(code: &str) -> Vec<String> {
+    let declared = |line: &str| {
+        let line = line.trim_start_matches(|c| c == ' ').trim_start_matches("pub ");
+        let line = if line.starts_with("pub(") { line.split_once(") ")?.1 } else { line };
+        let (keyword, rest) = line.split_once(' ')?;
+        ["struct", "enum", "trait", "type"].contains(&keyword).then(|| head(rest))
+    };
+    code.lines().filter(|line| !line.starts_with(' ')).filter_map(declared).collect()
+}

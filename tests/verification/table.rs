@@ -1,4 +1,4 @@
-//! The table of the README, written by what the tests found.
+//! The table of docs/validation.md, written by what the tests found.
 
 use super::row::{Row, Verdict};
 use super::{coupling, impulse, locking, momentum, patch, resonance, striker, strip, vibration, wall, wave};
@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 const BEGIN: &str = "<!-- verification:begin -->";
 const END: &str = "<!-- verification:end -->";
-const README: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
+const DOCUMENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/validation.md");
 
 /// All rows in their order.
 fn rows() -> impl Iterator<Item = &'static Row> {
@@ -41,27 +41,27 @@ fn table() -> String {
     text
 }
 
-/// The README with this block between its marks.
-fn with_block(readme: &str, block: &str) -> Option<String> {
-    let (head, rest) = readme.split_once(BEGIN)?;
+/// The document with this block between its marks.
+fn with_block(document: &str, block: &str) -> Option<String> {
+    let (head, rest) = document.split_once(BEGIN)?;
     let (_, tail) = rest.split_once(END)?;
     Some(format!("{head}{BEGIN}\n{block}{END}{tail}"))
 }
 
 #[test]
-fn the_readme_shows_what_the_tests_found() {
-    let readme = std::fs::read_to_string(README).expect("README.md stands beside Cargo.toml");
+fn the_document_shows_what_the_tests_found() {
+    let document = std::fs::read_to_string(DOCUMENT).expect("docs/validation.md is there");
     let expected =
-        with_block(&readme, &table()).expect("README.md has the lines that begin and end the verification table");
+        with_block(&document, &table()).expect("docs/validation.md has the lines that begin and end the verification table");
     if std::env::var_os("BLESS").is_some() {
-        std::fs::write(README, expected).expect("README.md can be written");
+        std::fs::write(DOCUMENT, expected).expect("docs/validation.md can be written");
         return;
     }
-    let differs = readme.lines().zip(expected.lines()).find(|(found, wanted)| found != wanted);
+    let differs = document.lines().zip(expected.lines()).find(|(found, wanted)| found != wanted);
     let (found, wanted) = differs.unwrap_or(("the end of the file", "another number of lines"));
     assert!(
-        readme == expected,
-        "README.md does not show what the verification tests found. In README.md:\n  {found}\nfound by the tests:\n  \
+        document == expected,
+        "docs/validation.md does not show what the verification tests found. In the file:\n  {found}\nfound by the tests:\n  \
          {wanted}\nRun `BLESS=1 cargo test --release --test verification` to write the table, and look at the difference."
     );
 }

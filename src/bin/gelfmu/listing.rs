@@ -79,6 +79,12 @@ pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
     let value = json!({ "file": file, "bytes": packed.bytes, "platform": packed.platform });
     let text = format!("{file}: {} bytes, scene {}, for {}", packed.bytes, source.scene.scene.name, packed.platform);
     console.result(&value, &text);
+    if packed.is_development {
+        console.warning(&format!(
+            "this FMU holds the library of a development build: the same bits, some percent slower; {} makes a gelfmu for FMUs to give away",
+            pack::INSTALLATION
+        ));
+    }
     Ok(())
 }
 

@@ -2,6 +2,7 @@
 
 mod description;
 mod documentation;
+mod library;
 mod requirement;
 pub mod resources;
 
@@ -15,11 +16,9 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::Path;
 use zip::write::SimpleFileOptions;
+pub use library::{INSTALLATION, LIBRARY_PATH, PackedLibrary};
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-mod embedded {
-    include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
-}
 mod licenses {
     include!(concat!(env!("OUT_DIR"), "/licenses.rs"));
 }
@@ -31,6 +30,8 @@ pub struct Packed {
     pub bytes: u64,
     /// FMI name of the platform its library is for.
     pub platform: String,
+    /// True if its library is that of a development build.
+    pub is_development: bool,
 }
 
 /// Path and bytes of each file in the archive, sorted.
@@ -39,44 +40,31 @@ type Entries = BTreeMap<String, Vec<u8>>;
 /// Writes the FMU of a scene, a text and the folder of its files, with these ports, for this host.
 /// The same scene gives the same bytes.
 pub fn pack(scene: (&str, &Path), ports: Ports, file: &Path) -> Result<Packed, RunError> {
-    let entries = entries(scene, ports)?;
+    let library = PackedLibrary::find()?;
+    let entries = entries(scene, ports, &library)?;
     let archive = archive(&entries).map_err(|e| written(file, std::io::Error::other(e)))?;
     results::replace(file, &archive)?;
-    let platform = embedded::LIBRARY_PATH.split('/').nth(1).unwrap_or_default().to_owned();
-    Ok(Packed { bytes: archive.len() as u64, platform })
+    let platform = LIBRARY_PATH.split('/').nth(1).unwrap_or_default().to_owned();
+    Ok(Packed { bytes: archive.len() as u64, platform, is_development: library.is_development })
 }
 
-/// Whether this program has the library of the FMU inside.
-pub fn has_library() -> bool {
-    embedded::LIBRARY.is_some()
-}
-
-/// Path of the library inside the archive.
-pub fn library_path() -> &'static str {
-    embedded::LIBRARY_PATH
-}
-
-fn entries((text, folder): (&str, &Path), ports: Ports) -> Result<Entries, RunError> {
+fn entries((text, folder): (&str, &Path), ports: Ports, library: &PackedLibrary) -> Result<Entries, RunError> {
     let files = fmi2::files_in(folder);
     let scene = scene::read_with_files(text, &files)?;
     let (text, mut resources) = resources::of((text, &scene), &files)?;
     resources.insert("scene.toml".to_owned(), text.into_bytes());
-    let library = embedded::LIBRARY.ok_or_else(|| RunError::Component {
-        call: "pack",
-        reason: "this gelfmu was built without the library of the FMU: build it with cargo build --release".to_owned(),
-    })?;
     let frame = Simulation::new(&scene, CouplingMode::Integrated, 1)?.frame();
     let (description, manifest) = identified(&scene, ports, library, &resources)?;
     resources.insert(Manifest::FILE.to_owned(), manifest.into_bytes());
     let mut entries = Entries::from([
         ("model.png".to_owned(), model_picture(&frame, &scene)),
         ("modelDescription.xml".to_owned(), description.into_bytes()),
-        ("documentation/index.html".to_owned(), documentation::page(&scene, ports, library).into_bytes()),
+        ("documentation/index.html".to_owned(), documentation::page(&scene, ports, &library.bytes).into_bytes()),
         (
             "documentation/externalDependencies.html".to_owned(),
-            documentation::external_dependencies(library).into_bytes(),
+            documentation::external_dependencies(&library.bytes).into_bytes(),
         ),
-        (embedded::LIBRARY_PATH.to_owned(), library.to_vec()),
+        (LIBRARY_PATH.to_owned(), library.bytes.to_vec()),
     ]);
     entries.extend(resources.into_iter().map(|(name, bytes)| (format!("resources/{name}"), bytes)));
     for (path, bytes) in licenses::LICENSES {
@@ -89,14 +77,14 @@ fn entries((text, folder): (&str, &Path), ports: Ports) -> Result<Entries, RunEr
 fn identified(
     scene: &Scene,
     ports: Ports,
-    library: &[u8],
+    library: &PackedLibrary,
     resources: &BTreeMap<String, Vec<u8>>,
 ) -> Result<(String, String), RunError> {
     let described = |guid: &str| {
         let fault = |e| RunError::Component { call: "pack", reason: format!("modelDescription.xml: {e}") };
-        description::xml(scene, ports, guid).map_err(fault)
+        description::xml(scene, ports, guid, library.tool()).map_err(fault)
     };
-    let manifest = Manifest::of(&ArchiveContent { description: &described("")?, library, resources });
+    let manifest = Manifest::of(&ArchiveContent { description: &described("")?, library: &library.bytes, resources });
     Ok((described(manifest.guid())?, manifest.to_json()))
 }
 

@@ -2,7 +2,7 @@
 
 use crate::interrupt;
 use crate::job::{Ending, Job, Progress, RunError};
-use crate::pack::{library_path, pack};
+use crate::pack::{LIBRARY_PATH, pack};
 use crate::scratch::ScratchFolder;
 use ballistic_gel::fmi2::{self, Causality, Kind, LoadedFmu, Ports, Status, scalars};
 use ballistic_gel::scene::Scene;
@@ -50,7 +50,7 @@ impl Importer {
         let description = unpacked.join("modelDescription.xml");
         let xml = std::fs::read_to_string(&description).map_err(|e| file("read", &description, e))?;
         let guid = guid_of(&xml).ok_or_else(|| component("modelDescription.xml", "it has no guid".to_owned()))?;
-        let fmu = LoadedFmu::new(&unpacked.join(library_path()), name, &guid, &unpacked.join("resources"));
+        let fmu = LoadedFmu::new(&unpacked.join(LIBRARY_PATH), name, &guid, &unpacked.join("resources"));
         let fmu = fmu.map_err(|error| component("fmi2Instantiate", error.to_string()))?;
         Ok(Self { fmu, ports, _folder: folder })
     }

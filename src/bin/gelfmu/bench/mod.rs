@@ -19,7 +19,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::options::{BenchOptions, SectionName};
-use crate::pack;
+use crate::pack::PackedLibrary;
 use crate::progress::Bar;
 use ballistic_gel::fmi2;
 use serde_json::{Map, Value, json};
@@ -45,9 +45,6 @@ struct Section {
 const WAITING: &str =
     "interrupted: what was measured so far is printed after this measurement; Ctrl-C again ends at once";
 
-const WITHOUT_CALLS: &str =
-    "calls are left out: this gelfmu was built without the library of the FMU; build it with cargo build --release";
-
 /// Measures, prints, and says with which status to end.
 pub fn bench(options: &BenchOptions, console: &Console) -> Result<u8, Failure> {
     let settings = Settings::of(options);
@@ -56,9 +53,9 @@ pub fn bench(options: &BenchOptions, console: &Console) -> Result<u8, Failure> {
     }
     let mut plan = plan(&settings);
     let wanted = settings.wants(SectionName::Calls) && !settings.is_chosen(SectionName::Calls);
-    if wanted && !pack::has_library() {
+    if wanted && let Err(error) = PackedLibrary::find() {
         plan.retain(|measurement| measurement.section != SectionName::Calls);
-        console.note(WITHOUT_CALLS);
+        console.note(&format!("calls are left out: {error}"));
     }
     let sections = measure(plan, console)?;
     console.result(&to_json(&settings, &sections), &to_text(&settings, &sections, console));

@@ -8,8 +8,8 @@ use std::io;
 
 type Xml = Writer<Vec<u8>>;
 
-/// The description of the FMU with this scene packed, these ports and this GUID.
-pub fn xml(scene: &Scene, ports: Ports, guid: &str) -> io::Result<String> {
+/// The description of the FMU with this scene packed, these ports and this GUID, made by a tool of this name and version.
+pub fn xml(scene: &Scene, ports: Ports, guid: &str, tool: &str) -> io::Result<String> {
     let (table, scalars) = (fmi2::table_of(scene), fmi2::scalars(ports).collect::<Vec<Scalar>>());
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
@@ -21,7 +21,7 @@ pub fn xml(scene: &Scene, ports: Ports, guid: &str) -> io::Result<String> {
             ("description", &about(scene)),
             ("version", env!("CARGO_PKG_VERSION")),
             ("license", env!("CARGO_PKG_LICENSE")),
-            ("generationTool", concat!("gelfmu ", env!("CARGO_PKG_VERSION"))),
+            ("generationTool", tool),
             ("variableNamingConvention", "structured"),
         ])
         .write_inner_content(|xml| {

@@ -1,0 +1,61 @@
+//! The library of the FMU: the one inside this program, or the one that a development build leaves beside it.
+
+use crate::job::RunError;
+use std::borrow::Cow;
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+use std::path::PathBuf;
+
+mod bundled {
+    include!(concat!(env!("OUT_DIR"), "/bundled.rs"));
+}
+
+/// Path of the library inside the archive.
+pub const LIBRARY_PATH: &str = bundled::LIBRARY_PATH;
+/// Command that installs a program with the library of a release inside.
+pub const INSTALLATION: &str = "cargo install --path . --locked --features bundled";
+
+/// A dynamic library with the FMI 2.0 interface.
+#[derive(Debug)]
+pub struct PackedLibrary {
+    /// Content of its file.
+    pub bytes: Cow<'static, [u8]>,
+    /// True for the library of a development build: the same bits, without whole-program optimization.
+    pub is_development: bool,
+}
+
+impl PackedLibrary {
+    /// Finds the library to pack.
+    ///
+    /// # Errors
+    /// If none is inside this program and none can be read beside it.
+    pub fn find() -> Result<Self, RunError> {
+        if let Some(bytes) = bundled::LIBRARY {
+            return Ok(Self { bytes: Cow::Borrowed(bytes), is_development: false });
+        }
+        let file = beside_this_program().map_err(|error| missing(&format!("its own path is unknown: {error}")))?;
+        let bytes = std::fs::read(&file).map_err(|error| missing(&format!("{}: {error}", file.display())))?;
+        Ok(Self { bytes: Cow::Owned(bytes), is_development: true })
+    }
+
+    /// Name and version of the tool that makes the archive, for `generationTool`.
+    pub fn tool(&self) -> &'static str {
+        if self.is_development {
+            concat!("gelfmu ", env!("CARGO_PKG_VERSION"), " (development)")
+        } else {
+            concat!("gelfmu ", env!("CARGO_PKG_VERSION"))
+        }
+    }
+}
+
+/// The library that cargo makes together with this program.
+fn beside_this_program() -> std::io::Result<PathBuf> {
+    let name = format!("{DLL_PREFIX}{}{DLL_SUFFIX}", env!("CARGO_PKG_NAME").replace('-', "_"));
+    Ok(std::env::current_exe()?.with_file_name(name))
+}
+
+fn missing(reason: &str) -> RunError {
+    let reason = format!(
+        "the library of the FMU is neither inside this gelfmu nor beside it ({reason}): install one that holds it with {INSTALLATION}"
+    );
+    RunError::Component { call: "pack", reason }
+}
