@@ -105,10 +105,10 @@ fn run_trial(
     outcome
 }
 
-/// Greatest speed that is calibrated, m/s: above it the gel and the projectile flow whatever their strength.
+/// Greatest calibrated speed, m/s: above it the gel and the projectile flow whatever their strength.
 const GREATEST_SPEED: f64 = 5000.0;
 
-/// Explains why a speed, m/s, is beyond the range of projectiles that gel stops; `None` if it is not.
+/// Explains why a speed, m/s, is out of range; `None` if the speed is valid.
 fn explain_excess_speed(speed: f64) -> Option<String> {
     let hint = if speed <= 1e3 * GREATEST_SPEED {
         format!("; were mm/s meant? They are {} m/s", 1e-3 * speed)

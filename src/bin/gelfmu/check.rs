@@ -1,4 +1,4 @@
-//! `gelfmu check`: validates a scene and lists the physics that it models.
+//! `gelfmu check`: validates a scene and lists the modelled physics.
 
 use crate::console::Console;
 use crate::failure::Failure;

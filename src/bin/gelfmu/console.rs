@@ -41,7 +41,7 @@ impl Console {
         }
     }
 
-    /// Prints a document, such as a schema, that a file or a pipe reads; a quiet console prints it, too.
+    /// Prints a document for a file or a pipe, even if quiet, e.g. a schema.
     pub fn document(&self, value: &Value, text: &str) {
         if self.json { self.print(&format!("{value:#}")) } else { self.print(text.trim_end()) }
     }

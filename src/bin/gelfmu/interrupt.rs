@@ -1,7 +1,8 @@
 //! Signal handling: Ctrl-C, and termination requests of the system.
 //!
-//! The first Ctrl-C ends the run after its current communication step. A termination request does the same, but only
-//! within [`GRACE_PERIOD`], as its sender waits for the end and seldom repeats it. A second signal ends the run at once.
+//! The first Ctrl-C ends the run after its current communication step. A termination request does the same, but the
+//! program exits after [`GRACE_PERIOD`], or [`FINISHING_TIME`] later if the run is ending already. A second signal ends
+//! the program at once.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -90,7 +91,7 @@ fn spawn_signal_thread(answer: impl Fn(EndRequest) + Send + 'static) -> std::io:
     Ok(())
 }
 
-/// Calls `answer` at each Ctrl-C, in a separate thread; the system gives a program that it closes some time of its own.
+/// Calls `answer` at each Ctrl-C, in a separate thread; at a shutdown, the system allows some time.
 #[cfg(not(unix))]
 fn spawn_signal_thread(answer: impl Fn(EndRequest) + Send + 'static) -> std::io::Result<()> {
     ctrlc::set_handler(move || answer(EndRequest::Interrupt)).map_err(std::io::Error::other)

@@ -1,4 +1,4 @@
-//! Run of one scene: its job, its ending and its errors.
+//! Run of a scene: job, ending and errors.
 
 use crate::failure::Failure;
 use ballistic_gel::fmi2::{self, MemoryShortage, RoomError};
@@ -11,7 +11,7 @@ use std::path::PathBuf;
 /// Scene to run, and the destination of its results.
 #[derive(Debug)]
 pub struct Job {
-    /// Scene text with all overrides written into it, and the folder that its relative file names start from.
+    /// Scene text with all overrides, and the base folder of relative file names.
     pub scene: (String, PathBuf),
     /// Folder for the results.
     pub folder: PathBuf,
@@ -79,7 +79,7 @@ pub fn build_simulation(scene: &Scene, mode: CouplingMode, threads: usize) -> Re
     Ok(Simulation::new(scene, mode, threads)?)
 }
 
-/// Refuses a communication step, s, so short that the run would not end in a lifetime.
+/// Refuses a communication step, s, too short for the run to end in a lifetime.
 pub fn check_communication_step(step: f64, scene: &Scene) -> Result<(), Failure> {
     let end = scene.scene.end_time;
     let n_steps = end / step;

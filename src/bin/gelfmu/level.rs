@@ -1,4 +1,4 @@
-//! Choice of a level of `scene.fidelity`, by its name or by the accuracy that the user wants.
+//! Choice of a level of `scene.fidelity`, by name or by the wanted accuracy.
 
 use crate::failure::Failure;
 use crate::options::LevelOptions;
@@ -70,7 +70,7 @@ pub fn describe_expectation(level: &Level) -> String {
     }
 }
 
-/// Converts a fraction to rounded_percent with three digits.
+/// Converts a fraction to percent with three digits.
 fn rounded_percent(fraction: f64) -> f64 {
     format!("{:.2e}", 100.0 * fraction).parse().unwrap_or(100.0 * fraction)
 }

@@ -82,7 +82,7 @@ pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Returns the number of ports of a kind: the number in the option if the scene has as many tables, else all of them.
+/// Returns the number of ports of a kind: the requested number, at most the number of tables; by default all.
 fn count_ports(table: &str, needs: &str, asked: Option<usize>, available: usize) -> Result<usize, Failure> {
     match asked {
         Some(asked) if asked > available => {

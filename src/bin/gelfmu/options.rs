@@ -47,12 +47,12 @@ pub enum GelfmuCommand {
     Run(RunOptions),
     /// Fit the yield stress of a gel to the depth at which a projectile stopped, and print the lines of the scene
     ///
-    /// The scene is run with one gel.strength.yield_stress after the other until its projectile stops at the measured
-    /// depth to 0.1 %; all other values stay. Ctrl-C keeps the best yield stress so far.
+    /// The scene is run with one gel.strength.yield_stress after the other, until the projectile stops at the measured
+    /// depth to 0.1 %. Ctrl-C keeps the best yield stress so far.
     Calibrate(CalibrateOptions),
-    /// Check a scene, and print the physics that it models and the physics that is switched off
+    /// Check a scene, and print the modelled physics and the physics switched off
     ///
-    /// The scene is built: a scene that cannot be run is refused here, too.
+    /// The scene is built, so a scene without a valid mesh is refused here, too.
     Check(CheckOptions),
     /// Measure the element updates per second of this machine, and print tables
     Bench(BenchOptions),
@@ -68,10 +68,9 @@ pub enum GelfmuCommand {
     RemeshDemo(RemeshDemoOptions),
     /// Measure error against cost: run a scene with every discretisation knob turned towards fine and towards coarse
     ///
-    /// Errors are those of the motion of the projectile, relative to the limit of refinement of the same scene
-    /// (Richardson extrapolation). They are refused where refinement is not monotone. Table, CSV and picture are
-    /// written into the folder, and finished runs are kept there: the same command continues an interrupted
-    /// measurement.
+    /// Errors of the projectile's motion are relative to the limit of refinement of the same scene (Richardson
+    /// extrapolation), and are refused where refinement is not monotone. Table, CSV and picture are written into the
+    /// folder. Finished runs are kept there: the same command continues an interrupted measurement.
     Trade(TradeOptions),
     /// Run one scene of a trade ladder and print its row as JSON
     #[command(hide = true)]
@@ -100,7 +99,7 @@ pub struct CheckOptions {
     /// Name of a built-in scene, or path of a scene file
     #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: String,
-    /// Replace a value of the scene, such as mesh.size=2e-3; may be repeated
+    /// Replace a value of the scene, e.g. mesh.size=2e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
 }
@@ -112,7 +111,7 @@ pub struct RunOptions {
     /// Name of a built-in scene, or path of a scene file (`fbi-bb` if absent)
     #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: Option<String>,
-    /// Replace a value of the scene, such as mesh.size=2e-3; may be repeated
+    /// Replace a value of the scene, e.g. mesh.size=2e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
     #[command(flatten)]
@@ -120,7 +119,7 @@ pub struct RunOptions {
     /// Folder for the results (`gelfmu-out/SCENE` if absent)
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Replace the results of an earlier run in the folder; other files in it stay
+    /// Replace the results of an earlier run in the folder; other files stay
     #[arg(long)]
     pub force: bool,
     /// Write no frames and no pictures; short for --set output.frames=0
@@ -146,7 +145,7 @@ pub struct LevelOptions {
     /// Accuracy level of the scene: draft, coarse, standard, fine or reference, or 0 to 4; --set overrides its values
     #[arg(long, value_name = "LEVEL", value_parser = level_parser())]
     pub fidelity: Option<Fidelity>,
-    /// Largest expected error, such as 2%: the cheapest level known to meet it is run
+    /// Largest expected error, e.g. 2%; runs the cheapest level known to meet it
     #[arg(long, value_name = "PERCENT", conflicts_with = "fidelity", value_parser = parse_error, allow_hyphen_values = true)]
     pub accuracy: Option<f64>,
 }
@@ -163,7 +162,7 @@ pub struct CalibrateOptions {
     /// Speed of the projectile along -z, m/s (projectile.velocity if absent)
     #[arg(long, value_name = "SPEED", value_parser = parse_speed, allow_hyphen_values = true)]
     pub speed: Option<f64>,
-    /// Replace a value of the scene, such as mesh.size=0.4e-3; may be repeated
+    /// Replace a value of the scene, e.g. mesh.size=0.4e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
     /// Threads, 0 for all cores; results do not depend on the number
@@ -181,10 +180,10 @@ pub struct RemeshDemoOptions {
     /// remesh.quality=0.05 and remesh.compression=0
     #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: Option<String>,
-    /// Remesh at this time, s, whether the mesh is distorted or not, and draw that remesh (the first remesh if absent)
+    /// Remesh at this time, s, even if the mesh is not distorted (the first remesh if absent)
     #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true)]
     pub at: Option<f64>,
-    /// Replace a value of the scene, such as projectile.velocity=[0,0,-30]; may be repeated
+    /// Replace a value of the scene, e.g. projectile.velocity=[0,0,-30]; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
     /// Folder for the pictures (`gelfmu-out/SCENE-remesh` if absent)
@@ -207,7 +206,7 @@ pub struct BenchOptions {
     /// Number of threads to compare with one thread, 0 for all cores
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = parse_threads, allow_hyphen_values = true)]
     pub threads: usize,
-    /// Approximate numbers of elements of the meshes, such as 26000,165000,1000000 (the default; 7000 if quick)
+    /// Approximate numbers of elements of the meshes, e.g. 26000,165000,1000000 (the default; 7000 if quick)
     #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = parse_elements, allow_hyphen_values = true)]
     pub elements: Vec<usize>,
     /// Measure this kind of element only, in the sections that distinguish kinds
@@ -278,37 +277,37 @@ impl SectionName {
         }
     }
 
-    /// Describes the figures of the section and how they are measured.
+    /// Describes the figures of the section and their measurement.
     pub fn about(self) -> &'static str {
         match self {
             Self::Memory => {
-                "bytes per element, as the engine counts them and as the resident set of a process of its own grows while a gel \
-                 is built and first stepped"
+                "bytes per element: counted by the engine, and growth of the resident set of a separate process while a gel is \
+                 built and first stepped"
             }
             Self::Bandwidth => {
-                "a = b + s c over arrays that no cache holds, 24 bytes an item (STREAM triad), wall time"
+                "a = b + s c on arrays beyond every cache, 24 bytes an item (STREAM triad), wall-clock time"
             }
             Self::Kernels => {
-                "element updates of one thread: a run of elements again and again, its nodes in cache; and all runs with their \
-                 nodes loaded and what they give kept, as the engine does. Bytes are those of the layout, to and from memory"
+                "element updates of one thread: one run of elements repeated with its nodes in cache, and all runs with nodal \
+                 data loaded and nodal sums stored, as in the engine. Bytes are those of the data layout, to and from memory"
             }
             Self::Phases => {
-                "where the time of a step of one thread goes, ns of CPU time per element update: each column but the first is \
-                 the time of a part run by itself, or the difference of two; waiting is what nodes of its own save each \
-                 element, contact what the step costs more than that of the same gel without the ball"
+                "CPU time of a step of one thread by phase, ns per element update: each column but the first is the time of a \
+                 separately measured part, or the difference of two; waiting is the time per element that unshared nodes \
+                 would save, contact is the extra time over the same gel without the ball"
             }
             Self::Steps => {
-                "the whole step of sphere-block in mid-contact, all of the gel moving (it is given 0.01 m/s), the same steps from \
-                 the same state again and again, by each number of threads in turn; cores \
-                 are free if no thread waits for one: then a step takes the CPU time of the caller and of the busiest thread"
+                "the whole step of sphere-block in mid-contact, all of the gel moving (at 0.01 m/s): the same steps from the \
+                 same state, repeated by each number of threads in turn; cores are free if no thread waits for a core: a \
+                 step then takes the CPU time of the caller and of the busiest thread"
             }
             Self::Schedules => {
-                "sphere-block and its graded meshes from the first touch on, one thread, each schedule at 0.8 of the stable step; \
-                 the last column is relative to what one step of the assembled system would cost if nothing were at rest"
+                "sphere-block and its graded meshes from the first contact on, one thread, each schedule at 0.8 of the stable \
+                 step; the last column is relative to one global step of the assembled system with no element at rest"
             }
             Self::Partitions => {
-                "strong scaling on paper: updates per second of each run of elements in contact, all of the gel moving, divided \
-                 into contiguous parts; a node is shared if it belongs to more than one part"
+                "bound on strong scaling: updates per second of each run of elements in contact, all of the gel moving, \
+                 divided into contiguous parts; a node is shared if it belongs to more than one part"
             }
             Self::Calls => "calls through the packed FMU, as an importer makes them, one thread",
         }
@@ -321,13 +320,13 @@ pub struct TradeOptions {
     /// Name of a built-in scene, or path of a scene file
     #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: String,
-    /// Replace a value of the scene in every run, such as remesh.quality=0.3; may be repeated
+    /// Replace a value of the scene in every run, e.g. remesh.quality=0.3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
-    /// Turn these knobs only, beside the mesh, such as cfl,element
+    /// Turn these knobs only, beside the mesh, e.g. cfl,element
     #[arg(long, value_name = "KNOB,...", value_delimiter = ',')]
     pub only: Vec<String>,
-    /// Number of times that all edges are refined by √2 beyond those of the scene
+    /// Number of refinements of all edges by √2 beyond the scene
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=6))]
     pub finer: u32,
     /// Number of concurrent processes, each of one thread
@@ -336,14 +335,14 @@ pub struct TradeOptions {
     /// Folder for the curve and its runs (`gelfmu-out/SCENE-trade` if absent)
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Draw the runs of other codes beside ours, from a CSV file with the columns run, cpu_seconds and some of those of
-    /// trade.csv, such as peak_depth
+    /// Draw the runs of other codes beside ours: a CSV file with the columns run, cpu_seconds and any of trade.csv,
+    /// e.g. peak_depth
     #[arg(long, value_name = "FILE")]
     pub with: Option<PathBuf>,
     /// Measure the cost of each option that the scene leaves out, switched on and switched off, instead of the curve
     #[arg(long, conflicts_with_all = ["only", "with", "finer"])]
     pub options: bool,
-    /// Repeat every run, also the runs that are kept in the folder; files that other commands have made stay
+    /// Repeat every run, also the kept ones; files of other commands in the folder stay
     #[arg(long)]
     pub afresh: bool,
 }
@@ -379,7 +378,7 @@ pub struct PackOptions {
         hide_possible_values = true
     )]
     pub scene: Option<String>,
-    /// Replace a value of the scene, such as coupling.mode=corrected; may be repeated
+    /// Replace a value of the scene, e.g. coupling.mode=corrected; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
     /// Number of fragments with FMU variables (all of the scene if absent); the other fragments move by themselves
@@ -415,7 +414,7 @@ fn parse_speed(text: &str) -> Result<f64, String> {
 fn parse_positive(text: &str, what: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err(format!("expected a parse_time {what}")),
+        _ => Err(format!("expected a positive {what}")),
     }
 }
 

@@ -12,7 +12,7 @@ use ballistic_gel::simulation::{CouplingMode, Rehearsal};
 use serde_json::json;
 use std::path::Path;
 
-/// Remeshing criteria for a scene without any: the mesh may become so distorted that the run could hardly go on.
+/// Remeshing criteria for a scene without any: the mesh becomes so distorted that the run could hardly continue.
 const LATE_REMESH: [(&str, &str); 2] = [("remesh.quality", "0.05"), ("remesh.compression", "0.0")];
 
 /// Name of the command in the manifest of its folder.
@@ -40,7 +40,7 @@ pub fn show(options: &RemeshDemoOptions, console: &Console) -> Result<(), Failur
     Ok(())
 }
 
-/// Loads the scene and gives it remeshing criteria if it has none.
+/// Loads the scene, and adds remeshing criteria if necessary.
 fn load_scene(name: &str, options: &RemeshDemoOptions) -> Result<SceneSource, Failure> {
     let set = |key: &str, value: String| Override { key: key.to_owned(), value };
     let mut overrides = options.set.clone();

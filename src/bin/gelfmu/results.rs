@@ -35,14 +35,14 @@ pub fn policy(is_forced: bool) -> TakeoverPolicy {
     if is_forced { TakeoverPolicy::Replace } else { TakeoverPolicy::Refuse }
 }
 
-/// Lists the files that a scene is read from: its own file, unless it is built in, and the files that it names.
+/// Lists the input files of a scene: the scene file, unless built in, and the files named in the scene.
 pub fn inputs(name: &str, source: &SceneSource) -> Vec<PathBuf> {
     let own = scene::builtin(name).is_none().then(|| PathBuf::from(name));
     let named = source.scene.files().into_iter().map(|(_, file)| source.folder.join(file));
     own.into_iter().chain(named).collect()
 }
 
-/// Refuses an archive path that holds something else than an FMU, or a file that the scene is read from.
+/// Refuses an archive path with content other than an FMU, and the path of an input file.
 pub fn check_archive(file: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
     let expected = "a new file, or an FMU to replace";
     let found = match fs::metadata(file) {

@@ -10,12 +10,12 @@ use tempfile::TempDir;
 const PREFIX: &str = "gelfmu-fmu-";
 /// Lock file in such a folder; its lock is held while the run is alive.
 const LOCK: &str = "lock";
-/// Age from which a folder without a lock file is stale: its run would have made the file by then.
+/// Age at which a folder without a lock file is stale: a living run would have made the file.
 const STALE_AGE: Duration = Duration::from_hours(1);
-/// Most attempts to make a folder, as another run may take a new folder for a stale one.
+/// Most attempts to make a folder: another run may mistake a new folder for a stale one.
 const MOST_ATTEMPTS: usize = 10;
 
-/// Temporary folder that no other user can read or write; it is removed on drop, or by a later run.
+/// Temporary folder without access for other users; removed on drop, or by a later run.
 #[derive(Debug)]
 pub struct ScratchFolder {
     /// Lock that marks the run as alive; released before the folder is removed.
@@ -87,7 +87,7 @@ fn has_same_owner(_: &Metadata, _: &Metadata) -> bool {
 
 /// Stale folder, locked against other runs while this value lives.
 struct StaleFolder {
-    /// Lock of the folder; absent if the run was killed before it made one.
+    /// Lock of the folder; absent if the run was killed before making one.
     _lock: Option<File>,
 }
 

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 pub struct SceneSource {
     /// Scene text, TOML.
     pub text: String,
-    /// Folder of the scene file; relative file names in the scene start from it.
+    /// Folder of the scene file, the base of relative file names.
     pub folder: PathBuf,
     /// Parsed and checked scene.
     pub scene: Scene,

@@ -1,5 +1,4 @@
-//! Memory bandwidth: the STREAM triad a(i) = b(i) + s c(i) (McCalpin) on arrays beyond every cache, 24 bytes for each
-//! i.
+//! Memory bandwidth: STREAM triad a(i) = b(i) + s c(i) (McCalpin) on arrays beyond every cache, 24 bytes per item.
 
 use super::Measurement;
 use super::settings::Settings;
@@ -17,19 +16,19 @@ const BYTES_PER_ITEM: usize = 24;
 /// Plans one measurement for each number of threads.
 pub fn plan(settings: &Settings) -> Vec<Measurement> {
     let length = if settings.quick { QUICK_LENGTH } else { LENGTH };
-    let effort = settings.effort;
+    let policy = settings.policy;
     let measurement = |threads: usize| Measurement {
         section: SectionName::Bandwidth,
         what: format!("{threads} threads"),
         cost: if settings.quick { 0.1 } else { 1.0 },
-        go: Box::new(move || Ok(vec![measure(length, threads, effort)])),
+        go: Box::new(move || Ok(vec![measure(length, threads, policy)])),
     };
     settings.thread_counts().into_iter().map(measurement).collect()
 }
 
-fn measure(length: usize, threads: usize, effort: RepeatPolicy) -> Row {
+fn measure(length: usize, threads: usize, policy: RepeatPolicy) -> Row {
     let (mut a, b, c) = (vec![0.0; length], vec![1.0; length], vec![2.0; length]);
-    let spent = MeasuredTime::least(effort, || (), |()| triad(&mut a, &b, &c, threads));
+    let spent = MeasuredTime::least(policy, || (), |()| triad(&mut a, &b, &c, threads));
     assert!(a.iter().all(|a| *a == 7.0), "the triad was computed");
     Row::default()
         .with("threads", threads)

@@ -1,4 +1,4 @@
-//! Cost of the FMI calls of the packed FMU, as an importer makes them.
+//! Cost of the FMI calls of the packed FMU, made like those of an importer.
 
 use super::Measurement;
 use super::scenes::{cell_size, drifting_gel, new_override};
@@ -29,33 +29,33 @@ struct FmuInstance {
 
 /// Plans the measurements of an idle and of a moving gel.
 pub fn plan(settings: &Settings) -> Vec<Measurement> {
-    let (n, effort) = (
+    let (n, policy) = (
         if settings.quick { settings.largest() } else { settings.elements[settings.elements.len() / 2] },
-        settings.effort,
+        settings.policy,
     );
     let cost = if settings.quick { 1.0 } else { 10.0 };
     let measurement = |what: &str, go: fn(usize, RepeatPolicy) -> Result<Vec<Row>, Failure>| Measurement {
         section: SectionName::Calls,
         what: format!("{what}, {n} elements"),
         cost,
-        go: Box::new(move || go(n, effort)),
+        go: Box::new(move || go(n, policy)),
     };
     vec![measurement("idle", measure_idle), measurement("state", measure_state)]
 }
 
 /// Measures steps and outputs of a gel at rest, far from the ball.
-fn measure_idle(n: usize, effort: RepeatPolicy) -> Result<Vec<Row>, Failure> {
+fn measure_idle(n: usize, policy: RepeatPolicy) -> Result<Vec<Row>, Failure> {
     let far = new_override("projectile.position", "[0.0, 0.0, 1.0]");
     let at_rest = new_override("projectile.velocity", "[0.0, 0.0, 0.0]");
     let mut instance = FmuInstance::new(&[cell_size(n), far, at_rest])?;
     instance.step(10.0 * COMMUNICATION_STEP)?;
-    let step = time_call(effort, || instance.step(COMMUNICATION_STEP))?;
+    let step = time_call(policy, || instance.step(COMMUNICATION_STEP))?;
     let outputs = instance.importer.outputs();
     let mut values = vec![0.0; outputs.len()];
-    let get = time_call(effort, || {
+    let get = time_call(policy, || {
         instance.importer.check("fmi2GetReal", instance.importer.fmu.get_reals(&outputs, &mut values))
     })?;
-    let both = time_call(effort, || {
+    let both = time_call(policy, || {
         instance.step(COMMUNICATION_STEP)?;
         instance.importer.check("fmi2GetReal", instance.importer.fmu.get_reals(&outputs, &mut values))
     })?;
@@ -68,7 +68,7 @@ fn measure_idle(n: usize, effort: RepeatPolicy) -> Result<Vec<Row>, Failure> {
 }
 
 /// Measures saving and restoring the state of a moving gel.
-fn measure_state(n: usize, effort: RepeatPolicy) -> Result<Vec<Row>, Failure> {
+fn measure_state(n: usize, policy: RepeatPolicy) -> Result<Vec<Row>, Failure> {
     let mut instance = FmuInstance::new(&[cell_size(n), drifting_gel()])?;
     instance.step(SETTLING_TIME)?;
     let Importer { fmu, .. } = &instance.importer;
@@ -78,15 +78,15 @@ fn measure_state(n: usize, effort: RepeatPolicy) -> Result<Vec<Row>, Failure> {
     let mut size = 0;
     check("fmi2SerializedFMUstateSize", fmu.state_size(&kept, &mut size))?;
     let mut bytes = vec![0; size];
-    let made = time_call(effort, || {
+    let made = time_call(policy, || {
         let mut new = LoadedState::default();
         check("fmi2GetFMUstate", fmu.get_state(&mut new))?;
         check("fmi2FreeFMUstate", fmu.free_state(&mut new))
     })?;
-    let got = time_call(effort, || check("fmi2GetFMUstate", fmu.get_state(&mut kept)))?;
-    let set = time_call(effort, || check("fmi2SetFMUstate", fmu.set_state(&kept)))?;
-    let written = time_call(effort, || check("fmi2SerializeFMUstate", fmu.write_state(&kept, &mut bytes)))?;
-    let read = time_call(effort, || check("fmi2DeSerializeFMUstate", fmu.read_state(&bytes, &mut kept)))?;
+    let got = time_call(policy, || check("fmi2GetFMUstate", fmu.get_state(&mut kept)))?;
+    let set = time_call(policy, || check("fmi2SetFMUstate", fmu.set_state(&kept)))?;
+    let written = time_call(policy, || check("fmi2SerializeFMUstate", fmu.write_state(&kept, &mut bytes)))?;
+    let read = time_call(policy, || check("fmi2DeSerializeFMUstate", fmu.read_state(&bytes, &mut kept)))?;
     check("fmi2FreeFMUstate", fmu.free_state(&mut kept))?;
     let calls = [
         ("fmi2GetFMUstate and fmi2FreeFMUstate, a new one", made),
@@ -113,10 +113,10 @@ impl FmuInstance {
     }
 }
 
-/// Measures one call; returns its first error.
-fn time_call(effort: RepeatPolicy, mut call: impl FnMut() -> Result<(), RunError>) -> Result<MeasuredTime, RunError> {
+/// Measures a call; returns the first error.
+fn time_call(policy: RepeatPolicy, mut call: impl FnMut() -> Result<(), RunError>) -> Result<MeasuredTime, RunError> {
     let mut outcome = Ok(());
-    let spent = MeasuredTime::per_turn(effort, || {
+    let spent = MeasuredTime::per_turn(policy, || {
         if outcome.is_ok() {
             outcome = call();
         }

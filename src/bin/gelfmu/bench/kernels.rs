@@ -12,28 +12,28 @@ use std::hint::black_box;
 
 /// Plans one measurement for each kernel.
 pub fn plan(settings: &Settings) -> Vec<Measurement> {
-    let (n, effort) = (settings.largest(), settings.effort);
+    let (n, policy) = (settings.largest(), settings.policy);
     let measurement = |(name, kernel): (&'static str, Kernel)| Measurement {
         section: SectionName::Kernels,
         what: format!("{name}, {}", if kernel.patched { "patches" } else { "plain" }),
         cost: if settings.quick { 0.5 } else { 16.0 },
-        go: Box::new(move || Ok(measure_kernel(name, kernel, n, effort))),
+        go: Box::new(move || Ok(measure_kernel(name, kernel, n, policy))),
     };
     let is_wanted = |(_, kernel): &(&str, Kernel)| settings.kinds.iter().any(|kind| kind.is_patch() == kernel.patched);
     KERNELS.into_iter().filter(is_wanted).map(measurement).collect()
 }
 
-fn measure_kernel(name: &'static str, kernel: Kernel, n_elements: usize, effort: RepeatPolicy) -> Vec<Row> {
+fn measure_kernel(name: &'static str, kernel: Kernel, n_elements: usize, policy: RepeatPolicy) -> Vec<Row> {
     match kernel.section {
-        Section::Spatial => rows(name, Stand::new(&block(n_elements), kernel), effort),
-        Section::Planar { .. } | Section::Axisymmetric => rows(name, Stand::new(&section(n_elements), kernel), effort),
+        Section::Spatial => rows(name, Stand::new(&block(n_elements), kernel), policy),
+        Section::Planar { .. } | Section::Axisymmetric => rows(name, Stand::new(&section(n_elements), kernel), policy),
     }
 }
 
-fn rows<const D: usize>(name: &'static str, mut stand: Stand<D>, effort: RepeatPolicy) -> Vec<Row> {
-    let simd = |(instructions, level)| measure_simd(name, instructions, level, &mut stand, effort);
+fn rows<const D: usize>(name: &'static str, mut stand: Stand<D>, policy: RepeatPolicy) -> Vec<Row> {
+    let simd = |(instructions, level)| measure_simd(name, instructions, level, &mut stand, policy);
     let mut rows: Vec<Row> = levels().into_iter().map(simd).collect();
-    rows.push(measure_reference(name, &mut stand, effort));
+    rows.push(measure_reference(name, &mut stand, policy));
     rows
 }
 
@@ -43,12 +43,12 @@ fn measure_simd<const D: usize>(
     instructions: &'static str,
     level: Level,
     stand: &mut Stand<D>,
-    effort: RepeatPolicy,
+    policy: RepeatPolicy,
 ) -> Row {
     let (run, n_in_cache) = stand.some_run();
     stand.load(run);
-    let cached = MeasuredTime::per_turn(effort, || stand.sweep(level, run));
-    let all = MeasuredTime::per_turn(effort, || stand.sweep_all(level));
+    let cached = MeasuredTime::per_turn(policy, || stand.sweep(level, run));
+    let all = MeasuredTime::per_turn(policy, || stand.sweep_all(level));
     stand.forget();
     stand.sweep_all(level);
     let (bytes, n) = (stand.bytes_per_update(), stand.n_elements());
@@ -61,13 +61,13 @@ fn measure_simd<const D: usize>(
 }
 
 /// Measures the scalar reference implementation.
-fn measure_reference<const D: usize>(name: &'static str, stand: &mut Stand<D>, effort: RepeatPolicy) -> Row {
+fn measure_reference<const D: usize>(name: &'static str, stand: &mut Stand<D>, policy: RepeatPolicy) -> Row {
     let (n_patches, n) = (stand.n_patches(), stand.n_elements());
     let some = (stand.some_run().1 / stand.depth()).clamp(1, n_patches);
-    let cached = MeasuredTime::per_turn(effort, || {
+    let cached = MeasuredTime::per_turn(policy, || {
         black_box(stand.evaluate(0..some));
     });
-    let all = MeasuredTime::per_turn(effort, || {
+    let all = MeasuredTime::per_turn(policy, || {
         black_box(stand.evaluate(0..n_patches));
     });
     stand.forget();
@@ -79,7 +79,7 @@ fn measure_reference<const D: usize>(name: &'static str, stand: &mut Stand<D>, e
         .and("energy_j", energy)
 }
 
-/// Time of one update of some elements.
+/// Time to update a number of elements.
 #[derive(Debug, Clone, Copy)]
 struct SweepTime {
     n_elements: usize,

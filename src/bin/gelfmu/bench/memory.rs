@@ -1,6 +1,6 @@
-//! Memory per element: as counted by the engine, and as growth of the resident set.
+//! Memory per element: bytes counted by the engine, and growth of the resident set.
 //!
-//! Memory freed by an earlier gel would hide the growth, so each of several gels is built in a process of its own.
+//! Memory freed by an earlier gel would hide the growth, so each of several gels is built in a separate process.
 
 use super::Measurement;
 use super::scenes::{cell_size, drifting_gel, element_kind, load_scene, new_simulation, step_to};

@@ -18,7 +18,7 @@ const PART_COUNTS: [usize; 6] = [2, 4, 8, 16, 32, 64];
 const MEASURED_TIME: f64 = 0.2e-3;
 const GRADED_SCENES: [&str; 3] = ["sphere-graded-4", "sphere-graded-8", "sphere-graded-16"];
 
-/// WorkDivision of the work into partitions.
+/// Division of the work into partitions.
 #[derive(Debug, PartialEq)]
 struct WorkDivision {
     /// Greatest work of a partition over the mean.

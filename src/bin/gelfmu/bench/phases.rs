@@ -25,28 +25,28 @@ struct ElementPhaseTimes {
 
 /// Plans one measurement for each mesh.
 pub fn plan(settings: &Settings) -> Vec<Measurement> {
-    let effort = settings.effort;
+    let policy = settings.policy;
     let measurement = |mesh: BenchMesh| {
         let block = MeasuredBlock::new(mesh, settings);
         Measurement {
             section: SectionName::Phases,
             what: mesh.describe(),
             cost: if settings.quick { 0.5 } else { 5.0 + mesh.n_elements as f64 * 2e-5 },
-            go: Box::new(move || Ok(vec![measure(&block, effort)?])),
+            go: Box::new(move || Ok(vec![measure(&block, policy)?])),
         }
     };
     settings.meshes().into_iter().map(measurement).collect()
 }
 
-fn measure(block: &MeasuredBlock, effort: RepeatPolicy) -> Result<Row, Failure> {
+fn measure(block: &MeasuredBlock, policy: RepeatPolicy) -> Result<Row, Failure> {
     let patched = block.kind.is_patch();
     let mut stand =
         Stand::new(&stand::block(block.n_elements), Kernel { section: Section::Spatial, patched, flows: false });
-    let elements = measure_elements(&mut stand, patched, effort);
+    let elements = measure_elements(&mut stand, patched, policy);
     let n_elements = stand.n_elements();
     drop(stand);
-    let whole = measure_whole_step(block, effort)?;
-    let without_ball = measure_whole_step(&block.without_ball(), effort)?;
+    let whole = measure_whole_step(block, policy)?;
+    let without_ball = measure_whole_step(&block.without_ball(), policy)?;
     let waiting = elements.apart.map_or(Value::Null, |apart| (elements.cached - apart).into());
     Ok(Row::default()
         .with("elements", n_elements)
@@ -62,23 +62,23 @@ fn measure(block: &MeasuredBlock, effort: RepeatPolicy) -> Result<Row, Failure> 
 }
 
 /// Measures the whole step on one thread, ns per update.
-fn measure_whole_step(block: &MeasuredBlock, effort: RepeatPolicy) -> Result<f64, Failure> {
-    let timings = steps::measure(block, &[1], effort)?;
+fn measure_whole_step(block: &MeasuredBlock, policy: RepeatPolicy) -> Result<f64, Failure> {
+    let timings = steps::measure(block, &[1], policy)?;
     Ok(timings.iter().map(|timing| timing.spent.cpu / timing.updates * 1e9).sum())
 }
 
 /// Measures the parts of the element phase.
-fn measure_elements(stand: &mut Stand<3>, patched: bool, effort: RepeatPolicy) -> ElementPhaseTimes {
+fn measure_elements(stand: &mut Stand<3>, patched: bool, policy: RepeatPolicy) -> ElementPhaseTimes {
     let (_, level) = levels()[0];
     let (run, n_in_cache) = stand.some_run();
     let ns = |spent: MeasuredTime, n: usize| spent.cpu / n as f64 * 1e9;
     stand.load(run);
-    let cached = ns(MeasuredTime::per_turn(effort, || stand.sweep(level, run)), n_in_cache);
+    let cached = ns(MeasuredTime::per_turn(policy, || stand.sweep(level, run)), n_in_cache);
     let apart = (!patched).then(|| {
         let (lanes, n) = (stand.apart(), n_in_cache / LANES * LANES);
-        ns(MeasuredTime::per_turn(effort, || stand.sweep_alone(level, &lanes, n)), n)
+        ns(MeasuredTime::per_turn(policy, || stand.sweep_alone(level, &lanes, n)), n)
     });
-    let load = ns(MeasuredTime::per_turn(effort, || stand.load_all()), stand.n_elements());
-    let all = ns(MeasuredTime::per_turn(effort, || stand.sweep_all(level)), stand.n_elements());
+    let load = ns(MeasuredTime::per_turn(policy, || stand.load_all()), stand.n_elements());
+    let all = ns(MeasuredTime::per_turn(policy, || stand.sweep_all(level)), stand.n_elements());
     ElementPhaseTimes { load, cached, apart, all }
 }

@@ -41,9 +41,9 @@ fn measure(mesh: &'static str, schedule: &'static str, end: f64) -> Result<Row, 
         [new_override("integrator.schedule", format!("{schedule:?}")), new_override("integrator.cfl", CFL.to_string())];
     let scene = load_scene(mesh, &overrides)?;
     let (mut ended, mut last) = (Ok(()), None);
-    let effort = RepeatPolicy { repeats: REPEATS, seconds: 0.0 };
+    let policy = RepeatPolicy { repeats: REPEATS, seconds: 0.0 };
     let begin = || new_simulation(&scene, 1);
-    let spent = MeasuredTime::least(effort, begin, |simulation| {
+    let spent = MeasuredTime::least(policy, begin, |simulation| {
         ended = simulation.and_then(|mut simulation| {
             step_to(&mut simulation, end)?;
             last = Some(simulation.observe());

@@ -15,7 +15,7 @@ pub struct Settings {
     /// Approximate numbers of elements of the meshes.
     pub elements: Vec<usize>,
     /// Repetitions of each measurement.
-    pub effort: RepeatPolicy,
+    pub policy: RepeatPolicy,
     /// Kinds of elements.
     pub kinds: Vec<ElementName>,
     only: Vec<SectionName>,
@@ -37,8 +37,8 @@ impl BenchMesh {
     }
 }
 
-/// Default numbers of elements: the block of six codes in `benches/peers`, the largest that most of them can run, and
-/// one beyond every cache.
+/// Default numbers of elements: the block of six codes in `benches/peers`, the largest block for most of them, and a
+/// block beyond every cache.
 const SIZES: [usize; 3] = [26_000, 165_000, 1_000_000];
 const QUICK_SIZES: [usize; 1] = [7_000];
 
@@ -50,7 +50,7 @@ impl Settings {
             quick: options.quick,
             threads: n_threads(options.threads),
             elements: if options.elements.is_empty() { sizes } else { options.elements.clone() },
-            effort: if options.quick { RepeatPolicy::QUICK } else { RepeatPolicy::FULL },
+            policy: if options.quick { RepeatPolicy::QUICK } else { RepeatPolicy::FULL },
             kinds: options.element.map_or(vec![ElementName::Plain, ElementName::Patch], |kind| vec![kind]),
             only: options.only.clone(),
         }
@@ -96,8 +96,8 @@ impl Settings {
             "threads": self.threads,
             "elements": self.elements,
             "kinds": self.kinds.iter().map(|kind| kind.as_str()).collect::<Vec<_>>(),
-            "repetitions": self.effort.repeats,
-            "least_cpu_s_of_a_repetition": self.effort.seconds,
+            "repetitions": self.policy.repeats,
+            "least_cpu_s_of_a_repetition": self.policy.seconds,
         })
     }
 
@@ -112,7 +112,7 @@ impl Settings {
             std::env::consts::ARCH,
             n_threads(0),
             instructions.join(", "),
-            self.effort.repeats
+            self.policy.repeats
         )
     }
 }

@@ -37,27 +37,27 @@ impl MeasuredTime {
     }
 
     /// Returns the least time of many calls of `work`; the time of `prepare` is not counted.
-    pub fn least<T>(effort: RepeatPolicy, mut prepare: impl FnMut() -> T, mut work: impl FnMut(T)) -> Self {
+    pub fn least<T>(policy: RepeatPolicy, mut prepare: impl FnMut() -> T, mut work: impl FnMut(T)) -> Self {
         let mut least = Self { wall: f64::INFINITY, cpu: f64::INFINITY };
-        for _ in 0..effort.repeats {
+        for _ in 0..policy.repeats {
             let prepared = prepare();
-            least = least.or_less(Self::measure(|| work(prepared)));
+            least = least.minimum(Self::measure(|| work(prepared)));
         }
         least
     }
 
     /// Returns the time of one call of `work`; each repetition has enough calls for the least CPU time.
-    pub fn per_turn(effort: RepeatPolicy, mut work: impl FnMut()) -> Self {
+    pub fn per_turn(policy: RepeatPolicy, mut work: impl FnMut()) -> Self {
         let mut turns = 1_u32;
-        while Self::measure(|| (0..turns).for_each(|_| work())).cpu < effort.seconds {
+        while Self::measure(|| (0..turns).for_each(|_| work())).cpu < policy.seconds {
             turns *= 2;
         }
-        let all = Self::least(effort, || (), |()| (0..turns).for_each(|_| work()));
+        let all = Self::least(policy, || (), |()| (0..turns).for_each(|_| work()));
         Self { wall: all.wall / f64::from(turns), cpu: all.cpu / f64::from(turns) }
     }
 
     /// Returns the lesser of each time.
-    pub fn or_less(self, other: Self) -> Self {
+    pub fn minimum(self, other: Self) -> Self {
         Self { wall: self.wall.min(other.wall), cpu: self.cpu.min(other.cpu) }
     }
 }

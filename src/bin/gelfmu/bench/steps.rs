@@ -58,7 +58,7 @@ pub struct StepTiming {
     pub updates: f64,
     /// Wall-clock and CPU time.
     pub spent: MeasuredTime,
-    /// CPU time of the caller and of the busiest other thread, s, where the system reports timing.
+    /// CPU time of the caller and of the busiest other thread, s; `None` if the system does not report thread times.
     pub path: Option<f64>,
     /// Hash of the final state.
     pub digest: u128,
@@ -70,21 +70,21 @@ pub struct StepTiming {
 
 /// Plans one measurement for each mesh.
 pub fn plan(settings: &Settings) -> Vec<Measurement> {
-    let (effort, counts) = (settings.effort, settings.thread_counts());
+    let (policy, counts) = (settings.policy, settings.thread_counts());
     let measurement = |mesh: BenchMesh| {
         let (block, counts) = (MeasuredBlock::new(mesh, settings), counts.clone());
         Measurement {
             section: SectionName::Steps,
             what: mesh.describe(),
             cost: if settings.quick { 0.5 } else { 2.0 + mesh.n_elements as f64 * 2e-5 },
-            go: Box::new(move || Ok(rows(mesh.kind, &measure(&block, &counts, effort)?))),
+            go: Box::new(move || Ok(rows(mesh.kind, &measure(&block, &counts, policy)?))),
         }
     };
     settings.meshes().into_iter().map(measurement).collect()
 }
 
 /// Measures the same steps from the same state by each number of threads in turn, repeatedly.
-pub fn measure(block: &MeasuredBlock, counts: &[usize], effort: RepeatPolicy) -> Result<Vec<StepTiming>, Failure> {
+pub fn measure(block: &MeasuredBlock, counts: &[usize], policy: RepeatPolicy) -> Result<Vec<StepTiming>, Failure> {
     let scene = block.scene()?;
     let mut all =
         counts.iter().map(|threads| new_simulation(&scene, *threads)).collect::<Result<Vec<Simulation>, _>>()?;
@@ -95,13 +95,13 @@ pub fn measure(block: &MeasuredBlock, counts: &[usize], effort: RepeatPolicy) ->
     let steps = (UPDATES_PER_REPETITION / cost.elements).clamp(STEP_RANGE.0, STEP_RANGE.1);
     let (settled, end) = (block.from + cost.largest_step, block.from + (steps + 1) as f64 * cost.largest_step);
     let mut timings: Vec<Option<StepTiming>> = counts.iter().map(|_| None).collect();
-    for _ in 0..effort.repeats {
+    for _ in 0..policy.repeats {
         for (i, simulation) in all.iter_mut().enumerate() {
             simulation.restore(&saved).map_err(|error| restore_failure(&error))?;
             step_to(simulation, settled)?;
             let found = measure_once(simulation, counts[i], end)?;
             timings[i] = Some(match timings[i].take() {
-                Some(before) => found.or_less(&before),
+                Some(before) => found.minimum(&before),
                 None => found,
             });
         }
@@ -111,9 +111,9 @@ pub fn measure(block: &MeasuredBlock, counts: &[usize], effort: RepeatPolicy) ->
 
 impl StepTiming {
     /// Returns the lesser of each time.
-    fn or_less(self, other: &Self) -> Self {
+    fn minimum(self, other: &Self) -> Self {
         let path = self.path.zip(other.path).map(|(a, b)| a.min(b));
-        Self { spent: self.spent.or_less(other.spent), path, ..self }
+        Self { spent: self.spent.minimum(other.spent), path, ..self }
     }
 }
 

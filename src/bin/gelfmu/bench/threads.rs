@@ -1,4 +1,4 @@
-//! CPU time of each thread, where the system reports it: the critical path of a step if every thread had its own core.
+//! CPU time of each thread, on Linux: the critical path of a step if every thread had a core to itself.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -28,9 +28,9 @@ impl ThreadTimes {
         Some(Self { own, others })
     }
 
-    /// Returns the CPU time of this thread plus that of the busiest other one since `before`, s.
+    /// Returns the CPU time of this thread plus the busiest other thread since `before`, s.
     ///
-    /// ThreadTimes that share work wait for each other, not for a core.
+    /// Threads that share work wait for each other, not for a core.
     pub fn path_since(&self, before: &Self) -> f64 {
         let elapsed = |(name, now): (&OsString, &f64)| now - before.others.get(name).copied().unwrap_or(0.0);
         self.own - before.own + self.others.iter().map(elapsed).fold(0.0, f64::max)

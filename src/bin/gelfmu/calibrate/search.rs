@@ -16,7 +16,7 @@ const LONGEST_STRIDE: f64 = 1.4;
 const WEAKEST: f64 = 1e-3;
 /// Width of the bracket, in ln strength, below which the depth is taken to jump inside it.
 const NARROWEST_BRACKET: f64 = 1e-4;
-/// Distances beside a jump, in ln strength, at which other strengths are tried.
+/// Distances from a jump, in ln strength, at which strengths are tried.
 ///
 /// The depth changes by about half of the distance; on remeshed gels it scatters by 0.3 %.
 const OFFSETS_BESIDE_JUMP: [f64; 3] = [4e-4, 1.6e-3, 6.4e-3];
@@ -39,7 +39,7 @@ pub enum ShotOutcome {
     Failed(String),
 }
 
-/// Strength that was tried, with its outcome.
+/// Tried strength and its outcome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StrengthTrial {
     /// Yield stress at a strain rate of 1/s, Pa.
@@ -140,7 +140,7 @@ impl StrengthSearch {
         points
     }
 
-    /// Chooses a strength while no run has succeeded: the first strength, then strengths further and further beside it.
+    /// Chooses a strength while no run has succeeded: the first strength, then strengths at growing distances.
     fn step_without_points(&self) -> SearchStep {
         let n = self.trials.len();
         if n >= MOST_FAILURES {
@@ -164,7 +164,8 @@ impl StrengthSearch {
         )
     }
 
-    /// Chooses a strength on either side of a jump, further and further away, until a depth meets the target by its scatter.
+    /// Chooses a strength on either side of a jump, further and further away: the scatter of the depth may meet the
+    /// target.
     fn step_beside_jump(&self, weak: f64, strong: f64) -> SearchStep {
         let mut candidates = OFFSETS_BESIDE_JUMP.iter().flat_map(|offset| [weak - offset, strong + offset]);
         let found = if self.is_exhausted() { None } else { candidates.find(|ln_strength| self.is_new(*ln_strength)) };

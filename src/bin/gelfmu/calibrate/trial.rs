@@ -50,7 +50,7 @@ pub fn run(
 /// Depth, m, from which the value is likely to be in millimetres: no block of gel is so thick.
 const DEEPEST_IN_METRES: f64 = 1.0;
 
-/// Explains why a projectile cannot stop at a depth in a gel of that thickness, both m; `None` if it can.
+/// Explains why a projectile cannot stop at a depth in a gel of that thickness, both m; `None` if the depth is valid.
 pub fn explain_excess_depth(depth: f64, thickness: f64) -> Option<String> {
     let hint = if (DEEPEST_IN_METRES..1e3 * DEEPEST_IN_METRES).contains(&depth) {
         format!("; were millimetres meant? They are {} m", 1e-3 * depth)

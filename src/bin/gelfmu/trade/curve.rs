@@ -63,7 +63,7 @@ fn no_scale(_: &TradeRow) -> Option<f64> {
 }
 
 impl ComparedQuantity {
-    /// Returns the value, SI units; `None` if the run failed or lacks it.
+    /// Returns the value, SI units; `None` if missing or if the run failed.
     pub fn value(&self, row: &TradeRow) -> Option<f64> {
         (self.get)(row).filter(|_| row.failure.is_none())
     }
@@ -72,9 +72,9 @@ impl ComparedQuantity {
 /// Finished run of a ladder.
 #[derive(Debug, Clone)]
 pub struct TradeRun {
-    /// LadderRung of the run.
+    /// Rung of the run.
     pub rung: LadderRung,
-    /// TradeRow of the run, or the reason why the scene cannot be run.
+    /// Row of the run, or the reason why the scene cannot be run.
     pub row: Result<TradeRow, String>,
 }
 
@@ -155,8 +155,8 @@ fn reference_value(quantity: &ComparedQuantity, runs: &[TradeRun]) -> ReferenceV
 
 /// Returns the three finest runs of a mesh family, finest last.
 ///
-/// The unmodified scene belongs to its own family. Remeshed runs must each be twice as fine as the one before: new
-/// meshes start from a repeatedly halved square, so intermediate sizes belong to a different family.
+/// The unmodified scene belongs to the family of its own mesh. Remeshed runs must each be twice as fine as the one
+/// before: a new mesh starts from a repeatedly halved square, and intermediate sizes belong to a different family.
 fn finest_three(quantity: &ComparedQuantity, runs: &[TradeRun], family: &str) -> Option<[MeshValue; 3]> {
     let is_of_family = |run: &&TradeRun| run.rung.knob == family || (family == MESH && run.rung.knob.is_empty());
     let sized =

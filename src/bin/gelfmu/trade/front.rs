@@ -27,8 +27,7 @@ pub fn confirmed_errors(points: &[FrontPoint<'_>]) -> Vec<Option<f64>> {
     points.iter().map(|point| point.error.map(|own| greatest(point, own))).collect()
 }
 
-/// Returns for each run whether it is on the Pareto front: no other run is at least as good in cost and error and
-/// better in one.
+/// Marks the runs on the Pareto front: no other run is at least as good in cost and error and better in either.
 pub fn pareto_front(costs: &[f64], errors: &[Option<f64>]) -> Vec<bool> {
     let dominates = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && a != b;
     let points = || costs.iter().copied().zip(errors.iter().copied());

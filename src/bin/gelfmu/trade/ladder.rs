@@ -118,10 +118,10 @@ fn mesh_cost(scene: &Scene, f: f64) -> f64 {
     f.powi(-dimension - 1)
 }
 
-/// Returns rungs with the whole mesh finer and coarser by √2, its grading included.
+/// Returns rungs with the whole mesh finer and coarser by √2, including the grading.
 ///
-/// A scene that has failed gets a remeshed family, too. Remeshed families reach down to cells four times as long: their
-/// limit needs meshes of twice and four times the edges of the finest.
+/// A scene that has failed gets a remeshed family, too. Remeshed families reach down to cells four times as long, since
+/// their limit needs meshes of twice and four times the finest edges.
 fn mesh_rungs(scene: &Scene, steps: u32, has_failed: HasFailed) -> Vec<LadderRung> {
     let refined = |knob: &'static str, coarsest: i32, extra: Option<Override>| {
         let all = (coarsest..=steps.cast_signed())
@@ -136,8 +136,8 @@ fn mesh_rungs(scene: &Scene, steps: u32, has_failed: HasFailed) -> Vec<LadderRun
         })
     };
     let is_remeshed = scene.remesh.is_some();
-    let remeshed = has_failed == HasFailed::Yes && !is_remeshed;
-    let remeshed = remeshed
+    let needs_remeshing = has_failed == HasFailed::Yes && !is_remeshed;
+    let remeshed = needs_remeshing
         .then(|| refined(REMESHED, COARSEST_REMESHED, Some(new_override(REMESH_CRITERION.0, REMESH_CRITERION.1))));
     let graded = if remeshed.is_none() { graded_rungs(scene, steps) } else { vec![] };
     let coarsest = if is_remeshed { COARSEST_REMESHED } else { COARSEST };
@@ -165,8 +165,8 @@ fn scale_mesh(scene: &Scene, f: f64) -> Vec<Override> {
     all
 }
 
-/// Returns rungs of a graded mesh for a scene with a uniform one: cells double from 2.5 radii of the projectile on, up
-/// to that length.
+/// Returns rungs of a graded mesh for a scene with a uniform one: from 2.5 radii of the projectile on, cells double up
+/// to a size of 2.5 radii.
 fn graded_rungs(scene: &Scene, steps: u32) -> Vec<LadderRung> {
     let free = scene.mesh.grading.is_none() && scene.mesh.tree.is_none();
     let shape = matches!(scene.gel.shape, GelShape::Block { .. } | GelShape::Cylinder { bore: None, .. });

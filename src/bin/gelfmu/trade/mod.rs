@@ -23,13 +23,13 @@ use crate::job::RunError;
 use crate::options::TradeOptions;
 use crate::progress::Bar;
 use crate::results;
-use crate::source::{self, SceneSource};
+use crate::source;
 use ballistic_gel::output::{FolderClaim, FolderState, ResultFolder, TakeoverPolicy};
 use ballistic_gel::scene::{Override, Scene};
 use curve::{TradeCurve, TradeRun};
 use ladder::{HasFailed, LadderRung};
 use std::path::{Path, PathBuf};
-use work::RunQueue;
+use work::{PreparedRung, RunQueue};
 
 /// Name of the command in the folder manifest.
 const COMMAND: &str = "trade";
@@ -146,11 +146,11 @@ impl<'a> TradeTask<'a> {
     }
 
     /// Loads the scene of each rung.
-    fn with_scenes(&self, rungs: Vec<LadderRung>) -> Vec<(LadderRung, Result<SceneSource, Failure>)> {
+    fn with_scenes(&self, rungs: Vec<LadderRung>) -> Vec<PreparedRung> {
         let load = |rung: LadderRung| {
             let overrides: Vec<Override> = self.options.set.iter().chain(&rung.overrides).cloned().collect();
             let source = source::load(&self.options.scene, &overrides);
-            (rung, source)
+            PreparedRung { rung, source }
         };
         rungs.into_iter().map(load).collect()
     }

@@ -22,8 +22,8 @@ const MOST_BYTES: u64 = 1 << 24;
 const NAME_COLUMN: &str = "run";
 const COST_COLUMN: &str = "cpu_seconds";
 
-/// Reads a table with the columns `run`, `cpu_seconds` and some of those of `trade.csv`, such as `peak_depth`; further
-/// columns are ignored.
+/// Reads a table with the columns `run`, `cpu_seconds` and any of `trade.csv`, e.g. `peak_depth`; further columns are
+/// ignored.
 pub fn read_peers(path: &Path, curve: &TradeCurve) -> Result<Vec<PeerRun>, Failure> {
     let refuse = |place: &str, found: &str, expected: &str| {
         Failure::BadInput(format!("--with {}: {place}found {found}, expected {expected}", path.display()))

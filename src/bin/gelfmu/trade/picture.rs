@@ -42,7 +42,7 @@ struct PlotMark {
 enum MarkKind {
     /// Run on the Pareto front.
     Best,
-    /// PeerRun run of ours.
+    /// Other run of ours.
     Run,
     /// Run of another code.
     Other,

@@ -44,7 +44,7 @@ pub enum NoLimit {
     },
 }
 
-/// Trustworthy orders: a lower one is mostly extrapolation, a higher one mostly chance.
+/// Trustworthy orders: below, the limit is mostly extrapolation, above, mostly chance.
 const ORDER_RANGE: (f64, f64) = (0.5, 6.0);
 /// Greatest distance of the finest value from the limit, relative to the scale.
 const LARGEST_REACH: f64 = 0.1;

@@ -33,10 +33,18 @@ pub struct RunQueue<'a> {
     pub bar: &'a Bar,
 }
 
+/// Rung with its scene, or the reason why the scene cannot be run.
+pub struct PreparedRung {
+    /// Rung of the ladder.
+    pub rung: LadderRung,
+    /// Scene of the rung.
+    pub source: Result<SceneSource, Failure>,
+}
+
 /// Name of the rows' folder inside that of the curve.
 pub const ROWS_FOLDER: &str = "rows";
 
-/// Pending run: its rung, its scene file and its row file.
+/// Pending run with its rung, scene file and row file.
 struct RowTask {
     index: usize,
     rung: LadderRung,
@@ -48,12 +56,9 @@ struct RowTask {
 
 impl RunQueue<'_> {
     /// Runs every rung without a kept row; interrupted runs are not returned.
-    pub fn run_all(
-        &mut self,
-        rungs: Vec<(LadderRung, Result<SceneSource, Failure>)>,
-    ) -> Result<Vec<TradeRun>, Failure> {
+    pub fn run_all(&mut self, rungs: Vec<PreparedRung>) -> Result<Vec<TradeRun>, Failure> {
         let (mut runs, mut tasks) = (vec![], vec![]);
-        for (index, (rung, source)) in rungs.into_iter().enumerate() {
+        for (index, PreparedRung { rung, source }) in rungs.into_iter().enumerate() {
             match source {
                 Err(refused) => runs.push((index, TradeRun { rung, row: Err(refused.to_string()) })),
                 Ok(source) => {
@@ -71,7 +76,7 @@ impl RunQueue<'_> {
         Ok(runs.into_iter().map(|(_, run)| run).collect())
     }
 
-    /// Reads the row of an earlier run from its file in the folder; `None` if there is none.
+    /// Reads the row of an earlier run from the folder; `None` without a valid row file.
     fn read_kept_row(&self, name: &str) -> Result<Option<Result<TradeRow, String>>, Failure> {
         if !self.folder.owns(name) {
             return Ok(None);
@@ -192,7 +197,7 @@ impl RowTask {
 
 /// Outcome of the process of a row.
 enum RowOutcome {
-    /// TradeRow or failure; a repetition would give the same.
+    /// Row or failure; a repetition would give the same.
     Made(Result<TradeRow, String>),
     /// The process was killed; the exit status.
     Lost(String),
