@@ -22,6 +22,7 @@ pub fn run(job: &Job, folder: ResultFolder, progress: &mut Progress<'_>) -> Resu
     Ok(ending)
 }
 
+/// Steps to the end and records every communication step.
 fn step_to_end(
     simulation: &mut Simulation,
     recorder: &mut Recorder,

@@ -61,6 +61,7 @@ fn load_scene(name: &str, options: &RemeshDemoOptions) -> Result<SceneSource, Fa
     source::load(name, &overrides)
 }
 
+/// Runs the scene to its remesh, and keeps the intermediate stages.
 fn rehearse_remesh(name: &str, source: &SceneSource, options: &RemeshDemoOptions) -> Result<Rehearsal, Failure> {
     let scene = &source.scene;
     let mut simulation = job::build_simulation(scene, CouplingMode::Integrated, options.threads)?;

@@ -30,6 +30,7 @@ fn measure_kernel(name: &'static str, kernel: Kernel, n_elements: usize, policy:
     }
 }
 
+/// Measures a kernel on every instruction set, and its reference implementation.
 fn rows<const D: usize>(name: &'static str, mut stand: Stand<D>, policy: RepeatPolicy) -> Vec<Row> {
     let simd = |(instructions, level)| measure_simd(name, instructions, level, &mut stand, policy);
     let mut rows: Vec<Row> = levels().into_iter().map(simd).collect();

@@ -18,7 +18,7 @@ struct ElementPhaseTimes {
     /// Gather, arithmetic and nodal sums, in cache.
     cached: f64,
     /// Time in cache without waiting for the nodal sums of a neighbour; plain elements only.
-    apart: Option<f64>,
+    unshared: Option<f64>,
     /// Whole element phase, from memory.
     all: f64,
 }
@@ -47,7 +47,7 @@ fn measure(block: &MeasuredBlock, policy: RepeatPolicy) -> Result<Row, Failure> 
     drop(stand);
     let whole = measure_whole_step(block, policy)?;
     let without_ball = measure_whole_step(&block.without_ball(), policy)?;
-    let waiting = elements.apart.map_or(Value::Null, |apart| (elements.cached - apart).into());
+    let waiting = elements.unshared.map_or(Value::Null, |unshared| (elements.cached - unshared).into());
     Ok(Row::default()
         .with("elements", n_elements)
         .with("element", block.kind.as_str())
@@ -74,11 +74,11 @@ fn measure_elements(stand: &mut Stand<3>, patched: bool, policy: RepeatPolicy) -
     let ns = |spent: MeasuredTime, n: usize| spent.cpu / n as f64 * 1e9;
     stand.load(run);
     let cached = ns(MeasuredTime::per_turn(policy, || stand.sweep(level, run)), n_in_cache);
-    let apart = (!patched).then(|| {
+    let unshared = (!patched).then(|| {
         let (lanes, n) = (stand.apart(), n_in_cache / LANES * LANES);
         ns(MeasuredTime::per_turn(policy, || stand.sweep_alone(level, &lanes, n)), n)
     });
     let load = ns(MeasuredTime::per_turn(policy, || stand.load_all()), stand.n_elements());
     let all = ns(MeasuredTime::per_turn(policy, || stand.sweep_all(level)), stand.n_elements());
-    ElementPhaseTimes { load, cached, apart, all }
+    ElementPhaseTimes { load, cached, unshared, all }
 }

@@ -262,7 +262,7 @@ mod tests {
         loop {
             match search.next_step() {
                 SearchStep::Try(yield_stress) => {
-                    search.trials.push(StrengthTrial { yield_stress, outcome: law(yield_stress) })
+                    search.trials.push(StrengthTrial { yield_stress, outcome: law(yield_stress) });
                 }
                 end => return (search, end),
             }

@@ -174,6 +174,7 @@ fn finest_three(quantity: &ComparedQuantity, runs: &[TradeRun], family: &str) ->
     Some([coarser(4.0)?, coarser(2.0)?, last])
 }
 
+/// Returns the relative error of each quantity.
 fn relative_errors(run: &TradeRun, references: &[ReferenceValue; 4]) -> [Option<f64>; 4] {
     std::array::from_fn(|i| match (&references[i], &run.row) {
         (ReferenceValue::Limit(limit, _), Ok(row)) => {

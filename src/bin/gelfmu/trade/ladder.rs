@@ -1,4 +1,4 @@
-//! Ladder of runs: every knob of a scene that trades accuracy for speed, turned both ways.
+//! Ladder of runs: each knob, a setting that trades accuracy for speed, is turned both ways.
 
 use super::importer::CouplingVariant;
 use ballistic_gel::geometry::SignedDistance;
@@ -221,6 +221,7 @@ fn grading_rungs(scene: &Scene) -> Vec<LadderRung> {
     [rung(-2.0, 2.0), rung(-1.0, 1.5), rung(1.0, 0.667)].into_iter().flatten().collect()
 }
 
+/// Returns rungs with a different fraction of the stable time step.
 fn time_rungs(scene: &Scene) -> Vec<LadderRung> {
     let own = scene.integrator.cfl();
     let rung = |refinement: f64, cfl: f64| {
@@ -230,6 +231,7 @@ fn time_rungs(scene: &Scene) -> Vec<LadderRung> {
     faster.into_iter().chain([rung(1.0, 0.5 * own), rung(2.0, 0.25 * own)]).collect()
 }
 
+/// Returns a rung with one global stable step instead of binned local time steps.
 fn schedule_rungs(scene: &Scene) -> Vec<LadderRung> {
     let bins = scene.integrator.schedule == ScheduleKind::Bins;
     bins.then(|| single_rung("schedule", 1.0, vec![new_override("integrator.schedule", "global")], 4.0))
@@ -237,6 +239,7 @@ fn schedule_rungs(scene: &Scene) -> Vec<LadderRung> {
         .collect()
 }
 
+/// Returns rungs with the other kind of element on three mesh sizes, and with the Kuhn lattice if possible.
 fn element_rungs(scene: &Scene) -> Vec<LadderRung> {
     let (other, refinement) = match scene.mesh.element {
         ElementKind::Plain => ("patch", 0.125),
@@ -259,6 +262,7 @@ fn element_rungs(scene: &Scene) -> Vec<LadderRung> {
     sizes.map(rung).into_iter().chain(lattice).collect()
 }
 
+/// Returns rungs with different coefficients of restitution.
 fn contact_rungs(scene: &Scene) -> Vec<LadderRung> {
     if scene.contact.law != ContactLaw::Moreau || scene.contact.restitution > 0.0 {
         return vec![];
@@ -305,6 +309,7 @@ fn dimension_rungs(scene: &Scene) -> Vec<LadderRung> {
     )]
 }
 
+/// Returns rungs with different remeshing criteria.
 fn remeshing_rungs(scene: &Scene) -> Vec<LadderRung> {
     let rung =
         |refinement: f64, key: &str, value: f64| single_rung("remesh", refinement, vec![new_override(key, value)], 1.0);
@@ -318,6 +323,7 @@ fn remeshing_rungs(scene: &Scene) -> Vec<LadderRung> {
     quality.into_iter().chain(bend).chain(cut).collect()
 }
 
+/// Returns rungs with a longer communication step and with other coupling variants.
 fn coupling_rungs(scene: &Scene) -> Vec<LadderRung> {
     let own = scene.scene.communication_step;
     let rung = |refinement: f64, f: f64| {

@@ -68,7 +68,7 @@ fn is_confirmed(assessed: &AssessedRun, curve: &TradeCurve) -> bool {
 }
 
 /// Returns the most accurate confirmed run that fits.
-fn most_accurate<'a>(curve: &'a TradeCurve, fits: impl Fn(&CostedRun<'_>) -> bool) -> Option<CostedRun<'a>> {
+fn most_accurate(curve: &TradeCurve, fits: impl Fn(&CostedRun<'_>) -> bool) -> Option<CostedRun<'_>> {
     let confirmed = curve.runs.iter().filter(|run| is_confirmed(run, curve));
     let fitting = confirmed.filter_map(costed_run).filter(|run| fits(run));
     fitting.min_by(|a, b| a.error.total_cmp(&b.error))

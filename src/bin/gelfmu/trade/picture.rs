@@ -127,6 +127,7 @@ fn padded_range(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
     least.is_finite().then_some(0.7 * least..2.0 * most)
 }
 
+/// Draws one panel: error against a cost, with the Pareto front as a line.
 fn draw_panel(panel: &PlotArea, caption: &str, cost_label: &str, marks: &[PlotMark], errors: &Range<f64>) {
     let Some(costs) = padded_range(marks.iter().map(|mark| mark.cost)) else { return };
     let mut chart = ChartBuilder::on(panel)

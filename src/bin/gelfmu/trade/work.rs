@@ -90,6 +90,7 @@ impl RunQueue<'_> {
         }
     }
 
+    /// Writes the scene file of a run.
     fn prepare_task(
         &mut self,
         index: usize,
@@ -103,6 +104,7 @@ impl RunQueue<'_> {
         Ok(RowTask { index, rung, file, text, folder: source.folder.clone(), repeats: self.repeats })
     }
 
+    /// Runs the tasks in concurrent processes, until all are done or the user interrupts them.
     fn run_tasks(&mut self, tasks: Vec<RowTask>) -> Result<Vec<(usize, TradeRun)>, Failure> {
         let (total, mut done) = (tasks.iter().map(|task| task.rung.expected_cost).sum::<f64>(), 0.0);
         let (mut waiting, mut going, mut runs) = (tasks.into_iter(), Vec::<(RowTask, Child)>::new(), vec![]);
@@ -166,6 +168,7 @@ fn row_hash(rung: &LadderRung, source: &SceneSource, repeats: usize) -> u128 {
 }
 
 impl RowTask {
+    /// Starts `gelfmu trade-row` for the scene file.
     fn start_process(&self) -> Result<Child, Failure> {
         let program = std::env::current_exe().map_err(file_failure("find", Path::new("gelfmu")))?;
         let mut command = Command::new(program);
