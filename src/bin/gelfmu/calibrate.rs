@@ -1,4 +1,4 @@
-//! `gelfmu calibrate`: fits the strength of a gel to the depth at which a projectile stopped in it.
+//! `gelfmu calibrate`: fits the yield stress of a gel to the depth at which a projectile stopped.
 
 mod search;
 mod trial;
@@ -9,20 +9,20 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::options::CalibrateOptions;
 use crate::progress::Bar;
-use crate::source::{self, Source};
+use crate::source::{self, SceneSource};
 use ballistic_gel::scene::{Override, Scene, StrengthSpec};
-use search::{Next, Outcome, Search, Trial};
+use search::{SearchStep, ShotOutcome, StrengthSearch, StrengthTrial};
 use std::ops::ControlFlow;
 
-/// What is fitted.
-const KEY: &str = "gel.strength.yield_stress";
-/// Name of the scene that is calibrated if none is named.
-const SCENE: &str = "fbi-bb";
-/// What the first Ctrl-C is answered with.
+/// Scene key of the fitted value.
+const FITTED_KEY: &str = "gel.strength.yield_stress";
+/// Default scene of `calibrate`.
+const DEFAULT_SCENE: &str = "fbi-bb";
+/// Answer to the first Ctrl-C.
 const WAITING: &str = "interrupted: the best strength so far is kept; Ctrl-C again ends it at once";
 
-/// What is asked for: the scene, its strength, and how deep the projectile has to go, m.
-struct Task<'a> {
+/// Calibration problem: the scene with its initial strength, and the target depth in the options, m.
+struct CalibrationTask<'a> {
     name: &'a str,
     overrides: Vec<Override>,
     scene: Scene,
@@ -30,88 +30,97 @@ struct Task<'a> {
     options: &'a CalibrateOptions,
 }
 
-/// Why no further strength is tried.
-enum End {
-    /// The depth was met.
+/// Reason for the end of a calibration.
+enum CalibrationEnd {
+    /// The depth was met within the tolerance.
     Fitted,
-    /// The user stopped it.
+    /// The user interrupted the search.
     Interrupted,
-    /// It cannot be met: why.
+    /// The depth cannot be met; the reason.
     GivenUp(String),
 }
 
-/// Fits the strength, prints what to write into the scene, and says with which status to end.
+/// Fits the strength, prints the lines for the scene, and returns the exit status.
 pub fn calibrate(options: &CalibrateOptions, console: &Console) -> Result<u8, Failure> {
-    let task = Task::read(options)?;
+    let task = CalibrationTask::read(options)?;
     if let Err(error) = interrupt::listen(WAITING, console.listener()) {
         console.note(&format!("Ctrl-C will not keep the best strength so far: {error}"));
     }
-    console.note(&words::heading(&task));
-    let mut search = Search::new(options.depth, task.strength.yield_stress, task.strength.cap);
-    let end = fit(&task, &mut search, console)?;
-    console.result(&words::value(&task, &search, &end), &words::text(&task, &search));
+    console.note(&words::headline(&task));
+    let mut search = StrengthSearch::new(options.depth, task.strength.yield_stress, task.strength.cap);
+    let end = fit_strength(&task, &mut search, console)?;
+    console.result(&words::to_json(&task, &search, &end), &words::table_and_lines(&task, &search));
     Ok(match end {
-        End::Fitted => 0,
-        End::Interrupted => {
+        CalibrationEnd::Fitted => 0,
+        CalibrationEnd::Interrupted => {
             console.error("interrupted; above is the best strength so far, if there is one");
             interrupt::INTERRUPTED
         }
-        End::GivenUp(why) => {
-            console.error(&format!("{KEY} was not fitted: {why}"));
+        CalibrationEnd::GivenUp(why) => {
+            console.error(&format!("{FITTED_KEY} was not fitted: {why}"));
             1
         }
     })
 }
 
-/// Tries strengths until one of them fits.
-fn fit(task: &Task, search: &mut Search, console: &Console) -> Result<End, Failure> {
+/// Tries strengths until one of them fits or the search ends.
+fn fit_strength(
+    task: &CalibrationTask,
+    search: &mut StrengthSearch,
+    console: &Console,
+) -> Result<CalibrationEnd, Failure> {
     loop {
-        let yield_stress = match search.next() {
-            Next::Fitted => return Ok(End::Fitted),
-            Next::GivenUp(why) => return Ok(End::GivenUp(why)),
-            Next::OutOfReach(why) => return Err(task.refuse("--depth", &why)),
-            Next::Try(yield_stress) => yield_stress,
+        let yield_stress = match search.next_step() {
+            SearchStep::Fitted => return Ok(CalibrationEnd::Fitted),
+            SearchStep::GivenUp(why) => return Ok(CalibrationEnd::GivenUp(why)),
+            SearchStep::OutOfReach(why) => return Err(task.refuse("--depth", &why)),
+            SearchStep::Try(yield_stress) => yield_stress,
         };
-        let Some(outcome) = attempt(task, search, yield_stress, console)? else {
-            return Ok(End::Interrupted);
+        let Some(outcome) = run_trial(task, search, yield_stress, console)? else {
+            return Ok(CalibrationEnd::Interrupted);
         };
-        let trial = Trial { yield_stress, outcome };
-        console.note(&words::trial(search.trials.len() + 1, &trial));
+        let trial = StrengthTrial { yield_stress, outcome };
+        console.note(&words::trial_line(search.trials.len() + 1, &trial));
         search.trials.push(trial);
     }
 }
 
-/// One run with this strength, with a bar; nothing if it was interrupted.
-fn attempt(task: &Task, search: &Search, yield_stress: f64, console: &Console) -> Result<Option<Outcome>, Failure> {
+/// Runs the scene with a yield stress, Pa, and a progress bar; returns `None` if the user interrupted it.
+fn run_trial(
+    task: &CalibrationTask,
+    search: &StrengthSearch,
+    yield_stress: f64,
+    console: &Console,
+) -> Result<Option<ShotOutcome>, Failure> {
     let (bar, number) = (Bar::new(console), search.trials.len() + 1);
     let expected = search.time_to_stop().unwrap_or(task.scene.scene.end_time);
     let mut watch = |time: f64, depth: f64| {
-        let what = format!("run {number}, {}: {:.1} mm deep", words::stress(yield_stress), 1e3 * depth);
-        bar.show_part(&what, (time / expected).min(1.0));
+        let progress = format!("run {number}, {}: {:.1} mm deep", words::in_kilopascals(yield_stress), 1e3 * depth);
+        bar.show_part(&progress, (time / expected).min(1.0));
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let scene = task.with(yield_stress)?.scene;
+    let scene = task.load_with(yield_stress)?.scene;
     let outcome = trial::run(scene, task.options, &mut watch);
     bar.clear();
     outcome
 }
 
-/// Fastest projectile that is calibrated, m/s: beyond, gel and projectile flow whatever their strength.
-const FASTEST: f64 = 5000.0;
+/// Greatest calibrated speed, m/s: above it the gel and the projectile flow whatever their strength.
+const GREATEST_SPEED: f64 = 5000.0;
 
-/// Explains why a speed, m/s, is none of a projectile that gel stops.
-fn too_fast(speed: f64) -> Option<String> {
-    let meant = if speed <= 1e3 * FASTEST {
+/// Explains why a speed, m/s, is out of range; `None` if the speed is valid.
+fn explain_excess_speed(speed: f64) -> Option<String> {
+    let hint = if speed <= 1e3 * GREATEST_SPEED {
         format!("; were mm/s meant? They are {} m/s", 1e-3 * speed)
     } else {
         String::new()
     };
-    (speed > FASTEST).then(|| format!("found {speed:?} m/s, expected at most {FASTEST:?} m/s{meant}"))
+    (speed > GREATEST_SPEED).then(|| format!("found {speed:?} m/s, expected at most {GREATEST_SPEED:?} m/s{hint}"))
 }
 
-impl<'a> Task<'a> {
+impl<'a> CalibrationTask<'a> {
     fn read(options: &'a CalibrateOptions) -> Result<Self, Failure> {
-        let name = options.scene.as_deref().unwrap_or(SCENE);
+        let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
         let mut overrides = options.set.clone();
         if let Some(speed) = options.speed {
             let value = format!("[0.0, 0.0, {:?}]", -speed);
@@ -126,10 +135,12 @@ impl<'a> Task<'a> {
             );
             return Err(refuse("gel.strength", &why));
         };
-        if let Some(why) = options.speed.and_then(too_fast) {
+        if let Some(why) = options.speed.and_then(explain_excess_speed) {
             return Err(Failure::BadInput(format!("--speed: {why}")));
         }
-        if let Some(why) = scene.gel.shape.thickness().and_then(|gel| trial::too_deep(options.depth, gel)) {
+        if let Some(why) =
+            scene.gel.shape.thickness().and_then(|thickness| trial::explain_excess_depth(options.depth, thickness))
+        {
             return Err(Failure::BadInput(format!("--depth: {why}")));
         }
         let velocity = scene.projectile.velocity;
@@ -140,9 +151,9 @@ impl<'a> Task<'a> {
         Ok(Self { name, overrides, scene, strength, options })
     }
 
-    /// The scene with another strength.
-    fn with(&self, yield_stress: f64) -> Result<Source, Failure> {
-        let fitted = Override { key: KEY.to_owned(), value: format!("{yield_stress:?}") };
+    /// Loads the scene with another yield stress, Pa.
+    fn load_with(&self, yield_stress: f64) -> Result<SceneSource, Failure> {
+        let fitted = Override { key: FITTED_KEY.to_owned(), value: format!("{yield_stress:?}") };
         let overrides: Vec<Override> = self.overrides.iter().cloned().chain([fitted]).collect();
         source::load(self.name, &overrides)
     }

@@ -1,22 +1,23 @@
-//! `gelfmu check`: is the scene good, and what does it model?
+//! `gelfmu check`: validates a scene and lists the modelled physics.
 
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::job::{self, RunError};
 use crate::level;
 use crate::options::CheckOptions;
-use crate::source::{self, Source};
+use crate::source::{self, SceneSource};
 use ballistic_gel::fmi2::{self, AmountOfMemory};
 use ballistic_gel::scene::{self, Fact, Preset};
 use ballistic_gel::simulation::{CouplingMode, MemoryEstimate, memory_estimate};
 use serde_json::{Value, json};
 
+/// Builds a scene and prints its model, cost and levels.
 pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
-    let Source { scene, text, .. } = source::load(&options.scene, &options.set)?;
+    let SceneSource { scene, text, .. } = source::load(&options.scene, &options.set)?;
     let memory = memory_estimate(&scene).map_err(RunError::from)?;
-    let cost = job::built(&scene, CouplingMode::Integrated, 1)?.observe().cost;
+    let cost = job::build_simulation(&scene, CouplingMode::Integrated, 1)?.observe().cost;
     let (modelled, off) = (scene::modelled(&scene), scene::switched_off(&scene));
-    let (given, doubts) = (scene::from_preset(&text), scene::doubts(&scene));
+    let (preset_facts, doubts) = (scene::from_preset(&text), scene::doubts(&scene));
     let result = json!({
         "scene": scene.scene.name,
         "title": scene.scene.title,
@@ -29,13 +30,13 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
         "memory_to_build": memory.building,
         "memory_to_remesh": memory.remeshing,
         "preset": scene.gel.preset.map(Preset::name),
-        "from_preset": given.iter().map(|fact| value(fact)).collect::<Vec<_>>(),
+        "from_preset": preset_facts.iter().map(|fact| fact_json(fact)).collect::<Vec<_>>(),
         "fidelity": scene.fidelity,
         "doubts": doubts,
     });
     let levels = scene.fidelity.known().map(|(fidelity, level)| {
         let set = if level.set.is_empty() { String::new() } else { format!(" ({})", level.set.join(" ")) };
-        format!("{}: {}{set}", fidelity.as_str(), level::expectation(level))
+        format!("{}: {}{set}", fidelity.as_str(), level::describe_expectation(level))
     });
     let set: Vec<String> = options.set.iter().map(|o| format!(" --set {}={}", o.key, o.value)).collect();
     let levels: Vec<String> = levels.collect();
@@ -46,15 +47,15 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
         scene.scene.name,
         scene.scene.title,
         console.heading("models"),
-        bullets(&modelled),
+        bullet_list(&modelled),
         console.heading("switched off"),
-        bullets(&off),
-        presets(scene.gel.preset, &given, console),
+        bullet_list(&off),
+        preset_section(scene.gel.preset, &preset_facts, console),
         section("doubtful", &doubts, console),
         cost.elements,
         cost.nodes,
         cost.smallest_step,
-        memory_in_words(&memory),
+        describe_memory(&memory),
         options.scene,
         set.concat()
     );
@@ -62,8 +63,8 @@ pub fn check(options: &CheckOptions, console: &Console) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The memory that a run needs at most, beside what there is.
-fn memory_in_words(memory: &MemoryEstimate) -> String {
+/// Describes the largest memory that a run needs, and the available memory.
+fn describe_memory(memory: &MemoryEstimate) -> String {
     let available = AmountOfMemory(fmi2::available_memory().bytes);
     let remeshing = match memory.remeshing {
         0 => String::new(),
@@ -72,23 +73,23 @@ fn memory_in_words(memory: &MemoryEstimate) -> String {
     format!("It takes up to {} of memory{remeshing}; {available} are available", AmountOfMemory(memory.building))
 }
 
-fn value(fact: &Fact) -> Value {
+fn fact_json(fact: &Fact) -> Value {
     json!({ "key": fact.key, "value": fact.value, "source": fact.source })
 }
 
-/// What a preset gave, and where that is from; nothing without one.
-fn presets(preset: Option<Preset>, given: &[&Fact], console: &Console) -> String {
+/// Lists the values of a preset with their sources; empty without a preset.
+fn preset_section(preset: Option<Preset>, preset_facts: &[&Fact], console: &Console) -> String {
     let Some(preset) = preset else { return String::new() };
     let lines: Vec<String> =
-        given.iter().map(|fact| format!("{} = {}: {}", fact.key, fact.value, fact.source)).collect();
-    format!("{}\n{}\n\n", console.heading(&format!("from the preset {}", preset.name())), bullets(&lines))
+        preset_facts.iter().map(|fact| format!("{} = {}: {}", fact.key, fact.value, fact.source)).collect();
+    format!("{}\n{}\n\n", console.heading(&format!("from the preset {}", preset.name())), bullet_list(&lines))
 }
 
-/// A heading over lines; nothing without lines.
+/// Formats a heading and a list; empty without lines.
 fn section(heading: &str, lines: &[String], console: &Console) -> String {
-    if lines.is_empty() { String::new() } else { format!("{}\n{}\n\n", console.heading(heading), bullets(lines)) }
+    if lines.is_empty() { String::new() } else { format!("{}\n{}\n\n", console.heading(heading), bullet_list(lines)) }
 }
 
-fn bullets(lines: &[String]) -> String {
+fn bullet_list(lines: &[String]) -> String {
     lines.iter().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n")
 }

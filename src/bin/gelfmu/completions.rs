@@ -1,6 +1,6 @@
-//! Completion scripts: those of `clap_complete`, in which a scene is a name or a path.
+//! Shell completion scripts: scripts of `clap_complete` in which a scene is a built-in name or a path.
 
-use crate::options::Options;
+use crate::options::CommandLine;
 use ballistic_gel::scene;
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::error::ErrorKind;
@@ -9,10 +9,10 @@ use clap_complete::Shell;
 use std::ffi::OsStr;
 use std::fmt::Write as _;
 
-/// Commands that take a scene as their first argument.
-const TAKE_A_SCENE: [&str; 6] = ["run", "calibrate", "check", "remesh-demo", "trade", "scenes"];
+/// Subcommands whose first argument is a scene.
+const SCENE_COMMANDS: [&str; 6] = ["run", "calibrate", "check", "remesh-demo", "trade", "scenes"];
 
-/// Name of a built-in scene or path of a file: the names are completed, and every text is taken.
+/// Parser of a scene argument: built-in names are completed, and every text is accepted as a path.
 #[derive(Debug, Clone, Copy)]
 pub struct SceneNameParser;
 
@@ -28,56 +28,56 @@ impl TypedValueParser for SceneNameParser {
     }
 }
 
-/// The script for a shell.
-pub fn script(shell: Shell) -> String {
+/// Returns the completion script of a shell.
+pub fn completion_script(shell: Shell) -> String {
     let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Options::command(), "gelfmu", &mut script);
+    clap_complete::generate(shell, &mut CommandLine::command(), "gelfmu", &mut script);
     let script = String::from_utf8_lossy(&script);
     match shell {
-        Shell::Zsh => zsh(&script),
-        Shell::Fish => fish(&script),
+        Shell::Zsh => adapt_zsh(&script),
+        Shell::Fish => adapt_fish(&script),
         // Bash completes paths where no name fits; the scripts of the other shells complete no values.
         _ => script.into_owned(),
     }
 }
 
-fn names() -> String {
+fn scene_names() -> String {
     scene::builtins().map(|(name, _)| name).collect::<Vec<_>>().join(" ")
 }
 
-/// Zsh script in which paths are completed beside the names of scenes.
-fn zsh(script: &str) -> String {
-    let (names, action) = (names(), "_gelfmu_scene");
+/// Adapts a zsh script: paths are completed beside the names of scenes.
+fn adapt_zsh(script: &str) -> String {
+    let (names, action) = (scene_names(), "_gelfmu_scene");
     let function =
         format!("{action}() {{\n    _alternative 'scenes:scene:({names})' 'files:scene file:_files'\n}}\n\n");
     let script = script.replace(&format!(":({names})"), &format!(":{action}"));
     script.replacen("_gelfmu() {", &format!("{function}_gelfmu() {{"), 1)
 }
 
-/// Fish script with values for arguments without an option, and with paths for options with values.
-fn fish(script: &str) -> String {
+/// Adapts a fish script: positional scene arguments have values, and options with values complete paths.
+fn adapt_fish(script: &str) -> String {
     let mut script = script.replace(" -r -f -a \"fbi-bb", " -r -F -a \"fbi-bb");
-    for command in TAKE_A_SCENE {
+    for command in SCENE_COMMANDS {
         let condition = format!("__fish_gelfmu_using_subcommand {command}");
-        writeln!(script, "complete -c gelfmu -n \"{condition}\" -F -a \"{}\"", names()).expect("a string grows");
+        writeln!(script, "complete -c gelfmu -n \"{condition}\" -F -a \"{}\"", scene_names()).expect("a string grows");
     }
     script
 }
 
 #[cfg(test)]
 mod tests {
-    use super::script;
+    use super::completion_script;
     use clap_complete::Shell;
 
     #[test]
     fn scenes_and_levels_are_completed_and_paths_stay_possible() {
-        let bash = script(Shell::Bash);
+        let bash = completion_script(Shell::Bash);
         assert!(bash.contains("sphere-block") && bash.contains("draft coarse standard fine reference"));
         assert!(bash.contains("-o bashdefault -o default gelfmu"), "paths where no name fits");
-        let zsh = script(Shell::Zsh);
+        let zsh = completion_script(Shell::Zsh);
         assert!(zsh.contains(":_gelfmu_scene'") && zsh.contains("files:scene file:_files"), "{zsh}");
         assert!(zsh.contains("(draft coarse standard fine reference)"));
-        let fish = script(Shell::Fish);
+        let fish = completion_script(Shell::Fish);
         assert!(fish.contains("__fish_gelfmu_using_subcommand check\" -F -a \"fbi-bb"), "{fish}");
         assert!(!fish.contains("-f -a \"fbi-bb"), "options take paths, too");
     }

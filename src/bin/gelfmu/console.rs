@@ -1,7 +1,7 @@
-//! What is printed where: results on standard output, notes and errors on standard error.
+//! Console output: results go to standard output, notes and errors to standard error.
 
 use crate::failure::Failure;
-use crate::options::{Color, Options};
+use crate::options::{ColorChoice, CommandLine};
 use clap::builder::styling::{AnsiColor, Color as Color16, Style};
 use serde_json::{Value, json};
 use std::borrow::Cow;
@@ -9,30 +9,30 @@ use std::fmt::Display;
 use std::io::{self, ErrorKind, IsTerminal, Write, stderr, stdout};
 use std::sync::OnceLock;
 
-/// The terminal and what the user wants to see on it.
+/// Output streams and the user's choices of format, verbosity and colour.
 #[derive(Debug)]
 pub struct Console {
     json: bool,
     quiet: bool,
-    color: Color,
-    /// Why a result could not be printed.
+    color: ColorChoice,
+    /// Error of the first result that could not be printed.
     unprinted: OnceLock<String>,
 }
 
-/// Style of headings.
+/// ANSI style of headings.
 const HEADING: Style = Style::new().bold().fg_color(Some(Color16::Ansi(AnsiColor::Green)));
 
 impl Console {
-    pub fn new(options: &Options) -> Self {
+    pub fn new(options: &CommandLine) -> Self {
         Self { json: options.json, quiet: options.quiet, color: options.color, unprinted: OnceLock::new() }
     }
 
-    /// Whether progress and notes are wanted.
+    /// Returns true if progress and notes are suppressed.
     pub fn is_quiet(&self) -> bool {
         self.quiet
     }
 
-    /// Prints a result: `value` if JSON is wanted, else the text.
+    /// Prints a result: `value` if the user wants JSON, else `text`; a quiet console drops the text.
     pub fn result(&self, value: &dyn Display, text: &str) {
         if self.json {
             self.print(&format!("{value:#}"));
@@ -41,7 +41,7 @@ impl Console {
         }
     }
 
-    /// Prints a result that is wanted for itself, as a file or a pipe takes it, also when quiet.
+    /// Prints a document for a file or a pipe, even if quiet, e.g. a schema.
     pub fn document(&self, value: &Value, text: &str) {
         if self.json { self.print(&format!("{value:#}")) } else { self.print(text.trim_end()) }
     }
@@ -52,43 +52,43 @@ impl Console {
         }
     }
 
-    /// The status to end with instead of `code`: results that could not be printed are an error.
+    /// Returns the final exit status: 1 instead of 0 if a result could not be printed.
     pub fn status(&self, code: u8) -> u8 {
         let Some(error) = self.unprinted.get() else { return code };
-        self.error(&unprinted(error));
+        self.error(&unprinted_text(error));
         if code == 0 { 1 } else { code }
     }
 
-    /// A line on standard error that is good to know.
+    /// Prints an informative line on standard error, unless quiet.
     pub fn note(&self, text: &str) {
         if !self.quiet {
-            complain(text);
+            write_note(text);
         }
     }
 
-    /// [`Console::note`] for another thread.
+    /// Returns a [`Console::note`] that another thread can own.
     pub fn listener(&self) -> impl Fn(&str) + Send + 'static {
         let quiet = self.quiet;
         move |text| {
             if !quiet {
-                complain(text);
+                write_note(text);
             }
         }
     }
 
-    /// A line on standard error of what was done, but must not be taken as it is.
+    /// Prints a warning on standard error: the result exists, but is doubtful.
     pub fn warning(&self, text: &str) {
-        let label = self.painted("warning:", colored(AnsiColor::Yellow), stderr().is_terminal());
+        let label = self.style_text("warning:", bold_style(AnsiColor::Yellow), stderr().is_terminal());
         write_line(&format!("{label} {}", plain(text)));
     }
 
-    /// A line on standard error that must be seen.
+    /// Prints an error on standard error, even if quiet.
     pub fn error(&self, text: &str) {
-        let label = self.painted("error:", colored(AnsiColor::Red), stderr().is_terminal());
+        let label = self.style_text("error:", bold_style(AnsiColor::Red), stderr().is_terminal());
         write_line(&format!("{label} {}", plain(text)));
     }
 
-    /// The end of a command that failed.
+    /// Prints the failure of a command, on standard error and as JSON if the user wants it.
     pub fn failure(&self, failure: &Failure) {
         self.error(&failure.to_string());
         if self.json {
@@ -96,86 +96,85 @@ impl Console {
         }
     }
 
-    /// A heading inside a result.
+    /// Formats a heading inside a result.
     pub fn heading(&self, text: &str) -> String {
-        self.painted(text, HEADING, stdout().is_terminal())
+        self.style_text(text, HEADING, stdout().is_terminal())
     }
 
-    fn painted(&self, text: &str, wanted: Style, terminal: bool) -> String {
-        let unwanted = || std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-        let painted = match self.color {
-            Color::Always => true,
-            Color::Never => false,
-            Color::Auto => terminal && !unwanted(),
+    fn style_text(&self, text: &str, style: Style, is_terminal: bool) -> String {
+        let is_colour_off = || std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+        let is_coloured = match self.color {
+            ColorChoice::Always => true,
+            ColorChoice::Never => false,
+            ColorChoice::Auto => is_terminal && !is_colour_off(),
         };
-        let style = if painted { wanted } else { Style::new() };
+        let style = if is_coloured { style } else { Style::new() };
         format!("{style}{text}{style:#}")
     }
 }
 
-/// Prints what the command line reader has to say, help or a complaint, and says with which status to end.
+/// Prints the help or the complaint of the argument parser, and returns the exit status.
 pub fn usage(error: &clap::Error) -> u8 {
     let printed = error.print().and_then(|()| stdout().flush());
-    // There is no other place to tell of a standard error that is gone.
+    // A standard error that cannot be written to has no substitute.
     let printed = if error.use_stderr() { Ok(()) } else { printed };
     if error.use_stderr() && std::env::args_os().any(|argument| argument == "--json") {
         let text = error.to_string();
         drop(print(&format!("{:#}", json!({ "error": text.trim().trim_start_matches("error: ") }))));
     }
-    if let Err(error) = but_for_closed_pipes(printed) {
-        complain(&format!("error: {}", unprinted(&error.to_string())));
+    if let Err(error) = ignore_closed_pipe(printed) {
+        write_note(&format!("error: {}", unprinted_text(&error.to_string())));
         return 1;
     }
     u8::try_from(error.exit_code()).unwrap_or(1)
 }
 
-fn unprinted(error: &str) -> String {
+fn unprinted_text(error: &str) -> String {
     format!("cannot write to standard output: {error}. Give it a file or a pipe that takes all of it")
 }
 
-/// Prints a line on standard output.
+/// Prints a line on standard output and flushes it.
 pub fn print(text: &str) -> io::Result<()> {
     let mut out = stdout().lock();
-    but_for_closed_pipes(writeln!(out, "{}", shown(text)).and_then(|()| out.flush()))
+    ignore_closed_pipe(writeln!(out, "{}", escape_text(text)).and_then(|()| out.flush()))
 }
 
-/// A reader that has gone away (`gelfmu scenes | head -1`) is no error.
-fn but_for_closed_pipes(printed: io::Result<()>) -> io::Result<()> {
+/// Treats a closed pipe (`gelfmu scenes | head -1`) as success.
+fn ignore_closed_pipe(printed: io::Result<()>) -> io::Result<()> {
     match printed {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         other => other,
     }
 }
 
-fn complain(text: &str) {
+fn write_note(text: &str) {
     write_line(&plain(text));
 }
 
 fn write_line(line: &str) {
-    // There is no other place to tell of it.
+    // A line that standard error refuses has no substitute.
     let _ = writeln!(stderr(), "{line}");
 }
 
-fn colored(color: AnsiColor) -> Style {
+fn bold_style(color: AnsiColor) -> Style {
     Style::new().bold().fg_color(Some(color.into()))
 }
 
-/// The text without characters that a terminal takes for commands, as a file or a scene may have them: they are shown as
-/// JSON writes them. Lines and tabs stay.
+/// Escapes control characters, which a terminal would obey, as JSON does; line feeds and tabs stay.
 pub fn plain(text: &str) -> Cow<'_, str> {
-    if !text.contains(is_command) {
+    if !text.contains(is_control_character) {
         return Cow::Borrowed(text);
     }
-    let shown = |c: char| if is_command(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
+    let shown = |c: char| if is_control_character(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
     Cow::Owned(text.chars().map(shown).collect())
 }
 
-fn is_command(c: char) -> bool {
+fn is_control_character(c: char) -> bool {
     c.is_control() && c != '\n' && c != '\t'
 }
 
-/// [`plain`], but for the style of our own headings.
-fn shown(text: &str) -> String {
+/// Escapes control characters like [`plain`], except the style of our own headings.
+fn escape_text(text: &str) -> String {
     let marks = [HEADING.to_string(), format!("{HEADING:#}")];
     let (mut shown, mut rest) = (String::with_capacity(text.len()), text);
     while let Some(at) = rest.find('\u{1b}') {
@@ -196,6 +195,6 @@ mod tests {
     fn commands_to_a_terminal_are_shown_and_not_sent() {
         assert_eq!(plain("a\u{1b}]0;title\u{7}\r\u{9b}2J\tb\nc"), "a\\u001b]0;title\\u0007\\u000d\\u009b2J\tb\nc");
         let heading = format!("{HEADING}models{HEADING:#} \u{1b}[2J");
-        assert_eq!(shown(&heading), format!("{HEADING}models{HEADING:#} \\u001b[2J"));
+        assert_eq!(escape_text(&heading), format!("{HEADING}models{HEADING:#} \\u001b[2J"));
     }
 }

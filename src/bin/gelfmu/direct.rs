@@ -1,4 +1,4 @@
-//! A run by the library, without the FMU.
+//! Run by direct calls of the library, without the FMU.
 
 use crate::job::{self, Ending, Job, Progress, RunError};
 use ballistic_gel::fmi2;
@@ -6,13 +6,14 @@ use ballistic_gel::output::{Interface, Recorder, ResultFolder};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 
-/// Runs the job to its end, to the step that fails, or until `progress` asks to stop; what was computed is written.
+/// Runs the job to its end, to the first step that fails, or until `progress` asks to stop, and writes all computed
+/// results.
 pub fn run(job: &Job, folder: ResultFolder, progress: &mut Progress<'_>) -> Result<Ending, RunError> {
     let scene = job.read_scene()?;
-    let mut simulation = job::built(&scene, CouplingMode::Integrated, job.threads)?;
+    let mut simulation = job::build_simulation(&scene, CouplingMode::Integrated, job.threads)?;
     let mut recorder = Recorder::within(folder, &scene, Interface::Direct, job.threads)?;
     recorder.record(&simulation)?;
-    let ending = advance(&mut simulation, &mut recorder, (job, &scene), progress)?;
+    let ending = step_to_end(&mut simulation, &mut recorder, job, &scene, progress)?;
     let failure = match &ending {
         Ending::Completed | Ending::Interrupted => None,
         Ending::Stopped(diagnosis) => Some(diagnosis.as_str()),
@@ -21,10 +22,12 @@ pub fn run(job: &Job, folder: ResultFolder, progress: &mut Progress<'_>) -> Resu
     Ok(ending)
 }
 
-fn advance(
+/// Steps to the end and records every communication step.
+fn step_to_end(
     simulation: &mut Simulation,
     recorder: &mut Recorder,
-    (job, scene): (&Job, &Scene),
+    job: &Job,
+    scene: &Scene,
     progress: &mut Progress<'_>,
 ) -> Result<Ending, RunError> {
     if progress(0.0, scene.scene.end_time).is_break() {

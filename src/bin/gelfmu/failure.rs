@@ -1,14 +1,14 @@
-//! Why the command ends without doing what it was asked to.
+//! Errors of a command and their exit statuses.
 
 use crate::job::RunError;
 
-/// A failure with its exit status.
+/// Error that ends a command.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
-    /// The user can put it right in the command line or the scene.
+    /// Bad input: the user can correct the command line or the scene.
     #[error("{0}")]
     BadInput(String),
-    /// The run ended before what was asked for.
+    /// The run ended before its end time.
     #[error("{0}")]
     Stopped(String),
     /// The run could not be carried out.
@@ -17,7 +17,7 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// Exit status: 2 for bad input, 1 for what else went wrong.
+    /// Returns the exit status: 2 for bad input, 1 for every other error.
     pub fn code(&self) -> u8 {
         match self {
             Self::BadInput(_) => 2,

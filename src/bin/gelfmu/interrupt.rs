@@ -1,8 +1,8 @@
-//! Ctrl-C, and the request of a system to terminate.
+//! Signal handling: Ctrl-C, and termination requests of the system.
 //!
-//! The first Ctrl-C ends the run after its communication step, however long that is. A request to terminate does the same, but gives
-//! the run [`PATIENCE`] for it: who sends one waits for the end and seldom sends another. A second one of either ends the run at
-//! once.
+//! The first Ctrl-C ends the run after its current communication step. A termination request does the same, but the
+//! program exits after [`GRACE_PERIOD`], or [`FINISHING_TIME`] later if the run is ending already. A second signal ends
+//! the program at once.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,62 +13,62 @@ use std::time::Duration;
 /// Exit status of an interrupted command.
 pub const INTERRUPTED: u8 = 130;
 
-/// Time after a request to terminate at which the program ends at once; container and service managers wait ten seconds and more
+/// Time between a termination request and the forced exit; container and service managers wait ten seconds and more
 /// before they kill.
-const PATIENCE: Duration = Duration::from_secs(5);
+const GRACE_PERIOD: Duration = Duration::from_secs(5);
 
-/// Time for the summary and the report of a run that ends by itself after a request to terminate.
-const LAST_WORDS: Duration = Duration::from_mins(1);
+/// Time for the summary and the report of a run that ends by itself after a termination request.
+const FINISHING_TIME: Duration = Duration::from_mins(1);
 
-// A signal reaches the process, not a value in it.
-static ASKED: AtomicBool = AtomicBool::new(false);
-/// The run knows that its end was asked for.
-static HEARD: AtomicBool = AtomicBool::new(false);
-static SCRATCH: Mutex<Option<PathBuf>> = Mutex::new(None);
+// A signal handler reaches static data only.
+static END_REQUESTED: AtomicBool = AtomicBool::new(false);
+/// Set once the run has seen the request.
+static REQUEST_SEEN: AtomicBool = AtomicBool::new(false);
+static SCRATCH_FOLDER: Mutex<Option<PathBuf>> = Mutex::new(None);
 
-/// Who wants the end.
+/// Origin of a request to end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Request {
-    /// A person at the keyboard, who can ask again.
+enum EndRequest {
+    /// Interrupt from the keyboard, which the user can repeat.
     Interrupt,
-    /// A system, or a terminal that was closed.
+    /// Termination by the system, or by a closed terminal.
     Terminate,
 }
 
-/// Listens from now on; the first request is answered with `waiting` by way of `note`.
+/// Installs the handlers; the first request is answered with `waiting` by way of `note`.
 pub fn listen(waiting: &'static str, note: impl Fn(&str) + Send + 'static) -> std::io::Result<()> {
-    hear(move |request| {
-        if ASKED.swap(true, Ordering::Relaxed) {
-            leave();
+    spawn_signal_thread(move |request| {
+        if END_REQUESTED.swap(true, Ordering::Relaxed) {
+            exit_at_once();
         }
         match request {
-            Request::Interrupt => note(waiting),
-            Request::Terminate => {
-                note(&format!("asked to terminate, at once in {} s; {waiting}", PATIENCE.as_secs()));
+            EndRequest::Interrupt => note(waiting),
+            EndRequest::Terminate => {
+                note(&format!("asked to terminate, at once in {} s; {waiting}", GRACE_PERIOD.as_secs()));
                 std::thread::spawn(|| {
-                    std::thread::sleep(PATIENCE);
-                    if HEARD.load(Ordering::Relaxed) {
-                        // The run is ending by itself, and writes what it has.
-                        std::thread::sleep(LAST_WORDS);
+                    std::thread::sleep(GRACE_PERIOD);
+                    if REQUEST_SEEN.load(Ordering::Relaxed) {
+                        // The run is ending by itself and writes its results.
+                        std::thread::sleep(FINISHING_TIME);
                     }
-                    leave();
+                    exit_at_once();
                 });
             }
         }
     })
 }
 
-/// Makes a limit of the size of files (`ulimit -f`) an error of the write that meets it: its signal would end the process.
-pub fn outlive_file_limits() {
+/// Makes a file size limit (`ulimit -f`) an error of the write; by default its signal ends the process.
+pub fn ignore_file_size_signal() {
     #[cfg(unix)]
     {
         let heard = std::sync::Arc::new(AtomicBool::new(false));
-        // Without a handler the run is as it was before: nothing is lost but the words at its end.
+        // Without a handler the signal ends the process, and only the final message is lost.
         drop(signal_hook::flag::register(signal_hook::consts::SIGXFSZ, heard));
     }
 }
 
-/// Returns true if a signal was ignored when the program began, as that of a closed terminal is under `nohup`.
+/// Returns true if a signal was ignored at the start of the program, as SIGHUP is under `nohup`.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -77,41 +77,41 @@ fn is_ignored(signal: i32) -> bool {
     mask & (1 << (signal - 1)) != 0
 }
 
-/// Calls `answer` at each request, in a thread of its own.
+/// Calls `answer` at each request, in a separate thread.
 #[cfg(unix)]
-fn hear(answer: impl Fn(Request) + Send + 'static) -> std::io::Result<()> {
+fn spawn_signal_thread(answer: impl Fn(EndRequest) + Send + 'static) -> std::io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     let heard = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| !is_ignored(*signal));
     let mut signals = signal_hook::iterator::Signals::new(heard)?;
     std::thread::spawn(move || {
         for signal in signals.forever() {
-            answer(if signal == SIGINT { Request::Interrupt } else { Request::Terminate });
+            answer(if signal == SIGINT { EndRequest::Interrupt } else { EndRequest::Terminate });
         }
     });
     Ok(())
 }
 
-/// Calls `answer` at each Ctrl-C, in a thread of its own; the system gives a program that it closes a time of its own.
+/// Calls `answer` at each Ctrl-C, in a separate thread; at a shutdown, the system allows some time.
 #[cfg(not(unix))]
-fn hear(answer: impl Fn(Request) + Send + 'static) -> std::io::Result<()> {
-    ctrlc::set_handler(move || answer(Request::Interrupt)).map_err(std::io::Error::other)
+fn spawn_signal_thread(answer: impl Fn(EndRequest) + Send + 'static) -> std::io::Result<()> {
+    ctrlc::set_handler(move || answer(EndRequest::Interrupt)).map_err(std::io::Error::other)
 }
 
-/// A folder that must not stay behind when the program ends at once.
+/// Registers a folder that a forced exit removes.
 pub fn remove_on_exit(folder: &Path) {
-    *SCRATCH.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.to_path_buf());
+    *SCRATCH_FOLDER.lock().unwrap_or_else(PoisonError::into_inner) = Some(folder.to_path_buf());
 }
 
-/// Returns true if the end of the run was asked for.
+/// Returns true if the user or the system asked the run to end.
 pub fn asked() -> bool {
-    let is_asked = ASKED.load(Ordering::Relaxed);
-    HEARD.fetch_or(is_asked, Ordering::Relaxed);
+    let is_asked = END_REQUESTED.load(Ordering::Relaxed);
+    REQUEST_SEEN.fetch_or(is_asked, Ordering::Relaxed);
     is_asked
 }
 
-fn leave() -> ! {
-    if let Some(folder) = SCRATCH.lock().unwrap_or_else(PoisonError::into_inner).take() {
-        // It may be gone already; there is nobody to tell otherwise.
+fn exit_at_once() -> ! {
+    if let Some(folder) = SCRATCH_FOLDER.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        // The folder may be gone already, and an error has no reader.
         let _ = fs::remove_dir_all(folder);
     }
     std::process::exit(i32::from(INTERRUPTED))

@@ -1,4 +1,4 @@
-//! The subcommands that print or write one thing: `scenes`, `schema`, `completions` and `pack`.
+//! Subcommands that print or write one document: `scenes`, `schema`, `completions` and `pack`.
 
 use crate::console::Console;
 use crate::failure::Failure;
@@ -11,19 +11,19 @@ use clap_complete::Shell;
 use comfy_table::{Table, presets};
 use serde_json::{Value, json};
 
-/// Lists the built-in scenes, or prints one.
+/// Lists the built-in scenes, or prints the named one.
 pub fn scenes(name: Option<&str>, console: &Console) -> Result<(), Failure> {
     match name {
-        None => list(console)?,
+        None => list_scenes(console)?,
         Some(name) => {
-            let text = scene::builtin(name).ok_or_else(|| unknown(name))?;
+            let text = scene::builtin(name).ok_or_else(|| unknown_scene(name))?;
             console.document(&json!({ "name": name, "text": text }), text);
         }
     }
     Ok(())
 }
 
-fn list(console: &Console) -> Result<(), Failure> {
+fn list_scenes(console: &Console) -> Result<(), Failure> {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     let mut rows = Vec::new();
@@ -36,7 +36,7 @@ fn list(console: &Console) -> Result<(), Failure> {
     Ok(())
 }
 
-fn unknown(name: &str) -> Failure {
+fn unknown_scene(name: &str) -> Failure {
     let known: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
     let hint = scene::did_you_mean(name, known.iter().copied());
     Failure::BadInput(format!(
@@ -45,27 +45,27 @@ fn unknown(name: &str) -> Failure {
     ))
 }
 
-/// Prints the JSON schema of a scene.
+/// Prints the JSON schema of scene files.
 pub fn schema(console: &Console) {
     let schema = scene::schema();
     console.document(&schema, &format!("{schema:#}"));
 }
 
-/// Prints a completion script.
+/// Prints a shell completion script.
 pub fn completions(shell: Shell, console: &Console) {
-    let script = completions::script(shell);
+    let script = completions::completion_script(shell);
     console.document(&json!({ "shell": shell.to_string(), "script": script }), &script);
 }
 
-/// Writes the FMU.
+/// Writes the FMU of a scene.
 pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
     let name = options.named.as_deref().or(options.scene.as_deref()).unwrap_or(DEFAULT_SCENE);
-    let source = source::load_standard(name, &options.set)?;
+    let source = source::load_for_fmu(name, &options.set)?;
     results::check_archive(&options.out, &results::inputs(name, &source))?;
-    let there = Ports::of(&source.scene);
+    let available = Ports::of(&source.scene);
     let ports = Ports {
-        fragments: most(("fragment", "body"), options.fragments, there.fragments)?,
-        sensors: most(("sensor", "sensor"), options.sensors, there.sensors)?,
+        fragments: count_ports("fragment", "body", options.fragments, available.fragments)?,
+        sensors: count_ports("sensor", "sensor", options.sensors, available.sensors)?,
     };
     let packed = pack::pack((&source.text, &source.folder), ports, &options.out).map_err(|error| match error {
         RunError::File { path, source, .. } => Failure::BadInput(format!(
@@ -88,13 +88,13 @@ pub fn pack(options: &PackOptions, console: &Console) -> Result<(), Failure> {
     Ok(())
 }
 
-/// How many ports of a kind there are to be: as many as asked for, of those that there can be.
-fn most((table, needs): (&str, &str), asked: Option<usize>, there: usize) -> Result<usize, Failure> {
+/// Returns the number of ports of a kind: the requested number, at most the number of tables; by default all.
+fn count_ports(table: &str, needs: &str, asked: Option<usize>, available: usize) -> Result<usize, Failure> {
     match asked {
-        Some(asked) if asked > there => {
-            let expected = format!("at most the [[{table}]] tables of the scene, {there}: a port needs a {needs}");
+        Some(asked) if asked > available => {
+            let expected = format!("at most the [[{table}]] tables of the scene, {available}: a port needs a {needs}");
             Err(Failure::BadInput(format!("--{table}s: found {asked}, expected {expected}")))
         }
-        asked => Ok(asked.unwrap_or(there)),
+        asked => Ok(asked.unwrap_or(available)),
     }
 }

@@ -1,4 +1,4 @@
-//! `gelfmu`: runs, checks and packs scenes of a gel block hit by a rigid projectile.
+//! `gelfmu`: runs, checks, calibrates and packs scenes of a gel block hit by a rigid projectile.
 
 mod bench;
 mod calibrate;
@@ -26,17 +26,17 @@ mod trade;
 use clap::Parser;
 use console::Console;
 use failure::Failure;
-use options::{Command, Options, RunOptions};
+use options::{CommandLine, GelfmuCommand, RunOptions};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    interrupt::outlive_file_limits();
-    let options = match Options::try_parse() {
+    interrupt::ignore_file_size_signal();
+    let options = match CommandLine::try_parse() {
         Ok(options) => options,
         Err(error) => return ExitCode::from(console::usage(&error)),
     };
     let console = Console::new(&options);
-    match dispatch(options.command.unwrap_or(Command::Run(RunOptions::default())), &console) {
+    match dispatch(options.command.unwrap_or(GelfmuCommand::Run(RunOptions::default())), &console) {
         Ok(code) => ExitCode::from(console.status(code)),
         Err(failure) => {
             console.failure(&failure);
@@ -45,20 +45,20 @@ fn main() -> ExitCode {
     }
 }
 
-/// Carries out one subcommand and says with which status to end.
-fn dispatch(command: Command, console: &Console) -> Result<u8, Failure> {
+/// Carries out one subcommand and returns the exit status.
+fn dispatch(command: GelfmuCommand, console: &Console) -> Result<u8, Failure> {
     match command {
-        Command::Run(options) => return run::run(&options, console),
-        Command::Bench(options) => return bench::bench(&options, console),
-        Command::Calibrate(options) => return calibrate::calibrate(&options, console),
-        Command::Trade(options) => return trade::trade(&options, console),
-        Command::TradeRow(options) => trade::row(&options)?,
-        Command::Check(options) => check::check(&options, console)?,
-        Command::Pack(options) => listing::pack(&options, console)?,
-        Command::RemeshDemo(options) => remesh_demo::show(&options, console)?,
-        Command::Scenes { name } => listing::scenes(name.as_deref(), console)?,
-        Command::Schema => listing::schema(console),
-        Command::Completions { shell } => listing::completions(shell, console),
+        GelfmuCommand::Run(options) => return run::run(&options, console),
+        GelfmuCommand::Bench(options) => return bench::bench(&options, console),
+        GelfmuCommand::Calibrate(options) => return calibrate::calibrate(&options, console),
+        GelfmuCommand::Trade(options) => return trade::trade(&options, console),
+        GelfmuCommand::TradeRow(options) => trade::print_row(&options)?,
+        GelfmuCommand::Check(options) => check::check(&options, console)?,
+        GelfmuCommand::Pack(options) => listing::pack(&options, console)?,
+        GelfmuCommand::RemeshDemo(options) => remesh_demo::show(&options, console)?,
+        GelfmuCommand::Scenes { name } => listing::scenes(name.as_deref(), console)?,
+        GelfmuCommand::Schema => listing::schema(console),
+        GelfmuCommand::Completions { shell } => listing::completions(shell, console),
     }
     Ok(0)
 }

@@ -1,7 +1,7 @@
-//! The command line.
+//! Command-line interface: subcommands, their options and the parsers of the values.
 
 use crate::completions::SceneNameParser;
-use crate::trade::Importer;
+use crate::trade::CouplingVariant;
 use ballistic_gel::fmi2;
 use ballistic_gel::scene::{Fidelity, Override};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -9,109 +9,109 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
 
-/// A block of ballistic gelatin hit by a rigid projectile, packed as an FMI 2.0 co-simulation FMU.
+/// Simulate a block of ballistic gelatin hit by a rigid projectile, and pack it as an FMI 2.0 co-simulation FMU.
 ///
 /// Without a subcommand the built-in scene `fbi-bb` is run.
 #[derive(Debug, Parser)]
 #[command(name = "gelfmu", version)]
-pub struct Options {
+pub struct CommandLine {
     /// Print the result as JSON on standard output
     #[arg(long, global = true)]
     pub json: bool,
     /// Print no progress and no notes, only errors (and JSON, if asked for)
     #[arg(long, short, global = true)]
     pub quiet: bool,
-    /// When to use colour; `NO_COLOR` in the environment turns `auto` off
-    #[arg(long, global = true, value_enum, default_value_t = Color::Auto, value_name = "WHEN")]
-    pub color: Color,
-    /// What to do.
+    /// Colour the output always, never or on a terminal only; `NO_COLOR` in the environment turns `auto` off
+    #[arg(long, global = true, value_enum, default_value_t = ColorChoice::Auto, value_name = "WHEN")]
+    pub color: ColorChoice,
+    /// Subcommand to carry out.
     #[command(subcommand)]
-    pub command: Option<Command>,
+    pub command: Option<GelfmuCommand>,
 }
 
-/// When to use colour.
+/// Policy for coloured output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Color {
-    /// On a terminal.
+pub enum ColorChoice {
+    /// Colour on a terminal only.
     Auto,
-    /// Always.
+    /// Colour in files and pipes, too.
     Always,
-    /// Never.
+    /// No colour.
     Never,
 }
 
-/// The subcommands.
+/// Subcommands of `gelfmu`.
 #[derive(Debug, Subcommand)]
-pub enum Command {
-    /// Run a scene through the packed FMU, as an importer would, and write a folder to look at
+pub enum GelfmuCommand {
+    /// Run a scene through the packed FMU, as an importer would, and write a result folder with a report
     Run(RunOptions),
-    /// Fit the strength of a gel to the depth at which a projectile stopped in it, and print the lines of the scene
+    /// Fit the yield stress of a gel to the depth at which a projectile stopped, and print the lines of the scene
     ///
-    /// The scene is run with one strength after the other until its projectile stops at the measured depth to 0.1 %; only
-    /// gel.strength.yield_stress is changed. Ctrl-C keeps the best strength so far.
+    /// The scene is run with one gel.strength.yield_stress after the other, until the projectile stops at the measured
+    /// depth to 0.1 %. Ctrl-C keeps the best yield stress so far.
     Calibrate(CalibrateOptions),
-    /// Check a scene, and print what it models and what is switched off
+    /// Check a scene, and print the modelled physics and the physics switched off
     ///
-    /// The scene is built, so that what cannot be run is refused here, too.
+    /// The scene is built, so a scene without a valid mesh is refused here, too.
     Check(CheckOptions),
-    /// Measure how fast this machine steps a gel, and print tables
+    /// Measure the element updates per second of this machine, and print tables
     Bench(BenchOptions),
-    /// Write the FMU for this host
+    /// Write the FMU for the platform of this host
     Pack(PackOptions),
-    /// Draw the steps of an exchange of the mesh: run a planar or axisymmetric scene until its mesh is worn, and write a page of
+    /// Draw the stages of a remesh: run a planar or axisymmetric scene until its mesh is distorted, and write a page of
     /// pictures
     ///
-    /// The pictures are those of figure 6 of the paper, of the whole gel and of what is around the worst element: the worn mesh,
-    /// the bends of the fields and the target sizes, the quadtree, the Delaunay triangulation of its points, the signed
-    /// distance, the gel immersed and cut out, and the velocity on the old mesh and on the new ones of both methods.
-    /// `index.html` shows them in order with their figures.
-    RemeshDemo(DemoOptions),
-    /// Measure what accuracy costs: run a scene with every knob that buys speed turned both ways, and print error against cost
+    /// The pictures follow figure 6 of the paper and show the whole gel and the surroundings of the worst element: the
+    /// distorted mesh, the curvature of the fields and the target sizes, the quadtree, the Delaunay triangulation of
+    /// its points, the signed distance, the gel immersed and cut out, and the velocity on the old mesh and on the new
+    /// meshes of both methods. `index.html` shows them in order with their figures.
+    RemeshDemo(RemeshDemoOptions),
+    /// Measure error against cost: run a scene with every discretisation knob turned towards fine and towards coarse
     ///
-    /// Errors are those of the motion of the projectile, relative to the limit of refinement of the same scene, and are refused where
-    /// that is not monotone. Table, CSV and picture are written into the folder, and finished runs are kept there: the same
-    /// command goes on where it was interrupted.
+    /// Errors of the projectile's motion are relative to the limit of refinement of the same scene (Richardson
+    /// extrapolation), and are refused where refinement is not monotone. Table, CSV and picture are written into the
+    /// folder. Finished runs are kept there: the same command continues an interrupted measurement.
     Trade(TradeOptions),
-    /// Run one scene of a ladder and print its row
+    /// Run one scene of a trade ladder and print its row as JSON
     #[command(hide = true)]
-    TradeRow(RowOptions),
+    TradeRow(TradeRowOptions),
     /// List the built-in scenes, or print one
     Scenes {
         /// Name of the scene to print
         #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
         name: Option<String>,
     },
-    /// Print the JSON schema of a scene file, with which editors complete and check
+    /// Print the JSON schema of a scene file, for completion and validation in an editor
     Schema,
-    /// Print a completion script
+    /// Print a shell completion script
     Completions {
-        /// The shell it is for
+        /// Shell that reads the script
         shell: Shell,
     },
 }
 
-/// Name of the scene that is run and packed if none is named.
+/// Name of the scene that is run and packed by default.
 pub const DEFAULT_SCENE: &str = "fbi-bb";
 
-/// Which scene to check.
+/// Options of `gelfmu check`.
 #[derive(Debug, Args)]
 pub struct CheckOptions {
     /// Name of a built-in scene, or path of a scene file
     #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: String,
-    /// Replace a value of the scene, such as mesh.size=2e-3; may be repeated
+    /// Replace a value of the scene, e.g. mesh.size=2e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
 }
 
-/// How to run a scene.
+/// Options of `gelfmu run`.
 #[derive(Debug, Default, Args)]
 #[allow(clippy::struct_excessive_bools, reason = "each is a switch of the command line")]
 pub struct RunOptions {
     /// Name of a built-in scene, or path of a scene file (`fbi-bb` if absent)
     #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: Option<String>,
-    /// Replace a value of the scene, such as mesh.size=2e-3; may be repeated
+    /// Replace a value of the scene, e.g. mesh.size=2e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
     #[command(flatten)]
@@ -119,71 +119,71 @@ pub struct RunOptions {
     /// Folder for the results (`gelfmu-out/SCENE` if absent)
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Replace the results of an earlier run in the folder; other files in it stay
+    /// Replace the results of an earlier run in the folder; other files stay
     #[arg(long)]
     pub force: bool,
-    /// Write no frames and no pictures: the same as --set output.frames=0
+    /// Write no frames and no pictures; short for --set output.frames=0
     #[arg(long)]
     pub no_frames: bool,
-    /// Write no report.html: the same as --set output.report=false
+    /// Write no report.html; short for --set output.report=false
     #[arg(long)]
     pub no_report: bool,
     /// Communication step, s (`scene.communication_step` if absent)
-    #[arg(long, value_name = "H", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(long, value_name = "H", value_parser = parse_time, allow_hyphen_values = true)]
     pub step: Option<f64>,
-    /// Step the library without the FMU: same digest
+    /// Step the library directly, without the FMU; the results are bit-identical
     #[arg(long)]
     pub direct: bool,
-    /// Threads, 0 for all cores; results do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_hyphen_values = true)]
+    /// Threads, 0 for all cores; results do not depend on the number
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = parse_threads, allow_hyphen_values = true)]
     pub threads: usize,
 }
 
-/// How accurate a run is to be.
+/// Accuracy options of a run.
 #[derive(Debug, Default, Args)]
 pub struct LevelOptions {
-    /// Level of the scene: draft, coarse, standard, fine or reference, or 0 to 4; --set is stronger
-    #[arg(long, value_name = "LEVEL", value_parser = levels())]
+    /// Accuracy level of the scene: draft, coarse, standard, fine or reference, or 0 to 4; --set overrides its values
+    #[arg(long, value_name = "LEVEL", value_parser = level_parser())]
     pub fidelity: Option<Fidelity>,
-    /// Cheapest level whose error is known to be no greater, such as 2%
-    #[arg(long, value_name = "PERCENT", conflicts_with = "fidelity", value_parser = accuracy, allow_hyphen_values = true)]
+    /// Largest expected error, e.g. 2%; runs the cheapest level known to meet it
+    #[arg(long, value_name = "PERCENT", conflicts_with = "fidelity", value_parser = parse_error, allow_hyphen_values = true)]
     pub accuracy: Option<f64>,
 }
 
-/// What was measured, and in which scene.
+/// Options of `gelfmu calibrate`: the measured shot and its scene.
 #[derive(Debug, Args)]
 pub struct CalibrateOptions {
     /// Name of a built-in scene, or path of a scene file, with a gel.strength to begin with (`fbi-bb` if absent)
     #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: Option<String>,
     /// Depth at which the projectile stopped, from the entry surface to its foremost point, m
-    #[arg(long, value_name = "DEPTH", default_value_t = 85e-3, value_parser = length, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEPTH", default_value_t = 85e-3, value_parser = parse_length, allow_hyphen_values = true)]
     pub depth: f64,
     /// Speed of the projectile along -z, m/s (projectile.velocity if absent)
-    #[arg(long, value_name = "SPEED", value_parser = speed, allow_hyphen_values = true)]
+    #[arg(long, value_name = "SPEED", value_parser = parse_speed, allow_hyphen_values = true)]
     pub speed: Option<f64>,
-    /// Replace a value of the scene, such as mesh.size=0.4e-3; may be repeated
+    /// Replace a value of the scene, e.g. mesh.size=0.4e-3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
-    /// Threads, 0 for all cores; results do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_hyphen_values = true)]
+    /// Threads, 0 for all cores; results do not depend on the number
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = parse_threads, allow_hyphen_values = true)]
     pub threads: usize,
 }
 
-/// Name of the scene whose mesh is exchanged if none is named.
+/// Name of the scene that is remeshed by default.
 pub const DEMO_SCENE: &str = "ball-square";
 
-/// Which exchange of the mesh to draw.
+/// Options of `gelfmu remesh-demo`.
 #[derive(Debug, Args)]
-pub struct DemoOptions {
+pub struct RemeshDemoOptions {
     /// Name of a built-in scene, or path of a scene file (`ball-square` if absent); without a `remesh` table it is given
     /// remesh.quality=0.05 and remesh.compression=0
     #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: Option<String>,
-    /// Exchange the mesh at this time, s, worn or not, and draw that (the first exchange if absent)
-    #[arg(long, value_name = "TIME", value_parser = positive, allow_hyphen_values = true)]
+    /// Remesh at this time, s, even if the mesh is not distorted (the first remesh if absent)
+    #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true)]
     pub at: Option<f64>,
-    /// Replace a value of the scene, such as projectile.velocity=[0,0,-30]; may be repeated
+    /// Replace a value of the scene, e.g. projectile.velocity=[0,0,-30]; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
     /// Folder for the pictures (`gelfmu-out/SCENE-remesh` if absent)
@@ -192,42 +192,42 @@ pub struct DemoOptions {
     /// Replace the pictures of an earlier run of this command in the folder
     #[arg(long)]
     pub force: bool,
-    /// Threads, 0 for all cores; results do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads, allow_hyphen_values = true)]
+    /// Threads, 0 for all cores; results do not depend on the number
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = parse_threads, allow_hyphen_values = true)]
     pub threads: usize,
 }
 
-/// What to measure.
+/// Options of `gelfmu bench`.
 #[derive(Debug, Args)]
 pub struct BenchOptions {
     /// Small meshes and short measurements: seconds instead of minutes
     #[arg(long)]
     pub quick: bool,
-    /// Threads to compare with one, 0 for all cores
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = threads, allow_hyphen_values = true)]
+    /// Number of threads to compare with one thread, 0 for all cores
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = parse_threads, allow_hyphen_values = true)]
     pub threads: usize,
-    /// About how many elements the meshes have, such as 26000,165000,1000000 (the default; 7000 if quick)
-    #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = elements, allow_hyphen_values = true)]
+    /// Approximate numbers of elements of the meshes, e.g. 26000,165000,1000000 (the default; 7000 if quick)
+    #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = parse_elements, allow_hyphen_values = true)]
     pub elements: Vec<usize>,
-    /// Measure elements of this kind alone, in the sections that tell them apart
+    /// Measure this kind of element only, in the sections that distinguish kinds
     #[arg(long, value_name = "KIND", value_enum)]
     pub element: Option<ElementName>,
-    /// Measure this section alone; may be repeated
+    /// Measure this section only; may be repeated
     #[arg(long, value_name = "NAME", value_enum)]
     pub only: Vec<SectionName>,
 }
 
-/// Kinds of elements, named as `mesh.element` in a scene.
+/// Kinds of elements, named like `mesh.element` in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ElementName {
-    /// Each triangle or tetrahedron by itself
+    /// Single triangles or tetrahedra
     Plain,
-    /// Pairs of triangles, groups of four tetrahedra
+    /// F-bar patches: pairs of triangles, groups of four tetrahedra
     Patch,
 }
 
 impl ElementName {
-    /// As in a scene.
+    /// Returns the value of `mesh.element` in a scene.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Plain => "plain",
@@ -235,35 +235,35 @@ impl ElementName {
         }
     }
 
-    /// Whether elements share their volume change.
-    pub fn is_patched(self) -> bool {
+    /// Returns true if the elements of a patch share their volume change.
+    pub fn is_patch(self) -> bool {
         self == Self::Patch
     }
 }
 
-/// What can be measured.
+/// Sections of the benchmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SectionName {
-    /// Bytes per element
+    /// Memory per element, bytes
     Memory,
-    /// What memory gives
+    /// Memory bandwidth (STREAM triad)
     Bandwidth,
-    /// Element updates per second of each kernel
+    /// Element updates per second of each element kernel
     Kernels,
-    /// Where the time of a step goes
+    /// CPU time of a step by phase
     Phases,
-    /// The whole step with contact, on one and more threads
+    /// Whole step with contact, on one and more threads
     Steps,
-    /// Bins, queue and one global stable step
+    /// Bins, queue and one global stable step compared
     Schedules,
-    /// How evenly the work divides into 2 to 64 parts
+    /// Load balance of a mesh divided into 2 to 64 parts
     Partitions,
-    /// Calls of the packed FMU
+    /// FMI calls of the packed FMU
     Calls,
 }
 
 impl SectionName {
-    /// Its name on the command line and in JSON.
+    /// Returns the name on the command line and in JSON.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Memory => "memory",
@@ -277,93 +277,93 @@ impl SectionName {
         }
     }
 
-    /// What its numbers are.
+    /// Describes the figures of the section and their measurement.
     pub fn about(self) -> &'static str {
         match self {
             Self::Memory => {
-                "bytes per element, as the engine counts them and as the resident set of a process of its own grows while a gel \
-                 is built and first stepped"
+                "bytes per element: counted by the engine, and growth of the resident set of a separate process while a gel is \
+                 built and first stepped"
             }
             Self::Bandwidth => {
-                "a = b + s c over arrays that no cache holds, 24 bytes an item (STREAM triad), wall time"
+                "a = b + s c on arrays beyond every cache, 24 bytes an item (STREAM triad), wall-clock time"
             }
             Self::Kernels => {
-                "element updates of one thread: a run of elements again and again, its nodes in cache; and all runs with their \
-                 nodes loaded and what they give kept, as the engine does. Bytes are those of the layout, to and from memory"
+                "element updates of one thread: one run of elements repeated with its nodes in cache, and all runs with nodal \
+                 data loaded and nodal sums stored, as in the engine. Bytes are those of the data layout, to and from memory"
             }
             Self::Phases => {
-                "where the time of a step of one thread goes, ns of CPU time per element update: each column but the first is \
-                 the time of a part run by itself, or the difference of two; waiting is what nodes of its own save each \
-                 element, contact what the step costs more than that of the same gel without the ball"
+                "CPU time of a step of one thread by phase, ns per element update: each column but the first is the time of a \
+                 separately measured part, or the difference of two; waiting is the time per element that unshared nodes \
+                 would save, contact is the extra time over the same gel without the ball"
             }
             Self::Steps => {
-                "the whole step of sphere-block in mid-contact, all of the gel moving (it is given 0.01 m/s), the same steps from \
-                 the same state again and again, by each number of threads in turn; cores \
-                 are free if no thread waits for one: then a step takes the CPU time of the caller and of the busiest thread"
+                "the whole step of sphere-block in mid-contact, all of the gel moving (at 0.01 m/s): the same steps from the \
+                 same state, repeated by each number of threads in turn; cores are free if no thread waits for a core: a \
+                 step then takes the CPU time of the caller and of the busiest thread"
             }
             Self::Schedules => {
-                "sphere-block and its graded meshes from the first touch on, one thread, each schedule at 0.8 of the stable step; \
-                 the last column is relative to what one step of the assembled system would cost if nothing were at rest"
+                "sphere-block and its graded meshes from the first contact on, one thread, each schedule at 0.8 of the stable \
+                 step; the last column is relative to one global step of the assembled system with no element at rest"
             }
             Self::Partitions => {
-                "strong scaling on paper: updates per second of each run of elements in contact, all of the gel moving, divided \
-                 into contiguous parts; a node is shared if it belongs to more than one part"
+                "bound on strong scaling: updates per second of each run of elements in contact, all of the gel moving, \
+                 divided into contiguous parts; a node is shared if it belongs to more than one part"
             }
             Self::Calls => "calls through the packed FMU, as an importer makes them, one thread",
         }
     }
 }
 
-/// Whose curve to measure.
+/// Options of `gelfmu trade`.
 #[derive(Debug, Args)]
 pub struct TradeOptions {
     /// Name of a built-in scene, or path of a scene file
     #[arg(value_parser = SceneNameParser, hide_possible_values = true)]
     pub scene: String,
-    /// Replace a value of the scene in every run, such as remesh.quality=0.3; may be repeated
+    /// Replace a value of the scene in every run, e.g. remesh.quality=0.3; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
-    /// Turn these knobs alone, beside the mesh, such as cfl,element
+    /// Turn these knobs only, beside the mesh, e.g. cfl,element
     #[arg(long, value_name = "KNOB,...", value_delimiter = ',')]
     pub only: Vec<String>,
-    /// How often all edges are refined by √2 beyond those of the scene
+    /// Number of refinements of all edges by √2 beyond the scene
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=6))]
     pub finer: u32,
-    /// Processes at once, each of one thread
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = jobs, allow_hyphen_values = true)]
+    /// Number of concurrent processes, each of one thread
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_jobs, allow_hyphen_values = true)]
     pub jobs: usize,
     /// Folder for the curve and its runs (`gelfmu-out/SCENE-trade` if absent)
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Draw the runs of other codes beside ours: a CSV file with the columns run, cpu_seconds and some of those of trade.csv, such
-    /// as peak_depth
+    /// Draw the runs of other codes beside ours: a CSV file with the columns run, cpu_seconds and any of trade.csv,
+    /// e.g. peak_depth
     #[arg(long, value_name = "FILE")]
     pub with: Option<PathBuf>,
-    /// Measure what each option that the scene leaves out costs when it is on, and when it is off, instead of the curve
+    /// Measure the cost of each option that the scene leaves out, switched on and switched off, instead of the curve
     #[arg(long, conflicts_with_all = ["only", "with", "finer"])]
     pub options: bool,
-    /// Make every run again, also those that are kept in the folder; files that this command has not made stay
+    /// Repeat every run, also the kept ones; files of other commands in the folder stay
     #[arg(long)]
     pub afresh: bool,
 }
 
-/// One run of a ladder.
+/// Options of the hidden `gelfmu trade-row`: one run of a ladder.
 #[derive(Debug, Args)]
-pub struct RowOptions {
+pub struct TradeRowOptions {
     /// Path of the scene file
     pub scene: PathBuf,
-    /// Folder to which the names of its files are relative
+    /// Folder that relative file names in the scene start from
     #[arg(long, value_name = "DIR", default_value = "")]
     pub folder: PathBuf,
-    /// Who moves the projectile
+    /// Coupling of the importer: the side that moves the projectile
     #[arg(long, value_enum, default_value_t)]
-    pub importer: Importer,
-    /// How often it is run; the least time counts
+    pub importer: CouplingVariant,
+    /// Repetitions of the run; the least time counts
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub repeat: usize,
 }
 
-/// What to pack.
+/// Options of `gelfmu pack`.
 #[derive(Debug, Args)]
 pub struct PackOptions {
     /// Name of a built-in scene, or path of a scene file (`fbi-bb` if absent)
@@ -378,13 +378,13 @@ pub struct PackOptions {
         hide_possible_values = true
     )]
     pub scene: Option<String>,
-    /// Replace a value of the scene, such as coupling.mode=corrected; may be repeated
+    /// Replace a value of the scene, e.g. coupling.mode=corrected; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
-    /// Fragments with variables of their own (all of the scene if absent); the others move by themselves
+    /// Number of fragments with FMU variables (all of the scene if absent); the other fragments move by themselves
     #[arg(long, value_name = "N")]
     pub fragments: Option<usize>,
-    /// Sensors with variables of their own (all of the scene if absent)
+    /// Number of sensors with FMU variables (all of the scene if absent)
     #[arg(long, value_name = "N")]
     pub sensors: Option<usize>,
     /// File to write
@@ -392,50 +392,51 @@ pub struct PackOptions {
     pub out: PathBuf,
 }
 
-/// Levels by name, which are completed, or by number.
-fn levels() -> impl TypedValueParser<Value = Fidelity> {
+/// Parses a level by its name, which shells complete, or by its number.
+fn level_parser() -> impl TypedValueParser<Value = Fidelity> {
     let numbered = Fidelity::ALL.iter().zip(["0", "1", "2", "3", "4"]);
-    let levels = numbered.map(|(level, number)| PossibleValue::new(level.as_str()).alias(number));
-    PossibleValuesParser::new(levels.collect::<Vec<_>>()).try_map(|text| text.parse::<Fidelity>())
+    let names = numbered.map(|(level, number)| PossibleValue::new(level.as_str()).alias(number));
+    PossibleValuesParser::new(names.collect::<Vec<_>>()).try_map(|text| text.parse::<Fidelity>())
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    above_zero(text, "time, s")
+fn parse_time(text: &str) -> Result<f64, String> {
+    parse_positive(text, "time, s")
 }
 
-fn length(text: &str) -> Result<f64, String> {
-    above_zero(text, "length, m")
+fn parse_length(text: &str) -> Result<f64, String> {
+    parse_positive(text, "length, m")
 }
 
-fn speed(text: &str) -> Result<f64, String> {
-    above_zero(text, "speed, m/s")
+fn parse_speed(text: &str) -> Result<f64, String> {
+    parse_positive(text, "speed, m/s")
 }
 
-fn above_zero(text: &str, what: &str) -> Result<f64, String> {
+fn parse_positive(text: &str, what: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err(format!("expected a positive {what}")),
     }
 }
 
-/// Elements of the smallest and the largest mesh to measure: cells of a fifth of the height of the block; what a process can hold.
-const ELEMENTS: (usize, usize) = (7000, 20_000_000);
+/// Least and greatest number of elements of a benchmark mesh: cells of a fifth of the height of the block; the memory
+/// of a process.
+const ELEMENT_RANGE: (usize, usize) = (7000, 20_000_000);
 
-fn elements(text: &str) -> Result<usize, String> {
-    let (least, most) = ELEMENTS;
+fn parse_elements(text: &str) -> Result<usize, String> {
+    let (least, most) = ELEMENT_RANGE;
     match text.parse::<usize>() {
         Ok(n) if (least..=most).contains(&n) => Ok(n),
         _ => Err(format!("expected a number of elements from {least} to {most}")),
     }
 }
 
-/// A part of one.
-fn accuracy(text: &str) -> Result<f64, String> {
-    above_zero(text.trim().trim_end_matches('%').trim_end(), "error in percent, such as 2%")
+/// Parses an error in percent as a fraction.
+fn parse_error(text: &str) -> Result<f64, String> {
+    parse_positive(text.trim().trim_end_matches('%').trim_end(), "error in percent, such as 2%")
         .map(|percent| 0.01 * percent)
 }
 
-fn jobs(text: &str) -> Result<usize, String> {
+fn parse_jobs(text: &str) -> Result<usize, String> {
     let most = fmi2::most_threads();
     match text.parse::<usize>() {
         Ok(n) if (1..=most).contains(&n) => Ok(n),
@@ -443,7 +444,7 @@ fn jobs(text: &str) -> Result<usize, String> {
     }
 }
 
-fn threads(text: &str) -> Result<usize, String> {
+fn parse_threads(text: &str) -> Result<usize, String> {
     let most = fmi2::most_threads();
     match text.parse::<usize>() {
         Ok(n) if n <= most => Ok(n),

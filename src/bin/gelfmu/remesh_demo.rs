@@ -1,27 +1,27 @@
-//! `gelfmu remesh-demo`: the steps of an exchange of the mesh in pictures.
+//! `gelfmu remesh-demo`: draws the stages of one remesh.
 
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::job::{self, RunError};
-use crate::options::{DEMO_SCENE, DemoOptions};
+use crate::options::{DEMO_SCENE, RemeshDemoOptions};
 use crate::results;
-use crate::source::{self, Source};
+use crate::source::{self, SceneSource};
 use ballistic_gel::output::{self, Figures, FolderClaim, FolderState, OutputError};
 use ballistic_gel::scene::{Dimension, Override};
 use ballistic_gel::simulation::{CouplingMode, Rehearsal};
 use serde_json::json;
 use std::path::Path;
 
-/// What wears a mesh out in a scene that never exchanges it: the pictures are of one that could hardly go on.
-const AT_ITS_END: [(&str, &str); 2] = [("remesh.quality", "0.05"), ("remesh.compression", "0.0")];
+/// Remeshing criteria for a scene without any: the mesh becomes so distorted that the run could hardly continue.
+const LATE_REMESH: [(&str, &str); 2] = [("remesh.quality", "0.05"), ("remesh.compression", "0.0")];
 
 /// Name of the command in the manifest of its folder.
 const COMMAND: &str = "remesh-demo";
 
-/// Runs to the exchange that is asked for and draws it.
-pub fn show(options: &DemoOptions, console: &Console) -> Result<(), Failure> {
+/// Runs to the remesh in the options and draws it.
+pub fn show(options: &RemeshDemoOptions, console: &Console) -> Result<(), Failure> {
     let name = options.scene.as_deref().unwrap_or(DEMO_SCENE);
-    let source = scene(name, options)?;
+    let source = load_scene(name, options)?;
     let header = &source.scene.scene;
     let folder = options.out.clone();
     let folder = folder.unwrap_or_else(|| Path::new("gelfmu-out").join(format!("{}-remesh", header.name)));
@@ -32,16 +32,16 @@ pub fn show(options: &DemoOptions, console: &Console) -> Result<(), Failure> {
         &FolderClaim { command: COMMAND, policy, needs: &needs, inputs: &inputs, is_of_fmu: false },
     )?;
     console.note(&format!("{}: {} (into {})", header.name, header.title, folder.display()));
-    let shown = rehearse(name, &source, options)?;
-    let figures = output::draw_steps(&mut claimed, &source.scene, &shown).map_err(unwritable)?;
-    claimed.begin().and_then(|()| claimed.mark(FolderState::Complete)).map_err(unwritable)?;
+    let shown = rehearse_remesh(name, &source, options)?;
+    let figures = output::draw_steps(&mut claimed, &source.scene, &shown).map_err(output_failure)?;
+    claimed.begin().and_then(|()| claimed.mark(FolderState::Complete)).map_err(output_failure)?;
     let page = folder.join("index.html");
-    console.result(&json!({ "page": page, "figures": figures }), &words(&figures, &page));
+    console.result(&json!({ "page": page, "figures": figures }), &describe_figures(&figures, &page));
     Ok(())
 }
 
-/// The scene with an exchange in it.
-fn scene(name: &str, options: &DemoOptions) -> Result<Source, Failure> {
+/// Loads the scene, and adds remeshing criteria if necessary.
+fn load_scene(name: &str, options: &RemeshDemoOptions) -> Result<SceneSource, Failure> {
     let set = |key: &str, value: String| Override { key: key.to_owned(), value };
     let mut overrides = options.set.clone();
     if let Some(at) = options.at {
@@ -57,13 +57,14 @@ fn scene(name: &str, options: &DemoOptions) -> Result<Source, Failure> {
     if source.scene.remesh.is_some() {
         return Ok(source);
     }
-    overrides.extend(AT_ITS_END.map(|(key, value)| set(key, value.to_owned())));
+    overrides.extend(LATE_REMESH.map(|(key, value)| set(key, value.to_owned())));
     source::load(name, &overrides)
 }
 
-fn rehearse(name: &str, source: &Source, options: &DemoOptions) -> Result<Rehearsal, Failure> {
+/// Runs the scene to its remesh, and keeps the intermediate stages.
+fn rehearse_remesh(name: &str, source: &SceneSource, options: &RemeshDemoOptions) -> Result<Rehearsal, Failure> {
     let scene = &source.scene;
-    let mut simulation = job::built(scene, CouplingMode::Integrated, options.threads)?;
+    let mut simulation = job::build_simulation(scene, CouplingMode::Integrated, options.threads)?;
     let from = options.at.unwrap_or(0.0);
     let end = scene.scene.end_time;
     let stopped = |reason: String| Failure::Stopped(format!("scene {name}: {reason}"));
@@ -76,11 +77,11 @@ fn rehearse(name: &str, source: &Source, options: &DemoOptions) -> Result<Rehear
     }
 }
 
-fn unwritable(error: OutputError) -> Failure {
+fn output_failure(error: OutputError) -> Failure {
     RunError::Output(error).into()
 }
 
-fn words(figures: &Figures, page: &Path) -> String {
+fn describe_figures(figures: &Figures, page: &Path) -> String {
     let Figures { time, elements, least_quality, methods } = figures;
     let mut lines = vec![format!(
         "at {:.4} ms a mesh of {elements} elements ends, its worst of quality {least_quality:.3}",

@@ -1,8 +1,8 @@
-//! Destinations of results: folders that are claimed for one run, and single files that are replaced whole.
+//! Result destinations: folders claimed for one run, and single files replaced atomically.
 
 use crate::failure::Failure;
 use crate::job::RunError;
-use crate::source::Source;
+use crate::source::SceneSource;
 use ballistic_gel::output::{FolderClaim, OutputError, ResultFolder, TakeoverPolicy};
 use ballistic_gel::scene;
 use same_file::Handle;
@@ -22,68 +22,68 @@ pub fn claim(folder: &Path, wanted: &FolderClaim) -> Result<ResultFolder, Failur
             }
             other => other.to_string(),
         };
-        refused(folder, &why)
+        refuse_out(folder, &why)
     })
 }
 
-fn refused(out: &Path, why: &str) -> Failure {
+fn refuse_out(out: &Path, why: &str) -> Failure {
     Failure::BadInput(format!("--out {}: {why}", out.display()))
 }
 
-/// The policy for results that are there, with or without `--force`.
+/// Returns the takeover policy of a folder with results: replace with `--force`, else refuse.
 pub fn policy(is_forced: bool) -> TakeoverPolicy {
     if is_forced { TakeoverPolicy::Replace } else { TakeoverPolicy::Refuse }
 }
 
-/// Files that a scene of a name is read from: its own, if it is not built in, and those that it names.
-pub fn inputs(name: &str, source: &Source) -> Vec<PathBuf> {
+/// Lists the input files of a scene: the scene file, unless built in, and the files named in the scene.
+pub fn inputs(name: &str, source: &SceneSource) -> Vec<PathBuf> {
     let own = scene::builtin(name).is_none().then(|| PathBuf::from(name));
     let named = source.scene.files().into_iter().map(|(_, file)| source.folder.join(file));
     own.into_iter().chain(named).collect()
 }
 
-/// Refuses a path for an archive where something else than an archive is, or a file that is read.
+/// Refuses an archive path with content other than an FMU, and the path of an input file.
 pub fn check_archive(file: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
     let expected = "a new file, or an FMU to replace";
     let found = match fs::metadata(file) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
         Err(_) => "a place that cannot be looked at",
-        Ok(there) if there.is_dir() => "a folder",
-        Ok(there) if !there.is_file() => "a device or a pipe",
+        Ok(about) if about.is_dir() => "a folder",
+        Ok(about) if !about.is_file() => "a device or a pipe",
         Ok(_) => match Handle::from_path(file) {
             Ok(own) if inputs.iter().any(|input| Handle::from_path(input).is_ok_and(|input| input == own)) => {
                 "the file that is read"
             }
-            Ok(_) if has_other_content(file) => "a file that is no FMU",
+            Ok(_) if is_foreign_file(file) => "a file that is no FMU",
             Ok(_) => return Ok(()),
             Err(_) => "a file that cannot be read",
         },
     };
-    Err(refused(file, &format!("found {found}, expected {expected}")))
+    Err(refuse_out(file, &format!("found {found}, expected {expected}")))
 }
 
-/// Returns true if a file has bytes, and they are not those of an FMU.
-fn has_other_content(file: &Path) -> bool {
+/// Returns true if a file is not empty and is not an FMU.
+fn is_foreign_file(file: &Path) -> bool {
     let Ok(opened) = File::open(file) else { return true };
     let is_empty = opened.metadata().is_ok_and(|about| about.len() == 0);
     let is_fmu = |opened| ZipArchive::new(opened).is_ok_and(|mut zip| zip.by_name("modelDescription.xml").is_ok());
     !is_empty && !is_fmu(opened)
 }
 
-/// Writes a file in whole: until then an old one of the path stays as it is.
+/// Replaces a file atomically: the old content stays until the new content is complete.
 pub fn replace(file: &Path, bytes: &[u8]) -> Result<(), RunError> {
-    // Through a link, the file that it leads to is replaced.
+    // A link stays; its target is replaced.
     let place = fs::canonicalize(file).unwrap_or_else(|_| file.to_path_buf());
     let folder = place.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let written = |path: &Path, source: io::Error| RunError::File { verb: "write", path: path.to_path_buf(), source };
     fs::create_dir_all(folder).map_err(|error| written(folder, error))?;
-    let made = begun(folder).and_then(|mut whole| whole.write_all(bytes).map(|()| whole));
+    let made = create_part_file(folder).and_then(|mut whole| whole.write_all(bytes).map(|()| whole));
     let whole = made.map_err(|error| written(file, error))?;
     whole.persist(&place).map(drop).map_err(|error| written(file, error.error))
 }
 
-/// A file that goes if it is not finished. It has the permissions of any new file.
-fn begun(folder: &Path) -> io::Result<NamedTempFile> {
+/// Creates a temporary file with the permissions of any new file; an unfinished one is removed.
+fn create_part_file(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".gelfmu-").suffix(".part");
     #[cfg(unix)]
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_replaced_in_whole_and_never_by_half() {
+    fn a_file_is_replaced_atomically() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("new/a.fmu");
         replace(&file, b"PK\x03\x04 one").unwrap();
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn an_archive_is_not_written_over_what_is_none() {
+    fn an_archive_is_not_written_over_a_foreign_file() {
         let folder = tempfile::tempdir().unwrap();
         let refusal = |name: &str, inputs: &[PathBuf]| {
             check_archive(&folder.path().join(name), inputs).err().map(|error| error.to_string())

@@ -1,12 +1,12 @@
-//! `gelfmu run`: the main job.
+//! `gelfmu run`: runs a scene and writes its results.
 
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::job::{Ending, Job, RunError, check_step};
+use crate::job::{Ending, Job, RunError, check_communication_step};
 use crate::options::{DEFAULT_SCENE, RunOptions};
 use crate::pack::resources;
 use crate::progress::Bar;
-use crate::source::Source;
+use crate::source::SceneSource;
 use crate::{direct, interrupt, level, results, summary, through_fmu};
 use ballistic_gel::output::{FolderClaim, ResultFolder};
 use ballistic_gel::scene::{CouplingMode, Override};
@@ -14,15 +14,15 @@ use ballistic_gel::{fmi2, output};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-/// What the first Ctrl-C is answered with: a communication step is not divided, its rows would not be those asked for.
+/// Answer to the first Ctrl-C. A communication step is never cut: its row in the results would be at a different time.
 const WAITING: &str =
     "interrupted: the run ends with this communication step and keeps it; Ctrl-C again ends it at once";
 
-/// Runs a scene, shows how it went, and says with which status to end.
+/// Runs a scene, prints its summary and returns the exit status.
 pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
     let name = options.scene.as_deref().unwrap_or(DEFAULT_SCENE);
-    let (source, expected) = level::load(name, &overrides(options), &options.level)?;
-    options.step.map_or(Ok(()), |step| check_step(step, &source.scene))?;
+    let (source, expected) = level::load_at_level(name, &collect_overrides(options), &options.level)?;
+    options.step.map_or(Ok(()), |step| check_communication_step(step, &source.scene))?;
     let header = source.scene.scene.clone();
     let folder = options.out.clone().unwrap_or_else(|| Path::new("gelfmu-out").join(&header.name));
     let (text, files) =
@@ -30,7 +30,7 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
     let kept = format!("# As it is run, with what the command wrote over it.\n\n{text}");
     let kept: Vec<(String, Vec<u8>)> =
         files.into_iter().chain([("scene.toml".to_owned(), kept.into_bytes())]).collect();
-    let mut claimed = claim(&folder, options, &results::inputs(name, &source), &source, &kept)?;
+    let mut claimed = claim_folder(&folder, options, &results::inputs(name, &source), &source, &kept)?;
     let way = if options.direct { "by the library" } else { "through the packed FMU" };
     console.note(&format!("{}: {} ({way}, into {})", header.name, header.title, folder.display()));
     if let Some(expected) = expected {
@@ -45,29 +45,30 @@ pub fn run(options: &RunOptions, console: &Console) -> Result<u8, Failure> {
         claimed.write(file, bytes).map_err(RunError::from)?;
     }
     let job = Job { scene: (source.text, source.folder), folder, step: options.step, threads: options.threads };
-    let ending = watch(&job, claimed, options.direct, console)?;
+    let ending = run_with_progress(&job, claimed, options.direct, console)?;
     let (text, summary) = read_summary(&job.folder)?;
     console.result(&text.trim_end(), &summary::describe(&summary, &job.folder));
     let doubts = summary["doubts"].as_array();
     doubts.into_iter().flatten().filter_map(serde_json::Value::as_str).for_each(|doubt| console.warning(doubt));
-    Ok(status(&ending, &job.folder, console))
+    Ok(report_ending(&ending, &job.folder, console))
 }
 
-/// Overrides of the scene, by `--set` and by the options that stand for one.
-fn overrides(options: &RunOptions) -> Vec<Override> {
+/// Returns the overrides of `--set` and of the options that stand for an override.
+fn collect_overrides(options: &RunOptions) -> Vec<Override> {
     let set = |key: &str, value: &str| Override { key: key.to_owned(), value: value.to_owned() };
     let no_frames = options.no_frames.then(|| set("output.frames", "0"));
     let no_report = options.no_report.then(|| set("output.report", "false"));
     options.set.iter().cloned().chain(no_frames).chain(no_report).collect()
 }
 
-/// Claims the folder of a run, and refuses a name that an FMU gives no folder, and files of the scene that are named like
-/// results.
-fn claim(
+/// Claims the folder of a run.
+///
+/// Refuses a folder name that an FMU cannot take, and scene files that are named like results.
+fn claim_folder(
     folder: &Path,
     options: &RunOptions,
     inputs: &[PathBuf],
-    source: &Source,
+    source: &SceneSource,
     kept: &[(String, Vec<u8>)],
 ) -> Result<ResultFolder, Failure> {
     let named = if options.direct { Ok(()) } else { through_fmu::destination(folder).map(drop) };
@@ -86,8 +87,13 @@ fn claim(
     results::claim(folder, &FolderClaim { command: output::RUN, policy, needs: &needs, inputs, is_of_fmu: false })
 }
 
-/// Runs the job with a progress bar, until it ends or the user interrupts it.
-fn watch(job: &Job, mut folder: ResultFolder, by_library: bool, console: &Console) -> Result<Ending, Failure> {
+/// Runs the job with a progress bar until it ends or the user interrupts it.
+fn run_with_progress(
+    job: &Job,
+    mut folder: ResultFolder,
+    is_direct: bool,
+    console: &Console,
+) -> Result<Ending, Failure> {
     if let Err(error) = interrupt::listen(WAITING, console.listener()) {
         console.note(&format!("Ctrl-C will not keep what was computed: {error}"));
     }
@@ -96,11 +102,11 @@ fn watch(job: &Job, mut folder: ResultFolder, by_library: bool, console: &Consol
         bar.show(time, end);
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let ending = if by_library {
+    let ending = if is_direct {
         direct::run(job, folder, &mut progress)
     } else {
         folder.hand_over().map_err(RunError::from)?;
-        // Until the FMU has results, the folder is left as it was before if the run cannot begin.
+        // If the run cannot begin, the folder stays as it was: only the FMU writes results.
         let ending = through_fmu::run(job, &mut progress);
         drop(folder);
         ending
@@ -109,14 +115,14 @@ fn watch(job: &Job, mut folder: ResultFolder, by_library: bool, console: &Consol
     Ok(ending?)
 }
 
-/// `summary.json` as it stands, and read.
+/// Reads `summary.json` as text and as JSON.
 fn read_summary(folder: &Path) -> Result<(String, serde_json::Value), RunError> {
     let path: PathBuf = folder.join("summary.json");
     let read = std::fs::read_to_string(&path).and_then(|text| Ok((serde_json::from_str(&text)?, text)));
     read.map(|(value, text)| (text, value)).map_err(|source| RunError::File { verb: "read", path, source })
 }
 
-fn status(ending: &Ending, folder: &Path, console: &Console) -> u8 {
+fn report_ending(ending: &Ending, folder: &Path, console: &Console) -> u8 {
     match ending {
         Ending::Completed => 0,
         Ending::Stopped(diagnosis) => {

@@ -1,4 +1,4 @@
-//! Folder of the unpacked FMU: for its owner alone, and gone also after a run that was killed.
+//! Temporary folder of the unpacked FMU, private to its owner; leftovers of killed runs are removed later.
 
 use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
 use std::io;
@@ -6,32 +6,32 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// Beginning of the names of these folders.
+/// Prefix of the folder names.
 const PREFIX: &str = "gelfmu-fmu-";
-/// File in such a folder whose lock says that its run is alive.
+/// Lock file in such a folder; its lock is held while the run is alive.
 const LOCK: &str = "lock";
-/// A folder without that file belongs to a run that is just making it, or was killed then.
-const LONGEST_START: Duration = Duration::from_hours(1);
-/// Attempts to make a folder, if another run takes the new one for a stale one.
-const ATTEMPTS: usize = 10;
+/// Age at which a folder without a lock file is stale: a living run would have made the file.
+const STALE_AGE: Duration = Duration::from_hours(1);
+/// Most attempts to make a folder: another run may mistake a new folder for a stale one.
+const MOST_ATTEMPTS: usize = 10;
 
-/// A temporary folder that no other user can read or write. It is removed when it is dropped, or by a later run.
+/// Temporary folder without access for other users; removed on drop, or by a later run.
 #[derive(Debug)]
 pub struct ScratchFolder {
-    /// Says that the run is alive; let go before the folder is removed.
+    /// Lock that marks the run as alive; released before the folder is removed.
     _lock: File,
     folder: TempDir,
 }
 
 impl ScratchFolder {
-    /// A new one in the folder for temporary files. Stale ones of the same user are removed.
+    /// Creates a folder in the system's temporary folder, and removes stale ones of the same user.
     pub fn new() -> io::Result<Self> {
         Self::within(&std::env::temp_dir())
     }
 
     fn within(place: &Path) -> io::Result<Self> {
-        for _ in 0..ATTEMPTS {
-            let folder = private(place)?;
+        for _ in 0..MOST_ATTEMPTS {
+            let folder = create_private_folder(place)?;
             let lock = File::create_new(folder.path().join(LOCK))?;
             if !matches!(lock.try_lock(), Err(TryLockError::WouldBlock)) {
                 remove_stale(place, &fs::metadata(folder.path())?);
@@ -41,14 +41,14 @@ impl ScratchFolder {
         Err(io::Error::new(io::ErrorKind::ResourceBusy, "other runs remove each new folder"))
     }
 
-    /// The folder.
+    /// Returns the path of the folder.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
 }
 
-/// A new folder that is its owner's alone, whatever the file mode mask is.
-fn private(place: &Path) -> io::Result<TempDir> {
+/// Creates a folder with access for its owner only, whatever the file mode mask is.
+fn create_private_folder(place: &Path) -> io::Result<TempDir> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX);
     #[cfg(unix)]
@@ -56,20 +56,20 @@ fn private(place: &Path) -> io::Result<TempDir> {
     builder.tempdir_in(place)
 }
 
-/// Removes folders of runs that were killed. What cannot be looked at or removed is left as it is.
+/// Removes folders of killed runs; unreadable ones are left as they are.
 fn remove_stale(place: &Path, own: &Metadata) {
     let Ok(entries) = fs::read_dir(place) else { return };
     for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
-        if is_candidate(&path, own)
-            && let Some(_stale) = StaleFolder::of(&path)
+        if is_own_folder(&path, own)
+            && let Some(_stale) = StaleFolder::lock(&path)
         {
             drop(fs::remove_dir_all(&path));
         }
     }
 }
 
-/// Returns true for a folder of our name and our user, and no link to one.
-fn is_candidate(path: &Path, own: &Metadata) -> bool {
+/// Returns true if a path is a folder with our prefix and owner, and not a link.
+fn is_own_folder(path: &Path, own: &Metadata) -> bool {
     let named = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(PREFIX));
     named && fs::symlink_metadata(path).is_ok_and(|found| found.is_dir() && has_same_owner(&found, own))
 }
@@ -85,20 +85,20 @@ fn has_same_owner(_: &Metadata, _: &Metadata) -> bool {
     true
 }
 
-/// A folder whose run is not alive; no run can take it as long as this value lives.
+/// Stale folder, locked against other runs while this value lives.
 struct StaleFolder {
-    /// Absent where the run was killed before it made one.
+    /// Lock of the folder; absent if the run was killed before making one.
     _lock: Option<File>,
 }
 
 impl StaleFolder {
-    fn of(folder: &Path) -> Option<Self> {
+    fn lock(folder: &Path) -> Option<Self> {
         let path: PathBuf = folder.join(LOCK);
         match OpenOptions::new().read(true).write(true).open(&path) {
             Ok(lock) => lock.try_lock().is_ok().then_some(Self { _lock: Some(lock) }),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 let age = fs::metadata(folder).and_then(|found| found.modified()).ok()?.elapsed().ok()?;
-                (age > LONGEST_START).then_some(Self { _lock: None })
+                (age > STALE_AGE).then_some(Self { _lock: None })
             }
             Err(_) => None,
         }

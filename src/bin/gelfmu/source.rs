@@ -1,57 +1,57 @@
-//! Where a scene comes from: the program itself or a file.
+//! Loading of scenes: built-in scenes and scene files, with overrides.
 
 use crate::failure::Failure;
 use ballistic_gel::fmi2;
 use ballistic_gel::scene::{self, Fault, Override, Scene};
 use std::path::{Path, PathBuf};
 
-/// A scene and its text, with all overrides written into it.
+/// Scene with its text; all overrides are written into both.
 #[derive(Debug)]
-pub struct Source {
-    /// Scene text.
+pub struct SceneSource {
+    /// Scene text, TOML.
     pub text: String,
-    /// The folder that it is in, to which the names of its files are relative.
+    /// Folder of the scene file, the base of relative file names.
     pub folder: PathBuf,
-    /// The same, read and checked.
+    /// Parsed and checked scene.
     pub scene: Scene,
 }
 
-/// The text of a built-in name or a path.
-fn original(name: &str) -> Result<String, Failure> {
+/// Reads the text of a built-in scene or of a scene file.
+fn read_original(name: &str) -> Result<String, Failure> {
     match scene::builtin(name) {
         Some(text) => Ok(text.to_owned()),
-        None => fmi2::read_scene_text(Path::new(name)).map_err(|error| unreadable(name, &error)),
+        None => fmi2::read_scene_text(Path::new(name)).map_err(|error| unreadable_scene(name, &error)),
     }
 }
 
-/// The scene of a built-in name or a path, with overrides.
-pub fn load(name: &str, overrides: &[Override]) -> Result<Source, Failure> {
-    let original = original(name)?;
+/// Loads a built-in scene or a scene file, with overrides.
+pub fn load(name: &str, overrides: &[Override]) -> Result<SceneSource, Failure> {
+    let original = read_original(name)?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     match scene::read_with(&original, overrides, &fmi2::files_in(folder)) {
-        Ok((text, scene)) => Ok(Source { text, folder: folder.to_path_buf(), scene }),
-        Err(fault) => Err(Failure::BadInput(complaint(name, &fault))),
+        Ok((text, scene)) => Ok(SceneSource { text, folder: folder.to_path_buf(), scene }),
+        Err(fault) => Err(Failure::BadInput(describe_fault(name, &fault))),
     }
 }
 
-/// Loads a scene for an FMU, whose importer chooses a level of `scene.fidelity` later: the overrides take nothing from the levels.
-pub fn load_standard(name: &str, overrides: &[Override]) -> Result<Source, Failure> {
+/// Loads a scene for an FMU, whose importer chooses a level of `scene.fidelity` later: overrides do not remove levels.
+pub fn load_for_fmu(name: &str, overrides: &[Override]) -> Result<SceneSource, Failure> {
     let source = load(name, overrides)?;
-    let unusual = |error| Failure::BadInput(format!("scene {name}: {error}"));
-    let text = scene::rebase(&original(name)?, overrides).map_err(unusual)?;
-    let scene = scene::read_with_files(&text, &fmi2::files_in(&source.folder)).map_err(unusual)?;
-    Ok(Source { text, scene, ..source })
+    let bad_input = |error| Failure::BadInput(format!("scene {name}: {error}"));
+    let text = scene::rebase(&read_original(name)?, overrides).map_err(bad_input)?;
+    let scene = scene::read_with_files(&text, &fmi2::files_in(&source.folder)).map_err(bad_input)?;
+    Ok(SceneSource { text, scene, ..source })
 }
 
-/// The scene of a file whose names of files are relative to a folder.
-pub fn load_from(path: &Path, folder: &Path) -> Result<Scene, Failure> {
+/// Loads a scene file whose relative file names start from a given folder.
+pub fn load_file(path: &Path, folder: &Path) -> Result<Scene, Failure> {
     let name = path.display().to_string();
-    let text = fmi2::read_scene_text(path).map_err(|error| unreadable(&name, &error))?;
+    let text = fmi2::read_scene_text(path).map_err(|error| unreadable_scene(&name, &error))?;
     let read = scene::read_with_files(&text, &fmi2::files_in(folder));
     read.map_err(|error| Failure::BadInput(format!("scene {name}: {error}")))
 }
 
-fn unreadable(name: &str, error: &std::io::Error) -> Failure {
+fn unreadable_scene(name: &str, error: &std::io::Error) -> Failure {
     let known: Vec<&str> = scene::builtins().map(|(name, _)| name).collect();
     let hint = scene::did_you_mean(name, known.iter().copied());
     Failure::BadInput(format!(
@@ -60,8 +60,8 @@ fn unreadable(name: &str, error: &std::io::Error) -> Failure {
     ))
 }
 
-/// Names the line of the user's own text, or the overrides where they are at fault.
-fn complaint(name: &str, fault: &Fault) -> String {
+/// Formats an error with the line of the user's own text, or with the overrides at fault.
+fn describe_fault(name: &str, fault: &Fault) -> String {
     let set: Vec<String> = fault.overrides.iter().map(|o| format!("--set {}={}", o.key, o.value)).collect();
     let with = if set.is_empty() { "" } else { " with " };
     format!("scene {name}{with}{}: {}", set.join(" "), fault.error)

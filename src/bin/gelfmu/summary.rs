@@ -1,58 +1,71 @@
-//! `summary.json` as a table for people.
+//! Table of the figures in `summary.json` for the console.
 
 use comfy_table::{Table, presets};
 use serde_json::Value;
 use std::path::Path;
 
-/// The summary of a run as a table, and where its files are.
+/// Formats the summary of a run as a table, followed by the result files.
 pub fn describe(summary: &Value, folder: &Path) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
-    for (name, text) in rows(summary).into_iter().chain(cavity(summary)).chain(overlap(summary)) {
+    for (name, text) in summary_rows(summary).into_iter().chain(cavity_row(summary)).chain(overlap_row(summary)) {
         table.add_row([name, &text]);
     }
-    format!("{table}\n{}", files(folder))
+    format!("{table}\n{}", list_files(folder))
 }
 
-fn rows(s: &Value) -> Vec<(&'static str, String)> {
+fn summary_rows(s: &Value) -> Vec<(&'static str, String)> {
     vec![
-        ("end", format!("{} at {}", completed(s), quantity(&s["end_time"], "s"))),
-        ("mesh", format!("{} elements, {} nodes", count(&s["elements"]), count(&s["nodes"]))),
-        ("element steps", format!("{} to {}", quantity(&s["smallest_step"], "s"), quantity(&s["largest_step"], "s"))),
-        ("element updates", updates(s)),
-        ("greatest depth", deepest(s)),
-        ("depth at the end", depth(&s["final_depth"])),
-        ("speed at the end", quantity(&s["final_velocity"], "m/s")),
-        ("rebound velocity", rebound(s)),
-        ("energy to the gel", quantity(&s["energy_deposited"], "J")),
-        ("contact", quantity(&s["contact_duration"], "s")),
-        ("peak force", format!("{} over {}", quantity(&s["peak_force"], "N"), quantity(&s["force_window"], "s"))),
-        ("total impulse", quantity(&s["total_impulse"], "N s")),
-        ("energy", format!("closure {}, defect {}", small(&s["energy_error"]), small(&s["energy_defect"]))),
-        ("momentum", format!("{}, angular {}", small(&s["momentum_error"]), small(&s["angular_momentum_error"]))),
-        ("expected error", percent(&s["expected_error"])),
-        ("wall time", quantity(&s["wall_seconds"], "s")),
+        ("end", format!("{} at {}", describe_completion(s), format_quantity(&s["end_time"], "s"))),
+        ("mesh", format!("{} elements, {} nodes", format_count(&s["elements"]), format_count(&s["nodes"]))),
+        (
+            "element steps",
+            format!("{} to {}", format_quantity(&s["smallest_step"], "s"), format_quantity(&s["largest_step"], "s")),
+        ),
+        ("element updates", describe_updates(s)),
+        ("greatest depth", describe_peak_depth(s)),
+        ("depth at the end", format_depth(&s["final_depth"])),
+        ("speed at the end", format_quantity(&s["final_velocity"], "m/s")),
+        ("rebound velocity", describe_rebound(s)),
+        ("energy to the gel", format_quantity(&s["energy_deposited"], "J")),
+        ("contact", format_quantity(&s["contact_duration"], "s")),
+        (
+            "peak force",
+            format!("{} over {}", format_quantity(&s["peak_force"], "N"), format_quantity(&s["force_window"], "s")),
+        ),
+        ("total impulse", format_quantity(&s["total_impulse"], "N s")),
+        (
+            "energy",
+            format!("closure {}, defect {}", format_small(&s["energy_error"]), format_small(&s["energy_defect"])),
+        ),
+        (
+            "momentum",
+            format!("{}, angular {}", format_small(&s["momentum_error"]), format_small(&s["angular_momentum_error"])),
+        ),
+        ("expected error", format_percent(&s["expected_error"])),
+        ("wall time", format_quantity(&s["wall_seconds"], "s")),
         ("digest", s["digest"].as_str().unwrap_or("-").to_owned()),
     ]
 }
 
-/// The cavity of a shot.
-fn cavity(s: &Value) -> Option<(&'static str, String)> {
+/// Returns the row of the temporary cavity of a shot.
+fn cavity_row(s: &Value) -> Option<(&'static str, String)> {
     s["greatest_cavity_diameter"].as_f64()?;
-    let [greatest, last] = ["greatest_cavity_diameter", "final_cavity_diameter"].map(|key| quantity(&s[key], "m"));
-    let time = quantity(&s["time_of_greatest_cavity"], "s");
+    let [greatest, last] =
+        ["greatest_cavity_diameter", "final_cavity_diameter"].map(|key| format_quantity(&s[key], "m"));
+    let time = format_quantity(&s["time_of_greatest_cavity"], "s");
     let widens = s["time_of_greatest_cavity"].as_f64() == s["end_time"].as_f64();
     let still = if widens { ": it widens still" } else { "" };
     Some(("cavity", format!("{greatest} wide at {time}, {last} at the end{still}")))
 }
 
-/// What marks a run in which the gel has passed through itself.
-fn overlap(s: &Value) -> Option<(&'static str, String)> {
+/// Returns a row that marks a run in which the gel has passed through itself.
+fn overlap_row(s: &Value) -> Option<(&'static str, String)> {
     let volume = s["overlapped_volume"].as_f64().filter(|volume| *volume > 0.0)?;
     Some(("gel in gel", format!("{:.3} cm³ lie over other gel: its surfaces do not see each other", 1e6 * volume)))
 }
 
-fn completed(s: &Value) -> &'static str {
+fn describe_completion(s: &Value) -> &'static str {
     match (s["completed"].as_bool(), s["ended_by"].as_str()) {
         (Some(true), Some("exit")) => "reached, after the projectile has left,",
         (Some(true), _) => "reached",
@@ -60,38 +73,41 @@ fn completed(s: &Value) -> &'static str {
     }
 }
 
-/// The exit of a projectile that has perforated the gel.
-fn perforation(s: &Value) -> String {
-    let [velocity, time] = [("exit_velocity", "m/s"), ("exit_time", "s")].map(|(key, unit)| quantity(&s[key], unit));
-    format!("none: perforated, left with {velocity} at {time}, {} kept", quantity(&s["residual_energy"], "J"))
+/// Describes the exit of a projectile that has perforated the gel.
+fn describe_perforation(s: &Value) -> String {
+    let [velocity, time] =
+        [("exit_velocity", "m/s"), ("exit_time", "s")].map(|(key, unit)| format_quantity(&s[key], unit));
+    format!("none: perforated, left with {velocity} at {time}, {} kept", format_quantity(&s["residual_energy"], "J"))
 }
 
-fn deepest(s: &Value) -> String {
-    format!("{} at {}", depth(&s["peak_depth"]), quantity(&s["time_of_peak_depth"], "s"))
+fn describe_peak_depth(s: &Value) -> String {
+    format!("{} at {}", format_depth(&s["peak_depth"]), format_quantity(&s["time_of_peak_depth"], "s"))
 }
 
-/// How deep something is, or how high where it is not.
-fn depth(value: &Value) -> String {
+/// Formats a depth, or the height above the entry surface if it is negative.
+fn format_depth(value: &Value) -> String {
     match value.as_f64() {
-        Some(depth) if depth < 0.0 => format!("none, {} above the entry surface", quantity(&Value::from(-depth), "m")),
-        _ => quantity(value, "m"),
+        Some(depth) if depth < 0.0 => {
+            format!("none, {} above the entry surface", format_quantity(&Value::from(-depth), "m"))
+        }
+        _ => format_quantity(value, "m"),
     }
 }
 
-fn updates(s: &Value) -> String {
+fn describe_updates(s: &Value) -> String {
     let (done, synchronous) = (&s["element_updates"], &s["synchronous_updates"]);
     format!(
         "{}, {} with one step for all, {} per second",
-        count(done),
-        count(synchronous),
-        count(&s["updates_per_second"])
+        format_count(done),
+        format_count(synchronous),
+        format_count(&s["updates_per_second"])
     )
 }
 
-fn rebound(s: &Value) -> String {
-    let speed = || quantity(&s["rebound_velocity"], "m/s");
+fn describe_rebound(s: &Value) -> String {
+    let speed = || format_quantity(&s["rebound_velocity"], "m/s");
     if s["perforated"] == Value::Bool(true) {
-        return perforation(s);
+        return describe_perforation(s);
     }
     match (s["rebound_velocity"].as_f64(), s["contact_duration"].as_f64(), s["final_depth"].as_f64()) {
         (_, None, _) => "none: it has not met the gel".to_owned(),
@@ -101,10 +117,10 @@ fn rebound(s: &Value) -> String {
     }
 }
 
-/// A number with four digits and a prefix to its unit, or the norm of a list of numbers.
-fn quantity(value: &Value, unit: &str) -> String {
+/// Formats a number with four digits and an SI prefix; an array is replaced by its norm.
+fn format_quantity(value: &Value, unit: &str) -> String {
     const PREFIXES: [(f64, &str); 6] = [(1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")];
-    let Some(number) = number(value) else { return "-".to_owned() };
+    let Some(number) = to_number(value) else { return "-".to_owned() };
     let size = number.abs();
     let fits = PREFIXES.into_iter().find(|(scale, _)| size >= 0.9999 * scale);
     let (scale, prefix) = if size == 0.0 { (1.0, "") } else { fits.unwrap_or((1e-9, "n")) };
@@ -113,32 +129,32 @@ fn quantity(value: &Value, unit: &str) -> String {
     format!("{scaled:.decimals$} {prefix}{unit}")
 }
 
-fn number(value: &Value) -> Option<f64> {
+fn to_number(value: &Value) -> Option<f64> {
     match value {
-        Value::Array(parts) => parts.iter().map(Value::as_f64).sum::<Option<f64>>().map(|_| norm(parts)),
+        Value::Array(parts) => parts.iter().map(Value::as_f64).sum::<Option<f64>>().map(|_| euclidean_norm(parts)),
         other => other.as_f64(),
     }
 }
 
-fn norm(parts: &[Value]) -> f64 {
+fn euclidean_norm(parts: &[Value]) -> f64 {
     parts.iter().filter_map(Value::as_f64).map(|part| part * part).sum::<f64>().sqrt()
 }
 
-fn count(value: &Value) -> String {
+fn format_count(value: &Value) -> String {
     value
         .as_f64()
         .map_or("-".to_owned(), |n| if n < 1e6 { format!("{n:.0}") } else { format!("{:.3} million", n * 1e-6) })
 }
 
-fn percent(value: &Value) -> String {
+fn format_percent(value: &Value) -> String {
     value.as_f64().map_or("not measured with these values".to_owned(), |part| format!("{:.2} %", 100.0 * part))
 }
 
-fn small(value: &Value) -> String {
+fn format_small(value: &Value) -> String {
     value.as_f64().map_or("-".to_owned(), |x| format!("{x:.1e}"))
 }
 
-fn files(folder: &Path) -> String {
+fn list_files(folder: &Path) -> String {
     const FILES: [(&str, &str); 6] = [
         ("report.html", "look at this one first, in a browser"),
         ("series.pvd", "the frames, for ParaView"),
@@ -154,26 +170,26 @@ fn files(folder: &Path) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{describe, quantity};
+    use super::{describe, format_quantity};
     use serde_json::{Value, json};
     use std::path::Path;
 
     #[test]
     fn quantities_carry_the_prefix_that_fits() {
-        assert_eq!(quantity(&json!(0.01405), "m"), "14.050 mm");
-        assert_eq!(quantity(&json!(1e-5), "s"), "10.000 µs");
-        assert_eq!(quantity(&json!(1e-3), "s"), "1.000 ms");
-        assert_eq!(quantity(&json!(-1234.5), "N"), "-1.234 kN");
-        assert_eq!(quantity(&json!(0.0), "m"), "0.000 m");
-        assert_eq!(quantity(&json!(350), "N"), "350.0 N");
-        assert_eq!(quantity(&json!(2e-13), "m"), "0.000 nm");
+        assert_eq!(format_quantity(&json!(0.01405), "m"), "14.050 mm");
+        assert_eq!(format_quantity(&json!(1e-5), "s"), "10.000 µs");
+        assert_eq!(format_quantity(&json!(1e-3), "s"), "1.000 ms");
+        assert_eq!(format_quantity(&json!(-1234.5), "N"), "-1.234 kN");
+        assert_eq!(format_quantity(&json!(0.0), "m"), "0.000 m");
+        assert_eq!(format_quantity(&json!(350), "N"), "350.0 N");
+        assert_eq!(format_quantity(&json!(2e-13), "m"), "0.000 nm");
     }
 
     #[test]
-    fn a_list_shows_its_norm_and_what_is_absent_a_dash() {
-        assert_eq!(quantity(&json!([3.0, 0.0, 4.0]), "N s"), "5.000 N s");
-        assert_eq!(quantity(&json!(null), "m"), "-");
-        assert_eq!(quantity(&json!([1.0, null, 2.0]), "m"), "-");
+    fn a_list_shows_its_norm_and_an_absent_value_a_dash() {
+        assert_eq!(format_quantity(&json!([3.0, 0.0, 4.0]), "N s"), "5.000 N s");
+        assert_eq!(format_quantity(&json!(null), "m"), "-");
+        assert_eq!(format_quantity(&json!([1.0, null, 2.0]), "m"), "-");
     }
 
     #[test]

@@ -1,43 +1,45 @@
-//! What memory gives: a(i) = b(i) + s c(i) over arrays that no cache holds, 24 bytes for each i (McCalpin's STREAM triad).
+//! Memory bandwidth: STREAM triad a(i) = b(i) + s c(i) (McCalpin) on arrays beyond every cache, 24 bytes per item.
 
 use super::Measurement;
 use super::settings::Settings;
-use super::spent::{Effort, Spent};
+use super::spent::{MeasuredTime, RepeatPolicy};
 use super::table::Row;
 use crate::options::SectionName;
 use std::hint::black_box;
 
-/// Numbers of an array: 128 MiB, four times the largest cache of a desktop processor; quick, 32 MiB.
+/// Length of an array: 128 MiB, four times the largest cache of a desktop processor; quick, 32 MiB.
 const LENGTH: usize = 1 << 24;
 const QUICK_LENGTH: usize = 1 << 22;
 /// Bytes read and written for one i.
-const BYTES: usize = 24;
+const BYTES_PER_ITEM: usize = 24;
 
+/// Plans one measurement for each number of threads.
 pub fn plan(settings: &Settings) -> Vec<Measurement> {
     let length = if settings.quick { QUICK_LENGTH } else { LENGTH };
-    let effort = settings.effort;
-    let of = |threads: usize| Measurement {
+    let policy = settings.policy;
+    let measurement = |threads: usize| Measurement {
         section: SectionName::Bandwidth,
         what: format!("{threads} threads"),
         cost: if settings.quick { 0.1 } else { 1.0 },
-        go: Box::new(move || Ok(vec![row(length, threads, effort)])),
+        go: Box::new(move || Ok(vec![measure(length, threads, policy)])),
     };
-    settings.thread_counts().into_iter().map(of).collect()
+    settings.thread_counts().into_iter().map(measurement).collect()
 }
 
-fn row(length: usize, threads: usize, effort: Effort) -> Row {
+fn measure(length: usize, threads: usize, policy: RepeatPolicy) -> Row {
     let (mut a, b, c) = (vec![0.0; length], vec![1.0; length], vec![2.0; length]);
-    let spent = Spent::least(effort, || (), |()| triad(&mut a, (&b, &c), threads));
+    let spent = MeasuredTime::least(policy, || (), |()| triad(&mut a, &b, &c, threads));
     assert!(a.iter().all(|a| *a == 7.0), "the triad was computed");
     Row::default()
         .with("threads", threads)
-        .with("gigabytes_per_s", (length * BYTES) as f64 / spent.wall / 1e9)
+        .with("gigabytes_per_s", (length * BYTES_PER_ITEM) as f64 / spent.wall / 1e9)
         .and("bytes_of_an_array", length * size_of::<f64>())
         .and("wall_s", spent.wall)
         .and("cpu_s", spent.cpu)
 }
 
-fn triad(a: &mut [f64], (b, c): (&[f64], &[f64]), threads: usize) {
+/// Computes the triad, divided among threads.
+fn triad(a: &mut [f64], b: &[f64], c: &[f64], threads: usize) {
     let s = black_box(3.0);
     let share = a.len().div_ceil(threads);
     let part = |a: &mut [f64], b: &[f64], c: &[f64]| {

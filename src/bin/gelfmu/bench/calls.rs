@@ -1,9 +1,9 @@
-//! What calls of the packed FMU cost, as an importer makes them.
+//! Cost of the FMI calls of the packed FMU, made like those of an importer.
 
 use super::Measurement;
-use super::scenes::{awake, size};
+use super::scenes::{cell_size, drifting_gel, new_override};
 use super::settings::Settings;
-use super::spent::{Effort, Spent};
+use super::spent::{MeasuredTime, RepeatPolicy};
 use super::table::Row;
 use crate::failure::Failure;
 use crate::job::RunError;
@@ -15,45 +15,49 @@ use ballistic_gel::scene::Override;
 use serde_json::Value;
 
 /// Communication step, s.
-const STEP: f64 = 1e-5;
-/// End of the experiment, s: further than any repetition goes.
-const END: f64 = 100.0;
-/// So long the gel that is to be saved has moved, s.
-const MOVED: f64 = 1e-4;
+const COMMUNICATION_STEP: f64 = 1e-5;
+/// End of the experiment, s: beyond every repetition.
+const END_TIME: f64 = 100.0;
+/// Simulated time before the state is saved, s.
+const SETTLING_TIME: f64 = 1e-4;
 
-/// An instance and how far it is, s.
-struct Instance {
+/// FMU instance and its current time, s.
+struct FmuInstance {
     importer: Importer,
     now: f64,
 }
 
+/// Plans the measurements of an idle and of a moving gel.
 pub fn plan(settings: &Settings) -> Vec<Measurement> {
-    let (n, effort) = (
+    let (n, policy) = (
         if settings.quick { settings.largest() } else { settings.elements[settings.elements.len() / 2] },
-        settings.effort,
+        settings.policy,
     );
     let cost = if settings.quick { 1.0 } else { 10.0 };
-    let of = |what: &str, go: fn(usize, Effort) -> Result<Vec<Row>, Failure>| Measurement {
+    let measurement = |what: &str, go: fn(usize, RepeatPolicy) -> Result<Vec<Row>, Failure>| Measurement {
         section: SectionName::Calls,
         what: format!("{what}, {n} elements"),
         cost,
-        go: Box::new(move || go(n, effort)),
+        go: Box::new(move || go(n, policy)),
     };
-    vec![of("idle", idle), of("state", state)]
+    vec![measurement("idle", measure_idle), measurement("state", measure_state)]
 }
 
-/// A gel at rest, far from the ball.
-fn idle(n: usize, effort: Effort) -> Result<Vec<Row>, Failure> {
-    let far = ("projectile.position", "[0.0, 0.0, 1.0]".to_owned());
-    let mut it = Instance::new(&[size(n), far, ("projectile.velocity", "[0.0, 0.0, 0.0]".to_owned())])?;
-    it.step(10.0 * STEP)?;
-    let step = timed(effort, || it.step(STEP))?;
-    let outputs = it.importer.outputs();
+/// Measures steps and outputs of a gel at rest, far from the ball.
+fn measure_idle(n: usize, policy: RepeatPolicy) -> Result<Vec<Row>, Failure> {
+    let far = new_override("projectile.position", "[0.0, 0.0, 1.0]");
+    let at_rest = new_override("projectile.velocity", "[0.0, 0.0, 0.0]");
+    let mut instance = FmuInstance::new(&[cell_size(n), far, at_rest])?;
+    instance.step(10.0 * COMMUNICATION_STEP)?;
+    let step = time_call(policy, || instance.step(COMMUNICATION_STEP))?;
+    let outputs = instance.importer.outputs();
     let mut values = vec![0.0; outputs.len()];
-    let get = timed(effort, || it.importer.check("fmi2GetReal", it.importer.fmu.get_reals(&outputs, &mut values)))?;
-    let both = timed(effort, || {
-        it.step(STEP)?;
-        it.importer.check("fmi2GetReal", it.importer.fmu.get_reals(&outputs, &mut values))
+    let get = time_call(policy, || {
+        instance.importer.check("fmi2GetReal", instance.importer.fmu.get_reals(&outputs, &mut values))
+    })?;
+    let both = time_call(policy, || {
+        instance.step(COMMUNICATION_STEP)?;
+        instance.importer.check("fmi2GetReal", instance.importer.fmu.get_reals(&outputs, &mut values))
     })?;
     let all = format!("fmi2GetReal of all {} outputs", outputs.len());
     Ok(vec![
@@ -63,26 +67,26 @@ fn idle(n: usize, effort: Effort) -> Result<Vec<Row>, Failure> {
     ])
 }
 
-/// A gel that moves, saved and restored.
-fn state(n: usize, effort: Effort) -> Result<Vec<Row>, Failure> {
-    let mut it = Instance::new(&[size(n), awake()])?;
-    it.step(MOVED)?;
-    let Importer { fmu, .. } = &it.importer;
-    let check = |call, status| it.importer.check(call, status);
+/// Measures saving and restoring the state of a moving gel.
+fn measure_state(n: usize, policy: RepeatPolicy) -> Result<Vec<Row>, Failure> {
+    let mut instance = FmuInstance::new(&[cell_size(n), drifting_gel()])?;
+    instance.step(SETTLING_TIME)?;
+    let Importer { fmu, .. } = &instance.importer;
+    let check = |call, status| instance.importer.check(call, status);
     let mut kept = LoadedState::default();
     check("fmi2GetFMUstate", fmu.get_state(&mut kept))?;
     let mut size = 0;
     check("fmi2SerializedFMUstateSize", fmu.state_size(&kept, &mut size))?;
     let mut bytes = vec![0; size];
-    let made = timed(effort, || {
+    let made = time_call(policy, || {
         let mut new = LoadedState::default();
         check("fmi2GetFMUstate", fmu.get_state(&mut new))?;
         check("fmi2FreeFMUstate", fmu.free_state(&mut new))
     })?;
-    let got = timed(effort, || check("fmi2GetFMUstate", fmu.get_state(&mut kept)))?;
-    let set = timed(effort, || check("fmi2SetFMUstate", fmu.set_state(&kept)))?;
-    let written = timed(effort, || check("fmi2SerializeFMUstate", fmu.write_state(&kept, &mut bytes)))?;
-    let read = timed(effort, || check("fmi2DeSerializeFMUstate", fmu.read_state(&bytes, &mut kept)))?;
+    let got = time_call(policy, || check("fmi2GetFMUstate", fmu.get_state(&mut kept)))?;
+    let set = time_call(policy, || check("fmi2SetFMUstate", fmu.set_state(&kept)))?;
+    let written = time_call(policy, || check("fmi2SerializeFMUstate", fmu.write_state(&kept, &mut bytes)))?;
+    let read = time_call(policy, || check("fmi2DeSerializeFMUstate", fmu.read_state(&bytes, &mut kept)))?;
     check("fmi2FreeFMUstate", fmu.free_state(&mut kept))?;
     let calls = [
         ("fmi2GetFMUstate and fmi2FreeFMUstate, a new one", made),
@@ -94,13 +98,11 @@ fn state(n: usize, effort: Effort) -> Result<Vec<Row>, Failure> {
     Ok(calls.map(|(call, spent)| row(call, spent, Some(size))).into())
 }
 
-impl Instance {
-    fn new(keys: &[(&str, String)]) -> Result<Self, Failure> {
-        let overrides: Vec<Override> =
-            keys.iter().map(|(key, value)| Override { key: (*key).to_owned(), value: value.clone() }).collect();
-        let source = source::load("sphere-block", &overrides)?;
+impl FmuInstance {
+    fn new(overrides: &[Override]) -> Result<Self, Failure> {
+        let source = source::load("sphere-block", overrides)?;
         let importer = Importer::new((&source.text, &source.folder), &source.scene, "bench")?;
-        importer.initialize(1, END)?;
+        importer.initialize(1, END_TIME)?;
         Ok(Self { importer, now: 0.0 })
     }
 
@@ -111,18 +113,18 @@ impl Instance {
     }
 }
 
-/// What one call takes, or the first error.
-fn timed(effort: Effort, mut call: impl FnMut() -> Result<(), RunError>) -> Result<Spent, RunError> {
-    let mut all = Ok(());
-    let spent = Spent::per_turn(effort, || {
-        if all.is_ok() {
-            all = call();
+/// Measures a call; returns the first error.
+fn time_call(policy: RepeatPolicy, mut call: impl FnMut() -> Result<(), RunError>) -> Result<MeasuredTime, RunError> {
+    let mut outcome = Ok(());
+    let spent = MeasuredTime::per_turn(policy, || {
+        if outcome.is_ok() {
+            outcome = call();
         }
     });
-    all.map(|()| spent)
+    outcome.map(|()| spent)
 }
 
-fn row(call: &str, spent: Spent, bytes: Option<usize>) -> Row {
+fn row(call: &str, spent: MeasuredTime, bytes: Option<usize>) -> Row {
     let rate = bytes.map_or(Value::Null, |bytes| (bytes as f64 / spent.cpu / 1e9).into());
     Row::default()
         .with("call", call)

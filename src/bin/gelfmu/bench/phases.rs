@@ -1,54 +1,56 @@
-//! Where the time of a step goes, ns per element update of one thread: differences of what can be run by itself.
+//! Time of a step by phase, ns per element update on one thread: differences of separately measured parts.
 
 use super::Measurement;
-use super::settings::Settings;
-use super::spent::{Effort, Spent};
-use super::stand::{Kernel, Stand, block, levels};
-use super::steps::{self, Subject};
+use super::settings::{BenchMesh, Settings};
+use super::spent::{MeasuredTime, RepeatPolicy};
+use super::stand::{self, Kernel, Stand, levels};
+use super::steps::{self, MeasuredBlock};
 use super::table::Row;
 use crate::failure::Failure;
-use crate::options::{ElementName, SectionName};
+use crate::options::SectionName;
 use ballistic_gel::fem::{LANES, Section};
 use serde_json::Value;
 
-/// The element phase by itself, ns per update.
-struct Elements {
-    /// Nodes copied to where the kernel finds them.
+/// Times of the element phase, ns per update.
+struct ElementPhaseTimes {
+    /// Copies of nodal data to the kernel's cache.
     load: f64,
-    /// Gather, arithmetic and sums at the nodes, in cache.
+    /// Gather, arithmetic and nodal sums, in cache.
     cached: f64,
-    /// The same where no sum waits for that of a neighbour; of plain elements.
-    apart: Option<f64>,
-    /// All of it, from memory.
+    /// Time in cache without waiting for the nodal sums of a neighbour; plain elements only.
+    unshared: Option<f64>,
+    /// Whole element phase, from memory.
     all: f64,
 }
 
+/// Plans one measurement for each mesh.
 pub fn plan(settings: &Settings) -> Vec<Measurement> {
-    let effort = settings.effort;
-    let of = |(n, kind): (usize, ElementName)| {
-        let subject = Subject::new((n, kind), settings);
+    let policy = settings.policy;
+    let measurement = |mesh: BenchMesh| {
+        let block = MeasuredBlock::new(mesh, settings);
         Measurement {
             section: SectionName::Phases,
-            what: format!("{n} elements, {}", kind.as_str()),
-            cost: if settings.quick { 0.5 } else { 5.0 + n as f64 * 2e-5 },
-            go: Box::new(move || Ok(vec![row(&subject, effort)?])),
+            what: mesh.describe(),
+            cost: if settings.quick { 0.5 } else { 5.0 + mesh.n_elements as f64 * 2e-5 },
+            go: Box::new(move || Ok(vec![measure(&block, policy)?])),
         }
     };
-    settings.subjects().into_iter().map(of).collect()
+    settings.meshes().into_iter().map(measurement).collect()
 }
 
-fn row(subject: &Subject, effort: Effort) -> Result<Row, Failure> {
-    let patched = subject.kind.is_patched();
-    let mut stand = Stand::new(&block(subject.n_elements), Kernel { section: Section::Spatial, patched, flows: false });
-    let elements = measure(&mut stand, patched, effort);
+fn measure(block: &MeasuredBlock, policy: RepeatPolicy) -> Result<Row, Failure> {
+    let patched = block.kind.is_patch();
+    let mut stand =
+        Stand::new(&stand::block(block.n_elements), Kernel { section: Section::Spatial, patched, flows: false });
+    let elements = measure_elements(&mut stand, patched, policy);
     let n_elements = stand.n_elements();
     drop(stand);
-    let whole = whole_step(subject, effort)?;
-    let without_ball = whole_step(&subject.without_ball(), effort)?;
-    let waiting = elements.apart.map_or(Value::Null, |apart| (elements.cached - apart).into());
+    let whole = measure_whole_step(block, policy)?;
+    let without_ball = measure_whole_step(&block.without_ball(), policy)?;
+    let waiting = elements.unshared.map_or(Value::Null, |unshared| (elements.cached - unshared).into());
     Ok(Row::default()
         .with("elements", n_elements)
-        .with("element", subject.kind.as_str())
+        .with("element", block.kind.as_str())
         .with("whole_step_ns", whole)
         .with("load_nodes_ns", elements.load)
         .with("gather_compute_sum_in_cache_ns", elements.cached)
@@ -59,23 +61,24 @@ fn row(subject: &Subject, effort: Effort) -> Result<Row, Failure> {
         .and("element_phase_ns", elements.all))
 }
 
-/// Of one thread, ns per update.
-fn whole_step(subject: &Subject, effort: Effort) -> Result<f64, Failure> {
-    let stepped = steps::measure(subject, &[1], effort)?;
-    Ok(stepped.iter().map(|it| it.spent.cpu / it.updates * 1e9).sum())
+/// Measures the whole step on one thread, ns per update.
+fn measure_whole_step(block: &MeasuredBlock, policy: RepeatPolicy) -> Result<f64, Failure> {
+    let timings = steps::measure(block, &[1], policy)?;
+    Ok(timings.iter().map(|timing| timing.spent.cpu / timing.updates * 1e9).sum())
 }
 
-fn measure(stand: &mut Stand<3>, patched: bool, effort: Effort) -> Elements {
+/// Measures the parts of the element phase.
+fn measure_elements(stand: &mut Stand<3>, patched: bool, policy: RepeatPolicy) -> ElementPhaseTimes {
     let (_, level) = levels()[0];
-    let (run, n_of_run) = stand.some_run();
-    let ns = |spent: Spent, n: usize| spent.cpu / n as f64 * 1e9;
+    let (run, n_in_cache) = stand.some_run();
+    let ns = |spent: MeasuredTime, n: usize| spent.cpu / n as f64 * 1e9;
     stand.load(run);
-    let cached = ns(Spent::per_turn(effort, || stand.sweep(level, run)), n_of_run);
-    let apart = (!patched).then(|| {
-        let (lanes, n) = (stand.apart(), n_of_run / LANES * LANES);
-        ns(Spent::per_turn(effort, || stand.sweep_alone(level, &lanes, n)), n)
+    let cached = ns(MeasuredTime::per_turn(policy, || stand.sweep(level, run)), n_in_cache);
+    let unshared = (!patched).then(|| {
+        let (lanes, n) = (stand.apart(), n_in_cache / LANES * LANES);
+        ns(MeasuredTime::per_turn(policy, || stand.sweep_alone(level, &lanes, n)), n)
     });
-    let load = ns(Spent::per_turn(effort, || stand.load_all()), stand.n_elements());
-    let all = ns(Spent::per_turn(effort, || stand.sweep_all(level)), stand.n_elements());
-    Elements { load, cached, apart, all }
+    let load = ns(MeasuredTime::per_turn(policy, || stand.load_all()), stand.n_elements());
+    let all = ns(MeasuredTime::per_turn(policy, || stand.sweep_all(level)), stand.n_elements());
+    ElementPhaseTimes { load, cached, unshared, all }
 }

@@ -1,4 +1,4 @@
-//! The built-in scenes as they are measured.
+//! Scenes of the benchmark: built-in scenes with some keys replaced.
 
 use super::stand;
 use crate::failure::Failure;
@@ -8,35 +8,38 @@ use crate::source;
 use ballistic_gel::scene::{Override, Scene};
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 
-/// A built-in scene with some keys replaced.
-pub fn scene(name: &str, keys: &[(&str, String)]) -> Result<Scene, Failure> {
-    let overrides: Vec<Override> =
-        keys.iter().map(|(key, value)| Override { key: (*key).to_owned(), value: value.clone() }).collect();
-    Ok(source::load(name, &overrides)?.scene)
+/// Returns an override of a key with a TOML value.
+pub fn new_override(key: &str, value: impl Into<String>) -> Override {
+    Override { key: key.to_owned(), value: value.into() }
 }
 
-/// Gel that drifts towards the ball, slowly: every node moves and nothing is skipped.
-pub fn awake() -> (&'static str, String) {
-    ("gel.velocity", "[0.0, 0.0, 0.01]".to_owned())
+/// Loads a built-in scene with overrides.
+pub fn load_scene(name: &str, overrides: &[Override]) -> Result<Scene, Failure> {
+    Ok(source::load(name, overrides)?.scene)
 }
 
-/// Cells of `sphere-block` for about so many elements.
-pub fn size(n_elements: usize) -> (&'static str, String) {
-    ("mesh.size", format!("{:e}", stand::cell_of_block(n_elements)))
+/// Returns an override that lets the gel drift slowly towards the ball: every node moves and no update is skipped.
+pub fn drifting_gel() -> Override {
+    new_override("gel.velocity", "[0.0, 0.0, 0.01]")
 }
 
-/// Plain elements, or patches.
-pub fn elements(kind: ElementName) -> (&'static str, String) {
-    ("mesh.element", format!("{:?}", kind.as_str()))
+/// Returns an override with cells of `sphere-block` for about `n_elements`.
+pub fn cell_size(n_elements: usize) -> Override {
+    new_override("mesh.size", format!("{:e}", stand::cell_of_block(n_elements)))
 }
 
-/// The simulation of a scene, its ball integrated inside.
-pub fn simulation(scene: &Scene, threads: usize) -> Result<Simulation, Failure> {
+/// Returns an override with the kind of element.
+pub fn element_kind(kind: ElementName) -> Override {
+    new_override("mesh.element", format!("{:?}", kind.as_str()))
+}
+
+/// Builds the simulation of a scene that integrates its ball.
+pub fn new_simulation(scene: &Scene, threads: usize) -> Result<Simulation, Failure> {
     Ok(Simulation::new(scene, CouplingMode::Integrated, threads).map_err(RunError::from)?)
 }
 
-/// Steps to a time, s, nothing acting on the ball from outside.
-pub fn advance(simulation: &mut Simulation, end: f64) -> Result<(), Failure> {
+/// Steps to a time, s, without external loads on the ball.
+pub fn step_to(simulation: &mut Simulation, end: f64) -> Result<(), Failure> {
     let inputs = simulation.inputs();
     simulation
         .step(&inputs, end)

@@ -1,49 +1,51 @@
-//! Bins, the queue and one global stable step on uniform and graded meshes: updates, seconds, updates per second.
+//! Comparison of schedules on uniform and graded meshes: bins, the queue and one global stable step.
 
 use super::Measurement;
-use super::scenes::{advance, scene, simulation};
+use super::scenes::{load_scene, new_override, new_simulation, step_to};
 use super::settings::Settings;
-use super::spent::{Effort, Spent};
+use super::spent::{MeasuredTime, RepeatPolicy};
 use super::table::Row;
 use crate::failure::Failure;
 use crate::options::SectionName;
 
-/// Fraction of the stable step, the same for all.
+/// Fraction of the stable step for all schedules.
 const CFL: f64 = 0.8;
-/// How far to run, s.
+/// End of the runs, s.
 const END: f64 = 1e-3;
 const QUICK_END: f64 = 0.1e-3;
-/// A run is long; once more shows what a neighbour on the machine did to it.
+/// Repetitions: a run is long, and a second one shows disturbances by other processes.
 const REPEATS: usize = 2;
 
-/// Meshes, and about how many seconds their runs take.
+/// Meshes with the approximate seconds of their runs.
 const MESHES: [(&str, f64); 4] =
     [("sphere-block", 2.0), ("sphere-graded-4", 2.0), ("sphere-graded-8", 6.0), ("sphere-graded-16", 25.0)];
 const SCHEDULES: [&str; 3] = ["bins", "queue", "global"];
 
+/// Plans one measurement for each mesh and schedule.
 pub fn plan(settings: &Settings) -> Vec<Measurement> {
     let meshes = if settings.quick { &MESHES[..2] } else { &MESHES[..] };
     let end = if settings.quick { QUICK_END } else { END };
     let pairs = meshes.iter().flat_map(|mesh| SCHEDULES.map(|schedule| (*mesh, schedule)));
     let quick = settings.quick;
-    let of = |((mesh, cost), schedule): ((&'static str, f64), &'static str)| Measurement {
+    let measurement = |((mesh, cost), schedule): ((&'static str, f64), &'static str)| Measurement {
         section: SectionName::Schedules,
         what: format!("{mesh}, {schedule}"),
         cost: if quick { 0.1 } else { cost },
-        go: Box::new(move || Ok(vec![row(mesh, schedule, end)?])),
+        go: Box::new(move || Ok(vec![measure(mesh, schedule, end)?])),
     };
-    pairs.map(of).collect()
+    pairs.map(measurement).collect()
 }
 
-fn row(mesh: &'static str, schedule: &'static str, end: f64) -> Result<Row, Failure> {
-    let keys = [("integrator.schedule", format!("{schedule:?}")), ("integrator.cfl", CFL.to_string())];
-    let scene = scene(mesh, &keys)?;
+fn measure(mesh: &'static str, schedule: &'static str, end: f64) -> Result<Row, Failure> {
+    let overrides =
+        [new_override("integrator.schedule", format!("{schedule:?}")), new_override("integrator.cfl", CFL.to_string())];
+    let scene = load_scene(mesh, &overrides)?;
     let (mut ended, mut last) = (Ok(()), None);
-    let effort = Effort { repeats: REPEATS, seconds: 0.0 };
-    let begin = || simulation(&scene, 1);
-    let spent = Spent::least(effort, begin, |simulation| {
+    let policy = RepeatPolicy { repeats: REPEATS, seconds: 0.0 };
+    let begin = || new_simulation(&scene, 1);
+    let spent = MeasuredTime::least(policy, begin, |simulation| {
         ended = simulation.and_then(|mut simulation| {
-            advance(&mut simulation, end)?;
+            step_to(&mut simulation, end)?;
             last = Some(simulation.observe());
             Ok(())
         });

@@ -1,68 +1,89 @@
-//! How much to measure, and on what.
+//! Settings of the benchmark: sizes, kinds of elements, threads and repetitions.
 
-use super::spent::Effort;
+use super::spent::RepeatPolicy;
 use super::{n_threads, stand};
 use crate::options::{BenchOptions, ElementName, SectionName};
 use serde_json::{Value, json};
 
-/// What the user asked for.
+/// Settings from the command line.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// Whether seconds are enough.
+    /// True for a short benchmark.
     pub quick: bool,
-    /// Threads to compare with one.
+    /// Number of threads to compare with one thread.
     pub threads: usize,
-    /// Sizes of meshes, about so many elements.
+    /// Approximate numbers of elements of the meshes.
     pub elements: Vec<usize>,
-    /// How long to measure.
-    pub effort: Effort,
+    /// Repetitions of each measurement.
+    pub policy: RepeatPolicy,
     /// Kinds of elements.
     pub kinds: Vec<ElementName>,
     only: Vec<SectionName>,
 }
 
-/// The block of six codes in `benches/peers`, the largest that most of them can run, and one beyond every cache.
+/// Mesh to measure.
+#[derive(Debug, Clone, Copy)]
+pub struct BenchMesh {
+    /// Approximate number of elements.
+    pub n_elements: usize,
+    /// Kind of elements.
+    pub kind: ElementName,
+}
+
+impl BenchMesh {
+    /// Describes the mesh for the progress display.
+    pub fn describe(&self) -> String {
+        format!("{} elements, {}", self.n_elements, self.kind.as_str())
+    }
+}
+
+/// Default numbers of elements: the block of six codes in `benches/peers`, the largest block for most of them, and a
+/// block beyond every cache.
 const SIZES: [usize; 3] = [26_000, 165_000, 1_000_000];
 const QUICK_SIZES: [usize; 1] = [7_000];
 
 impl Settings {
+    /// Fills in the defaults of the options.
     pub fn of(options: &BenchOptions) -> Self {
         let sizes = if options.quick { QUICK_SIZES.to_vec() } else { SIZES.to_vec() };
         Self {
             quick: options.quick,
             threads: n_threads(options.threads),
             elements: if options.elements.is_empty() { sizes } else { options.elements.clone() },
-            effort: if options.quick { Effort::QUICK } else { Effort::FULL },
+            policy: if options.quick { RepeatPolicy::QUICK } else { RepeatPolicy::FULL },
             kinds: options.element.map_or(vec![ElementName::Plain, ElementName::Patch], |kind| vec![kind]),
             only: options.only.clone(),
         }
     }
 
-    /// Whether a section is to be measured.
+    /// Returns true if a section is measured.
     pub fn wants(&self, section: SectionName) -> bool {
         self.only.is_empty() || self.only.contains(&section)
     }
 
-    /// Whether a section is one of a few that the user has named.
+    /// Returns true if the user has named the section.
     pub fn is_chosen(&self, section: SectionName) -> bool {
         self.only.contains(&section)
     }
 
-    /// One thread, and those to compare with it.
+    /// Returns the numbers of threads to compare.
     pub fn thread_counts(&self) -> Vec<usize> {
         if self.threads > 1 { vec![1, self.threads] } else { vec![1] }
     }
 
-    /// Every size with every kind of element.
-    pub fn subjects(&self) -> Vec<(usize, ElementName)> {
-        self.elements.iter().flat_map(|n| self.kinds.iter().map(|kind| (*n, *kind))).collect()
+    /// Returns every size with every kind of element.
+    pub fn meshes(&self) -> Vec<BenchMesh> {
+        let of_size =
+            |n: &usize| self.kinds.iter().map(|kind| BenchMesh { n_elements: *n, kind: *kind }).collect::<Vec<_>>();
+        self.elements.iter().flat_map(of_size).collect()
     }
 
-    /// The largest mesh.
+    /// Returns the largest number of elements.
     pub fn largest(&self) -> usize {
         self.elements.iter().copied().max().unwrap_or(SIZES[0])
     }
 
+    /// Returns the settings and the machine as JSON.
     pub fn to_json(&self) -> Value {
         json!({
             "version": env!("CARGO_PKG_VERSION"),
@@ -70,20 +91,20 @@ impl Settings {
             "architecture": std::env::consts::ARCH,
             "cores": n_threads(0),
             "instructions": stand::levels().iter().map(|(name, _)| *name).collect::<Vec<_>>(),
-            "load": load(),
+            "load": load_average(),
             "quick": self.quick,
             "threads": self.threads,
             "elements": self.elements,
             "kinds": self.kinds.iter().map(|kind| kind.as_str()).collect::<Vec<_>>(),
-            "repetitions": self.effort.repeats,
-            "least_cpu_s_of_a_repetition": self.effort.seconds,
+            "repetitions": self.policy.repeats,
+            "least_cpu_s_of_a_repetition": self.policy.seconds,
         })
     }
 
-    /// The same as a paragraph.
+    /// Describes the settings and the machine in a sentence.
     pub fn describe(&self) -> String {
         let instructions: Vec<&str> = stand::levels().iter().map(|(name, _)| *name).collect();
-        let busy = load().map(|load| format!(", load {load:.1} at the end")).unwrap_or_default();
+        let busy = load_average().map(|load| format!(", load {load:.1} at the end")).unwrap_or_default();
         format!(
             "{} {}, {} cores, {}{busy}. Each number is the least of {} repetitions; CPU seconds are those of all threads of \
              this process, so others on the machine disturb them little, wall seconds much.",
@@ -91,12 +112,12 @@ impl Settings {
             std::env::consts::ARCH,
             n_threads(0),
             instructions.join(", "),
-            self.effort.repeats
+            self.policy.repeats
         )
     }
 }
 
-/// Processes that wanted a core in the last minute, where the system tells.
-fn load() -> Option<f64> {
+/// Returns the load average of the last minute, where the system reports it.
+fn load_average() -> Option<f64> {
     std::fs::read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()
 }

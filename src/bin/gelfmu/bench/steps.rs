@@ -1,123 +1,131 @@
-//! The whole step with contact: a block that moves everywhere while the ball presses into it.
+//! Whole step with contact: a block that moves everywhere while the ball presses into timing.
 
 use super::Measurement;
-use super::scenes::{advance, awake, elements, scene, simulation, size};
-use super::settings::Settings;
-use super::spent::{Effort, Spent};
+use super::scenes::{cell_size, drifting_gel, element_kind, load_scene, new_override, new_simulation, step_to};
+use super::settings::{BenchMesh, Settings};
+use super::spent::{MeasuredTime, RepeatPolicy};
 use super::table::Row;
-use super::threads::Threads;
+use super::threads::ThreadTimes;
 use crate::failure::Failure;
 use crate::options::{ElementName, SectionName};
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::Simulation;
 
-/// When the ball is in the gel, s: at 5 m/s it is then 5 mm deep; quick, 1 mm.
+/// Time of the measurement, s: at 5 m/s the ball is 5 mm deep; quick, 1 mm.
 const IN_CONTACT: f64 = 1e-3;
 const QUICK_IN_CONTACT: f64 = 0.2e-3;
-/// Updates of one repetition, but at least and at most so many steps.
-const UPDATES: usize = 4_000_000;
-const STEPS: (usize, usize) = (4, 60);
+/// Element updates of one repetition, and the least and greatest number of its steps.
+const UPDATES_PER_REPETITION: usize = 4_000_000;
+const STEP_RANGE: (usize, usize) = (4, 60);
 
-/// A block to step.
+/// Block to measure.
 #[derive(Debug, Clone, Copy)]
-pub struct Subject {
-    /// About so many elements.
+pub struct MeasuredBlock {
+    /// Approximate number of elements.
     pub n_elements: usize,
-    /// In patches, or plain.
+    /// Kind of elements.
     pub kind: ElementName,
-    /// When to measure, s.
+    /// Time of the measurement, s.
     pub from: f64,
-    /// Whether the ball is there.
+    /// True if the ball is active.
     pub with_ball: bool,
 }
 
-impl Subject {
-    pub fn new((n_elements, kind): (usize, ElementName), settings: &Settings) -> Self {
-        Self { n_elements, kind, from: if settings.quick { QUICK_IN_CONTACT } else { IN_CONTACT }, with_ball: true }
+impl MeasuredBlock {
+    /// Creates a block with the ball.
+    pub fn new(mesh: BenchMesh, settings: &Settings) -> Self {
+        let from = if settings.quick { QUICK_IN_CONTACT } else { IN_CONTACT };
+        Self { n_elements: mesh.n_elements, kind: mesh.kind, from, with_ball: true }
     }
 
-    /// The same without the ball.
+    /// Returns the block without the ball.
     pub fn without_ball(self) -> Self {
         Self { with_ball: false, ..self }
     }
 
     fn scene(&self) -> Result<Scene, Failure> {
-        let ball = ("projectile.active", self.with_ball.to_string());
-        scene("sphere-block", &[awake(), size(self.n_elements), elements(self.kind), ball])
+        let ball = new_override("projectile.active", self.with_ball.to_string());
+        let overrides = [drifting_gel(), cell_size(self.n_elements), element_kind(self.kind), ball];
+        load_scene("sphere-block", &overrides)
     }
 }
 
-/// The same stretch of the same run, by some threads.
-pub struct Stepped {
+/// Measured steps of one run, by a number of threads.
+pub struct StepTiming {
+    /// Number of threads.
     pub threads: usize,
+    /// Element updates.
     pub updates: f64,
-    pub spent: Spent,
-    /// CPU time of the caller and the busiest thread, s, where the system tells.
+    /// Wall-clock and CPU time.
+    pub spent: MeasuredTime,
+    /// CPU time of the caller and of the busiest other thread, s; `None` if the system does not report thread times.
     pub path: Option<f64>,
-    /// Hash of the state at its end.
+    /// Hash of the final state.
     pub digest: u128,
-    /// Elements of the block.
+    /// Number of elements of the block.
     pub n_elements: usize,
-    /// Area of the contact, m².
+    /// Contact area, m².
     pub area: f64,
 }
 
+/// Plans one measurement for each mesh.
 pub fn plan(settings: &Settings) -> Vec<Measurement> {
-    let (effort, counts) = (settings.effort, settings.thread_counts());
-    let of = |(n, kind): (usize, ElementName)| {
-        let (subject, counts) = (Subject::new((n, kind), settings), counts.clone());
+    let (policy, counts) = (settings.policy, settings.thread_counts());
+    let measurement = |mesh: BenchMesh| {
+        let (block, counts) = (MeasuredBlock::new(mesh, settings), counts.clone());
         Measurement {
             section: SectionName::Steps,
-            what: format!("{n} elements, {}", kind.as_str()),
-            cost: if settings.quick { 0.5 } else { 2.0 + n as f64 * 2e-5 },
-            go: Box::new(move || Ok(rows(kind, &measure(&subject, &counts, effort)?))),
+            what: mesh.describe(),
+            cost: if settings.quick { 0.5 } else { 2.0 + mesh.n_elements as f64 * 2e-5 },
+            go: Box::new(move || Ok(rows(mesh.kind, &measure(&block, &counts, policy)?))),
         }
     };
-    settings.subjects().into_iter().map(of).collect()
+    settings.meshes().into_iter().map(measurement).collect()
 }
 
-/// Steps by each number of threads in turn, again and again from the same state.
-pub fn measure(subject: &Subject, counts: &[usize], effort: Effort) -> Result<Vec<Stepped>, Failure> {
-    let scene = subject.scene()?;
-    let mut all = counts.iter().map(|threads| simulation(&scene, *threads)).collect::<Result<Vec<Simulation>, _>>()?;
+/// Measures the same steps from the same state by each number of threads in turn, repeatedly.
+pub fn measure(block: &MeasuredBlock, counts: &[usize], policy: RepeatPolicy) -> Result<Vec<StepTiming>, Failure> {
+    let scene = block.scene()?;
+    let mut all =
+        counts.iter().map(|threads| new_simulation(&scene, *threads)).collect::<Result<Vec<Simulation>, _>>()?;
     let fastest = all.len() - 1;
-    advance(&mut all[fastest], subject.from)?;
+    step_to(&mut all[fastest], block.from)?;
     let saved = all[fastest].save();
     let cost = all[fastest].observe().cost;
-    let steps = (UPDATES / cost.elements).clamp(STEPS.0, STEPS.1);
-    let (settled, end) = (subject.from + cost.largest_step, subject.from + (steps + 1) as f64 * cost.largest_step);
-    let mut stepped: Vec<Option<Stepped>> = counts.iter().map(|_| None).collect();
-    for _ in 0..effort.repeats {
+    let steps = (UPDATES_PER_REPETITION / cost.elements).clamp(STEP_RANGE.0, STEP_RANGE.1);
+    let (settled, end) = (block.from + cost.largest_step, block.from + (steps + 1) as f64 * cost.largest_step);
+    let mut timings: Vec<Option<StepTiming>> = counts.iter().map(|_| None).collect();
+    for _ in 0..policy.repeats {
         for (i, simulation) in all.iter_mut().enumerate() {
-            simulation.restore(&saved).map_err(|error| refused(&error))?;
-            advance(simulation, settled)?;
-            let found = once(simulation, counts[i], end)?;
-            stepped[i] = Some(match stepped[i].take() {
-                Some(before) => found.or_less(&before),
+            simulation.restore(&saved).map_err(|error| restore_failure(&error))?;
+            step_to(simulation, settled)?;
+            let found = measure_once(simulation, counts[i], end)?;
+            timings[i] = Some(match timings[i].take() {
+                Some(before) => found.minimum(&before),
                 None => found,
             });
         }
     }
-    Ok(stepped.into_iter().flatten().collect())
+    Ok(timings.into_iter().flatten().collect())
 }
 
-impl Stepped {
-    /// The lesser of each time.
-    fn or_less(self, other: &Self) -> Self {
+impl StepTiming {
+    /// Returns the lesser of each time.
+    fn minimum(self, other: &Self) -> Self {
         let path = self.path.zip(other.path).map(|(a, b)| a.min(b));
-        Self { spent: self.spent.or_less(other.spent), path, ..self }
+        Self { spent: self.spent.minimum(other.spent), path, ..self }
     }
 }
 
-fn once(simulation: &mut Simulation, threads: usize, end: f64) -> Result<Stepped, Failure> {
+fn measure_once(simulation: &mut Simulation, threads: usize, end: f64) -> Result<StepTiming, Failure> {
     let before = simulation.observe().cost.element_updates;
     let mut ended = Ok(());
-    let threads_before = Threads::now();
-    let spent = Spent::on(|| ended = advance(simulation, end));
-    let path = Threads::now().zip(threads_before).map(|(after, before)| after.path_since(&before));
+    let threads_before = ThreadTimes::now();
+    let spent = MeasuredTime::measure(|| ended = step_to(simulation, end));
+    let path = ThreadTimes::now().zip(threads_before).map(|(after, before)| after.path_since(&before));
     ended?;
     let observed = simulation.observe();
-    Ok(Stepped {
+    Ok(StepTiming {
         threads,
         updates: observed.cost.element_updates - before,
         spent,
@@ -128,27 +136,27 @@ fn once(simulation: &mut Simulation, threads: usize, end: f64) -> Result<Stepped
     })
 }
 
-fn refused(error: &ballistic_gel::simulation::RestoreError) -> Failure {
+fn restore_failure(error: &ballistic_gel::simulation::RestoreError) -> Failure {
     Failure::Run(crate::job::RunError::Component { call: "Simulation::restore", reason: error.to_string() })
 }
 
-fn rows(kind: ElementName, all: &[Stepped]) -> Vec<Row> {
+fn rows(kind: ElementName, all: &[StepTiming]) -> Vec<Row> {
     let first = &all[0];
-    let row = |it: &Stepped| {
+    let row = |timing: &StepTiming| {
         Row::default()
-            .with("elements", it.n_elements)
+            .with("elements", timing.n_elements)
             .with("element", kind.as_str())
-            .with("threads", it.threads)
-            .with("million_per_wall_s", it.updates / it.spent.wall / 1e6)
-            .with("million_per_cpu_s", it.updates / it.spent.cpu / 1e6)
-            .with("times_as_fast_as_one_thread", first.spent.wall / it.spent.wall)
-            .with("if_cores_were_free", first.path.zip(it.path).map(|(one, all)| one / all))
-            .with("same_bits", it.digest == first.digest)
-            .and("updates", it.updates)
-            .and("wall_s", it.spent.wall)
-            .and("cpu_s", it.spent.cpu)
-            .and("path_cpu_s", it.path)
-            .and("contact_area_m2", it.area)
+            .with("threads", timing.threads)
+            .with("million_per_wall_s", timing.updates / timing.spent.wall / 1e6)
+            .with("million_per_cpu_s", timing.updates / timing.spent.cpu / 1e6)
+            .with("times_as_fast_as_one_thread", first.spent.wall / timing.spent.wall)
+            .with("if_cores_were_free", first.path.zip(timing.path).map(|(one, all)| one / all))
+            .with("same_bits", timing.digest == first.digest)
+            .and("updates", timing.updates)
+            .and("wall_s", timing.spent.wall)
+            .and("cpu_s", timing.spent.cpu)
+            .and("path_cpu_s", timing.path)
+            .and("contact_area_m2", timing.area)
     };
     all.iter().map(row).collect()
 }

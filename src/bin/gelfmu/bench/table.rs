@@ -1,9 +1,9 @@
-//! What was measured: rows of named values, as a table and as JSON.
+//! Benchmark results: rows of named values, as a table and as JSON.
 
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde_json::{Map, Value};
 
-/// One measurement: names with their units, and values.
+/// Measured row: names with their units, and values.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Row {
     shown: Vec<(&'static str, Value)>,
@@ -11,28 +11,28 @@ pub struct Row {
 }
 
 impl Row {
-    /// With one more column.
+    /// Adds a column.
     #[must_use]
     pub fn with(mut self, name: &'static str, value: impl Into<Value>) -> Self {
         self.shown.push((name, value.into()));
         self
     }
 
-    /// With one more value that only JSON has.
+    /// Adds a value for JSON only.
     #[must_use]
     pub fn and(mut self, name: &'static str, value: impl Into<Value>) -> Self {
         self.kept.push((name, value.into()));
         self
     }
 
-    /// As an object.
+    /// Returns the row as a JSON object.
     pub fn to_json(&self) -> Value {
         let all = self.shown.iter().chain(&self.kept);
         Value::Object(all.map(|(name, value)| ((*name).to_owned(), value.clone())).collect::<Map<_, _>>())
     }
 }
 
-/// Rows under each other; those of one table have the same columns.
+/// Formats rows with the same columns as a table.
 pub fn text(rows: &[Row]) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
@@ -40,7 +40,7 @@ pub fn text(rows: &[Row]) -> String {
     let Some(first) = rows.first() else { return String::new() };
     table.set_header(first.shown.iter().map(|(name, _)| name.replace('_', " ")));
     for row in rows {
-        table.add_row(row.shown.iter().map(|(_, value)| cell(value)));
+        table.add_row(row.shown.iter().map(|(_, value)| format_cell(value)));
     }
     for ((_, value), column) in first.shown.iter().zip(table.column_iter_mut()) {
         if !value.is_string() {
@@ -50,18 +50,18 @@ pub fn text(rows: &[Row]) -> String {
     table.to_string()
 }
 
-fn cell(value: &Value) -> String {
+fn format_cell(value: &Value) -> String {
     match value {
         Value::Null => "-".to_owned(),
         Value::String(text) => text.clone(),
         Value::Bool(_) | Value::Array(_) | Value::Object(_) => value.to_string(),
         Value::Number(number) if number.is_u64() => number.to_string(),
-        Value::Number(number) => rounded(number.as_f64().unwrap_or(f64::NAN)),
+        Value::Number(number) => format_four_digits(number.as_f64().unwrap_or(f64::NAN)),
     }
 }
 
-/// Four digits.
-fn rounded(value: f64) -> String {
+/// Formats a number with four digits.
+fn format_four_digits(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -76,17 +76,17 @@ fn rounded(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Row, rounded, text};
+    use super::{Row, format_four_digits, text};
 
     #[test]
     fn numbers_have_four_digits() {
         for (value, expected) in
             [(0.0, "0"), (0.012_346, "0.01235"), (1.0, "1.000"), (123.45, "123.5"), (54321.0, "54321")]
         {
-            assert_eq!(rounded(value), expected, "{value}");
+            assert_eq!(format_four_digits(value), expected, "{value}");
         }
-        assert_eq!(rounded(1.5e12), "1.500e12");
-        assert_eq!(rounded(2.5e-7), "2.500e-7");
+        assert_eq!(format_four_digits(1.5e12), "1.500e12");
+        assert_eq!(format_four_digits(2.5e-7), "2.500e-7");
     }
 
     #[test]

@@ -1,251 +1,280 @@
-//! Which strength to try next: a root of ln depth against ln strength, kept between a gel that is too weak and one that is too strong.
+//! Search for the strength that gives a target depth: a safeguarded regula falsi in ln depth against ln strength.
+//!
+//! The bracket lies between a gel that is too weak and a gel that is too strong.
 
-/// The depth is met within this part of it: a tenth of what a change of the mesh does to it.
+/// Relative tolerance of the depth: a tenth of the change that a different mesh makes.
 const TOLERANCE: f64 = 1e-3;
-/// Runs after which it is given up; a smooth depth takes three to five.
+/// Most runs before the search gives up; a smooth depth takes three to five.
 const MOST_TRIALS: usize = 20;
-/// d ln depth / d ln strength until two runs tell: -1/2 lies between a gel without inertia (-1) and one at its cap (0).
-const SLOPE: f64 = -0.5;
-/// Slopes that two runs may tell; beyond, they tell of noise.
-const SLOPES: (f64, f64) = (-2.0, -0.1);
-/// Most by which ln strength moves at once while no bracket is known: a factor of four.
-const STRIDE: f64 = 1.4;
-/// Least strength that is tried, in strengths to begin with.
+/// First guess of d ln depth / d ln strength: -1/2 lies between a gel without inertia (-1) and a gel at its cap (0).
+const DEFAULT_SLOPE: f64 = -0.5;
+/// Least and greatest slope taken from two runs; a slope outside this range is noise.
+const SLOPE_RANGE: (f64, f64) = (-2.0, -0.1);
+/// Largest step of ln strength while no bracket is known: a factor of four.
+const LONGEST_STRIDE: f64 = 1.4;
+/// Least strength tried, relative to the first one.
 const WEAKEST: f64 = 1e-3;
-/// A bracket of ln strength as narrow as this holds a jump of the depth.
-const NARROWEST: f64 = 1e-4;
-/// How far beside a jump other strengths are tried, in ln strength. The depth is about half of that away there, and where meshes are
-/// exchanged it scatters by 0.3 %.
-const BESIDE: [f64; 3] = [4e-4, 1.6e-3, 6.4e-3];
-/// Failures without a run between them after which it is given up.
+/// Width of the bracket, in ln strength, below which the depth is taken to jump inside it.
+const NARROWEST_BRACKET: f64 = 1e-4;
+/// Distances from a jump, in ln strength, at which strengths are tried.
+///
+/// The depth changes by about half of the distance; on remeshed gels it scatters by 0.3 %.
+const OFFSETS_BESIDE_JUMP: [f64; 3] = [4e-4, 1.6e-3, 6.4e-3];
+/// Most failed runs before the search gives up if no run has succeeded.
 const MOST_FAILURES: usize = 5;
 
-/// What a strength gave.
+/// Outcome of a run with one strength.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Outcome {
-    /// The projectile stopped.
+pub enum ShotOutcome {
+    /// The projectile stopped in the gel.
     Stopped {
-        /// How deep, m.
+        /// Greatest depth, m.
         depth: f64,
-        /// When, s.
+        /// Time of the greatest depth, s.
         time: f64,
     },
-    /// It went on beyond the depth, or through the gel.
+    /// The projectile passed the target depth or left the gel.
     Through,
-    /// The run did not get so far: why.
+    /// The run failed; the reason.
     Failed(String),
 }
 
-/// A strength and what it gave.
+/// Tried strength and its outcome.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Trial {
-    /// Strength at 1/s, Pa.
+pub struct StrengthTrial {
+    /// Yield stress at a strain rate of 1/s, Pa.
     pub yield_stress: f64,
-    /// What it gave.
-    pub outcome: Outcome,
+    /// Outcome of the run.
+    pub outcome: ShotOutcome,
 }
 
-/// What to do next.
+/// Next action of the search.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Next {
-    /// Try this strength, Pa.
+pub enum SearchStep {
+    /// Run with this yield stress, Pa.
     Try(f64),
-    /// The best trial fits.
+    /// End: the best trial fits.
     Fitted,
-    /// There is no strength that gives the depth: found and expected.
+    /// End: no strength gives the depth; the values found and expected.
     OutOfReach(String),
-    /// It goes no further: why.
+    /// End without a fit; the reason.
     GivenUp(String),
 }
 
-/// The strengths tried so far.
+/// Search state: the target and all trials so far.
 #[derive(Debug)]
-pub struct Search {
+pub struct StrengthSearch {
     target: f64,
     first: f64,
     strongest: f64,
-    /// In the order in which they were made.
-    pub trials: Vec<Trial>,
+    /// Trials in chronological order.
+    pub trials: Vec<StrengthTrial>,
 }
 
-/// ln strength, and ln depth relative to the target, infinite for a projectile that goes through.
-type Point = (f64, f64);
+/// Successful trial in logarithmic coordinates.
+#[derive(Debug, Clone, Copy)]
+struct LogPoint {
+    /// ln strength.
+    strength: f64,
+    /// ln (depth / target), infinite for a projectile that goes through.
+    depth: f64,
+}
 
-impl Search {
-    /// For a depth, m, from a first strength, Pa, up to the cap of the law, Pa.
+impl StrengthSearch {
+    /// Starts a search for a depth, m, from a first strength, Pa, up to the cap of the law, Pa.
     pub fn new(target: f64, first: f64, strongest: f64) -> Self {
         Self { target, first, strongest, trials: vec![] }
     }
 
-    /// The trial whose depth is nearest.
-    pub fn best(&self) -> Option<(&Trial, f64)> {
+    /// Returns the trial whose depth is nearest to the target, and that depth, m.
+    pub fn best(&self) -> Option<(&StrengthTrial, f64)> {
         let stopped = self.trials.iter().filter_map(|trial| match trial.outcome {
-            Outcome::Stopped { depth, .. } => Some((trial, depth)),
-            Outcome::Through | Outcome::Failed(_) => None,
+            ShotOutcome::Stopped { depth, .. } => Some((trial, depth)),
+            ShotOutcome::Through | ShotOutcome::Failed(_) => None,
         });
-        stopped.min_by(|a, b| self.miss(a.1).total_cmp(&self.miss(b.1)))
+        stopped.min_by(|a, b| self.relative_error(a.1).total_cmp(&self.relative_error(b.1)))
     }
 
-    /// Distance of a depth from the one that is wanted, as a part of it.
-    pub fn miss(&self, depth: f64) -> f64 {
+    /// Returns the distance of a depth from the target, relative to the target.
+    pub fn relative_error(&self, depth: f64) -> f64 {
         (depth / self.target - 1.0).abs()
     }
 
-    /// When the projectile stopped last, s.
+    /// Returns the time at which the projectile of the latest successful trial stopped, s.
     pub fn time_to_stop(&self) -> Option<f64> {
         self.trials.iter().rev().find_map(|trial| match trial.outcome {
-            Outcome::Stopped { time, .. } => Some(time),
-            Outcome::Through | Outcome::Failed(_) => None,
+            ShotOutcome::Stopped { time, .. } => Some(time),
+            ShotOutcome::Through | ShotOutcome::Failed(_) => None,
         })
     }
 
-    /// What to do next.
-    pub fn next(&self) -> Next {
-        if self.best().is_some_and(|(_, depth)| self.miss(depth) <= TOLERANCE) {
-            return Next::Fitted;
+    /// Chooses the next strength, or ends the search.
+    pub fn next_step(&self) -> SearchStep {
+        if self.best().is_some_and(|(_, depth)| self.relative_error(depth) <= TOLERANCE) {
+            return SearchStep::Fitted;
         }
-        let points = self.points();
-        match points.windows(2).find(|pair| pair[0].1 > 0.0 && pair[1].1 <= 0.0) {
-            Some(pair) if pair[1].0 - pair[0].0 < NARROWEST => self.beside(pair[0].0, pair[1].0),
-            _ if self.is_at_its_end() => Next::GivenUp(format!("found none in {MOST_TRIALS} runs")),
-            Some(pair) => self.between(pair[0], pair[1]),
-            None if points.is_empty() => self.begin(),
-            None => self.onwards(&points),
+        let points = self.log_points();
+        match points.windows(2).find(|pair| pair[0].depth > 0.0 && pair[1].depth <= 0.0) {
+            Some(pair) if pair[1].strength - pair[0].strength < NARROWEST_BRACKET => {
+                self.step_beside_jump(pair[0].strength, pair[1].strength)
+            }
+            _ if self.is_exhausted() => SearchStep::GivenUp(format!("found none in {MOST_TRIALS} runs")),
+            Some(pair) => self.step_in_bracket(pair[0], pair[1]),
+            None if points.is_empty() => self.step_without_points(),
+            None => self.extrapolate(&points),
         }
     }
 
-    /// Runs that tell something, from the weakest gel to the strongest.
-    fn points(&self) -> Vec<Point> {
-        let point = |trial: &Trial| match trial.outcome {
-            Outcome::Stopped { depth, .. } => Some((trial.yield_stress.ln(), (depth / self.target).ln())),
-            Outcome::Through => Some((trial.yield_stress.ln(), f64::INFINITY)),
-            Outcome::Failed(_) => None,
+    /// Returns the successful trials in logarithmic coordinates, from the weakest gel to the strongest.
+    fn log_points(&self) -> Vec<LogPoint> {
+        let point = |trial: &StrengthTrial| {
+            let depth = match trial.outcome {
+                ShotOutcome::Stopped { depth, .. } => (depth / self.target).ln(),
+                ShotOutcome::Through => f64::INFINITY,
+                ShotOutcome::Failed(_) => return None,
+            };
+            Some(LogPoint { strength: trial.yield_stress.ln(), depth })
         };
-        let mut points: Vec<Point> = self.trials.iter().filter_map(point).collect();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut points: Vec<LogPoint> = self.trials.iter().filter_map(point).collect();
+        points.sort_by(|a, b| a.strength.total_cmp(&b.strength));
         points
     }
 
-    /// Until a run tells something: the first strength, then some beside it, each further away.
-    fn begin(&self) -> Next {
+    /// Chooses a strength while no run has succeeded: the first strength, then strengths at growing distances.
+    fn step_without_points(&self) -> SearchStep {
         let n = self.trials.len();
         if n >= MOST_FAILURES {
-            return Next::GivenUp(format!("found {n} runs that failed with strengths about {:e} Pa", self.first));
+            return SearchStep::GivenUp(format!("found {n} runs that failed with strengths about {:e} Pa", self.first));
         }
-        let away = 0.2 * n.div_ceil(2) as f64;
-        let way = if n.is_multiple_of(2) { -away } else { away };
-        self.attempt(self.first.ln() + way)
+        let distance = 0.2 * n.div_ceil(2) as f64;
+        let offset = if n.is_multiple_of(2) { -distance } else { distance };
+        self.try_strength(self.first.ln() + offset)
     }
 
-    /// Between a gel that is too weak and one that is too strong.
-    fn between(&self, weak: Point, strong: Point) -> Next {
-        let width = strong.0 - weak.0;
-        let straight = if weak.1.is_finite() { weak.1 / (weak.1 - strong.1) } else { 0.5 };
-        // A bracket of which one end stays is halved.
-        let straight = if self.stays(weak, strong) { 0.5 } else { straight.clamp(0.05, 0.95) };
-        let places = [straight, 0.5, 0.25, 0.75, 0.125, 0.875].map(|share| weak.0 + share * width);
-        let clear = places.into_iter().find(|place| self.is_clear(*place, 0.1 * width) && self.is_new(*place));
-        clear.map_or_else(|| Next::GivenUp("found runs that fail on all sides of it".to_owned()), |y| self.attempt(y))
+    /// Chooses a strength inside a bracket: regula falsi, or bisection if one end of the bracket stays.
+    fn step_in_bracket(&self, weak: LogPoint, strong: LogPoint) -> SearchStep {
+        let width = strong.strength - weak.strength;
+        let secant = if weak.depth.is_finite() { weak.depth / (weak.depth - strong.depth) } else { 0.5 };
+        let share = if self.one_end_stays(weak, strong) { 0.5 } else { secant.clamp(0.05, 0.95) };
+        let candidates = [share, 0.5, 0.25, 0.75, 0.125, 0.875].map(|share| weak.strength + share * width);
+        let clear = candidates.into_iter().find(|ln| self.is_clear_of_failures(*ln, 0.1 * width) && self.is_new(*ln));
+        clear.map_or_else(
+            || SearchStep::GivenUp("found runs that fail on all sides of it".to_owned()),
+            |ln_strength| self.try_strength(ln_strength),
+        )
     }
 
-    /// On both sides of a jump, further and further away: where one strength misses the depth by the jump, another may meet it.
-    fn beside(&self, weak: f64, strong: f64) -> Next {
-        let mut places = BESIDE.iter().flat_map(|away| [weak - away, strong + away]);
-        let found = if self.is_at_its_end() { None } else { places.find(|place| self.is_new(*place)) };
+    /// Chooses a strength on either side of a jump, further and further away: the scatter of the depth may meet the
+    /// target.
+    fn step_beside_jump(&self, weak: f64, strong: f64) -> SearchStep {
+        let mut candidates = OFFSETS_BESIDE_JUMP.iter().flat_map(|offset| [weak - offset, strong + offset]);
+        let found = if self.is_exhausted() { None } else { candidates.find(|ln_strength| self.is_new(*ln_strength)) };
         let why = "the depth jumps across the one that is wanted; a finer mesh makes it smoother";
-        let jumps = || Next::GivenUp(format!("between {:e} and {:e} Pa {why}", weak.exp(), strong.exp()));
-        found.map_or_else(jumps, |place| self.attempt(place))
+        let jumps = || SearchStep::GivenUp(format!("between {:e} and {:e} Pa {why}", weak.exp(), strong.exp()));
+        found.map_or_else(jumps, |ln_strength| self.try_strength(ln_strength))
     }
 
-    /// Whether the strength there was not tried yet.
-    fn is_new(&self, place: f64) -> bool {
-        let stress = self.within(place);
+    /// Returns true if the strength has not been tried yet.
+    fn is_new(&self, ln_strength: f64) -> bool {
+        let stress = self.rounded_stress(ln_strength);
         self.trials.iter().all(|trial| trial.yield_stress != stress)
     }
 
-    fn is_at_its_end(&self) -> bool {
+    /// Returns true if the number of runs is spent.
+    fn is_exhausted(&self) -> bool {
         self.trials.len() >= MOST_TRIALS
     }
 
-    /// Whether the two last runs lie on the same side of a bracket that both made narrower.
-    fn stays(&self, weak: Point, strong: Point) -> bool {
+    /// Returns true if the two latest runs narrowed the bracket from the same side.
+    fn one_end_stays(&self, weak: LogPoint, strong: LogPoint) -> bool {
         let [.., a, b] = self.trials.as_slice() else { return false };
         let (a, b) = (a.yield_stress.ln(), b.yield_stress.ln());
-        (b == weak.0 && a < b) || (b == strong.0 && a > b)
+        (b == weak.strength && a < b) || (b == strong.strength && a > b)
     }
 
-    /// Further on while all runs are too deep, or all too shallow.
-    fn onwards(&self, points: &[Point]) -> Next {
-        let deep = points[0].1 > 0.0;
+    /// Chooses a strength beyond all runs while all of them are too deep, or all too shallow.
+    fn extrapolate(&self, points: &[LogPoint]) -> SearchStep {
+        let is_deep = points[0].depth > 0.0;
         let (last, other) =
-            if deep { (points[points.len() - 1], points.iter().rev().nth(1)) } else { (points[0], points.get(1)) };
-        if deep && last.0 >= self.strongest.ln() - NARROWEST {
-            return Next::OutOfReach(self.beyond("less than that with the greatest strength, its cap", last));
+            if is_deep { (points[points.len() - 1], points.iter().rev().nth(1)) } else { (points[0], points.get(1)) };
+        if is_deep && last.strength >= self.strongest.ln() - NARROWEST_BRACKET {
+            return SearchStep::OutOfReach(
+                self.describe_limit("less than that with the greatest strength, its cap", last),
+            );
         }
-        if !deep && last.0 <= (WEAKEST * self.first).ln() + NARROWEST {
-            return Next::OutOfReach(self.beyond("more than that with the least strength that is tried", last));
+        if !is_deep && last.strength <= (WEAKEST * self.first).ln() + NARROWEST_BRACKET {
+            return SearchStep::OutOfReach(
+                self.describe_limit("more than that with the least strength that is tried", last),
+            );
         }
-        let told = other.map(|other| (last.1 - other.1) / (last.0 - other.0)).filter(|slope| slope.is_finite());
-        let slope = told.unwrap_or(SLOPE).clamp(SLOPES.0, SLOPES.1);
-        let stride = if last.1.is_finite() { -last.1 / slope } else { STRIDE };
-        let mut place = last.0 + stride.clamp(-STRIDE, STRIDE);
-        while !self.is_clear(place, 0.1 * (place - last.0).abs()) && (place - last.0).abs() > NARROWEST {
-            place = 0.5 * (place + last.0);
+        let secant = other.map(|other| (last.depth - other.depth) / (last.strength - other.strength));
+        let slope = secant.filter(|slope| slope.is_finite()).unwrap_or(DEFAULT_SLOPE);
+        let slope = slope.clamp(SLOPE_RANGE.0, SLOPE_RANGE.1);
+        let stride = if last.depth.is_finite() { -last.depth / slope } else { LONGEST_STRIDE };
+        let mut ln_strength = last.strength + stride.clamp(-LONGEST_STRIDE, LONGEST_STRIDE);
+        let distance = |ln_strength: f64| (ln_strength - last.strength).abs();
+        while !self.is_clear_of_failures(ln_strength, 0.1 * distance(ln_strength))
+            && distance(ln_strength) > NARROWEST_BRACKET
+        {
+            ln_strength = 0.5 * (ln_strength + last.strength);
         }
-        self.attempt(place)
+        self.try_strength(ln_strength)
     }
 
-    fn beyond(&self, what: &str, last: Point) -> String {
-        let there = if last.1.is_finite() {
-            format!("{:.2} mm", 1e3 * self.target * last.1.exp())
+    /// Explains that the target lies beyond the depth at the last possible strength.
+    fn describe_limit(&self, relation: &str, last: LogPoint) -> String {
+        let reached = if last.depth.is_finite() {
+            format!("{:.2} mm", 1e3 * self.target * last.depth.exp())
         } else {
             "through the gel".to_owned()
         };
-        let strength = last.0.exp();
+        let strength = last.strength.exp();
         format!(
-            "found {:?} m, {what} ({strength:.4e} Pa: {there}), expected a depth that some strength gives",
+            "found {:?} m, {relation} ({strength:.4e} Pa: {reached}), expected a depth that some strength gives",
             self.target
         )
     }
 
-    /// Whether no run has failed near a place.
-    fn is_clear(&self, place: f64, margin: f64) -> bool {
-        let failed = self.trials.iter().filter(|trial| matches!(trial.outcome, Outcome::Failed(_)));
-        failed.into_iter().all(|trial| (trial.yield_stress.ln() - place).abs() >= margin)
+    /// Returns true if no run has failed within a margin of ln strength.
+    fn is_clear_of_failures(&self, ln_strength: f64, margin: f64) -> bool {
+        let failed = self.trials.iter().filter(|trial| matches!(trial.outcome, ShotOutcome::Failed(_)));
+        failed.into_iter().all(|trial| (trial.yield_stress.ln() - ln_strength).abs() >= margin)
     }
 
-    fn attempt(&self, place: f64) -> Next {
-        Next::Try(self.within(place))
+    fn try_strength(&self, ln_strength: f64) -> SearchStep {
+        SearchStep::Try(self.rounded_stress(ln_strength))
     }
 
-    /// A strength in five digits, Pa, as it is written into a scene, in the range of strengths.
-    fn within(&self, place: f64) -> f64 {
-        let within = place.exp().clamp(WEAKEST * self.first, self.strongest);
-        format!("{within:.4e}").parse::<f64>().map_or(within, |rounded| rounded.min(self.strongest))
+    /// Returns the yield stress, Pa, clamped to the allowed range and rounded to five digits, as in a scene file.
+    fn rounded_stress(&self, ln_strength: f64) -> f64 {
+        let clamped = ln_strength.exp().clamp(WEAKEST * self.first, self.strongest);
+        format!("{clamped:.4e}").parse::<f64>().map_or(clamped, |rounded| rounded.min(self.strongest))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Next, Outcome, Search, Trial};
+    use super::{SearchStep, ShotOutcome, StrengthSearch, StrengthTrial};
 
-    /// Tries strengths of a law of depth until the search ends.
-    fn searched(target: f64, law: impl Fn(f64) -> Outcome) -> (Search, Next) {
-        let mut search = Search::new(target, 0.1e6, 1.6e6);
+    /// Runs a search on a law of depth until it ends.
+    fn run_search(target: f64, law: impl Fn(f64) -> ShotOutcome) -> (StrengthSearch, SearchStep) {
+        let mut search = StrengthSearch::new(target, 0.1e6, 1.6e6);
         loop {
-            match search.next() {
-                Next::Try(yield_stress) => search.trials.push(Trial { yield_stress, outcome: law(yield_stress) }),
+            match search.next_step() {
+                SearchStep::Try(yield_stress) => {
+                    search.trials.push(StrengthTrial { yield_stress, outcome: law(yield_stress) });
+                }
                 end => return (search, end),
             }
         }
     }
 
-    fn stopped(depth: f64) -> Outcome {
-        Outcome::Stopped { depth, time: 1e-3 }
+    fn stopped(depth: f64) -> ShotOutcome {
+        ShotOutcome::Stopped { depth, time: 1e-3 }
     }
 
-    /// 80 mm at 0.1 MPa.
-    fn power(yield_stress: f64) -> Outcome {
+    /// Power law of depth: 80 mm at 0.1 MPa.
+    fn power_law(yield_stress: f64) -> ShotOutcome {
         stopped(0.08 * (yield_stress / 0.1e6).powf(-0.3))
     }
 
@@ -253,13 +282,13 @@ mod tests {
     fn a_smooth_depth_is_met_in_a_few_runs() {
         for target in [0.02, 0.05, 0.08, 0.085, 0.15, 0.4] {
             let expected: f64 = 0.1e6 * (target / 0.08f64).powf(-1.0 / 0.3);
-            let (search, end) = searched(target, power);
+            let (search, end) = run_search(target, power_law);
             if expected > 1.6e6 {
-                assert!(matches!(end, Next::OutOfReach(_)), "{target}: {end:?}");
+                assert!(matches!(end, SearchStep::OutOfReach(_)), "{target}: {end:?}");
                 continue;
             }
             let (best, depth) = search.best().unwrap();
-            assert_eq!(end, Next::Fitted, "{target}");
+            assert_eq!(end, SearchStep::Fitted, "{target}");
             assert!((depth / target - 1.0).abs() <= 1e-3, "{target}: {depth}");
             assert!((best.yield_stress / expected - 1.0).abs() < 5e-3, "{target}: {best:?}");
             assert!(search.trials.len() <= 8, "{target}: {:?}", search.trials);
@@ -268,49 +297,50 @@ mod tests {
 
     #[test]
     fn a_gel_that_is_shot_through_bounds_the_strength() {
-        let law = |y: f64| if y < 0.09e6 { Outcome::Through } else { power(y) };
-        let (search, end) = searched(0.06, law);
-        assert_eq!(end, Next::Fitted, "{:?}", search.trials);
-        let through = |y: f64| if y < 0.5e6 { Outcome::Through } else { power(y) };
-        let (search, end) = searched(0.045, through);
-        assert_eq!(end, Next::Fitted, "{:?}", search.trials);
+        let law = |y: f64| if y < 0.09e6 { ShotOutcome::Through } else { power_law(y) };
+        let (search, end) = run_search(0.06, law);
+        assert_eq!(end, SearchStep::Fitted, "{:?}", search.trials);
+        let through = |y: f64| if y < 0.5e6 { ShotOutcome::Through } else { power_law(y) };
+        let (search, end) = run_search(0.045, through);
+        assert_eq!(end, SearchStep::Fitted, "{:?}", search.trials);
     }
 
     #[test]
-    fn runs_that_fail_are_gone_around() {
+    fn strengths_of_failed_runs_are_avoided() {
         for (from, to) in [(0.09e6, 0.11e6), (0.05e6, 0.07e6), (0.12e6, 0.2e6)] {
-            let law = |y: f64| if y > from && y < to { Outcome::Failed("inverted".to_owned()) } else { power(y) };
-            let (search, end) = searched(0.0875, law);
+            let law =
+                |y: f64| if y > from && y < to { ShotOutcome::Failed("inverted".to_owned()) } else { power_law(y) };
+            let (search, end) = run_search(0.0875, law);
             let expected = 0.1e6 * (0.0875f64 / 0.08).powf(-1.0 / 0.3);
             let hidden = expected > from && expected < to;
-            assert_eq!(end == Next::Fitted, !hidden, "{from}: {end:?} {:?}", search.trials);
+            assert_eq!(end == SearchStep::Fitted, !hidden, "{from}: {end:?} {:?}", search.trials);
         }
     }
 
     #[test]
-    fn what_cannot_be_met_ends_with_a_reason() {
-        let (_, end) = searched(0.01, power);
-        assert!(matches!(&end, Next::OutOfReach(why) if why.contains("its cap (1.6000e6 Pa: 34.8")), "{end:?}");
-        let (_, end) = searched(50.0, power);
-        assert!(matches!(&end, Next::OutOfReach(why) if why.contains("least strength")), "{end:?}");
-        let (search, end) = searched(0.08, |_| Outcome::Failed("inverted".to_owned()));
-        assert!(matches!(&end, Next::GivenUp(why) if why.contains("5 runs that failed")), "{end:?}");
+    fn an_unreachable_depth_ends_with_a_reason() {
+        let (_, end) = run_search(0.01, power_law);
+        assert!(matches!(&end, SearchStep::OutOfReach(why) if why.contains("its cap (1.6000e6 Pa: 34.8")), "{end:?}");
+        let (_, end) = run_search(50.0, power_law);
+        assert!(matches!(&end, SearchStep::OutOfReach(why) if why.contains("least strength")), "{end:?}");
+        let (search, end) = run_search(0.08, |_| ShotOutcome::Failed("inverted".to_owned()));
+        assert!(matches!(&end, SearchStep::GivenUp(why) if why.contains("5 runs that failed")), "{end:?}");
         assert!(search.best().is_none());
-        let (_, end) = searched(0.08, |y| stopped(if y < 0.123e6 { 0.09 } else { 0.07 }));
-        assert!(matches!(&end, Next::GivenUp(why) if why.contains("jumps")), "{end:?}");
+        let (_, end) = run_search(0.08, |y| stopped(if y < 0.123e6 { 0.09 } else { 0.07 }));
+        assert!(matches!(&end, SearchStep::GivenUp(why) if why.contains("jumps")), "{end:?}");
     }
 
     #[test]
     fn beside_a_jump_of_the_depth_another_strength_is_found() {
         // A jump by a hundredth where the depth is met, and a stretch of strengths beside it that are spared.
         let jumping = |y: f64| {
-            let Outcome::Stopped { depth, .. } = power(y) else { unreachable!("it stops") };
+            let ShotOutcome::Stopped { depth, .. } = power_law(y) else { unreachable!("it stops") };
             stopped(depth * if y < 0.1e6 { 1.005 } else { 0.995 })
         };
-        let law = |y: f64| if (0.10012e6..0.10022e6).contains(&y) { power(y) } else { jumping(y) };
-        let (search, end) = searched(0.08, law);
-        assert_eq!(end, Next::Fitted, "{:?}", search.trials);
-        let (_, end) = searched(0.08, jumping);
-        assert!(matches!(&end, Next::GivenUp(why) if why.contains("jumps")), "{end:?}");
+        let law = |y: f64| if (0.10012e6..0.10022e6).contains(&y) { power_law(y) } else { jumping(y) };
+        let (search, end) = run_search(0.08, law);
+        assert_eq!(end, SearchStep::Fitted, "{:?}", search.trials);
+        let (_, end) = run_search(0.08, jumping);
+        assert!(matches!(&end, SearchStep::GivenUp(why) if why.contains("jumps")), "{end:?}");
     }
 }

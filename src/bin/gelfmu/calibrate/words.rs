@@ -1,67 +1,67 @@
-//! What a calibration prints.
+//! Text and JSON output of a calibration.
 
-use super::search::{Outcome, Search, Trial};
-use super::{End, KEY, Task};
+use super::search::{ShotOutcome, StrengthSearch, StrengthTrial};
+use super::{CalibrationEnd, CalibrationTask, FITTED_KEY};
 use comfy_table::{Table, presets};
 use serde_json::{Value, json};
 
-/// What is going to be done.
-pub fn heading(task: &Task) -> String {
+/// Returns the headline: the scene, the speed and the target depth.
+pub fn headline(task: &CalibrationTask) -> String {
     let [x, y, z] = task.scene.projectile.velocity;
     let (name, speed) = (&task.scene.scene.name, (x * x + y * y + z * z).sqrt());
     format!(
-        "{name}: the {KEY} with which the projectile of {speed:.2} m/s stops {} deep",
-        millimetres(task.options.depth)
+        "{name}: the {FITTED_KEY} with which the projectile of {speed:.2} m/s stops {} deep",
+        in_millimetres(task.options.depth)
     )
 }
 
-/// A trial as a line.
-pub fn trial(number: usize, trial: &Trial) -> String {
-    format!("run {number}: {}: {}", stress(trial.yield_stress), end(&trial.outcome))
+/// Describes a trial in one line.
+pub fn trial_line(number: usize, trial: &StrengthTrial) -> String {
+    format!("run {number}: {}: {}", in_kilopascals(trial.yield_stress), describe_outcome(&trial.outcome))
 }
 
-/// A stress, kPa.
-pub fn stress(value: f64) -> String {
+/// Formats a stress in kPa.
+pub fn in_kilopascals(value: f64) -> String {
     format!("{:.3} kPa", 1e-3 * value)
 }
 
-fn millimetres(depth: f64) -> String {
+fn in_millimetres(depth: f64) -> String {
     format!("{:.2} mm", 1e3 * depth)
 }
 
-fn end(outcome: &Outcome) -> String {
+fn describe_outcome(outcome: &ShotOutcome) -> String {
     match outcome {
-        Outcome::Stopped { depth, time } => format!("{} deep after {:.3} ms", millimetres(*depth), 1e3 * time),
-        Outcome::Through => "goes deeper".to_owned(),
-        Outcome::Failed(why) => format!("failed: {why}"),
+        ShotOutcome::Stopped { depth, time } => format!("{} deep after {:.3} ms", in_millimetres(*depth), 1e3 * time),
+        ShotOutcome::Through => "goes deeper".to_owned(),
+        ShotOutcome::Failed(why) => format!("failed: {why}"),
     }
 }
 
-/// All trials, and the lines for the scene.
-pub fn text(task: &Task, search: &Search) -> String {
+/// Returns the table of all trials, and the lines for the scene file.
+pub fn table_and_lines(task: &CalibrationTask, search: &StrengthSearch) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
     table.set_header(["run", "yield stress", "projectile stops"]);
     for (i, trial) in search.trials.iter().enumerate() {
-        let end = match &trial.outcome {
-            Outcome::Failed(_) => "failed".to_owned(),
-            known => end(known),
+        let stops = match &trial.outcome {
+            ShotOutcome::Failed(_) => "failed".to_owned(),
+            known => describe_outcome(known),
         };
-        table.add_row([(i + 1).to_string(), stress(trial.yield_stress), end]);
+        table.add_row([(i + 1).to_string(), in_kilopascals(trial.yield_stress), stops]);
     }
     let Some((best, depth)) = search.best() else { return format!("{table}\nNo run stopped the projectile.") };
-    let miss = 100.0 * search.miss(depth);
+    let percent = 100.0 * search.relative_error(depth);
     let met = format!(
-        "{}: {}, {miss:.2} % from {}",
-        stress(best.yield_stress),
-        millimetres(depth),
-        millimetres(task.options.depth)
+        "{}: {}, {percent:.2} % from {}",
+        in_kilopascals(best.yield_stress),
+        in_millimetres(depth),
+        in_millimetres(task.options.depth)
     );
-    format!("{table}\n{met}\n\n{}", lines(task, best))
+    format!("{table}\n{met}\n\n{}", scene_lines(task, best))
 }
 
-/// What to write into the scene.
-fn lines(task: &Task, best: &Trial) -> String {
+/// Returns the lines for the scene file: the fitted strength, and the velocity if it was an option.
+fn scene_lines(task: &CalibrationTask, best: &StrengthTrial) -> String {
     let (strength, fitted) = (task.strength, best.yield_stress);
     let confined = strength.confined.map_or(String::new(), |confined| {
         let time = if confined.time > 0.0 { format!(", time = {:?}", confined.time) } else { String::new() };
@@ -75,14 +75,14 @@ fn lines(task: &Task, best: &Trial) -> String {
     strength + &task.options.speed.map_or(String::new(), velocity)
 }
 
-/// The same for scripts.
-pub fn value(task: &Task, search: &Search, how: &End) -> Value {
-    let status = match how {
-        End::Fitted => "fitted",
-        End::Interrupted => "interrupted",
-        End::GivenUp(_) => "not fitted",
+/// Returns the calibration as JSON.
+pub fn to_json(task: &CalibrationTask, search: &StrengthSearch, end: &CalibrationEnd) -> Value {
+    let status = match end {
+        CalibrationEnd::Fitted => "fitted",
+        CalibrationEnd::Interrupted => "interrupted",
+        CalibrationEnd::GivenUp(_) => "not fitted",
     };
-    let trials: Vec<Value> = search.trials.iter().map(row).collect();
+    let trials: Vec<Value> = search.trials.iter().map(trial_json).collect();
     let best = search.best();
     json!({
         "scene": task.scene.scene.name,
@@ -90,17 +90,17 @@ pub fn value(task: &Task, search: &Search, how: &End) -> Value {
         "status": status,
         "yield_stress": best.map(|(trial, _)| trial.yield_stress),
         "reached_depth": best.map(|(_, depth)| depth),
-        "relative_error": best.map(|(_, depth)| search.miss(depth)),
-        "lines": best.map(|(trial, _)| lines(task, trial)),
+        "relative_error": best.map(|(_, depth)| search.relative_error(depth)),
+        "lines": best.map(|(trial, _)| scene_lines(task, trial)),
         "trials": trials,
     })
 }
 
-fn row(trial: &Trial) -> Value {
+fn trial_json(trial: &StrengthTrial) -> Value {
     let (depth, time, failure) = match &trial.outcome {
-        Outcome::Stopped { depth, time } => (Some(depth), Some(time), None),
-        Outcome::Through => (None, None, None),
-        Outcome::Failed(why) => (None, None, Some(why)),
+        ShotOutcome::Stopped { depth, time } => (Some(depth), Some(time), None),
+        ShotOutcome::Through => (None, None, None),
+        ShotOutcome::Failed(why) => (None, None, Some(why)),
     };
     json!({ "yield_stress": trial.yield_stress, "depth": depth, "time": time, "failure": failure })
 }

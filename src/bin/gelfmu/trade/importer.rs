@@ -1,25 +1,25 @@
-//! Who moves the projectile, and in which steps.
+//! Coupling variants of an importer, and a driver that steps a simulation with them.
 
-use crate::job::times;
+use crate::job::step_ends;
 use ballistic_gel::integrator::StepError;
 use ballistic_gel::scene::Scene;
 use ballistic_gel::simulation::{CouplingMode, Simulation};
 use clap::ValueEnum;
 
-/// An importer: how it couples.
+/// Coupling variant: the side that integrates the motion of the projectile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub enum Importer {
+pub enum CouplingVariant {
     /// The component integrates the motion
     #[default]
     Integrated,
-    /// The importer owns the body, and lands by J and S: x′ = x + v H + S/M
+    /// The importer integrates the body, corrected by the impulse J and its moment S: x′ = x + v H + S/M
     Corrected,
-    /// The importer prescribes v of the step, and moves on by J with the mean of v and v′
+    /// The importer prescribes v during the step, and moves the body by J with the mean of v and v′
     Prescribed,
 }
 
-impl Importer {
-    /// Its name on the command line.
+impl CouplingVariant {
+    /// Returns the name on the command line.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Integrated => "integrated",
@@ -28,7 +28,7 @@ impl Importer {
         }
     }
 
-    /// The mode that it asks for.
+    /// Returns the coupling mode of the component.
     pub fn mode(self) -> CouplingMode {
         match self {
             Self::Integrated => CouplingMode::Integrated,
@@ -38,14 +38,14 @@ impl Importer {
     }
 }
 
-/// Steps a scene to its end, in communication steps, as the importer does.
-pub fn drive(simulation: &mut Simulation, scene: &Scene, importer: Importer) -> Result<(), StepError> {
+/// Steps a scene to its end time, with the coupling variant of the importer.
+pub fn run_simulation(simulation: &mut Simulation, scene: &Scene, importer: CouplingVariant) -> Result<(), StepError> {
     let mass = simulation.inertia(0).0;
     let (mut position, mut velocity) = (simulation.kinematics(0).position, simulation.kinematics(0).velocity);
     let mut time = 0.0;
-    for next in times(scene, scene.scene.communication_step) {
+    for next in step_ends(scene, scene.scene.communication_step) {
         let mut inputs = simulation.inputs();
-        if importer != Importer::Integrated {
+        if importer != CouplingVariant::Integrated {
             inputs[0].kinematics.position = position;
             inputs[0].kinematics.velocity = velocity;
         }
@@ -53,8 +53,8 @@ pub fn drive(simulation: &mut Simulation, scene: &Scene, importer: Importer) -> 
         let (exchange, h) = (simulation.exchanges()[0], next - time);
         let after = velocity + exchange.impulse / mass;
         position += match importer {
-            Importer::Integrated | Importer::Corrected => h * velocity + exchange.impulse_moment / mass,
-            Importer::Prescribed => 0.5 * h * (velocity + after),
+            CouplingVariant::Integrated | CouplingVariant::Corrected => h * velocity + exchange.impulse_moment / mass,
+            CouplingVariant::Prescribed => 0.5 * h * (velocity + after),
         };
         (velocity, time) = (after, next);
     }

@@ -1,11 +1,11 @@
-//! Which runs of a curve become the levels of `scene.fidelity`.
+//! Choice of the runs of a curve that become the levels of `scene.fidelity`.
 
-use super::curve::{Assessed, Curve};
+use super::curve::{AssessedRun, TradeCurve, TradeRun};
 use super::ladder::{MESH, REMESHED};
 use ballistic_gel::scene::{Fidelity, Level};
 
-/// What a level may cost, in element updates of the scene as it comes.
-fn budget(fidelity: Fidelity) -> f64 {
+/// Returns the cost limit of a level, in element updates of the unmodified scene.
+fn cost_limit(fidelity: Fidelity) -> f64 {
     match fidelity {
         Fidelity::Draft => 0.15,
         Fidelity::Coarse => 0.4,
@@ -15,69 +15,79 @@ fn budget(fidelity: Fidelity) -> f64 {
     }
 }
 
-/// Knobs that change what is computed, not how well, or that the FMU's importer turns.
-const OTHERS: [&str; 6] = ["bulk modulus", "restitution", "dimension", "coupling", "schedule", "lattice"];
+/// Knobs that change the physics instead of the accuracy, or belong to the FMU's importer.
+const EXCLUDED_KNOBS: [&str; 6] = ["bulk modulus", "restitution", "dimension", "coupling", "schedule", "lattice"];
 
-/// A level, its cost and its error.
-type Chosen<'a> = (Fidelity, &'a Assessed, f64, f64);
+/// Run with a known cost and error.
+#[derive(Clone, Copy)]
+struct CostedRun<'a> {
+    run: &'a AssessedRun,
+    /// Element updates.
+    cost: f64,
+    /// Confirmed relative error.
+    error: f64,
+}
 
-/// The levels that the curve gives: the most accurate runs for 0.15, 0.4, 4 and 16 of the cost of the scene as it comes, which is the
-/// standard. Dearer levels are always the more accurate.
-pub fn choose(curve: &Curve) -> Vec<(Fidelity, Level)> {
+/// Chooses the levels of a curve: the most accurate runs within 0.15, 0.4, 4 and 16 of the cost of the unmodified
+/// scene, the standard.
+///
+/// A more expensive level is always more accurate.
+pub fn choose_levels(curve: &TradeCurve) -> Vec<(Fidelity, Level)> {
     let Some(base) = curve.runs.iter().find(|assessed| assessed.run.rung.knob.is_empty()) else { return vec![] };
-    let Some((cost, error)) = figures(base) else { return vec![] };
-    let mut chosen: Vec<Chosen<'_>> = vec![(Fidelity::Standard, base, cost, error)];
+    let Some(standard) = costed_run(base) else { return vec![] };
+    let mut chosen: Vec<(Fidelity, CostedRun<'_>)> = vec![(Fidelity::Standard, standard)];
     for fidelity in [Fidelity::Coarse, Fidelity::Draft] {
-        let above = chosen[0];
-        let fits = |own: f64, error: f64| own <= budget(fidelity) * cost && own < above.2 && error > above.3;
-        let found = best(curve, fits).map(|(run, cost, error)| (fidelity, run, cost, error));
-        chosen.splice(0..0, found);
+        let above = chosen[0].1;
+        let budget = cost_limit(fidelity) * standard.cost;
+        let fits = |run: &CostedRun<'_>| run.cost <= budget && run.cost < above.cost && run.error > above.error;
+        chosen.splice(0..0, most_accurate(curve, fits).map(|run| (fidelity, run)));
     }
     for fidelity in [Fidelity::Fine, Fidelity::Reference] {
-        let below = chosen[chosen.len() - 1];
-        let fits = |own: f64, error: f64| own <= budget(fidelity) * cost && own > below.2 && error < below.3;
-        chosen.extend(best(curve, fits).map(|(run, cost, error)| (fidelity, run, cost, error)));
+        let below = chosen[chosen.len() - 1].1;
+        let budget = cost_limit(fidelity) * standard.cost;
+        let fits = |run: &CostedRun<'_>| run.cost <= budget && run.cost > below.cost && run.error < below.error;
+        chosen.extend(most_accurate(curve, fits).map(|run| (fidelity, run)));
     }
-    chosen.into_iter().map(|(fidelity, run, cost, error)| (fidelity, level(run, cost, error))).collect()
+    chosen.into_iter().map(|(fidelity, run)| (fidelity, level(&run))).collect()
 }
 
-/// Cost and error of a run that may be a level.
-fn figures(assessed: &Assessed) -> Option<(f64, f64)> {
-    let numerical = !OTHERS.contains(&assessed.run.rung.knob);
-    let row = assessed.run.row.as_ref().ok().filter(|_| numerical)?;
-    Some((row.element_updates, assessed.held?))
+/// Returns a run with its cost and error if it may be a level.
+fn costed_run(assessed: &AssessedRun) -> Option<CostedRun<'_>> {
+    let is_numerical = !EXCLUDED_KNOBS.contains(&assessed.run.rung.knob);
+    let row = assessed.run.row.as_ref().ok().filter(|_| is_numerical)?;
+    Some(CostedRun { run: assessed, cost: row.element_updates, error: assessed.confirmed? })
 }
 
-/// Whether its error is no chance: the reference is of its own family, or a finer run of its knob was made.
-fn is_confirmed(assessed: &Assessed, curve: &Curve) -> bool {
+/// Returns true if the error is confirmed: the reference is of the run's own family, or a finer run of its knob exists.
+fn is_confirmed(assessed: &AssessedRun, curve: &TradeCurve) -> bool {
     let rung = &assessed.run.rung;
-    let finer = |other: &Assessed| {
-        other.run.rung.knob == rung.knob && other.run.rung.place > rung.place && other.error.is_some()
+    let is_finer = |other: &AssessedRun| {
+        other.run.rung.knob == rung.knob && other.run.rung.refinement > rung.refinement && other.error.is_some()
     };
-    ["", MESH, REMESHED].contains(&rung.knob) || curve.runs.iter().any(finer)
+    ["", MESH, REMESHED].contains(&rung.knob) || curve.runs.iter().any(is_finer)
 }
 
-/// The run of least error among those that fit.
-fn best(curve: &Curve, fits: impl Fn(f64, f64) -> bool) -> Option<(&Assessed, f64, f64)> {
-    let known = |run| figures(run).map(|(cost, error)| (run, cost, error));
+/// Returns the most accurate confirmed run that fits.
+fn most_accurate(curve: &TradeCurve, fits: impl Fn(&CostedRun<'_>) -> bool) -> Option<CostedRun<'_>> {
     let confirmed = curve.runs.iter().filter(|run| is_confirmed(run, curve));
-    let fitting = confirmed.filter_map(known).filter(|&(_, cost, error)| fits(cost, error));
-    fitting.min_by(|a, b| a.2.total_cmp(&b.2))
+    let fitting = confirmed.filter_map(costed_run).filter(|run| fits(run));
+    fitting.min_by(|a, b| a.error.total_cmp(&b.error))
 }
 
-fn level(assessed: &Assessed, cost: f64, error: f64) -> Level {
-    let set = assessed.run.rung.overrides.iter().map(|o| format!("{}={}", o.key, o.value)).collect();
-    let cpu_seconds = assessed.run.row.as_ref().ok().map(|row| rounded(row.cpu_seconds));
-    Level { set, error: Some(rounded(error)), updates: Some(rounded(cost)), cpu_seconds }
+fn level(costed: &CostedRun<'_>) -> Level {
+    let TradeRun { rung, row } = &costed.run.run;
+    let set = rung.overrides.iter().map(|o| format!("{}={}", o.key, o.value)).collect();
+    let cpu_seconds = row.as_ref().ok().map(|row| round_to_three(row.cpu_seconds));
+    Level { set, error: Some(round_to_three(costed.error)), updates: Some(round_to_three(costed.cost)), cpu_seconds }
 }
 
-/// Three digits.
-fn rounded(value: f64) -> f64 {
+/// Rounds a number to three digits.
+fn round_to_three(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
 
-/// The table for the scene.
-pub fn lines(levels: &[(Fidelity, Level)]) -> String {
+/// Formats the levels as tables of a scene file.
+pub fn scene_lines(levels: &[(Fidelity, Level)]) -> String {
     let number = |name: &str, value: Option<f64>| value.map_or(String::new(), |value| format!("{name} = {value:?}\n"));
     let table = |(fidelity, level): &(Fidelity, Level)| {
         let figures = [("error", level.error), ("updates", level.updates), ("cpu_seconds", level.cpu_seconds)];
@@ -89,9 +99,9 @@ pub fn lines(levels: &[(Fidelity, Level)]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{choose, lines};
+    use super::{choose_levels, scene_lines};
     use crate::trade::curve::tests::run;
-    use crate::trade::curve::{Curve, Run};
+    use crate::trade::curve::{TradeCurve, TradeRun};
     use crate::trade::ladder::MESH;
     use ballistic_gel::scene::{Fidelity, Levels};
 
@@ -99,7 +109,7 @@ mod tests {
         let of = |size: &f64| {
             run(if *size == 1.0 { "" } else { MESH }, (1.0 - size).signum() * (1.0 / size).ln().abs(), *size)
         };
-        let chosen = choose(&Curve::of(&sizes.iter().map(of).collect::<Vec<_>>()));
+        let chosen = choose_levels(&TradeCurve::assess(&sizes.iter().map(of).collect::<Vec<_>>()));
         chosen.into_iter().map(|(fidelity, level)| (fidelity, level.error.unwrap())).collect()
     }
 
@@ -111,10 +121,10 @@ mod tests {
     }
 
     #[test]
-    fn what_no_finer_run_confirms_is_no_level() {
+    fn a_run_without_a_finer_one_is_no_level() {
         let mesh = [run("", 0.0, 1.0), run(MESH, 1.0, 0.7), run(MESH, 2.0, 0.5)];
-        let fine = |more: &[Run]| {
-            let levels = choose(&Curve::of(&[mesh.as_slice(), more].concat()));
+        let fine = |more: &[TradeRun]| {
+            let levels = choose_levels(&TradeCurve::assess(&[mesh.as_slice(), more].concat()));
             levels.into_iter().find(|level| level.0 == Fidelity::Fine).unwrap().1.error
         };
         assert_eq!(fine(&[run("grading", 1.0, 0.65)]), Some(0.007));
@@ -122,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn where_no_run_is_left_there_is_no_level() {
+    fn levels_without_a_fitting_run_are_absent() {
         let found = levels(&[1.4, 1.0, 0.8, 0.7]);
         assert_eq!(
             found.iter().map(|level| level.0).collect::<Vec<_>>(),
@@ -132,8 +142,8 @@ mod tests {
 
     #[test]
     fn the_lines_are_the_table_of_a_scene() {
-        let chosen = choose(&crate::trade::curve::tests::curve());
-        let text = lines(&chosen).replace("[fidelity.", "[");
+        let chosen = choose_levels(&crate::trade::curve::tests::curve());
+        let text = scene_lines(&chosen).replace("[fidelity.", "[");
         let read: Levels = toml::from_str(&text).unwrap();
         assert_eq!(read.known().map(|(fidelity, level)| (fidelity, level.clone())).collect::<Vec<_>>(), chosen);
         assert!(read.standard.is_some_and(|level| level.set.is_empty()));

@@ -1,4 +1,4 @@
-//! `gelfmu trade`: what accuracy costs, knob by knob.
+//! `gelfmu trade`: measures the error and the cost of a scene, knob by knob.
 
 mod curve;
 mod front;
@@ -13,8 +13,8 @@ mod row;
 mod switches;
 mod work;
 
-pub use importer::Importer;
-pub use row::print as row;
+pub use importer::CouplingVariant;
+pub use row::print_row;
 
 use crate::console::Console;
 use crate::failure::Failure;
@@ -23,22 +23,22 @@ use crate::job::RunError;
 use crate::options::TradeOptions;
 use crate::progress::Bar;
 use crate::results;
-use crate::source::{self, Source};
+use crate::source;
 use ballistic_gel::output::{FolderClaim, FolderState, ResultFolder, TakeoverPolicy};
 use ballistic_gel::scene::{Override, Scene};
-use curve::{Curve, Run};
-use ladder::{HasFailed, Rung};
+use curve::{TradeCurve, TradeRun};
+use ladder::{HasFailed, LadderRung};
 use std::path::{Path, PathBuf};
-use work::Work;
+use work::{PreparedRung, RunQueue};
 
-/// Name of the command in the manifest of its folder.
+/// Name of the command in the folder manifest.
 const COMMAND: &str = "trade";
-/// What the first Ctrl-C is answered with.
+/// Answer to the first Ctrl-C.
 const WAITING: &str = "interrupted: finished runs are kept, the others are left; the same command goes on from there";
 
-/// Measures the curve, writes it, and says with which status to end.
+/// Measures the error-cost curve, writes it and returns the exit status.
 pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, Failure> {
-    let task = Task::read(options)?;
+    let task = TradeTask::read(options)?;
     let mut folder = task.claim()?;
     if let Err(error) = interrupt::listen(WAITING, console.listener()) {
         console.note(&format!("Ctrl-C will not keep what was computed: {error}"));
@@ -52,68 +52,70 @@ pub fn trade(options: &TradeOptions, console: &Console) -> Result<u8, Failure> {
         task.folder.display()
     ));
     if options.options {
-        let rungs = task.all(switches::rungs(&task.scene));
-        let runs = task.work(&mut folder, console, switches::REPEATS, |work| work.all(rungs))?;
-        switches::show(&task, &runs, &mut folder, console)?;
-        return task.end(folder, console);
+        let rungs = task.with_scenes(switches::option_rungs(&task.scene));
+        let runs = task.with_queue(&mut folder, console, switches::REPEATS, |queue| queue.run_all(rungs))?;
+        switches::report(&task, &runs, &mut folder, console)?;
+        return task.finish(folder, console);
     }
-    let curve = Curve::of(&task.work(&mut folder, console, 1, |work| task.runs(work))?);
-    let others = options.with.as_deref().map_or(Ok(vec![]), |path| others::read(path, &curve))?;
-    paper::write(&mut folder, &curve, picture::svg(&base.name, &curve, &others)).map_err(RunError::from)?;
-    console.result(&paper::value(&base.name, &curve), &paper::text(&curve, &task.folder, console));
-    task.end(folder, console)
+    let curve = TradeCurve::assess(&task.with_queue(&mut folder, console, 1, |queue| task.run_ladder(queue))?);
+    let others = options.with.as_deref().map_or(Ok(vec![]), |path| others::read_peers(path, &curve))?;
+    paper::write_files(&mut folder, &curve, picture::draw_svg(&base.name, &curve, &others)).map_err(RunError::from)?;
+    console.result(&paper::to_json(&base.name, &curve), &paper::to_text(&curve, &task.folder, console));
+    task.finish(folder, console)
 }
 
-/// The scene whose curve is measured.
-struct Task<'a> {
+/// Scene to measure, its options and the result folder.
+struct TradeTask<'a> {
     options: &'a TradeOptions,
     scene: Scene,
     folder: PathBuf,
 }
 
-impl<'a> Task<'a> {
+impl<'a> TradeTask<'a> {
     fn read(options: &'a TradeOptions) -> Result<Self, Failure> {
         let scene = source::load(&options.scene, &options.set)?.scene;
         let own = || Path::new("gelfmu-out").join(format!("{}-trade", scene.scene.name));
         let folder = options.out.clone().unwrap_or_else(own);
         let knobs = ladder::knobs(&scene);
-        if let Some(strange) = options.only.iter().find(|name| !knobs.contains(&name.as_str())) {
+        if let Some(unknown) = options.only.iter().find(|name| !knobs.contains(&name.as_str())) {
             let expected = format!("one of the knobs of this scene: {}", knobs.join(", "));
             return Err(Failure::BadInput(format!(
-                "--only {strange}: found no knob of this name, expected {expected}"
+                "--only {unknown}: found no knob of this name, expected {expected}"
             )));
         }
         Ok(Self { options, scene, folder })
     }
 
-    /// Has work done, with a bar; each run so many times.
-    fn work(
+    /// Opens a run queue with a progress bar and lets `work` fill it.
+    fn with_queue(
         &self,
         folder: &mut ResultFolder,
         console: &Console,
         repeats: usize,
-        work: impl FnOnce(&mut Work<'_>) -> Result<Vec<Run>, Failure>,
-    ) -> Result<Vec<Run>, Failure> {
+        work: impl FnOnce(&mut RunQueue<'_>) -> Result<Vec<TradeRun>, Failure>,
+    ) -> Result<Vec<TradeRun>, Failure> {
         let bar = Bar::new(console);
         if self.options.afresh {
-            folder.remove_all(work::ROWS).map_err(RunError::from)?;
+            folder.remove_all(work::ROWS_FOLDER).map_err(RunError::from)?;
         }
-        let runs = work(&mut Work { folder, jobs: self.options.jobs, repeats, bar: &bar });
+        let runs = work(&mut RunQueue { folder, jobs: self.options.jobs, repeats, bar: &bar });
         bar.clear();
         runs
     }
 
-    /// The scene as it comes, and then what is around it.
-    fn runs(&self, work: &mut Work<'_>) -> Result<Vec<Run>, Failure> {
-        let mut runs = work.all(self.all(vec![Rung::base()]))?;
+    /// Runs the unmodified scene, then its ladder.
+    fn run_ladder(&self, queue: &mut RunQueue<'_>) -> Result<Vec<TradeRun>, Failure> {
+        let mut runs = queue.run_all(self.with_scenes(vec![LadderRung::unmodified()]))?;
         let failed = runs.iter().any(|run| run.row.as_ref().map_or(true, |row| row.failure.is_some()));
         let has_failed = if failed { HasFailed::Yes } else { HasFailed::No };
         let rungs = ladder::ladder(&self.scene, self.options.finer, has_failed);
-        runs.extend(work.all(self.all(rungs.into_iter().filter(|rung| self.wants(rung.knob)).collect()))?);
+        runs.extend(
+            queue.run_all(self.with_scenes(rungs.into_iter().filter(|rung| self.is_wanted(rung.knob)).collect()))?,
+        );
         Ok(runs)
     }
 
-    /// Claims the folder: rows that this command has made there are gone on with.
+    /// Claims the folder; kept rows of an earlier `trade` are continued.
     fn claim(&self) -> Result<ResultFolder, Failure> {
         let files: &[&str] = if self.options.options { &[switches::FILE] } else { &paper::FILES };
         let needs: Vec<String> = files.iter().map(|file| (*file).to_owned()).collect();
@@ -127,8 +129,8 @@ impl<'a> Task<'a> {
         )
     }
 
-    /// Completes the folder, and says with which status to end.
-    fn end(&self, mut folder: ResultFolder, console: &Console) -> Result<u8, Failure> {
+    /// Completes the folder and returns the exit status.
+    fn finish(&self, mut folder: ResultFolder, console: &Console) -> Result<u8, Failure> {
         let state = if interrupt::asked() { FolderState::Interrupted } else { FolderState::Complete };
         folder.begin().and_then(|()| folder.mark(state)).map_err(RunError::from)?;
         if state == FolderState::Complete {
@@ -138,18 +140,18 @@ impl<'a> Task<'a> {
         Ok(interrupt::INTERRUPTED)
     }
 
-    fn wants(&self, knob: &str) -> bool {
+    fn is_wanted(&self, knob: &str) -> bool {
         let only = &self.options.only;
         only.is_empty() || knob.starts_with(ladder::MESH) || only.iter().any(|name| name == knob)
     }
 
-    /// Rungs with their scenes.
-    fn all(&self, rungs: Vec<Rung>) -> Vec<(Rung, Result<Source, Failure>)> {
-        let with = |rung: Rung| {
+    /// Loads the scene of each rung.
+    fn with_scenes(&self, rungs: Vec<LadderRung>) -> Vec<PreparedRung> {
+        let load = |rung: LadderRung| {
             let overrides: Vec<Override> = self.options.set.iter().chain(&rung.overrides).cloned().collect();
             let source = source::load(&self.options.scene, &overrides);
-            (rung, source)
+            PreparedRung { rung, source }
         };
-        rungs.into_iter().map(with).collect()
+        rungs.into_iter().map(load).collect()
     }
 }

@@ -1,25 +1,34 @@
-//! What a quantity would be with cells of no size, from three meshes.
+//! Richardson extrapolation to zero cell size from three meshes.
 
-/// A limit of refinement.
+/// Value of a quantity on a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limit {
-    /// f₀.
+pub struct MeshValue {
+    /// Relative size of the cells.
+    pub size: f64,
+    /// Value of the quantity.
+    pub value: f64,
+}
+
+/// Limit of refinement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RefinementLimit {
+    /// Extrapolated value f₀.
     pub value: f64,
     /// Observed order p.
     pub order: f64,
-    /// What errors are relative to.
+    /// Scale of the errors.
     pub scale: f64,
-    /// Distance of the finest of the three from it, of the scale: how far it may itself be wrong.
+    /// Distance of the finest value from the limit, relative to the scale: a bound on the error of the limit.
     pub reach: f64,
 }
 
-/// Why three values have no limit that can be trusted.
+/// Reason why three values have no trustworthy limit.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NoLimit {
-    /// They go up and down.
+    /// The values are not monotone.
     #[error("not monotone")]
     NotMonotone,
-    /// They come together too slowly, or not at all, or at once.
+    /// The observed order is out of range.
     #[error("no order from {least} to {most}")]
     NoOrder {
         /// Least order.
@@ -27,30 +36,27 @@ pub enum NoLimit {
         /// Greatest order.
         most: f64,
     },
-    /// The finest is still far away.
+    /// The finest value is far from the limit.
     #[error("not converged: the finest is {:.0} % away", 100.0 * .reach)]
     Far {
-        /// Its distance, of the scale.
+        /// Distance, relative to the scale.
         reach: f64,
     },
 }
 
-/// Orders between which three values tell of a limit: below, it is mostly extrapolation, above, mostly chance.
-const ORDERS: (f64, f64) = (0.5, 6.0);
-/// Greatest distance of the finest value from a limit, of the scale.
-const REACH: f64 = 0.1;
+/// Trustworthy orders: below, the limit is mostly extrapolation, above, mostly chance.
+const ORDER_RANGE: (f64, f64) = (0.5, 6.0);
+/// Greatest distance of the finest value from the limit, relative to the scale.
+const LARGEST_REACH: f64 = 0.1;
 
-/// Limit of f(h) = f₀ + C hᵖ through three sizes h, finest last (Richardson); errors are relative to `scale`, or to f₀.
-///
-/// # Errors
-/// [`NoLimit`] where the values are not monotone, p is out of range, or f₀ lies far beyond the finest value.
-pub fn limit([a, b, c]: [(f64, f64); 3], scale: Option<f64>) -> Result<Limit, NoLimit> {
-    let ratio = (a.1 - b.1) / (b.1 - c.1);
+/// Extrapolates f(h) = f₀ + C hᵖ from three sizes h, finest last; errors are relative to `scale`, or to f₀.
+pub fn extrapolate_limit([a, b, c]: [MeshValue; 3], scale: Option<f64>) -> Result<RefinementLimit, NoLimit> {
+    let ratio = (a.value - b.value) / (b.value - c.value);
     if !(ratio > 0.0 && ratio.is_finite()) {
         return Err(NoLimit::NotMonotone);
     }
-    let misfit = |p: f64| (a.0.powf(p) - b.0.powf(p)) / (b.0.powf(p) - c.0.powf(p)) - ratio;
-    let (mut low, mut high) = ORDERS;
+    let misfit = |p: f64| (a.size.powf(p) - b.size.powf(p)) / (b.size.powf(p) - c.size.powf(p)) - ratio;
+    let (mut low, mut high) = ORDER_RANGE;
     if misfit(low) * misfit(high) > 0.0 {
         return Err(NoLimit::NoOrder { least: low, most: high });
     }
@@ -58,18 +64,26 @@ pub fn limit([a, b, c]: [(f64, f64); 3], scale: Option<f64>) -> Result<Limit, No
         let middle = 0.5 * (low + high);
         if misfit(middle) * misfit(low) > 0.0 { low = middle } else { high = middle }
     }
-    let constant = (b.1 - c.1) / (b.0.powf(low) - c.0.powf(low));
-    let value = c.1 - constant * c.0.powf(low);
+    let constant = (b.value - c.value) / (b.size.powf(low) - c.size.powf(low));
+    let value = c.value - constant * c.size.powf(low);
     let scale = scale.unwrap_or(value.abs());
-    let reach = (c.1 - value).abs() / scale;
-    if reach > REACH { Err(NoLimit::Far { reach }) } else { Ok(Limit { value, order: low, scale, reach }) }
+    let reach = (c.value - value).abs() / scale;
+    if reach > LARGEST_REACH {
+        Err(NoLimit::Far { reach })
+    } else {
+        Ok(RefinementLimit { value, order: low, scale, reach })
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{NoLimit, limit};
+    use super::{MeshValue, NoLimit, RefinementLimit, extrapolate_limit};
 
-    fn of(f: impl Fn(f64) -> f64, sizes: [f64; 3]) -> Result<super::Limit, NoLimit> {
+    fn limit(values: [(f64, f64); 3], scale: Option<f64>) -> Result<RefinementLimit, NoLimit> {
+        extrapolate_limit(values.map(|(size, value)| MeshValue { size, value }), scale)
+    }
+
+    fn of(f: impl Fn(f64) -> f64, sizes: [f64; 3]) -> Result<RefinementLimit, NoLimit> {
         limit(sizes.map(|h| (h, f(h))), None)
     }
 
@@ -88,14 +102,14 @@ mod tests {
     }
 
     #[test]
-    fn what_goes_up_and_down_or_stands_still_has_no_limit() {
+    fn values_that_oscillate_or_stand_still_have_no_limit() {
         assert_eq!(limit([(4.0, 1.0), (2.0, 2.0), (1.0, 1.5)], None), Err(NoLimit::NotMonotone));
         assert_eq!(limit([(4.0, 1.0), (2.0, 1.0), (1.0, 1.0)], None), Err(NoLimit::NotMonotone));
         assert_eq!(limit([(4.0, 1.0), (2.0, f64::NAN), (1.0, 1.0)], None), Err(NoLimit::NotMonotone));
     }
 
     #[test]
-    fn what_goes_away_faster_and_faster_or_ends_far_away_has_no_limit() {
+    fn values_that_diverge_or_end_far_away_have_no_limit() {
         assert!(matches!(limit([(4.0, 1.0), (2.0, 2.0), (1.0, 4.0)], None), Err(NoLimit::NoOrder { .. })));
         assert!(
             matches!(of(|h| 1.0 - 0.5 * h, [4.0, 2.0, 1.0]), Err(NoLimit::Far { reach }) if (reach - 0.5).abs() < 1e-9)

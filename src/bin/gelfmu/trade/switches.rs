@@ -1,9 +1,9 @@
-//! What each option of a scene costs when it is on, and that it costs nothing when it is off.
+//! Cost of each scene option, switched on and off; an unused option must cost nothing.
 
-use super::Task;
-use super::curve::Run;
-use super::ladder::Rung;
-use super::row::Row;
+use super::TradeTask;
+use super::curve::TradeRun;
+use super::ladder::LadderRung;
+use super::row::TradeRow;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::job::RunError;
@@ -12,49 +12,53 @@ use ballistic_gel::scene::{BodyShape, MaterialModel, Override, Scene};
 use comfy_table::{CellAlignment, Table, presets};
 use serde_json::{Value, json};
 
-/// Runs of which the least CPU time counts.
+/// Repetitions of each run; the least CPU time counts.
 pub const REPEATS: usize = 3;
 
-/// An option: what turns it off, if a value does, and what turns it on.
-struct Switch {
+/// Scene option with its overrides: `off` if a value turns it off explicitly, and `on`.
+struct OptionSwitch {
     name: &'static str,
     off: Option<&'static str>,
     on: Vec<String>,
 }
 
-fn switch(name: &'static str, off: Option<&'static str>, on: &[&str]) -> Switch {
-    Switch { name, off, on: on.iter().map(|set| (*set).to_owned()).collect() }
+fn new_switch(name: &'static str, off: Option<&'static str>, on: &[&str]) -> OptionSwitch {
+    OptionSwitch { name, off, on: on.iter().map(|set| (*set).to_owned()).collect() }
 }
 
-/// The options that the scene does not use.
-fn switches(scene: &Scene) -> Vec<Switch> {
+/// Lists the options that the scene does not use.
+fn unused_options(scene: &Scene) -> Vec<OptionSwitch> {
     let mut all = vec![];
     if scene.contact.friction == 0.0 {
-        all.push(switch("friction", Some("contact.friction=0.0"), &["contact.friction=0.3"]));
+        all.push(new_switch("friction", Some("contact.friction=0.0"), &["contact.friction=0.3"]));
     }
     if scene.contact.restitution == 0.0 {
-        all.push(switch("restitution", Some("contact.restitution=0.0"), &["contact.restitution=0.5"]));
+        all.push(new_switch("restitution", Some("contact.restitution=0.0"), &["contact.restitution=0.5"]));
     }
     if scene.integrator.damping == 0.0 {
-        all.push(switch("damping", Some("integrator.damping=0.0"), &["integrator.damping=1.0"]));
+        all.push(new_switch("damping", Some("integrator.damping=0.0"), &["integrator.damping=1.0"]));
     }
     if scene.load.is_empty() {
-        all.push(switch("pressure on a face", Some("load=[]"), &["load=[{on=\"z_max\", pressure=1.0}]"]));
+        all.push(new_switch("pressure on a face", Some("load=[]"), &["load=[{on=\"z_max\", pressure=1.0}]"]));
     }
     if scene.fragment.is_empty() && matches!(scene.projectile.shape, BodyShape::Sphere { .. }) {
-        all.push(Switch { name: "a fragment out of reach", off: Some("fragment=[]"), on: vec![far_fragment(scene)] });
+        all.push(OptionSwitch {
+            name: "a fragment out of reach",
+            off: Some("fragment=[]"),
+            on: vec![far_fragment(scene)],
+        });
     }
-    all.push(switch("patches of elements", Some("mesh.element=\"plain\""), &["mesh.element=\"patch\""]));
+    all.push(new_switch("patches of elements", Some("mesh.element=\"plain\""), &["mesh.element=\"patch\""]));
     if scene.remesh.is_none() {
         let never = ["remesh.quality=0.0", "remesh.compression=0.0"];
-        all.push(switch("a mesh that may be exchanged", None, &never));
+        all.push(new_switch("a mesh that may be exchanged", None, &never));
     }
     if scene.gel.material == MaterialModel::NeoHookean {
         let branch = "gel.branches=[{shear_modulus=1.0, time=1e-2}]";
-        all.push(switch("a viscous branch", None, &["gel.material=\"viscoelastic\"", branch]));
+        all.push(new_switch("a viscous branch", None, &["gel.material=\"viscoelastic\"", branch]));
         let flows = ["gel.material=\"flowing\"", "gel.strength={yield_stress=1e9, rate_exponent=0.0, cap=2e9}"];
-        all.push(switch("strength, not reached", None, &flows));
-        all.push(switch(
+        all.push(new_switch("strength, not reached", None, &flows));
+        all.push(new_switch(
             "bulk viscosity, and that strength",
             None,
             &[flows[0], flows[1], "gel.viscosity={linear=0.1}"],
@@ -63,7 +67,7 @@ fn switches(scene: &Scene) -> Vec<Switch> {
     all
 }
 
-/// Another ball of the same kind, high above the gel, at rest.
+/// Returns a second ball of the same kind at rest, far above the gel.
 fn far_fragment(scene: &Scene) -> String {
     let radius = scene.bodies().next().map_or(0.0, |body| match body.shape {
         BodyShape::Sphere { radius } => radius,
@@ -75,25 +79,30 @@ fn far_fragment(scene: &Scene) -> String {
     )
 }
 
-fn overrides(sets: &[String]) -> Vec<Override> {
+fn parse_overrides(sets: &[String]) -> Vec<Override> {
     sets.iter().map(|set| set.parse().expect("a key and a value")).collect()
 }
 
-/// Runs of the scene as it comes, and with each option off and on.
-pub fn rungs(scene: &Scene) -> Vec<Rung> {
-    let rung = |knob, place, sets: &[String]| Rung { knob, place, overrides: overrides(sets), ..Rung::base() };
-    let both = |switch: Switch| {
+/// Returns rungs for the unmodified scene, and for each option off and on.
+pub fn option_rungs(scene: &Scene) -> Vec<LadderRung> {
+    let rung = |knob, refinement, sets: &[String]| LadderRung {
+        knob,
+        refinement,
+        overrides: parse_overrides(sets),
+        ..LadderRung::unmodified()
+    };
+    let both = |switch: OptionSwitch| {
         let off = switch.off.map(|off| rung(switch.name, -1.0, &[off.to_owned()]));
         off.into_iter().chain([rung(switch.name, 1.0, &switch.on)])
     };
-    [Rung::base()].into_iter().chain(switches(scene).into_iter().flat_map(both)).collect()
+    [LadderRung::unmodified()].into_iter().chain(unused_options(scene).into_iter().flat_map(both)).collect()
 }
 
 const HEADER: [&str; 7] =
     ["option", "run", "M updates", "of the scene", "ns per update", "of the scene", "CPU s of the scene"];
 
-/// A line of the table: figures, and those of the scene as it comes.
-fn cells(run: &Run, base: &Row) -> Vec<String> {
+/// Formats a table row: figures, absolute and relative to the unmodified scene.
+fn table_cells(run: &TradeRun, base: &TradeRow) -> Vec<String> {
     let name = if run.rung.knob.is_empty() { "as it comes" } else { run.rung.knob };
     let label = run.rung.label();
     let row = match &run.row {
@@ -101,7 +110,7 @@ fn cells(run: &Run, base: &Row) -> Vec<String> {
         Ok(row) => return vec![name.to_owned(), label, row.failure.clone().unwrap_or_default()],
         Err(why) => return vec![name.to_owned(), label, why.clone()],
     };
-    let off = run.rung.place < 0.0 && row.digest == base.digest;
+    let off = run.rung.refinement < 0.0 && row.digest == base.digest;
     let label = if off { format!("{label}: the same bits") } else { label };
     let (each, own) = (1e9 * row.cpu_seconds / row.element_updates, 1e9 * base.cpu_seconds / base.element_updates);
     let figures = [
@@ -114,15 +123,20 @@ fn cells(run: &Run, base: &Row) -> Vec<String> {
     [name.to_owned(), label].into_iter().chain(figures.map(|value| format!("{value:.3}"))).collect()
 }
 
-/// Name of the file of the table.
+/// Name of the table file.
 pub const FILE: &str = "options.md";
 
 /// Prints the table and writes `options.md`.
-pub fn show(task: &Task<'_>, runs: &[Run], folder: &mut ResultFolder, console: &Console) -> Result<(), Failure> {
+pub fn report(
+    task: &TradeTask<'_>,
+    runs: &[TradeRun],
+    folder: &mut ResultFolder,
+    console: &Console,
+) -> Result<(), Failure> {
     let Some(base) = runs.first().and_then(|run| run.row.as_ref().ok()) else {
         return Err(Failure::Stopped("the scene as it comes cannot be run".to_owned()));
     };
-    let lines: Vec<Vec<String>> = runs.iter().map(|run| cells(run, base)).collect();
+    let lines: Vec<Vec<String>> = runs.iter().map(|run| table_cells(run, base)).collect();
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
     table.set_header(HEADER);
@@ -136,7 +150,7 @@ pub fn show(task: &Task<'_>, runs: &[Run], folder: &mut ResultFolder, console: &
         [HEADER.map(str::to_owned).to_vec(), rule.to_vec()].iter().chain(&lines).map(|cells| line(cells)).collect();
     let path = task.folder.join(FILE);
     folder.write(FILE, markdown.as_bytes()).map_err(RunError::from)?;
-    let value = |run: &Run| json!({ "option": run.rung.knob, "run": run.rung.label(), "row": run.row.as_ref().ok(), "refused": run.row.as_ref().err() });
+    let value = |run: &TradeRun| json!({ "option": run.rung.knob, "run": run.rung.label(), "row": run.row.as_ref().ok(), "refused": run.row.as_ref().err() });
     let values: Vec<Value> = runs.iter().map(value).collect();
     console
         .result(&json!({ "scene": task.scene.scene.name, "options": values }), &format!("{table}\n{}", path.display()));
@@ -145,14 +159,14 @@ pub fn show(task: &Task<'_>, runs: &[Run], folder: &mut ResultFolder, console: &
 
 #[cfg(test)]
 mod tests {
-    use super::rungs;
+    use super::option_rungs;
     use ballistic_gel::scene;
 
     #[test]
     fn every_option_of_every_builtin_scene_of_elastic_gel_is_a_scene() {
         for name in ["sphere-block", "ball-bounce", "ball-square", "l-beam"] {
             let text = scene::builtin(name).unwrap();
-            for rung in rungs(&scene::read(text).unwrap()) {
+            for rung in option_rungs(&scene::read(text).unwrap()) {
                 let read = scene::resolve(text, &rung.overrides).and_then(|text| scene::read(&text));
                 assert!(
                     read.is_ok() || rung.label().contains("z_max"),
