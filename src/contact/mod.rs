@@ -1,4 +1,4 @@
-//! Rigid bodies, and the impulse between one of them and a surface node.
+//! Contact bodies: rigid bodies, and the impulse between a body and a surface node.
 
 mod body;
 mod bulge;

@@ -1,4 +1,4 @@
-//! Which nodes of the surface are near a body at a tick, and how near.
+//! Broad phase of contact: finds the active surface nodes near a body at a tick, and their gaps.
 
 use super::engine::Engine;
 use super::facet::least_distance;
@@ -11,11 +11,11 @@ use crate::math::embed;
 use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
 
-/// How deep a facet may be that need not be looked at, of what is allowed to one: less than all by more than rounding.
+/// Fraction of the allowed facet depth below which a facet needs no query; it is below 1 by more than rounding.
 const SHALLOW: f64 = 0.999;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// φ and n of the active surface nodes to the active bodies, where a body may be within reach.
+    /// Queries φ and n of the active surface nodes to the active bodies, where a body may be within reach.
     pub(super) fn look_around(&mut self, tick: Tick) {
         for surface in self.scratch.reached.drain(..) {
             self.scratch.place[surface as usize] = u32::MAX;
@@ -58,7 +58,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// Notes what is around the nodes that a body comes close to, once for each.
+    /// Collects the nodes and groups around each surface node that a body comes close to, once per node.
     fn find_beside(&mut self) {
         let (gel, order, scratch) = (&self.gel, &self.order, &mut self.scratch);
         for surface in &scratch.close {
@@ -71,7 +71,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// Finds out around which nodes facets need not be looked at for a while.
+    /// Updates around the queried nodes how far anything may travel before their facets need a query.
     pub(super) fn clear_facets(&mut self) {
         let (gel, n) = (self.gel.clone(), self.bodies.len());
         for (place, surface) in self.scratch.reached.iter().enumerate() {
@@ -86,9 +86,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// How far anything may travel before a facet need be looked at that has a body at a distance d from a corner, m. Of bodies that are
-    /// blunt until it can be as deep as is allowed: the least φ on it falls by s at most while s is travelled. Of others as long as d is
-    /// twice the length l of the facet: no corner is nearer than d − l ≥ l then; d falls by s at most, and l grows by 2s at most.
+    /// Returns how far anything may travel before a facet with a body at distance d from a corner needs a query, m.
+    /// For blunt bodies: until the facet can reach the allowed depth, as the least φ on it falls by at most the
+    /// travel s. For other bodies: while d exceeds twice the length l of the facet, as no corner is then nearer than
+    /// d − l ≥ l; d falls by at most s, and l grows by at most 2s.
     fn room(&self, facet: ElementId, distance: f64) -> f64 {
         if !self.bodies.iter().all(|body| body.shape.is_blunt()) {
             return (distance - 2.0 * self.longest_edge(facet)) / 5.0;
@@ -104,19 +105,19 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         active.map(depth).fold(f64::INFINITY, least)
     }
 
-    /// h of a node of the surface, m.
+    /// Returns h of a surface node, m.
     fn surface_size(&self, node: NodeId) -> Option<f64> {
         let surface = self.gel.surface.of[node.index()]?;
         Some(self.gel.surface.nodes[surface as usize].size)
     }
 
-    /// φ and n of a node that was looked at, by its place among those.
+    /// Returns φ and n of a queried node, by its index among the queried nodes.
     pub(super) fn gap_at(&self, place: usize, body: usize) -> Option<Gap> {
         self.scratch.gaps[place * self.bodies.len() + body]
     }
 }
 
-/// Each of them once, ascending.
+/// Returns the distinct items in ascending order.
 fn once<T: Ord>(all: impl Iterator<Item = T>) -> Vec<T> {
     let mut all: Vec<T> = all.collect();
     all.sort_unstable();

@@ -1,4 +1,5 @@
-//! When a mesh is worn, and until when that need not be asked.
+//! Distortion monitor: decides when a mesh is distorted, with travel bounds that skip elements whose nodes have not
+//! moved far enough.
 
 use super::blocks::Block;
 use super::engine::Engine;
@@ -9,25 +10,27 @@ use crate::math::Vector;
 use crate::mesh::{NodeId, Simplex, is_worse, leeway};
 use crate::state::{Stretch, Tick};
 
-/// When a mesh is worn: as soon as one of its elements is.
+/// Distortion limits: a mesh is distorted as soon as one of its elements exceeds them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wear {
-    /// Which shape of each element, 1 being the best, is too bad.
+    /// Least shape quality of each element, 1 being the best.
     pub quality: Vec<f64>,
-    /// To which measure, [`Potential::measure`], each may be compressed.
+    /// Least measure, [`Potential::measure`], of each element.
     pub least: Vec<f64>,
 }
 
-/// A mesh lasts so many of its finest steps (A12) unless it wears out fast, to this part of what is allowed.
+/// Age below which only a heavily distorted mesh ends, in its finest steps (A12), and the fraction of the limits that
+/// applies until then.
 const YOUNG: Tick = 50;
 const HALF_WORN: f64 = 0.7;
-/// It lasts so many at least where a facet is stretched over a body: at a sharp corner no mesh helps.
+/// Least age of a mesh that ends by a stretched facet, in its finest steps: at a sharp corner no mesh helps.
 const STRETCHED_LIFE: Tick = 200;
-/// The corners of an element.
+/// Corners of an element.
 const CORNERS: Simplex = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Whether the mesh is worn at this tick, so many finest steps old. What no node has wandered far enough for is not looked at.
+    /// Returns true if the mesh is distorted at this tick, at an age in its finest steps. Elements whose nodes have
+    /// not moved far enough are skipped.
     pub(super) fn is_worn(&mut self, tick: Tick, age: Tick) -> bool {
         if self.ends.wear.is_none() {
             return false;
@@ -42,12 +45,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         (0..self.watch.parts()).any(|block| self.is_block_worn(block, tick, part))
     }
 
-    /// Whether an element of a block, in the reference form of all of the mesh, is worn to this part of what is allowed, if half of its step
-    /// is behind: within it neighbours of shorter ones can turn it over, and its kick at the end would be by that. Before, the end of the
-    /// mesh would take back some of the half kick ahead, by what the element has become since.
+    /// Returns true if an element of a block exceeds a fraction of its limits and half of its step has passed; the
+    /// reference form has one block. Within its step, neighbours with shorter steps can invert an element, and the
+    /// kick at the end would use that shape. In the first half, the end of the mesh would take back part of the
+    /// leading half kick by the changed forces of the element.
     fn is_block_worn(&mut self, block: usize, tick: Tick, part: f64) -> bool {
         let groups = match &self.blocks {
-            // What is at rest where it was made is not worn.
+            // A block at rest where it was made is not distorted.
             Some(blocks) if !blocks.all[block].is_awake() => return false,
             Some(blocks) => blocks.groups_of(block),
             None => 0..self.state.clocks.len(),
@@ -68,14 +72,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         false
     }
 
-    /// Has blocks wander by themselves, in the reference form all of the mesh together.
+    /// Gives each block a travel bound of its own; in the reference form the whole mesh has one.
     fn divide(&mut self) {
         let all = || vec![(0..self.state.position.len().div_ceil(RUN) as u32).collect()];
         let parts = self.blocks.as_ref().map_or_else(all, |blocks| blocks.all.iter().map(Block::runs).collect());
         self.watch.divide(parts, self.state.clocks.len());
     }
 
-    /// How far nodes may go before an element of a group can be worn, m; `None` if one is worn to this part of what is allowed.
+    /// Returns the travel of its nodes at which an element of a group can be distorted, m; `None` if one exceeds this
+    /// fraction of its limits.
     fn leeway(&self, group: usize, time: f64, part: f64) -> Option<f64> {
         let wear = self.ends.wear.as_ref()?;
         let mut least = f64::INFINITY;

@@ -1,37 +1,38 @@
-//! Where a facet is deepest in a body (numerics 2.6): between its nodes nothing else holds it.
+//! Deepest point of a facet in a body (numerics 2.6): between the nodes nothing else holds the surface.
 
 use crate::geometry::Gap;
 use crate::math::Vector3;
 
-/// A point of a facet inside a body.
+/// Deepest point of a facet inside a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Deep {
-    /// Where, m.
+    /// Position, m.
     pub point: Vector3,
-    /// Parts of the corners of the facet there.
+    /// Weights of the corners of the facet.
     pub weights: [f64; 3],
-    /// φ and n there.
+    /// φ and n at the point.
     pub gap: Gap,
 }
 
-/// Points of a facet that are looked at. Of a facet stretched over a sharp rim the depth is found to a tenth.
+/// Maximum number of points queried on a facet. It finds the depth of a facet stretched over a sharp rim to a tenth.
 const LOOKS: u32 = 16;
-/// What is left of the depth to be found, relative to what is allowed, that ends the search.
+/// Tolerance that ends the search: the depth yet to be gained, relative to the allowed depth.
 const NEAR: f64 = 0.1;
 
-/// Normal of a facet, out of the gel, of any length. An edge of a plane gel is a strip across the plane.
+/// Returns the normal of a facet out of the gel, of any length. An edge of a plane gel is a strip across the plane.
 pub(super) fn outward<const D: usize>(corners: &[Vector3; 3]) -> Vector3 {
     let b = corners[1] - corners[0];
     b.cross(&if D == 3 { corners[2] - corners[0] } else { -Vector3::y() })
 }
 
-/// The corner of a facet to which φ of a convex body falls most from a point of it, and by how much it falls at most, m: min_i n·(x_i − x).
+/// Returns the corner of a facet towards which φ of a convex body falls most, and that bound min_i n·(x_i − x) of its
+/// change, m.
 fn downhill(gap: &Gap, point: &Vector3, corners: &[Vector3]) -> (usize, f64) {
     let falls = corners.iter().map(|x| gap.normal.dot(&(x - point))).enumerate();
     falls.fold((0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a })
 }
 
-/// φ is nowhere on a facet less than this, m, if the body is convex: φ(x) + min_i n·(x_i − x), x its middle.
+/// Returns a lower bound of φ on a facet for a convex body, m: φ(x) + min_i n·(x_i − x), x its centroid.
 pub(super) fn least_distance<const D: usize>(corners: &[Vector3; 3], gap: impl Fn(&Vector3) -> Gap) -> f64 {
     let corners = &corners[..D];
     let middle = corners.iter().sum::<Vector3>() / D as f64;
@@ -39,13 +40,14 @@ pub(super) fn least_distance<const D: usize>(corners: &[Vector3; 3], gap: impl F
     gap.distance + downhill(&gap, &middle, corners).1
 }
 
-/// The deepest point of a facet, if it is deeper than `allowed`, m: the method of Frank and Wolfe from its middle.
+/// Finds the deepest point of a facet that is deeper than `allowed`, m, by the Frank–Wolfe method from its centroid.
 ///
-/// φ of a convex body is convex along the facet, so nowhere is it less than φ(x) + min_i n·(x_i − x): where that is not
-/// deeper than allowed, one look at the middle is enough. Of a body that is not convex the deepest point looked at is taken.
+/// φ of a convex body is convex along the facet, and bounded below by φ(x) + min_i n·(x_i − x): where the bound is
+/// not deeper than allowed, one query at the centroid is enough. For a body that is not convex the deepest queried
+/// point is taken.
 ///
-/// At a sharp rim the body has two normals, and it is the facet's that lies between them: there that is taken, else the
-/// body's own, so that a smooth ball without friction is not turned.
+/// At a sharp rim the body has two normals, with the facet's between them, and the facet's normal is taken there.
+/// Elsewhere the body's own normal is taken, so that a smooth ball without friction is not turned.
 pub(super) fn deepest<const D: usize>(
     corners: &[Vector3; 3],
     allowed: f64,
@@ -75,8 +77,8 @@ pub(super) fn deepest<const D: usize>(
 }
 
 impl Deep {
-    /// Whether the normal of the body turns to another face a little further towards the facet's. A quarter of the depth off,
-    /// that of a ball as large as a cell turns by 10° at most.
+    /// Returns true if the normal of the body turns to another face a little further towards the facet's normal. A
+    /// quarter of the depth away, the normal of a ball as large as a cell turns by 10° at most.
     fn is_at_rim(&self, inward: &Vector3, gap: impl Fn(&Vector3) -> Gap) -> bool {
         const OFF: f64 = 0.25;
         const TURNED: f64 = 0.9;

@@ -1,9 +1,10 @@
-//! Gap clocks: which nodes of the surface need not be looked at, because nothing can have come near them.
+//! Neighbour list with a skin (Verlet 1967): a surface node is queried again only after bodies and nodes have
+//! travelled more than its last gap.
 //!
-//! The distance of a point to a body changes by no more than point and body move. When a node was looked at, its distance was
-//! known; all that anything has travelled since is added up once for all nodes, and a node is looked at again only when that
-//! could have brought a body near. What is not looked at is proved to be out of reach, so no result depends on the clocks.
-//! So it is with the facets around a node, and with the shapes of elements: none wears out before its nodes have gone some way.
+//! The distance of a point to a body changes by no more than the travel of both. The list stores the distance at the
+//! last query of each node and one travel sum for all nodes, and queries a node only when the travel since could have
+//! brought a body near. A skipped node is proved to be out of reach, so no result depends on the list. The same bound
+//! skips the facets around a node, and the distortion check of elements whose nodes have not moved far enough.
 
 use super::gel::Surface;
 use super::node_loop::RUN;
@@ -11,63 +12,64 @@ use crate::contact::{Body, BodyState};
 use crate::math::Vector3;
 use crate::mesh::NodeId;
 
-/// The gap clocks of one surface, and of the elements of its mesh.
+/// Neighbour list of one surface, with the travel bounds of the elements of its mesh.
 #[derive(Debug)]
 pub(super) struct Watch {
-    /// Distance to the nearest body when a node was looked at last, and what had been travelled then, m.
+    /// Distance to the nearest body at the last query of each surface node, plus the travel up to that query, m.
     until: Vec<f64>,
-    /// What will have been travelled before a facet around a node need be looked at, m.
+    /// Travel at which a facet around each surface node needs a query, m.
     clear: Vec<f64>,
-    /// The nodes that may have to be looked at before long.
+    /// Candidate nodes: those that may need a query before long.
     sieve: Sieve,
-    /// What the nodes of its part will have wandered before an element of a group can be worn, m.
+    /// Travel of the nodes of its part at which an element of each group can be distorted, m.
     sound: Vec<f64>,
-    /// What anything has travelled, m.
+    /// Travel of nodes and bodies so far, m.
     travelled: f64,
     /// Greatest speed of a run of nodes, m/s.
     speeds: Vec<f64>,
-    /// Parts of the mesh, once it is asked whether it is worn.
+    /// Parts of the mesh, once the distortion monitor needs them.
     parts: Vec<Part>,
-    /// A ball around the surface: where, and its radius with all that nodes have travelled, m.
+    /// Bounding ball of the surface: its centre, and its radius with the travel of the nodes, m.
     ball: (Vector3, f64),
-    /// When that was known, s, and where the bodies were.
+    /// Time of the last update, s, and the states of the bodies then.
     time: f64,
     bodies: Vec<BodyState>,
 }
 
-/// Nodes of the surface, and for how long no other need be looked at.
+/// Candidate set of surface nodes, with the bounds within which no other node needs a query.
 #[derive(Debug, Default)]
 struct Sieve {
-    /// Ascending.
+    /// Surface nodes, ascending.
     nodes: Vec<u32>,
-    /// What will have been travelled before another one must be looked at, m, as long as no body and node come towards each other by more
-    /// than `reach`, m, in a step.
+    /// Travel at which another node needs a query, m, as long as no body and node approach each other by more than
+    /// `reach`, m, in a step.
     until: f64,
     reach: f64,
-    /// How often one of them was asked and not looked at.
+    /// Number of candidates that were tested and needed no query.
     idle: usize,
 }
 
-/// Facets are looked at around nodes so near to a body, in element sizes: a surface that is stretched further has long been
-/// stopped.
+/// Distance to a body within which the facets around a node are queried, in element sizes; a surface stretched
+/// further has long been stopped.
 pub(super) const STRETCH: f64 = 8.0;
-/// How far ahead nodes are taken into the sieve, in element sizes, and how much more may be reached in a step before it is filled anew.
+/// Skin of the candidate set, in element sizes, and the factor by which the reach may grow before a rebuild.
 const AHEAD: f64 = 1.0;
 const FASTER: f64 = 2.0;
 
-/// A part of a mesh whose nodes wander by themselves.
+/// Part of a mesh with its own travel bound.
 #[derive(Debug)]
 struct Part {
-    /// In which runs its nodes are.
+    /// Runs of nodes of the part.
     runs: Vec<u32>,
-    /// What any of them has wandered at most, m.
+    /// Travel bound of the nodes of the part, m.
     wandered: f64,
-    /// The least `sound` of its groups, m.
+    /// Least distortion bound of its groups, m.
     sound: f64,
 }
 
 impl Watch {
-    /// Of a surface with its nodes at these places at a time, no run of nodes of the mesh faster than that, nothing else known yet.
+    /// Creates the neighbour list of a surface with its nodes at these positions; `speeds` bounds the speed of each
+    /// run of nodes. Nothing else is known yet.
     pub fn new(surface: &Surface, (time, speeds): (f64, Vec<f64>), place: impl Fn(usize) -> Vector3) -> Self {
         let places = || surface.nodes.iter().map(|at| place(at.node.index()));
         let middle = places().sum::<Vector3>() / surface.nodes.len().max(1) as f64;
@@ -77,19 +79,19 @@ impl Watch {
         Self { until, clear, sieve, sound, travelled: 0.0, speeds, parts, ball: (middle, radius), time, bodies }
     }
 
-    /// Has parts of a mesh of so many groups, with their nodes in these runs, wander by themselves from now on; how sound groups are is
-    /// not known yet.
+    /// Divides the mesh into parts with travel bounds of their own, with the runs of nodes of each; the distortion
+    /// bounds of the groups are not known yet.
     pub fn divide(&mut self, parts: Vec<Vec<u32>>, n_groups: usize) {
         self.parts = parts.into_iter().map(|runs| Part { runs, wandered: 0.0, sound: f64::NEG_INFINITY }).collect();
         self.sound = vec![f64::NEG_INFINITY; n_groups];
     }
 
-    /// Nothing wanders by itself any more.
+    /// Removes the parts of the mesh and their travel bounds.
     pub fn forget_parts(&mut self) {
         self.divide(vec![], 0);
     }
 
-    /// Everything moves on to a time at which the bodies are there.
+    /// Advances the travel sums to a time and to the states of the bodies at that time.
     pub fn go_on(&mut self, time: f64, bodies: &[BodyState]) {
         let passed = (time - self.time).max(0.0);
         let wandered = self.speed() * passed;
@@ -111,56 +113,56 @@ impl Watch {
         self.bodies.extend_from_slice(bodies);
     }
 
-    /// Greatest speed of a node, m/s.
+    /// Returns the greatest speed of a node, m/s.
     pub fn speed(&self) -> f64 {
         self.speeds.iter().copied().fold(0.0, f64::max)
     }
 
-    /// A node is as fast as that, m/s.
+    /// Raises the speed bound of the run of a node to the speed of the node, m/s.
     pub fn note_speed(&mut self, node: usize, speed: f64) {
         let run = &mut self.speeds[node / RUN];
         *run = run.max(speed);
     }
 
-    /// So fast is the fastest of each run that has moved on, m/s: of all its nodes, or of some.
+    /// Sets or raises the speed bound of each run, m/s: sets it if the speeds are those of all nodes.
     pub fn note_speeds(&mut self, of_all: bool, speeds: impl Iterator<Item = f64>) {
         for (run, speed) in self.speeds.iter_mut().zip(speeds) {
             *run = speed.max(if of_all { 0.0 } else { *run });
         }
     }
 
-    /// Parts of the mesh.
+    /// Returns the number of parts of the mesh.
     pub fn parts(&self) -> usize {
         self.parts.len()
     }
 
-    /// What any node of a part has wandered at most up to a time that is not before the last one, m.
+    /// Returns the travel bound of the nodes of a part up to a time that is not before the last update, m.
     pub fn wandered(&self, part: usize, time: f64) -> f64 {
         let Part { runs, wandered, .. } = &self.parts[part];
         wandered + fastest(runs, &self.speeds) * (time - self.time).max(0.0)
     }
 
-    /// Whether an element of a part whose nodes have wandered so far, m, may be worn.
+    /// Returns true if an element of a part whose nodes have travelled this far, m, may be distorted.
     pub fn may_be_worn(&self, part: usize, wandered: f64) -> bool {
         reaches(self.parts[part].sound, wandered)
     }
 
-    /// The same of an element of a group.
+    /// Returns true if an element of a group whose nodes have travelled this far, m, may be distorted.
     pub fn may_group_be_worn(&self, group: usize, wandered: f64) -> bool {
         reaches(self.sound[group], wandered)
     }
 
-    /// Takes down what the nodes of its part will have wandered before an element of a group can be worn, m.
+    /// Sets the travel of its nodes at which an element of a group can be distorted, m.
     pub fn note_sound(&mut self, group: usize, wandered: f64) {
         self.sound[group] = wandered;
     }
 
-    /// Takes down that of a part of these groups.
+    /// Sets the distortion bound of a part to the least bound of its groups.
     pub fn note_part(&mut self, part: usize, groups: std::ops::Range<usize>) {
         self.parts[part].sound = self.sound[groups].iter().copied().fold(f64::INFINITY, least);
     }
 
-    /// How far a point of the body near the surface can have come, m: |R − R′| ≤ 2 |q − q′| for rotations.
+    /// Returns the greatest travel of a point of a body near the surface, m: |R − R′| ≤ 2 |q − q′| for rotations.
     fn displacement(&self, was: &BodyState, now: &BodyState) -> f64 {
         let turned = 2.0 * (now.orientation.quaternion() - was.orientation.quaternion()).norm();
         let grown = match (&was.bulge, &now.bulge) {
@@ -170,12 +172,13 @@ impl Watch {
         (now.position - was.position).norm() + turned * self.arm(was).max(self.arm(now)) + grown
     }
 
-    /// Distance of the farthest node of the surface from the centre of a body, at most, m.
+    /// Returns an upper bound of the distance from the centre of a body to any surface node, m.
     fn arm(&self, body: &BodyState) -> f64 {
         (body.position - self.ball.0).norm() + self.ball.1
     }
 
-    /// How far body and node can come towards each other in a time, as the limit on the path of a node has it, m.
+    /// Returns how far a body and a node can approach each other in a time, m, by the same bounds as the path limit
+    /// of a node.
     pub fn reach(&self, bodies: &[Body], horizon: f64) -> f64 {
         let approach = |(body, at): (&Body, &BodyState)| {
             let (growth, swelling) = at.bulge.map_or((0.0, 0.0), |bulge| (bulge.speed(), bulge.pull()));
@@ -186,21 +189,21 @@ impl Watch {
         (active.map(approach).fold(0.0, f64::max) + self.speed()) * horizon
     }
 
-    /// What will have been travelled before a node of this size may be met in a step in which body and node come towards each other by
-    /// `reach`, or a facet around it must be looked at, m.
+    /// Returns the travel, m, at which a node of this size may be met within a step in which body and node approach
+    /// each other by `reach`, or a facet around it needs a query.
     #[inline]
     fn wake(&self, node: u32, size: f64, reach: f64) -> f64 {
         let (until, clear) = (self.until[node as usize], self.clear[node as usize]);
         least(until - size.max(reach), (until - STRETCH * size).max(clear))
     }
 
-    /// Whether that is so now.
+    /// Returns true if a node needs a query now.
     #[inline]
     pub fn must_see(&self, node: u32, size: f64, reach: f64) -> bool {
         reaches(self.wake(node, size, reach), self.travelled)
     }
 
-    /// Adds all nodes of the surface for which it is so and that fire, ascending.
+    /// Appends the active surface nodes that need a query, in ascending order.
     pub fn find_seen(&mut self, surface: &Surface, reach: f64, fires: impl Fn(NodeId) -> bool, seen: &mut Vec<u32>) {
         let sieve = &self.sieve;
         let holds = !reaches(sieve.until, self.travelled) && reach <= sieve.reach && sieve.idle <= surface.nodes.len();
@@ -215,7 +218,8 @@ impl Watch {
         self.sieve.idle += self.sieve.nodes.len() - (seen.len() - before);
     }
 
-    /// Fills the sieve. Only nodes in it are looked at and noted, so what is known of the others stays until it is filled anew.
+    /// Rebuilds the candidate set. Only candidates are queried, so the bounds of all other nodes hold until the next
+    /// rebuild.
     fn sift(&mut self, surface: &Surface, reach: f64) {
         let (mut nodes, mut until) = (std::mem::take(&mut self.sieve.nodes), f64::INFINITY);
         nodes.clear();
@@ -230,32 +234,33 @@ impl Watch {
         self.sieve = Sieve { nodes, until, reach, idle: 0 };
     }
 
-    /// Takes down how far the nearest body was.
+    /// Sets the distance of a node to the nearest body, m.
     #[inline]
     pub fn note(&mut self, node: u32, distance: f64) {
         self.until[node as usize] = self.travelled + distance;
     }
 
-    /// Whether a facet around a node may be deep in a body.
+    /// Returns true if a facet around a node may be deep in a body.
     #[inline]
     pub fn may_touch_facets(&self, node: u32) -> bool {
         reaches(self.clear[node as usize], self.travelled)
     }
 
-    /// Takes down how far anything may travel before a facet around a node need be looked at, m.
+    /// Sets how far anything may travel before a facet around a node needs a query, m.
     #[inline]
     pub fn note_facets(&mut self, node: u32, room: f64) {
         self.clear[node as usize] = self.travelled + room;
     }
 
-    /// When the gaps were known, s.
+    /// Returns the time of the last update, s.
     pub fn time(&self) -> f64 {
         self.time
     }
 
-    /// Until when nothing comes within a distance, by node, of a surface that stands still: s after the time known.
+    /// Returns how long no body comes within a distance, by node, of a surface that stands still, s after the last
+    /// update.
     pub fn quiet(&self, bodies: &[Body], within: impl Fn(usize) -> f64) -> f64 {
-        /// Halvings from a second; what is shorter than this is not worth skipping.
+        /// Halvings of one second; a shorter time is not worth skipping.
         const HALVINGS: i32 = 40;
         let room = |(i, until): (usize, &f64)| until - self.travelled - within(i);
         let margin = self.until.iter().enumerate().map(room).fold(f64::INFINITY, f64::min);
@@ -268,7 +273,7 @@ impl Watch {
         lengths.into_iter().find(|h| travel(*h) < margin).unwrap_or(0.0)
     }
 
-    /// How far a point of a body can come in a time, m.
+    /// Returns how far a point of a body can travel in a time, m.
     fn way(&self, body: &Body, at: &BodyState, h: f64) -> f64 {
         let wrench = &at.wrench;
         let pull = (wrench.force.norm() + wrench.force_rate.norm() * h) / body.mass;
@@ -279,18 +284,18 @@ impl Watch {
     }
 }
 
-/// Whether what was sound so far, m, may not be so any more; what is no number hides nothing.
+/// Returns true if a travel, m, may have exceeded a bound; a bound that is not a number never hides a node.
 fn reaches(sound: f64, wandered: f64) -> bool {
     let far = sound > wandered;
     !far
 }
 
-/// The least of two, or what is no number, which must not be lost: `f64::min` would drop it.
+/// Returns the lesser of two numbers, or NaN if one is NaN; `f64::min` would drop it.
 pub(super) fn least(least: f64, it: f64) -> f64 {
     if least.is_nan() || it >= least { least } else { it }
 }
 
-/// Greatest speed of these runs, m/s.
+/// Returns the greatest speed bound of these runs, m/s.
 fn fastest(runs: &[u32], speeds: &[f64]) -> f64 {
     runs.iter().map(|run| speeds[*run as usize]).fold(0.0, f64::max)
 }

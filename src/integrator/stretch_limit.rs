@@ -1,4 +1,4 @@
-//! How far the surface of the gel is stretched over a body, and when that ends a mesh or a run (A11).
+//! Stretch limit: how far the gel surface is stretched over a body, and when the stretch ends a mesh or a run (A11).
 
 use super::StepError;
 use super::engine::Engine;
@@ -8,22 +8,25 @@ use crate::geometry::SignedDistance as _;
 use crate::mesh::ElementId;
 use crate::state::Stretch;
 
-/// A leak is a facet that is somewhere, or where the body's axis pierces it, deeper in the body than this although facets are stopped,
-/// in element sizes or radii of the body (A11). A facet that is stopped at one point still turns about it: the sharp corner of a cube comes 0.6
-/// deep and is held, so half a size would be too little.
+/// Leak depth: a stopped facet deeper in the body than this, at its deepest point or where a pole of the body pierces
+/// it, leaks; in the smaller of element size and inner radius of the body (A11). A facet stopped at one point still
+/// turns about it: the sharp corner of a cube comes 0.6 deep and is held, so half a size would be too little.
 const LEAK: f64 = 1.0;
-/// A mesh that can be exchanged is worn once a facet is so deep, in the same measure: it has been stretched over the body then.
+/// Facet depth at which a mesh that can be remeshed counts as distorted, in the same measure: the surface has been
+/// stretched over the body.
 const STRETCHED: f64 = 0.5;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Keeps for the next tick how far the surface is stretched: a leak ends the mesh there, or where none is exchanged the run at once.
+    /// Records the stretch of the surface for the next tick; a leak ends the mesh there, or the run at once if there
+    /// is no remeshing.
     pub(super) fn check_leaks(&mut self, time: f64) -> Result<(), StepError> {
         let (stretch, leak) = self.find_leak(time);
         self.state.record.stretch = stretch;
         leak.filter(|_| !self.can_wear()).map_or(Ok(()), Err)
     }
 
-    /// How far the facets that reach from a node to a body are stretched, in the least size of their nodes, and the first that leaks.
+    /// Finds the greatest stretch of the facets between a node and a body, relative to the least size of their nodes,
+    /// and the first leak.
     pub(super) fn find_leak(&self, time: f64) -> (Stretch, Option<StepError>) {
         let (mut stretch, mut leak) = (Stretch::Little, None);
         for (body, facet, (size, _)) in &self.scratch.facets {

@@ -1,6 +1,6 @@
-//! A state as bytes: what is small by postcard, then the arrays as they are, numbers little-endian.
+//! Binary form of a state: small parts by postcard, then the plain arrays, numbers little-endian.
 //!
-//! The bytes come in runs, so that who takes them can hash or copy each while it is in the nearest cache.
+//! The bytes come in runs, so that the receiver can hash or copy each while it is in the nearest cache.
 
 use super::mesh_instance::{Birth, numbers, simplex};
 use super::{Alarm, Clock, Record, Sizes, State, Tick};
@@ -12,13 +12,14 @@ use crate::mesh::{ElementId, Simplex};
 use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
 
-/// Bytes of a run, at most: with what it is made from it stays in a first-level cache of 32 kB.
+/// Maximum bytes of a run: with its source it stays in a first-level cache of 32 kB.
 const RUN: usize = 8192;
 
-/// All but the arrays. With the tick of a mesh that is not that of the start go the marks of its facets.
+/// Header of the binary form: all data but the arrays. The tick of a remeshed mesh comes with the marks of its
+/// facets.
 type Small = (Sizes, (Option<Tick>, Tick, Vec<u8>), Vec<BodyState>, Ledger, Record);
 
-/// Plain numbers, of the same number of bytes each.
+/// Values with a fixed number of bytes.
 trait Plain: Sized {
     const SIZE: usize;
     fn put(&self, to: &mut [u8]);
@@ -173,7 +174,7 @@ fn first<const N: usize>(from: &[u8]) -> [u8; N] {
     *from.first_chunk().expect("the bytes of a number")
 }
 
-/// Hands an array over in runs.
+/// Writes an array in runs.
 fn write_all<T: Plain>(items: &[T], sink: &mut impl FnMut(&[u8])) {
     let mut run = [0; RUN];
     for items in items.chunks(RUN / T::SIZE) {
@@ -183,7 +184,7 @@ fn write_all<T: Plain>(items: &[T], sink: &mut impl FnMut(&[u8])) {
     }
 }
 
-/// Takes an array off the front of the bytes, which are long enough, into the memory that is there.
+/// Reads an array from the front of the bytes, which are long enough, into existing memory.
 fn read_all<T: Plain>(items: &mut Vec<T>, n: usize, bytes: &mut &[u8]) {
     let (own, rest) = bytes.split_at(n * T::SIZE);
     items.clear();
@@ -191,12 +192,12 @@ fn read_all<T: Plain>(items: &mut Vec<T>, n: usize, bytes: &mut &[u8]) {
     *bytes = rest;
 }
 
-/// Mass and held directions of a node of a mesh that is not that of the start.
+/// Bytes of a node of a remeshed mesh: mass and held directions.
 const NODE_BORN: usize = f64::SIZE + u8::SIZE;
-/// Nodes, corner masses and first step of an element of such a mesh.
+/// Bytes of an element of a remeshed mesh: nodes, corner masses and first step.
 const ELEMENT_BORN: usize = Simplex::SIZE + <[f64; 4]>::SIZE + f64::SIZE;
 
-/// The mesh in these bytes; `None` if they are no mesh.
+/// Reads the mesh instance; `None` if the bytes are no valid mesh.
 fn read_birth<const D: usize>(sizes: &Sizes, (tick, marks): (Tick, &[u8]), mut bytes: &[u8]) -> Option<Arc<Birth<D>>> {
     let (mut rest, mut position, mut mass) = (vec![], vec![], vec![]);
     let (mut held, mut elements) = (Vec::<u8>::new(), vec![]);
@@ -220,7 +221,7 @@ fn read_birth<const D: usize>(sizes: &Sizes, (tick, marks): (Tick, &[u8]), mut b
 }
 
 impl Sizes {
-    /// Bytes of the arrays; none if there are more than can be counted.
+    /// Returns the bytes of the arrays; `None` on overflow.
     fn bytes<const D: usize>(&self) -> Option<usize> {
         let arrays = [
             (self.nodes, 2 * Vector::<D>::SIZE + f64::SIZE),
@@ -235,7 +236,7 @@ impl Sizes {
         arrays.into_iter().try_fold(0_usize, |sum, (n, size)| sum.checked_add(n.checked_mul(size)?))
     }
 
-    /// Of these, at their end, those of a mesh that is not that of the start; once it is known that all can be counted.
+    /// Returns the bytes of the mesh instance at the end of the arrays; called once [`Self::bytes`] has succeeded.
     fn bytes_of_birth<const D: usize>(&self) -> usize {
         self.nodes_born() * (NODE_BORN + 2 * Vector::<D>::SIZE)
             + self.born * ELEMENT_BORN
@@ -267,15 +268,15 @@ impl<const D: usize> State<D> {
         postcard::to_stdvec(&small).expect("a state is plain numbers")
     }
 
-    /// Number of bytes that [`State::write`] hands over.
+    /// Returns the number of bytes that [`State::write`] writes.
     #[must_use]
     pub fn size(&self) -> usize {
         self.small().len() + self.sizes().bytes::<D>().unwrap_or(usize::MAX)
     }
 
-    /// Hands its bytes to `sink`, run by run.
+    /// Writes the bytes of the state to `sink`, run by run.
     pub fn write(&self, sink: &mut impl FnMut(&[u8])) {
-        // By name, so that no field is forgotten.
+        // Listed by name, so that no field is forgotten.
         let Self { position, velocity, excess, stiffness, clocks, alarms, memory, birth, .. } = self;
         let Self { now: _, bodies: _, ledger: _, record: _, .. } = self;
         sink(&self.small());
@@ -298,8 +299,8 @@ impl<const D: usize> State<D> {
         }
     }
 
-    /// Becomes the state of these bytes, in the memory that it has. Bytes that are none of a state change nothing; whether
-    /// what they say makes sense is for [`State::check_invariants`] to find.
+    /// Reads the state from bytes into existing memory; returns true on success. Malformed bytes change nothing;
+    /// [`State::check_invariants`] checks the values.
     #[must_use]
     pub fn read(&mut self, bytes: &[u8]) -> bool {
         let Ok((small, mut arrays)) = postcard::take_from_bytes::<Small>(bytes) else { return false };
@@ -326,7 +327,7 @@ impl<const D: usize> State<D> {
         true
     }
 
-    /// Hash of the bytes of the state: equal digests are equal bits.
+    /// Returns the hash of the bytes of the state: equal digests are equal bits.
     #[must_use]
     pub fn digest(&self) -> u128 {
         let mut hash = Xxh3::new();

@@ -1,32 +1,32 @@
-//! A mesh that a run has made for itself.
+//! Mesh instance: a mesh that a run has made by remeshing.
 
 use super::Tick;
 use crate::fem::Reference;
 use crate::math::{Vector, det};
 use crate::mesh::{ElementId, Mesh, NodeId, Simplex, boundary, signed_volume};
 
-/// A mesh that has replaced another one, as it was when it did.
+/// Mesh instance: a remeshed mesh at the tick at which it replaced another one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Birth<const D: usize> {
-    /// When.
+    /// Tick of the remesh.
     pub tick: Tick,
-    /// Where the matter of its nodes was at the start, and who is next to whom.
+    /// Mesh with the rest positions of its nodes.
     pub mesh: Mesh<D>,
-    /// Where its nodes were then, m.
+    /// Positions of its nodes at the remesh, m.
     pub position: Vec<Vector<D>>,
-    /// Their masses, kg.
+    /// Masses of its nodes, kg.
     pub mass: Vec<f64>,
-    /// The masses of the corners of its elements, kg; 0 of a fourth corner in the plane.
+    /// Masses of the corners of its elements, kg; 0 for a fourth corner in the plane.
     pub corner_mass: Vec<[f64; 4]>,
-    /// Those elements that are at rest not what their nodes say.
+    /// Reference shapes of the elements that are incompatible with their nodes' rest positions.
     pub references: Vec<(ElementId, Reference<D>)>,
-    /// The stable steps of its elements with what they remembered then, s, by which they are ordered; none before it is stepped, or if
-    /// it is that of the start.
+    /// Stable steps of its elements with their history variables at the remesh, s, by which they are ordered; empty
+    /// before it is stepped, or if it is the first mesh.
     pub steps: Vec<f64>,
 }
 
 impl<const D: usize> Birth<D> {
-    /// From arrays that nobody has looked at yet; `None` if they are no mesh.
+    /// Creates a mesh instance from unchecked arrays; `None` if they are no valid mesh.
     pub(super) fn of(
         tick: Tick,
         (rest, position): (Vec<Vector<D>>, Vec<Vector<D>>),
@@ -67,18 +67,18 @@ impl<const D: usize> Birth<D> {
         Some(Self { tick, mesh, position, mass, corner_mass, references, steps })
     }
 
-    /// The held directions of each node: bit i for the i-th.
+    /// Returns the held directions of each node: bit i for the i-th.
     pub(super) fn held(&self) -> Vec<u8> {
         self.mesh.held.iter().map(|held| (0..D).map(|i| u8::from(held[i]) << i).sum()).collect()
     }
 }
 
-/// The nodes of an element as numbers.
+/// Converts the nodes of an element to numbers.
 pub(super) fn numbers(simplex: &Simplex) -> [u32; 4] {
     simplex.map(|node| node.0)
 }
 
-/// The element of these nodes.
+/// Converts numbers to the nodes of an element.
 pub(super) fn simplex(numbers: [u32; 4]) -> Simplex {
     numbers.map(NodeId)
 }
