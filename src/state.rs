@@ -86,7 +86,7 @@ pub struct Record {
     /// Smallest J so far.
     pub min_jacobian: f64,
     /// Stretch of the surface over a body at the last tick.
-    pub stretch: Stretch,
+    pub stretch: SurfaceStretch,
     /// Reference of one global stable step: its present length, ticks; the tick up to which it is counted; the
     /// updates so far.
     pub synchronous: (f64, Tick, f64),
@@ -100,7 +100,7 @@ pub struct Record {
 
 /// Stretch of the surface over a body, by the depth of the facets; between the nodes nothing else shows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Stretch {
+pub enum SurfaceStretch {
     /// Within the limit of a mesh.
     Little,
     /// Deep enough that the mesh is distorted.
@@ -165,7 +165,7 @@ impl Record {
             remeshes: 0,
             splashed: 0.0,
             min_jacobian: 1.0,
-            stretch: Stretch::Little,
+            stretch: SurfaceStretch::Little,
             synchronous: (f64::INFINITY, 0, 0.0),
             pressed: 0.0,
             at_rest: false,
@@ -257,17 +257,17 @@ impl<const D: usize> State<D> {
         let expected = [sizes.nodes, sizes.nodes, sizes.nodes, sizes.slots, sizes.groups];
         holds(lengths == expected && self.alarms.len() == sizes.alarms, "nodes or elements are missing")?;
         holds([self.bodies.len(), self.record.contacts.len()] == [sizes.bodies; 2], "a body is missing")?;
-        let finite = |vectors: &[Vector<D>]| each(vectors, |x| x.iter().fold(true, |good, c| good & c.is_finite()));
+        let finite = |vectors: &[Vector<D>]| all_hold(vectors, |x| x.iter().fold(true, |good, c| good & c.is_finite()));
         holds(finite(&self.position) && finite(&self.velocity), "a position or velocity is not a number")?;
         holds(
-            each(&self.stiffness, |stiffness| (0.0..f64::INFINITY).contains(stiffness)),
+            all_hold(&self.stiffness, |stiffness| (0.0..f64::INFINITY).contains(stiffness)),
             "the stiffness of an element is not a number",
         )?;
         let exits = self.record.contacts.iter().filter_map(|contact| contact.exit.as_ref());
         holds(exits.fold(true, |good, exit| good & exit.is_valid()), "the exit of a body is no number")?;
         let begun = self.now.is_some();
         holds(begun || !self.record.at_rest, "a gel that has not begun is at rest")?;
-        holds(each(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element stands still")?;
+        holds(all_hold(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element stands still")?;
         let memories = self.memory.len() == sizes.memories && self.memory.iter().all(Memory::is_valid);
         holds(memories, "what an element remembers is missing or no number")?;
         holds(self.bodies.iter().all(BodyState::is_valid), "a number of a body is none")?;
@@ -323,6 +323,6 @@ impl Clone for Record {
 }
 
 /// Returns true if all items are good. It counts to the end, as an early return prevents vectorisation.
-fn each<T>(items: &[T], good: impl Fn(&T) -> bool) -> bool {
+fn all_hold<T>(items: &[T], good: impl Fn(&T) -> bool) -> bool {
     items.iter().filter(|item| !good(item)).count() == 0
 }

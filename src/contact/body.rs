@@ -33,7 +33,7 @@ impl Freedom {
     /// Returns S v, the part of a translation along free directions.
     #[must_use]
     pub fn translation(&self, v: &Vector3) -> Vector3 {
-        masked(v, self.translation)
+        mask_components(v, self.translation)
     }
 
     /// Removes the round-off from an orientation (w, x, y, z) of a body that turns about y alone.
@@ -45,15 +45,15 @@ impl Freedom {
     /// Returns the part of a rotation about free directions.
     #[must_use]
     pub fn rotation(&self, v: &Vector3) -> Vector3 {
-        masked(v, self.rotation)
+        mask_components(v, self.rotation)
     }
 }
 
-fn isotropic(inertia: &Tensor3) -> bool {
+fn is_isotropic(inertia: &Tensor3) -> bool {
     *inertia == Tensor3::identity() * inertia[(0, 0)]
 }
 
-fn masked(v: &Vector3, keep: [bool; 3]) -> Vector3 {
+fn mask_components(v: &Vector3, keep: [bool; 3]) -> Vector3 {
     Vector3::from_fn(|i, _| if keep[i] { v[i] } else { 0.0 })
 }
 
@@ -85,7 +85,7 @@ impl Body {
     pub fn new(shape: Shape, motion: Motion, freedom: Freedom, (mass, inertia): (f64, Tensor3)) -> Self {
         assert!(mass > 0.0, "the mass of a moving body must be positive");
         let inverse_inertia = inertia.cholesky().expect("an inertia tensor is positive definite").inverse();
-        let isotropic = isotropic(&inertia).then_some(inverse_inertia[(0, 0)]);
+        let isotropic = is_isotropic(&inertia).then_some(inverse_inertia[(0, 0)]);
         Self { shape, motion, freedom, mass, inertia, inverse_inertia, isotropic }
     }
 
@@ -102,7 +102,7 @@ impl Body {
     #[must_use]
     pub fn admits(&self, state: &BodyState) -> bool {
         /// Tolerance of the norm of a quaternion: rounding over a long run.
-        const SLACK: f64 = 1e-6;
+        const NORM_TOLERANCE: f64 = 1e-6;
         let Wrench { force, torque, force_rate, torque_rate } = &state.wrench;
         let along = [&state.position, &state.velocity, force, force_rate];
         let about = [&self.angular_velocity(state), torque, torque_rate];
@@ -111,7 +111,7 @@ impl Body {
         along.into_iter().all(|v| self.freedom.translation(v) == *v)
             && about.into_iter().all(|v| self.freedom.rotation(v) == *v)
             && self.freedom.turns(turned) == turned
-            && (q.norm() - 1.0).abs() <= SLACK
+            && (q.norm() - 1.0).abs() <= NORM_TOLERANCE
             && state.bulge.is_some() == matches!(self.shape, Shape::Dome(_))
     }
 
@@ -213,14 +213,14 @@ impl Body {
 
     /// Returns true if the ledger counts the energy and momentum of the body: neither a fixed nor an inactive body
     /// does.
-    fn counts(&self, state: &BodyState) -> bool {
+    fn is_counted(&self, state: &BodyState) -> bool {
         self.motion != Motion::Fixed && state.active
     }
 
     /// Returns the kinetic energy ½MV² + ½ω·L, J; 0 if the body does not count.
     #[must_use]
     pub fn kinetic_energy(&self, state: &BodyState) -> f64 {
-        if !self.counts(state) {
+        if !self.is_counted(state) {
             return 0.0;
         }
         0.5 * (self.mass * state.velocity.norm_squared() + self.angular_velocity(state).dot(&state.angular_momentum))
@@ -229,13 +229,13 @@ impl Body {
     /// Returns the momentum M V, N·s; 0 if the body does not count.
     #[must_use]
     pub fn momentum(&self, state: &BodyState) -> Vector3 {
-        if self.counts(state) { state.velocity * self.mass } else { Vector3::zeros() }
+        if self.is_counted(state) { state.velocity * self.mass } else { Vector3::zeros() }
     }
 
     /// Returns the angular momentum X × MV + L about the origin, N·m·s; 0 if the body does not count.
     #[must_use]
     pub fn total_angular_momentum(&self, state: &BodyState) -> Vector3 {
-        if !self.counts(state) {
+        if !self.is_counted(state) {
             return Vector3::zeros();
         }
         state.position.cross(&self.momentum(state)) + state.angular_momentum

@@ -3,7 +3,7 @@ use crate::math::Vector;
 use serde::{Deserialize, Serialize};
 
 /// Least base radius of a flat bulge, m: the distance needs its fourth power, which must be a normal number.
-const LEAST_RADIUS: f64 = 1e-60;
+const MIN_RADIUS: f64 = 1e-60;
 
 /// Bulge of a dome: its height and base radius and their rates, prescribed by the owner of the armour.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -54,7 +54,7 @@ impl Bulge {
     /// clamped to them.
     #[must_use]
     pub fn dome(&self) -> Dome {
-        let radius = self.size[1].max(LEAST_RADIUS);
+        let radius = self.size[1].max(MIN_RADIUS);
         Dome::new(self.size[0].clamp(0.0, radius), radius)
     }
 

@@ -10,4 +10,4 @@ pub use body::{Body, Freedom, Motion};
 pub use bulge::Bulge;
 pub use exchange::Exchange;
 pub use law::{Law, impulse, reversal};
-pub use motion::{BodyState, Passage, Wrench};
+pub use motion::{BodyState, Wrench, WrenchWork};

@@ -77,7 +77,7 @@ impl BodyState {
 
 /// Work and impulse of the wrench between two events of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Passage {
+pub struct WrenchWork {
     /// Work of the wrench, J.
     pub work: f64,
     /// Energy error of the orientation step, J.
@@ -88,7 +88,7 @@ pub struct Passage {
     pub angular_momentum: Vector3,
 }
 
-impl Passage {
+impl WrenchWork {
     /// Posts the work and the impulses to the ledger.
     pub fn post(&self, ledger: &mut Ledger) {
         ledger.energy.external += self.work;
@@ -121,15 +121,15 @@ impl BodyState {
         match body.motion {
             Motion::Prescribed => {
                 let spin = body.angular_velocity(self);
-                next.orientation = turned(&self.orientation, &(spin * h));
+                next.orientation = rotate(&self.orientation, &(spin * h));
                 next.angular_momentum = body.angular_momentum(&next, &spin);
             }
-            Motion::Free | Motion::Fixed => self.tumble(body, &mut next),
+            Motion::Free | Motion::Fixed => self.step_orientation(body, &mut next),
         }
         next
     }
 
-    fn tumble(&self, body: &Body, next: &mut Self) {
+    fn step_orientation(&self, body: &Body, next: &mut Self) {
         let h = next.time - self.time;
         let Wrench { torque, torque_rate, .. } = self.wrench;
         let momentum = |s: f64| self.angular_momentum + s * (torque + s / 2.0 * torque_rate);
@@ -139,17 +139,17 @@ impl BodyState {
         }
         let start = body.angular_velocity(self);
         let mut middle = *self;
-        middle.orientation = turned(&self.orientation, &(start * (h / 2.0)));
+        middle.orientation = rotate(&self.orientation, &(start * (h / 2.0)));
         let spin = body.spin(&middle, &momentum(h / 2.0));
-        next.orientation = turned(&self.orientation, &(spin * h));
+        next.orientation = rotate(&self.orientation, &(spin * h));
     }
 
     /// Returns the work and impulse of the wrench between this event and `next`, each from its own formula.
     #[must_use]
-    pub fn passage(&self, body: &Body, next: &Self) -> Passage {
+    pub fn passage(&self, body: &Body, next: &Self) -> WrenchWork {
         let h = next.time - self.time;
         if body.motion == Motion::Fixed || h == 0.0 || !self.active {
-            return Passage::default();
+            return WrenchWork::default();
         }
         let (l0, l1) = (self.angular_momentum, next.angular_momentum);
         let (w0, w1) = (body.angular_velocity(self), body.angular_velocity(next));
@@ -162,7 +162,7 @@ impl BodyState {
             Motion::Free => h * (torque + h / 2.0 * torque_rate),
             Motion::Prescribed | Motion::Fixed => l1 - l0,
         };
-        Passage {
+        WrenchWork {
             work: self.force_work(body, h) + turning,
             defect,
             momentum,
@@ -190,7 +190,7 @@ impl BodyState {
 /// Returns the orientation after a rotation by the world vector `angle`: exp(θ) = (cos |θ|/2, sin |θ|/2 θ/|θ|),
 /// renormalised.
 #[must_use]
-fn turned(orientation: &UnitQuaternion<f64>, angle: &Vector3) -> UnitQuaternion<f64> {
+fn rotate(orientation: &UnitQuaternion<f64>, angle: &Vector3) -> UnitQuaternion<f64> {
     let size = angle.norm();
     if size == 0.0 {
         return *orientation;

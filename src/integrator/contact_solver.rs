@@ -1,10 +1,10 @@
 //! Contact solver: finds the contact points of one tick and solves for their impulses (numerics 2.3, A7).
 
 use super::engine::Engine;
-use super::facet::{Deep, deepest};
+use super::facet::{DeepestPoint, find_deepest_point};
 use super::neighbour_list::STRETCH;
 use super::substep::Phase;
-use super::tip_in_facet::Piercing;
+use super::tip_in_facet::TipPenetration;
 use crate::contact::{Body, BodyState, Exchange, Law, Motion, impulse, reversal};
 use crate::fem::Potential;
 use crate::geometry::{Gap, SignedDistance};
@@ -102,7 +102,7 @@ impl<const D: usize> Touch<D> {
 /// at 0.3 bring it through and back. A blunt ogive on cells of half its radius gets 8 % more impulse at 0.3 than on
 /// fine ones, 2 % at 0.4.
 const FACE_DEPTH: f64 = 0.3;
-/// Facet depth, as [`FACE_DEPTH`], of a viscoplastic gel in space whose mesh is remeshed. Its surface is drawn over
+/// Facet depth, as [`FACE_DEPTH`], of a gel in space with history variables whose mesh is remeshed. Its surface is drawn over
 /// the body and remeshing splits its facets; facets split deep in the body have to be pushed out of it. In the first
 /// 0.3 ms of `fbi-bb-3d` this adds 6.5 % of the energy of the shot at 0.3, 1.6 % at 0.1, 0.9 % at 0.06 and 0.7 % at
 /// 0.02. A facet that is stopped late also turns about the point that stops it: at 0.3 the nose of `bullet-yaw`, with
@@ -114,12 +114,12 @@ const DRAWN_DEPTH: f64 = 2.0 * SLOP;
 /// Maximum number of Gauss–Seidel sweeps over the contact points of a tick, and the residual, relative to the
 /// greatest approach speed, that ends them (A7). A few sweeps settle a body heavier than the nodes it meets at once.
 /// A body of a hundredth of their mass needs hundreds: after ten it kept 2 % of its approach.
-const SWEEPS: usize = 400;
-const SETTLED: f64 = 1e-12;
+const MAX_SWEEPS: usize = 400;
+const RESIDUAL_TOLERANCE: f64 = 1e-12;
 /// Tolerance above the surface within which a node counts as inside, in element sizes. Rounding otherwise finds a
 /// node that rests on a moving body at a distance of exactly zero inside or outside, and each miss costs an impact:
 /// the rebound of a mass that starts touching a bar was 2.3 % off. Rounding is ten thousand times smaller.
-pub(super) const TOUCH: f64 = 1e-9;
+pub(super) const TOUCH_TOLERANCE: f64 = 1e-9;
 /// Upper bound of the bias velocity, as a fraction of the greatest approach speed so far (numerics 2.5).
 const BIAS_CAP: f64 = 0.1;
 /// Penetration slop: the depth that the bias velocity leaves standing, in element sizes. Removing all penetration
@@ -133,12 +133,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Finds the contact points of a tick: for each body the active nodes inside it, ascending, then the active
     /// facets that a tip of the body pierces or that are deep inside it.
     pub(super) fn find_touches(&mut self, tick: Tick) {
-        self.find_meetings(tick);
-        self.find_facets();
+        self.find_symmetry_contacts(tick);
+        self.find_facet_candidates();
         let mut touches = std::mem::take(&mut self.scratch.touches);
         touches.clear();
         for body in 0..self.bodies.len() {
-            self.touches_of(body, tick, &mut touches);
+            self.collect_contacts(body, tick, &mut touches);
         }
         for touch in &touches {
             let contact = &mut self.state.record.contacts[touch.body];
@@ -146,33 +146,33 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
         // At the last tick of a mesh there is no step ahead.
         for touch in touches.iter_mut().filter(|_| self.phase != Phase::Last) {
-            let step = self.grid.time(self.shortest_around(touch.nodes[0]) as Tick);
-            touch.lead = self.lead(touch, step);
-            touch.bias = self.bias(touch, step);
+            let step = self.grid.time(self.shortest_step_around(touch.nodes[0]) as Tick);
+            touch.lead = self.lead_velocity(touch, step);
+            touch.bias = self.bias_velocity(touch, step);
         }
         self.scratch.touches = touches;
     }
 
-    fn touches_of(&self, body: usize, tick: Tick, touches: &mut Vec<Touch<D>>) {
+    fn collect_contacts(&self, body: usize, tick: Tick, touches: &mut Vec<Touch<D>>) {
         for (place, reached) in self.scratch.reached.iter().enumerate() {
             let at = self.gel.surface.nodes[*reached as usize];
-            let Some(gap) = self.gap_at(place, body).filter(|gap| gap.distance <= TOUCH * at.size) else {
+            let Some(gap) = self.gap_at(place, body).filter(|gap| gap.distance <= TOUCH_TOLERANCE * at.size) else {
                 continue;
             };
             let point = embed(&self.state.position[at.node.index()]);
-            touches.extend(self.touch((&[at.node], [1.0, 0.0, 0.0]), (at.size, point), &gap, body));
+            touches.extend(self.new_contact(&[at.node], [1.0, 0.0, 0.0], at.size, point, &gap, body));
         }
         for (_, facet, (_, size)) in self.scratch.facets.iter().filter(|(of, ..)| *of == body as u32) {
             if self.has_fired(self.gel.behind[facet.index()], tick) {
-                touches.extend(self.touching_facet(*facet, *size, body));
+                touches.extend(self.facet_contact(*facet, *size, body));
             }
         }
     }
 
     /// Finds the facets between the active nodes and a body, each once, with the least and the greatest size of those
     /// nodes.
-    fn find_facets(&mut self) {
-        self.clear_facets();
+    fn find_facet_candidates(&mut self) {
+        self.update_facet_bounds();
         let mut facets = std::mem::take(&mut self.scratch.facets);
         let mut found = std::mem::take(&mut self.scratch.found);
         facets.clear();
@@ -180,7 +180,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             found.clear();
             for (place, reached) in self.scratch.reached.iter().enumerate() {
                 let at = self.gel.surface.nodes[*reached as usize];
-                let near = |gap: &Gap| gap.distance < STRETCH * at.size && self.watch.may_touch_facets(*reached);
+                let near = |gap: &Gap| gap.distance < STRETCH * at.size && self.watch.needs_facet_query(*reached);
                 let Some(gap) = self.gap_at(place, body).filter(near) else { continue };
                 found.extend(self.gel.surface.around.of(at.node).iter().map(|facet| (*facet, gap.distance, at.size)));
             }
@@ -196,22 +196,23 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Returns a body and its state at this tick before the contact impulses.
-    pub(super) fn placed(&self, body: usize) -> (&Body, &BodyState) {
+    pub(super) fn body_at_tick(&self, body: usize) -> (&Body, &BodyState) {
         (&self.bodies[body], &self.scratch.was[body])
     }
 
-    fn touching_facet(&self, facet: ElementId, size: f64, body: usize) -> Option<Touch<D>> {
+    fn facet_contact(&self, facet: ElementId, size: f64, body: usize) -> Option<Touch<D>> {
         let corners = &self.gel.surface.facets[facet.index()][..D];
         // The facet is only stopped, its penetration is not removed. Removal at a pointed tip pumps energy, up to 26
         // % of the impact energy (a sharp ogive of 10 mm on cells of 6.7 mm).
         let stopped = |gap: Gap| Gap { distance: 0.0, ..gap };
-        let (fixed, at) = self.placed(body);
-        if let Some(Piercing { point, weights, gap, .. }) = self.pricking(facet, size, (fixed, at)) {
-            return self.touch((corners, weights), (size, point), &stopped(gap), body);
+        let (rigid, at) = self.body_at_tick(body);
+        if let Some(TipPenetration { point, weights, gap, .. }) = self.find_tip_contact(facet, size, rigid, at) {
+            return self.new_contact(corners, weights, size, point, &stopped(gap), body);
         }
-        let allowed = self.face_depth() * size.min(fixed.shape.inner_radius());
-        let Deep { point, weights, gap } = deepest::<D>(&self.corners(facet), allowed, |p| fixed.gap(at, p))?;
-        self.touch((corners, weights), (size, point), &stopped(gap), body)
+        let allowed = self.face_depth() * size.min(rigid.shape.inner_radius());
+        let DeepestPoint { point, weights, gap } =
+            find_deepest_point::<D>(&self.facet_corners(facet), allowed, |p| rigid.gap(at, p))?;
+        self.new_contact(corners, weights, size, point, &stopped(gap), body)
     }
 
     /// Returns the depth at which a facet is stopped, in the smaller of element size and inner radius of the body.
@@ -220,40 +221,42 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Returns the penetration slop of a node, in element sizes; on a drawn surface it equals the facet depth.
-    fn standing_depth(&self) -> f64 {
+    fn node_slop(&self) -> f64 {
         if self.is_drawn() { DRAWN_DEPTH } else { SLOP }
     }
 
-    /// Returns true if the surface is drawn over the body throughout the run: a viscoplastic gel in space that is
+    /// Returns true if the surface is drawn over the body throughout the run: a gel in space with history variables that is
     /// remeshed.
     fn is_drawn(&self) -> bool {
         D == 3 && self.can_wear() && self.gel.potential.remembers()
     }
 
     /// Returns the positions of the corners of a facet at this tick, m.
-    pub(super) fn corners(&self, facet: ElementId) -> [Vector3; 3] {
+    pub(super) fn facet_corners(&self, facet: ElementId) -> [Vector3; 3] {
         let time = self.scratch.was[0].time;
         self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, time)))
     }
 
     /// Returns the length of the longest edge of a facet at this tick, m.
     pub(super) fn longest_edge(&self, facet: ElementId) -> f64 {
-        let corners = self.corners(facet);
+        let corners = self.facet_corners(facet);
         (0..D).map(|i| (corners[(i + 1) % D] - corners[i]).norm()).fold(0.0, f64::max)
     }
 
     /// Creates the contact point that these nodes carry; `None` if neither they nor the body can move.
-    fn touch(
+    fn new_contact(
         &self,
-        (carriers, weights): (&[NodeId], [f64; 3]),
-        (size, point): (f64, Vector3),
+        carriers: &[NodeId],
+        weights: [f64; 3],
+        size: f64,
+        point: Vector3,
         gap: &Gap,
         body: usize,
     ) -> Option<Touch<D>> {
         let mut nodes = [carriers[0]; 3];
         nodes[..carriers.len()].copy_from_slice(carriers);
-        let (fixed, at) = self.placed(body);
-        let growth = fixed.growth(at, &point);
+        let (rigid, at) = self.body_at_tick(body);
+        let growth = rigid.growth(at, &point);
         let speed = at.bulge.map_or(0.0, |bulge| growth.dot(&bulge.rate));
         let mut touch = Touch {
             body,
@@ -269,7 +272,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             ..Touch::empty()
         };
         touch.compliance = self.compliance(&touch, &gap.normal);
-        touch.before = self.relative_of(&touch, |node| self.velocity_before(node));
+        touch.before = self.relative_velocity(&touch, |node| self.velocity_before(node));
         (touch.compliance > 0.0).then_some(touch)
     }
 
@@ -278,8 +281,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let own = |(node, w): (NodeId, f64)| {
             w * w * self.free_part(node, direction).norm_squared() / self.gel.mass[node.index()]
         };
-        let (fixed, at) = self.placed(touch.body);
-        touch.carriers().map(own).sum::<f64>() + fixed.compliance(at, &(touch.point - at.position), direction)
+        let (rigid, at) = self.body_at_tick(touch.body);
+        touch.carriers().map(own).sum::<f64>() + rigid.compliance(at, &(touch.point - at.position), direction)
     }
 
     /// Returns P v, the part of a world vector in the free directions of a node.
@@ -289,13 +292,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Returns the relative velocity Σ w v_a − V(x) with the impulses so far, m/s.
     pub(super) fn relative(&self, touch: &Touch<D>) -> Vector3 {
-        self.relative_of(touch, |node| self.state.velocity[node.index()])
+        self.relative_velocity(touch, |node| self.state.velocity[node.index()])
     }
 
-    fn relative_of(&self, touch: &Touch<D>, velocity: impl Fn(NodeId) -> Vector<D>) -> Vector3 {
+    fn relative_velocity(&self, touch: &Touch<D>, velocity: impl Fn(NodeId) -> Vector<D>) -> Vector3 {
         let gel: Vector3 = touch.carriers().map(|(node, w)| embed(&velocity(node)) * w).sum();
-        let (fixed, now) = (&self.bodies[touch.body], &self.scratch.now[touch.body]);
-        gel - fixed.velocity_at(now, &touch.point) - touch.swell
+        let (rigid, now) = (&self.bodies[touch.body], &self.scratch.now[touch.body]);
+        gel - rigid.velocity_at(now, &touch.point) - touch.swell
     }
 
     /// Returns the lead velocity ½ a Δt of a body that accelerates towards the contact point, m/s.
@@ -304,24 +307,24 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// tick would be overrun by ½ a Δt² in each step: a ball pressed on gel sank through a standing node at ½ a Δt.
     /// The solver therefore stops the mean velocity of the interval ahead, as the half-step velocities of the gel are
     /// means.
-    fn lead(&self, touch: &Touch<D>, step: f64) -> f64 {
-        let (fixed, at) = self.placed(touch.body);
-        let pull = fixed.freedom.translation(&at.wrench.force) / fixed.mass;
+    fn lead_velocity(&self, touch: &Touch<D>, step: f64) -> f64 {
+        let (rigid, at) = self.body_at_tick(touch.body);
+        let pull = rigid.freedom.translation(&at.wrench.force) / rigid.mass;
         let swelling = at.bulge.map_or(0.0, |bulge| touch.growth.dot(&bulge.acceleration));
         (0.5 * step * (touch.normal.dot(&pull) + swelling)).max(0.0)
     }
 
     /// Returns the bias velocity that the removal of standing penetration adds to the restituted velocity −e u⁻, m/s.
     /// The target velocity is the greater of −e u⁻ and β |φ|/Δt until the next tick, capped.
-    fn bias(&self, touch: &Touch<D>, step: f64) -> f64 {
+    fn bias_velocity(&self, touch: &Touch<D>, step: f64) -> f64 {
         let Law::Moreau { bias, restitution, .. } = self.rules.law else { return 0.0 };
-        let standing = (-touch.distance - self.standing_depth() * touch.size).max(0.0);
+        let standing = (-touch.distance - self.node_slop() * touch.size).max(0.0);
         let removal = (bias * standing / step).min(BIAS_CAP * self.state.record.contacts[touch.body].approach);
         if removal > 0.0 { (removal + restitution * touch.approach()).max(0.0) } else { 0.0 }
     }
 
     /// Applies w times the impulse to each carrying node and minus the impulse to the body, at the contact point.
-    fn strike(&mut self, touch: usize, impulse: &Vector3) {
+    fn apply_impulse(&mut self, touch: usize, impulse: &Vector3) {
         let touch = &self.scratch.touches[touch];
         for (node, w) in touch.carriers() {
             let push = self.free_part(node, impulse) * (w / self.gel.mass[node.index()]);
@@ -335,26 +338,26 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// sweeps on the accumulated impulses until nothing changes.
     pub(super) fn solve(&mut self, restitution: f64, friction: f64) {
         let fastest = self.state.record.contacts.iter().map(|contact| contact.approach).fold(0.0, f64::max);
-        for _ in 0..SWEEPS {
+        for _ in 0..MAX_SWEEPS {
             let mut residual: f64 = 0.0;
             for i in 0..self.scratch.touches.len() {
-                residual = residual.max(self.push(i, restitution));
+                residual = residual.max(self.correct_normal_impulse(i, restitution));
                 if friction > 0.0 {
-                    residual = residual.max(self.rub(i, friction));
+                    residual = residual.max(self.correct_friction_impulse(i, friction));
                 }
             }
             residual = residual.max(self.meet_all());
-            if residual <= SETTLED * fastest {
+            if residual <= RESIDUAL_TOLERANCE * fastest {
                 break;
             }
         }
-        self.gather();
+        self.sum_body_impulses();
     }
 
     /// Sets the velocity of each free body from the sum of its contact impulses. Applied one by one over all sweeps,
     /// they would round its momentum thousands of times a tick.
-    fn gather(&mut self) {
-        for (body, fixed) in self.bodies.iter().enumerate().filter(|(_, body)| body.motion == Motion::Free) {
+    fn sum_body_impulses(&mut self) {
+        for (body, rigid) in self.bodies.iter().enumerate().filter(|(_, body)| body.motion == Motion::Free) {
             let touches = &self.scratch.touches;
             if touches.iter().all(|touch| touch.body != body) {
                 continue;
@@ -364,13 +367,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let arm = |i: usize| touches[i].point - was.position;
             let linear = ordered_sum(touches.len(), Vector3::zeros(), push);
             let turning = ordered_sum(touches.len(), Vector3::zeros(), |i| arm(i).cross(&push(i)));
-            now.velocity = was.velocity + fixed.freedom.translation(&linear) / fixed.mass;
-            now.angular_momentum = was.angular_momentum + fixed.freedom.rotation(&turning);
+            now.velocity = was.velocity + rigid.freedom.translation(&linear) / rigid.mass;
+            now.angular_momentum = was.angular_momentum + rigid.freedom.rotation(&turning);
         }
     }
 
     /// Corrects one normal impulse; returns the change of velocity, m/s.
-    fn push(&mut self, i: usize, restitution: f64) -> f64 {
+    fn correct_normal_impulse(&mut self, i: usize, restitution: f64) -> f64 {
         let touch = &self.scratch.touches[i];
         let rebound = touch.bias + touch.lead - restitution * (touch.approach() + touch.lead);
         let so_far = touch.impulse;
@@ -381,13 +384,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
         let (push, jump) = (touch.normal * change, change.abs() * touch.compliance);
         self.scratch.touches[i].impulse += change;
-        self.strike(i, &push);
+        self.apply_impulse(i, &push);
         jump
     }
 
     /// Corrects one friction impulse: the impulse that would stop the sliding, cut to |Jₜ| ≤ μ J; returns the change
     /// of velocity, m/s.
-    fn rub(&mut self, i: usize, friction: f64) -> f64 {
+    fn correct_friction_impulse(&mut self, i: usize, friction: f64) -> f64 {
         let touch = &self.scratch.touches[i];
         let relative = self.relative(touch);
         let sliding = relative - touch.normal * touch.normal.dot(&relative);
@@ -400,7 +403,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let drag = if stick.norm() > most { stick.normalize() * most } else { stick };
         let change = drag - touch.drag;
         self.scratch.touches[i].drag = drag;
-        self.strike(i, &change);
+        self.apply_impulse(i, &change);
         change.norm() * compliance
     }
 
@@ -414,7 +417,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 let j = reversal(touch.normal.dot(&self.relative(touch)), touch.compliance);
                 let push = touch.normal * j;
                 self.scratch.touches[i].impulse += j;
-                self.strike(i, &push);
+                self.apply_impulse(i, &push);
             }
         }
     }
@@ -422,7 +425,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Makes the impulses events of the bodies, and adds them to the exchanges with the importer and to the record.
     pub(super) fn receive(&mut self, time: f64, (end, exchanges): (f64, &mut [Exchange])) {
         for (body, exchange) in exchanges.iter_mut().enumerate() {
-            let Some(impulse) = self.received(body, exchange) else { continue };
+            let Some(impulse) = self.body_impulse(body, exchange) else { continue };
             exchange.impulse += impulse;
             exchange.impulse_moment += impulse * (end - time);
             self.rebase_body(body, time);
@@ -433,15 +436,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Returns the impulse of this tick on a body, N·s, if there is one, and adds the sums over its contact points to
     /// the exchange and to the record.
-    fn received(&mut self, body: usize, exchange: &mut Exchange) -> Option<Vector3> {
-        let (fixed, was, now) = (&self.bodies[body], &self.scratch.was[body], &self.scratch.now[body]);
+    fn body_impulse(&mut self, body: usize, exchange: &mut Exchange) -> Option<Vector3> {
+        let (rigid, was, now) = (&self.bodies[body], &self.scratch.was[body], &self.scratch.now[body]);
         let record = &mut self.state.record.contacts[body];
         let touches = self.scratch.touches.iter().filter(|touch| touch.body == body && touch.impulse > 0.0);
         touches.fold(None, |sum: Option<Vector3>, touch| {
-            let given = fixed.freedom.translation(&-touch.push());
+            let given = rigid.freedom.translation(&-touch.push());
             let arm = touch.point - was.position;
-            let wall = (fixed.velocity_at(was, &touch.point) + fixed.velocity_at(now, &touch.point)) / 2.0;
-            exchange.angular_impulse += fixed.freedom.rotation(&arm.cross(&given));
+            let wall = (rigid.velocity_at(was, &touch.point) + rigid.velocity_at(now, &touch.point)) / 2.0;
+            exchange.angular_impulse += rigid.freedom.rotation(&arm.cross(&given));
             // The whole normal impulse, with the part across the axis that a ring of an axisymmetric gel exerts.
             exchange.bulge_impulse -= touch.growth * touch.impulse;
             exchange.energy_residual -= given.dot(&wall);

@@ -54,7 +54,7 @@ pub enum StepError {
          ({}, {}, {}) m is {depth:.3e} m inside, more than the element size or the \
          body's inner radius. The facet has been stretched over the body: use a smaller mesh.size near the impact, a \
          lower speed, or a blunter body",
-        name(*body), fixed(at[0], 4), fixed(at[1], 4), fixed(at[2], 4)
+        body_name(*body), fixed(at[0], 4), fixed(at[1], 4), fixed(at[2], 4)
     )]
     Leak {
         /// Index of the body.
@@ -72,7 +72,7 @@ pub enum StepError {
     #[error(
         "{0} spins at {rate:.3e} rad/s at {time:.6e} s, by {2:.3e} rad in the shortest step there is: more than {most} cannot be \
          followed. Lower {1}.external_torque or {1}.angular_velocity",
-        name(*body), variable(*body), turn
+        body_name(*body), variable_prefix(*body), turn
     )]
     Spun {
         /// Index of the body.
@@ -116,12 +116,12 @@ pub(crate) fn fixed(value: f64, decimals: usize) -> String {
 }
 
 /// Returns the name of a body in prose.
-fn name(body: usize) -> String {
+fn body_name(body: usize) -> String {
     if body == 0 { "the projectile".to_owned() } else { format!("fragment {body}") }
 }
 
 /// Returns the prefix of the variables of a body.
-fn variable(body: usize) -> String {
+fn variable_prefix(body: usize) -> String {
     if body == 0 { "projectile".to_owned() } else { format!("fragment[{body}]") }
 }
 

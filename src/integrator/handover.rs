@@ -11,7 +11,7 @@ use crate::fem::{Memory, Potential};
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed};
 use crate::mesh::{ElementId, NodeId};
-use crate::state::{Birth, MOST_TICKS, Record, Stretch, Tick};
+use crate::state::{Birth, MOST_TICKS, Record, SurfaceStretch, Tick};
 use std::sync::Arc;
 
 /// End conditions of a mesh.
@@ -35,7 +35,7 @@ pub enum Reached {
 }
 
 /// Least age of a mesh, in its finest steps, unless a step collapses (A12).
-const SHORTEST_LIFE: Tick = 4;
+const MIN_AGE: Tick = 4;
 
 /// Data that one mesh hands over to the next.
 pub(super) struct Passage<const D: usize> {
@@ -88,7 +88,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Sets the distortion limits of the mesh, if any. The queue ignores them.
     pub fn set_wear(&mut self, wear: Option<Wear>) {
         self.ends.wear = wear;
-        self.watch.forget_parts();
+        self.watch.clear_parts();
     }
 
     /// Returns true if the mesh can end by distortion.
@@ -116,24 +116,24 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let age = (tick - self.origin) / self.steps.0;
         let is_due = || self.next_exchange().is_some_and(|due| due <= tick);
         let is_whole = self.rules.schedule.fires(self.steps.1, tick);
-        age >= SHORTEST_LIFE && (is_whole && is_due() || self.is_worn(tick, age))
+        age >= MIN_AGE && (is_whole && is_due() || self.is_distorted(tick, age))
             || self.has_collapsed()
-            || self.leaks()
+            || self.has_leaked()
     }
 
     /// Returns the step collapse or leak that has ended a mesh so young, by the finest step it began with, that the
     /// next would fare no better.
     #[must_use]
     pub fn early_failure(&self) -> Option<&StepError> {
-        let is_young = ((self.last_tick() - self.origin) as f64) < SHORTEST_LIFE as f64 * self.first.0;
+        let is_young = ((self.last_tick() - self.origin) as f64) < MIN_AGE as f64 * self.first.0;
         let ends_at_once =
             |failure: &&StepError| matches!(failure, StepError::StepCollapsed { .. } | StepError::Leak { .. });
         self.failure.as_ref().filter(|failure| is_young && ends_at_once(failure))
     }
 
     /// Returns true if the surface leaked at the last tick.
-    fn leaks(&self) -> bool {
-        self.can_wear() && self.state.record.stretch == Stretch::Leaking
+    fn has_leaked(&self) -> bool {
+        self.can_wear() && self.state.record.stretch == SurfaceStretch::Leaking
     }
 
     /// Returns true if the stable step of a group is shorter than a tick, by the stiffness at the last ticks of its
@@ -150,7 +150,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn find_collapse(&self, tick: Tick) -> Option<StepError> {
         let mut limits = self.finest_groups().map(|group| (group, self.group_limit(group)));
         let collapsed = limits.find(|(_, limit)| *limit < 1.0).filter(|_| self.can_wear());
-        collapsed.map(|(group, limit)| self.collapse(group, limit, tick))
+        collapsed.map(|(group, limit)| self.collapse_error(group, limit, tick))
     }
 
     /// Iterates over the stiffest elements around the nodes whose stable step is shorter than a tick.
@@ -203,7 +203,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.book(tick, work);
         self.book_contact();
         self.receive(time, (t, exchanges));
-        self.failure = self.failure.take().or_else(|| self.find_leak(time).1);
+        self.failure = self.failure.take().or_else(|| self.find_stretch(time).leak);
         let length = self.state.record.synchronous.0;
         self.state.record.synchronous = (length, tick, self.synchronous_until(tick as f64));
         self.state.now = Some(tick);
@@ -223,7 +223,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         birth: Option<Birth<D>>,
     ) -> Result<Self, NoStep> {
         // Steps with the history variables: elements that have flowed far are none the stiffer for it.
-        let (mut new, steps) = self.followed((gel, memory), nodes, (self.last_tick(), None))?;
+        let (mut new, steps) = self.new_engine(gel, memory, nodes, self.last_tick(), None)?;
         let (was, now) =
             (Start::of(&self.gel, &self.bodies, &self.state), Start::of(&new.gel, &new.bodies, &new.state));
         let ledger = &mut new.state.ledger;
@@ -248,15 +248,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     ) -> Result<Self, NoStep> {
         let nodes = position.iter().map(|x| (*x, Vector::<D>::zeros())).collect();
         // The history variables of the new mesh are lost, apart from the steps that followed from them.
-        let began = birth.as_ref().map_or((0, None), |birth| (birth.tick, Some(birth.steps.clone())));
-        let (mut other, _) = self.followed((gel, None), nodes, began)?;
+        let (tick, steps) = birth.as_ref().map_or((0, None), |birth| (birth.tick, Some(birth.steps.clone())));
+        let (mut other, _) = self.new_engine(gel, None, nodes, tick, steps)?;
         other.state.birth = birth;
         Ok(other)
     }
 
     /// Counts a remesh.
     pub fn count_exchange(&mut self) {
-        self.state.record.stretch = Stretch::Little;
+        self.state.record.stretch = SurfaceStretch::Little;
         self.state.record.remeshes += 1;
     }
 
@@ -270,11 +270,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.pool.take()
     }
 
-    fn followed(
+    /// Creates an engine with another gel from `tick` on; also returns the stable steps of its elements, s.
+    fn new_engine(
         &self,
-        (gel, memory): (Gel<D, P>, Option<Vec<Memory<D>>>),
+        gel: Gel<D, P>,
+        memory: Option<Vec<Memory<D>>>,
         nodes: Vec<(Vector<D>, Vector<D>)>,
-        (tick, steps): (Tick, Option<Vec<f64>>),
+        tick: Tick,
+        steps: Option<Vec<f64>>,
     ) -> Result<(Self, Vec<f64>), NoStep> {
         let bodies: Vec<(Body, BodyState)> =
             self.bodies.iter().cloned().zip(self.state.bodies.iter().copied()).collect();

@@ -120,8 +120,8 @@ pub(super) struct Stiffer {
     /// Slot of the element behind the facet.
     slot: usize,
     /// Added stiffness, and the stiffness before this tick's pressures, N/m.
-    more: f64,
-    was: f64,
+    added: f64,
+    before: f64,
 }
 
 impl<const D: usize> Pushed<D> {
@@ -149,19 +149,19 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let now: Vec<f64> = gel.loads.pressures.iter().map(|pressure| pressure.at(time)).collect();
         for (facet, loaded) in gel.loads.facets.iter().enumerate() {
             let group = self.order.group(loaded.behind);
-            if self.is_firing(group, tick) {
+            if self.is_group_active(group, tick) {
                 let slot = self.order.slot(loaded.behind);
-                let (pushed, more) = self.find_load((loaded, &now), group, tick).unzip();
+                let (pushed, added) = self.find_load(loaded, &now, group, tick).unzip();
                 self.scratch.pushed.extend(pushed);
-                let (more, was) = (more.unwrap_or(0.0), self.state.stiffness[slot]);
-                self.scratch.stiffer.push(Stiffer { facet, slot, more, was });
+                let (added, before) = (added.unwrap_or(0.0), self.state.stiffness[slot]);
+                self.scratch.stiffer.push(Stiffer { facet, slot, added, before });
             }
         }
         self.stiffen();
     }
 
     /// Finds the pressure load of a facet, and the stiffness that it adds to the element behind the facet, N/m.
-    fn find_load(&self, (loaded, now): (&Loaded, &[f64]), group: usize, tick: Tick) -> Option<(Pushed<D>, f64)> {
+    fn find_load(&self, loaded: &Loaded, now: &[f64], group: usize, tick: Tick) -> Option<(Pushed<D>, f64)> {
         let (loads, time) = (&self.gel.loads, self.grid.time(tick));
         let corners = loaded.facet.map(|node| self.position_at(node, time));
         let middle = corners[..D].iter().sum::<Vector<D>>() / D as f64;
@@ -173,13 +173,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         // f_a = p(z) w_a A n with Σ w_a = 1 and z = Σ z_b/D: its derivative through p′ has the norm p′A|w|/√D ≤
         // p′A/√D.
         let area = push.forces.iter().sum::<Vector<D>>().norm();
-        let more = pressure.abs() * push.stiffness + growth * area / (D as f64).sqrt();
+        let added = pressure.abs() * push.stiffness + growth * area / (D as f64).sqrt();
         let (forces, weight) = (push.forces.map(|force| force * pressure), self.owed(group, tick));
-        Some((Pushed { nodes: loaded.facet, forces, group, weight }, more))
+        Some((Pushed { nodes: loaded.facet, forces, group, weight }, added))
     }
 
     /// Returns true if a group is active at this tick; called before the clocks are set.
-    fn is_firing(&self, group: usize, tick: Tick) -> bool {
+    fn is_group_active(&self, group: usize, tick: Tick) -> bool {
         match self.blocks {
             Some(_) => self.moment(tick).fires(self.state.clocks[group].step),
             None => self.scratch.due.binary_search(&(group as u32)).is_ok(),
@@ -213,21 +213,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
         }
         for stiffer in &self.scratch.stiffer {
-            stiffness[stiffer.slot] += stiffer.more;
+            stiffness[stiffer.slot] += stiffer.added;
         }
-        self.sum_stiffened();
+        self.sum_nodal_stiffness();
     }
 
     /// Sums κ at the nodes of the blocks in which it has changed, in the order of a sweep, and requests a step check
     /// around blocks at rest.
-    fn sum_stiffened(&mut self) {
+    fn sum_nodal_stiffness(&mut self) {
         let (Some(blocks), stiffness) = (&mut self.blocks, &self.state.stiffness) else { return };
         let mut stiffened = std::mem::take(&mut self.scratch.stiffened);
         for stiffer in &self.scratch.stiffer {
             let (block, behind) = (stiffer.slot / SLOTS, self.gel.loads.facets[stiffer.facet].behind);
             // A sweep leaves out the load stiffness of the tick before.
             let (still, swept) = (!blocks.all[block].is_awake(), blocks.all[block].report.is_some());
-            if stiffness[stiffer.slot] == stiffer.was && !(still && swept) {
+            if stiffness[stiffer.slot] == stiffer.before && !(still && swept) {
                 continue;
             }
             stiffened.push(block);
@@ -275,7 +275,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Returns the velocity of a node of a loaded facet before the kicks of this tick, m/s. In the block form a node
     /// that was still is not active.
-    fn before_loads(&self, node: NodeId) -> Vector<D> {
+    fn velocity_before_loads(&self, node: NodeId) -> Vector<D> {
         match self.scratch.carriers.binary_search_by_key(&node, |carrier| carrier.node) {
             Ok(at) if self.blocks.is_some() => self.scratch.carriers[at].before,
             _ => self.scratch.before[node.index()],
@@ -285,7 +285,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Posts the work of the pressures, Σ J·(v⁻ + v⁺)/2, once all velocities of the tick are known.
     pub(super) fn book_loads(&mut self) {
         let work = |(node, impulse): (NodeId, Vector<D>)| {
-            let both = self.before_loads(node) + self.state.velocity[node.index()];
+            let both = self.velocity_before_loads(node) + self.state.velocity[node.index()];
             0.5 * impulse.component_mul(&self.gel.free(node.index())).dot(&both)
         };
         let work: f64 = self.scratch.pushed.iter().flat_map(Pushed::impulses).map(work).sum();

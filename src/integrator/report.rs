@@ -53,48 +53,58 @@ pub struct Totals {
     pub angular_momentum_scale: f64,
 }
 
-/// Bodies with their states.
-type Placed<'a> = (&'a [Body], &'a [BodyState]);
-
-fn energies<const D: usize, P>(gel: &Gel<D, P>, state: &State<D>, bodies: Placed<'_>) -> Energies {
+fn energy_sums<const D: usize, P>(gel: &Gel<D, P>, state: &State<D>, bodies: &[Body], at: &[BodyState]) -> Energies {
     let kinetic = |i: usize| 0.5 * gel.mass[i] * state.velocity[i].norm_squared();
     Energies {
         gel_kinetic: ordered_sum(state.velocity.len(), 0.0, kinetic),
-        body_kinetic: over(bodies, Body::kinetic_energy),
+        body_kinetic: sum_bodies(bodies, at, Body::kinetic_energy),
         elastic: ordered_sum(state.clocks.len(), 0.0, |i| state.clocks[i].energy),
         ahead: ordered_sum(state.clocks.len(), 0.0, |i| state.clocks[i].ahead)
             + ordered_sum(state.excess.len(), 0.0, |i| state.excess[i]),
     }
 }
 
-fn over<T: Sum>((bodies, at): Placed<'_>, value: impl Fn(&Body, &BodyState) -> T) -> T {
+/// Sums a quantity over the bodies with their states.
+fn sum_bodies<T: Sum>(bodies: &[Body], at: &[BodyState], value: impl Fn(&Body, &BodyState) -> T) -> T {
     bodies.iter().zip(at).map(|(body, at)| value(body, at)).sum()
 }
 
 /// Returns momentum and angular momentum about the origin, in the directions that the dimension conserves.
-fn momenta<const D: usize, P>(gel: &Gel<D, P>, state: &State<D>, bodies: Placed<'_>) -> (Vector3, Vector3) {
+fn momenta<const D: usize, P>(
+    gel: &Gel<D, P>,
+    state: &State<D>,
+    bodies: &[Body],
+    at: &[BodyState],
+) -> (Vector3, Vector3) {
     let momentum = |i: usize| embed(&state.velocity[i]) * gel.mass[i];
     // x × mv does not change while a node drifts.
     let angular = |i: usize| embed(&state.position[i]).cross(&momentum(i));
     let n = state.velocity.len();
-    let linear = ordered_sum(n, Vector3::zeros(), momentum) + over(bodies, Body::momentum);
-    let turning = ordered_sum(n, Vector3::zeros(), angular) + over(bodies, Body::total_angular_momentum);
-    let freedom = bodies.0[0].freedom;
+    let linear = ordered_sum(n, Vector3::zeros(), momentum) + sum_bodies(bodies, at, Body::momentum);
+    let turning = ordered_sum(n, Vector3::zeros(), angular) + sum_bodies(bodies, at, Body::total_angular_momentum);
+    let freedom = bodies[0].freedom;
     (freedom.translation(&linear), freedom.rotation(&turning))
+}
+
+/// Throughputs that closures are relative to.
+struct BalanceScales {
+    energy: f64,
+    momentum: f64,
+    angular_momentum: f64,
 }
 
 impl Start {
     pub(super) fn of<const D: usize, P>(gel: &Gel<D, P>, bodies: &[Body], state: &State<D>) -> Self {
-        let placed = (bodies, state.bodies.as_slice());
-        let (momentum, angular_momentum) = momenta(gel, state, placed);
+        let at = state.bodies.as_slice();
+        let (momentum, angular_momentum) = momenta(gel, state, bodies, at);
         let speed = |i: usize| gel.mass[i] * state.velocity[i].norm();
         let turning = |i: usize| gel.mass[i] * embed(&state.position[i]).cross(&embed(&state.velocity[i])).norm();
         let n = state.velocity.len();
         let scale = (
-            ordered_sum(n, 0.0, speed) + over(placed, |body, at| body.momentum(at).norm()),
-            ordered_sum(n, 0.0, turning) + over(placed, |body, at| body.total_angular_momentum(at).norm()),
+            ordered_sum(n, 0.0, speed) + sum_bodies(bodies, at, |body, at| body.momentum(at).norm()),
+            ordered_sum(n, 0.0, turning) + sum_bodies(bodies, at, |body, at| body.total_angular_momentum(at).norm()),
         );
-        Self { energy: energies(gel, state, placed).discrete(), momentum, angular_momentum, scale }
+        Self { energy: energy_sums(gel, state, bodies, at).discrete(), momentum, angular_momentum, scale }
     }
 }
 
@@ -110,8 +120,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             now
         });
         let at: Vec<BodyState> = moved.collect();
-        let energies = energies(&self.gel, state, (&self.bodies, &at));
-        let (momentum, angular) = momenta(&self.gel, state, (&self.bodies, &at));
+        let energies = energy_sums(&self.gel, state, &self.bodies, &at);
+        let (momentum, angular) = momenta(&self.gel, state, &self.bodies, &at);
         let energy = energies.discrete() - start.energy - ledger.energy.total();
         let freedom = self.freedom();
         let linear = momentum - start.momentum - freedom.translation(&ledger.momentum.total());
@@ -121,25 +131,29 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             energies,
             ledger,
             initial_energy: start.energy,
-            energy_closure: (energy, energy.abs() / scales.0),
-            momentum_closure: (linear, linear.norm() / scales.1),
-            angular_momentum_closure: (turning, turning.norm() / scales.2),
-            angular_momentum_scale: scales.2,
+            energy_closure: (energy, energy.abs() / scales.energy),
+            momentum_closure: (linear, linear.norm() / scales.momentum),
+            angular_momentum_closure: (turning, turning.norm() / scales.angular_momentum),
+            angular_momentum_scale: scales.angular_momentum,
         }
     }
 
     /// Returns the throughputs that closures are relative to: initial amounts, turnover of the accounts, exchange
     /// between gel and body.
-    fn scales(&self, ledger: &Ledger, start: &Start) -> (f64, f64, f64) {
+    fn scales(&self, ledger: &Ledger, start: &Start) -> BalanceScales {
         /// Least scale: products of smaller numbers lose digits, and a closure is then not relative.
-        const LEAST: f64 = f64::MIN_POSITIVE / f64::EPSILON;
-        let positive = |scale: f64| if scale > LEAST { scale } else { 1.0 };
+        const MIN_SCALE: f64 = f64::MIN_POSITIVE / f64::EPSILON;
+        let positive = |scale: f64| if scale > MIN_SCALE { scale } else { 1.0 };
         let passed: f64 = self.state.record.contacts.iter().map(|contact| contact.impulse.norm()).sum();
         let passed = passed + self.state.record.pressed;
         let linear = start.scale.0 + ledger.momentum.turnover() + passed;
         let arm = self.gel.surface.nodes.iter().map(|s| self.state.position[s.node.index()].norm()).fold(0.0, f64::max);
         let turning = start.scale.1 + ledger.angular_momentum.turnover() + passed * arm;
-        (positive(start.energy.abs() + ledger.energy.turnover()), positive(linear), positive(turning))
+        BalanceScales {
+            energy: positive(start.energy.abs() + ledger.energy.turnover()),
+            momentum: positive(linear),
+            angular_momentum: positive(turning),
+        }
     }
 
     /// Returns the present step of each patch, s; before the first tick the stable one.

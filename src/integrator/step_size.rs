@@ -18,11 +18,11 @@ pub(super) const RAISE_MARGIN: f64 = 4.0;
 /// per-update adaptation drifted by up to +18000 % in 400 wave transits, this rule by at most 1.2 % (numerics 1.4).
 const RAISE_PATIENCE: u32 = 64;
 /// Depth up to which a surface node may be found in a body at its next tick, in element sizes (numerics A7).
-const DEPTH: f64 = 0.1;
-/// Depth by which a node deeper than [`DEPTH`] may sink further until its next tick, in element sizes.
-const FURTHER: f64 = 0.05;
+const MAX_DEPTH: f64 = 0.1;
+/// Depth by which a node deeper than [`MAX_DEPTH`] may sink further until its next tick, in element sizes.
+const EXTRA_DEPTH: f64 = 0.05;
 /// Maximum number of gap queries along a path; the bound proved so far is then taken.
-const PROBES: usize = 16;
+const MAX_QUERIES: usize = 16;
 
 /// Returns the stable step of each element, CFL · min over its nodes a of 2/√λ_a, s, with λ_a = Σ_{K∋a} κ_K/m_a.
 ///
@@ -56,7 +56,7 @@ pub(super) struct Nearness {
     /// Longest step without a deep penetration, and near a body the common step of the elements around, ticks.
     limit: f64,
     /// True if a body is within an element's size.
-    near: bool,
+    is_near: bool,
 }
 
 /// Change of the step of a group at this tick.
@@ -95,16 +95,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut groups = std::mem::take(&mut self.scratch.due);
         if self.blocks.is_some() {
             groups.clear();
-            self.attentive_blocks(tick, &mut groups);
-            self.closing(tick, &mut groups);
-            self.around_contact(tick, &mut groups);
+            self.check_blocks(tick, &mut groups);
+            self.add_inverting_groups(tick, &mut groups);
+            self.add_groups_near_contact(tick, &mut groups);
             groups.sort_unstable();
             groups.dedup();
         }
         groups
     }
 
-    fn attentive_blocks(&mut self, tick: Tick, groups: &mut Vec<u32>) {
+    fn check_blocks(&mut self, tick: Tick, groups: &mut Vec<u32>) {
         let Some(blocks) = &mut self.blocks else { return };
         let (mut all, mut fronts) = (std::mem::take(&mut blocks.all), std::mem::take(&mut blocks.fronts));
         let mut limits = std::mem::take(&mut self.scratch.limits);
@@ -113,12 +113,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             if block.due == Due::Nothing || !watched || front.is_calm() {
                 continue;
             }
-            self.limits_of(block, front.gives, &mut limits);
+            self.collect_limits(block, front.gives, &mut limits);
             // Inactive groups of a block at rest are not checked.
             let waits = block.restless && block.due == Due::Some && !front.gives;
-            block.restless = self.restless_groups((tick, i), &limits, groups) || waits;
+            block.restless = self.collect_changeable_groups(tick, i, &limits, groups) || waits;
             if !block.restless {
-                self.watch_few(front, (i, block.nodes.len()), &limits);
+                self.watch_limits(front, i, block.nodes.len(), &limits);
             }
         }
         self.scratch.limits = limits;
@@ -128,23 +128,23 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Sets up the front of a block, none of whose steps may change now, to watch for limits that could change one.
-    fn watch_few(&self, front: &mut Front, (block, n_nodes): (usize, usize), limits: &[f64]) {
+    fn watch_limits(&self, front: &mut Front, block: usize, n_nodes: usize, limits: &[f64]) {
         let Some(blocks) = &self.blocks else { return };
         front.watch((n_nodes, blocks.groups_of(block), &blocks.lanes), (&self.state.clocks, self.grid), limits);
     }
 
     /// Adds the active groups of a block whose step may change; returns true if there are any, or if an inactive
     /// group has a hold count.
-    fn restless_groups(&self, (tick, block): (Tick, usize), limits: &[f64], groups: &mut Vec<u32>) -> bool {
+    fn collect_changeable_groups(&self, tick: Tick, block: usize, limits: &[f64], groups: &mut Vec<u32>) -> bool {
         let Some(blocks) = &self.blocks else { return false };
         let (all, before) = (blocks.groups_of(block), groups.len());
-        let restless = |group: &usize| self.is_restless(tick, *group, &blocks.lanes, limits);
+        let restless = |group: &usize| self.may_step_change(tick, *group, &blocks.lanes, limits);
         groups.extend(all.clone().filter(restless).map(|group| group as u32));
         groups.len() > before || self.state.clocks[all].iter().any(|clock| clock.calm > 0)
     }
 
     /// Returns true if a group is active and its step may change.
-    fn is_restless(&self, tick: Tick, group: usize, lanes: &Lanes<D>, limits: &[f64]) -> bool {
+    fn may_step_change(&self, tick: Tick, group: usize, lanes: &Lanes<D>, limits: &[f64]) -> bool {
         let clock = &self.state.clocks[group];
         if !self.rules.schedule.fires(clock.step, tick) {
             return false;
@@ -158,7 +158,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Collects the limits of the nodes of a block that can have changed, s; infinite for the others. In an awake
     /// block all nodes of active groups are active. In a block at rest only nodes that are active through another
     /// block can have changed, unless the block may raise a step.
-    fn limits_of(&self, block: &Block, gives: bool, limits: &mut Vec<f64>) {
+    fn collect_limits(&self, block: &Block, gives: bool, limits: &mut Vec<f64>) {
         limits.clear();
         if block.restless && !gives {
             limits.extend(block.nodes.iter().map(|node| self.node_limit(*node)));
@@ -189,23 +189,23 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Adds the active groups in which an element would invert within the present step, if the gel is remeshed. On a
     /// mesh that stays, the kick of a whole step throws an inverted element back. In short steps it is found inverted
     /// twice in a row, which ends the run: the ball of 20 m/s on cells of 2.5 mm stopped so after 0.9 ms.
-    fn closing(&self, tick: Tick, groups: &mut Vec<u32>) {
+    fn add_inverting_groups(&self, tick: Tick, groups: &mut Vec<u32>) {
         let Some(blocks) = self.blocks.as_ref().filter(|_| self.can_wear()) else { return };
         let (moment, answers) = (self.moment(tick), &self.scratch.answers);
         for (i, _) in
             blocks.all.iter().enumerate().filter(|(_, block)| block.report.is_some_and(|report| report.closes))
         {
-            let concerned = |group: &usize| {
+            let is_concerned = |group: &usize| {
                 let step = self.state.clocks[*group].step;
                 moment.fires(step) && closes(&answers[*group], self.grid.time(step))
             };
-            groups.extend(blocks.groups_of(i).filter(concerned).map(|group| group as u32));
+            groups.extend(blocks.groups_of(i).filter(is_concerned).map(|group| group as u32));
         }
     }
 
     /// Returns the time until an element of a group inverts at its present rate, ticks; infinite beyond the
     /// look-ahead.
-    fn turned_after(&self, group: usize, (clock, tick): (&Clock, Tick)) -> f64 {
+    fn time_to_inversion(&self, group: usize, clock: &Clock, tick: Tick) -> f64 {
         let after = self.grid.ticks(1.0 / self.scratch.answers[group].closing);
         let foreseen = FORESEEN * self.moment(tick).elapsed(clock.step) as f64;
         let is_foreseen = self.can_wear() && (clock.step == 0 || after < foreseen);
@@ -214,15 +214,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Adds the active groups around the nodes close to a body whose step contact shortens, or whose hold count it
     /// resets.
-    fn around_contact(&self, tick: Tick, groups: &mut Vec<u32>) {
+    fn add_groups_near_contact(&self, tick: Tick, groups: &mut Vec<u32>) {
         for surface in &self.scratch.close {
             let nearness = &self.scratch.nearness[self.scratch.place[*surface as usize] as usize];
-            let concerned = |group: &u32| {
+            let is_concerned = |group: &u32| {
                 let clock = &self.state.clocks[*group as usize];
                 let fires = self.rules.schedule.fires(clock.step, tick);
-                fires && (nearness.limit < clock.step as f64 || nearness.near && clock.calm > 0)
+                fires && (nearness.limit < clock.step as f64 || nearness.is_near && clock.calm > 0)
             };
-            groups.extend(self.scratch.beside[*surface as usize].groups.iter().copied().filter(concerned));
+            groups.extend(self.scratch.beside[*surface as usize].groups.iter().copied().filter(is_concerned));
         }
     }
 
@@ -236,11 +236,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let (i, was) = (*group as usize, self.state.clocks[*group as usize]);
             let limit = self.group_limit(i);
             if limit < 1.0 && collapsed.is_none() {
-                collapsed = Some(self.collapse(i, limit, tick));
+                collapsed = Some(self.collapse_error(i, limit, tick));
             }
-            let limit = limit.min(self.turned_after(i, (&was, tick)));
-            let (step, calm) = self.ratchet(limit.max(1.0), &was, tick);
-            let (step, near) = self.contact_step(i, step);
+            let limit = limit.min(self.time_to_inversion(i, &was, tick));
+            let (step, calm) = self.apply_hysteresis(limit.max(1.0), &was, tick);
+            let (step, near) = self.limit_by_contact(i, step);
             let clock = &mut self.state.clocks[i];
             (clock.step, clock.calm) = (step, if near { 0 } else { calm });
             let moment = self.moment(tick);
@@ -256,13 +256,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
         }
         if self.rules.schedule == Kind::Global {
-            self.level_out(tick);
+            self.equalise_steps(tick);
         }
         collapsed
     }
 
     /// Sets all steps to the least one, for the global schedule.
-    fn level_out(&mut self, tick: Tick) {
+    fn equalise_steps(&mut self, tick: Tick) {
         if let Some(Change { planned, .. }) = self.scratch.changed.first().copied() {
             let ahead = self.state.clocks.iter().map(|clock| clock.step).filter(|step| *step > 0).min().unwrap_or(1);
             self.state.clocks.iter_mut().for_each(|clock| clock.step = ahead);
@@ -273,7 +273,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.state.alarms[0] = Alarm { last: tick, next: tick + self.state.clocks[0].step };
     }
 
-    pub(super) fn collapse(&self, group: usize, limit: f64, tick: Tick) -> StepError {
+    pub(super) fn collapse_error(&self, group: usize, limit: f64, tick: Tick) -> StepError {
         let own = |element: &ElementId| self.least_limit(self.gel.potential.nodes(*element));
         let elements = self.order.elements(self.order.slots(group));
         let element = elements.min_by(|a, b| own(a).total_cmp(&own(b))).map_or(0, ElementId::index);
@@ -283,7 +283,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Returns the step and the hold count of a group: shortened at once, doubled only when aligned and after a long
     /// hold.
-    fn ratchet(&self, limit: f64, clock: &Clock, tick: Tick) -> (Tick, u32) {
+    fn apply_hysteresis(&self, limit: f64, clock: &Clock, tick: Tick) -> (Tick, u32) {
         let allowed = self.rules.schedule.step(limit);
         if clock.step == 0 || allowed < clock.step {
             return (allowed, 0);
@@ -296,9 +296,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if calm >= RAISE_PATIENCE && aligned { (2 * clock.step, 0) } else { (clock.step, calm) }
     }
 
-    /// Limits a step by contact: no surface node may sink deeper into a body than [`DEPTH`] allows, and patches
+    /// Limits a step by contact: no surface node may sink deeper into a body than [`MAX_DEPTH`] allows, and patches
     /// within an element's size of a body take the shortest step around. Also returns true if the patch is that near.
-    fn contact_step(&self, group: usize, step: Tick) -> (Tick, bool) {
+    fn limit_by_contact(&self, group: usize, step: Tick) -> (Tick, bool) {
         let mut limit = step as f64;
         let mut near = false;
         let elements = self.order.elements(self.order.slots(group));
@@ -308,7 +308,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 continue;
             };
             limit = limit.min(nearness.limit);
-            near |= nearness.near;
+            near |= nearness.is_near;
         }
         let limit = limit.max(1.0);
         let kind = if near && self.rules.schedule == Kind::Queue { Kind::Bins } else { self.rules.schedule };
@@ -316,21 +316,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Finds the contact limits of the steps around each node close to a body.
-    pub(super) fn find_nearness(&mut self) {
+    pub(super) fn find_contact_limits(&mut self) {
         let horizon = self.horizon();
         let mut all = std::mem::take(&mut self.scratch.nearness);
         all.clear();
         for (place, surface) in self.scratch.reached.iter().enumerate() {
             let at = self.gel.surface.nodes[*surface as usize];
-            let mut nearness = Nearness { limit: f64::INFINITY, near: false };
+            let mut nearness = Nearness { limit: f64::INFINITY, is_near: false };
             let gaps = &self.scratch.gaps[place * self.bodies.len()..][..self.bodies.len()];
             for (body, gap) in gaps.iter().enumerate().filter_map(|(body, gap)| Some((body, (*gap)?))) {
-                let proved = self.path_limit((at.node, at.size), &gap, (horizon, body));
+                let proved = self.path_limit(at.node, at.size, &gap, horizon, body);
                 nearness.limit = if proved < horizon { nearness.limit.min(proved) } else { nearness.limit };
-                nearness.near |= gap.distance < at.size;
+                nearness.is_near |= gap.distance < at.size;
             }
-            if nearness.near {
-                nearness.limit = nearness.limit.min(self.stable_around(*surface));
+            if nearness.is_near {
+                nearness.limit = nearness.limit.min(self.stable_step_around(*surface));
             }
             all.push(nearness);
         }
@@ -348,12 +348,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// It is the stable step and not the present one: a step shortened by contact would spread over the whole contact
     /// area, and its finest cell would set every step. A mesh of 1:8 took 16 % more updates then; the depth differed
     /// by 0.01 %.
-    fn stable_around(&self, surface: u32) -> f64 {
+    fn stable_step_around(&self, surface: u32) -> f64 {
         self.grid.ticks(self.least_limit(&self.scratch.beside[surface as usize].nodes))
     }
 
     /// Returns the shortest present step of the elements of a surface node, ticks.
-    pub(super) fn shortest_around(&self, node: NodeId) -> f64 {
+    pub(super) fn shortest_step_around(&self, node: NodeId) -> f64 {
         let known = self.gel.surface.of[node.index()].map(|surface| &self.scratch.beside[surface as usize].groups);
         let known = known.map_or(&[] as &[u32], Vec::as_slice);
         // A corner of a facet that no body is close to has no cached groups.
@@ -370,19 +370,19 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// The node moves straight on, the wrench accelerates the body by at most a, and the body's surface grows at w at
     /// most. φ is 1-Lipschitz: from the point of the straight path at s the way is free for (φ + allowed − ½as² −
     /// ws)/(|v| + as_end + w), as ½a(s + δ)² − ½as² ≤ as_end δ.
-    fn path_limit(&self, (node, size): (NodeId, f64), gap: &Gap, (horizon, body): (f64, usize)) -> f64 {
+    fn path_limit(&self, node: NodeId, size: f64, gap: &Gap, horizon: f64, body: usize) -> f64 {
         let (x, v) = (embed(&self.state.position[node.index()]), embed(&self.velocity_before(node)));
-        let (fixed, body) = (&self.bodies[body], &self.scratch.was[body]);
+        let (rigid, body) = (&self.bodies[body], &self.scratch.was[body]);
         // A spinning sphere occupies the same place.
-        let round = matches!(fixed.shape, Shape::Sphere(_));
-        let relative: Vector3 = v - if round { body.velocity } else { fixed.velocity_at(body, &x) };
+        let round = matches!(rigid.shape, Shape::Sphere(_));
+        let relative: Vector3 = v - if round { body.velocity } else { rigid.velocity_at(body, &x) };
         let end = horizon * self.grid.time(1);
         let (growth, swelling) = body.bulge.map_or((0.0, 0.0), |bulge| (bulge.speed(), bulge.pull()));
-        let pull = 0.5 * (body.wrench.force.norm() / fixed.mass + swelling);
+        let pull = 0.5 * (body.wrench.force.norm() / rigid.mass + swelling);
         let speed = relative.norm() + 2.0 * pull * end + growth;
-        let allowed = (DEPTH * size).max(FURTHER * size - gap.distance);
+        let allowed = (MAX_DEPTH * size).max(EXTRA_DEPTH * size - gap.distance);
         let (mut proved, mut distance) = (0.0, gap.distance);
-        for _ in 0..PROBES {
+        for _ in 0..MAX_QUERIES {
             let room = distance + allowed - (pull * proved + growth) * proved;
             if room <= 0.0 {
                 break;
@@ -391,7 +391,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             if proved >= end || speed == 0.0 {
                 return horizon;
             }
-            distance = fixed.gap(body, &(x + relative * proved)).distance;
+            distance = rigid.gap(body, &(x + relative * proved)).distance;
         }
         self.grid.ticks(proved)
     }

@@ -3,7 +3,7 @@
 
 use super::contact_solver::SLOP;
 use super::engine::Engine;
-use super::facet::outward;
+use super::facet::outward_normal;
 use crate::contact::{Body, BodyState};
 use crate::fem::Potential;
 use crate::geometry::{Gap, SignedDistance as _};
@@ -14,16 +14,16 @@ use crate::mesh::ElementId;
 /// facet at a time holds a tip in the crease between two, and the tip slides down each in turn: a cone of 10 mm sank
 /// 0.7 cells of 3.3 mm deep and leaked. Margins from 0.01 to 0.2 prevent this, with the same depth of the body to 0.1
 /// %; at 0.5 facets far off carry contact.
-const BEYOND: f64 = 0.05;
+const EDGE_MARGIN: f64 = 0.05;
 
 /// Depth behind a facet at which a blunt pole is met, in the smaller of element size and inner radius of the body. A
 /// pole is blunt if a ball of half the element size fits into it, but not one of the whole size. Met as late as 0.3,
 /// a meplat of a third of a cell leaks at 20 m/s.
-const BLUNT: f64 = 0.2;
+const BLUNT_DEPTH: f64 = 0.2;
 
 /// Penetration of a facet by a tip: the line from a pole of the body inwards leaves the gel through the facet.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Piercing {
+pub(super) struct TipPenetration {
     /// Point where the line crosses the facet, m.
     pub point: Vector3,
     /// Barycentric coordinates of the point.
@@ -39,41 +39,49 @@ pub(super) struct Piercing {
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Finds where the line from a pole of the body inwards leaves the gel through this facet; the deepest of
     /// several.
-    pub(super) fn piercing(&self, facet: ElementId, (fixed, body): (&Body, &BodyState)) -> Option<Piercing> {
-        let corners = self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, body.time)));
-        let poles = fixed.shape.poles().iter();
-        let place = |p: &Vector3| body.position + body.orientation.transform_vector(p);
-        let piercings = poles.filter_map(|pole| pierce::<D>(&corners, &place(&pole.end), &place(&pole.inner)));
-        piercings.min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance))
+    pub(super) fn find_penetration(&self, facet: ElementId, rigid: &Body, state: &BodyState) -> Option<TipPenetration> {
+        let corners = self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, state.time)));
+        let poles = rigid.shape.poles().iter();
+        let place = |p: &Vector3| state.position + state.orientation.transform_vector(p);
+        let penetrations =
+            poles.filter_map(|pole| intersect_facet::<D>(&corners, &place(&pole.end), &place(&pole.inner)));
+        penetrations.min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance))
     }
 
     /// Finds the tip penetration of a facet by a pole that is behind it by more than its bluntness allows.
-    pub(super) fn pricking(&self, facet: ElementId, size: f64, body: (&Body, &BodyState)) -> Option<Piercing> {
-        self.piercing(facet, body).filter(|at| -at.gap.distance > least_depth((&at.end, &at.inner), size, body))
+    pub(super) fn find_tip_contact(
+        &self,
+        facet: ElementId,
+        size: f64,
+        rigid: &Body,
+        state: &BodyState,
+    ) -> Option<TipPenetration> {
+        let is_deep = |tip: &TipPenetration| -tip.gap.distance > least_depth(tip, size, rigid, state);
+        self.find_penetration(facet, rigid, state).filter(is_deep)
     }
 }
 
 /// Returns the depth behind a facet at which a pole of the body is met, m. A sharp pole, into which a ball of half
 /// the element size does not fit, is met at once. A blunt pole, into which a ball of the whole size does not fit, can
-/// still miss the nodes and is met at [`BLUNT`]. Nodes meet any other pole.
-fn least_depth((end, inner): (&Vector3, &Vector3), size: f64, (fixed, body): (&Body, &BodyState)) -> f64 {
+/// still miss the nodes and is met at [`BLUNT_DEPTH`]. Nodes meet any other pole.
+fn least_depth(tip: &TipPenetration, size: f64, rigid: &Body, state: &BodyState) -> f64 {
     const ROUND_OFF: f64 = 1e-3;
     let fits = |radius: f64| {
-        let inside = end + (inner - end).normalize() * radius;
-        -fixed.gap(body, &inside).distance >= radius * (1.0 - ROUND_OFF)
+        let inside = tip.end + (tip.inner - tip.end).normalize() * radius;
+        -rigid.gap(state, &inside).distance >= radius * (1.0 - ROUND_OFF)
     };
     match (fits(0.5 * size), fits(size)) {
         (false, _) => SLOP * size,
-        (true, false) => BLUNT * size.min(fixed.shape.inner_radius()),
+        (true, false) => BLUNT_DEPTH * size.min(rigid.shape.inner_radius()),
         (true, true) => f64::INFINITY,
     }
 }
 
 /// Finds where the line from `pole` to `inner` passes from the back of a facet to its front, within the facet or just
 /// beside it.
-fn pierce<const D: usize>(corners: &[Vector3; 3], pole: &Vector3, inner: &Vector3) -> Option<Piercing> {
+fn intersect_facet<const D: usize>(corners: &[Vector3; 3], pole: &Vector3, inner: &Vector3) -> Option<TipPenetration> {
     let (a, b) = (corners[0], corners[1] - corners[0]);
-    let across = outward::<D>(corners);
+    let across = outward_normal::<D>(corners);
     let outward = across / across.norm();
     let (behind, before) = (outward.dot(&(a - pole)), outward.dot(&(inner - a)));
     if !(behind > 0.0 && before > 0.0) {
@@ -88,7 +96,13 @@ fn pierce<const D: usize>(corners: &[Vector3; 3], pole: &Vector3, inner: &Vector
     };
     let weights = [1.0 - beta - gamma, beta, gamma];
     let gap = Gap { distance: -behind, normal: -outward };
-    weights.iter().all(|w| *w >= -BEYOND).then_some(Piercing { point, weights, gap, end: *pole, inner: *inner })
+    weights.iter().all(|w| *w >= -EDGE_MARGIN).then_some(TipPenetration {
+        point,
+        weights,
+        gap,
+        end: *pole,
+        inner: *inner,
+    })
 }
 
 #[cfg(test)]
@@ -97,7 +111,7 @@ mod tests {
 
     const UP: Vector3 = Vector3::new(0.0, 0.0, 2.0);
 
-    fn close(found: &Piercing, expected: Vector3, weights: [f64; 3]) {
+    fn close(found: &TipPenetration, expected: Vector3, weights: [f64; 3]) {
         assert!((found.point - expected).norm() < 1e-15, "{found:?}");
         assert!(found.weights.iter().zip(weights).all(|(w, v)| (w - v).abs() < 1e-15), "{found:?}");
         assert_eq!(found.gap, Gap { distance: -0.5, normal: -Vector3::z() });
@@ -106,19 +120,20 @@ mod tests {
     #[test]
     fn a_triangle_is_pierced_from_behind_within_its_corners_and_just_beyond() {
         let corners = [Vector3::zeros(), Vector3::x() * 4.0, Vector3::y() * 4.0];
-        let at = |x: f64, y: f64| pierce::<3>(&corners, &Vector3::new(x, y, -0.5), &(UP + Vector3::new(x, y, 0.0)));
+        let at =
+            |x: f64, y: f64| intersect_facet::<3>(&corners, &Vector3::new(x, y, -0.5), &(UP + Vector3::new(x, y, 0.0)));
         close(&at(1.0, 2.0).unwrap(), Vector3::new(1.0, 2.0, 0.0), [0.25, 0.25, 0.5]);
         assert_eq!((at(-0.3, 1.0), at(1.0, -0.3), at(2.3, 2.0)), (None, None, None));
         close(&at(-0.1, 1.0).unwrap(), Vector3::new(-0.1, 1.0, 0.0), [0.775, -0.025, 0.25]);
-        assert_eq!(pierce::<3>(&corners, &UP, &-UP), None, "from the front");
-        assert_eq!(pierce::<3>(&corners, &(0.5 * UP), &UP), None, "not yet there");
+        assert_eq!(intersect_facet::<3>(&corners, &UP, &-UP), None, "from the front");
+        assert_eq!(intersect_facet::<3>(&corners, &(0.5 * UP), &UP), None, "not yet there");
     }
 
     #[test]
     fn an_edge_of_a_plane_gel_is_pierced_between_its_ends() {
         // The gel is below: with the gel on its left, the edge goes towards −x.
         let corners = [Vector3::x() * 2.0, -Vector3::x() * 2.0, -Vector3::x() * 2.0];
-        let at = |x: f64| pierce::<2>(&corners, &Vector3::new(x, 0.0, -0.5), &(UP + Vector3::x() * x));
+        let at = |x: f64| intersect_facet::<2>(&corners, &Vector3::new(x, 0.0, -0.5), &(UP + Vector3::x() * x));
         close(&at(1.0).unwrap(), Vector3::x(), [0.75, 0.25, 0.0]);
         assert_eq!((at(2.3), at(-2.3)), (None, None));
         close(&at(2.1).unwrap(), Vector3::x() * 2.1, [1.025, -0.025, 0.0]);

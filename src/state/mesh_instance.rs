@@ -21,41 +21,65 @@ pub struct Birth<const D: usize> {
     /// Reference shapes of the elements that are incompatible with their nodes' rest positions.
     pub references: Vec<(ElementId, Reference<D>)>,
     /// Stable steps of its elements with their history variables at the remesh, s, by which they are ordered; empty
-    /// before it is stepped, or if it is the first mesh.
+    /// before it is steps_are_positive, or if it is the first mesh.
+    pub steps: Vec<f64>,
+}
+
+/// Unchecked arrays of a mesh instance, in the order of its binary form.
+#[derive(Debug, Default)]
+pub(super) struct InstanceArrays<const D: usize> {
+    /// Rest positions of the nodes, m.
+    pub rest: Vec<Vector<D>>,
+    /// Positions of the nodes at the remesh, m.
+    pub position: Vec<Vector<D>>,
+    /// Masses of the nodes, kg.
+    pub mass: Vec<f64>,
+    /// Held directions of the nodes: bit i for the i-th.
+    pub held: Vec<u8>,
+    /// Nodes of the elements.
+    pub elements: Vec<Simplex>,
+    /// Masses of the corners of the elements, kg.
+    pub corner_mass: Vec<[f64; 4]>,
+    /// Reference shapes of the incompatible elements.
+    pub references: Vec<(ElementId, Reference<D>)>,
+    /// Stable steps of the elements, s.
     pub steps: Vec<f64>,
 }
 
 impl<const D: usize> Birth<D> {
     /// Creates a mesh instance from unchecked arrays; `None` if they are no valid mesh.
-    pub(super) fn of(
-        tick: Tick,
-        (rest, position): (Vec<Vector<D>>, Vec<Vector<D>>),
-        (mass, held): (Vec<f64>, &[u8]),
-        (elements, corner_mass): (Vec<Simplex>, Vec<[f64; 4]>),
-        (references, steps, marks): (Vec<(ElementId, Reference<D>)>, Vec<f64>, Vec<u8>),
-    ) -> Option<Self> {
+    pub(super) fn from_arrays(tick: Tick, arrays: InstanceArrays<D>, marks: Vec<u8>) -> Option<Self> {
+        let InstanceArrays { rest, position, mass, held, elements, corner_mass, references, steps } = arrays;
         let n = rest.len();
-        let whole = |(element, reference): &(ElementId, Reference<D>)| {
+        let reference_is_valid = |(element, reference): &(ElementId, Reference<D>)| {
             element.index() < elements.len() && det(&reference.edges) > 0.0 && reference.radius.is_finite()
         };
         let ascending = references.windows(2).all(|pair| pair[0].0 < pair[1].0);
-        if elements.is_empty() || !ascending || !references.iter().all(whole) {
+        if elements.is_empty() || !ascending || !references.iter().all(reference_is_valid) {
             return None;
         }
-        let mut told = vec![true; elements.len()];
+        let mut is_compatible = vec![true; elements.len()];
         for (element, _) in &references {
-            told[element.index()] = false;
+            is_compatible[element.index()] = false;
         }
-        let known = |simplex: &Simplex| simplex.iter().all(|node| node.index() < n);
-        let upright = |simplex: &Simplex, told: bool| !told || signed_volume(&rest, simplex) > 0.0;
-        let placed = rest.iter().chain(&position).all(|x| x.iter().all(|x| x.is_finite()));
-        let weighed = corner_mass.iter().flatten().all(|mass| mass.is_finite());
-        let heavy = mass.iter().all(|mass| *mass > 0.0 && mass.is_finite());
-        let counted = [position.len(), mass.len(), held.len()] == [n; 3]
+        let has_known_nodes = |simplex: &Simplex| simplex.iter().all(|node| node.index() < n);
+        let is_upright = |simplex: &Simplex, is_compatible: bool| !is_compatible || signed_volume(&rest, simplex) > 0.0;
+        let positions_are_finite = rest.iter().chain(&position).all(|x| x.iter().all(|x| x.is_finite()));
+        let corner_masses_are_finite = corner_mass.iter().flatten().all(|mass| mass.is_finite());
+        let masses_are_positive = mass.iter().all(|mass| *mass > 0.0 && mass.is_finite());
+        let lengths_agree = [position.len(), mass.len(), held.len()] == [n; 3]
             && [corner_mass.len(), steps.len()] == [elements.len(); 2];
-        let stepped = steps.iter().all(|step| *step > 0.0 && step.is_normal());
-        let sound = |(simplex, told): (&Simplex, &bool)| known(simplex) && upright(simplex, *told);
-        if !(counted && stepped && heavy && placed && weighed && elements.iter().zip(&told).all(sound)) {
+        let steps_are_positive = steps.iter().all(|step| *step > 0.0 && step.is_normal());
+        let is_valid = |(simplex, is_compatible): (&Simplex, &bool)| {
+            has_known_nodes(simplex) && is_upright(simplex, *is_compatible)
+        };
+        if !(lengths_agree
+            && steps_are_positive
+            && masses_are_positive
+            && positions_are_finite
+            && corner_masses_are_finite
+            && elements.iter().zip(&is_compatible).all(is_valid))
+        {
             return None;
         }
         let held = held.iter().map(|held| std::array::from_fn(|i| held >> i & 1 == 1)).collect();
