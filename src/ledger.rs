@@ -73,7 +73,7 @@ pub struct MomentumAccounts {
 
 /// Compensated sum of millions of vectors: its rounding error is kept beside it (Knuth's two-sum, by component).
 ///
-/// A pressure adds the same impulse at every tick, and is then rounded the same way as often as not: 6e-12 of the sum
+/// A pressure adds the same impulse at every tick, rounded the same way as often as not. That makes 6e-12 of the sum
 /// after 10⁵ ticks, where the momentum itself is kept to 1e-14.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Account {

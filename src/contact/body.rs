@@ -97,8 +97,8 @@ impl Body {
         Self { shape, motion, freedom, mass, inertia, inverse_inertia, isotropic }
     }
 
-    /// Returns true if a state is admissible for this body: in its plane or on its axis, oriented by a unit
-    /// quaternion, and with a bulge only if the body is a dome.
+    /// Returns true if a state is admissible for this body: in its plane or on its axis, with a unit quaternion, and
+    /// with a bulge only in a dome.
     #[must_use]
     pub fn admits(&self, state: &BodyState) -> bool {
         /// Tolerance of the norm of a quaternion: rounding over a long run.

@@ -16,9 +16,9 @@ pub enum Law {
 
 /// Returns the normal impulse between a node and a rigid body, N·s; never attractive.
 ///
-/// J = max(0, −(u_free + e·u_before − b)/K), Moreau's law on half-step velocities (numerics 2.3, A7). `before` and
+/// Moreau's law on half-step velocities (numerics 2.3, A7): J = max(0, −(u_free + e·u_before − b)/K). `before` and
 /// `free` are the relative normal velocities before and after this tick's kicks, m/s. `rebound` = b − e·u_before
-/// combines restitution and the bias velocity b ≥ 0, and `compliance` is K = 1/m + 1/M + (r×n)·I⁻¹(r×n), 1/kg.
+/// combines restitution and the bias velocity b ≥ 0. `compliance` is K = 1/m + 1/M + (r×n)·I⁻¹(r×n), 1/kg.
 #[must_use]
 pub fn impulse(free: f64, rebound: f64, compliance: f64) -> f64 {
     debug_assert!(compliance > 0.0, "compliance must be positive");

@@ -89,7 +89,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Returns how far anything may travel before a facet with a body at distance d from a corner needs a query, m.
     /// For blunt bodies: until the facet can reach the allowed depth, as the least φ on it falls by at most the
     /// travel s. For other bodies: while d exceeds twice the length l of the facet, as no corner is then nearer than
-    /// d − l ≥ l; d falls by at most s, and l grows by at most 2s.
+    /// d − l ≥ l. d falls by at most s, and l grows by at most 2s.
     fn facet_clearance(&self, facet: ElementId, distance: f64) -> f64 {
         if !self.bodies.iter().all(|body| body.shape.is_blunt()) {
             return (distance - 2.0 * self.longest_edge(facet)) / 5.0;

@@ -102,36 +102,36 @@ impl<const D: usize> Touch<D> {
 /// at 0.3 bring it through and back. A blunt ogive on cells of half its radius gets 8 % more impulse at 0.3 than on
 /// fine ones, 2 % at 0.4.
 const FACE_DEPTH: f64 = 0.3;
-/// Facet depth, as [`FACE_DEPTH`], of a gel in space with history variables whose mesh is remeshed. Its surface is drawn over
-/// the body and remeshing splits its facets; facets split deep in the body have to be pushed out of it. In the first
-/// 0.3 ms of `fbi-bb-3d` this adds 6.5 % of the energy of the shot at 0.3, 1.6 % at 0.1, 0.9 % at 0.06 and 0.7 % at
-/// 0.02. A facet that is stopped late also turns about the point that stops it: at 0.3 the nose of `bullet-yaw`, with
-/// cells of 0.39 mm, leaks after 6 mm, and not at 0.06.
+/// Facet depth, as [`FACE_DEPTH`], of a remeshed gel in space with history variables. The surface is drawn over the
+/// body and remeshing splits the facets; facets split deep in the body have to be pushed out. The energy that this
+/// adds in the first 0.3 ms of `fbi-bb-3d`, relative to that of the shot, is 6.5 % at 0.3, 1.6 % at 0.1, 0.9 % at
+/// 0.06 and 0.7 % at 0.02. A facet stopped late also turns about the stopped point. At 0.3 the nose of `bullet-yaw`,
+/// with cells of 0.39 mm, leaks after 6 mm; at 0.06 it does not.
 ///
-/// Twice [`SLOP`], so that nodes carry flat contact. Nodes may stand as deep: with a slop of 0.03 the nodes of split
-/// facets were pushed out, by 0.8 % of the energy of `fbi-bb-3d`; with 0.06 by 0.15 %.
+/// Twice [`SLOP`], to let nodes carry flat contact. The slop of the nodes is equal: at 0.03 contact pushed out the
+/// nodes of split facets, by 0.8 % of the energy of `fbi-bb-3d`; at 0.06 by 0.15 %.
 const DRAWN_DEPTH: f64 = 2.0 * SLOP;
 /// Maximum number of Gauss–Seidel sweeps over the contact points of a tick, and the residual, relative to the
 /// greatest approach speed, that ends them (A7). A few sweeps settle a body heavier than the nodes it meets at once.
 /// A body of a hundredth of their mass needs hundreds: after ten it kept 2 % of its approach.
 const MAX_SWEEPS: usize = 400;
 const RESIDUAL_TOLERANCE: f64 = 1e-12;
-/// Tolerance above the surface within which a node counts as inside, in element sizes. Rounding otherwise finds a
-/// node that rests on a moving body at a distance of exactly zero inside or outside, and each miss costs an impact:
-/// the rebound of a mass that starts touching a bar was 2.3 % off. Rounding is ten thousand times smaller.
+/// Tolerance above the surface within which a node counts as inside, in element sizes. For a node that rests on a
+/// moving body at a distance of exactly zero, rounding would decide, and each miss costs an impact. The rebound of a
+/// mass that starts in touch with a bar was 2.3 % off. Rounding is ten thousand times smaller.
 pub(super) const TOUCH_TOLERANCE: f64 = 1e-9;
 /// Upper bound of the bias velocity, as a fraction of the greatest approach speed so far (numerics 2.5).
 const BIAS_CAP: f64 = 0.1;
 /// Penetration slop: the depth that the bias velocity leaves standing, in element sizes. Removing all penetration
-/// pushes nodes off that fall back for ever, and pumps energy through the contact: 4.7 % of the impact energy on
-/// `sphere-block` at 0, 0.05 % at 0.01, nothing at 0.03; under an oblique ball on a coarse mesh 0.4 % at 0.01,
-/// nothing at 0.03. The mean standing penetration does not grow with the slop: it is 0.005 to 0.008 where 0.01 is
-/// allowed (A7), because approaching nodes are found at that depth.
+/// pushes nodes off that fall back for ever, and pumps energy through the contact. On `sphere-block` the gain is
+/// 4.7 % of the impact energy at 0, 0.05 % at 0.01 and nothing at 0.03. Under an oblique ball on a coarse mesh it is
+/// 0.4 % at 0.01 and nothing at 0.03. The mean standing penetration does not grow with the slop: it is 0.005 to 0.008
+/// where 0.01 is allowed (A7), because approaching nodes are found at that depth.
 pub(super) const SLOP: f64 = 0.03;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Finds the contact points of a tick: for each body the active nodes inside it, ascending, then the active
-    /// facets that a tip of the body pierces or that are deep inside it.
+    /// Finds the contact points of a tick, body by body: the active nodes inside it, ascending, then the active
+    /// facets that a tip pierces or that are deep inside it.
     pub(super) fn find_touches(&mut self, tick: Tick) {
         self.find_symmetry_contacts(tick);
         self.find_facet_candidates();
@@ -202,8 +202,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     fn facet_contact(&self, facet: ElementId, size: f64, body: usize) -> Option<Touch<D>> {
         let corners = &self.gel.surface.facets[facet.index()][..D];
-        // The facet is only stopped, its penetration is not removed. Removal at a pointed tip pumps energy, up to 26
-        // % of the impact energy (a sharp ogive of 10 mm on cells of 6.7 mm).
+        // The facet is only stopped, its penetration is not removed. Removal at a pointed tip pumps energy, up to
+        // 26 % of the impact energy (a sharp ogive of 10 mm on cells of 6.7 mm).
         let stopped = |gap: Gap| Gap { distance: 0.0, ..gap };
         let (rigid, at) = self.body_at_tick(body);
         if let Some(TipPenetration { point, weights, gap, .. }) = self.find_tip_contact(facet, size, rigid, at) {
@@ -304,8 +304,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Returns the lead velocity ½ a Δt of a body that accelerates towards the contact point, m/s.
     ///
     /// The body accelerates continuously, the node only at its ticks. A node stopped relative to the velocity at its
-    /// tick would be overrun by ½ a Δt² in each step: a ball pressed on gel sank through a standing node at ½ a Δt.
-    /// The solver therefore stops the mean velocity of the interval ahead, as the half-step velocities of the gel are
+    /// tick would be overrun by ½ a Δt² in each step: a pressed ball sank through a standing node at ½ a Δt. The
+    /// solver therefore stops the mean velocity of the interval ahead, as the half-step velocities of the gel are
     /// means.
     fn lead_velocity(&self, touch: &Touch<D>, step: f64) -> f64 {
         let (rigid, at) = self.body_at_tick(touch.body);

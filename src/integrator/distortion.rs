@@ -23,14 +23,14 @@ pub struct Wear {
 /// applies until then.
 const YOUNG_AGE: Tick = 50;
 const YOUNG_FRACTION: f64 = 0.7;
-/// Least age of a mesh that ends by a stretched facet, in its finest steps: at a sharp corner no mesh helps.
+/// Least age at which a stretched facet ends a mesh, in its finest steps: at a sharp corner no mesh helps.
 const MIN_STRETCHED_AGE: Tick = 200;
 /// Corners of an element.
 const CORNERS: Simplex = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Returns true if the mesh is distorted at this tick, at an age in its finest steps. Elements whose nodes have
-    /// not moved far enough are skipped.
+    /// Returns true if the mesh is distorted at this tick, at an age in its finest steps. Elements are skipped until
+    /// their nodes have moved far enough.
     pub(super) fn is_distorted(&mut self, tick: Tick, age: Tick) -> bool {
         if self.ends.wear.is_none() {
             return false;
@@ -45,10 +45,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         (0..self.watch.n_parts()).any(|block| self.is_block_distorted(block, tick, fraction))
     }
 
-    /// Returns true if an element of a block exceeds a fraction of its limits and half of its step has passed; the
-    /// reference form has one block. Within its step, neighbours with shorter steps can invert an element, and the
-    /// kick at the end would use that shape. In the first half, the end of the mesh would take back part of the
-    /// leading half kick by the changed forces of the element.
+    /// Returns true if an element of a block exceeds a fraction of its limits after half of its step; the reference
+    /// form has one block. In the second half, neighbours with shorter steps can invert an element before its kick.
+    /// In the first half, the end of the mesh would take back part of the leading half kick by the changed forces of
+    /// the element.
     fn is_block_distorted(&mut self, block: usize, tick: Tick, fraction: f64) -> bool {
         let groups = match &self.blocks {
             // A block at rest where it was made is not distorted.
@@ -79,8 +79,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.watch.set_parts(parts, self.state.clocks.len());
     }
 
-    /// Returns the travel of its nodes at which an element of a group can be distorted, m; `None` if one exceeds this
-    /// fraction of its limits.
+    /// Returns the travel of its nodes at which an element of a group can be distorted, m; `None` if an element
+    /// exceeds this fraction of its limits.
     fn group_travel_bound(&self, group: usize, time: f64, fraction: f64) -> Option<f64> {
         let wear = self.ends.wear.as_ref()?;
         let mut least = f64::INFINITY;

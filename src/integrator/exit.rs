@@ -21,8 +21,8 @@ pub struct ExitRule {
     pub rest_after: f64,
 }
 
-/// Part of its exit speed that a body must keep to be away from the gel: a gel that is drawn out behind the back face and holds the
-/// body would slow it down and bring it back.
+/// Fraction of its exit speed that a body must keep to be away from the gel. Gel drawn out behind the back face could
+/// otherwise hold the body, slow it down and bring it back.
 const KEPT_SPEED: f64 = 0.5;
 
 impl ExitRule {
@@ -58,8 +58,8 @@ impl ExitRule {
     }
 }
 
-/// Returns true if a body no longer meets the gel: it is held, has left at the back and keeps its speed, or is above
-/// the entry surface and moves up. An inactive body may be made active at any time.
+/// Returns true if a body no longer meets the gel: it is held, has left at the back without slowing down, or moves up
+/// above the entry surface. An inactive body may be made active at any time.
 fn is_away(body: &Body, at: &BodyState, contact: &ContactRecord) -> bool {
     let keeps = |exit: ExitRecord| exit.velocity.z < 0.0 && at.velocity.z <= KEPT_SPEED * exit.velocity.z;
     let is_above = || at.velocity.z > 0.0 && body.depth(at) < 0.0;

@@ -40,14 +40,14 @@ pub(super) fn distance_lower_bound<const D: usize>(corners: &[Vector3; 3], gap: 
     gap.distance + steepest_corner(&gap, &middle, corners).1
 }
 
-/// Finds the deepest point of a facet that is deeper than `allowed`, m, by the Frank–Wolfe method from its centroid.
+/// Finds the deepest point of a facet that is deeper than `allowed`, m, by the Frank–Wolfe method from the centroid.
 ///
-/// φ of a convex body is convex along the facet, and bounded below by φ(x) + min_i n·(x_i − x): where the bound is
+/// φ of a convex body is convex along the facet, and bounded below by φ(x) + min_i n·(x_i − x). Where the bound is
 /// not deeper than allowed, one query at the centroid is enough. For a body that is not convex the deepest queried
 /// point is taken.
 ///
 /// At a sharp rim the body has two normals, with the facet's between them, and the facet's normal is taken there.
-/// Elsewhere the body's own normal is taken, so that a smooth ball without friction is not turned.
+/// Elsewhere the body's own normal is taken, to keep a smooth ball without friction from turning.
 pub(super) fn find_deepest_point<const D: usize>(
     corners: &[Vector3; 3],
     allowed: f64,

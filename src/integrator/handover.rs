@@ -19,7 +19,7 @@ use std::sync::Arc;
 pub(super) struct Ends {
     /// Distortion limits; `None` if the mesh never ends by them.
     pub wear: Option<Wear>,
-    /// Ticks at or after which the mesh ends whether it is distorted or not, ascending.
+    /// Ticks at or after which the mesh ends, distorted or not, ascending.
     at: Vec<Tick>,
     /// Exit rule, which may end the integration of the gel; `None` where its shape has no back face.
     pub exits: Option<ExitRule>,
@@ -30,7 +30,7 @@ pub(super) struct Ends {
 pub enum Reached {
     /// The requested end time is reached.
     End,
-    /// The mesh is distorted or due and has ended at a tick: positions and velocities are those of this instant.
+    /// The mesh was distorted or due and has ended at a tick: positions and velocities are those of this instant.
     Worn,
 }
 
@@ -51,7 +51,7 @@ pub(super) struct Passage<const D: usize> {
 }
 
 impl<const D: usize> Passage<D> {
-    /// Creates the handover to the first mesh, with nothing in it.
+    /// Creates the empty handover to the first mesh.
     pub fn begin(n_bodies: usize) -> Self {
         Self {
             tick: 0,
@@ -72,8 +72,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.state.now.unwrap_or(self.origin)
     }
 
-    /// Returns the failure at the last tick of a mesh that has ended, if there was one; the run ends with it unless
-    /// another mesh follows.
+    /// Returns the failure at the last tick of an ended mesh, if any; the run ends with it unless another mesh
+    /// follows.
     #[must_use]
     pub fn failure(&self) -> Option<&StepError> {
         self.failure.as_ref()
@@ -96,8 +96,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.ends.wear.is_some() && self.rules.schedule != Kind::Queue
     }
 
-    /// Sets the times, s, ascending, at which the mesh ends whether it is distorted or not: each at the first tick at
-    /// or after it where all steps end and the mesh is 4 of its finest steps old. The queue ignores them.
+    /// Sets the times, s, ascending, at which the mesh ends, distorted or not. It ends at the first tick from a time
+    /// on at which all steps end and the mesh is 4 of its finest steps old. The queue ignores the times.
     pub fn set_exchanges(&mut self, times: &[f64]) {
         self.ends.at = times.iter().map(|time| self.grid.first_tick(*time)).collect();
     }
@@ -107,8 +107,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.ends.at.iter().copied().find(|due| *due > self.origin)
     }
 
-    /// Returns true if the mesh ends at this tick: at once if it is distorted, but on time only where all steps end,
-    /// so that none is cut short.
+    /// Returns true if the mesh ends at this tick: at once if distorted, but on time only where all steps end, to cut
+    /// no step short.
     pub(super) fn is_over(&mut self, tick: Tick) -> bool {
         if self.state.now.is_none() || self.rules.schedule == Kind::Queue {
             return false;
@@ -121,8 +121,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             || self.has_leaked()
     }
 
-    /// Returns the step collapse or leak that has ended a mesh so young, by the finest step it began with, that the
-    /// next would fare no better.
+    /// Returns the step collapse or leak that has ended a young mesh: the next one would fare no better. Age counts
+    /// the finest step at its start.
     #[must_use]
     pub fn early_failure(&self) -> Option<&StepError> {
         let is_young = ((self.last_tick() - self.origin) as f64) < MIN_AGE as f64 * self.first.0;
@@ -171,15 +171,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         nodes.iter().map(|node| embed(&self.state.position[node.index()])).collect()
     }
 
-    /// Iterates over the groups whose step is one tick: no step is shorter, whatever is stable.
+    /// Iterates over the groups with a step of one tick, the shortest possible step.
     fn finest_groups(&self) -> impl Iterator<Item = usize> + '_ {
         let least = if self.steps.0 == 1 { self.state.clocks.as_slice() } else { &[] };
         least.iter().enumerate().filter(|(_, clock)| clock.step == 1).map(|(group, _)| group)
     }
 
-    /// Processes the last tick of this mesh: every group is active with the trailing half of its kick, and nodes that
-    /// stand on a body are held there. Otherwise such nodes would enter the body with half a kick, gain that energy,
-    /// and lose it in contact at the next tick.
+    /// Processes the last tick of this mesh: every group is active with the trailing half of its kick, and nodes on a
+    /// body are held there. Otherwise they would enter the body with half a kick, gain that energy, and lose it in
+    /// contact at the next tick.
     pub(super) fn close(&mut self, tick: Tick, (t, exchanges): (f64, &mut [Exchange])) -> Result<(), StepError> {
         let time = self.grid.time(tick);
         self.phase = Phase::Last;
@@ -211,8 +211,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Creates an engine that continues with another gel from the end of this one, with its nodes at these positions
-    /// and velocities. The changes of energy, momentum and angular momentum are booked. `birth` is its mesh and is
-    /// given the steps with which it begins.
+    /// and velocities. The changes of energy, momentum and angular momentum are booked. `birth` is the new mesh and
+    /// is given the steps with which it begins.
     ///
     /// # Errors
     /// [`NoStep`] if a step of the new mesh is no valid step; this engine then keeps all its data.

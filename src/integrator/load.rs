@@ -1,5 +1,5 @@
 //! Pressure loads on faces of the gel: each loaded facet is kicked at the ticks of the element behind it, as part of
-//! that element's energy, and its work is booked (numerics A6).
+//! that element's energy (numerics A6). The work of the pressures is booked.
 
 use super::Kind;
 use super::blocks::SLOTS;
@@ -196,8 +196,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Adds the load stiffness of pressures to the stiffness of active elements. Elements of a block at rest were not
-    /// swept: they take the stiffness of their last sweep without the load stiffness of that time, as if they were
-    /// swept now, and as after a restart.
+    /// swept: they take the stiffness of their last sweep without the former load stiffness, as a sweep now or a
+    /// restart would give.
     pub(super) fn stiffen(&mut self) {
         let stiffness = &mut self.state.stiffness;
         if let Some(blocks) = &mut self.blocks {

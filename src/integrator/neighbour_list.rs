@@ -2,7 +2,7 @@
 //! travelled more than its last gap.
 //!
 //! The distance of a point to a body changes by no more than the travel of both. The list stores the distance at the
-//! last query of each node and one travel sum for all nodes, and queries a node only when the travel since could have
+//! last query of each node and one travel sum for all nodes. It queries a node only when the travel since could have
 //! brought a body near. A skipped node is proved to be out of reach, so no result depends on the list. The same bound
 //! skips the facets around a node, and the distortion check of elements whose nodes have not moved far enough.
 
@@ -204,8 +204,8 @@ impl Watch {
         (active.map(approach).fold(0.0, f64::max) + self.speed()) * horizon
     }
 
-    /// Returns the travel, m, at which a node of this size may be met within a step in which body and node approach
-    /// each other by `reach`, or a facet around it needs a query.
+    /// Returns the travel, m, at which a node needs a query: a body may reach it within a step, or a facet around it
+    /// may be deep. `size` is that of the node, and `reach` the greatest approach of body and node in a step.
     #[inline]
     fn query_travel(&self, node: u32, size: f64, reach: f64) -> f64 {
         let (query, facet) = (self.query_bound[node as usize], self.facet_bound[node as usize]);

@@ -296,8 +296,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if calm >= RAISE_PATIENCE && aligned { (2 * clock.step, 0) } else { (clock.step, calm) }
     }
 
-    /// Limits a step by contact: no surface node may sink deeper into a body than [`MAX_DEPTH`] allows, and patches
-    /// within an element's size of a body take the shortest step around. Also returns true if the patch is that near.
+    /// Limits a step by contact: no surface node may sink deeper into a body than [`MAX_DEPTH`], and patches within
+    /// an element's size of a body take the shortest step around. Also returns true if the patch is that near.
     fn limit_by_contact(&self, group: usize, step: Tick) -> (Tick, bool) {
         let mut limit = step as f64;
         let mut near = false;
@@ -368,7 +368,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// `horizon`.
     ///
     /// The node moves straight on, the wrench accelerates the body by at most a, and the body's surface grows at w at
-    /// most. φ is 1-Lipschitz: from the point of the straight path at s the way is free for (φ + allowed − ½as² −
+    /// most. φ is 1-Lipschitz. From the point of the straight path at s the way is free for (φ + allowed − ½as² −
     /// ws)/(|v| + as_end + w), as ½a(s + δ)² − ½as² ≤ as_end δ.
     fn path_limit(&self, node: NodeId, size: f64, gap: &Gap, horizon: f64, body: usize) -> f64 {
         let (x, v) = (embed(&self.state.position[node.index()]), embed(&self.velocity_before(node)));

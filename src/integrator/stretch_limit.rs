@@ -8,9 +8,10 @@ use crate::geometry::SignedDistance as _;
 use crate::mesh::ElementId;
 use crate::state::SurfaceStretch;
 
-/// Leak depth: a stopped facet deeper in the body than this, at its deepest point or where a pole of the body pierces
-/// it, leaks; in the smaller of element size and inner radius of the body (A11). A facet stopped at one point still
-/// turns about it: the sharp corner of a cube comes 0.6 deep and is held, so half a size would be too little.
+/// Leak depth: a stopped facet leaks if it is deeper in the body, at its deepest point or where a pole of the body
+/// pierces it. It is measured in the smaller of element size and inner radius of the body (A11). A facet stopped at
+/// one point still turns about it: the sharp corner of a cube comes 0.6 deep and is held, so half a size would be too
+/// little.
 const LEAK_DEPTH: f64 = 1.0;
 /// Facet depth at which a mesh that can be remeshed counts as distorted, in the same measure: the surface has been
 /// stretched over the body.

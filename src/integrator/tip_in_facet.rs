@@ -10,10 +10,10 @@ use crate::geometry::{Gap, SignedDistance as _};
 use crate::math::{Vector3, embed};
 use crate::mesh::ElementId;
 
-/// Margin beyond the edges of a facet within which it counts as pierced, in barycentric coordinates. Otherwise one
-/// facet at a time holds a tip in the crease between two, and the tip slides down each in turn: a cone of 10 mm sank
-/// 0.7 cells of 3.3 mm deep and leaked. Margins from 0.01 to 0.2 prevent this, with the same depth of the body to 0.1
-/// %; at 0.5 facets far off carry contact.
+/// Margin beyond the edges of a facet within which it counts as pierced, in barycentric coordinates. Without it one
+/// facet at a time holds a tip in the crease between two, and the tip slides down each in turn. A cone of 10 mm then
+/// sank 0.7 cells of 3.3 mm deep and leaked. Margins from 0.01 to 0.2 prevent this, with the same depth of the body
+/// to 0.1 %; at 0.5 facets far off carry contact.
 const EDGE_MARGIN: f64 = 0.05;
 
 /// Depth behind a facet at which a blunt pole is met, in the smaller of element size and inner radius of the body. A
