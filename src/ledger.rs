@@ -179,7 +179,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_provided_counts_jumps_of_the_importer_and_nothing_that_the_method_makes() {
+    fn the_available_energy_counts_jumps_of_the_importer_and_nothing_that_the_method_makes() {
         let books = EnergyAccounts { external: -3.0, load: 0.5, importer: -0.25, ..EnergyAccounts::default() };
         let made = EnergyAccounts { integration: 9.0, contact_bias: 9.0, remesh: 9.0, plastic: -9.0, ..books };
         for books in [books, made] {

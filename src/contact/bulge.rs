@@ -60,13 +60,13 @@ impl Bulge {
 
     /// Returns the greatest speed of its surface along its normal, m/s.
     #[must_use]
-    pub fn speed(&self) -> f64 {
+    pub fn max_speed(&self) -> f64 {
         self.rate.abs().sum()
     }
 
     /// Returns the greatest rate of that speed, m/s².
     #[must_use]
-    pub fn pull(&self) -> f64 {
+    pub fn max_acceleration(&self) -> f64 {
         self.acceleration.abs().sum()
     }
 }

@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn passages_explain_energy_momentum_and_angular_momentum_to_round_off() {
+    fn the_work_of_the_wrench_explains_energy_momentum_and_angular_momentum_to_round_off() {
         for motion in [Motion::Free, Motion::Prescribed] {
             let (body, mut state) = rod(motion);
             state.wrench = wrench();

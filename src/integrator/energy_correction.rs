@@ -39,13 +39,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// p²/m_a, which gives ε. ε is negative where energy is taken.
     pub fn refund(&mut self, made: &[(ElementId, f64)], energy: f64) {
         let Impulses { by_node, work } = self.edge_impulses(made);
-        let square = |a: usize| if self.gel.mass[a] > 0.0 { by_node[a].norm_squared() / self.gel.mass[a] } else { 0.0 };
-        let more = ordered_sum(by_node.len(), 0.0, square);
-        let part = solve_factor(energy, work, more);
+        let square_over_mass =
+            |a: usize| if self.gel.mass[a] > 0.0 { by_node[a].norm_squared() / self.gel.mass[a] } else { 0.0 };
+        let square = ordered_sum(by_node.len(), 0.0, square_over_mass);
+        let factor = solve_factor(energy, work, square);
         for (a, impulse) in by_node.iter().enumerate().filter(|(_, impulse)| **impulse != Vector::<D>::zeros()) {
-            self.state.velocity[a] += impulse * (part / self.gel.mass[a]);
+            self.state.velocity[a] += impulse * (factor / self.gel.mass[a]);
         }
-        self.state.ledger.energy.remesh += part * (work + 0.5 * part * more);
+        self.state.ledger.energy.remesh += factor * (work + 0.5 * factor * square);
         self.derive();
     }
 
@@ -73,8 +74,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 fn solve_factor(energy: f64, work: f64, square: f64) -> f64 {
     let root = work * work + 2.0 * square * energy;
     // If these impulses cannot take the whole energy, they take the most they can.
-    let part = if root < 0.0 { -work / square } else { 2.0 * energy / (work + root.sqrt()) };
-    if part.is_finite() { part.clamp(-MAX_FACTOR, MAX_FACTOR) } else { 0.0 }
+    let factor = if root < 0.0 { -work / square } else { 2.0 * energy / (work + root.sqrt()) };
+    if factor.is_finite() { factor.clamp(-MAX_FACTOR, MAX_FACTOR) } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -82,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_part_gives_the_energy_as_far_as_it_may() {
+    fn the_impulse_factor_returns_the_energy_within_its_bound() {
         for (energy, work, square) in [(0.1, 1.0, 2.0), (-0.1, 1.0, 2.0), (1e-12, 3.0, 0.5)] {
             let part = solve_factor(energy, work, square);
             assert!((part * work + 0.5 * part * part * square - energy).abs() < 1e-15);

@@ -146,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_has_run_away_is_told_in_few_digits() {
+    fn errors_show_huge_numbers_with_an_exponent() {
         assert_eq!([-0.0614, -1.38e83].map(|jacobian| fixed(jacobian, 3)), ["-0.061", "-1.380e83"]);
         let error = StepError::Inverted { element: 7, time: 1e-3, jacobian: -1.38e83 };
         assert!(error.to_string().contains("J = -1.380e83 at two"), "{error}");

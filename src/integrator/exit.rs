@@ -26,13 +26,13 @@ pub struct ExitRule {
 const KEPT_SPEED: f64 = 0.5;
 
 impl ExitRule {
-    /// Creates the exit record of a body whose rear end is at `above` ≤ 0 relative to the back face, m, and was
+    /// Creates the exit record of a body whose rear end is at `height` ≤ 0 relative to the back face, m, and was
     /// higher at the last tick.
-    fn exit_of(body: &Body, at: &BodyState, above: f64, contact: &ContactRecord) -> ExitRecord {
+    fn exit_of(body: &Body, at: &BodyState, height: f64, contact: &ContactRecord) -> ExitRecord {
         let first = contact.touched.map_or(at.time, |touched| touched.0);
-        let since = if at.velocity.z < 0.0 { above / at.velocity.z } else { 0.0 };
+        let elapsed = if at.velocity.z < 0.0 { height / at.velocity.z } else { 0.0 };
         ExitRecord {
-            time: (at.time - since).max(first),
+            time: (at.time - elapsed).max(first),
             velocity: at.velocity,
             residual_energy: body.kinetic_energy(at),
             energy_deposited: -contact.work,
@@ -50,16 +50,16 @@ impl ExitRule {
         if !can_leave || (contact.exit.is_none() && at.position.z > self.back_face) {
             return;
         }
-        let above = body.rear(at) - self.back_face;
+        let height = body.rear(at) - self.back_face;
         contact.exit = match contact.exit {
-            None if above <= 0.0 && self.is_behind(at) => Some(Self::exit_of(body, at, above, contact)),
-            exit => exit.filter(|_| above <= 0.0),
+            None if height <= 0.0 && self.is_behind(at) => Some(Self::exit_of(body, at, height, contact)),
+            exit => exit.filter(|_| height <= 0.0),
         };
     }
 }
 
-/// Returns true if a body no longer meets the gel: it is held, has left at the back without slowing down, or moves up
-/// above the entry surface. An inactive body may be made active at any time.
+/// Returns true if a body no longer meets the gel: it is held, has left at the back with half its exit speed or more, or
+/// moves up above the entry surface. An inactive body may be made active at any time.
 fn is_away(body: &Body, at: &BodyState, contact: &ContactRecord) -> bool {
     let keeps = |exit: ExitRecord| exit.velocity.z < 0.0 && at.velocity.z <= KEPT_SPEED * exit.velocity.z;
     let is_above = || at.velocity.z > 0.0 && body.depth(at) < 0.0;

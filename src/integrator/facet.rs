@@ -58,19 +58,19 @@ pub(super) fn find_deepest_point<const D: usize>(
     let mut best: Option<DeepestPoint> = None;
     for query in 0..MAX_QUERIES {
         let point: Vector3 = (0..D).map(|i| corners[i] * weights[i]).sum();
-        let here = gap(&point);
-        let deeper = best.map_or(-allowed, |best| best.gap.distance);
-        if here.distance < deeper {
-            best = Some(DeepestPoint { point, weights, gap: here });
+        let found_gap = gap(&point);
+        let least_distance = best.map_or(-allowed, |best| best.gap.distance);
+        if found_gap.distance < least_distance {
+            best = Some(DeepestPoint { point, weights, gap: found_gap });
         }
-        let (to, slope) = steepest_corner(&here, &point, &corners[..D]);
-        let found = best.map_or(-allowed, |best| best.gap.distance - TOLERANCE * allowed);
-        if here.distance + slope >= found {
+        let (corner, slope) = steepest_corner(&found_gap, &point, &corners[..D]);
+        let threshold = best.map_or(-allowed, |best| best.gap.distance - TOLERANCE * allowed);
+        if found_gap.distance + slope >= threshold {
             break;
         }
-        let part = 2.0 / (f64::from(query) + 3.0);
-        weights = weights.map(|w| (1.0 - part) * w);
-        weights[to] += part;
+        let step = 2.0 / (f64::from(query) + 3.0);
+        weights = weights.map(|w| (1.0 - step) * w);
+        weights[corner] += step;
     }
     let inward = -outward_normal::<D>(corners).normalize();
     best.map(|deep| if deep.is_at_rim(&inward, gap) { deep.with_normal(inward) } else { deep })
@@ -101,16 +101,16 @@ mod tests {
     use crate::geometry::{HalfSpace, Outline, Plate, Profile, Shape, SignedDistance, Sphere, Sweep};
 
     #[test]
-    fn one_look_is_enough_where_nothing_is_deep() {
+    fn one_query_is_enough_for_a_facet_outside_the_body() {
         let corners = [Vector3::x(), Vector3::y(), -Vector3::x()].map(|p| 0.1 * p - Vector3::z());
-        let looks = std::cell::Cell::new(0);
+        let n_queries = std::cell::Cell::new(0);
         let ball = Sphere { radius: 1.0 };
         let gap = |p: &Vector3| {
-            looks.set(looks.get() + 1);
+            n_queries.set(n_queries.get() + 1);
             ball.gap(p)
         };
         assert_eq!(find_deepest_point::<3>(&corners, 0.02, gap), None);
-        assert_eq!(looks.get(), 1);
+        assert_eq!(n_queries.get(), 1);
     }
 
     /// What clears a facet for a while: nothing on it is nearer than was proved, less what its corners and the body have gone since.
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn no_point_of_a_facet_is_nearer_to_a_blunt_body_than_was_proved() {
+    fn the_distance_bound_holds_at_every_point_of_a_facet() {
         let plate = Plate::new([1.2, 0.8, 0.6], 0.05);
         let half_space = HalfSpace::new(Vector3::new(0.6, 0.0, 0.8));
         for shape in [Shape::Sphere(Sphere { radius: 0.7 }), Shape::Plate(plate), Shape::HalfSpace(half_space)] {

@@ -315,7 +315,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mesh_that_begins_with_steps_of_no_run_is_refused() {
+    fn a_mesh_with_invalid_stable_steps_is_refused() {
         let mesh = test_cube::mesh(&[0.0, 0.5, 1.0]);
         let engine = test_cube::engine(test_cube::gel(&mesh));
         let tick = engine.grid.length(1.0);

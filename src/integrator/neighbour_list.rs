@@ -119,8 +119,9 @@ impl Watch {
             self.candidates = CandidateSet::default();
         }
         self.bounding_ball.1 += node_travel;
-        let moved = self.bodies.iter().zip(bodies).map(|(was, now)| self.displacement(was, now)).fold(0.0, f64::max);
-        self.travel += node_travel + moved;
+        let body_travel =
+            self.bodies.iter().zip(bodies).map(|(was, now)| self.displacement(was, now)).fold(0.0, f64::max);
+        self.travel += node_travel + body_travel;
         self.time = time;
         self.bodies.clear();
         self.bodies.extend_from_slice(bodies);
@@ -177,14 +178,14 @@ impl Watch {
 
     /// Returns the greatest travel of a point of a body near the surface, m: |R − R′| ≤ 2 |q − q′| for rotations.
     fn displacement(&self, was: &BodyState, now: &BodyState) -> f64 {
-        let turned = 2.0 * (now.orientation.quaternion() - was.orientation.quaternion()).norm();
-        let grown = match (&was.bulge, &now.bulge) {
+        let rotation = 2.0 * (now.orientation.quaternion() - was.orientation.quaternion()).norm();
+        let growth = match (&was.bulge, &now.bulge) {
             (Some(was), Some(now)) => (now.size - was.size).abs().sum(),
             _ => 0.0,
         };
         (now.position - was.position).norm()
-            + turned * self.greatest_distance(was).max(self.greatest_distance(now))
-            + grown
+            + rotation * self.greatest_distance(was).max(self.greatest_distance(now))
+            + growth
     }
 
     /// Returns an upper bound of the distance from the centre of a body to any surface node, m.
@@ -196,9 +197,13 @@ impl Watch {
     /// of a node.
     pub fn reach(&self, bodies: &[Body], horizon: f64) -> f64 {
         let approach = |(body, at): (&Body, &BodyState)| {
-            let (growth, swelling) = at.bulge.map_or((0.0, 0.0), |bulge| (bulge.speed(), bulge.pull()));
-            let pull = at.wrench.force.norm() / body.mass + swelling;
-            at.velocity.norm() + body.angular_velocity(at).norm() * self.greatest_distance(at) + growth + pull * horizon
+            let (growth_speed, growth_acceleration) =
+                at.bulge.map_or((0.0, 0.0), |bulge| (bulge.max_speed(), bulge.max_acceleration()));
+            let acceleration = at.wrench.force.norm() / body.mass + growth_acceleration;
+            at.velocity.norm()
+                + body.angular_velocity(at).norm() * self.greatest_distance(at)
+                + growth_speed
+                + acceleration * horizon
         };
         let active = bodies.iter().zip(&self.bodies).filter(|(_, at)| at.active);
         (active.map(approach).fold(0.0, f64::max) + self.speed()) * horizon
@@ -224,7 +229,7 @@ impl Watch {
         surface: &Surface,
         reach: f64,
         is_active: impl Fn(NodeId) -> bool,
-        seen: &mut Vec<u32>,
+        queries: &mut Vec<u32>,
     ) {
         let candidates = &self.candidates;
         let is_valid = !may_exceed(candidates.next_travel, self.travel)
@@ -233,12 +238,12 @@ impl Watch {
         if !is_valid {
             self.rebuild(surface, REACH_GROWTH * reach);
         }
-        let before = seen.len();
-        seen.extend(self.candidates.nodes.iter().copied().filter(|node| {
+        let before = queries.len();
+        queries.extend(self.candidates.nodes.iter().copied().filter(|node| {
             let at = &surface.nodes[*node as usize];
             self.needs_query(*node, at.size, reach) && is_active(at.node)
         }));
-        self.candidates.n_idle += self.candidates.nodes.len() - (seen.len() - before);
+        self.candidates.n_idle += self.candidates.nodes.len() - (queries.len() - before);
     }
 
     /// Rebuilds the candidate set. Only candidates are queried, so the bounds of all other nodes hold until the next
@@ -299,11 +304,14 @@ impl Watch {
     /// Returns how far a point of a body can travel in a time, m.
     fn body_travel(&self, body: &Body, at: &BodyState, h: f64) -> f64 {
         let wrench = &at.wrench;
-        let pull = (wrench.force.norm() + wrench.force_rate.norm() * h) / body.mass;
-        let turning = at.angular_momentum.norm() + (wrench.torque.norm() + wrench.torque_rate.norm() * h) * h;
-        let grown = at.bulge.map_or(0.0, |bulge| bulge.speed() * h + 0.5 * bulge.pull() * h * h);
-        let straight = at.velocity.norm() * h + 0.5 * pull * h * h;
-        straight + body.inverse_inertia.norm() * turning * h * (self.greatest_distance(at) + straight) + grown
+        let acceleration = (wrench.force.norm() + wrench.force_rate.norm() * h) / body.mass;
+        let angular_momentum_bound =
+            at.angular_momentum.norm() + (wrench.torque.norm() + wrench.torque_rate.norm() * h) * h;
+        let growth = at.bulge.map_or(0.0, |bulge| bulge.max_speed() * h + 0.5 * bulge.max_acceleration() * h * h);
+        let translation = at.velocity.norm() * h + 0.5 * acceleration * h * h;
+        translation
+            + body.inverse_inertia.norm() * angular_momentum_bound * h * (self.greatest_distance(at) + translation)
+            + growth
     }
 }
 
@@ -374,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_known_of_a_body_that_is_switched_on() {
+    fn a_body_that_becomes_active_invalidates_all_bounds() {
         let mesh = test_cube::mesh(&[0.0, 1.0]);
         let surface = test_cube::gel(&mesh).surface;
         let mut watch = Watch::new(&surface, (0.0, vec![0.0]), |node| mesh.rest[node]);

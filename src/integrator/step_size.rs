@@ -109,14 +109,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let (mut all, mut fronts) = (std::mem::take(&mut blocks.all), std::mem::take(&mut blocks.fronts));
         let mut limits = std::mem::take(&mut self.scratch.limits);
         for (i, (block, front)) in all.iter_mut().zip(&mut fronts).enumerate() {
-            let watched = front.gives || block.looked_at || block.restless;
-            if block.due == Due::Nothing || !watched || front.is_calm() {
+            let is_watched = front.gives || block.looked_at || block.restless;
+            if block.due == Due::Nothing || !is_watched || front.is_calm() {
                 continue;
             }
             self.collect_limits(block, front.gives, &mut limits);
             // Inactive groups of a block at rest are not checked.
-            let waits = block.restless && block.due == Due::Some && !front.gives;
-            block.restless = self.collect_changeable_groups(tick, i, &limits, groups) || waits;
+            let must_wait = block.restless && block.due == Due::Some && !front.gives;
+            block.restless = self.collect_changeable_groups(tick, i, &limits, groups) || must_wait;
             if !block.restless {
                 self.watch_limits(front, i, block.nodes.len(), &limits);
             }
@@ -138,8 +138,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn collect_changeable_groups(&self, tick: Tick, block: usize, limits: &[f64], groups: &mut Vec<u32>) -> bool {
         let Some(blocks) = &self.blocks else { return false };
         let (all, before) = (blocks.groups_of(block), groups.len());
-        let restless = |group: &usize| self.may_step_change(tick, *group, &blocks.lanes, limits);
-        groups.extend(all.clone().filter(restless).map(|group| group as u32));
+        let is_changeable = |group: &usize| self.may_step_change(tick, *group, &blocks.lanes, limits);
+        groups.extend(all.clone().filter(is_changeable).map(|group| group as u32));
         groups.len() > before || self.state.clocks[all].iter().any(|clock| clock.calm > 0)
     }
 
@@ -206,10 +206,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Returns the time until an element of a group inverts at its present rate, ticks; infinite beyond the
     /// look-ahead.
     fn time_to_inversion(&self, group: usize, clock: &Clock, tick: Tick) -> f64 {
-        let after = self.grid.ticks(1.0 / self.scratch.answers[group].closing);
-        let foreseen = FORESEEN * self.moment(tick).elapsed(clock.step) as f64;
-        let is_foreseen = self.can_wear() && (clock.step == 0 || after < foreseen);
-        if is_foreseen { after } else { f64::INFINITY }
+        let time = self.grid.ticks(1.0 / self.scratch.answers[group].closing);
+        let look_ahead = FORESEEN * self.moment(tick).elapsed(clock.step) as f64;
+        let is_foreseen = self.can_wear() && (clock.step == 0 || time < look_ahead);
+        if is_foreseen { time } else { f64::INFINITY }
     }
 
     /// Adds the active groups around the nodes close to a body whose step contact shortens, or whose hold count it
@@ -219,8 +219,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let nearness = &self.scratch.nearness[self.scratch.place[*surface as usize] as usize];
             let is_concerned = |group: &u32| {
                 let clock = &self.state.clocks[*group as usize];
-                let fires = self.rules.schedule.fires(clock.step, tick);
-                fires && (nearness.limit < clock.step as f64 || nearness.is_near && clock.calm > 0)
+                let is_active = self.rules.schedule.fires(clock.step, tick);
+                is_active && (nearness.limit < clock.step as f64 || nearness.is_near && clock.calm > 0)
             };
             groups.extend(self.scratch.beside[*surface as usize].groups.iter().copied().filter(is_concerned));
         }
@@ -240,9 +240,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
             let limit = limit.min(self.time_to_inversion(i, &was, tick));
             let (step, calm) = self.apply_hysteresis(limit.max(1.0), &was, tick);
-            let (step, near) = self.limit_by_contact(i, step);
+            let (step, is_near) = self.limit_by_contact(i, step);
             let clock = &mut self.state.clocks[i];
-            (clock.step, clock.calm) = (step, if near { 0 } else { calm });
+            (clock.step, clock.calm) = (step, if is_near { 0 } else { calm });
             let moment = self.moment(tick);
             if step != was.step {
                 let (planned, ahead) = (moment.ahead(was.step), moment.ahead(step));
@@ -252,7 +252,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 // In the queue, patches near contact wait for the common multiples of their steps, so that they are
                 // active together.
                 self.state.alarms[i] =
-                    Alarm { last: tick, next: if near { (tick / step + 1) * step } else { tick + step } };
+                    Alarm { last: tick, next: if is_near { (tick / step + 1) * step } else { tick + step } };
             }
         }
         if self.rules.schedule == Kind::Global {
@@ -292,15 +292,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             return (clock.step, 0);
         }
         let calm = clock.calm.saturating_add(1);
-        let aligned = self.rules.schedule == Kind::Queue || tick.is_multiple_of(2 * clock.step);
-        if calm >= RAISE_PATIENCE && aligned { (2 * clock.step, 0) } else { (clock.step, calm) }
+        let is_aligned = self.rules.schedule == Kind::Queue || tick.is_multiple_of(2 * clock.step);
+        if calm >= RAISE_PATIENCE && is_aligned { (2 * clock.step, 0) } else { (clock.step, calm) }
     }
 
     /// Limits a step by contact: no surface node may sink deeper into a body than [`MAX_DEPTH`], and patches within
     /// an element's size of a body take the shortest step around. Also returns true if the patch is that near.
     fn limit_by_contact(&self, group: usize, step: Tick) -> (Tick, bool) {
         let mut limit = step as f64;
-        let mut near = false;
+        let mut is_near = false;
         let elements = self.order.elements(self.order.slots(group));
         for node in elements.flat_map(|element| self.gel.potential.nodes(element)) {
             let Some(surface) = self.gel.surface.of[node.index()] else { continue };
@@ -308,11 +308,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 continue;
             };
             limit = limit.min(nearness.limit);
-            near |= nearness.is_near;
+            is_near |= nearness.is_near;
         }
         let limit = limit.max(1.0);
-        let kind = if near && self.rules.schedule == Kind::Queue { Kind::Bins } else { self.rules.schedule };
-        (if near || limit < step as f64 { kind.step(limit) } else { step }, near)
+        let kind = if is_near && self.rules.schedule == Kind::Queue { Kind::Bins } else { self.rules.schedule };
+        (if is_near || limit < step as f64 { kind.step(limit) } else { step }, is_near)
     }
 
     /// Finds the contact limits of the steps around each node close to a body.
@@ -320,10 +320,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let horizon = self.horizon();
         let mut all = std::mem::take(&mut self.scratch.nearness);
         all.clear();
-        for (place, surface) in self.scratch.reached.iter().enumerate() {
+        for (index, surface) in self.scratch.reached.iter().enumerate() {
             let at = self.gel.surface.nodes[*surface as usize];
             let mut nearness = Nearness { limit: f64::INFINITY, is_near: false };
-            let gaps = &self.scratch.gaps[place * self.bodies.len()..][..self.bodies.len()];
+            let gaps = &self.scratch.gaps[index * self.bodies.len()..][..self.bodies.len()];
             for (body, gap) in gaps.iter().enumerate().filter_map(|(body, gap)| Some((body, (*gap)?))) {
                 let proved = self.path_limit(at.node, at.size, &gap, horizon, body);
                 nearness.limit = if proved < horizon { nearness.limit.min(proved) } else { nearness.limit };
@@ -354,12 +354,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// Returns the shortest present step of the elements of a surface node, ticks.
     pub(super) fn shortest_step_around(&self, node: NodeId) -> f64 {
-        let known = self.gel.surface.of[node.index()].map(|surface| &self.scratch.beside[surface as usize].groups);
-        let known = known.map_or(&[] as &[u32], Vec::as_slice);
+        let cached = self.gel.surface.of[node.index()].map(|surface| &self.scratch.beside[surface as usize].groups);
+        let cached = cached.map_or(&[] as &[u32], Vec::as_slice);
         // A corner of a facet that no body is close to has no cached groups.
-        let star = if known.is_empty() { self.gel.star.of(node) } else { &[] };
+        let star = if cached.is_empty() { self.gel.star.of(node) } else { &[] };
         let groups =
-            known.iter().map(|group| *group as usize).chain(star.iter().map(|element| self.order.group(*element)));
+            cached.iter().map(|group| *group as usize).chain(star.iter().map(|element| self.order.group(*element)));
         let steps = groups.map(|group| self.state.clocks[group].step).filter(|step| *step > 0);
         steps.map(|step| step as f64).fold(f64::INFINITY, f64::min)
     }
@@ -374,24 +374,25 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let (x, v) = (embed(&self.state.position[node.index()]), embed(&self.velocity_before(node)));
         let (rigid, body) = (&self.bodies[body], &self.scratch.was[body]);
         // A spinning sphere occupies the same place.
-        let round = matches!(rigid.shape, Shape::Sphere(_));
-        let relative: Vector3 = v - if round { body.velocity } else { rigid.velocity_at(body, &x) };
-        let end = horizon * self.grid.time(1);
-        let (growth, swelling) = body.bulge.map_or((0.0, 0.0), |bulge| (bulge.speed(), bulge.pull()));
-        let pull = 0.5 * (body.wrench.force.norm() / rigid.mass + swelling);
-        let speed = relative.norm() + 2.0 * pull * end + growth;
+        let is_sphere = matches!(rigid.shape, Shape::Sphere(_));
+        let relative_velocity: Vector3 = v - if is_sphere { body.velocity } else { rigid.velocity_at(body, &x) };
+        let end_time = horizon * self.grid.time(1);
+        let (growth_speed, growth_acceleration) =
+            body.bulge.map_or((0.0, 0.0), |bulge| (bulge.max_speed(), bulge.max_acceleration()));
+        let half_acceleration = 0.5 * (body.wrench.force.norm() / rigid.mass + growth_acceleration);
+        let speed = relative_velocity.norm() + 2.0 * half_acceleration * end_time + growth_speed;
         let allowed = (MAX_DEPTH * size).max(EXTRA_DEPTH * size - gap.distance);
         let (mut proved, mut distance) = (0.0, gap.distance);
         for _ in 0..MAX_QUERIES {
-            let room = distance + allowed - (pull * proved + growth) * proved;
-            if room <= 0.0 {
+            let clearance = distance + allowed - (half_acceleration * proved + growth_speed) * proved;
+            if clearance <= 0.0 {
                 break;
             }
-            proved += room / speed;
-            if proved >= end || speed == 0.0 {
+            proved += clearance / speed;
+            if proved >= end_time || speed == 0.0 {
                 return horizon;
             }
-            distance = rigid.gap(body, &(x + relative * proved)).distance;
+            distance = rigid.gap(body, &(x + relative_velocity * proved)).distance;
         }
         self.grid.ticks(proved)
     }

@@ -56,17 +56,18 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let (x, v) = (self.state.position[a], self.state.velocity[a]);
         // At the last tick of a mesh there is no step ahead: a node at the plane is held there.
         let is_last = self.phase == Phase::Last;
-        let reaches = move |axis: usize| {
+        let may_reach_image = move |axis: usize| {
             x[axis] < size
                 || x[axis] < STRETCH * size && x[axis] < 2.0 * v[axis].abs() * self.time_to_next_tick(node, tick)
         };
-        let is_there = move |axis: usize| if is_last { x[axis] < TOUCH_TOLERANCE * size } else { reaches(axis) };
-        let meets = move |axis: &usize| !self.gel.held(a)[*axis] && is_there(*axis);
+        let is_candidate =
+            move |axis: usize| if is_last { x[axis] < TOUCH_TOLERANCE * size } else { may_reach_image(axis) };
+        let has_contact = move |axis: &usize| !self.gel.held(a)[*axis] && is_candidate(*axis);
         let meeting = move |axis: usize| {
             let min_velocity = if is_last { 0.0 } else { (-x[axis] / self.time_to_next_tick(node, tick)).min(0.0) };
             Meeting { node, axis, min_velocity, before: self.velocity_before(node)[axis], impulse: 0.0 }
         };
-        self.gel.mirrored.iter().copied().filter(meets).map(meeting)
+        self.gel.mirrored.iter().copied().filter(has_contact).map(meeting)
     }
 
     /// Returns the time until the next tick of a node, s.

@@ -42,9 +42,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub(super) fn find_penetration(&self, facet: ElementId, rigid: &Body, state: &BodyState) -> Option<TipPenetration> {
         let corners = self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, state.time)));
         let poles = rigid.shape.poles().iter();
-        let place = |p: &Vector3| state.position + state.orientation.transform_vector(p);
+        let to_world = |p: &Vector3| state.position + state.orientation.transform_vector(p);
         let penetrations =
-            poles.filter_map(|pole| intersect_facet::<D>(&corners, &place(&pole.end), &place(&pole.inner)));
+            poles.filter_map(|pole| intersect_facet::<D>(&corners, &to_world(&pole.end), &to_world(&pole.inner)));
         penetrations.min_by(|a, b| a.gap.distance.total_cmp(&b.gap.distance))
     }
 
