@@ -134,6 +134,7 @@ impl EnergyAccounts {
         self.integration += spent.plastic + spent.viscous + spent.damage;
     }
 
+    /// Returns all accounts, J.
     fn accounts(&self) -> [f64; 13] {
         let Self { contact, friction, contact_bias, integration, external, importer, .. } = *self;
         let Self { remesh, load, damping, plastic, viscous, splash, damage, .. } = *self;

@@ -49,10 +49,12 @@ impl Freedom {
     }
 }
 
+/// Returns true if all principal moments of inertia are equal.
 fn is_isotropic(inertia: &Tensor3) -> bool {
     *inertia == Tensor3::identity() * inertia[(0, 0)]
 }
 
+/// Sets the components that are not kept to zero.
 fn mask_components(v: &Vector3, keep: [bool; 3]) -> Vector3 {
     Vector3::from_fn(|i, _| if keep[i] { v[i] } else { 0.0 })
 }

@@ -38,6 +38,7 @@ impl Exchange {
         self.mean(self.angular_impulse)
     }
 
+    /// Returns the mean of an impulse over the step.
     fn mean(&self, impulse: Vector3) -> Vector3 {
         if self.duration > 0.0 { impulse / self.duration } else { Vector3::zeros() }
     }

@@ -129,6 +129,7 @@ impl BodyState {
         next
     }
 
+    /// Steps angular momentum and orientation by the midpoint rule.
     fn step_orientation(&self, body: &Body, next: &mut Self) {
         let h = next.time - self.time;
         let Wrench { torque, torque_rate, .. } = self.wrench;

@@ -30,6 +30,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.find_contact_limits();
     }
 
+    /// Finds the active surface nodes that need a query, ascending.
     fn find_queried_nodes(&mut self, reach: f64) {
         let (gel, watch, reached) = (&self.gel, &mut self.watch, &mut self.scratch.reached);
         if let Some(blocks) = &self.blocks {
@@ -40,21 +41,23 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         reached.sort_unstable();
     }
 
+    /// Queries the gaps of these nodes to each active body, and lists the nodes close to a body.
     fn query_node_gaps(&mut self, reach: f64) {
         let (scratch, n) = (&mut self.scratch, self.bodies.len());
         scratch.gaps.clear();
         scratch.close.clear();
-        for (i, surface) in scratch.reached.iter().enumerate() {
+        for (index, surface) in scratch.reached.iter().enumerate() {
             let SurfaceNode { node, size, .. } = self.gel.surface.nodes[*surface as usize];
             let point = embed(&self.state.position[node.index()]);
             let bodies = self.bodies.iter().zip(&scratch.was);
             scratch.gaps.extend(bodies.map(|(rigid, body)| body.active.then(|| rigid.gap(body, &point))));
-            let nearest = scratch.gaps[i * n..].iter().flatten().map(|gap| gap.distance).fold(f64::INFINITY, f64::min);
+            let nearest =
+                scratch.gaps[index * n..].iter().flatten().map(|gap| gap.distance).fold(f64::INFINITY, f64::min);
             self.watch.set_gap(*surface, nearest);
             if nearest < size.max(reach) {
                 scratch.close.push(*surface);
             }
-            scratch.place[*surface as usize] = i as u32;
+            scratch.place[*surface as usize] = index as u32;
         }
     }
 
@@ -74,22 +77,23 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Updates around the queried nodes how far anything may travel before their facets need a query.
     pub(super) fn update_facet_bounds(&mut self) {
         let (gel, n) = (self.gel.clone(), self.bodies.len());
-        for (place, surface) in self.scratch.reached.iter().enumerate() {
+        for (index, surface) in self.scratch.reached.iter().enumerate() {
             if self.watch.needs_facet_query(*surface) {
                 let node = gel.surface.nodes[*surface as usize].node;
-                let gaps = self.scratch.gaps[place * n..][..n].iter().flatten();
+                let gaps = self.scratch.gaps[index * n..][..n].iter().flatten();
                 let nearest = gaps.map(|gap| gap.distance).fold(f64::INFINITY, f64::min);
                 let around = gel.surface.around.of(node).iter();
-                let room = around.map(|facet| self.facet_clearance(*facet, nearest)).fold(f64::INFINITY, least);
-                self.watch.set_facet_bound(*surface, room);
+                let clearance = around.map(|facet| self.facet_clearance(*facet, nearest)).fold(f64::INFINITY, least);
+                self.watch.set_facet_bound(*surface, clearance);
             }
         }
     }
 
     /// Returns how far anything may travel before a facet with a body at distance d from a corner needs a query, m.
-    /// For blunt bodies: until the facet can reach the allowed depth, as the least φ on it falls by at most the
-    /// travel s. For other bodies: while d exceeds twice the length l of the facet, as no corner is then nearer than
-    /// d − l ≥ l. d falls by at most s, and l grows by at most 2s.
+    ///
+    /// For blunt bodies it is the travel until the facet can reach the allowed depth, as the least φ on it falls by
+    /// at most the travel s. For other bodies a facet needs no query while d exceeds twice its length l, as no corner
+    /// is then nearer than d − l ≥ l. d falls by at most s, and l grows by at most 2s.
     fn facet_clearance(&self, facet: ElementId, distance: f64) -> f64 {
         if !self.bodies.iter().all(|body| body.shape.is_blunt()) {
             return (distance - 2.0 * self.longest_edge(facet)) / 5.0;
@@ -112,8 +116,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Returns φ and n of a queried node, by its index among the queried nodes.
-    pub(super) fn gap_at(&self, place: usize, body: usize) -> Option<Gap> {
-        self.scratch.gaps[place * self.bodies.len() + body]
+    pub(super) fn gap_at(&self, index: usize, body: usize) -> Option<Gap> {
+        self.scratch.gaps[index * self.bodies.len() + body]
     }
 }
 

@@ -73,6 +73,7 @@ impl<const D: usize> Touch<D> {
         }
     }
 
+    /// Returns the nodes that carry the contact point.
     pub fn nodes(&self) -> &[NodeId] {
         &self.nodes[..self.n_nodes]
     }
@@ -153,10 +154,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.scratch.touches = touches;
     }
 
+    /// Adds the contact points of one body: its nodes, then its facets.
     fn collect_contacts(&self, body: usize, tick: Tick, touches: &mut Vec<Touch<D>>) {
-        for (place, reached) in self.scratch.reached.iter().enumerate() {
-            let at = self.gel.surface.nodes[*reached as usize];
-            let Some(gap) = self.gap_at(place, body).filter(|gap| gap.distance <= TOUCH_TOLERANCE * at.size) else {
+        for (index, surface) in self.scratch.reached.iter().enumerate() {
+            let at = self.gel.surface.nodes[*surface as usize];
+            let Some(gap) = self.gap_at(index, body).filter(|gap| gap.distance <= TOUCH_TOLERANCE * at.size) else {
                 continue;
             };
             let point = embed(&self.state.position[at.node.index()]);
@@ -178,18 +180,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         facets.clear();
         for body in 0..self.bodies.len() {
             found.clear();
-            for (place, reached) in self.scratch.reached.iter().enumerate() {
+            for (index, reached) in self.scratch.reached.iter().enumerate() {
                 let at = self.gel.surface.nodes[*reached as usize];
                 let near = |gap: &Gap| gap.distance < STRETCH * at.size && self.watch.needs_facet_query(*reached);
-                let Some(gap) = self.gap_at(place, body).filter(near) else { continue };
+                let Some(gap) = self.gap_at(index, body).filter(near) else { continue };
                 found.extend(self.gel.surface.around.of(at.node).iter().map(|facet| (*facet, gap.distance, at.size)));
             }
             found.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-            for one in found.chunk_by(|a, b| a.0 == b.0).filter(|one| one[0].1 < self.longest_edge(one[0].0)) {
-                let sizes = one.iter().map(|(_, _, size)| *size);
+            for same_facet in found
+                .chunk_by(|a, b| a.0 == b.0)
+                .filter(|same_facet| same_facet[0].1 < self.longest_edge(same_facet[0].0))
+            {
+                let sizes = same_facet.iter().map(|(_, _, size)| *size);
                 let sizes =
                     sizes.fold((f64::INFINITY, 0.0_f64), |(least, most), size| (least.min(size), most.max(size)));
-                facets.push((body as u32, one[0].0, sizes));
+                facets.push((body as u32, same_facet[0].0, sizes));
             }
         }
         (self.scratch.facets, self.scratch.found) = (facets, found);
@@ -200,19 +205,20 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         (&self.bodies[body], &self.scratch.was[body])
     }
 
+    /// Returns the contact point of a facet at a tip of the body or where the facet is deepest.
     fn facet_contact(&self, facet: ElementId, size: f64, body: usize) -> Option<Touch<D>> {
         let corners = &self.gel.surface.facets[facet.index()][..D];
         // The facet is only stopped, its penetration is not removed. Removal at a pointed tip pumps energy, up to
         // 26 % of the impact energy (a sharp ogive of 10 mm on cells of 6.7 mm).
-        let stopped = |gap: Gap| Gap { distance: 0.0, ..gap };
+        let without_depth = |gap: Gap| Gap { distance: 0.0, ..gap };
         let (rigid, at) = self.body_at_tick(body);
         if let Some(TipPenetration { point, weights, gap, .. }) = self.find_tip_contact(facet, size, rigid, at) {
-            return self.new_contact(corners, weights, size, point, &stopped(gap), body);
+            return self.new_contact(corners, weights, size, point, &without_depth(gap), body);
         }
         let allowed = self.face_depth() * size.min(rigid.shape.inner_radius());
         let DeepestPoint { point, weights, gap } =
             find_deepest_point::<D>(&self.facet_corners(facet), allowed, |p| rigid.gap(at, p))?;
-        self.new_contact(corners, weights, size, point, &stopped(gap), body)
+        self.new_contact(corners, weights, size, point, &without_depth(gap), body)
     }
 
     /// Returns the depth at which a facet is stopped, in the smaller of element size and inner radius of the body.
@@ -295,6 +301,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.relative_velocity(touch, |node| self.state.velocity[node.index()])
     }
 
+    /// Returns the relative velocity Σ w v_a − V(x) for given velocities of the nodes, m/s.
     fn relative_velocity(&self, touch: &Touch<D>, velocity: impl Fn(NodeId) -> Vector<D>) -> Vector3 {
         let gel: Vector3 = touch.carriers().map(|(node, w)| embed(&velocity(node)) * w).sum();
         let (rigid, now) = (&self.bodies[touch.body], &self.scratch.now[touch.body]);
@@ -337,7 +344,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Solves Moreau's law with Coulomb friction at all contact points and symmetry contacts: projected Gauss–Seidel
     /// sweeps on the accumulated impulses until nothing changes.
     pub(super) fn solve(&mut self, restitution: f64, friction: f64) {
-        let fastest = self.state.record.contacts.iter().map(|contact| contact.approach).fold(0.0, f64::max);
+        let greatest_approach = self.state.record.contacts.iter().map(|contact| contact.approach).fold(0.0, f64::max);
         for _ in 0..MAX_SWEEPS {
             let mut residual: f64 = 0.0;
             for i in 0..self.scratch.touches.len() {
@@ -347,7 +354,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 }
             }
             residual = residual.max(self.meet_all());
-            if residual <= RESIDUAL_TOLERANCE * fastest {
+            if residual <= RESIDUAL_TOLERANCE * greatest_approach {
                 break;
             }
         }
@@ -376,16 +383,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn correct_normal_impulse(&mut self, i: usize, restitution: f64) -> f64 {
         let touch = &self.scratch.touches[i];
         let rebound = touch.bias + touch.lead - restitution * (touch.approach() + touch.lead);
-        let so_far = touch.impulse;
-        let free = touch.normal.dot(&self.relative(touch)) - touch.compliance * so_far;
-        let change = impulse(free, rebound, touch.compliance) - so_far;
+        let accumulated = touch.impulse;
+        let free = touch.normal.dot(&self.relative(touch)) - touch.compliance * accumulated;
+        let change = impulse(free, rebound, touch.compliance) - accumulated;
         if change == 0.0 {
             return 0.0;
         }
-        let (push, jump) = (touch.normal * change, change.abs() * touch.compliance);
+        let (push, velocity_change) = (touch.normal * change, change.abs() * touch.compliance);
         self.scratch.touches[i].impulse += change;
         self.apply_impulse(i, &push);
-        jump
+        velocity_change
     }
 
     /// Corrects one friction impulse: the impulse that would stop the sliding, cut to |Jₜ| ≤ μ J; returns the change
@@ -399,8 +406,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if compliance == 0.0 {
             return 0.0;
         }
-        let (most, stick) = (friction * touch.impulse, touch.drag - sliding / compliance);
-        let drag = if stick.norm() > most { stick.normalize() * most } else { stick };
+        let (limit, sticking) = (friction * touch.impulse, touch.drag - sliding / compliance);
+        let drag = if sticking.norm() > limit { sticking.normalize() * limit } else { sticking };
         let change = drag - touch.drag;
         self.scratch.touches[i].drag = drag;
         self.apply_impulse(i, &change);
@@ -441,23 +448,24 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let record = &mut self.state.record.contacts[body];
         let touches = self.scratch.touches.iter().filter(|touch| touch.body == body && touch.impulse > 0.0);
         touches.fold(None, |sum: Option<Vector3>, touch| {
-            let given = rigid.freedom.translation(&-touch.push());
+            let body_impulse = rigid.freedom.translation(&-touch.push());
             let arm = touch.point - was.position;
-            let wall = (rigid.velocity_at(was, &touch.point) + rigid.velocity_at(now, &touch.point)) / 2.0;
-            exchange.angular_impulse += rigid.freedom.rotation(&arm.cross(&given));
+            let mean_velocity = (rigid.velocity_at(was, &touch.point) + rigid.velocity_at(now, &touch.point)) / 2.0;
+            exchange.angular_impulse += rigid.freedom.rotation(&arm.cross(&body_impulse));
             // The whole normal impulse, with the part across the axis that a ring of an axisymmetric gel exerts.
             exchange.bulge_impulse -= touch.growth * touch.impulse;
-            exchange.energy_residual -= given.dot(&wall);
-            record.work += given.dot(&wall);
+            exchange.energy_residual -= body_impulse.dot(&mean_velocity);
+            record.work += body_impulse.dot(&mean_velocity);
             if touch.n_nodes == 1 {
                 let depth = -touch.distance / touch.size;
                 record.standing = (record.standing.0 + depth, record.standing.1 + 1);
                 record.deepest = record.deepest.max(depth);
             }
-            Some(sum.unwrap_or_else(Vector3::zeros) + given)
+            Some(sum.unwrap_or_else(Vector3::zeros) + body_impulse)
         })
     }
 
+    /// Records an impulse on a body: its sum, direction and time, the depth and the window of the peak force.
     fn record_impulse(&mut self, body: usize, impulse: Vector3, time: f64) {
         let depth = self.depth_in_gel(self.bodies[body].depth(&self.state.bodies[body]));
         let width = self.rules.force_window;

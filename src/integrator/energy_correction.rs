@@ -11,13 +11,13 @@ use crate::mesh::{ElementId, NodeId};
 /// 0.03 % at 0.4. Without correction it takes 3.8 %.
 const MAX_FACTOR: f64 = 0.2;
 
-/// Impulses on nodes, N·s, and their work per unit of a small factor, J.
-struct Impulses<const D: usize> {
+/// NodalImpulses on nodes, N·s, and their work per unit of a small factor, J.
+struct NodalImpulses<const D: usize> {
     by_node: Vec<Vector<D>>,
     work: f64,
 }
 
-impl<const D: usize> Impulses<D> {
+impl<const D: usize> NodalImpulses<D> {
     /// Adds m (ê·v) ê to the second of two nodes and subtracts it from the first, with ê along x and v their relative
     /// velocity.
     fn add(&mut self, a: usize, b: usize, m: f64, x: Vector<D>, v: Vector<D>) {
@@ -38,7 +38,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// its ends. Momentum and angular momentum are conserved, and the energy grows by ε Σ m (ê·(v_b − v_a))² + ½ε² Σ
     /// p²/m_a, which gives ε. ε is negative where energy is taken.
     pub fn refund(&mut self, made: &[(ElementId, f64)], energy: f64) {
-        let Impulses { by_node, work } = self.edge_impulses(made);
+        let NodalImpulses { by_node, work } = self.edge_impulses(made);
         let square_over_mass =
             |a: usize| if self.gel.mass[a] > 0.0 { by_node[a].norm_squared() / self.gel.mass[a] } else { 0.0 };
         let square = ordered_sum(by_node.len(), 0.0, square_over_mass);
@@ -51,9 +51,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Sums m (ê·(v_b − v_a)) ê along the edges of these elements, in ascending order.
-    fn edge_impulses(&self, made: &[(ElementId, f64)]) -> Impulses<D> {
+    fn edge_impulses(&self, made: &[(ElementId, f64)]) -> NodalImpulses<D> {
         let (position, velocity) = (&self.state.position, &self.state.velocity);
-        let mut impulses = Impulses { by_node: vec![Vector::zeros(); velocity.len()], work: 0.0 };
+        let mut impulses = NodalImpulses { by_node: vec![Vector::zeros(); velocity.len()], work: 0.0 };
         let free = |node: &&NodeId| self.gel.held(node.index()) == [false; D] && self.gel.mass[node.index()] > 0.0;
         for (element, mass) in made {
             let nodes: Vec<usize> =

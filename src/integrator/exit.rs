@@ -58,8 +58,8 @@ impl ExitRule {
     }
 }
 
-/// Returns true if a body no longer meets the gel: it is held, has left at the back with half its exit speed or more, or
-/// moves up above the entry surface. An inactive body may be made active at any time.
+/// Returns true if a body no longer meets the gel: it is held, has left at the back and keeps its speed, or moves up
+/// above the entry surface. An inactive body may be made active at any time.
 fn is_away(body: &Body, at: &BodyState, contact: &ContactRecord) -> bool {
     let keeps = |exit: ExitRecord| exit.velocity.z < 0.0 && at.velocity.z <= KEPT_SPEED * exit.velocity.z;
     let is_above = || at.velocity.z > 0.0 && body.depth(at) < 0.0;

@@ -89,6 +89,7 @@ impl DeepestPoint {
         faces && aside.norm() > 0.1 && normal.dot(&beside()) < MAX_COSINE
     }
 
+    /// Replaces the normal.
     fn with_normal(self, normal: Vector3) -> Self {
         Self { gap: Gap { normal, ..self.gap }, ..self }
     }
@@ -113,8 +114,8 @@ mod tests {
         assert_eq!(n_queries.get(), 1);
     }
 
-    /// What clears a facet for a while: nothing on it is nearer than was proved, less what its corners and the body have gone since.
-    fn distance_is_bounded<const D: usize>(shape: &Shape) {
+    /// Checks that no point of a facet is nearer to a body than [`distance_lower_bound`], less the travel of both.
+    fn check_distance_bound<const D: usize>(shape: &Shape) {
         let any = test_cube::any;
         let vector = |i: usize| Vector3::new(any(i * i), any(7 * i * i + 3), any(13 * i * i + 5));
         let mut deep = 0;
@@ -140,8 +141,8 @@ mod tests {
         let half_space = HalfSpace::new(Vector3::new(0.6, 0.0, 0.8));
         for shape in [Shape::Sphere(Sphere { radius: 0.7 }), Shape::Plate(plate), Shape::HalfSpace(half_space)] {
             assert!(shape.is_blunt());
-            distance_is_bounded::<2>(&shape);
-            distance_is_bounded::<3>(&shape);
+            check_distance_bound::<2>(&shape);
+            check_distance_bound::<3>(&shape);
         }
     }
 

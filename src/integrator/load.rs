@@ -202,13 +202,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let stiffness = &mut self.state.stiffness;
         if let Some(blocks) = &mut self.blocks {
             for stiffer in &self.scratch.stiffer {
-                let (found, own) = (&mut blocks.unloaded[stiffer.facet], &mut stiffness[stiffer.slot]);
+                let (found, stored) = (&mut blocks.unloaded[stiffer.facet], &mut stiffness[stiffer.slot]);
                 if blocks.all[stiffer.slot / SLOTS].report.is_some() {
-                    *found = *own;
+                    *found = *stored;
                 }
             }
-            let still = |stiffer: &&Stiffer| blocks.all[stiffer.slot / SLOTS].report.is_none();
-            for stiffer in self.scratch.stiffer.iter().filter(still) {
+            let is_unswept = |stiffer: &&Stiffer| blocks.all[stiffer.slot / SLOTS].report.is_none();
+            for stiffer in self.scratch.stiffer.iter().filter(is_unswept) {
                 stiffness[stiffer.slot] = blocks.unloaded[stiffer.facet];
             }
         }
@@ -226,12 +226,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for stiffer in &self.scratch.stiffer {
             let (block, behind) = (stiffer.slot / SLOTS, self.gel.loads.facets[stiffer.facet].behind);
             // A sweep leaves out the load stiffness of the tick before.
-            let (still, swept) = (!blocks.all[block].is_awake(), blocks.all[block].report.is_some());
-            if stiffness[stiffer.slot] == stiffer.before && !(still && swept) {
+            let (is_at_rest, was_swept) = (!blocks.all[block].is_awake(), blocks.all[block].report.is_some());
+            if stiffness[stiffer.slot] == stiffer.before && !(is_at_rest && was_swept) {
                 continue;
             }
             stiffened.push(block);
-            if still {
+            if is_at_rest {
                 self.gel.potential.nodes(behind).iter().for_each(|node| blocks.stir(node.index()));
             }
         }
@@ -285,8 +285,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Posts the work of the pressures, Σ J·(v⁻ + v⁺)/2, once all velocities of the tick are known.
     pub(super) fn book_loads(&mut self) {
         let work = |(node, impulse): (NodeId, Vector<D>)| {
-            let both = self.velocity_before_loads(node) + self.state.velocity[node.index()];
-            0.5 * impulse.component_mul(&self.gel.free(node.index())).dot(&both)
+            let velocity_sum = self.velocity_before_loads(node) + self.state.velocity[node.index()];
+            0.5 * impulse.component_mul(&self.gel.free(node.index())).dot(&velocity_sum)
         };
         let work: f64 = self.scratch.pushed.iter().flat_map(Pushed::impulses).map(work).sum();
         self.state.ledger.energy.load += work;

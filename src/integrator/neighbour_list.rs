@@ -209,8 +209,8 @@ impl Watch {
         (active.map(approach).fold(0.0, f64::max) + self.speed()) * horizon
     }
 
-    /// Returns the travel, m, at which a node needs a query: a body may reach it within a step, or a facet around it
-    /// may be deep. `size` is that of the node, and `reach` the greatest approach of body and node in a step.
+    /// Returns the travel, m, at which a node of this size needs a query: a body may reach it within a step, or a
+    /// facet around it may be deep. `reach` is the greatest approach of body and node in a step.
     #[inline]
     fn query_travel(&self, node: u32, size: f64, reach: f64) -> f64 {
         let (query, facet) = (self.query_bound[node as usize], self.facet_bound[node as usize]);

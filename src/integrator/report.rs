@@ -53,6 +53,7 @@ pub struct Totals {
     pub angular_momentum_scale: f64,
 }
 
+/// Sums the energies of the gel and of the bodies.
 fn energy_sums<const D: usize, P>(gel: &Gel<D, P>, state: &State<D>, bodies: &[Body], at: &[BodyState]) -> Energies {
     let kinetic = |i: usize| 0.5 * gel.mass[i] * state.velocity[i].norm_squared();
     Energies {
@@ -94,6 +95,7 @@ struct BalanceScales {
 }
 
 impl Start {
+    /// Sums the initial energy, momenta and scales of a state.
     pub(super) fn of<const D: usize, P>(gel: &Gel<D, P>, bodies: &[Body], state: &State<D>) -> Self {
         let at = state.bodies.as_slice();
         let (momentum, angular_momentum) = momenta(gel, state, bodies, at);

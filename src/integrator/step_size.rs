@@ -104,6 +104,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         groups
     }
 
+    /// Adds the active groups of watched blocks whose step may change.
     fn check_blocks(&mut self, tick: Tick, groups: &mut Vec<u32>) {
         let Some(blocks) = &mut self.blocks else { return };
         let (mut all, mut fronts) = (std::mem::take(&mut blocks.all), std::mem::take(&mut blocks.fronts));
@@ -273,6 +274,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.state.alarms[0] = Alarm { last: tick, next: tick + self.state.clocks[0].step };
     }
 
+    /// Returns the step collapse of a group, at the element with the least limit.
     pub(super) fn collapse_error(&self, group: usize, limit: f64, tick: Tick) -> StepError {
         let own = |element: &ElementId| self.least_limit(self.gel.potential.nodes(*element));
         let elements = self.order.elements(self.order.slots(group));

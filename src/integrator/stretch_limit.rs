@@ -47,6 +47,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         StretchCheck { stretch, leak }
     }
 
+    /// Returns the stretch of a facet over a body, or the leak.
     fn check_facet(&self, facet: ElementId, size: f64, body: usize, time: f64) -> Result<SurfaceStretch, StepError> {
         let (rigid, at) = self.body_at_tick(body);
         let unit = size.min(rigid.shape.inner_radius());

@@ -50,6 +50,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.scratch.meetings = meetings;
     }
 
+    /// Iterates over the symmetry contacts of a surface node, one per plane that it may reach.
     fn symmetry_contacts_of(&self, at: &SurfaceNode, tick: Tick) -> impl Iterator<Item = Meeting> + '_ {
         let SurfaceNode { node, size, .. } = *at;
         let a = node.index();
@@ -85,11 +86,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Corrects the impulse between a node and its image once; returns the change of velocity, m/s. The image has the
     /// same mass and the mirrored velocity, so its impulse is that of a wall at rest.
     fn correct_symmetry_impulse(&mut self, i: usize) -> f64 {
-        let Meeting { node, axis, min_velocity, impulse: so_far, .. } = self.scratch.meetings[i];
+        let Meeting { node, axis, min_velocity, impulse: accumulated, .. } = self.scratch.meetings[i];
         let (a, compliance) = (node.index(), 1.0 / self.gel.mass[node.index()]);
-        let free = self.state.velocity[a][axis] - compliance * so_far;
-        let change = impulse(free, min_velocity, compliance) - so_far;
-        if change.abs() <= f64::EPSILON * so_far {
+        let free = self.state.velocity[a][axis] - compliance * accumulated;
+        let change = impulse(free, min_velocity, compliance) - accumulated;
+        if change.abs() <= f64::EPSILON * accumulated {
             return 0.0;
         }
         self.scratch.meetings[i].impulse += change;

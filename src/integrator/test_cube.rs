@@ -23,10 +23,12 @@ pub(super) fn mixed() -> Mesh<3> {
     mesh(&graded(1.0, 0.05, (0.3, 1.3, 0.2)))
 }
 
+/// Creates a gel of simplices without patches.
 pub(super) fn gel(mesh: &Mesh<3>) -> Gel<3, Simplices<3>> {
     gel_in(mesh, Patches::alone(mesh.elements.len()))
 }
 
+/// Creates a gel of simplices in patches.
 pub(super) fn gel_in(mesh: &Mesh<3>, patches: Patches) -> Gel<3, Simplices<3>> {
     let simplices = Simplices::in_patches(mesh, patches, (NeoHookean::new(1e3, 1e4), Section::Spatial));
     let mass = simplices.lumped_masses(mesh, 1.0);

@@ -170,6 +170,7 @@ impl<const D: usize> FixedBytes for Memory<D> {
     }
 }
 
+/// Returns the first N bytes.
 fn first_bytes<const N: usize>(from: &[u8]) -> [u8; N] {
     *from.first_chunk().expect("the bytes of a number")
 }
@@ -239,12 +240,14 @@ impl Sizes {
             + self.references * <(ElementId, Reference<D>)>::SIZE
     }
 
+    /// Returns the number of nodes of the mesh instance.
     fn instance_nodes(&self) -> usize {
         if self.born > 0 { self.nodes } else { 0 }
     }
 }
 
 impl<const D: usize> State<D> {
+    /// Returns the sizes of the arrays.
     fn sizes(&self) -> Sizes {
         Sizes {
             nodes: self.position.len(),
@@ -258,6 +261,7 @@ impl<const D: usize> State<D> {
         }
     }
 
+    /// Serialises the header.
     fn header(&self) -> Vec<u8> {
         let (born, marks) = self.birth.as_ref().map_or((0, &[][..]), |birth| (birth.tick, birth.mesh.marks.as_slice()));
         let header = (self.sizes(), (self.now, born, marks), &self.bodies, &self.ledger, &self.record);
