@@ -17,7 +17,7 @@ const RUN_BYTES: usize = 8192;
 
 /// Header of the binary form: all data but the arrays. The tick of a remeshed mesh comes with the marks of its
 /// facets.
-type StateHeader = (Sizes, (Option<Tick>, Tick, Vec<u8>), Vec<BodyState>, Ledger, Record);
+type BinaryHeader = (Sizes, (Option<Tick>, Tick, Vec<u8>), Vec<BodyState>, Ledger, Record);
 
 /// Values with a fixed number of bytes.
 trait FixedBytes: Sized {
@@ -303,7 +303,7 @@ impl<const D: usize> State<D> {
     /// [`State::check_invariants`] checks the values.
     #[must_use]
     pub fn read(&mut self, bytes: &[u8]) -> bool {
-        let Ok((header, mut arrays)) = postcard::take_from_bytes::<StateHeader>(bytes) else { return false };
+        let Ok((header, mut arrays)) = postcard::take_from_bytes::<BinaryHeader>(bytes) else { return false };
         let sizes = header.0;
         if sizes.array_bytes::<D>() != Some(arrays.len()) {
             return false;
@@ -413,7 +413,7 @@ mod tests {
             born: 0,
             references: 0,
         };
-        let header: StateHeader = (sizes, (None, 0, vec![]), vec![], Ledger::default(), Record::new(0));
+        let header: BinaryHeader = (sizes, (None, 0, vec![]), vec![], Ledger::default(), Record::new(0));
         assert!(!State::<3>::empty().read(&postcard::to_stdvec(&header).unwrap()));
     }
 }
