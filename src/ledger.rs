@@ -1,14 +1,15 @@
-//! Momentum, angular momentum and energy by named, signed account (numerics A6).
+//! Balance ledger: momentum, angular momentum and energy by named, signed account (numerics A6).
 //!
-//! Every account is computed from its own formula, never as the difference of others: that the books close is a test
-//! of every formula at once.
+//! Every account is computed from its own formula, never as the difference of others: the closure of the balance
+//! tests every formula at once.
 
 use crate::fem::Spent;
 use crate::math::Vector3;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
-/// Energy, momentum and angular momentum that entered (positive) or left through each post since the start.
+/// Ledger of the energy, momentum and angular momentum that entered (positive) or left through each account since the
+/// start.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Ledger {
     /// Energy, J.
@@ -22,57 +23,58 @@ pub struct Ledger {
 /// Energy accounts, J.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct EnergyAccounts {
-    /// Σ J (u⁻ + u⁺)/2 of the contact with bodies, without the removal of penetration, and of gel with its image.
+    /// Σ J (u⁻ + u⁺)/2 of the contact with bodies, without the removal of penetration, and of the symmetry contact.
     pub contact: f64,
     /// Σ Jₜ·(uₜ⁻ + uₜ⁺)/2 of friction.
     pub friction: f64,
     /// Σ J b of the bias velocity b that removes standing penetration.
     pub contact_bias: f64,
-    /// Σ r_K, trapezoidal residuals of the elements' steps, and of the projectile's rotation.
+    /// Σ r_K, trapezoidal residuals of the elements' steps, and energy error of the projectile's rotation.
     pub integration: f64,
-    /// Work of external force and torque, and of whoever prescribes the motion.
+    /// Work of external force and torque, and of a prescribed motion.
     pub external: f64,
     /// Jumps of the projectile's kinetic energy made by the importer.
     pub importer: f64,
-    /// What kinetic and stored energy change by when a mesh is exchanged.
+    /// Changes of kinetic and stored energy by remeshing.
     pub remesh: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the pressures on faces.
     pub load: f64,
     /// Σ J·(v⁻ + v⁺)/2 of the damping.
     pub damping: f64,
-    /// What plastic flow sets free at the strength that is left, negative (numerics 6.2).
+    /// Plastic dissipation at the remaining strength, negative (numerics 6.2).
     pub plastic: f64,
-    /// −Σ q ΔJ w of bulk viscosity, and what branches have stored and forgotten.
+    /// Viscous dissipation, negative: −Σ q ΔJ w of bulk viscosity, and the relaxed energy of the viscoelastic
+    /// branches.
     pub viscous: f64,
-    /// What breaks off has taken along.
+    /// Energy of the eroded mass.
     pub splash: f64,
-    /// Stored energy lost to softening, negative (numerics 6.2).
+    /// Stored energy lost to damage, negative (numerics 6.2).
     pub damage: f64,
 }
 
 /// Momentum accounts.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct MomentumAccounts {
-    /// Taken up by held nodes, and given by images.
+    /// Reaction of held nodes, and of the planes of symmetry.
     pub restraint: Account,
     /// External force or torque, and the reaction of a fixed or prescribed projectile.
     pub external: Account,
     /// Jumps made by the importer.
     pub importer: Account,
-    /// What changes when a mesh is exchanged.
+    /// Changes by remeshing.
     pub remesh: Account,
-    /// Of the pressures on faces.
+    /// Impulse of the pressures on faces.
     pub load: Account,
-    /// Of the damping.
+    /// Impulse of the damping.
     pub damping: Account,
-    /// What breaks off has taken along.
+    /// Momentum of the eroded mass.
     pub splash: Account,
 }
 
-/// A sum of millions of vectors: what rounding takes from it is kept beside it (Knuth's two-sum, by component).
+/// Compensated sum of millions of vectors: its rounding error is kept beside it (Knuth's two-sum, by component).
 ///
-/// A pressure adds the same impulse at every tick, and is then rounded the same way as often as not: 6e-12 of the sum after
-/// 10⁵ ticks, where the momentum itself is kept to 1e-14.
+/// A pressure adds the same impulse at every tick, rounded the same way as often as not. That makes 6e-12 of the sum
+/// after 10⁵ ticks, where the momentum itself is kept to 1e-14.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Account {
     sum: Vector3,
@@ -80,7 +82,7 @@ pub struct Account {
 }
 
 impl Account {
-    /// What was added up.
+    /// Returns the sum.
     #[must_use]
     pub fn value(&self) -> Vector3 {
         self.sum + self.lost
@@ -97,32 +99,34 @@ impl AddAssign<Vector3> for Account {
 }
 
 impl EnergyAccounts {
-    /// Sum of all accounts.
+    /// Returns the sum of all accounts, J.
     #[must_use]
     pub fn total(&self) -> f64 {
         self.accounts().iter().sum()
     }
 
-    /// Sum of the sizes of all accounts.
+    /// Returns the sum of the magnitudes of all accounts, J.
     #[must_use]
     pub fn turnover(&self) -> f64 {
         self.accounts().iter().map(|account| account.abs()).sum()
     }
 
-    /// What was there at the start, `initial`, and what work from outside has brought or taken since, |E₀| + |external| + |load|, J: what a
-    /// defect is relative to. Accounts are net: of what was put in and taken back again nothing counts.
+    /// Returns the initial energy and the external work since, |E₀| + |external| + |load|, J: the scale of an
+    /// imbalance. Accounts are net: energy put in and taken back does not count.
     #[must_use]
     pub fn worked(&self, initial: f64) -> f64 {
         initial.abs() + self.external.abs() + self.load.abs()
     }
 
-    /// The same with the jumps that an importer has made, which no method answers for, J: all that there can have been.
+    /// Returns [`Self::worked`] with the jumps made by the importer, which no method answers for, J: an upper bound
+    /// of the available energy.
     #[must_use]
     pub fn provided(&self, initial: f64) -> f64 {
         self.worked(initial) + self.importer.abs()
     }
 
-    /// Books what a patch has lost; the residual of its step, which is made of what it stores, has that, too.
+    /// Books the dissipation of a patch, and adds it to the residual of its step, which is computed from the stored
+    /// energy.
     pub fn lose(&mut self, spent: &Spent) {
         self.plastic -= spent.plastic;
         self.viscous -= spent.viscous;
@@ -130,6 +134,7 @@ impl EnergyAccounts {
         self.integration += spent.plastic + spent.viscous + spent.damage;
     }
 
+    /// Returns all accounts, J.
     fn accounts(&self) -> [f64; 13] {
         let Self { contact, friction, contact_bias, integration, external, importer, .. } = *self;
         let Self { remesh, load, damping, plastic, viscous, splash, damage, .. } = *self;
@@ -152,13 +157,13 @@ impl EnergyAccounts {
 }
 
 impl MomentumAccounts {
-    /// Sum of all accounts.
+    /// Returns the sum of all accounts.
     #[must_use]
     pub fn total(&self) -> Vector3 {
         self.accounts().iter().sum()
     }
 
-    /// Sum of the sizes of all accounts.
+    /// Returns the sum of the magnitudes of all accounts.
     #[must_use]
     pub fn turnover(&self) -> f64 {
         self.accounts().iter().map(Vector3::norm).sum()
@@ -175,7 +180,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_provided_counts_jumps_of_the_importer_and_nothing_that_the_method_makes() {
+    fn the_available_energy_counts_jumps_of_the_importer_and_nothing_that_the_method_makes() {
         let books = EnergyAccounts { external: -3.0, load: 0.5, importer: -0.25, ..EnergyAccounts::default() };
         let made = EnergyAccounts { integration: 9.0, contact_bias: 9.0, remesh: 9.0, plastic: -9.0, ..books };
         for books in [books, made] {

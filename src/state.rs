@@ -1,4 +1,4 @@
-//! The whole dynamic state as a value: clone it, compare it, hash it, write it.
+//! Dynamic state of a simulation as a value that can be cloned, compared, hashed and serialised.
 
 use crate::contact::BodyState;
 use crate::fem::Memory;
@@ -12,103 +12,104 @@ mod mesh_instance;
 
 pub use mesh_instance::Birth;
 
-/// Count of ticks since the start; the length of a tick is fixed when a simulation is built (numerics A3).
+/// Tick count since the start; the length of a tick is fixed when a simulation is built (numerics A3).
 pub type Tick = u64;
 
-/// Ticks are exact in floating point below this.
+/// Bound below which ticks are exact in floating point.
 pub const MOST_TICKS: Tick = 1 << 53;
 
-/// Everything that changes while a simulation runs. What can be derived from it (queues, bins, batches, the last tick of each
-/// node) is not in it.
+/// Dynamic state of a simulation. Data derived from it (queues, bins, batches, the last tick of each node) is not
+/// part of it.
 #[derive(Debug, PartialEq)]
 pub struct State<const D: usize> {
     /// x, position of each node at its own last tick, m.
     pub position: Vec<Vector<D>>,
     /// v, velocity of each node since that tick, m/s.
     pub velocity: Vec<Vector<D>>,
-    /// Q = ½ p·Δv of the last kick of each node, J: with A what is ahead of it has the velocity after the kick.
+    /// Q = ½ p·Δv of the last kick of each node, J: A + Q is the leading work of the kick with the velocity after it.
     pub excess: Vec<f64>,
-    /// κ of each element at its own last tick, N/m, in the order of the groups.
+    /// κ, stiffness of each element at its own last tick, N/m, in the order of the groups.
     pub stiffness: Vec<f64>,
-    /// The clocks of the groups of patches that step together.
+    /// Clocks of the groups of patches that step together.
     pub clocks: Vec<Clock>,
-    /// Last and next tick of each group of the queue; the bins need none: their groups fire on the multiples of their steps.
+    /// Last and next tick of each group of the queue; the groups of bins are active on the multiples of their steps.
     pub alarms: Vec<Alarm>,
-    /// What elements remember, by element; nothing of those that do not.
+    /// History variables by element; empty for elements without any.
     pub memory: Vec<Memory<D>>,
-    /// The mesh, unless it is that of the start.
+    /// Mesh instance, unless it is the first mesh.
     pub birth: Option<Arc<Birth<D>>>,
-    /// The last tick that was processed.
+    /// Last tick that was processed.
     pub now: Option<Tick>,
-    /// The projectile, and the fragments beside it, each at its own last event.
+    /// States of the projectile and of the fragments, each at its own last event.
     pub bodies: Vec<BodyState>,
-    /// The books.
+    /// Balance ledger.
     pub ledger: Ledger,
-    /// What has been seen of the contact and the cost.
+    /// Record of the contact and the cost.
     pub record: Record,
 }
 
-/// The clock of a group of patches and what it knew at its own last tick.
+/// Clock of a group of patches, with its values at its own last tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Clock {
-    /// Its step, ticks; 0 before the first.
+    /// Step, ticks; 0 before the first tick.
     pub step: Tick,
-    /// V, J.
+    /// V, stored energy, J.
     pub energy: f64,
-    /// A = ½ Δt f·v, the work of the last kick in the first half of the step ahead, J, with the velocity before the kick.
+    /// A = ½ Δt f·v, leading work of the last kick with the velocity before it, J.
     pub ahead: f64,
-    /// Own ticks in a row at which its limit was at least four times its step.
+    /// Hold count: own ticks in a row at which the limit was at least four times the step.
     pub calm: u32,
-    /// Which elements had J ≤ 0 at the last tick, by their place in the group.
+    /// Bit set of the elements with J ≤ 0 at the last tick, by their index in the group.
     pub inverted: u32,
-    /// How many elements are below the continuation.
+    /// Number of elements compressed beyond the start of the energy's continuation.
     pub crushed: u32,
 }
 
-/// When a group of the queue fires.
+/// Alarm of a group of the queue: its last and next active ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Alarm {
-    /// Its last tick.
+    /// Last tick of the group.
     pub last: Tick,
-    /// Its next tick: a step later, but for the tick in which it aligns itself with its neighbours.
+    /// Next tick of the group: one step later, except where the group aligns itself with its neighbours.
     pub next: Tick,
 }
 
-/// What has been seen since the start.
+/// Record of the contact and the cost since the start.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// Element updates.
+    /// Number of element updates.
     pub updates: u64,
-    /// Exchanges of the mesh.
+    /// Number of remeshes.
     pub remeshes: u64,
-    /// Mass of what has broken off, kg.
+    /// Eroded mass, kg.
     pub splashed: f64,
-    /// Smallest J.
+    /// Smallest J so far.
     pub min_jacobian: f64,
-    /// How far the surface was stretched over a body at the last tick.
-    pub stretch: Stretch,
-    /// One global stable step: its length now, ticks; up to which tick it is counted; the updates so far.
+    /// Stretch of the surface over a body at the last tick.
+    pub stretch: SurfaceStretch,
+    /// Reference of one global stable step: its present length, ticks; the tick up to which it is counted; the
+    /// updates so far.
     pub synchronous: (f64, Tick, f64),
     /// Σ |J| of the pressures on faces, N·s.
     pub pressed: f64,
-    /// Tells that the gel is no longer integrated: the projectile has left it, and `scene.stop_after_exit` has passed.
+    /// True if the gel is no longer integrated: the projectile has left it, and `scene.stop_after_exit` has passed.
     pub at_rest: bool,
-    /// The contact of each body.
+    /// Contact record of each body.
     pub contacts: Vec<ContactRecord>,
 }
 
-/// How deep facets are in bodies: between its nodes nothing else shows how far a surface is stretched.
+/// Stretch of the surface over a body, by the depth of the facets; between the nodes nothing else shows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Stretch {
-    /// No deeper than a mesh bears.
+pub enum SurfaceStretch {
+    /// Within the limit of a mesh.
     Little,
-    /// So deep that the mesh is worn.
+    /// Deep enough that the mesh is distorted.
     Worn,
-    /// Deeper than anything may be (A11): the mesh ends.
+    /// Beyond the leak depth (A11): the mesh ends.
     Leaking,
 }
 
-/// What has been seen of the contact of a body since the start.
+/// Contact record of a body since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ContactRecord {
     /// Impulse on the body, N·s.
@@ -119,35 +120,35 @@ pub struct ContactRecord {
     pub touched: Option<(f64, f64)>,
     /// Greatest approach speed of a touching node, m/s.
     pub approach: f64,
-    /// The window of the peak force: its number, the impulse in it, N·s, and the greatest of all windows, N·s.
+    /// Window of the peak force: its number, the impulse in it, N·s, and the greatest of all windows, N·s.
     pub window: (u64, Vector3, f64),
-    /// Greatest depth at an impulse, m, and when, s.
+    /// Greatest depth at an impulse, m, and its time, s.
     pub peak_depth: (f64, f64),
-    /// Σ |g|/h over impulses on nodes, and their number.
+    /// Σ |g|/h over impulses on nodes, and the number of impulses.
     pub standing: (f64, u64),
     /// Greatest |g|/h of an impulse on a node.
     pub deepest: f64,
-    /// Work of the contact on the body, J; negative of one that gives energy to the gel.
+    /// Work of the contact on the body, J; negative for a body that gives energy to the gel.
     pub work: f64,
-    /// The exit of a body that has left the gel at its back face.
+    /// Exit record of a body that has left the gel at its back face.
     pub exit: Option<ExitRecord>,
 }
 
-/// The exit of a body: its rear end passes the undisturbed back face of the gel.
+/// Exit record of a body: its rear end passes the undisturbed back face of the gel.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ExitRecord {
     /// Time, s.
     pub time: f64,
-    /// Velocity then, m/s.
+    /// Velocity at the exit, m/s.
     pub velocity: Vector3,
-    /// Kinetic energy then, J.
+    /// Kinetic energy at the exit, J.
     pub residual_energy: f64,
-    /// Energy that the body had given to the gel by then, J.
+    /// Energy given to the gel up to the exit, J.
     pub energy_deposited: f64,
 }
 
 impl ExitRecord {
-    /// Returns true if all of it are finite numbers.
+    /// Returns true if all numbers are finite.
     fn is_valid(&self) -> bool {
         let Self { time, velocity, residual_energy, energy_deposited } = self;
         velocity.iter().chain([time, residual_energy, energy_deposited]).all(|x| x.is_finite())
@@ -155,7 +156,7 @@ impl ExitRecord {
 }
 
 impl Record {
-    /// Nothing yet, of so many bodies.
+    /// Creates an empty record of `n_bodies` bodies.
     #[must_use]
     pub fn new(n_bodies: usize) -> Self {
         let contacts = vec![ContactRecord::default(); n_bodies];
@@ -164,7 +165,7 @@ impl Record {
             remeshes: 0,
             splashed: 0.0,
             min_jacobian: 1.0,
-            stretch: Stretch::Little,
+            stretch: SurfaceStretch::Little,
             synchronous: (f64::INFINITY, 0, 0.0),
             pressed: 0.0,
             at_rest: false,
@@ -190,29 +191,29 @@ impl Default for ContactRecord {
     }
 }
 
-/// How much of everything a state has.
+/// Sizes of the arrays of a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sizes {
     /// Nodes.
     pub nodes: usize,
-    /// Places for elements, empty ones included.
+    /// Slots of elements, empty ones included.
     pub slots: usize,
     /// Groups of patches.
     pub groups: usize,
     /// Groups of the queue.
     pub alarms: usize,
-    /// Elements that remember.
+    /// Elements with history variables.
     pub memories: usize,
     /// Bodies.
     pub bodies: usize,
-    /// Elements of a mesh that is not that of the start.
+    /// Elements of a mesh that is not the first one.
     pub born: usize,
-    /// Those of them that are not at rest what their nodes say.
+    /// Elements of that mesh whose reference shape is not that of their nodes' rest positions.
     pub references: usize,
 }
 
 impl<const D: usize> State<D> {
-    /// A state of nothing.
+    /// Creates a state with empty arrays.
     #[must_use]
     pub fn empty() -> Self {
         Self {
@@ -231,7 +232,7 @@ impl<const D: usize> State<D> {
         }
     }
 
-    /// Bytes of its arrays, but for a mesh, which copies share.
+    /// Returns the bytes of its arrays, without the mesh, which copies share.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let Self { position, velocity, excess, stiffness, clocks, alarms, memory, bodies, .. } = self;
@@ -245,10 +246,10 @@ impl<const D: usize> State<D> {
             + size_of_val(&bodies[..])
     }
 
-    /// What contradicts itself, if anything: lengths, clocks that stand still, numbers that are none.
+    /// Checks the consistency of the state: lengths, clocks that stand still, numbers that are not finite.
     ///
     /// # Errors
-    /// What is wrong.
+    /// The first contradiction.
     pub fn check_invariants(&self, sizes: &Sizes) -> Result<(), &'static str> {
         let holds = |good: bool, what| if good { Ok(()) } else { Err(what) };
         let nodes = [self.position.len(), self.velocity.len(), self.excess.len()];
@@ -256,17 +257,17 @@ impl<const D: usize> State<D> {
         let expected = [sizes.nodes, sizes.nodes, sizes.nodes, sizes.slots, sizes.groups];
         holds(lengths == expected && self.alarms.len() == sizes.alarms, "nodes or elements are missing")?;
         holds([self.bodies.len(), self.record.contacts.len()] == [sizes.bodies; 2], "a body is missing")?;
-        let finite = |vectors: &[Vector<D>]| each(vectors, |x| x.iter().fold(true, |good, c| good & c.is_finite()));
+        let finite = |vectors: &[Vector<D>]| all_hold(vectors, |x| x.iter().fold(true, |good, c| good & c.is_finite()));
         holds(finite(&self.position) && finite(&self.velocity), "a position or velocity is not a number")?;
         holds(
-            each(&self.stiffness, |stiffness| (0.0..f64::INFINITY).contains(stiffness)),
+            all_hold(&self.stiffness, |stiffness| (0.0..f64::INFINITY).contains(stiffness)),
             "the stiffness of an element is not a number",
         )?;
         let exits = self.record.contacts.iter().filter_map(|contact| contact.exit.as_ref());
         holds(exits.fold(true, |good, exit| good & exit.is_valid()), "the exit of a body is no number")?;
         let begun = self.now.is_some();
         holds(begun || !self.record.at_rest, "a gel that has not begun is at rest")?;
-        holds(each(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element stands still")?;
+        holds(all_hold(&self.clocks, |clock| begun == (clock.step > 0)), "the clock of an element stands still")?;
         let memories = self.memory.len() == sizes.memories && self.memory.iter().all(Memory::is_valid);
         holds(memories, "what an element remembers is missing or no number")?;
         holds(self.bodies.iter().all(BodyState::is_valid), "a number of a body is none")?;
@@ -282,7 +283,7 @@ impl<const D: usize> State<D> {
     }
 }
 
-/// By hand, because a derived one copies into new memory even where there is some.
+/// Cloned by hand, as a derived `clone_from` allocates new memory even where there is some.
 impl<const D: usize> Clone for State<D> {
     fn clone(&self) -> Self {
         let mut copy = Self::empty();
@@ -321,7 +322,7 @@ impl Clone for Record {
     }
 }
 
-/// Whether all of them are good; counted to the end, because a way out in between keeps the machine from taking several at once.
-fn each<T>(items: &[T], good: impl Fn(&T) -> bool) -> bool {
+/// Returns true if all items are good. It counts to the end, as an early return prevents vectorisation.
+fn all_hold<T>(items: &[T], good: impl Fn(&T) -> bool) -> bool {
     items.iter().filter(|item| !good(item)).count() == 0
 }

@@ -2,29 +2,29 @@ use crate::geometry::Dome;
 use crate::math::Vector;
 use serde::{Deserialize, Serialize};
 
-/// Base radius that a flat bulge without one is given, m: the fourth power, which the distance needs, is a normal number.
-const LEAST_RADIUS: f64 = 1e-60;
+/// Least base radius of a flat bulge, m: the distance needs its fourth power, which must be a normal number.
+const MIN_RADIUS: f64 = 1e-60;
 
-/// Height and base radius of a dome, and how they change: prescribed by whoever owns the armour.
+/// Bulge of a dome: its height and base radius and their rates, prescribed by the owner of the armour.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Bulge {
     /// Height and base radius, m.
     pub size: Vector<2>,
-    /// Their rates, m/s.
+    /// Rates of height and base radius, m/s.
     pub rate: Vector<2>,
-    /// The rates of these, m/s².
+    /// Second rates of height and base radius, m/s².
     pub acceleration: Vector<2>,
 }
 
 impl Bulge {
-    /// At rest.
+    /// Creates the bulge of a dome at rest.
     #[must_use]
     pub fn at_rest(dome: &Dome) -> Self {
         let size = Vector::<2>::new(dome.height(), dome.radius());
         Self { size, rate: Vector::<2>::zeros(), acceleration: Vector::<2>::zeros() }
     }
 
-    /// After a time `h`, s: constant acceleration.
+    /// Returns the bulge after a time `h`, s, at constant acceleration.
     #[must_use]
     pub fn after(&self, h: f64) -> Self {
         Self {
@@ -34,10 +34,10 @@ impl Bulge {
         }
     }
 
-    /// What is wrong with it as a dome, if anything. A bulge of height 0 is a flat plate, whatever its base radius.
+    /// Checks that the bulge is a dome. A bulge of height 0 is a flat plate, whatever its base radius.
     ///
     /// # Errors
-    /// What a dome must be.
+    /// The violated requirement of a dome.
     pub fn check(&self) -> Result<(), &'static str> {
         let [height, radius] = self.size.into();
         if !(radius.is_finite() && (radius > 0.0 || (radius, height) == (0.0, 0.0))) {
@@ -50,22 +50,23 @@ impl Bulge {
         }
     }
 
-    /// The dome now. Between two checked ends an accelerated bulge may be off by a little: that is cut.
+    /// Returns the present dome. Between two checked ends an accelerated bulge may exceed the bounds a little; it is
+    /// clamped to them.
     #[must_use]
     pub fn dome(&self) -> Dome {
-        let radius = self.size[1].max(LEAST_RADIUS);
+        let radius = self.size[1].max(MIN_RADIUS);
         Dome::new(self.size[0].clamp(0.0, radius), radius)
     }
 
-    /// Greatest speed of its surface along its normal, m/s.
+    /// Returns the greatest speed of its surface along its normal, m/s.
     #[must_use]
-    pub fn speed(&self) -> f64 {
+    pub fn max_speed(&self) -> f64 {
         self.rate.abs().sum()
     }
 
-    /// Greatest rate of that speed, m/s².
+    /// Returns the greatest rate of that speed, m/s².
     #[must_use]
-    pub fn pull(&self) -> f64 {
+    pub fn max_acceleration(&self) -> f64 {
         self.acceleration.abs().sum()
     }
 }

@@ -1,7 +1,7 @@
 use crate::math::{Vector, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// What a body received over one communication step.
+/// Impulses that a body received over one communication step.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Exchange {
     /// Length of the step, s.
@@ -14,30 +14,31 @@ pub struct Exchange {
     pub impulse_moment: Vector3,
     /// Σ Jₖ·∂x/∂h and Σ Jₖ·∂x/∂a, the impulses that work on height and base radius of a dome, N·s.
     pub bulge_impulse: Vector<2>,
-    /// ε = J·(V₀ + V₁)/2 + A·(Ω₀ + Ω₁)/2 − Σ Jₖ·V(xₖ, tₖ), power-bond residual, J. Of a prescribed motion V₁ = V₀ + J/M
-    /// and Ω₁ = Ω₀ + I⁻¹A: what the impulse makes of the importer's body.
+    /// ε = J·(V₀ + V₁)/2 + A·(Ω₀ + Ω₁)/2 − Σ Jₖ·V(xₖ, tₖ), power-bond residual, J. For a prescribed motion V₁ = V₀ +
+    /// J/M and Ω₁ = Ω₀ + I⁻¹A: the effect of the impulse on the importer's body.
     pub energy_residual: f64,
 }
 
 impl Exchange {
-    /// Whether an impulse acted.
+    /// Returns true if an impulse acted.
     #[must_use]
     pub fn is_contact(&self) -> bool {
         self.impulse != Vector3::zeros()
     }
 
-    /// Mean force on the body, N; zero before the first step.
+    /// Returns the mean force on the body, N; zero before the first step.
     #[must_use]
     pub fn mean_force(&self) -> Vector3 {
         self.mean(self.impulse)
     }
 
-    /// Mean torque about the centre of mass, N·m; zero before the first step.
+    /// Returns the mean torque about the centre of mass, N·m; zero before the first step.
     #[must_use]
     pub fn mean_torque(&self) -> Vector3 {
         self.mean(self.angular_impulse)
     }
 
+    /// Returns the mean of an impulse over the step.
     fn mean(&self, impulse: Vector3) -> Vector3 {
         if self.duration > 0.0 { impulse / self.duration } else { Vector3::zeros() }
     }

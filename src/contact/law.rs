@@ -1,31 +1,32 @@
-/// Impulse law of a surface node against the projectile.
+/// Contact impulse law between a surface node and a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Law {
-    /// Moreau's law on half-step velocities, once per node and tick.
+    /// Moreau's impact law on half-step velocities, once per node and tick.
     Moreau {
-        /// e ∈ [0, 1].
+        /// e ∈ [0, 1], coefficient of restitution.
         restitution: f64,
         /// β, fraction of a standing penetration removed in one step of the node.
         bias: f64,
-        /// μ, Coulomb's coefficient.
+        /// μ, Coulomb's coefficient of friction.
         friction: f64,
     },
     /// The paper's reversal of the approaching momentum, after each element's kick.
     Reversal,
 }
 
-/// Normal impulse between a node and a rigid body, N·s; never attractive.
+/// Returns the normal impulse between a node and a rigid body, N·s; never attractive.
 ///
-/// J = max(0, −(u_free + e·u_before − b)/K), Moreau's law on half-step velocities (numerics 2.3, A7): `before` and
-/// `free` are the relative normal velocities, m/s, before and after this tick's kicks, e·u_before and the bias velocity
-/// b ≥ 0 are given together as `rebound` = b − e·u_before, and `compliance` is K = 1/m + 1/M + (r×n)·I⁻¹(r×n), 1/kg.
+/// Moreau's law on half-step velocities (numerics 2.3, A7): J = max(0, −(u_free + e·u_before − b)/K). `before` and
+/// `free` are the relative normal velocities before and after this tick's kicks, m/s. `rebound` = b − e·u_before
+/// combines restitution and the bias velocity b ≥ 0. `compliance` is K = 1/m + 1/M + (r×n)·I⁻¹(r×n), 1/kg.
 #[must_use]
 pub fn impulse(free: f64, rebound: f64, compliance: f64) -> f64 {
     debug_assert!(compliance > 0.0, "compliance must be positive");
     ((rebound - free) / compliance).max(0.0)
 }
 
-/// Impulse that reverses an approaching relative normal velocity u, N·s: J = max(0, −2u/K) (the paper, section 3).
+/// Returns the impulse that reverses an approaching relative normal velocity u, N·s: J = max(0, −2u/K) (the paper,
+/// section 3).
 #[must_use]
 pub fn reversal(approach: f64, compliance: f64) -> f64 {
     impulse(approach, -approach, compliance)

@@ -1,4 +1,4 @@
-//! Rigid bodies, and the impulse between one of them and a surface node.
+//! Contact bodies: rigid bodies, and the impulse between a body and a surface node.
 
 mod body;
 mod bulge;
@@ -10,4 +10,4 @@ pub use body::{Body, Freedom, Motion};
 pub use bulge::Bulge;
 pub use exchange::Exchange;
 pub use law::{Law, impulse, reversal};
-pub use motion::{BodyState, Passage, Wrench};
+pub use motion::{BodyState, Wrench, WrenchWork};

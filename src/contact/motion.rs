@@ -1,4 +1,4 @@
-//! How a body moves between events, in closed form from its last one (numerics A4).
+//! Motion of a rigid body between events, in closed form from the last event (numerics A4).
 
 use super::{Body, Bulge, Motion};
 use crate::ledger::Ledger;
@@ -6,7 +6,7 @@ use crate::math::Vector3;
 use nalgebra::{Quaternion, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
-/// Force and torque on a body from outside the gel, with their rates.
+/// External wrench: force and torque on a body from outside the gel, with their rates.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Wrench {
     /// Force, N.
@@ -20,36 +20,36 @@ pub struct Wrench {
 }
 
 impl Wrench {
-    /// Whether it does not change by itself.
+    /// Returns true if the wrench is constant between events.
     #[must_use]
     pub fn is_constant(&self) -> bool {
         self.force_rate == Vector3::zeros() && self.torque_rate == Vector3::zeros()
     }
 }
 
-/// A body at its last event: an impulse, or a change of the wrench.
+/// State of a body at its last event: an impulse, or a change of the wrench.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BodyState {
-    /// When, s.
+    /// Time of the event, s.
     pub time: f64,
     /// Centre of mass, m.
     pub position: Vector3,
     /// Velocity, m/s.
     pub velocity: Vector3,
-    /// From the body to the world frame.
+    /// Rotation from the body frame to the world frame.
     pub orientation: UnitQuaternion<f64>,
-    /// About the centre of mass, world frame, N·m·s.
+    /// Angular momentum about the centre of mass, world frame, N·m·s.
     pub angular_momentum: Vector3,
-    /// What acts from then on.
+    /// Wrench from the event on.
     pub wrench: Wrench,
-    /// Height and base radius, if it is a dome.
+    /// Height and base radius of a dome; `None` for any other body.
     pub bulge: Option<Bulge>,
-    /// Whether it takes part: one that does not stays where it is, touches nothing and is not in the books.
+    /// True if the body takes part; an inactive body stays at its place, touches nothing and is not in the ledger.
     pub active: bool,
 }
 
 impl BodyState {
-    /// A body at the start, upright, that does not turn and takes part; nothing acts on it.
+    /// Creates the state of an active body at time 0, upright, without rotation and without a wrench.
     #[must_use]
     pub fn starting(position: Vector3, velocity: Vector3) -> Self {
         Self {
@@ -64,7 +64,7 @@ impl BodyState {
         }
     }
 
-    /// Whether all of it are numbers, and its dome, if it is one, is a dome.
+    /// Returns true if all numbers are finite and a bulge, if any, is a dome.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         let Wrench { force, torque, force_rate, torque_rate } = &self.wrench;
@@ -75,12 +75,12 @@ impl BodyState {
     }
 }
 
-/// What passed between two events of a body without an impulse.
+/// Work and impulse of the wrench between two events of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Passage {
+pub struct WrenchWork {
     /// Work of the wrench, J.
     pub work: f64,
-    /// Energy made by the stepping of the orientation, J.
+    /// Energy error of the orientation step, J.
     pub defect: f64,
     /// Momentum given by the wrench, N·s.
     pub momentum: Vector3,
@@ -88,8 +88,8 @@ pub struct Passage {
     pub angular_momentum: Vector3,
 }
 
-impl Passage {
-    /// Enters it into the books.
+impl WrenchWork {
+    /// Posts the work and the impulses to the ledger.
     pub fn post(&self, ledger: &mut Ledger) {
         ledger.energy.external += self.work;
         ledger.energy.integration += self.defect;
@@ -99,7 +99,7 @@ impl Passage {
 }
 
 impl BodyState {
-    /// The body at time `t`, as if that were an event.
+    /// Returns the state of the body at time `t`, as if that were an event.
     ///
     /// x = x₀ + v₀h + Fh²/2M + Ḟh³/6M, v = v₀ + (Fh + Ḟh²/2)/M, L = L₀ + Th + Ṫh²/2; the orientation by the midpoint
     /// rule with the exact L (second order; exact for a sphere without torque), at constant ω if prescribed.
@@ -121,15 +121,16 @@ impl BodyState {
         match body.motion {
             Motion::Prescribed => {
                 let spin = body.angular_velocity(self);
-                next.orientation = turned(&self.orientation, &(spin * h));
+                next.orientation = rotate(&self.orientation, &(spin * h));
                 next.angular_momentum = body.angular_momentum(&next, &spin);
             }
-            Motion::Free | Motion::Fixed => self.tumble(body, &mut next),
+            Motion::Free | Motion::Fixed => self.step_orientation(body, &mut next),
         }
         next
     }
 
-    fn tumble(&self, body: &Body, next: &mut Self) {
+    /// Steps angular momentum and orientation by the midpoint rule.
+    fn step_orientation(&self, body: &Body, next: &mut Self) {
         let h = next.time - self.time;
         let Wrench { torque, torque_rate, .. } = self.wrench;
         let momentum = |s: f64| self.angular_momentum + s * (torque + s / 2.0 * torque_rate);
@@ -139,17 +140,17 @@ impl BodyState {
         }
         let start = body.angular_velocity(self);
         let mut middle = *self;
-        middle.orientation = turned(&self.orientation, &(start * (h / 2.0)));
+        middle.orientation = rotate(&self.orientation, &(start * (h / 2.0)));
         let spin = body.spin(&middle, &momentum(h / 2.0));
-        next.orientation = turned(&self.orientation, &(spin * h));
+        next.orientation = rotate(&self.orientation, &(spin * h));
     }
 
-    /// What the wrench gave between this event and `next`, each from its own formula.
+    /// Returns the work and impulse of the wrench between this event and `next`, each from its own formula.
     #[must_use]
-    pub fn passage(&self, body: &Body, next: &Self) -> Passage {
+    pub fn passage(&self, body: &Body, next: &Self) -> WrenchWork {
         let h = next.time - self.time;
         if body.motion == Motion::Fixed || h == 0.0 || !self.active {
-            return Passage::default();
+            return WrenchWork::default();
         }
         let (l0, l1) = (self.angular_momentum, next.angular_momentum);
         let (w0, w1) = (body.angular_velocity(self), body.angular_velocity(next));
@@ -162,7 +163,7 @@ impl BodyState {
             Motion::Free => h * (torque + h / 2.0 * torque_rate),
             Motion::Prescribed | Motion::Fixed => l1 - l0,
         };
-        Passage {
+        WrenchWork {
             work: self.force_work(body, h) + turning,
             defect,
             momentum,
@@ -170,14 +171,14 @@ impl BodyState {
         }
     }
 
-    /// ∫ F·v ds with v(s) = v₀ + (Fs + Ḟs²/2)/M and F(s) = F + Ḟs.
+    /// Returns ∫ F·v ds, J, with v(s) = v₀ + (Fs + Ḟs²/2)/M and F(s) = F + Ḟs.
     fn force_work(&self, body: &Body, h: f64) -> f64 {
         let (f, rate, v, m) = (self.wrench.force, self.wrench.force_rate, self.velocity, body.mass);
         let linear = f.dot(&f) / m + rate.dot(&v);
         h * (f.dot(&v) + h * (linear / 2.0 + h * (f.dot(&rate) / (2.0 * m) + h * rate.dot(&rate) / (8.0 * m))))
     }
 
-    /// ∫ x × F ds with x(s) = x₀ + v₀s + Fs²/2M + Ḟs³/6M.
+    /// Returns ∫ x × F ds, N·m·s, with x(s) = x₀ + v₀s + Fs²/2M + Ḟs³/6M.
     fn moment_of_force(&self, body: &Body, h: f64) -> Vector3 {
         let (x, v, m) = (self.position, self.velocity, body.mass);
         let (f, rate) = (self.wrench.force, self.wrench.force_rate);
@@ -187,9 +188,10 @@ impl BodyState {
     }
 }
 
-/// The orientation after a turn by the world vector `angle`: exp(θ) = (cos |θ|/2, sin |θ|/2 θ/|θ|), renormalised.
+/// Returns the orientation after a rotation by the world vector `angle`: exp(θ) = (cos |θ|/2, sin |θ|/2 θ/|θ|),
+/// renormalised.
 #[must_use]
-fn turned(orientation: &UnitQuaternion<f64>, angle: &Vector3) -> UnitQuaternion<f64> {
+fn rotate(orientation: &UnitQuaternion<f64>, angle: &Vector3) -> UnitQuaternion<f64> {
     let size = angle.norm();
     if size == 0.0 {
         return *orientation;
@@ -226,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn passages_explain_energy_momentum_and_angular_momentum_to_round_off() {
+    fn the_work_of_the_wrench_explains_energy_momentum_and_angular_momentum_to_round_off() {
         for motion in [Motion::Free, Motion::Prescribed] {
             let (body, mut state) = rod(motion);
             state.wrench = wrench();

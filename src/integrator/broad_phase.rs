@@ -1,7 +1,7 @@
-//! Which nodes of the surface are near a body at a tick, and how near.
+//! Broad phase of contact: finds the active surface nodes near a body at a tick, and their gaps.
 
 use super::engine::Engine;
-use super::facet::least_distance;
+use super::facet::distance_lower_bound;
 use super::gel::SurfaceNode;
 use super::neighbour_list::least;
 use crate::contact::{Body, BodyState};
@@ -11,11 +11,11 @@ use crate::math::embed;
 use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
 
-/// How deep a facet may be that need not be looked at, of what is allowed to one: less than all by more than rounding.
-const SHALLOW: f64 = 0.999;
+/// Fraction of the allowed facet depth below which a facet needs no query; it is below 1 by more than rounding.
+const DEPTH_FRACTION: f64 = 0.999;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// φ and n of the active surface nodes to the active bodies, where a body may be within reach.
+    /// Queries φ and n of the active surface nodes to the active bodies, where a body may be within reach.
     pub(super) fn look_around(&mut self, tick: Tick) {
         for surface in self.scratch.reached.drain(..) {
             self.scratch.place[surface as usize] = u32::MAX;
@@ -24,100 +24,105 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.placed = true;
         let horizon = self.horizon() * self.grid.time(1);
         let reach = self.watch.reach(&self.bodies, horizon);
-        self.find_reached(reach);
-        self.measure_gaps(reach);
-        self.find_beside();
-        self.find_nearness();
+        self.find_queried_nodes(reach);
+        self.query_node_gaps(reach);
+        self.collect_neighbours();
+        self.find_contact_limits();
     }
 
-    fn find_reached(&mut self, reach: f64) {
+    /// Finds the active surface nodes that need a query, ascending.
+    fn find_queried_nodes(&mut self, reach: f64) {
         let (gel, watch, reached) = (&self.gel, &mut self.watch, &mut self.scratch.reached);
         if let Some(blocks) = &self.blocks {
-            return watch.find_seen(&gel.surface, reach, |node| blocks.fires(node.index()), reached);
+            return watch.append_queries(&gel.surface, reach, |node| blocks.fires(node.index()), reached);
         }
         let active = self.scratch.active.of_reference().iter().filter_map(|a| gel.surface.of[*a as usize]);
-        reached.extend(active.filter(|node| watch.must_see(*node, gel.surface.nodes[*node as usize].size, reach)));
+        reached.extend(active.filter(|node| watch.needs_query(*node, gel.surface.nodes[*node as usize].size, reach)));
         reached.sort_unstable();
     }
 
-    fn measure_gaps(&mut self, reach: f64) {
+    /// Queries the gaps of these nodes to each active body, and lists the nodes close to a body.
+    fn query_node_gaps(&mut self, reach: f64) {
         let (scratch, n) = (&mut self.scratch, self.bodies.len());
         scratch.gaps.clear();
         scratch.close.clear();
-        for (i, surface) in scratch.reached.iter().enumerate() {
+        for (index, surface) in scratch.reached.iter().enumerate() {
             let SurfaceNode { node, size, .. } = self.gel.surface.nodes[*surface as usize];
             let point = embed(&self.state.position[node.index()]);
             let bodies = self.bodies.iter().zip(&scratch.was);
-            scratch.gaps.extend(bodies.map(|(fixed, body)| body.active.then(|| fixed.gap(body, &point))));
-            let nearest = scratch.gaps[i * n..].iter().flatten().map(|gap| gap.distance).fold(f64::INFINITY, f64::min);
-            self.watch.note(*surface, nearest);
+            scratch.gaps.extend(bodies.map(|(rigid, body)| body.active.then(|| rigid.gap(body, &point))));
+            let nearest =
+                scratch.gaps[index * n..].iter().flatten().map(|gap| gap.distance).fold(f64::INFINITY, f64::min);
+            self.watch.set_gap(*surface, nearest);
             if nearest < size.max(reach) {
                 scratch.close.push(*surface);
             }
-            scratch.place[*surface as usize] = i as u32;
+            scratch.place[*surface as usize] = index as u32;
         }
     }
 
-    /// Notes what is around the nodes that a body comes close to, once for each.
-    fn find_beside(&mut self) {
+    /// Collects the nodes and groups around each surface node that a body comes close to, once per node.
+    fn collect_neighbours(&mut self) {
         let (gel, order, scratch) = (&self.gel, &self.order, &mut self.scratch);
         for surface in &scratch.close {
             let beside = &mut scratch.beside[*surface as usize];
             if beside.nodes.is_empty() {
                 let around = || gel.star.of(gel.surface.nodes[*surface as usize].node).iter();
-                beside.nodes = once(around().flat_map(|element| gel.potential.nodes(*element)).copied());
-                beside.groups = once(around().map(|element| order.group(*element) as u32));
+                beside.nodes = distinct(around().flat_map(|element| gel.potential.nodes(*element)).copied());
+                beside.groups = distinct(around().map(|element| order.group(*element) as u32));
             }
         }
     }
 
-    /// Finds out around which nodes facets need not be looked at for a while.
-    pub(super) fn clear_facets(&mut self) {
+    /// Updates around the queried nodes how far anything may travel before their facets need a query.
+    pub(super) fn update_facet_bounds(&mut self) {
         let (gel, n) = (self.gel.clone(), self.bodies.len());
-        for (place, surface) in self.scratch.reached.iter().enumerate() {
-            if self.watch.may_touch_facets(*surface) {
+        for (index, surface) in self.scratch.reached.iter().enumerate() {
+            if self.watch.needs_facet_query(*surface) {
                 let node = gel.surface.nodes[*surface as usize].node;
-                let gaps = self.scratch.gaps[place * n..][..n].iter().flatten();
+                let gaps = self.scratch.gaps[index * n..][..n].iter().flatten();
                 let nearest = gaps.map(|gap| gap.distance).fold(f64::INFINITY, f64::min);
                 let around = gel.surface.around.of(node).iter();
-                let room = around.map(|facet| self.room(*facet, nearest)).fold(f64::INFINITY, least);
-                self.watch.note_facets(*surface, room);
+                let clearance = around.map(|facet| self.facet_clearance(*facet, nearest)).fold(f64::INFINITY, least);
+                self.watch.set_facet_bound(*surface, clearance);
             }
         }
     }
 
-    /// How far anything may travel before a facet need be looked at that has a body at a distance d from a corner, m. Of bodies that are
-    /// blunt until it can be as deep as is allowed: the least φ on it falls by s at most while s is travelled. Of others as long as d is
-    /// twice the length l of the facet: no corner is nearer than d − l ≥ l then; d falls by s at most, and l grows by 2s at most.
-    fn room(&self, facet: ElementId, distance: f64) -> f64 {
+    /// Returns how far anything may travel before a facet with a body at distance d from a corner needs a query, m.
+    ///
+    /// For blunt bodies it is the travel until the facet can reach the allowed depth, as the least φ on it falls by
+    /// at most the travel s. For other bodies a facet needs no query while d exceeds twice its length l, as no corner
+    /// is then nearer than d − l ≥ l. d falls by at most s, and l grows by at most 2s.
+    fn facet_clearance(&self, facet: ElementId, distance: f64) -> f64 {
         if !self.bodies.iter().all(|body| body.shape.is_blunt()) {
             return (distance - 2.0 * self.longest_edge(facet)) / 5.0;
         }
-        let corners = self.corners(facet);
+        let corners = self.facet_corners(facet);
         let sizes = self.gel.surface.facets[facet.index()][..D].iter().filter_map(|node| self.surface_size(*node));
         let size = sizes.fold(f64::INFINITY, f64::min);
-        let depth = |(fixed, at): (&Body, &BodyState)| {
-            let allowed = self.face_depth() * size.min(fixed.shape.inner_radius());
-            least_distance::<D>(&corners, |x| fixed.gap(at, x)) + SHALLOW * allowed
+        let depth = |(rigid, at): (&Body, &BodyState)| {
+            let allowed = self.face_depth() * size.min(rigid.shape.inner_radius());
+            distance_lower_bound::<D>(&corners, |x| rigid.gap(at, x)) + DEPTH_FRACTION * allowed
         };
         let active = self.bodies.iter().zip(&self.scratch.was).filter(|(_, at)| at.active);
         active.map(depth).fold(f64::INFINITY, least)
     }
 
-    /// h of a node of the surface, m.
+    /// Returns h of a surface node, m.
     fn surface_size(&self, node: NodeId) -> Option<f64> {
         let surface = self.gel.surface.of[node.index()]?;
         Some(self.gel.surface.nodes[surface as usize].size)
     }
 
-    /// φ and n of a node that was looked at, by its place among those.
-    pub(super) fn gap_at(&self, place: usize, body: usize) -> Option<Gap> {
-        self.scratch.gaps[place * self.bodies.len() + body]
+    /// Returns φ and n of a queried node, by its index among the queried nodes.
+    pub(super) fn gap_at(&self, index: usize, body: usize) -> Option<Gap> {
+        self.scratch.gaps[index * self.bodies.len() + body]
     }
 }
 
-/// Each of them once, ascending.
-fn once<T: Ord>(all: impl Iterator<Item = T>) -> Vec<T> {
+/// Returns the distinct items in ascending order.
+fn distinct<T: Ord>(all: impl Iterator<Item = T>) -> Vec<T> {
     let mut all: Vec<T> = all.collect();
     all.sort_unstable();
     all.dedup();

@@ -1,10 +1,10 @@
-//! The contact phase: which nodes touch, and the impulses of one tick (numerics 2.3, A7).
+//! Contact solver: finds the contact points of one tick and solves for their impulses (numerics 2.3, A7).
 
 use super::engine::Engine;
-use super::facet::{Deep, deepest};
+use super::facet::{DeepestPoint, find_deepest_point};
 use super::neighbour_list::STRETCH;
 use super::substep::Phase;
-use super::tip_in_facet::Piercing;
+use super::tip_in_facet::TipPenetration;
 use crate::contact::{Body, BodyState, Exchange, Law, Motion, impulse, reversal};
 use crate::fem::Potential;
 use crate::geometry::{Gap, SignedDistance};
@@ -12,44 +12,45 @@ use crate::math::{Vector, Vector3, embed, ordered_sum, restrict};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
 
-/// A point of the surface inside a body at this tick: a node, or a point of a facet.
+/// Contact point of the surface inside a body at this tick: a node, or a point of a facet.
 #[derive(Debug, Clone)]
 pub(super) struct Touch<const D: usize> {
-    /// Which body.
+    /// Index of the body.
     pub body: usize,
-    /// The nodes that carry it; the first `n_nodes` count.
+    /// Nodes that carry the contact point; the first `n_nodes` count.
     pub nodes: [NodeId; 3],
-    /// w, the part of each.
+    /// w, weight of each carrying node.
     pub weights: [f64; 3],
     pub n_nodes: usize,
     /// h, m.
     pub size: f64,
-    /// φ, m.
+    /// φ, signed distance, m.
     pub distance: f64,
-    /// n out of the body, in the world.
+    /// n, normal out of the body in the world frame.
     pub normal: Vector3,
-    /// x, m.
+    /// x, position, m.
     pub point: Vector3,
     /// K = Σ w² n·P n/m + 1/M + (r×n)·I⁻¹(r×n), 1/kg.
     pub compliance: f64,
-    /// ∂x/∂h and ∂x/∂a along the normal, of a dome.
+    /// ∂x/∂h and ∂x/∂a, normal velocity of a dome's surface per rate of its height and base radius.
     pub growth: Vector<2>,
-    /// Velocity of the point of the body's surface by the growth of a dome, m/s.
+    /// Velocity of the body's surface point due to the growth of a dome, m/s.
     pub swell: Vector3,
     /// Relative velocity before the tick, m/s; u⁻ is its normal part.
     pub before: Vector3,
-    /// ½ a Δt, half of what an acceleration of the body towards the point gives it until the point's next tick, m/s.
+    /// ½ a Δt, half of the speed that the body's acceleration towards the point adds until the point's next tick,
+    /// m/s.
     pub lead: f64,
-    /// b, velocity that removes standing penetration, m/s.
+    /// b, bias velocity that removes standing penetration, m/s.
     pub bias: f64,
-    /// J so far, N·s.
+    /// J, accumulated normal impulse, N·s.
     pub impulse: f64,
-    /// Jₜ of friction so far, N·s.
+    /// Jₜ, accumulated friction impulse, N·s.
     pub drag: Vector3,
 }
 
 impl<const D: usize> Touch<D> {
-    /// Nothing anywhere.
+    /// Creates a contact point with all fields zero.
     fn empty() -> Self {
         let (zero, growth) = (Vector3::zeros(), Vector::<2>::zeros());
         Self {
@@ -72,181 +73,196 @@ impl<const D: usize> Touch<D> {
         }
     }
 
+    /// Returns the nodes that carry the contact point.
     pub fn nodes(&self) -> &[NodeId] {
         &self.nodes[..self.n_nodes]
     }
 
-    /// u⁻, relative normal velocity before the tick, m/s.
+    /// Returns u⁻, the relative normal velocity before the tick, m/s.
     pub fn approach(&self) -> f64 {
         self.normal.dot(&self.before)
     }
 
-    /// J n + Jₜ, the whole impulse on the gel, N·s.
+    /// Returns J n + Jₜ, the total impulse on the gel, N·s.
     pub fn push(&self) -> Vector3 {
         self.normal * self.impulse + self.drag
     }
 
-    /// The nodes with their parts.
+    /// Iterates over the carrying nodes and their weights.
     pub fn carriers(&self) -> impl Iterator<Item = (NodeId, f64)> + '_ {
         self.nodes().iter().copied().zip(self.weights)
     }
 }
 
-/// A facet is stopped where it is deepest, once that is so deep, in element sizes or radii of the body, whichever is less: a
-/// body sharper than the mesh, or one over which the surface is stretched, must not slip between nodes. Shallower, nodes carry
-/// the contact alone, because holding all facets at the surface would lift their nodes off a curved body: at 0.2 the depth of
-/// `sphere-block` falls from 14.166 to 14.149 mm (14.5 when converged), from 0.3 on it does not change a bit. Deeper, the
-/// surface is stretched further: at 0.4 the ball of 20 m/s inverts cells of 3.57 mm, which at 0.3 bring it through and back. A
-/// blunt ogive on cells of half its radius gets 8 % more impulse at 0.3 than on fine ones, 2 % at 0.4.
+/// Depth at which a facet is stopped at its deepest point, in the smaller of element size and inner radius of the
+/// body. A body sharper than the mesh, or one over which the surface is stretched, must not slip between nodes. Nodes
+/// alone carry shallower contact, because holding all facets at the surface would lift their nodes off a curved body.
+///
+/// At 0.2 the depth of `sphere-block` falls from 14.166 to 14.149 mm (14.5 when converged); from 0.3 on it does not
+/// change a bit. Larger values stretch the surface further: at 0.4 the ball of 20 m/s inverts cells of 3.57 mm, which
+/// at 0.3 bring it through and back. A blunt ogive on cells of half its radius gets 8 % more impulse at 0.3 than on
+/// fine ones, 2 % at 0.4.
 const FACE_DEPTH: f64 = 0.3;
-/// The same of a gel that flows in space on meshes that are exchanged. Its surface is drawn over the body all the time and its facets are
-/// split, and what is split deep in the body has to be pushed out of it: in the first 0.3 ms of `fbi-bb-3d` that puts in 6.5 % of the
-/// energy of the shot at 0.3, 1.6 % at 0.1, 0.9 % at 0.06 and 0.7 % at 0.02. A facet that is held late also turns about where it is
-/// held: at 0.3 the nose of `bullet-yaw`, with cells of 0.39 mm, leaks after 6 mm, and not at 0.06.
-/// Twice [`SLOP`], so that nodes carry what is flat. Nodes may stand as deep: with 0.03 of them left those that came of split facets were pushed
-/// out, by 0.8 % of the energy of `fbi-bb-3d`, with 0.06 by 0.15 %.
+/// Facet depth, as [`FACE_DEPTH`], of a remeshed gel in space with history variables. The surface is drawn over the
+/// body and remeshing splits the facets; facets split deep in the body have to be pushed out. The energy that this
+/// adds in the first 0.3 ms of `fbi-bb-3d`, relative to that of the shot, is 6.5 % at 0.3, 1.6 % at 0.1, 0.9 % at
+/// 0.06 and 0.7 % at 0.02. A facet stopped late also turns about the stopped point. At 0.3 the nose of `bullet-yaw`,
+/// with cells of 0.39 mm, leaks after 6 mm; at 0.06 it does not.
+///
+/// Twice [`SLOP`], to let nodes carry flat contact. The slop of the nodes is equal: at 0.03 contact pushed out the
+/// nodes of split facets, by 0.8 % of the energy of `fbi-bb-3d`; at 0.06 by 0.15 %.
 const DRAWN_DEPTH: f64 = 2.0 * SLOP;
-/// Most sweeps over the touching points of a tick, and the approach, relative to the fastest, that ends them (A7). A few
-/// settle what is heavier than the nodes that it meets at once; a body of a hundredth of their mass needs hundreds, and
-/// after ten it kept 2 % of its approach.
-const SWEEPS: usize = 400;
-const SETTLED: f64 = 1e-12;
-/// A node counts as inside up to this distance above the surface, in element sizes. A node that rests on a moving body at
-/// a distance of exactly zero is otherwise found inside or outside by rounding, and each miss costs an impact: the
-/// rebound of a mass that starts touching a bar was 2.3 % off. Rounding is ten thousand times smaller.
-pub(super) const TOUCH: f64 = 1e-9;
-/// Removal of penetration is at most this fraction of the greatest approach speed seen (numerics 2.5).
+/// Maximum number of Gauss–Seidel sweeps over the contact points of a tick, and the residual, relative to the
+/// greatest approach speed, that ends them (A7). A few sweeps settle a body heavier than the nodes it meets at once.
+/// A body of a hundredth of their mass needs hundreds: after ten it kept 2 % of its approach.
+const MAX_SWEEPS: usize = 400;
+const RESIDUAL_TOLERANCE: f64 = 1e-12;
+/// Tolerance above the surface within which a node counts as inside, in element sizes. For a node that rests on a
+/// moving body at a distance of exactly zero, rounding would decide, and each miss costs an impact. The rebound of a
+/// mass that starts in touch with a bar was 2.3 % off. Rounding is ten thousand times smaller.
+pub(super) const TOUCH_TOLERANCE: f64 = 1e-9;
+/// Upper bound of the bias velocity, as a fraction of the greatest approach speed so far (numerics 2.5).
 const BIAS_CAP: f64 = 0.1;
-/// Penetration that is left standing, in element sizes. Removing all of it pushes nodes off that fall back for ever, and
-/// pumps energy through the contact: 4.7 % of the impact energy on `sphere-block` at 0, 0.05 % at 0.01, nothing at 0.03;
-/// under an oblique ball on a coarse mesh 0.4 % at 0.01, nothing at 0.03. What stands in the mean does not grow with it:
-/// 0.005 to 0.008 where 0.01 is allowed (A7), because nodes that approach are found when they are that deep.
+/// Penetration slop: the depth that the bias velocity leaves standing, in element sizes. Removing all penetration
+/// pushes nodes off that fall back for ever, and pumps energy through the contact. On `sphere-block` the gain is
+/// 4.7 % of the impact energy at 0, 0.05 % at 0.01 and nothing at 0.03. Under an oblique ball on a coarse mesh it is
+/// 0.4 % at 0.01 and nothing at 0.03. The mean standing penetration does not grow with the slop: it is 0.005 to 0.008
+/// where 0.01 is allowed (A7), because approaching nodes are found at that depth.
 pub(super) const SLOP: f64 = 0.03;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Body by body, the active nodes inside it, ascending, then the firing facets that a tip pierces or that are deep
-    /// inside.
+    /// Finds the contact points of a tick, body by body: the active nodes inside it, ascending, then the active
+    /// facets that a tip pierces or that are deep inside it.
     pub(super) fn find_touches(&mut self, tick: Tick) {
-        self.find_meetings(tick);
-        self.find_facets();
+        self.find_symmetry_contacts(tick);
+        self.find_facet_candidates();
         let mut touches = std::mem::take(&mut self.scratch.touches);
         touches.clear();
         for body in 0..self.bodies.len() {
-            self.touches_of(body, tick, &mut touches);
+            self.collect_contacts(body, tick, &mut touches);
         }
         for touch in &touches {
             let contact = &mut self.state.record.contacts[touch.body];
             contact.approach = contact.approach.max(-touch.approach());
         }
-        // Where the mesh ends there is no step ahead.
+        // At the last tick of a mesh there is no step ahead.
         for touch in touches.iter_mut().filter(|_| self.phase != Phase::Last) {
-            let step = self.grid.time(self.shortest_around(touch.nodes[0]) as Tick);
-            touch.lead = self.lead(touch, step);
-            touch.bias = self.bias(touch, step);
+            let step = self.grid.time(self.shortest_step_around(touch.nodes[0]) as Tick);
+            touch.lead = self.lead_velocity(touch, step);
+            touch.bias = self.bias_velocity(touch, step);
         }
         self.scratch.touches = touches;
     }
 
-    fn touches_of(&self, body: usize, tick: Tick, touches: &mut Vec<Touch<D>>) {
-        for (place, reached) in self.scratch.reached.iter().enumerate() {
-            let at = self.gel.surface.nodes[*reached as usize];
-            let Some(gap) = self.gap_at(place, body).filter(|gap| gap.distance <= TOUCH * at.size) else {
+    /// Adds the contact points of one body: its nodes, then its facets.
+    fn collect_contacts(&self, body: usize, tick: Tick, touches: &mut Vec<Touch<D>>) {
+        for (index, surface) in self.scratch.reached.iter().enumerate() {
+            let at = self.gel.surface.nodes[*surface as usize];
+            let Some(gap) = self.gap_at(index, body).filter(|gap| gap.distance <= TOUCH_TOLERANCE * at.size) else {
                 continue;
             };
             let point = embed(&self.state.position[at.node.index()]);
-            touches.extend(self.touch((&[at.node], [1.0, 0.0, 0.0]), (at.size, point), &gap, body));
+            touches.extend(self.new_contact(&[at.node], [1.0, 0.0, 0.0], at.size, point, &gap, body));
         }
         for (_, facet, (_, size)) in self.scratch.facets.iter().filter(|(of, ..)| *of == body as u32) {
             if self.has_fired(self.gel.behind[facet.index()], tick) {
-                touches.extend(self.touching_facet(*facet, *size, body));
+                touches.extend(self.facet_contact(*facet, *size, body));
             }
         }
     }
 
-    /// Finds the facets that reach from an active node to a body, each once, with the least and the greatest size of those
+    /// Finds the facets between the active nodes and a body, each once, with the least and the greatest size of those
     /// nodes.
-    fn find_facets(&mut self) {
-        self.clear_facets();
+    fn find_facet_candidates(&mut self) {
+        self.update_facet_bounds();
         let mut facets = std::mem::take(&mut self.scratch.facets);
         let mut found = std::mem::take(&mut self.scratch.found);
         facets.clear();
         for body in 0..self.bodies.len() {
             found.clear();
-            for (place, reached) in self.scratch.reached.iter().enumerate() {
+            for (index, reached) in self.scratch.reached.iter().enumerate() {
                 let at = self.gel.surface.nodes[*reached as usize];
-                let near = |gap: &Gap| gap.distance < STRETCH * at.size && self.watch.may_touch_facets(*reached);
-                let Some(gap) = self.gap_at(place, body).filter(near) else { continue };
+                let near = |gap: &Gap| gap.distance < STRETCH * at.size && self.watch.needs_facet_query(*reached);
+                let Some(gap) = self.gap_at(index, body).filter(near) else { continue };
                 found.extend(self.gel.surface.around.of(at.node).iter().map(|facet| (*facet, gap.distance, at.size)));
             }
             found.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-            for one in found.chunk_by(|a, b| a.0 == b.0).filter(|one| one[0].1 < self.longest_edge(one[0].0)) {
-                let sizes = one.iter().map(|(_, _, size)| *size);
+            for same_facet in found
+                .chunk_by(|a, b| a.0 == b.0)
+                .filter(|same_facet| same_facet[0].1 < self.longest_edge(same_facet[0].0))
+            {
+                let sizes = same_facet.iter().map(|(_, _, size)| *size);
                 let sizes =
                     sizes.fold((f64::INFINITY, 0.0_f64), |(least, most), size| (least.min(size), most.max(size)));
-                facets.push((body as u32, one[0].0, sizes));
+                facets.push((body as u32, same_facet[0].0, sizes));
             }
         }
         (self.scratch.facets, self.scratch.found) = (facets, found);
     }
 
-    /// A body where it is at this tick.
-    pub(super) fn placed(&self, body: usize) -> (&Body, &BodyState) {
+    /// Returns a body and its state at this tick before the contact impulses.
+    pub(super) fn body_at_tick(&self, body: usize) -> (&Body, &BodyState) {
         (&self.bodies[body], &self.scratch.was[body])
     }
 
-    fn touching_facet(&self, facet: ElementId, size: f64, body: usize) -> Option<Touch<D>> {
+    /// Returns the contact point of a facet at a tip of the body or where the facet is deepest.
+    fn facet_contact(&self, facet: ElementId, size: f64, body: usize) -> Option<Touch<D>> {
         let corners = &self.gel.surface.facets[facet.index()][..D];
-        // It is only stopped: what it is deep is not removed. Removal at a tip that is a point pumps energy, up to 26 % of
-        // that of the impact (a sharp ogive of 10 mm on cells of 6.7 mm).
-        let stopped = |gap: Gap| Gap { distance: 0.0, ..gap };
-        let (fixed, at) = self.placed(body);
-        if let Some(Piercing { point, weights, gap, .. }) = self.pricking(facet, size, (fixed, at)) {
-            return self.touch((corners, weights), (size, point), &stopped(gap), body);
+        // The facet is only stopped, its penetration is not removed. Removal at a pointed tip pumps energy, up to
+        // 26 % of the impact energy (a sharp ogive of 10 mm on cells of 6.7 mm).
+        let without_depth = |gap: Gap| Gap { distance: 0.0, ..gap };
+        let (rigid, at) = self.body_at_tick(body);
+        if let Some(TipPenetration { point, weights, gap, .. }) = self.find_tip_contact(facet, size, rigid, at) {
+            return self.new_contact(corners, weights, size, point, &without_depth(gap), body);
         }
-        let allowed = self.face_depth() * size.min(fixed.shape.inner_radius());
-        let Deep { point, weights, gap } = deepest::<D>(&self.corners(facet), allowed, |p| fixed.gap(at, p))?;
-        self.touch((corners, weights), (size, point), &stopped(gap), body)
+        let allowed = self.face_depth() * size.min(rigid.shape.inner_radius());
+        let DeepestPoint { point, weights, gap } =
+            find_deepest_point::<D>(&self.facet_corners(facet), allowed, |p| rigid.gap(at, p))?;
+        self.new_contact(corners, weights, size, point, &without_depth(gap), body)
     }
 
-    /// How deep a facet is stopped, in element sizes or radii of the body.
+    /// Returns the depth at which a facet is stopped, in the smaller of element size and inner radius of the body.
     pub(super) fn face_depth(&self) -> f64 {
         if self.is_drawn() { DRAWN_DEPTH } else { FACE_DEPTH }
     }
 
-    /// How deep a node may stand, in element sizes: what is drawn as deep as its facets, which are split.
-    fn standing_depth(&self) -> f64 {
+    /// Returns the penetration slop of a node, in element sizes; on a drawn surface it equals the facet depth.
+    fn node_slop(&self) -> f64 {
         if self.is_drawn() { DRAWN_DEPTH } else { SLOP }
     }
 
-    /// Whether the surface is one that is drawn over a body all the time.
+    /// Returns true if the surface is drawn over the body throughout the run: a gel in space with history variables that is
+    /// remeshed.
     fn is_drawn(&self) -> bool {
         D == 3 && self.can_wear() && self.gel.potential.remembers()
     }
 
-    /// Where the corners of a facet are at this tick, m.
-    pub(super) fn corners(&self, facet: ElementId) -> [Vector3; 3] {
+    /// Returns the positions of the corners of a facet at this tick, m.
+    pub(super) fn facet_corners(&self, facet: ElementId) -> [Vector3; 3] {
         let time = self.scratch.was[0].time;
         self.gel.surface.facets[facet.index()].map(|node| embed(&self.position_at(node, time)))
     }
 
-    /// The length of a facet at this tick, m.
+    /// Returns the length of the longest edge of a facet at this tick, m.
     pub(super) fn longest_edge(&self, facet: ElementId) -> f64 {
-        let corners = self.corners(facet);
+        let corners = self.facet_corners(facet);
         (0..D).map(|i| (corners[(i + 1) % D] - corners[i]).norm()).fold(0.0, f64::max)
     }
 
-    /// A point inside a body that these nodes carry; `None` if neither they nor the body can move.
-    fn touch(
+    /// Creates the contact point that these nodes carry; `None` if neither they nor the body can move.
+    fn new_contact(
         &self,
-        (carriers, weights): (&[NodeId], [f64; 3]),
-        (size, point): (f64, Vector3),
+        carriers: &[NodeId],
+        weights: [f64; 3],
+        size: f64,
+        point: Vector3,
         gap: &Gap,
         body: usize,
     ) -> Option<Touch<D>> {
         let mut nodes = [carriers[0]; 3];
         nodes[..carriers.len()].copy_from_slice(carriers);
-        let (fixed, at) = self.placed(body);
-        let growth = fixed.growth(at, &point);
+        let (rigid, at) = self.body_at_tick(body);
+        let growth = rigid.growth(at, &point);
         let speed = at.bulge.map_or(0.0, |bulge| growth.dot(&bulge.rate));
         let mut touch = Touch {
             body,
@@ -262,56 +278,60 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             ..Touch::empty()
         };
         touch.compliance = self.compliance(&touch, &gap.normal);
-        touch.before = self.relative_of(&touch, |node| self.velocity_before(node));
+        touch.before = self.relative_velocity(&touch, |node| self.velocity_before(node));
         (touch.compliance > 0.0).then_some(touch)
     }
 
-    /// K along a unit vector, 1/kg.
+    /// Returns the compliance K along a unit vector, 1/kg.
     fn compliance(&self, touch: &Touch<D>, direction: &Vector3) -> f64 {
         let own = |(node, w): (NodeId, f64)| {
             w * w * self.free_part(node, direction).norm_squared() / self.gel.mass[node.index()]
         };
-        let (fixed, at) = self.placed(touch.body);
-        touch.carriers().map(own).sum::<f64>() + fixed.compliance(at, &(touch.point - at.position), direction)
+        let (rigid, at) = self.body_at_tick(touch.body);
+        touch.carriers().map(own).sum::<f64>() + rigid.compliance(at, &(touch.point - at.position), direction)
     }
 
-    /// P v, the part of a world vector in the free directions of a node.
+    /// Returns P v, the part of a world vector in the free directions of a node.
     fn free_part(&self, node: NodeId, v: &Vector3) -> Vector<D> {
         restrict::<D>(v).component_mul(&self.gel.free(node.index()))
     }
 
-    /// Σ w v_a − V(x), m/s, with the impulses so far.
+    /// Returns the relative velocity Σ w v_a − V(x) with the impulses so far, m/s.
     pub(super) fn relative(&self, touch: &Touch<D>) -> Vector3 {
-        self.relative_of(touch, |node| self.state.velocity[node.index()])
+        self.relative_velocity(touch, |node| self.state.velocity[node.index()])
     }
 
-    fn relative_of(&self, touch: &Touch<D>, velocity: impl Fn(NodeId) -> Vector<D>) -> Vector3 {
+    /// Returns the relative velocity Σ w v_a − V(x) for given velocities of the nodes, m/s.
+    fn relative_velocity(&self, touch: &Touch<D>, velocity: impl Fn(NodeId) -> Vector<D>) -> Vector3 {
         let gel: Vector3 = touch.carriers().map(|(node, w)| embed(&velocity(node)) * w).sum();
-        let (fixed, now) = (&self.bodies[touch.body], &self.scratch.now[touch.body]);
-        gel - fixed.velocity_at(now, &touch.point) - touch.swell
+        let (rigid, now) = (&self.bodies[touch.body], &self.scratch.now[touch.body]);
+        gel - rigid.velocity_at(now, &touch.point) - touch.swell
     }
 
-    /// The body is accelerated all the time, the node only at its ticks. Stopped at its tick, it would be overrun by ½ a Δt²
-    /// until the next, for ever: a ball pressed on gel sank through a standing node at ½ a Δt. What is stopped is the mean
-    /// of the interval ahead, as the half-step velocities of the gel are means.
-    fn lead(&self, touch: &Touch<D>, step: f64) -> f64 {
-        let (fixed, at) = self.placed(touch.body);
-        let pull = fixed.freedom.translation(&at.wrench.force) / fixed.mass;
+    /// Returns the lead velocity ½ a Δt of a body that accelerates towards the contact point, m/s.
+    ///
+    /// The body accelerates continuously, the node only at its ticks. A node stopped relative to the velocity at its
+    /// tick would be overrun by ½ a Δt² in each step: a pressed ball sank through a standing node at ½ a Δt. The
+    /// solver therefore stops the mean velocity of the interval ahead, as the half-step velocities of the gel are
+    /// means.
+    fn lead_velocity(&self, touch: &Touch<D>, step: f64) -> f64 {
+        let (rigid, at) = self.body_at_tick(touch.body);
+        let pull = rigid.freedom.translation(&at.wrench.force) / rigid.mass;
         let swelling = at.bulge.map_or(0.0, |bulge| touch.growth.dot(&bulge.acceleration));
         (0.5 * step * (touch.normal.dot(&pull) + swelling)).max(0.0)
     }
 
-    /// What the removal of standing penetration adds to the restituted velocity −e u⁻: the target is the greater of
-    /// −e u⁻ and β |φ|/Δt until the next tick, capped.
-    fn bias(&self, touch: &Touch<D>, step: f64) -> f64 {
+    /// Returns the bias velocity that the removal of standing penetration adds to the restituted velocity −e u⁻, m/s.
+    /// The target velocity is the greater of −e u⁻ and β |φ|/Δt until the next tick, capped.
+    fn bias_velocity(&self, touch: &Touch<D>, step: f64) -> f64 {
         let Law::Moreau { bias, restitution, .. } = self.rules.law else { return 0.0 };
-        let standing = (-touch.distance - self.standing_depth() * touch.size).max(0.0);
+        let standing = (-touch.distance - self.node_slop() * touch.size).max(0.0);
         let removal = (bias * standing / step).min(BIAS_CAP * self.state.record.contacts[touch.body].approach);
         if removal > 0.0 { (removal + restitution * touch.approach()).max(0.0) } else { 0.0 }
     }
 
-    /// Gives w times the impulse to each carrier and minus the impulse to the body, at the point that they carry.
-    fn strike(&mut self, touch: usize, impulse: &Vector3) {
+    /// Applies w times the impulse to each carrying node and minus the impulse to the body, at the contact point.
+    fn apply_impulse(&mut self, touch: usize, impulse: &Vector3) {
         let touch = &self.scratch.touches[touch];
         for (node, w) in touch.carriers() {
             let push = self.free_part(node, impulse) * (w / self.gel.mass[node.index()]);
@@ -321,30 +341,30 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.bodies[body].strike(&mut self.scratch.now[body], &point, &-impulse);
     }
 
-    /// Moreau's law with Coulomb's friction for all touching points in order, then between nodes and their images, swept until
-    /// nothing changes; the projected Gauss–Seidel method on the accumulated impulses.
+    /// Solves Moreau's law with Coulomb friction at all contact points and symmetry contacts: projected Gauss–Seidel
+    /// sweeps on the accumulated impulses until nothing changes.
     pub(super) fn solve(&mut self, restitution: f64, friction: f64) {
-        let fastest = self.state.record.contacts.iter().map(|contact| contact.approach).fold(0.0, f64::max);
-        for _ in 0..SWEEPS {
+        let greatest_approach = self.state.record.contacts.iter().map(|contact| contact.approach).fold(0.0, f64::max);
+        for _ in 0..MAX_SWEEPS {
             let mut residual: f64 = 0.0;
             for i in 0..self.scratch.touches.len() {
-                residual = residual.max(self.push(i, restitution));
+                residual = residual.max(self.correct_normal_impulse(i, restitution));
                 if friction > 0.0 {
-                    residual = residual.max(self.rub(i, friction));
+                    residual = residual.max(self.correct_friction_impulse(i, friction));
                 }
             }
             residual = residual.max(self.meet_all());
-            if residual <= SETTLED * fastest {
+            if residual <= RESIDUAL_TOLERANCE * greatest_approach {
                 break;
             }
         }
-        self.gather();
+        self.sum_body_impulses();
     }
 
-    /// What a body has received of all touches, added up once: given to it one after the other over all sweeps, its momentum
-    /// would be rounded thousands of times a tick.
-    fn gather(&mut self) {
-        for (body, fixed) in self.bodies.iter().enumerate().filter(|(_, body)| body.motion == Motion::Free) {
+    /// Sets the velocity of each free body from the sum of its contact impulses. Applied one by one over all sweeps,
+    /// they would round its momentum thousands of times a tick.
+    fn sum_body_impulses(&mut self) {
+        for (body, rigid) in self.bodies.iter().enumerate().filter(|(_, body)| body.motion == Motion::Free) {
             let touches = &self.scratch.touches;
             if touches.iter().all(|touch| touch.body != body) {
                 continue;
@@ -354,30 +374,30 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let arm = |i: usize| touches[i].point - was.position;
             let linear = ordered_sum(touches.len(), Vector3::zeros(), push);
             let turning = ordered_sum(touches.len(), Vector3::zeros(), |i| arm(i).cross(&push(i)));
-            now.velocity = was.velocity + fixed.freedom.translation(&linear) / fixed.mass;
-            now.angular_momentum = was.angular_momentum + fixed.freedom.rotation(&turning);
+            now.velocity = was.velocity + rigid.freedom.translation(&linear) / rigid.mass;
+            now.angular_momentum = was.angular_momentum + rigid.freedom.rotation(&turning);
         }
     }
 
-    /// One correction of a normal impulse; by how much it changes the velocity, m/s.
-    fn push(&mut self, i: usize, restitution: f64) -> f64 {
+    /// Corrects one normal impulse; returns the change of velocity, m/s.
+    fn correct_normal_impulse(&mut self, i: usize, restitution: f64) -> f64 {
         let touch = &self.scratch.touches[i];
         let rebound = touch.bias + touch.lead - restitution * (touch.approach() + touch.lead);
-        let so_far = touch.impulse;
-        let free = touch.normal.dot(&self.relative(touch)) - touch.compliance * so_far;
-        let change = impulse(free, rebound, touch.compliance) - so_far;
+        let accumulated = touch.impulse;
+        let free = touch.normal.dot(&self.relative(touch)) - touch.compliance * accumulated;
+        let change = impulse(free, rebound, touch.compliance) - accumulated;
         if change == 0.0 {
             return 0.0;
         }
-        let (push, jump) = (touch.normal * change, change.abs() * touch.compliance);
+        let (push, velocity_change) = (touch.normal * change, change.abs() * touch.compliance);
         self.scratch.touches[i].impulse += change;
-        self.strike(i, &push);
-        jump
+        self.apply_impulse(i, &push);
+        velocity_change
     }
 
-    /// One correction of friction: the impulse that would stop the sliding, cut to |Jₜ| ≤ μ J; by how much it changes the
-    /// velocity, m/s.
-    fn rub(&mut self, i: usize, friction: f64) -> f64 {
+    /// Corrects one friction impulse: the impulse that would stop the sliding, cut to |Jₜ| ≤ μ J; returns the change
+    /// of velocity, m/s.
+    fn correct_friction_impulse(&mut self, i: usize, friction: f64) -> f64 {
         let touch = &self.scratch.touches[i];
         let relative = self.relative(touch);
         let sliding = relative - touch.normal * touch.normal.dot(&relative);
@@ -386,15 +406,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if compliance == 0.0 {
             return 0.0;
         }
-        let (most, stick) = (friction * touch.impulse, touch.drag - sliding / compliance);
-        let drag = if stick.norm() > most { stick.normalize() * most } else { stick };
+        let (limit, sticking) = (friction * touch.impulse, touch.drag - sliding / compliance);
+        let drag = if sticking.norm() > limit { sticking.normalize() * limit } else { sticking };
         let change = drag - touch.drag;
         self.scratch.touches[i].drag = drag;
-        self.strike(i, &change);
+        self.apply_impulse(i, &change);
         change.norm() * compliance
     }
 
-    /// The paper's law for the nodes of one element that has just kicked them.
+    /// Applies the paper's reversal law to the nodes of one element after its kick.
     pub(super) fn reverse(&mut self, element: ElementId) {
         let gel = self.gel.clone();
         let nodes = gel.potential.nodes(element);
@@ -404,15 +424,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 let j = reversal(touch.normal.dot(&self.relative(touch)), touch.compliance);
                 let push = touch.normal * j;
                 self.scratch.touches[i].impulse += j;
-                self.strike(i, &push);
+                self.apply_impulse(i, &push);
             }
         }
     }
 
-    /// Makes the impulses events of the bodies, and tells the importer and the record what they received.
+    /// Makes the impulses events of the bodies, and adds them to the exchanges with the importer and to the record.
     pub(super) fn receive(&mut self, time: f64, (end, exchanges): (f64, &mut [Exchange])) {
         for (body, exchange) in exchanges.iter_mut().enumerate() {
-            let Some(impulse) = self.received(body, exchange) else { continue };
+            let Some(impulse) = self.body_impulse(body, exchange) else { continue };
             exchange.impulse += impulse;
             exchange.impulse_moment += impulse * (end - time);
             self.rebase_body(body, time);
@@ -421,29 +441,31 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// The impulse of this tick on a body, N·s, if there is any; enters what is particular to a touch.
-    fn received(&mut self, body: usize, exchange: &mut Exchange) -> Option<Vector3> {
-        let (fixed, was, now) = (&self.bodies[body], &self.scratch.was[body], &self.scratch.now[body]);
+    /// Returns the impulse of this tick on a body, N·s, if there is one, and adds the sums over its contact points to
+    /// the exchange and to the record.
+    fn body_impulse(&mut self, body: usize, exchange: &mut Exchange) -> Option<Vector3> {
+        let (rigid, was, now) = (&self.bodies[body], &self.scratch.was[body], &self.scratch.now[body]);
         let record = &mut self.state.record.contacts[body];
         let touches = self.scratch.touches.iter().filter(|touch| touch.body == body && touch.impulse > 0.0);
         touches.fold(None, |sum: Option<Vector3>, touch| {
-            let given = fixed.freedom.translation(&-touch.push());
+            let body_impulse = rigid.freedom.translation(&-touch.push());
             let arm = touch.point - was.position;
-            let wall = (fixed.velocity_at(was, &touch.point) + fixed.velocity_at(now, &touch.point)) / 2.0;
-            exchange.angular_impulse += fixed.freedom.rotation(&arm.cross(&given));
-            // All of it, also what a ring of an axisymmetric gel gives across the axis.
+            let mean_velocity = (rigid.velocity_at(was, &touch.point) + rigid.velocity_at(now, &touch.point)) / 2.0;
+            exchange.angular_impulse += rigid.freedom.rotation(&arm.cross(&body_impulse));
+            // The whole normal impulse, with the part across the axis that a ring of an axisymmetric gel exerts.
             exchange.bulge_impulse -= touch.growth * touch.impulse;
-            exchange.energy_residual -= given.dot(&wall);
-            record.work += given.dot(&wall);
+            exchange.energy_residual -= body_impulse.dot(&mean_velocity);
+            record.work += body_impulse.dot(&mean_velocity);
             if touch.n_nodes == 1 {
                 let depth = -touch.distance / touch.size;
                 record.standing = (record.standing.0 + depth, record.standing.1 + 1);
                 record.deepest = record.deepest.max(depth);
             }
-            Some(sum.unwrap_or_else(Vector3::zeros) + given)
+            Some(sum.unwrap_or_else(Vector3::zeros) + body_impulse)
         })
     }
 
+    /// Records an impulse on a body: its sum, direction and time, the depth and the window of the peak force.
     fn record_impulse(&mut self, body: usize, impulse: Vector3, time: f64) {
         let depth = self.depth_in_gel(self.bodies[body].depth(&self.state.bodies[body]));
         let width = self.rules.force_window;

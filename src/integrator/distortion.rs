@@ -1,4 +1,5 @@
-//! When a mesh is worn, and until when that need not be asked.
+//! Distortion monitor: decides when a mesh is distorted, with travel bounds that skip elements whose nodes have not
+//! moved far enough.
 
 use super::blocks::Block;
 use super::engine::Engine;
@@ -7,76 +8,80 @@ use super::substep::{Moment, Phase};
 use crate::fem::{MAX_NODES, Potential, Reference};
 use crate::math::Vector;
 use crate::mesh::{NodeId, Simplex, is_worse, leeway};
-use crate::state::{Stretch, Tick};
+use crate::state::{SurfaceStretch, Tick};
 
-/// When a mesh is worn: as soon as one of its elements is.
+/// Distortion limits: a mesh is distorted as soon as one of its elements exceeds them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wear {
-    /// Which shape of each element, 1 being the best, is too bad.
+    /// Least shape quality of each element, 1 being the best.
     pub quality: Vec<f64>,
-    /// To which measure, [`Potential::measure`], each may be compressed.
+    /// Least measure, [`Potential::measure`], of each element.
     pub least: Vec<f64>,
 }
 
-/// A mesh lasts so many of its finest steps (A12) unless it wears out fast, to this part of what is allowed.
-const YOUNG: Tick = 50;
-const HALF_WORN: f64 = 0.7;
-/// It lasts so many at least where a facet is stretched over a body: at a sharp corner no mesh helps.
-const STRETCHED_LIFE: Tick = 200;
-/// The corners of an element.
+/// Age below which only a heavily distorted mesh ends, in its finest steps (A12), and the fraction of the limits that
+/// applies until then.
+const YOUNG_AGE: Tick = 50;
+const YOUNG_FRACTION: f64 = 0.7;
+/// Least age at which a stretched facet ends a mesh, in its finest steps: at a sharp corner no mesh helps.
+const MIN_STRETCHED_AGE: Tick = 200;
+/// Corners of an element.
 const CORNERS: Simplex = [NodeId(0), NodeId(1), NodeId(2), NodeId(3)];
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Whether the mesh is worn at this tick, so many finest steps old. What no node has wandered far enough for is not looked at.
-    pub(super) fn is_worn(&mut self, tick: Tick, age: Tick) -> bool {
+    /// Returns true if the mesh is distorted at this tick, at an age in its finest steps. Elements are skipped until
+    /// their nodes have moved far enough.
+    pub(super) fn is_distorted(&mut self, tick: Tick, age: Tick) -> bool {
         if self.ends.wear.is_none() {
             return false;
         }
-        if self.state.record.stretch >= Stretch::Worn && age >= STRETCHED_LIFE {
+        if self.state.record.stretch >= SurfaceStretch::Worn && age >= MIN_STRETCHED_AGE {
             return true;
         }
-        if self.watch.parts() == 0 {
-            self.divide();
+        if self.watch.n_parts() == 0 {
+            self.divide_mesh();
         }
-        let part = if age < YOUNG { HALF_WORN } else { 1.0 };
-        (0..self.watch.parts()).any(|block| self.is_block_worn(block, tick, part))
+        let fraction = if age < YOUNG_AGE { YOUNG_FRACTION } else { 1.0 };
+        (0..self.watch.n_parts()).any(|block| self.is_block_distorted(block, tick, fraction))
     }
 
-    /// Whether an element of a block, in the reference form of all of the mesh, is worn to this part of what is allowed, if half of its step
-    /// is behind: within it neighbours of shorter ones can turn it over, and its kick at the end would be by that. Before, the end of the
-    /// mesh would take back some of the half kick ahead, by what the element has become since.
-    fn is_block_worn(&mut self, block: usize, tick: Tick, part: f64) -> bool {
+    /// Returns true if an element of a block exceeds a fraction of its limits after half of its step; the reference
+    /// form has one block. In the second half, neighbours with shorter steps can invert an element before its kick.
+    /// In the first half, the end of the mesh would take back part of the leading half kick by the changed forces of
+    /// the element.
+    fn is_block_distorted(&mut self, block: usize, tick: Tick, fraction: f64) -> bool {
         let groups = match &self.blocks {
-            // What is at rest where it was made is not worn.
+            // A block at rest where it was made is not distorted.
             Some(blocks) if !blocks.all[block].is_awake() => return false,
             Some(blocks) => blocks.groups_of(block),
             None => 0..self.state.clocks.len(),
         };
         let (time, end) = (self.grid.time(tick), Moment { phase: Phase::Last, ..self.moment(tick) });
-        let wandered = self.watch.wandered(block, time);
-        if !self.watch.may_be_worn(block, wandered) {
+        let travel = self.watch.part_travel(block, time);
+        if !self.watch.may_part_be_distorted(block, travel) {
             return false;
         }
         for group in groups.clone() {
             let is_owed = end.owed(self.state.clocks[group].step) >= 0.0;
-            if is_owed && self.watch.may_group_be_worn(group, wandered) {
-                let Some(leeway) = self.leeway(group, time, part) else { return true };
-                self.watch.note_sound(group, wandered + leeway);
+            if is_owed && self.watch.may_group_be_distorted(group, travel) {
+                let Some(bound) = self.group_travel_bound(group, time, fraction) else { return true };
+                self.watch.set_group_bound(group, travel + bound);
             }
         }
-        self.watch.note_part(block, groups);
+        self.watch.set_part_bound(block, groups);
         false
     }
 
-    /// Has blocks wander by themselves, in the reference form all of the mesh together.
-    fn divide(&mut self) {
+    /// Gives each block a travel bound of its own; in the reference form the whole mesh has one.
+    fn divide_mesh(&mut self) {
         let all = || vec![(0..self.state.position.len().div_ceil(RUN) as u32).collect()];
         let parts = self.blocks.as_ref().map_or_else(all, |blocks| blocks.all.iter().map(Block::runs).collect());
-        self.watch.divide(parts, self.state.clocks.len());
+        self.watch.set_parts(parts, self.state.clocks.len());
     }
 
-    /// How far nodes may go before an element of a group can be worn, m; `None` if one is worn to this part of what is allowed.
-    fn leeway(&self, group: usize, time: f64, part: f64) -> Option<f64> {
+    /// Returns the travel of its nodes at which an element of a group can be distorted, m; `None` if an element
+    /// exceeds this fraction of its limits.
+    fn group_travel_bound(&self, group: usize, time: f64, fraction: f64) -> Option<f64> {
         let wear = self.ends.wear.as_ref()?;
         let mut least = f64::INFINITY;
         for element in self.order.elements(self.order.slots(group)) {
@@ -84,7 +89,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let mut now = [Vector::<D>::zeros(); MAX_NODES];
             now.iter_mut().zip(nodes).for_each(|(corner, node)| *corner = self.position_at(*node, time));
             let measure = self.gel.potential.measure(&now);
-            if measure < part * wear.least[e] || is_worse(&now, &CORNERS, part * wear.quality[e]) {
+            if measure < fraction * wear.least[e] || is_worse(&now, &CORNERS, fraction * wear.quality[e]) {
                 return None;
             }
             let rings = self.gel.potential.measures_rings();

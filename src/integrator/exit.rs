@@ -1,6 +1,7 @@
-//! Bodies that leave the gel at its back face, and a gel that is no longer integrated once they have left.
+//! Exit of bodies through the back face of the gel, and the end of the integration of the gel once they have left.
 //!
-//! Exits are found at ticks, never at communication points: a state, a thread or another communication step changes no bit of them.
+//! Exits are found at ticks, never at communication points: a saved state, a thread or another communication step
+//! changes no bit of them.
 
 use super::StepError;
 use super::engine::Engine;
@@ -9,7 +10,7 @@ use crate::contact::{Body, BodyState, Motion};
 use crate::fem::Potential;
 use crate::state::{ContactRecord, ExitRecord, Tick};
 
-/// Rule of exits: the face through which bodies leave a gel, and how long it is integrated after that.
+/// Exit rule: the face through which bodies leave a gel, and how long it is integrated after that.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExitRule {
     /// Height of the undisturbed back face, m; negative.
@@ -20,17 +21,18 @@ pub struct ExitRule {
     pub rest_after: f64,
 }
 
-/// Part of its exit speed that a body must keep to be away from the gel: a gel that is drawn out behind the back face and holds the
-/// body would slow it down and bring it back.
+/// Fraction of its exit speed that a body must keep to be away from the gel. Gel drawn out behind the back face could
+/// otherwise hold the body, slow it down and bring it back.
 const KEPT_SPEED: f64 = 0.5;
 
 impl ExitRule {
-    /// The exit of a body whose rear end is `above` the back face, m, and was higher at the last tick; 0 or less.
-    fn exit_of(body: &Body, at: &BodyState, above: f64, contact: &ContactRecord) -> ExitRecord {
+    /// Creates the exit record of a body whose rear end is at `height` ≤ 0 relative to the back face, m, and was
+    /// higher at the last tick.
+    fn exit_of(body: &Body, at: &BodyState, height: f64, contact: &ContactRecord) -> ExitRecord {
         let first = contact.touched.map_or(at.time, |touched| touched.0);
-        let since = if at.velocity.z < 0.0 { above / at.velocity.z } else { 0.0 };
+        let elapsed = if at.velocity.z < 0.0 { height / at.velocity.z } else { 0.0 };
         ExitRecord {
-            time: (at.time - since).max(first),
+            time: (at.time - elapsed).max(first),
             velocity: at.velocity,
             residual_energy: body.kinetic_energy(at),
             energy_deposited: -contact.work,
@@ -42,22 +44,22 @@ impl ExitRule {
         at.position.x.abs() <= self.half_width[0] && at.position.y.abs() <= self.half_width[1]
     }
 
-    /// Updates what is known of the exit of a body. One that comes back has not left.
+    /// Updates the exit record of a body; a body that comes back has not left.
     fn update(&self, body: &Body, at: &BodyState, contact: &mut ContactRecord) {
         let can_leave = body.motion != Motion::Fixed && at.active && contact.touched.is_some();
         if !can_leave || (contact.exit.is_none() && at.position.z > self.back_face) {
             return;
         }
-        let above = body.rear(at) - self.back_face;
+        let height = body.rear(at) - self.back_face;
         contact.exit = match contact.exit {
-            None if above <= 0.0 && self.is_behind(at) => Some(Self::exit_of(body, at, above, contact)),
-            exit => exit.filter(|_| above <= 0.0),
+            None if height <= 0.0 && self.is_behind(at) => Some(Self::exit_of(body, at, height, contact)),
+            exit => exit.filter(|_| height <= 0.0),
         };
     }
 }
 
-/// Returns true if a body no longer meets the gel: it is held, has left at the back and keeps its speed, or is above the entry surface and
-/// goes up. One that is inactive may be made active at any time.
+/// Returns true if a body no longer meets the gel: it is held, has left at the back and keeps its speed, or moves up
+/// above the entry surface. An inactive body may be made active at any time.
 fn is_away(body: &Body, at: &BodyState, contact: &ContactRecord) -> bool {
     let keeps = |exit: ExitRecord| exit.velocity.z < 0.0 && at.velocity.z <= KEPT_SPEED * exit.velocity.z;
     let is_above = || at.velocity.z > 0.0 && body.depth(at) < 0.0;
@@ -65,7 +67,7 @@ fn is_away(body: &Body, at: &BodyState, contact: &ContactRecord) -> bool {
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Sets where bodies leave the gel.
+    /// Sets the exit rule of the gel.
     pub fn set_exits(&mut self, exits: Option<ExitRule>) {
         self.ends.exits = exits;
     }
@@ -76,7 +78,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.state.record.at_rest
     }
 
-    /// The time that it is in the gel, s: that of its last tick once it is at rest.
+    /// Returns the time of the gel at a time, s: that of its last tick once it is at rest.
     #[must_use]
     pub fn gel_time(&self, t: f64) -> f64 {
         if self.is_at_rest() { t.min(self.now()) } else { t }
@@ -88,12 +90,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         is_away(&self.bodies[body], at, &self.state.record.contacts[body])
     }
 
-    /// A depth, m, that ends at the back face.
+    /// Limits a depth, m, to that of the back face.
     pub(super) fn depth_in_gel(&self, depth: f64) -> f64 {
         self.ends.exits.map_or(depth, |rule| depth.min(-rule.back_face))
     }
 
-    /// Finds which bodies have left at this tick, and returns true if the gel is put to rest with it.
+    /// Finds the bodies that have left at this tick; returns true if the gel is put to rest with it.
     pub(super) fn find_exits(&mut self) -> bool {
         let Some(rule) = self.ends.exits else { return false };
         let (bodies, contacts) = (&self.bodies, &mut self.state.record.contacts);
@@ -107,7 +109,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.state.record.at_rest
     }
 
-    /// Lets the bodies fly on beside a gel at rest, up to a tick: all that is left are the turns of those that tumble.
+    /// Moves the bodies beside a gel at rest up to a tick: only the orientation steps of tumbling bodies remain.
     pub(super) fn fly(&mut self, end: Tick) -> Result<Reached, StepError> {
         let next = |engine: &Self| {
             let turns = (0..engine.bodies.len()).filter_map(|body| Some((engine.next_turn(body)?, body)));

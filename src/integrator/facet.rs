@@ -1,93 +1,96 @@
-//! Where a facet is deepest in a body (numerics 2.6): between its nodes nothing else holds it.
+//! Deepest point of a facet in a body (numerics 2.6): between the nodes nothing else holds the surface.
 
 use crate::geometry::Gap;
 use crate::math::Vector3;
 
-/// A point of a facet inside a body.
+/// Deepest point of a facet inside a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Deep {
-    /// Where, m.
+pub(super) struct DeepestPoint {
+    /// Position, m.
     pub point: Vector3,
-    /// Parts of the corners of the facet there.
+    /// Weights of the corners of the facet.
     pub weights: [f64; 3],
-    /// φ and n there.
+    /// φ and n at the point.
     pub gap: Gap,
 }
 
-/// Points of a facet that are looked at. Of a facet stretched over a sharp rim the depth is found to a tenth.
-const LOOKS: u32 = 16;
-/// What is left of the depth to be found, relative to what is allowed, that ends the search.
-const NEAR: f64 = 0.1;
+/// Maximum number of points queried on a facet. It finds the depth of a facet stretched over a sharp rim to a tenth.
+const MAX_QUERIES: u32 = 16;
+/// Tolerance that ends the search: the depth yet to be gained, relative to the allowed depth.
+const TOLERANCE: f64 = 0.1;
 
-/// Normal of a facet, out of the gel, of any length. An edge of a plane gel is a strip across the plane.
-pub(super) fn outward<const D: usize>(corners: &[Vector3; 3]) -> Vector3 {
+/// Returns the normal of a facet out of the gel, of any length. An edge of a plane gel is a strip across the plane.
+pub(super) fn outward_normal<const D: usize>(corners: &[Vector3; 3]) -> Vector3 {
     let b = corners[1] - corners[0];
     b.cross(&if D == 3 { corners[2] - corners[0] } else { -Vector3::y() })
 }
 
-/// The corner of a facet to which φ of a convex body falls most from a point of it, and by how much it falls at most, m: min_i n·(x_i − x).
-fn downhill(gap: &Gap, point: &Vector3, corners: &[Vector3]) -> (usize, f64) {
+/// Returns the corner of a facet towards which φ of a convex body falls most, and that bound min_i n·(x_i − x) of its
+/// change, m.
+fn steepest_corner(gap: &Gap, point: &Vector3, corners: &[Vector3]) -> (usize, f64) {
     let falls = corners.iter().map(|x| gap.normal.dot(&(x - point))).enumerate();
     falls.fold((0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a })
 }
 
-/// φ is nowhere on a facet less than this, m, if the body is convex: φ(x) + min_i n·(x_i − x), x its middle.
-pub(super) fn least_distance<const D: usize>(corners: &[Vector3; 3], gap: impl Fn(&Vector3) -> Gap) -> f64 {
+/// Returns a lower bound of φ on a facet for a convex body, m: φ(x) + min_i n·(x_i − x), x its centroid.
+pub(super) fn distance_lower_bound<const D: usize>(corners: &[Vector3; 3], gap: impl Fn(&Vector3) -> Gap) -> f64 {
     let corners = &corners[..D];
     let middle = corners.iter().sum::<Vector3>() / D as f64;
     let gap = gap(&middle);
-    gap.distance + downhill(&gap, &middle, corners).1
+    gap.distance + steepest_corner(&gap, &middle, corners).1
 }
 
-/// The deepest point of a facet, if it is deeper than `allowed`, m: the method of Frank and Wolfe from its middle.
+/// Finds the deepest point of a facet that is deeper than `allowed`, m, by the Frank–Wolfe method from the centroid.
 ///
-/// φ of a convex body is convex along the facet, so nowhere is it less than φ(x) + min_i n·(x_i − x): where that is not
-/// deeper than allowed, one look at the middle is enough. Of a body that is not convex the deepest point looked at is taken.
+/// φ of a convex body is convex along the facet, and bounded below by φ(x) + min_i n·(x_i − x). Where the bound is
+/// not deeper than allowed, one query at the centroid is enough. For a body that is not convex the deepest queried
+/// point is taken.
 ///
-/// At a sharp rim the body has two normals, and it is the facet's that lies between them: there that is taken, else the
-/// body's own, so that a smooth ball without friction is not turned.
-pub(super) fn deepest<const D: usize>(
+/// At a sharp rim the body has two normals, with the facet's between them, and the facet's normal is taken there.
+/// Elsewhere the body's own normal is taken, to keep a smooth ball without friction from turning.
+pub(super) fn find_deepest_point<const D: usize>(
     corners: &[Vector3; 3],
     allowed: f64,
     gap: impl Fn(&Vector3) -> Gap,
-) -> Option<Deep> {
+) -> Option<DeepestPoint> {
     let mut weights = [0.0; 3];
     weights[..D].fill(1.0 / D as f64);
-    let mut best: Option<Deep> = None;
-    for look in 0..LOOKS {
+    let mut best: Option<DeepestPoint> = None;
+    for query in 0..MAX_QUERIES {
         let point: Vector3 = (0..D).map(|i| corners[i] * weights[i]).sum();
-        let here = gap(&point);
-        let deeper = best.map_or(-allowed, |best| best.gap.distance);
-        if here.distance < deeper {
-            best = Some(Deep { point, weights, gap: here });
+        let found_gap = gap(&point);
+        let least_distance = best.map_or(-allowed, |best| best.gap.distance);
+        if found_gap.distance < least_distance {
+            best = Some(DeepestPoint { point, weights, gap: found_gap });
         }
-        let (to, slope) = downhill(&here, &point, &corners[..D]);
-        let found = best.map_or(-allowed, |best| best.gap.distance - NEAR * allowed);
-        if here.distance + slope >= found {
+        let (corner, slope) = steepest_corner(&found_gap, &point, &corners[..D]);
+        let threshold = best.map_or(-allowed, |best| best.gap.distance - TOLERANCE * allowed);
+        if found_gap.distance + slope >= threshold {
             break;
         }
-        let part = 2.0 / (f64::from(look) + 3.0);
-        weights = weights.map(|w| (1.0 - part) * w);
-        weights[to] += part;
+        let step = 2.0 / (f64::from(query) + 3.0);
+        weights = weights.map(|w| (1.0 - step) * w);
+        weights[corner] += step;
     }
-    let inward = -outward::<D>(corners).normalize();
-    best.map(|deep| if deep.is_at_rim(&inward, gap) { deep.along(inward) } else { deep })
+    let inward = -outward_normal::<D>(corners).normalize();
+    best.map(|deep| if deep.is_at_rim(&inward, gap) { deep.with_normal(inward) } else { deep })
 }
 
-impl Deep {
-    /// Whether the normal of the body turns to another face a little further towards the facet's. A quarter of the depth off,
-    /// that of a ball as large as a cell turns by 10° at most.
+impl DeepestPoint {
+    /// Returns true if the normal of the body turns to another face a little further towards the facet's normal. A
+    /// quarter of the depth away, the normal of a ball as large as a cell turns by 10° at most.
     fn is_at_rim(&self, inward: &Vector3, gap: impl Fn(&Vector3) -> Gap) -> bool {
-        const OFF: f64 = 0.25;
-        const TURNED: f64 = 0.9;
+        const OFFSET: f64 = 0.25;
+        const MAX_COSINE: f64 = 0.9;
         let normal = self.gap.normal;
         let aside = inward - normal * normal.dot(inward);
         let faces = normal.dot(inward) > 0.0;
-        let beside = || gap(&(self.point - aside.normalize() * (OFF * self.gap.distance))).normal;
-        faces && aside.norm() > 0.1 && normal.dot(&beside()) < TURNED
+        let beside = || gap(&(self.point - aside.normalize() * (OFFSET * self.gap.distance))).normal;
+        faces && aside.norm() > 0.1 && normal.dot(&beside()) < MAX_COSINE
     }
 
-    fn along(self, normal: Vector3) -> Self {
+    /// Replaces the normal.
+    fn with_normal(self, normal: Vector3) -> Self {
         Self { gap: Gap { normal, ..self.gap }, ..self }
     }
 }
@@ -99,26 +102,26 @@ mod tests {
     use crate::geometry::{HalfSpace, Outline, Plate, Profile, Shape, SignedDistance, Sphere, Sweep};
 
     #[test]
-    fn one_look_is_enough_where_nothing_is_deep() {
+    fn one_query_is_enough_for_a_facet_outside_the_body() {
         let corners = [Vector3::x(), Vector3::y(), -Vector3::x()].map(|p| 0.1 * p - Vector3::z());
-        let looks = std::cell::Cell::new(0);
+        let n_queries = std::cell::Cell::new(0);
         let ball = Sphere { radius: 1.0 };
         let gap = |p: &Vector3| {
-            looks.set(looks.get() + 1);
+            n_queries.set(n_queries.get() + 1);
             ball.gap(p)
         };
-        assert_eq!(deepest::<3>(&corners, 0.02, gap), None);
-        assert_eq!(looks.get(), 1);
+        assert_eq!(find_deepest_point::<3>(&corners, 0.02, gap), None);
+        assert_eq!(n_queries.get(), 1);
     }
 
-    /// What clears a facet for a while: nothing on it is nearer than was proved, less what its corners and the body have gone since.
-    fn is_proved<const D: usize>(shape: &Shape) {
+    /// Checks that no point of a facet is nearer to a body than [`distance_lower_bound`], less the travel of both.
+    fn check_distance_bound<const D: usize>(shape: &Shape) {
         let any = test_cube::any;
         let vector = |i: usize| Vector3::new(any(i * i), any(7 * i * i + 3), any(13 * i * i + 5));
         let mut deep = 0;
         for i in (0..3000).step_by(11) {
             let corners = [0, 3, 6].map(|k| 1.5 * vector(i + k));
-            let proved = least_distance::<D>(&corners, |x| shape.gap(x));
+            let proved = distance_lower_bound::<D>(&corners, |x| shape.gap(x));
             let (gone, body) = (0.2 * any(i + 40).abs(), 0.1 * vector(i + 50));
             let moved: Vec<Vector3> = (0..D).map(|k| corners[k] + gone * vector(i + 7 * k).normalize()).collect();
             for j in 0..30 {
@@ -133,13 +136,13 @@ mod tests {
     }
 
     #[test]
-    fn no_point_of_a_facet_is_nearer_to_a_blunt_body_than_was_proved() {
+    fn the_distance_bound_holds_at_every_point_of_a_facet() {
         let plate = Plate::new([1.2, 0.8, 0.6], 0.05);
         let half_space = HalfSpace::new(Vector3::new(0.6, 0.0, 0.8));
         for shape in [Shape::Sphere(Sphere { radius: 0.7 }), Shape::Plate(plate), Shape::HalfSpace(half_space)] {
             assert!(shape.is_blunt());
-            is_proved::<2>(&shape);
-            is_proved::<3>(&shape);
+            check_distance_bound::<2>(&shape);
+            check_distance_bound::<3>(&shape);
         }
     }
 
@@ -148,14 +151,14 @@ mod tests {
         let ball = Sphere { radius: 1.0 };
         // A long edge at a depth of 0.5, its deepest point a tenth from one end.
         let corners = [-0.4, 3.6, 0.0].map(|x| Vector3::new(x, 0.0, -0.5));
-        let found = deepest::<2>(&corners, 0.1, |p| ball.gap(p)).unwrap();
+        let found = find_deepest_point::<2>(&corners, 0.1, |p| ball.gap(p)).unwrap();
         assert!((found.gap.distance + 0.5).abs() < 0.02 && found.point.x.abs() < 0.25, "{found:?}");
         assert_eq!(found.gap.normal, found.point.normalize(), "a ball pushes along its radius");
         assert!((found.weights[0] + found.weights[1] - 1.0).abs() < 1e-15 && found.weights[2] == 0.0);
         // A triangle whose middle is outside.
         let corners = [Vector3::new(-0.2, -0.2, -0.7), Vector3::new(4.0, 0.0, -0.7), Vector3::new(0.0, 4.0, -0.7)];
         assert!(ball.gap(&(corners.iter().sum::<Vector3>() / 3.0)).distance > 0.5);
-        let found = deepest::<3>(&corners, 0.1, |p| ball.gap(p)).unwrap();
+        let found = find_deepest_point::<3>(&corners, 0.1, |p| ball.gap(p)).unwrap();
         assert!((found.gap.distance + 0.3).abs() < 0.03, "{found:?}");
     }
 
@@ -170,7 +173,7 @@ mod tests {
             let start = rim + inward * 0.3 - along * (3.0 * f64::from(place) / 20.0);
             // Run through with the gel on its left, as the gel is outside the cylinder.
             let corners = [start + along * 3.0, start, start];
-            let found = deepest::<2>(&corners, 0.05, |p| cylinder.gap(p));
+            let found = find_deepest_point::<2>(&corners, 0.05, |p| cylinder.gap(p));
             // Where the rim is not at the end of the edge.
             let between = found.is_some_and(|deep| deep.gap.normal.dot(&inward).abs() > 0.999);
             assert!(between || !(4..=16).contains(&place), "{place}: {found:?}");

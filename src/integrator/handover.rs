@@ -1,4 +1,4 @@
-//! The end of one mesh and the beginning of the next, at one tick (numerics A12).
+//! Handover between meshes: the end of one mesh and the beginning of the next, at one tick (numerics A12).
 
 use super::distortion::Wear;
 use super::engine::{Engine, NoStep, Start};
@@ -11,47 +11,47 @@ use crate::fem::{Memory, Potential};
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed};
 use crate::mesh::{ElementId, NodeId};
-use crate::state::{Birth, MOST_TICKS, Record, Stretch, Tick};
+use crate::state::{Birth, MOST_TICKS, Record, SurfaceStretch, Tick};
 use std::sync::Arc;
 
-/// What ends a mesh.
+/// End conditions of a mesh.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Ends {
-    /// When it is worn; `None` if it never is.
+    /// Distortion limits; `None` if the mesh never ends by them.
     pub wear: Option<Wear>,
-    /// Ticks at or after which it ends whether it is worn or not, ascending.
+    /// Ticks at or after which the mesh ends, distorted or not, ascending.
     at: Vec<Tick>,
-    /// Rule of exits, which may end the integration of the gel; `None` where its shape has no back face.
+    /// Exit rule, which may end the integration of the gel; `None` where its shape has no back face.
     pub exits: Option<ExitRule>,
 }
 
-/// How far an engine has come.
+/// Reason why the engine has stopped advancing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reached {
-    /// To the end that was asked for.
+    /// The requested end time is reached.
     End,
-    /// To a tick at which its mesh is worn or due, and it has ended there: positions and velocities are those of this instant.
+    /// The mesh was distorted or due and has ended at a tick: positions and velocities are those of this instant.
     Worn,
 }
 
-/// A mesh lasts at least so many of its finest steps unless a step collapses (A12).
-const SHORTEST_LIFE: Tick = 4;
+/// Least age of a mesh, in its finest steps, unless a step collapses (A12).
+const MIN_AGE: Tick = 4;
 
-/// What goes on from one mesh to the next.
+/// Data that one mesh hands over to the next.
 pub(super) struct Passage<const D: usize> {
     pub tick: Tick,
     pub grid: Option<TickGrid>,
     pub ledger: Ledger,
     pub record: Record,
     pub start: Option<Start>,
-    /// What the elements remember, if not nothing.
+    /// History variables of the elements, unless they are fresh.
     pub memory: Option<Vec<Memory<D>>>,
-    /// Their stable steps when the mesh was new, s, if they are known.
+    /// Stable steps of the elements of the new mesh, s, if they are known.
     pub steps: Option<Vec<f64>>,
 }
 
 impl<const D: usize> Passage<D> {
-    /// Nothing: the mesh is the first one.
+    /// Creates the empty handover to the first mesh.
     pub fn begin(n_bodies: usize) -> Self {
         Self {
             tick: 0,
@@ -66,47 +66,49 @@ impl<const D: usize> Passage<D> {
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// The last tick that was processed.
+    /// Returns the last tick that was processed.
     #[must_use]
     pub fn last_tick(&self) -> Tick {
         self.state.now.unwrap_or(self.origin)
     }
 
-    /// What failed at the last tick of a mesh that has ended, if anything did: without another mesh the run ends with it.
+    /// Returns the failure at the last tick of an ended mesh, if any; the run ends with it unless another mesh
+    /// follows.
     #[must_use]
     pub fn failure(&self) -> Option<&StepError> {
         self.failure.as_ref()
     }
 
-    /// Its time, s.
+    /// Returns the time of the last tick, s.
     #[must_use]
     pub fn now(&self) -> f64 {
         self.grid.time(self.last_tick())
     }
 
-    /// From when on the mesh is worn, if ever. A queue never is.
+    /// Sets the distortion limits of the mesh, if any. The queue ignores them.
     pub fn set_wear(&mut self, wear: Option<Wear>) {
         self.ends.wear = wear;
-        self.watch.forget_parts();
+        self.watch.clear_parts();
     }
 
-    /// Whether the mesh can be worn at all.
+    /// Returns true if the mesh can end by distortion.
     pub(super) fn can_wear(&self) -> bool {
         self.ends.wear.is_some() && self.rules.schedule != Kind::Queue
     }
 
-    /// Times, s, at which the mesh ends whether it is worn or not, ascending: each at the first tick at or after it where all steps
-    /// end, and where the mesh is 4 of the finest old. A queue knows none.
+    /// Sets the times, s, ascending, at which the mesh ends, distorted or not. It ends at the first tick from a time
+    /// on at which all steps end and the mesh is 4 of its finest steps old. The queue ignores the times.
     pub fn set_exchanges(&mut self, times: &[f64]) {
         self.ends.at = times.iter().map(|time| self.grid.first_tick(*time)).collect();
     }
 
-    /// The next tick at or after which this mesh ends.
+    /// Returns the next tick at or after which this mesh ends.
     pub(super) fn next_exchange(&self) -> Option<Tick> {
         self.ends.at.iter().copied().find(|due| *due > self.origin)
     }
 
-    /// Whether the mesh ends at this tick: at once if it is worn, but on time only where all steps end, so that none is cut short.
+    /// Returns true if the mesh ends at this tick: at once if distorted, but on time only where all steps end, to cut
+    /// no step short.
     pub(super) fn is_over(&mut self, tick: Tick) -> bool {
         if self.state.now.is_none() || self.rules.schedule == Kind::Queue {
             return false;
@@ -114,29 +116,29 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let age = (tick - self.origin) / self.steps.0;
         let is_due = || self.next_exchange().is_some_and(|due| due <= tick);
         let is_whole = self.rules.schedule.fires(self.steps.1, tick);
-        age >= SHORTEST_LIFE && (is_whole && is_due() || self.is_worn(tick, age))
+        age >= MIN_AGE && (is_whole && is_due() || self.is_distorted(tick, age))
             || self.has_collapsed()
-            || self.leaks()
+            || self.has_leaked()
     }
 
-    /// A step of less than a tick, or a leak, that has ended a mesh so young that the next one would fare no better, by the finest step that
-    /// it began with.
+    /// Returns the step collapse or leak that has ended a young mesh: the next one would fare no better. Age counts
+    /// the finest step at its start.
     #[must_use]
     pub fn early_failure(&self) -> Option<&StepError> {
-        let is_young = ((self.last_tick() - self.origin) as f64) < SHORTEST_LIFE as f64 * self.first.0;
+        let is_young = ((self.last_tick() - self.origin) as f64) < MIN_AGE as f64 * self.first.0;
         let ends_at_once =
             |failure: &&StepError| matches!(failure, StepError::StepCollapsed { .. } | StepError::Leak { .. });
         self.failure.as_ref().filter(|failure| is_young && ends_at_once(failure))
     }
 
-    /// Whether the surface leaked at the last tick.
-    fn leaks(&self) -> bool {
-        self.can_wear() && self.state.record.stretch == Stretch::Leaking
+    /// Returns true if the surface leaked at the last tick.
+    fn has_leaked(&self) -> bool {
+        self.can_wear() && self.state.record.stretch == SurfaceStretch::Leaking
     }
 
-    /// Whether the stable step of a group is shorter than a tick, by the stiffness that its nodes had at their last ticks: before a tick,
-    /// element by element; [`Self::find_collapse`] has it after the sweep, block by block. Their roundings may differ by where they tell
-    /// a tick apart, and either then ends the mesh.
+    /// Returns true if the stable step of a group is shorter than a tick, by the stiffness at the last ticks of its
+    /// nodes. It tests element by element before a tick; [`Self::find_collapse`] tests block by block after the
+    /// sweep. Roundings may differ between the two, and either ends the mesh.
     fn has_collapsed(&self) -> bool {
         let known = (self.state.stiffness.as_slice(), &*self.order);
         let is_short = |node: &NodeId| self.grid.ticks(self.rules.cfl * nodal_limit(&self.gel, known, *node)) < 1.0;
@@ -144,14 +146,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.can_wear() && elements.any(|element| self.gel.potential.nodes(element).iter().any(is_short))
     }
 
-    /// The first group whose stable step is shorter than a tick.
+    /// Finds the first group whose stable step is shorter than a tick.
     fn find_collapse(&self, tick: Tick) -> Option<StepError> {
         let mut limits = self.finest_groups().map(|group| (group, self.group_limit(group)));
         let collapsed = limits.find(|(_, limit)| *limit < 1.0).filter(|_| self.can_wear());
-        collapsed.map(|(group, limit)| self.collapse(group, limit, tick))
+        collapsed.map(|(group, limit)| self.collapse_error(group, limit, tick))
     }
 
-    /// The stiffest element around each node whose stable step is shorter than a tick.
+    /// Iterates over the stiffest elements around the nodes whose stable step is shorter than a tick.
     pub fn stepless(&self) -> impl Iterator<Item = ElementId> + '_ {
         let known = (self.state.stiffness.as_slice(), &*self.order);
         let is_short =
@@ -163,20 +165,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         (0..self.gel.mass.len() as u32).map(NodeId).filter(is_short).filter_map(stiffest)
     }
 
-    /// Where the corners of the first of these are, m.
+    /// Returns the positions of the corners of the first such element, m.
     fn stepless_corners(&self) -> Vec<Vector3> {
         let nodes = self.stepless().next().map_or(&[][..], |element| self.gel.potential.nodes(element));
         nodes.iter().map(|node| embed(&self.state.position[node.index()])).collect()
     }
 
-    /// The groups whose step is a tick: no step is shorter, whatever is stable.
+    /// Iterates over the groups with a step of one tick, the shortest possible step.
     fn finest_groups(&self) -> impl Iterator<Item = usize> + '_ {
         let least = if self.steps.0 == 1 { self.state.clocks.as_slice() } else { &[] };
         least.iter().enumerate().filter(|(_, clock)| clock.step == 1).map(|(group, _)| group)
     }
 
-    /// The last tick of this mesh: every group fires, its kick that of half of the step behind, and what stands on a body is held
-    /// there: without it such nodes would enter it with half a kick, gain that energy, and lose it in contact at the next tick.
+    /// Processes the last tick of this mesh: every group is active with the trailing half of its kick, and nodes on a
+    /// body are held there. Otherwise they would enter the body with half a kick, gain that energy, and lose it in
+    /// contact at the next tick.
     pub(super) fn close(&mut self, tick: Tick, (t, exchanges): (f64, &mut [Exchange])) -> Result<(), StepError> {
         let time = self.grid.time(tick);
         self.phase = Phase::Last;
@@ -200,26 +203,27 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.book(tick, work);
         self.book_contact();
         self.receive(time, (t, exchanges));
-        self.failure = self.failure.take().or_else(|| self.find_leak(time).1);
+        self.failure = self.failure.take().or_else(|| self.find_stretch(time).leak);
         let length = self.state.record.synchronous.0;
         self.state.record.synchronous = (length, tick, self.synchronous_until(tick as f64));
         self.state.now = Some(tick);
         Ok(())
     }
 
-    /// An engine that goes on with another gel, its nodes at these positions and velocities, from where this one has ended; what
-    /// energy, momentum and angular momentum change by is booked. `birth` is its mesh, and is told the steps with which it begins.
+    /// Creates an engine that continues with another gel from the end of this one, with its nodes at these positions
+    /// and velocities. The changes of energy, momentum and angular momentum are booked. `birth` is the new mesh and
+    /// is given the steps with which it begins.
     ///
     /// # Errors
-    /// [`NoStep`] if a step of the new mesh is none of a run; this engine keeps all it has then.
+    /// [`NoStep`] if a step of the new mesh is no valid step; this engine then keeps all its data.
     pub fn renewed(
         &mut self,
         (gel, memory): (Gel<D, P>, Option<Vec<Memory<D>>>),
         nodes: Vec<(Vector<D>, Vector<D>)>,
         birth: Option<Birth<D>>,
     ) -> Result<Self, NoStep> {
-        // With what elements remember: one that has flowed far is none the stiffer for it.
-        let (mut new, steps) = self.followed((gel, memory), nodes, (self.last_tick(), None))?;
+        // Steps with the history variables: elements that have flowed far are none the stiffer for it.
+        let (mut new, steps) = self.new_engine(gel, memory, nodes, self.last_tick(), None)?;
         let (was, now) =
             (Start::of(&self.gel, &self.bodies, &self.state), Start::of(&new.gel, &new.bodies, &new.state));
         let ledger = &mut new.state.ledger;
@@ -231,8 +235,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         Ok(new)
     }
 
-    /// An engine of a mesh that this run has, had or will have, made so for a state of it to be restored; without threads.
-    /// `birth` is the mesh, unless it is that of the start.
+    /// Creates an engine on a mesh of this run, past or future, into which a state of that mesh is to be restored;
+    /// without threads. `birth` is the mesh, unless it is the first one.
     ///
     /// # Errors
     /// [`NoStep`] as [`Self::renewed`].
@@ -243,34 +247,37 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         birth: Option<Arc<Birth<D>>>,
     ) -> Result<Self, NoStep> {
         let nodes = position.iter().map(|x| (*x, Vector::<D>::zeros())).collect();
-        // What its elements remembered when it was new nobody knows any more, but for the steps that this gave them.
-        let began = birth.as_ref().map_or((0, None), |birth| (birth.tick, Some(birth.steps.clone())));
-        let (mut other, _) = self.followed((gel, None), nodes, began)?;
+        // The history variables of the new mesh are lost, apart from the steps that followed from them.
+        let (tick, steps) = birth.as_ref().map_or((0, None), |birth| (birth.tick, Some(birth.steps.clone())));
+        let (mut other, _) = self.new_engine(gel, None, nodes, tick, steps)?;
         other.state.birth = birth;
         Ok(other)
     }
 
-    /// Counts an exchange of the mesh.
+    /// Counts a remesh.
     pub fn count_exchange(&mut self) {
-        self.state.record.stretch = Stretch::Little;
+        self.state.record.stretch = SurfaceStretch::Little;
         self.state.record.remeshes += 1;
     }
 
-    /// Counts mass that has broken off, kg.
+    /// Counts eroded mass, kg.
     pub fn count_drops(&mut self, mass: f64) {
         self.state.record.splashed += mass;
     }
 
-    /// Its threads, for another engine.
+    /// Takes the thread pool out, for another engine.
     pub fn take_pool(&mut self) -> Option<Arc<Pool>> {
         self.pool.take()
     }
 
-    fn followed(
+    /// Creates an engine with another gel from `tick` on; also returns the stable steps of its elements, s.
+    fn new_engine(
         &self,
-        (gel, memory): (Gel<D, P>, Option<Vec<Memory<D>>>),
+        gel: Gel<D, P>,
+        memory: Option<Vec<Memory<D>>>,
         nodes: Vec<(Vector<D>, Vector<D>)>,
-        (tick, steps): (Tick, Option<Vec<f64>>),
+        tick: Tick,
+        steps: Option<Vec<f64>>,
     ) -> Result<(Self, Vec<f64>), NoStep> {
         let bodies: Vec<(Body, BodyState)> =
             self.bodies.iter().cloned().zip(self.state.bodies.iter().copied()).collect();
@@ -308,7 +315,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mesh_that_begins_with_steps_of_no_run_is_refused() {
+    fn a_mesh_with_invalid_stable_steps_is_refused() {
         let mesh = test_cube::mesh(&[0.0, 0.5, 1.0]);
         let engine = test_cube::engine(test_cube::gel(&mesh));
         let tick = engine.grid.length(1.0);

@@ -1,5 +1,5 @@
-//! Pressures on faces of the gel: each facet is kicked at the ticks of the element behind it, as if it were part of its energy
-//! (numerics A6), and what it does is booked.
+//! Pressure loads on faces of the gel: each loaded facet is kicked at the ticks of the element behind it, as part of
+//! that element's energy (numerics A6). The work of the pressures is booked.
 
 use super::Kind;
 use super::blocks::SLOTS;
@@ -10,18 +10,18 @@ use crate::math::{Vector, embed};
 use crate::mesh::{ElementId, Facet, NodeId};
 use crate::state::Tick;
 
-/// A pressure over time: straight between its points, constant before the first and after the last; and below which depth all of it
-/// acts.
+/// Pressure history: linear between its points, constant before the first and after the last, with the depth below
+/// which all of it acts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pressure {
     /// Times, s, and pressures, Pa.
     points: Vec<(f64, f64)>,
-    /// Depth below z = 0 over which it rises from nothing, m; 0 if it acts wherever it is.
+    /// Depth below z = 0 over which the pressure rises from zero, m; 0 if it acts at any height.
     depth: f64,
 }
 
 impl Pressure {
-    /// From times, s, ascending, and the pressures there, Pa.
+    /// Creates a pressure from ascending times, s, and the pressures there, Pa.
     ///
     /// # Panics
     /// If there is no point or the times do not ascend.
@@ -32,13 +32,13 @@ impl Pressure {
         Self { points, depth: 0.0 }
     }
 
-    /// The same, rising from nothing at z = 0 to all of it at this depth, m.
+    /// Sets the depth, m, over which the pressure rises from zero at z = 0.
     #[must_use]
     pub fn below(self, depth: f64) -> Self {
         Self { depth, ..self }
     }
 
-    /// The pressure at a time, s, Pa.
+    /// Returns the pressure at a time, s, in Pa.
     #[must_use]
     pub fn at(&self, time: f64) -> f64 {
         let after = self.points.partition_point(|(t, _)| *t <= time);
@@ -50,7 +50,8 @@ impl Pressure {
         }
     }
 
-    /// The part of it that acts at a height z, m, and how fast that grows with the depth, 1/m.
+    /// Returns the fraction of the pressure that acts at a height z, m, and its derivative with respect to depth,
+    /// 1/m.
     fn part(&self, z: f64) -> (f64, f64) {
         match -z / self.depth {
             _ if self.depth == 0.0 => (1.0, 0.0),
@@ -60,36 +61,37 @@ impl Pressure {
     }
 }
 
-/// A facet that pressures act on.
+/// Facet under pressure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Loaded {
-    /// Its nodes, outward oriented.
+    /// Nodes of the facet, outward oriented.
     pub facet: Facet,
-    /// The element that it bounds.
+    /// Element that the facet bounds.
     pub behind: ElementId,
-    /// Which pressures: bit i for the i-th.
+    /// Bit set of the pressures that act: bit i for the i-th.
     pub mark: u8,
 }
 
-/// The pressures on a gel.
+/// Pressure loads of a gel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loads {
-    /// What a facet of the plane stands for.
+    /// Kinematics of the gel, which tell the area that a plane facet stands for.
     pub section: Section,
-    /// The pressures.
+    /// Pressure histories.
     pub pressures: Vec<Pressure>,
-    /// The facets that they act on.
+    /// Loaded facets.
     pub facets: Vec<Loaded>,
 }
 
 impl Loads {
-    /// Nothing.
+    /// Creates a set of no loads.
     #[must_use]
     pub fn none() -> Self {
         Self { section: Section::Spatial, pressures: vec![], facets: vec![] }
     }
 
-    /// The sum of the pressures that a mark names at a height z, m, Pa, and how fast they grow with the depth, Pa/m.
+    /// Returns the sum of the marked pressures at a height z, m, in Pa, and the sum of their derivatives with respect
+    /// to depth, Pa/m.
     fn pressure(&self, mark: u8, now: &[f64], z: f64) -> (f64, f64) {
         let named = (0..self.pressures.len()).filter(|i| mark >> i & 1 == 1);
         named.fold((0.0, 0.0), |(sum, growth), i| {
@@ -99,44 +101,44 @@ impl Loads {
     }
 }
 
-/// What a pressure does to a facet at a tick.
+/// Pressure load on a facet at a tick.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pushed<const D: usize> {
     nodes: Facet,
     forces: [Vector<D>; 3],
-    /// The group of the element behind.
+    /// Group of the element behind the facet.
     group: usize,
-    /// The part of the kick that lies behind, s; all of it once it is known.
+    /// Length of the kick, s: its trailing half, then the whole kick once the next step is known.
     weight: f64,
 }
 
-/// What pressures make of the stiffness of an element that fires.
+/// Load stiffness that a pressure adds to an active element.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stiffer {
-    /// Which loaded facet.
+    /// Index of the loaded facet.
     facet: usize,
-    /// Where the element behind it is.
+    /// Slot of the element behind the facet.
     slot: usize,
-    /// By how much, and what there was before this tick's pressures, N/m.
-    more: f64,
-    was: f64,
+    /// Added stiffness, and the stiffness before this tick's pressures, N/m.
+    added: f64,
+    before: f64,
 }
 
 impl<const D: usize> Pushed<D> {
-    /// The nodes and the impulses on them, N·s.
+    /// Iterates over the nodes and the impulses on them, N·s.
     fn impulses(&self) -> impl Iterator<Item = (NodeId, Vector<D>)> + '_ {
         self.nodes[..D].iter().zip(&self.forces).map(|(node, force)| (*node, force * self.weight))
     }
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Whether pressures act at all.
+    /// Returns true if any pressure acts on the gel.
     pub(super) fn is_loaded(&self) -> bool {
         !self.gel.loads.facets.is_empty()
     }
 
-    /// Finds what pressures do to the facets of the elements that fire, and adds its stiffness to theirs. Before the clocks are
-    /// set.
+    /// Finds the pressure loads of the facets of active elements and adds their load stiffness; called before the
+    /// clocks are set.
     pub(super) fn find_loads(&mut self, tick: Tick) {
         self.scratch.pushed.clear();
         self.scratch.stiffer.clear();
@@ -147,19 +149,19 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let now: Vec<f64> = gel.loads.pressures.iter().map(|pressure| pressure.at(time)).collect();
         for (facet, loaded) in gel.loads.facets.iter().enumerate() {
             let group = self.order.group(loaded.behind);
-            if self.is_firing(group, tick) {
+            if self.is_group_active(group, tick) {
                 let slot = self.order.slot(loaded.behind);
-                let (pushed, more) = self.find_load((loaded, &now), group, tick).unzip();
+                let (pushed, added) = self.find_load(loaded, &now, group, tick).unzip();
                 self.scratch.pushed.extend(pushed);
-                let (more, was) = (more.unwrap_or(0.0), self.state.stiffness[slot]);
-                self.scratch.stiffer.push(Stiffer { facet, slot, more, was });
+                let (added, before) = (added.unwrap_or(0.0), self.state.stiffness[slot]);
+                self.scratch.stiffer.push(Stiffer { facet, slot, added, before });
             }
         }
         self.stiffen();
     }
 
-    /// What a pressure does to a facet, and by how much it makes the element behind it stiffer, N/m.
-    fn find_load(&self, (loaded, now): (&Loaded, &[f64]), group: usize, tick: Tick) -> Option<(Pushed<D>, f64)> {
+    /// Finds the pressure load of a facet, and the stiffness that it adds to the element behind the facet, N/m.
+    fn find_load(&self, loaded: &Loaded, now: &[f64], group: usize, tick: Tick) -> Option<(Pushed<D>, f64)> {
         let (loads, time) = (&self.gel.loads, self.grid.time(tick));
         let corners = loaded.facet.map(|node| self.position_at(node, time));
         let middle = corners[..D].iter().sum::<Vector<D>>() / D as f64;
@@ -168,22 +170,24 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             return None;
         }
         let push = push(loads.section, &corners);
-        // Of f_a = p(z) w_a A n with Σ w_a = 1 and z = Σ z_b/D the part of p′ has the norm p′A|w|/√D ≤ p′A/√D.
+        // f_a = p(z) w_a A n with Σ w_a = 1 and z = Σ z_b/D: its derivative through p′ has the norm p′A|w|/√D ≤
+        // p′A/√D.
         let area = push.forces.iter().sum::<Vector<D>>().norm();
-        let more = pressure.abs() * push.stiffness + growth * area / (D as f64).sqrt();
+        let added = pressure.abs() * push.stiffness + growth * area / (D as f64).sqrt();
         let (forces, weight) = (push.forces.map(|force| force * pressure), self.owed(group, tick));
-        Some((Pushed { nodes: loaded.facet, forces, group, weight }, more))
+        Some((Pushed { nodes: loaded.facet, forces, group, weight }, added))
     }
 
-    /// Whether a group fires at this tick, before the clocks are set.
-    fn is_firing(&self, group: usize, tick: Tick) -> bool {
+    /// Returns true if a group is active at this tick; called before the clocks are set.
+    fn is_group_active(&self, group: usize, tick: Tick) -> bool {
         match self.blocks {
             Some(_) => self.moment(tick).fires(self.state.clocks[group].step),
             None => self.scratch.due.binary_search(&(group as u32)).is_ok(),
         }
     }
 
-    /// The part of the kick of a group that fires that belongs to the step behind, before the clocks are set, s.
+    /// Returns the trailing half of the kick of an active group, which belongs to the step behind, s; called before
+    /// the clocks are set.
     pub(super) fn owed(&self, group: usize, tick: Tick) -> f64 {
         self.grid.length(match self.rules.schedule {
             Kind::Queue => 0.5 * (tick - self.state.alarms[group].last) as f64,
@@ -191,43 +195,43 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         })
     }
 
-    /// Adds what pressures make of it to the stiffness of the elements that fire. Those of a block that stands still were not swept:
-    /// they have what their last sweep found instead of what pressures made of it then, so that it is the same as if they had been
-    /// swept now, as after a restart.
+    /// Adds the load stiffness of pressures to the stiffness of active elements. Elements of a block at rest were not
+    /// swept: they take the stiffness of their last sweep without the former load stiffness, as a sweep now or a
+    /// restart would give.
     pub(super) fn stiffen(&mut self) {
         let stiffness = &mut self.state.stiffness;
         if let Some(blocks) = &mut self.blocks {
             for stiffer in &self.scratch.stiffer {
-                let (found, own) = (&mut blocks.unloaded[stiffer.facet], &mut stiffness[stiffer.slot]);
+                let (found, stored) = (&mut blocks.unloaded[stiffer.facet], &mut stiffness[stiffer.slot]);
                 if blocks.all[stiffer.slot / SLOTS].report.is_some() {
-                    *found = *own;
+                    *found = *stored;
                 }
             }
-            let still = |stiffer: &&Stiffer| blocks.all[stiffer.slot / SLOTS].report.is_none();
-            for stiffer in self.scratch.stiffer.iter().filter(still) {
+            let is_unswept = |stiffer: &&Stiffer| blocks.all[stiffer.slot / SLOTS].report.is_none();
+            for stiffer in self.scratch.stiffer.iter().filter(is_unswept) {
                 stiffness[stiffer.slot] = blocks.unloaded[stiffer.facet];
             }
         }
         for stiffer in &self.scratch.stiffer {
-            stiffness[stiffer.slot] += stiffer.more;
+            stiffness[stiffer.slot] += stiffer.added;
         }
-        self.sum_stiffened();
+        self.sum_nodal_stiffness();
     }
 
-    /// Sums κ at the nodes of the blocks in which it has changed, in the order of a sweep, and lets the steps around what stands still
-    /// be looked at.
-    fn sum_stiffened(&mut self) {
+    /// Sums κ at the nodes of the blocks in which it has changed, in the order of a sweep, and requests a step check
+    /// around blocks at rest.
+    fn sum_nodal_stiffness(&mut self) {
         let (Some(blocks), stiffness) = (&mut self.blocks, &self.state.stiffness) else { return };
         let mut stiffened = std::mem::take(&mut self.scratch.stiffened);
         for stiffer in &self.scratch.stiffer {
             let (block, behind) = (stiffer.slot / SLOTS, self.gel.loads.facets[stiffer.facet].behind);
-            // What was swept does not know what pressures made of it before.
-            let (still, swept) = (!blocks.all[block].is_awake(), blocks.all[block].report.is_some());
-            if stiffness[stiffer.slot] == stiffer.was && !(still && swept) {
+            // A sweep leaves out the load stiffness of the tick before.
+            let (is_at_rest, was_swept) = (!blocks.all[block].is_awake(), blocks.all[block].report.is_some());
+            if stiffness[stiffer.slot] == stiffer.before && !(is_at_rest && was_swept) {
                 continue;
             }
             stiffened.push(block);
-            if still {
+            if is_at_rest {
                 self.gel.potential.nodes(behind).iter().for_each(|node| blocks.stir(node.index()));
             }
         }
@@ -241,7 +245,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.scratch.stiffened = stiffened;
     }
 
-    /// Kicks the nodes of the loaded facets; held directions take up the rest.
+    /// Kicks the nodes of the loaded facets by their pressures; held directions take up the rest.
     pub(super) fn press(&mut self, tick: Tick) {
         if self.scratch.pushed.is_empty() {
             return;
@@ -264,13 +268,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.scratch.pushed = pushed;
     }
 
-    /// The nodes of the loaded facets of this tick.
+    /// Iterates over the nodes of the loaded facets of this tick.
     pub(super) fn pressed(&self) -> impl Iterator<Item = NodeId> + '_ {
         self.scratch.pushed.iter().flat_map(|pushed| pushed.nodes[..D].iter().copied())
     }
 
-    /// Velocity of a node of a loaded facet before the kicks of this tick, m/s. In the fast form one that was still is not active.
-    fn before_loads(&self, node: NodeId) -> Vector<D> {
+    /// Returns the velocity of a node of a loaded facet before the kicks of this tick, m/s. In the block form a node
+    /// that was still is not active.
+    fn velocity_before_loads(&self, node: NodeId) -> Vector<D> {
         match self.scratch.carriers.binary_search_by_key(&node, |carrier| carrier.node) {
             Ok(at) if self.blocks.is_some() => self.scratch.carriers[at].before,
             _ => self.scratch.before[node.index()],
@@ -280,8 +285,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Posts the work of the pressures, Σ J·(v⁻ + v⁺)/2, once all velocities of the tick are known.
     pub(super) fn book_loads(&mut self) {
         let work = |(node, impulse): (NodeId, Vector<D>)| {
-            let both = self.before_loads(node) + self.state.velocity[node.index()];
-            0.5 * impulse.component_mul(&self.gel.free(node.index())).dot(&both)
+            let velocity_sum = self.velocity_before_loads(node) + self.state.velocity[node.index()];
+            0.5 * impulse.component_mul(&self.gel.free(node.index())).dot(&velocity_sum)
         };
         let work: f64 = self.scratch.pushed.iter().flat_map(Pushed::impulses).map(work).sum();
         self.state.ledger.energy.load += work;

@@ -1,4 +1,4 @@
-//! Sums over the state: energies, momenta, and how well the books close (numerics A6).
+//! Balance report: sums of energies and momenta over the state, and the closure of the ledger (numerics A6).
 
 use super::Gel;
 use super::blocks::Blocks;
@@ -11,93 +11,107 @@ use crate::mesh::{ElementId, NodeId, Simplex};
 use crate::state::{Clock, State, Tick};
 use std::iter::Sum;
 
-/// Energies at one instant, J.
+/// Energy sums at one instant, J.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Energies {
     /// Σ ½ m v² of the gel, half-step velocities.
     pub gel_kinetic: f64,
-    /// Of the bodies.
+    /// Kinetic energy of the bodies.
     pub body_kinetic: f64,
     /// Σ V_K at each patch's own last tick.
     pub elastic: f64,
-    /// Σ A + Σ Q, work of the last kicks that belongs to the steps ahead: discrete energy = kinetic − ahead + elastic.
+    /// Σ A + Σ Q, work of the last kicks that belongs to the steps ahead: discrete energy = kinetic − ahead +
+    /// elastic.
     pub ahead: f64,
 }
 
 impl Energies {
-    /// E* = T − Σ A − Σ Q + V + T_body; with equal steps ½ v⁻·M v⁺ + V, which is constant for a linear gel.
+    /// Returns the discrete energy E* = T − Σ A − Σ Q + V + T_body, J; with equal steps ½ v⁻·M v⁺ + V, which is
+    /// constant for a linear gel.
     #[must_use]
     pub fn discrete(&self) -> f64 {
         self.gel_kinetic - self.ahead + self.elastic + self.body_kinetic
     }
 }
 
-/// What is there, what the books say, and what was there at the start.
+/// Balance totals: the energies, the ledger, the initial energy and the closures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Totals {
     /// Energies now.
     pub energies: Energies,
-    /// The books up to now, what the wrench gave since the last event included.
+    /// Ledger up to now, with the work of the wrench since the last event.
     pub ledger: Ledger,
     /// Energy at the start, J.
     pub initial_energy: f64,
     /// Change of the discrete energy that no account explains, J, and relative to the throughput.
     pub energy_closure: (f64, f64),
-    /// The same of momentum, N·s.
+    /// Change of momentum that no account explains, N·s, and relative to the throughput.
     pub momentum_closure: (Vector3, f64),
-    /// The same of angular momentum about the origin, N·m·s.
+    /// Change of angular momentum about the origin that no account explains, N·m·s, and relative to the throughput.
     pub angular_momentum_closure: (Vector3, f64),
     /// Throughput of angular momentum that its closure is relative to, N·m·s.
     pub angular_momentum_scale: f64,
 }
 
-/// The bodies, each with where it is.
-type Placed<'a> = (&'a [Body], &'a [BodyState]);
-
-fn energies<const D: usize, P>(gel: &Gel<D, P>, state: &State<D>, bodies: Placed<'_>) -> Energies {
+/// Sums the energies of the gel and of the bodies.
+fn energy_sums<const D: usize, P>(gel: &Gel<D, P>, state: &State<D>, bodies: &[Body], at: &[BodyState]) -> Energies {
     let kinetic = |i: usize| 0.5 * gel.mass[i] * state.velocity[i].norm_squared();
     Energies {
         gel_kinetic: ordered_sum(state.velocity.len(), 0.0, kinetic),
-        body_kinetic: over(bodies, Body::kinetic_energy),
+        body_kinetic: sum_bodies(bodies, at, Body::kinetic_energy),
         elastic: ordered_sum(state.clocks.len(), 0.0, |i| state.clocks[i].energy),
         ahead: ordered_sum(state.clocks.len(), 0.0, |i| state.clocks[i].ahead)
             + ordered_sum(state.excess.len(), 0.0, |i| state.excess[i]),
     }
 }
 
-fn over<T: Sum>((bodies, at): Placed<'_>, value: impl Fn(&Body, &BodyState) -> T) -> T {
+/// Sums a quantity over the bodies with their states.
+fn sum_bodies<T: Sum>(bodies: &[Body], at: &[BodyState], value: impl Fn(&Body, &BodyState) -> T) -> T {
     bodies.iter().zip(at).map(|(body, at)| value(body, at)).sum()
 }
 
-/// Momentum and angular momentum about the origin, in the directions that the dimension conserves.
-fn momenta<const D: usize, P>(gel: &Gel<D, P>, state: &State<D>, bodies: Placed<'_>) -> (Vector3, Vector3) {
+/// Returns momentum and angular momentum about the origin, in the directions that the dimension conserves.
+fn momenta<const D: usize, P>(
+    gel: &Gel<D, P>,
+    state: &State<D>,
+    bodies: &[Body],
+    at: &[BodyState],
+) -> (Vector3, Vector3) {
     let momentum = |i: usize| embed(&state.velocity[i]) * gel.mass[i];
     // x × mv does not change while a node drifts.
     let angular = |i: usize| embed(&state.position[i]).cross(&momentum(i));
     let n = state.velocity.len();
-    let linear = ordered_sum(n, Vector3::zeros(), momentum) + over(bodies, Body::momentum);
-    let turning = ordered_sum(n, Vector3::zeros(), angular) + over(bodies, Body::total_angular_momentum);
-    let freedom = bodies.0[0].freedom;
+    let linear = ordered_sum(n, Vector3::zeros(), momentum) + sum_bodies(bodies, at, Body::momentum);
+    let turning = ordered_sum(n, Vector3::zeros(), angular) + sum_bodies(bodies, at, Body::total_angular_momentum);
+    let freedom = bodies[0].freedom;
     (freedom.translation(&linear), freedom.rotation(&turning))
 }
 
+/// Throughputs that closures are relative to.
+struct BalanceScales {
+    energy: f64,
+    momentum: f64,
+    angular_momentum: f64,
+}
+
 impl Start {
+    /// Sums the initial energy, momenta and scales of a state.
     pub(super) fn of<const D: usize, P>(gel: &Gel<D, P>, bodies: &[Body], state: &State<D>) -> Self {
-        let placed = (bodies, state.bodies.as_slice());
-        let (momentum, angular_momentum) = momenta(gel, state, placed);
+        let at = state.bodies.as_slice();
+        let (momentum, angular_momentum) = momenta(gel, state, bodies, at);
         let speed = |i: usize| gel.mass[i] * state.velocity[i].norm();
         let turning = |i: usize| gel.mass[i] * embed(&state.position[i]).cross(&embed(&state.velocity[i])).norm();
         let n = state.velocity.len();
         let scale = (
-            ordered_sum(n, 0.0, speed) + over(placed, |body, at| body.momentum(at).norm()),
-            ordered_sum(n, 0.0, turning) + over(placed, |body, at| body.total_angular_momentum(at).norm()),
+            ordered_sum(n, 0.0, speed) + sum_bodies(bodies, at, |body, at| body.momentum(at).norm()),
+            ordered_sum(n, 0.0, turning) + sum_bodies(bodies, at, |body, at| body.total_angular_momentum(at).norm()),
         );
-        Self { energy: energies(gel, state, placed).discrete(), momentum, angular_momentum, scale }
+        Self { energy: energy_sums(gel, state, bodies, at).discrete(), momentum, angular_momentum, scale }
     }
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Energies, momenta and closures at time `t`, s.
+    /// Returns energies, momenta and closures at time `t`, s.
     #[must_use]
     pub fn totals(&self, t: f64) -> Totals {
         let (state, start) = (&self.state, self.start());
@@ -108,8 +122,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             now
         });
         let at: Vec<BodyState> = moved.collect();
-        let energies = energies(&self.gel, state, (&self.bodies, &at));
-        let (momentum, angular) = momenta(&self.gel, state, (&self.bodies, &at));
+        let energies = energy_sums(&self.gel, state, &self.bodies, &at);
+        let (momentum, angular) = momenta(&self.gel, state, &self.bodies, &at);
         let energy = energies.discrete() - start.energy - ledger.energy.total();
         let freedom = self.freedom();
         let linear = momentum - start.momentum - freedom.translation(&ledger.momentum.total());
@@ -119,27 +133,32 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             energies,
             ledger,
             initial_energy: start.energy,
-            energy_closure: (energy, energy.abs() / scales.0),
-            momentum_closure: (linear, linear.norm() / scales.1),
-            angular_momentum_closure: (turning, turning.norm() / scales.2),
-            angular_momentum_scale: scales.2,
+            energy_closure: (energy, energy.abs() / scales.energy),
+            momentum_closure: (linear, linear.norm() / scales.momentum),
+            angular_momentum_closure: (turning, turning.norm() / scales.angular_momentum),
+            angular_momentum_scale: scales.angular_momentum,
         }
     }
 
-    /// Throughputs that closures are relative to: what was there, what came and went, what passed between gel and body.
-    fn scales(&self, ledger: &Ledger, start: &Start) -> (f64, f64, f64) {
-        /// Below it, products lose digits: a closure has none to be relative to.
-        const LEAST: f64 = f64::MIN_POSITIVE / f64::EPSILON;
-        let positive = |scale: f64| if scale > LEAST { scale } else { 1.0 };
+    /// Returns the throughputs that closures are relative to: initial amounts, turnover of the accounts, exchange
+    /// between gel and body.
+    fn scales(&self, ledger: &Ledger, start: &Start) -> BalanceScales {
+        /// Least scale: products of smaller numbers lose digits, and a closure is then not relative.
+        const MIN_SCALE: f64 = f64::MIN_POSITIVE / f64::EPSILON;
+        let positive = |scale: f64| if scale > MIN_SCALE { scale } else { 1.0 };
         let passed: f64 = self.state.record.contacts.iter().map(|contact| contact.impulse.norm()).sum();
         let passed = passed + self.state.record.pressed;
         let linear = start.scale.0 + ledger.momentum.turnover() + passed;
         let arm = self.gel.surface.nodes.iter().map(|s| self.state.position[s.node.index()].norm()).fold(0.0, f64::max);
         let turning = start.scale.1 + ledger.angular_momentum.turnover() + passed * arm;
-        (positive(start.energy.abs() + ledger.energy.turnover()), positive(linear), positive(turning))
+        BalanceScales {
+            energy: positive(start.energy.abs() + ledger.energy.turnover()),
+            momentum: positive(linear),
+            angular_momentum: positive(turning),
+        }
     }
 
-    /// Step of each patch now, s; before the first tick the stable one.
+    /// Returns the present step of each patch, s; before the first tick the stable one.
     #[must_use]
     pub fn steps(&self) -> Vec<f64> {
         if self.state.now.is_none() {
@@ -150,7 +169,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         (0..self.gel.potential.len() as u32).map(step).collect()
     }
 
-    /// The stable step of each element by itself, not rounded to what the schedule allows, s (numerics 1.3).
+    /// Returns the stable step of each element by itself, not rounded to the steps of the schedule, s (numerics 1.3).
     #[must_use]
     pub fn stable_steps(&self) -> Vec<f64> {
         let stiffness = |element| self.state.stiffness[self.order.slot(ElementId(element))];
@@ -158,13 +177,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         super::step_size::stable_steps(&self.gel, &stiffness, self.rules.cfl)
     }
 
-    /// The step of an element now, ticks.
+    /// Returns the present step of an element, ticks.
     #[must_use]
     pub fn step_of(&self, element: ElementId) -> Tick {
         self.state.clocks[self.order.group(element)].step
     }
 
-    /// What the elements answer where the nodes are at time `t`, s.
+    /// Evaluates the elements with the nodes at their positions at time `t`, s.
     #[must_use]
     pub fn measure_at(&self, t: f64) -> Measured {
         let t = self.gel_time(t);
@@ -172,7 +191,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.gel.measure(&x, &self.state.memory)
     }
 
-    /// Bytes that a gel of this size takes in the engine: elements, nodes, state and what is derived from it.
+    /// Returns the bytes that a gel of this size takes in the engine: elements, nodes, state and derived data.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let (nodes, state) = (self.gel.mass.len(), &self.state);
@@ -183,13 +202,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         nodes * fields + state.clocks.len() * groups + self.order.bytes() + blocks + self.gel.potential.len() * elements
     }
 
-    /// Updates that one global stable step of the assembled system would have cost up to time `t`, s.
+    /// Returns the number of element updates that one global stable step of the assembled system would have cost up
+    /// to time `t`, s.
     #[must_use]
     pub fn synchronous_updates(&self, t: f64) -> f64 {
         self.synchronous_until(self.grid.ticks(self.gel_time(t)))
     }
 
-    /// The same up to so many ticks.
+    /// Returns the number of such updates up to a time in ticks.
     pub(super) fn synchronous_until(&self, ticks: f64) -> f64 {
         let (length, counted, updates) = self.state.record.synchronous;
         updates + (ticks - counted as f64).max(0.0) / length * self.gel.potential.len() as f64

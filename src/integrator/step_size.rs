@@ -1,4 +1,5 @@
-//! Which step a patch takes: the assembled nodal rule, the ratchet, and contact (numerics 1.3, 1.4, A7, A8).
+//! Step size of a patch: the assembled nodal stability rule, hysteresis for longer steps, and limits by contact
+//! (numerics 1.3, 1.4, A7, A8).
 
 use super::blocks::{Block, Due, Front};
 use super::element_loop::closes;
@@ -11,19 +12,19 @@ use crate::math::{Vector3, embed};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::{Alarm, Clock, Tick};
 
-/// A step may be raised when the limit is so many times longer …
+/// Factor by which the stable step must exceed a step before that step may be doubled.
 pub(super) const RAISE_MARGIN: f64 = 4.0;
-/// … at so many own ticks in a row. Raising sooner pumps energy: per-update adaptation drifted by up to +18000 % in 400
-/// wave transits, this rule by at most 1.2 % (numerics 1.4).
+/// Number of a group's own ticks in a row at which [`RAISE_MARGIN`] must hold. Raising sooner pumps energy:
+/// per-update adaptation drifted by up to +18000 % in 400 wave transits, this rule by at most 1.2 % (numerics 1.4).
 const RAISE_PATIENCE: u32 = 64;
-/// A surface node may be found so deep at its next tick, in element sizes (numerics A7).
-const DEPTH: f64 = 0.1;
-/// Once deeper than that, it may go this much deeper, in element sizes.
-const FURTHER: f64 = 0.05;
-/// Probes along a path before what was proved so far is taken.
-const PROBES: usize = 16;
+/// Depth up to which a surface node may be found in a body at its next tick, in element sizes (numerics A7).
+const MAX_DEPTH: f64 = 0.1;
+/// Depth by which a node deeper than [`MAX_DEPTH`] may sink further until its next tick, in element sizes.
+const EXTRA_DEPTH: f64 = 0.05;
+/// Maximum number of gap queries along a path; the bound proved so far is then taken.
+const MAX_QUERIES: usize = 16;
 
-/// The stable step of each element, CFL · min over its nodes a of 2/√λ_a, s, with λ_a = Σ_{K∋a} κ_K/m_a.
+/// Returns the stable step of each element, CFL · min over its nodes a of 2/√λ_a, s, with λ_a = Σ_{K∋a} κ_K/m_a.
 ///
 /// λ_a bounds the spectrum of the *assembled* system (1.3c): K = Σ K_K ≤ Σ κ_K 1_K = diag(λ_a m_a).
 pub(super) fn stable_steps<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, stiffness: &[f64], cfl: f64) -> Vec<f64> {
@@ -34,13 +35,13 @@ pub(super) fn stable_steps<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, sti
     (0..gel.potential.len() as u32).map(|element| least(gel.potential.nodes(ElementId(element)))).collect()
 }
 
-/// 2/√λ_a, s, from Σ κ_K and m_a.
+/// Returns the nodal stability limit 2/√λ_a, s, from Σ κ_K and m_a.
 #[inline]
 pub(super) fn limit(stiffness: f64, mass: f64) -> f64 {
     2.0 / (stiffness / mass).sqrt()
 }
 
-/// 2/√λ_a, s, summed over the elements of the node in ascending order (A8).
+/// Returns the nodal stability limit 2/√λ_a, s, summed over the elements of the node in ascending order (A8).
 pub(super) fn nodal_limit<const D: usize, P: Potential<D>>(
     gel: &Gel<D, P>,
     (stiffness, order): (&[f64], &Order),
@@ -49,27 +50,27 @@ pub(super) fn nodal_limit<const D: usize, P: Potential<D>>(
     limit(gel.star.of(node).iter().map(|element| stiffness[order.slot(*element)]).sum(), gel.mass[node.index()])
 }
 
-/// What contact allows the steps around a node.
+/// Limits that contact sets to the steps around a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Nearness {
-    /// Until when no body can be met too deep, and the common step of the elements around, ticks.
+    /// Longest step without a deep penetration, and near a body the common step of the elements around, ticks.
     limit: f64,
-    /// Whether a body is within an element's size.
-    near: bool,
+    /// True if a body is within an element's size.
+    is_near: bool,
 }
 
-/// A group whose step changed at this tick.
+/// Change of the step of a group at this tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Change {
     pub group: u32,
-    /// From now until what would have been its next own tick, ticks; 0 at the start.
+    /// Time until the next own tick by the former step, ticks; 0 at the start.
     pub planned: Tick,
-    /// From now until its next one.
+    /// Time until the next own tick by the new step, ticks.
     pub ahead: Tick,
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// One global stable step would be the smallest nodal limit seen so far; what it would have cost up to `tick`.
+    /// Updates the cost of one global stable step up to `tick`: its length is the smallest nodal limit so far.
     pub(super) fn count_synchronous(&mut self, limit: f64, tick: Tick) {
         let limit = self.grid.ticks(limit);
         if limit < self.state.record.synchronous.0 {
@@ -77,47 +78,48 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// The stable step of a group, ticks.
+    /// Returns the stable step of a group, ticks.
     pub(super) fn group_limit(&self, group: usize) -> f64 {
         let elements = self.order.elements(self.order.slots(group));
         self.grid.ticks(self.least_limit(elements.flat_map(|element| self.gel.potential.nodes(element))))
     }
 
-    /// The least limit of these nodes, s.
+    /// Returns the least limit of these nodes, s.
     fn least_limit<'a>(&self, nodes: impl IntoIterator<Item = &'a NodeId>) -> f64 {
         nodes.into_iter().map(|node| self.node_limit(*node)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The firing groups whose step may change: where a limit is below a step or far above it, or a calm is counted, and
-    /// around what is near a body; ascending.
+    /// Collects the active groups whose step may change, ascending: those with a limit below or far above the step,
+    /// with a hold count, or near a body.
     pub(super) fn attentive(&mut self, tick: Tick) -> Vec<u32> {
         let mut groups = std::mem::take(&mut self.scratch.due);
         if self.blocks.is_some() {
             groups.clear();
-            self.attentive_blocks(tick, &mut groups);
-            self.closing(tick, &mut groups);
-            self.around_contact(tick, &mut groups);
+            self.check_blocks(tick, &mut groups);
+            self.add_inverting_groups(tick, &mut groups);
+            self.add_groups_near_contact(tick, &mut groups);
             groups.sort_unstable();
             groups.dedup();
         }
         groups
     }
 
-    fn attentive_blocks(&mut self, tick: Tick, groups: &mut Vec<u32>) {
+    /// Adds the active groups of watched blocks whose step may change.
+    fn check_blocks(&mut self, tick: Tick, groups: &mut Vec<u32>) {
         let Some(blocks) = &mut self.blocks else { return };
         let (mut all, mut fronts) = (std::mem::take(&mut blocks.all), std::mem::take(&mut blocks.fronts));
         let mut limits = std::mem::take(&mut self.scratch.limits);
         for (i, (block, front)) in all.iter_mut().zip(&mut fronts).enumerate() {
-            let watched = front.gives || block.looked_at || block.restless;
-            if block.due == Due::Nothing || !watched || front.is_calm() {
+            let is_watched = front.gives || block.looked_at || block.restless;
+            if block.due == Due::Nothing || !is_watched || front.is_calm() {
                 continue;
             }
-            self.limits_of(block, front.gives, &mut limits);
-            // Of a block that stands still the groups that do not fire are not looked at.
-            let waits = block.restless && block.due == Due::Some && !front.gives;
-            block.restless = self.restless_groups((tick, i), &limits, groups) || waits;
+            self.collect_limits(block, front.gives, &mut limits);
+            // Inactive groups of a block at rest are not checked.
+            let must_wait = block.restless && block.due == Due::Some && !front.gives;
+            block.restless = self.collect_changeable_groups(tick, i, &limits, groups) || must_wait;
             if !block.restless {
-                self.watch_few(front, (i, block.nodes.len()), &limits);
+                self.watch_limits(front, i, block.nodes.len(), &limits);
             }
         }
         self.scratch.limits = limits;
@@ -126,23 +128,24 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// Which limits of a block of so many nodes could change a step, where none does now.
-    fn watch_few(&self, front: &mut Front, (block, n_nodes): (usize, usize), limits: &[f64]) {
+    /// Sets up the front of a block, none of whose steps may change now, to watch for limits that could change one.
+    fn watch_limits(&self, front: &mut Front, block: usize, n_nodes: usize, limits: &[f64]) {
         let Some(blocks) = &self.blocks else { return };
         front.watch((n_nodes, blocks.groups_of(block), &blocks.lanes), (&self.state.clocks, self.grid), limits);
     }
 
-    /// The groups of a block that fire and whose step may change; whether there are any, or one that does not fire counts its calm.
-    fn restless_groups(&self, (tick, block): (Tick, usize), limits: &[f64], groups: &mut Vec<u32>) -> bool {
+    /// Adds the active groups of a block whose step may change; returns true if there are any, or if an inactive
+    /// group has a hold count.
+    fn collect_changeable_groups(&self, tick: Tick, block: usize, limits: &[f64], groups: &mut Vec<u32>) -> bool {
         let Some(blocks) = &self.blocks else { return false };
         let (all, before) = (blocks.groups_of(block), groups.len());
-        let restless = |group: &usize| self.is_restless(tick, *group, &blocks.lanes, limits);
-        groups.extend(all.clone().filter(restless).map(|group| group as u32));
+        let is_changeable = |group: &usize| self.may_step_change(tick, *group, &blocks.lanes, limits);
+        groups.extend(all.clone().filter(is_changeable).map(|group| group as u32));
         groups.len() > before || self.state.clocks[all].iter().any(|clock| clock.calm > 0)
     }
 
-    /// Whether a group fires and its step may change.
-    fn is_restless(&self, tick: Tick, group: usize, lanes: &Lanes<D>, limits: &[f64]) -> bool {
+    /// Returns true if a group is active and its step may change.
+    fn may_step_change(&self, tick: Tick, group: usize, lanes: &Lanes<D>, limits: &[f64]) -> bool {
         let clock = &self.state.clocks[group];
         if !self.rules.schedule.fires(clock.step, tick) {
             return false;
@@ -153,10 +156,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         clock.step == 0 || limit < step || clock.calm > 0 || (limit.is_finite() && limit >= RAISE_MARGIN * step)
     }
 
-    /// The limits of the nodes of a block that can have changed, s; infinite for the others. All nodes of what fires are active
-    /// if the block is awake; of one that is still only those that are active through another block can have changed, but for
-    /// one that may raise a step.
-    fn limits_of(&self, block: &Block, gives: bool, limits: &mut Vec<f64>) {
+    /// Collects the limits of the nodes of a block that can have changed, s; infinite for the others. In an awake
+    /// block all nodes of active groups are active. In a block at rest only nodes that are active through another
+    /// block can have changed, unless the block may raise a step.
+    fn collect_limits(&self, block: &Block, gives: bool, limits: &mut Vec<f64>) {
         limits.clear();
         if block.restless && !gives {
             limits.extend(block.nodes.iter().map(|node| self.node_limit(*node)));
@@ -171,7 +174,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// CFL · 2/√λ_a, s, of any node: Σ κ of the last sweep of each block around it, as the active ones have it.
+    /// Returns CFL · 2/√λ_a of any node, s, from Σ κ of the last sweep of each block around it, as the active nodes
+    /// have it.
     fn node_limit(&self, node: NodeId) -> f64 {
         if self.scratch.active.has(node.index()) {
             return self.scratch.limit[node.index()];
@@ -183,47 +187,49 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.rules.cfl * limit(parts.sum(), self.gel.mass[node.index()])
     }
 
-    /// The firing groups of which an element would be turned over within the step that they have, where meshes are exchanged. On a mesh that
-    /// stays, an element that is turned over is thrown back by the kick of a whole step; in short ones it is found so twice in a row, which
-    /// ends the run: the ball of 20 m/s on cells of 2.5 mm stopped so after 0.9 ms.
-    fn closing(&self, tick: Tick, groups: &mut Vec<u32>) {
+    /// Adds the active groups in which an element would invert within the present step, if the gel is remeshed. On a
+    /// mesh that stays, the kick of a whole step throws an inverted element back. In short steps it is found inverted
+    /// twice in a row, which ends the run: the ball of 20 m/s on cells of 2.5 mm stopped so after 0.9 ms.
+    fn add_inverting_groups(&self, tick: Tick, groups: &mut Vec<u32>) {
         let Some(blocks) = self.blocks.as_ref().filter(|_| self.can_wear()) else { return };
         let (moment, answers) = (self.moment(tick), &self.scratch.answers);
         for (i, _) in
             blocks.all.iter().enumerate().filter(|(_, block)| block.report.is_some_and(|report| report.closes))
         {
-            let concerned = |group: &usize| {
+            let is_concerned = |group: &usize| {
                 let step = self.state.clocks[*group].step;
                 moment.fires(step) && closes(&answers[*group], self.grid.time(step))
             };
-            groups.extend(blocks.groups_of(i).filter(concerned).map(|group| group as u32));
+            groups.extend(blocks.groups_of(i).filter(is_concerned).map(|group| group as u32));
         }
     }
 
-    /// When an element of a group is turned over, going on as it does, ticks; infinite if that is not foreseen.
-    fn turned_after(&self, group: usize, (clock, tick): (&Clock, Tick)) -> f64 {
-        let after = self.grid.ticks(1.0 / self.scratch.answers[group].closing);
-        let foreseen = FORESEEN * self.moment(tick).elapsed(clock.step) as f64;
-        let is_foreseen = self.can_wear() && (clock.step == 0 || after < foreseen);
-        if is_foreseen { after } else { f64::INFINITY }
+    /// Returns the time until an element of a group inverts at its present rate, ticks; infinite beyond the
+    /// look-ahead.
+    fn time_to_inversion(&self, group: usize, clock: &Clock, tick: Tick) -> f64 {
+        let time = self.grid.ticks(1.0 / self.scratch.answers[group].closing);
+        let look_ahead = FORESEEN * self.moment(tick).elapsed(clock.step) as f64;
+        let is_foreseen = self.can_wear() && (clock.step == 0 || time < look_ahead);
+        if is_foreseen { time } else { f64::INFINITY }
     }
 
-    /// The firing groups around the nodes that are close to a body whose steps that shortens, or whose calm it ends.
-    fn around_contact(&self, tick: Tick, groups: &mut Vec<u32>) {
+    /// Adds the active groups around the nodes close to a body whose step contact shortens, or whose hold count it
+    /// resets.
+    fn add_groups_near_contact(&self, tick: Tick, groups: &mut Vec<u32>) {
         for surface in &self.scratch.close {
             let nearness = &self.scratch.nearness[self.scratch.place[*surface as usize] as usize];
-            let concerned = |group: &u32| {
+            let is_concerned = |group: &u32| {
                 let clock = &self.state.clocks[*group as usize];
-                let fires = self.rules.schedule.fires(clock.step, tick);
-                fires && (nearness.limit < clock.step as f64 || nearness.near && clock.calm > 0)
+                let is_active = self.rules.schedule.fires(clock.step, tick);
+                is_active && (nearness.limit < clock.step as f64 || nearness.is_near && clock.calm > 0)
             };
-            groups.extend(self.scratch.beside[*surface as usize].groups.iter().copied().filter(concerned));
+            groups.extend(self.scratch.beside[*surface as usize].groups.iter().copied().filter(is_concerned));
         }
     }
 
-    /// Chooses the next tick of each of these firing groups, in ascending order; those whose step changed, and the first that
-    /// cannot go on. A stable step of less than a tick is a thousandth of the smallest one at the start: the mesh has failed
-    /// (A11).
+    /// Chooses the next tick of each of these active groups, in ascending order, and lists the changed steps. Returns
+    /// the first group whose stable step is less than a tick: that is a thousandth of the smallest at the start, and
+    /// the mesh has failed (A11).
     pub(super) fn set_clocks(&mut self, groups: &[u32], tick: Tick) -> Option<StepError> {
         let mut collapsed = None;
         self.scratch.changed.clear();
@@ -231,32 +237,33 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let (i, was) = (*group as usize, self.state.clocks[*group as usize]);
             let limit = self.group_limit(i);
             if limit < 1.0 && collapsed.is_none() {
-                collapsed = Some(self.collapse(i, limit, tick));
+                collapsed = Some(self.collapse_error(i, limit, tick));
             }
-            let limit = limit.min(self.turned_after(i, (&was, tick)));
-            let (step, calm) = self.ratchet(limit.max(1.0), &was, tick);
-            let (step, near) = self.contact_step(i, step);
+            let limit = limit.min(self.time_to_inversion(i, &was, tick));
+            let (step, calm) = self.apply_hysteresis(limit.max(1.0), &was, tick);
+            let (step, is_near) = self.limit_by_contact(i, step);
             let clock = &mut self.state.clocks[i];
-            (clock.step, clock.calm) = (step, if near { 0 } else { calm });
+            (clock.step, clock.calm) = (step, if is_near { 0 } else { calm });
             let moment = self.moment(tick);
             if step != was.step {
                 let (planned, ahead) = (moment.ahead(was.step), moment.ahead(step));
                 self.scratch.changed.push(Change { group: *group, planned, ahead });
             }
             if self.rules.schedule == Kind::Queue {
-                // Patches near contact wait for the common multiples of their steps, so that they fire together.
+                // In the queue, patches near contact wait for the common multiples of their steps, so that they are
+                // active together.
                 self.state.alarms[i] =
-                    Alarm { last: tick, next: if near { (tick / step + 1) * step } else { tick + step } };
+                    Alarm { last: tick, next: if is_near { (tick / step + 1) * step } else { tick + step } };
             }
         }
         if self.rules.schedule == Kind::Global {
-            self.level_out(tick);
+            self.equalise_steps(tick);
         }
         collapsed
     }
 
-    /// One step for all: the least.
-    fn level_out(&mut self, tick: Tick) {
+    /// Sets all steps to the least one, for the global schedule.
+    fn equalise_steps(&mut self, tick: Tick) {
         if let Some(Change { planned, .. }) = self.scratch.changed.first().copied() {
             let ahead = self.state.clocks.iter().map(|clock| clock.step).filter(|step| *step > 0).min().unwrap_or(1);
             self.state.clocks.iter_mut().for_each(|clock| clock.step = ahead);
@@ -267,7 +274,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.state.alarms[0] = Alarm { last: tick, next: tick + self.state.clocks[0].step };
     }
 
-    pub(super) fn collapse(&self, group: usize, limit: f64, tick: Tick) -> StepError {
+    /// Returns the step collapse of a group, at the element with the least limit.
+    pub(super) fn collapse_error(&self, group: usize, limit: f64, tick: Tick) -> StepError {
         let own = |element: &ElementId| self.least_limit(self.gel.potential.nodes(*element));
         let elements = self.order.elements(self.order.slots(group));
         let element = elements.min_by(|a, b| own(a).total_cmp(&own(b))).map_or(0, ElementId::index);
@@ -275,8 +283,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         StepError::StepCollapsed { element, time, step, jacobian: self.scratch.answers[group].least_jacobian }
     }
 
-    /// Down at once; up, doubled, only when aligned and after a long calm.
-    fn ratchet(&self, limit: f64, clock: &Clock, tick: Tick) -> (Tick, u32) {
+    /// Returns the step and the hold count of a group: shortened at once, doubled only when aligned and after a long
+    /// hold.
+    fn apply_hysteresis(&self, limit: f64, clock: &Clock, tick: Tick) -> (Tick, u32) {
         let allowed = self.rules.schedule.step(limit);
         if clock.step == 0 || allowed < clock.step {
             return (allowed, 0);
@@ -285,15 +294,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             return (clock.step, 0);
         }
         let calm = clock.calm.saturating_add(1);
-        let aligned = self.rules.schedule == Kind::Queue || tick.is_multiple_of(2 * clock.step);
-        if calm >= RAISE_PATIENCE && aligned { (2 * clock.step, 0) } else { (clock.step, calm) }
+        let is_aligned = self.rules.schedule == Kind::Queue || tick.is_multiple_of(2 * clock.step);
+        if calm >= RAISE_PATIENCE && is_aligned { (2 * clock.step, 0) } else { (clock.step, calm) }
     }
 
-    /// The step with contact: no surface node may run deeper into a body than [`DEPTH`] allows, and patches within an
-    /// element's size of a body take the shortest step around. Also whether the patch is that near.
-    fn contact_step(&self, group: usize, step: Tick) -> (Tick, bool) {
+    /// Limits a step by contact: no surface node may sink deeper into a body than [`MAX_DEPTH`], and patches within
+    /// an element's size of a body take the shortest step around. Also returns true if the patch is that near.
+    fn limit_by_contact(&self, group: usize, step: Tick) -> (Tick, bool) {
         let mut limit = step as f64;
-        let mut near = false;
+        let mut is_near = false;
         let elements = self.order.elements(self.order.slots(group));
         for node in elements.flat_map(|element| self.gel.potential.nodes(element)) {
             let Some(surface) = self.gel.surface.of[node.index()] else { continue };
@@ -301,87 +310,91 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 continue;
             };
             limit = limit.min(nearness.limit);
-            near |= nearness.near;
+            is_near |= nearness.is_near;
         }
         let limit = limit.max(1.0);
-        let kind = if near && self.rules.schedule == Kind::Queue { Kind::Bins } else { self.rules.schedule };
-        (if near || limit < step as f64 { kind.step(limit) } else { step }, near)
+        let kind = if is_near && self.rules.schedule == Kind::Queue { Kind::Bins } else { self.rules.schedule };
+        (if is_near || limit < step as f64 { kind.step(limit) } else { step }, is_near)
     }
 
-    /// What contact allows the steps around each node that is close to a body.
-    pub(super) fn find_nearness(&mut self) {
+    /// Finds the contact limits of the steps around each node close to a body.
+    pub(super) fn find_contact_limits(&mut self) {
         let horizon = self.horizon();
         let mut all = std::mem::take(&mut self.scratch.nearness);
         all.clear();
-        for (place, surface) in self.scratch.reached.iter().enumerate() {
+        for (index, surface) in self.scratch.reached.iter().enumerate() {
             let at = self.gel.surface.nodes[*surface as usize];
-            let mut nearness = Nearness { limit: f64::INFINITY, near: false };
-            let gaps = &self.scratch.gaps[place * self.bodies.len()..][..self.bodies.len()];
+            let mut nearness = Nearness { limit: f64::INFINITY, is_near: false };
+            let gaps = &self.scratch.gaps[index * self.bodies.len()..][..self.bodies.len()];
             for (body, gap) in gaps.iter().enumerate().filter_map(|(body, gap)| Some((body, (*gap)?))) {
-                let proved = self.path_limit((at.node, at.size), &gap, (horizon, body));
+                let proved = self.path_limit(at.node, at.size, &gap, horizon, body);
                 nearness.limit = if proved < horizon { nearness.limit.min(proved) } else { nearness.limit };
-                nearness.near |= gap.distance < at.size;
+                nearness.is_near |= gap.distance < at.size;
             }
-            if nearness.near {
-                nearness.limit = nearness.limit.min(self.stable_around(*surface));
+            if nearness.is_near {
+                nearness.limit = nearness.limit.min(self.stable_step_around(*surface));
             }
             all.push(nearness);
         }
         self.scratch.nearness = all;
     }
 
-    /// The longest step that any group can have after this tick, ticks.
+    /// Returns the longest step that any group can have after this tick, ticks.
     pub(super) fn horizon(&self) -> f64 {
         if self.state.now.is_none() { self.first.1 } else { 2.0 * self.longest_step() as f64 }
     }
 
-    /// The shortest stable step of the elements of a node of the surface by themselves, ticks: with all of them at that step they fire together.
-    /// Not the shortest they have: a step that contact has shortened would spread over all of the contact, and the finest cell
-    /// would set the step of every one: a mesh of 1:8 took 16 % more updates then, when the surface did not yet stand apart either.
-    /// The depth differed by 0.01 %.
-    fn stable_around(&self, surface: u32) -> f64 {
+    /// Returns the shortest stable step of the elements of a surface node, ticks: with this step all of them are
+    /// active together.
+    ///
+    /// It is the stable step and not the present one: a step shortened by contact would spread over the whole contact
+    /// area, and its finest cell would set every step. A mesh of 1:8 took 16 % more updates then; the depth differed
+    /// by 0.01 %.
+    fn stable_step_around(&self, surface: u32) -> f64 {
         self.grid.ticks(self.least_limit(&self.scratch.beside[surface as usize].nodes))
     }
 
-    /// The shortest step among the elements of a node of the surface that have one, ticks.
-    pub(super) fn shortest_around(&self, node: NodeId) -> f64 {
-        let known = self.gel.surface.of[node.index()].map(|surface| &self.scratch.beside[surface as usize].groups);
-        let known = known.map_or(&[] as &[u32], Vec::as_slice);
-        // A corner of a facet that no body is close to is not among them.
-        let star = if known.is_empty() { self.gel.star.of(node) } else { &[] };
+    /// Returns the shortest present step of the elements of a surface node, ticks.
+    pub(super) fn shortest_step_around(&self, node: NodeId) -> f64 {
+        let cached = self.gel.surface.of[node.index()].map(|surface| &self.scratch.beside[surface as usize].groups);
+        let cached = cached.map_or(&[] as &[u32], Vec::as_slice);
+        // A corner of a facet that no body is close to has no cached groups.
+        let star = if cached.is_empty() { self.gel.star.of(node) } else { &[] };
         let groups =
-            known.iter().map(|group| *group as usize).chain(star.iter().map(|element| self.order.group(*element)));
+            cached.iter().map(|group| *group as usize).chain(star.iter().map(|element| self.order.group(*element)));
         let steps = groups.map(|group| self.state.clocks[group].step).filter(|step| *step > 0);
         steps.map(|step| step as f64).fold(f64::INFINITY, f64::min)
     }
 
-    /// For how long the relative path of a node is proved to stay above the allowed depth, ticks; at most `horizon`.
+    /// Returns how long the relative path of a node is proved to stay above the allowed depth, ticks; at most
+    /// `horizon`.
     ///
-    /// The node is taken to go straight on, the body to be accelerated by the wrench at most by a, and its surface to grow at
-    /// most with w. φ is 1-Lipschitz: from the point of the straight path at s the way is free for
-    /// (φ + allowed − ½as² − ws)/(|v| + as_end + w), as ½a(s + δ)² − ½as² ≤ as_end δ.
-    fn path_limit(&self, (node, size): (NodeId, f64), gap: &Gap, (horizon, body): (f64, usize)) -> f64 {
+    /// The node moves straight on, the wrench accelerates the body by at most a, and the body's surface grows at w at
+    /// most. φ is 1-Lipschitz. From the point of the straight path at s the way is free for (φ + allowed − ½as² −
+    /// ws)/(|v| + as_end + w), as ½a(s + δ)² − ½as² ≤ as_end δ.
+    fn path_limit(&self, node: NodeId, size: f64, gap: &Gap, horizon: f64, body: usize) -> f64 {
         let (x, v) = (embed(&self.state.position[node.index()]), embed(&self.velocity_before(node)));
-        let (fixed, body) = (&self.bodies[body], &self.scratch.was[body]);
-        // A ball that spins stays where it is.
-        let round = matches!(fixed.shape, Shape::Sphere(_));
-        let relative: Vector3 = v - if round { body.velocity } else { fixed.velocity_at(body, &x) };
-        let end = horizon * self.grid.time(1);
-        let (growth, swelling) = body.bulge.map_or((0.0, 0.0), |bulge| (bulge.speed(), bulge.pull()));
-        let pull = 0.5 * (body.wrench.force.norm() / fixed.mass + swelling);
-        let speed = relative.norm() + 2.0 * pull * end + growth;
-        let allowed = (DEPTH * size).max(FURTHER * size - gap.distance);
+        let (rigid, body) = (&self.bodies[body], &self.scratch.was[body]);
+        // A spinning sphere occupies the same place.
+        let is_sphere = matches!(rigid.shape, Shape::Sphere(_));
+        let relative_velocity: Vector3 = v - if is_sphere { body.velocity } else { rigid.velocity_at(body, &x) };
+        let end_time = horizon * self.grid.time(1);
+        let (growth_speed, growth_acceleration) =
+            body.bulge.map_or((0.0, 0.0), |bulge| (bulge.max_speed(), bulge.max_acceleration()));
+        let half_acceleration = 0.5 * (body.wrench.force.norm() / rigid.mass + growth_acceleration);
+        let speed = relative_velocity.norm() + 2.0 * half_acceleration * end_time + growth_speed;
+        let allowed = (MAX_DEPTH * size).max(EXTRA_DEPTH * size - gap.distance);
         let (mut proved, mut distance) = (0.0, gap.distance);
-        for _ in 0..PROBES {
-            let room = distance + allowed - (pull * proved + growth) * proved;
-            if room <= 0.0 {
+        for _ in 0..MAX_QUERIES {
+            let clearance = distance + allowed - (half_acceleration * proved + growth_speed) * proved;
+            if clearance <= 0.0 {
                 break;
             }
-            proved += room / speed;
-            if proved >= end || speed == 0.0 {
+            proved += clearance / speed;
+            if proved >= end_time || speed == 0.0 {
                 return horizon;
             }
-            distance = fixed.gap(body, &(x + relative * proved)).distance;
+            distance = rigid.gap(body, &(x + relative_velocity * proved)).distance;
         }
         self.grid.ticks(proved)
     }

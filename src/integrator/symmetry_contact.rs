@@ -1,6 +1,7 @@
-//! Gel that meets its own image: no node of the surface passes the axis of revolution or a plane of symmetry (numerics 2.9).
+//! Symmetry contact of the gel with its mirror image: no surface node passes the axis of revolution or a plane of
+//! symmetry (numerics 2.9).
 
-use super::contact_solver::TOUCH;
+use super::contact_solver::TOUCH_TOLERANCE;
 use super::engine::Engine;
 use super::gel::SurfaceNode;
 use super::kick::Taken;
@@ -12,80 +13,84 @@ use crate::math::{Vector, embed};
 use crate::mesh::NodeId;
 use crate::state::Tick;
 
-/// A node of the surface that may come to its image until its next tick.
+/// Symmetry contact of a surface node that may reach its mirror image until its next tick.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Meeting {
-    /// The node.
+    /// Surface node.
     pub node: NodeId,
-    /// Across which plane its image is.
+    /// Axis normal to the plane of symmetry.
     axis: usize,
-    /// −x/Δt, with which it comes as far as to the plane, m/s; nothing of one that is beyond it: that is only stopped.
-    least: f64,
-    /// u⁻, its velocity away from the plane before the tick, m/s.
+    /// −x/Δt, the velocity that brings the node to the plane, m/s; zero for a node beyond the plane, which is only
+    /// stopped.
+    min_velocity: f64,
+    /// u⁻, velocity of the node away from the plane before the tick, m/s.
     before: f64,
-    /// J so far, away from the plane, N·s.
+    /// J, accumulated impulse away from the plane, N·s.
     impulse: f64,
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Finds the active nodes of the surface that may come to their image, ascending: those less than their size from it, or than
-    /// twice the way to their next tick.
-    pub(super) fn find_meetings(&mut self, tick: Tick) {
+    /// Finds the active surface nodes that may reach their image, ascending: those nearer to it than their size, or
+    /// than twice their path to their next tick.
+    pub(super) fn find_symmetry_contacts(&mut self, tick: Tick) {
         let mut meetings = std::mem::take(&mut self.scratch.meetings);
         meetings.clear();
         if !self.gel.mirrored.is_empty() {
             let (active, surface) = (&self.scratch.active, &self.gel.surface);
             if let Some(few) = active.few() {
                 let reached = few.iter().filter_map(|node| surface.of[*node as usize]);
-                reached.for_each(|at| meetings.extend(self.meetings_of(&surface.nodes[at as usize], tick)));
+                reached.for_each(|at| meetings.extend(self.symmetry_contacts_of(&surface.nodes[at as usize], tick)));
                 meetings.sort_unstable_by_key(|meeting| (meeting.node, meeting.axis));
             } else {
-                // They ascend as they stand.
+                // Surface nodes are stored in ascending order.
                 let reached = surface.nodes.iter().filter(|at| active.has(at.node.index()));
-                reached.for_each(|at| meetings.extend(self.meetings_of(at, tick)));
+                reached.for_each(|at| meetings.extend(self.symmetry_contacts_of(at, tick)));
             }
         }
         self.scratch.meetings = meetings;
     }
 
-    fn meetings_of(&self, at: &SurfaceNode, tick: Tick) -> impl Iterator<Item = Meeting> + '_ {
+    /// Iterates over the symmetry contacts of a surface node, one per plane that it may reach.
+    fn symmetry_contacts_of(&self, at: &SurfaceNode, tick: Tick) -> impl Iterator<Item = Meeting> + '_ {
         let SurfaceNode { node, size, .. } = *at;
         let a = node.index();
         let (x, v) = (self.state.position[a], self.state.velocity[a]);
-        // Where the mesh ends there is no step ahead: what is at the plane is held there.
+        // At the last tick of a mesh there is no step ahead: a node at the plane is held there.
         let is_last = self.phase == Phase::Last;
-        let reaches = move |axis: usize| {
-            x[axis] < size || x[axis] < STRETCH * size && x[axis] < 2.0 * v[axis].abs() * self.until_next(node, tick)
+        let may_reach_image = move |axis: usize| {
+            x[axis] < size
+                || x[axis] < STRETCH * size && x[axis] < 2.0 * v[axis].abs() * self.time_to_next_tick(node, tick)
         };
-        let is_there = move |axis: usize| if is_last { x[axis] < TOUCH * size } else { reaches(axis) };
-        let meets = move |axis: &usize| !self.gel.held(a)[*axis] && is_there(*axis);
+        let is_candidate =
+            move |axis: usize| if is_last { x[axis] < TOUCH_TOLERANCE * size } else { may_reach_image(axis) };
+        let has_contact = move |axis: &usize| !self.gel.held(a)[*axis] && is_candidate(*axis);
         let meeting = move |axis: usize| {
-            let least = if is_last { 0.0 } else { (-x[axis] / self.until_next(node, tick)).min(0.0) };
-            Meeting { node, axis, least, before: self.velocity_before(node)[axis], impulse: 0.0 }
+            let min_velocity = if is_last { 0.0 } else { (-x[axis] / self.time_to_next_tick(node, tick)).min(0.0) };
+            Meeting { node, axis, min_velocity, before: self.velocity_before(node)[axis], impulse: 0.0 }
         };
-        self.gel.mirrored.iter().copied().filter(meets).map(meeting)
+        self.gel.mirrored.iter().copied().filter(has_contact).map(meeting)
     }
 
-    /// From now until the next tick of a node, s.
-    fn until_next(&self, node: NodeId, tick: Tick) -> f64 {
+    /// Returns the time until the next tick of a node, s.
+    fn time_to_next_tick(&self, node: NodeId, tick: Tick) -> f64 {
         let groups = self.gel.star.of(node).iter().map(|element| self.order.group(*element));
         let ahead = groups.map(|group| self.ahead(group, tick)).filter(|ahead| *ahead > 0);
         ahead.min().map_or(f64::INFINITY, |ahead| self.grid.time(ahead))
     }
 
-    /// One correction of all impulses between nodes and their images; by how much it changes a velocity at most, m/s.
+    /// Corrects all impulses between nodes and their images once; returns the greatest change of a velocity, m/s.
     pub(super) fn meet_all(&mut self) -> f64 {
-        (0..self.scratch.meetings.len()).map(|i| self.meet(i)).fold(0.0, f64::max)
+        (0..self.scratch.meetings.len()).map(|i| self.correct_symmetry_impulse(i)).fold(0.0, f64::max)
     }
 
-    /// One correction of the impulse between a node and its image, which is as heavy and comes as fast: that of a wall at rest; by
-    /// how much it changes the velocity, m/s.
-    fn meet(&mut self, i: usize) -> f64 {
-        let Meeting { node, axis, least, impulse: so_far, .. } = self.scratch.meetings[i];
+    /// Corrects the impulse between a node and its image once; returns the change of velocity, m/s. The image has the
+    /// same mass and the mirrored velocity, so its impulse is that of a wall at rest.
+    fn correct_symmetry_impulse(&mut self, i: usize) -> f64 {
+        let Meeting { node, axis, min_velocity, impulse: accumulated, .. } = self.scratch.meetings[i];
         let (a, compliance) = (node.index(), 1.0 / self.gel.mass[node.index()]);
-        let free = self.state.velocity[a][axis] - compliance * so_far;
-        let change = impulse(free, least, compliance) - so_far;
-        if change.abs() <= f64::EPSILON * so_far {
+        let free = self.state.velocity[a][axis] - compliance * accumulated;
+        let change = impulse(free, min_velocity, compliance) - accumulated;
+        if change.abs() <= f64::EPSILON * accumulated {
             return 0.0;
         }
         self.scratch.meetings[i].impulse += change;
@@ -93,7 +98,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         compliance * change.abs()
     }
 
-    /// Posts the work of the images, Σ J (u⁻ + u⁺)/2, and their momentum, which is that of what holds the plane.
+    /// Posts the work of the symmetry contacts, Σ J (u⁻ + u⁺)/2, and their momentum, which the plane's restraint
+    /// gives.
     pub(super) fn book_meetings(&mut self) {
         let mut taken = Taken::default();
         for Meeting { node, axis, before, impulse, .. } in &self.scratch.meetings {

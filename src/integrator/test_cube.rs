@@ -1,4 +1,4 @@
-//! A cube of gel that swings, for tests: stretched a little and let go.
+//! Test cube: a gel cube, stretched a little and released, that oscillates.
 
 use super::{Engine, Gel, Kind, Rules, Surface};
 use crate::constitutive::NeoHookean;
@@ -8,25 +8,27 @@ use crate::geometry::{Shape, Sphere};
 use crate::math::Vector3;
 use crate::mesh::{Block, Mesh, Patches, Split, block, graded};
 
-/// Of cells between the same planes along each axis, m.
+/// Creates a mesh of cells between the same planes along each axis, m.
 pub(super) fn mesh(planes: &[f64]) -> Mesh<3> {
     block(Block { planes: std::array::from_fn(|_| planes.to_vec()), split: Split::Centred, faces: vec![] })
 }
 
-/// Numbers from −1 to 1 that look like any.
+/// Returns a pseudo-random number from −1 to 1.
 pub(super) fn any(i: usize) -> f64 {
     (i as f64 * 12.9898).sin()
 }
 
-/// Of several blocks and stretches, with steps of several lengths.
+/// Creates a mesh of several blocks and tiles, with steps of several lengths.
 pub(super) fn mixed() -> Mesh<3> {
     mesh(&graded(1.0, 0.05, (0.3, 1.3, 0.2)))
 }
 
+/// Creates a gel of simplices without patches.
 pub(super) fn gel(mesh: &Mesh<3>) -> Gel<3, Simplices<3>> {
     gel_in(mesh, Patches::alone(mesh.elements.len()))
 }
 
+/// Creates a gel of simplices in patches.
 pub(super) fn gel_in(mesh: &Mesh<3>, patches: Patches) -> Gel<3, Simplices<3>> {
     let simplices = Simplices::in_patches(mesh, patches, (NeoHookean::new(1e3, 1e4), Section::Spatial));
     let mass = simplices.lumped_masses(mesh, 1.0);
@@ -34,13 +36,13 @@ pub(super) fn gel_in(mesh: &Mesh<3>, patches: Patches) -> Gel<3, Simplices<3>> {
     Gel::new(simplices, mass, &mesh.held, surface)
 }
 
-/// In bins.
+/// Returns rules with the binned schedule.
 pub(super) fn rules() -> Rules {
     let law = Law::Moreau { restitution: 0.0, bias: 0.0, friction: 0.0 };
     Rules { schedule: Kind::Bins, cfl: 0.8, law, force_window: 1.0, damping: 0.0 }
 }
 
-/// With a body that touches nothing.
+/// Creates an engine with a body that touches nothing.
 pub(super) fn engine(gel: Gel<3, Simplices<3>>) -> Engine<3, Simplices<3>> {
     let nobody = BodyState { active: false, ..BodyState::starting(Vector3::zeros(), Vector3::zeros()) };
     let body = (Body::fixed(Shape::Sphere(Sphere { radius: 1.0 }), Freedom::SPATIAL), nobody);

@@ -1,8 +1,8 @@
-//! A state as bytes: what is small by postcard, then the arrays as they are, numbers little-endian.
+//! Binary form of a state: a header by postcard, then the plain arrays, numbers little-endian.
 //!
-//! The bytes come in runs, so that who takes them can hash or copy each while it is in the nearest cache.
+//! The bytes come in runs, so that the receiver can hash or copy each while it is in the nearest cache.
 
-use super::mesh_instance::{Birth, numbers, simplex};
+use super::mesh_instance::{Birth, InstanceArrays, numbers, simplex};
 use super::{Alarm, Clock, Record, Sizes, State, Tick};
 use crate::contact::BodyState;
 use crate::fem::{Memory, Reference};
@@ -12,73 +12,74 @@ use crate::mesh::{ElementId, Simplex};
 use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
 
-/// Bytes of a run, at most: with what it is made from it stays in a first-level cache of 32 kB.
-const RUN: usize = 8192;
+/// Maximum bytes of a run: with its source it stays in a first-level cache of 32 kB.
+const RUN_BYTES: usize = 8192;
 
-/// All but the arrays. With the tick of a mesh that is not that of the start go the marks of its facets.
-type Small = (Sizes, (Option<Tick>, Tick, Vec<u8>), Vec<BodyState>, Ledger, Record);
+/// Header of the binary form: all data but the arrays. The tick of a remeshed mesh comes with the marks of its
+/// facets.
+type BinaryHeader = (Sizes, (Option<Tick>, Tick, Vec<u8>), Vec<BodyState>, Ledger, Record);
 
-/// Plain numbers, of the same number of bytes each.
-trait Plain: Sized {
+/// Values with a fixed number of bytes.
+trait FixedBytes: Sized {
     const SIZE: usize;
-    fn put(&self, to: &mut [u8]);
-    fn take(from: &[u8]) -> Self;
+    fn encode(&self, to: &mut [u8]);
+    fn decode(from: &[u8]) -> Self;
 }
 
-impl Plain for u64 {
+impl FixedBytes for u64 {
     const SIZE: usize = 8;
 
-    fn put(&self, to: &mut [u8]) {
+    fn encode(&self, to: &mut [u8]) {
         to.copy_from_slice(&self.to_le_bytes());
     }
 
-    fn take(from: &[u8]) -> Self {
-        Self::from_le_bytes(first(from))
+    fn decode(from: &[u8]) -> Self {
+        Self::from_le_bytes(first_bytes(from))
     }
 }
 
-impl Plain for f64 {
+impl FixedBytes for f64 {
     const SIZE: usize = 8;
 
-    fn put(&self, to: &mut [u8]) {
-        self.to_bits().put(to);
+    fn encode(&self, to: &mut [u8]) {
+        self.to_bits().encode(to);
     }
 
-    fn take(from: &[u8]) -> Self {
-        Self::from_bits(u64::take(from))
+    fn decode(from: &[u8]) -> Self {
+        Self::from_bits(u64::decode(from))
     }
 }
 
-impl<const D: usize> Plain for Vector<D> {
+impl<const D: usize> FixedBytes for Vector<D> {
     const SIZE: usize = 8 * D;
 
-    fn put(&self, to: &mut [u8]) {
-        to.chunks_exact_mut(8).zip(self.as_slice()).for_each(|(to, component)| component.put(to));
+    fn encode(&self, to: &mut [u8]) {
+        to.chunks_exact_mut(8).zip(self.as_slice()).for_each(|(to, component)| component.encode(to));
     }
 
-    fn take(from: &[u8]) -> Self {
-        Self::from_fn(|i, _| f64::take(&from[8 * i..]))
+    fn decode(from: &[u8]) -> Self {
+        Self::from_fn(|i, _| f64::decode(&from[8 * i..]))
     }
 }
 
-impl Plain for Clock {
+impl FixedBytes for Clock {
     const SIZE: usize = 36;
 
-    fn put(&self, to: &mut [u8]) {
-        self.step.put(&mut to[..8]);
-        self.energy.put(&mut to[8..16]);
-        self.ahead.put(&mut to[16..24]);
+    fn encode(&self, to: &mut [u8]) {
+        self.step.encode(&mut to[..8]);
+        self.energy.encode(&mut to[8..16]);
+        self.ahead.encode(&mut to[16..24]);
         to[24..28].copy_from_slice(&self.calm.to_le_bytes());
         to[28..32].copy_from_slice(&self.inverted.to_le_bytes());
         to[32..36].copy_from_slice(&self.crushed.to_le_bytes());
     }
 
-    fn take(from: &[u8]) -> Self {
-        let count = |at: usize| u32::from_le_bytes(first(&from[at..]));
+    fn decode(from: &[u8]) -> Self {
+        let count = |at: usize| u32::from_le_bytes(first_bytes(&from[at..]));
         Self {
-            step: Tick::take(from),
-            energy: f64::take(&from[8..]),
-            ahead: f64::take(&from[16..]),
+            step: Tick::decode(from),
+            energy: f64::decode(&from[8..]),
+            ahead: f64::decode(&from[16..]),
             calm: count(24),
             inverted: count(28),
             crushed: count(32),
@@ -86,168 +87,167 @@ impl Plain for Clock {
     }
 }
 
-impl Plain for u8 {
+impl FixedBytes for u8 {
     const SIZE: usize = 1;
 
-    fn put(&self, to: &mut [u8]) {
+    fn encode(&self, to: &mut [u8]) {
         to[0] = *self;
     }
 
-    fn take(from: &[u8]) -> Self {
+    fn decode(from: &[u8]) -> Self {
         from[0]
     }
 }
 
-impl Plain for [f64; 4] {
+impl FixedBytes for [f64; 4] {
     const SIZE: usize = 32;
 
-    fn put(&self, to: &mut [u8]) {
-        to.chunks_exact_mut(8).zip(self).for_each(|(to, number)| number.put(to));
+    fn encode(&self, to: &mut [u8]) {
+        to.chunks_exact_mut(8).zip(self).for_each(|(to, number)| number.encode(to));
     }
 
-    fn take(from: &[u8]) -> Self {
-        [0, 8, 16, 24].map(|at| f64::take(&from[at..]))
+    fn decode(from: &[u8]) -> Self {
+        [0, 8, 16, 24].map(|at| f64::decode(&from[at..]))
     }
 }
 
-impl<const D: usize> Plain for (ElementId, Reference<D>) {
+impl<const D: usize> FixedBytes for (ElementId, Reference<D>) {
     const SIZE: usize = 4 + 8 * (D * D + 1);
 
-    fn put(&self, to: &mut [u8]) {
+    fn encode(&self, to: &mut [u8]) {
         let (id, numbers) = to.split_at_mut(4);
         id.copy_from_slice(&self.0.0.to_le_bytes());
         let own = self.1.edges.iter().chain([&self.1.radius]);
-        numbers.chunks_exact_mut(8).zip(own).for_each(|(to, number)| number.put(to));
+        numbers.chunks_exact_mut(8).zip(own).for_each(|(to, number)| number.encode(to));
     }
 
-    fn take(from: &[u8]) -> Self {
-        let number = |i: usize| f64::take(&from[4 + 8 * i..]);
+    fn decode(from: &[u8]) -> Self {
+        let number = |i: usize| f64::decode(&from[4 + 8 * i..]);
         let edges = Tensor::<D>::from_fn(|row, column| number(column * D + row));
-        (ElementId(u32::from_le_bytes(first(from))), Reference { edges, radius: number(D * D) })
+        (ElementId(u32::from_le_bytes(first_bytes(from))), Reference { edges, radius: number(D * D) })
     }
 }
 
-impl Plain for Simplex {
+impl FixedBytes for Simplex {
     const SIZE: usize = 16;
 
-    fn put(&self, to: &mut [u8]) {
+    fn encode(&self, to: &mut [u8]) {
         to.chunks_exact_mut(4).zip(numbers(self)).for_each(|(to, node)| to.copy_from_slice(&node.to_le_bytes()));
     }
 
-    fn take(from: &[u8]) -> Self {
-        simplex([0, 4, 8, 12].map(|at| u32::from_le_bytes(first(&from[at..]))))
+    fn decode(from: &[u8]) -> Self {
+        simplex([0, 4, 8, 12].map(|at| u32::from_le_bytes(first_bytes(&from[at..]))))
     }
 }
 
-impl Plain for Alarm {
+impl FixedBytes for Alarm {
     const SIZE: usize = 16;
 
-    fn put(&self, to: &mut [u8]) {
-        self.last.put(&mut to[..8]);
-        self.next.put(&mut to[8..]);
+    fn encode(&self, to: &mut [u8]) {
+        self.last.encode(&mut to[..8]);
+        self.next.encode(&mut to[8..]);
     }
 
-    fn take(from: &[u8]) -> Self {
-        Self { last: Tick::take(from), next: Tick::take(&from[8..]) }
+    fn decode(from: &[u8]) -> Self {
+        Self { last: Tick::decode(from), next: Tick::decode(&from[8..]) }
     }
 }
 
-impl<const D: usize> Plain for Memory<D> {
+impl<const D: usize> FixedBytes for Memory<D> {
     const SIZE: usize = 8 * (D * D + 7);
 
-    fn put(&self, to: &mut [u8]) {
+    fn encode(&self, to: &mut [u8]) {
         let Self { inverse, out, plastic, jacobian, rate, left, stress, felt } = self;
         let own = inverse.iter().chain([out, plastic, jacobian, rate, left, stress, felt]);
-        to.chunks_exact_mut(8).zip(own).for_each(|(to, number)| number.put(to));
+        to.chunks_exact_mut(8).zip(own).for_each(|(to, number)| number.encode(to));
     }
 
-    fn take(from: &[u8]) -> Self {
-        let number = |i: usize| f64::take(&from[8 * i..]);
+    fn decode(from: &[u8]) -> Self {
+        let number = |i: usize| f64::decode(&from[8 * i..]);
         let inverse = Tensor::<D>::from_fn(|row, column| number(column * D + row));
         let [out, plastic, jacobian, rate, left, stress, felt] = [0, 1, 2, 3, 4, 5, 6].map(|i| number(D * D + i));
         Self { inverse, out, plastic, jacobian, rate, left, stress, felt }
     }
 }
 
-fn first<const N: usize>(from: &[u8]) -> [u8; N] {
+/// Returns the first N bytes.
+fn first_bytes<const N: usize>(from: &[u8]) -> [u8; N] {
     *from.first_chunk().expect("the bytes of a number")
 }
 
-/// Hands an array over in runs.
-fn write_all<T: Plain>(items: &[T], sink: &mut impl FnMut(&[u8])) {
-    let mut run = [0; RUN];
-    for items in items.chunks(RUN / T::SIZE) {
+/// Writes an array in runs.
+fn write_all<T: FixedBytes>(items: &[T], sink: &mut impl FnMut(&[u8])) {
+    let mut run = [0; RUN_BYTES];
+    for items in items.chunks(RUN_BYTES / T::SIZE) {
         let run = &mut run[..items.len() * T::SIZE];
-        run.chunks_exact_mut(T::SIZE).zip(items).for_each(|(to, item)| item.put(to));
+        run.chunks_exact_mut(T::SIZE).zip(items).for_each(|(to, item)| item.encode(to));
         sink(run);
     }
 }
 
-/// Takes an array off the front of the bytes, which are long enough, into the memory that is there.
-fn read_all<T: Plain>(items: &mut Vec<T>, n: usize, bytes: &mut &[u8]) {
+/// Reads an array from the front of the bytes, which are long enough, into existing memory.
+fn read_all<T: FixedBytes>(items: &mut Vec<T>, n: usize, bytes: &mut &[u8]) {
     let (own, rest) = bytes.split_at(n * T::SIZE);
     items.clear();
-    items.extend(own.chunks_exact(T::SIZE).map(T::take));
+    items.extend(own.chunks_exact(T::SIZE).map(T::decode));
     *bytes = rest;
 }
 
-/// Mass and held directions of a node of a mesh that is not that of the start.
-const NODE_BORN: usize = f64::SIZE + u8::SIZE;
-/// Nodes, corner masses and first step of an element of such a mesh.
-const ELEMENT_BORN: usize = Simplex::SIZE + <[f64; 4]>::SIZE + f64::SIZE;
+/// Bytes of a node of a remeshed mesh: mass and held directions.
+const NODE_BYTES: usize = f64::SIZE + u8::SIZE;
+/// Bytes of an element of a remeshed mesh: nodes, corner masses and first step.
+const ELEMENT_BYTES: usize = Simplex::SIZE + <[f64; 4]>::SIZE + f64::SIZE;
 
-/// The mesh in these bytes; `None` if they are no mesh.
-fn read_birth<const D: usize>(sizes: &Sizes, (tick, marks): (Tick, &[u8]), mut bytes: &[u8]) -> Option<Arc<Birth<D>>> {
-    let (mut rest, mut position, mut mass) = (vec![], vec![], vec![]);
-    let (mut held, mut elements) = (Vec::<u8>::new(), vec![]);
-    read_all(&mut rest, sizes.nodes, &mut bytes);
-    read_all(&mut position, sizes.nodes, &mut bytes);
-    read_all(&mut mass, sizes.nodes, &mut bytes);
-    read_all(&mut held, sizes.nodes, &mut bytes);
-    let mut corner_mass = vec![];
-    read_all(&mut elements, sizes.born, &mut bytes);
-    let (mut references, mut steps) = (vec![], vec![]);
-    read_all(&mut corner_mass, sizes.born, &mut bytes);
-    read_all(&mut references, sizes.references, &mut bytes);
-    read_all(&mut steps, sizes.born, &mut bytes);
-    Some(Arc::new(Birth::of(
-        tick,
-        (rest, position),
-        (mass, &held),
-        (elements, corner_mass),
-        (references, steps, marks.to_vec()),
-    )?))
+/// Reads the mesh instance; `None` if the bytes are no valid mesh.
+fn read_mesh_instance<const D: usize>(
+    sizes: &Sizes,
+    tick: Tick,
+    marks: Vec<u8>,
+    mut bytes: &[u8],
+) -> Option<Arc<Birth<D>>> {
+    let mut arrays = InstanceArrays::default();
+    read_all(&mut arrays.rest, sizes.nodes, &mut bytes);
+    read_all(&mut arrays.position, sizes.nodes, &mut bytes);
+    read_all(&mut arrays.mass, sizes.nodes, &mut bytes);
+    read_all(&mut arrays.held, sizes.nodes, &mut bytes);
+    read_all(&mut arrays.elements, sizes.born, &mut bytes);
+    read_all(&mut arrays.corner_mass, sizes.born, &mut bytes);
+    read_all(&mut arrays.references, sizes.references, &mut bytes);
+    read_all(&mut arrays.steps, sizes.born, &mut bytes);
+    Birth::from_arrays(tick, arrays, marks).map(Arc::new)
 }
 
 impl Sizes {
-    /// Bytes of the arrays; none if there are more than can be counted.
-    fn bytes<const D: usize>(&self) -> Option<usize> {
+    /// Returns the bytes of the arrays; `None` on overflow.
+    fn array_bytes<const D: usize>(&self) -> Option<usize> {
         let arrays = [
             (self.nodes, 2 * Vector::<D>::SIZE + f64::SIZE),
             (self.slots, f64::SIZE),
             (self.groups, Clock::SIZE),
             (self.alarms, Alarm::SIZE),
             (self.memories, Memory::<D>::SIZE),
-            (self.nodes_born(), NODE_BORN + 2 * Vector::<D>::SIZE),
-            (self.born, ELEMENT_BORN),
+            (self.instance_nodes(), NODE_BYTES + 2 * Vector::<D>::SIZE),
+            (self.born, ELEMENT_BYTES),
             (self.references, <(ElementId, Reference<D>)>::SIZE),
         ];
         arrays.into_iter().try_fold(0_usize, |sum, (n, size)| sum.checked_add(n.checked_mul(size)?))
     }
 
-    /// Of these, at their end, those of a mesh that is not that of the start; once it is known that all can be counted.
-    fn bytes_of_birth<const D: usize>(&self) -> usize {
-        self.nodes_born() * (NODE_BORN + 2 * Vector::<D>::SIZE)
-            + self.born * ELEMENT_BORN
+    /// Returns the bytes of the mesh instance at the end of the arrays; called once [`Self::array_bytes`] has succeeded.
+    fn instance_bytes<const D: usize>(&self) -> usize {
+        self.instance_nodes() * (NODE_BYTES + 2 * Vector::<D>::SIZE)
+            + self.born * ELEMENT_BYTES
             + self.references * <(ElementId, Reference<D>)>::SIZE
     }
 
-    fn nodes_born(&self) -> usize {
+    /// Returns the number of nodes of the mesh instance.
+    fn instance_nodes(&self) -> usize {
         if self.born > 0 { self.nodes } else { 0 }
     }
 }
 
 impl<const D: usize> State<D> {
+    /// Returns the sizes of the arrays.
     fn sizes(&self) -> Sizes {
         Sizes {
             nodes: self.position.len(),
@@ -261,24 +261,25 @@ impl<const D: usize> State<D> {
         }
     }
 
-    fn small(&self) -> Vec<u8> {
+    /// Serialises the header.
+    fn header(&self) -> Vec<u8> {
         let (born, marks) = self.birth.as_ref().map_or((0, &[][..]), |birth| (birth.tick, birth.mesh.marks.as_slice()));
-        let small = (self.sizes(), (self.now, born, marks), &self.bodies, &self.ledger, &self.record);
-        postcard::to_stdvec(&small).expect("a state is plain numbers")
+        let header = (self.sizes(), (self.now, born, marks), &self.bodies, &self.ledger, &self.record);
+        postcard::to_stdvec(&header).expect("a state is plain numbers")
     }
 
-    /// Number of bytes that [`State::write`] hands over.
+    /// Returns the number of bytes that [`State::write`] writes.
     #[must_use]
     pub fn size(&self) -> usize {
-        self.small().len() + self.sizes().bytes::<D>().unwrap_or(usize::MAX)
+        self.header().len() + self.sizes().array_bytes::<D>().unwrap_or(usize::MAX)
     }
 
-    /// Hands its bytes to `sink`, run by run.
+    /// Writes the bytes of the state to `sink`, run by run.
     pub fn write(&self, sink: &mut impl FnMut(&[u8])) {
-        // By name, so that no field is forgotten.
+        // Listed by name, so that no field is forgotten.
         let Self { position, velocity, excess, stiffness, clocks, alarms, memory, birth, .. } = self;
         let Self { now: _, bodies: _, ledger: _, record: _, .. } = self;
-        sink(&self.small());
+        sink(&self.header());
         write_all(position, sink);
         write_all(velocity, sink);
         write_all(excess, sink);
@@ -298,23 +299,23 @@ impl<const D: usize> State<D> {
         }
     }
 
-    /// Becomes the state of these bytes, in the memory that it has. Bytes that are none of a state change nothing; whether
-    /// what they say makes sense is for [`State::check_invariants`] to find.
+    /// Reads the state from bytes into existing memory; returns true on success. Malformed bytes change nothing;
+    /// [`State::check_invariants`] checks the values.
     #[must_use]
     pub fn read(&mut self, bytes: &[u8]) -> bool {
-        let Ok((small, mut arrays)) = postcard::take_from_bytes::<Small>(bytes) else { return false };
-        let sizes = small.0;
-        if sizes.bytes::<D>() != Some(arrays.len()) {
+        let Ok((header, mut arrays)) = postcard::take_from_bytes::<BinaryHeader>(bytes) else { return false };
+        let sizes = header.0;
+        if sizes.array_bytes::<D>() != Some(arrays.len()) {
             return false;
         }
-        let end = &arrays[arrays.len() - sizes.bytes_of_birth::<D>()..];
-        let born = (sizes.born > 0).then(|| read_birth(&sizes, (small.1.1, &small.1.2), end));
+        let end = &arrays[arrays.len() - sizes.instance_bytes::<D>()..];
+        let born = (sizes.born > 0).then(|| read_mesh_instance(&sizes, header.1.1, header.1.2.clone(), end));
         if born == Some(None) {
             return false;
         }
         let Self { position, velocity, excess, stiffness, clocks, alarms, memory, birth, .. } = self;
         let Self { now, bodies, ledger, record, .. } = self;
-        (_, (*now, ..), *bodies, *ledger, *record) = small;
+        (_, (*now, ..), *bodies, *ledger, *record) = header;
         *birth = born.flatten();
         read_all(position, sizes.nodes, &mut arrays);
         read_all(velocity, sizes.nodes, &mut arrays);
@@ -326,7 +327,7 @@ impl<const D: usize> State<D> {
         true
     }
 
-    /// Hash of the bytes of the state: equal digests are equal bits.
+    /// Returns the hash of the bytes of the state: equal digests are equal bits.
     #[must_use]
     pub fn digest(&self) -> u128 {
         let mut hash = Xxh3::new();
@@ -412,7 +413,7 @@ mod tests {
             born: 0,
             references: 0,
         };
-        let small: Small = (sizes, (None, 0, vec![]), vec![], Ledger::default(), Record::new(0));
-        assert!(!State::<3>::empty().read(&postcard::to_stdvec(&small).unwrap()));
+        let header: BinaryHeader = (sizes, (None, 0, vec![]), vec![], Ledger::default(), Record::new(0));
+        assert!(!State::<3>::empty().read(&postcard::to_stdvec(&header).unwrap()));
     }
 }

@@ -1,61 +1,85 @@
-//! A mesh that a run has made for itself.
+//! Mesh instance: a mesh that a run has made by remeshing.
 
 use super::Tick;
 use crate::fem::Reference;
 use crate::math::{Vector, det};
 use crate::mesh::{ElementId, Mesh, NodeId, Simplex, boundary, signed_volume};
 
-/// A mesh that has replaced another one, as it was when it did.
+/// Mesh instance: a remeshed mesh at the tick at which it replaced another one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Birth<const D: usize> {
-    /// When.
+    /// Tick of the remesh.
     pub tick: Tick,
-    /// Where the matter of its nodes was at the start, and who is next to whom.
+    /// Mesh with the rest positions of its nodes.
     pub mesh: Mesh<D>,
-    /// Where its nodes were then, m.
+    /// Positions of its nodes at the remesh, m.
     pub position: Vec<Vector<D>>,
-    /// Their masses, kg.
+    /// Masses of its nodes, kg.
     pub mass: Vec<f64>,
-    /// The masses of the corners of its elements, kg; 0 of a fourth corner in the plane.
+    /// Masses of the corners of its elements, kg; 0 for a fourth corner in the plane.
     pub corner_mass: Vec<[f64; 4]>,
-    /// Those elements that are at rest not what their nodes say.
+    /// Reference shapes of the elements that are incompatible with their nodes' rest positions.
     pub references: Vec<(ElementId, Reference<D>)>,
-    /// The stable steps of its elements with what they remembered then, s, by which they are ordered; none before it is stepped, or if
-    /// it is that of the start.
+    /// Stable steps of its elements with their history variables at the remesh, s, by which they are ordered; empty
+    /// before it is steps_are_positive, or if it is the first mesh.
+    pub steps: Vec<f64>,
+}
+
+/// Unchecked arrays of a mesh instance, in the order of its binary form.
+#[derive(Debug, Default)]
+pub(super) struct InstanceArrays<const D: usize> {
+    /// Rest positions of the nodes, m.
+    pub rest: Vec<Vector<D>>,
+    /// Positions of the nodes at the remesh, m.
+    pub position: Vec<Vector<D>>,
+    /// Masses of the nodes, kg.
+    pub mass: Vec<f64>,
+    /// Held directions of the nodes: bit i for the i-th.
+    pub held: Vec<u8>,
+    /// Nodes of the elements.
+    pub elements: Vec<Simplex>,
+    /// Masses of the corners of the elements, kg.
+    pub corner_mass: Vec<[f64; 4]>,
+    /// Reference shapes of the incompatible elements.
+    pub references: Vec<(ElementId, Reference<D>)>,
+    /// Stable steps of the elements, s.
     pub steps: Vec<f64>,
 }
 
 impl<const D: usize> Birth<D> {
-    /// From arrays that nobody has looked at yet; `None` if they are no mesh.
-    pub(super) fn of(
-        tick: Tick,
-        (rest, position): (Vec<Vector<D>>, Vec<Vector<D>>),
-        (mass, held): (Vec<f64>, &[u8]),
-        (elements, corner_mass): (Vec<Simplex>, Vec<[f64; 4]>),
-        (references, steps, marks): (Vec<(ElementId, Reference<D>)>, Vec<f64>, Vec<u8>),
-    ) -> Option<Self> {
+    /// Creates a mesh instance from unchecked arrays; `None` if they are no valid mesh.
+    pub(super) fn from_arrays(tick: Tick, arrays: InstanceArrays<D>, marks: Vec<u8>) -> Option<Self> {
+        let InstanceArrays { rest, position, mass, held, elements, corner_mass, references, steps } = arrays;
         let n = rest.len();
-        let whole = |(element, reference): &(ElementId, Reference<D>)| {
+        let reference_is_valid = |(element, reference): &(ElementId, Reference<D>)| {
             element.index() < elements.len() && det(&reference.edges) > 0.0 && reference.radius.is_finite()
         };
         let ascending = references.windows(2).all(|pair| pair[0].0 < pair[1].0);
-        if elements.is_empty() || !ascending || !references.iter().all(whole) {
+        if elements.is_empty() || !ascending || !references.iter().all(reference_is_valid) {
             return None;
         }
-        let mut told = vec![true; elements.len()];
+        let mut is_compatible = vec![true; elements.len()];
         for (element, _) in &references {
-            told[element.index()] = false;
+            is_compatible[element.index()] = false;
         }
-        let known = |simplex: &Simplex| simplex.iter().all(|node| node.index() < n);
-        let upright = |simplex: &Simplex, told: bool| !told || signed_volume(&rest, simplex) > 0.0;
-        let placed = rest.iter().chain(&position).all(|x| x.iter().all(|x| x.is_finite()));
-        let weighed = corner_mass.iter().flatten().all(|mass| mass.is_finite());
-        let heavy = mass.iter().all(|mass| *mass > 0.0 && mass.is_finite());
-        let counted = [position.len(), mass.len(), held.len()] == [n; 3]
+        let has_known_nodes = |simplex: &Simplex| simplex.iter().all(|node| node.index() < n);
+        let is_upright = |simplex: &Simplex, is_compatible: bool| !is_compatible || signed_volume(&rest, simplex) > 0.0;
+        let positions_are_finite = rest.iter().chain(&position).all(|x| x.iter().all(|x| x.is_finite()));
+        let corner_masses_are_finite = corner_mass.iter().flatten().all(|mass| mass.is_finite());
+        let masses_are_positive = mass.iter().all(|mass| *mass > 0.0 && mass.is_finite());
+        let lengths_agree = [position.len(), mass.len(), held.len()] == [n; 3]
             && [corner_mass.len(), steps.len()] == [elements.len(); 2];
-        let stepped = steps.iter().all(|step| *step > 0.0 && step.is_normal());
-        let sound = |(simplex, told): (&Simplex, &bool)| known(simplex) && upright(simplex, *told);
-        if !(counted && stepped && heavy && placed && weighed && elements.iter().zip(&told).all(sound)) {
+        let steps_are_positive = steps.iter().all(|step| *step > 0.0 && step.is_normal());
+        let is_valid = |(simplex, is_compatible): (&Simplex, &bool)| {
+            has_known_nodes(simplex) && is_upright(simplex, *is_compatible)
+        };
+        if !(lengths_agree
+            && steps_are_positive
+            && masses_are_positive
+            && positions_are_finite
+            && corner_masses_are_finite
+            && elements.iter().zip(&is_compatible).all(is_valid))
+        {
             return None;
         }
         let held = held.iter().map(|held| std::array::from_fn(|i| held >> i & 1 == 1)).collect();
@@ -67,18 +91,18 @@ impl<const D: usize> Birth<D> {
         Some(Self { tick, mesh, position, mass, corner_mass, references, steps })
     }
 
-    /// The held directions of each node: bit i for the i-th.
+    /// Returns the held directions of each node: bit i for the i-th.
     pub(super) fn held(&self) -> Vec<u8> {
         self.mesh.held.iter().map(|held| (0..D).map(|i| u8::from(held[i]) << i).sum()).collect()
     }
 }
 
-/// The nodes of an element as numbers.
+/// Converts the nodes of an element to numbers.
 pub(super) fn numbers(simplex: &Simplex) -> [u32; 4] {
     simplex.map(|node| node.0)
 }
 
-/// The element of these nodes.
+/// Converts numbers to the nodes of an element.
 pub(super) fn simplex(numbers: [u32; 4]) -> Simplex {
     numbers.map(NodeId)
 }
