@@ -4,11 +4,11 @@
 //! gathers from the blocks around it in their order. So no thread writes where another one reads, and no bit depends on
 //! who came first.
 
-use super::assembly::{Overlap, TOGETHER};
+use super::assembly::{NODE_BATCH, TileOverlap};
 use super::element_order::Order;
-use super::energy_residual::Settled;
+use super::energy_residual::StepResidual;
 use super::node_loop::RUN;
-use super::partial_block::Around;
+use super::partial_block::GroupStar;
 use super::pool::PerThread;
 use super::step_size::RAISE_MARGIN;
 use super::{Gel, TickGrid};
@@ -26,11 +26,11 @@ pub(super) const SLOTS: usize = 1024;
 
 /// Nodes above which what belongs to them is in no cache that is near: it is asked for before it is needed then. With 175 000 nodes (a
 /// million tetrahedra) that takes some 6 % off a step; with 32 000 nobody waits for it, and to ask takes 4 %. Nothing between was measured.
-const NEAR: usize = 1 << 16;
+const CACHED_NODES: usize = 1 << 16;
 
 /// Whether what belongs to so many nodes comes from far.
-pub(super) fn are_far(n_nodes: usize) -> bool {
-    n_nodes > NEAR
+pub(super) fn exceed_cache(n_nodes: usize) -> bool {
+    n_nodes > CACHED_NODES
 }
 
 /// How much of a block fires at a tick.
@@ -47,14 +47,14 @@ pub(super) enum Due {
 
 /// What is known of the part of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) enum Known {
+pub(super) enum SweepCache {
     /// Nothing.
     #[default]
-    Nothing,
+    Empty,
     /// Σ κ, and what the last sweep gave.
-    Sums,
+    Swept,
     /// The same, and that it is that of a full sweep at rest.
-    Rest,
+    AtRest,
 }
 
 /// A run of slots.
@@ -72,13 +72,13 @@ pub(super) struct Block {
     pub lengths: Tick,
     /// How much of it fires at this tick, and how many elements.
     pub due: Due,
-    pub n_due: u64,
+    pub n_active_elements: u64,
     /// What is around the groups that fire where some do, by the longest step of these.
-    pub firing: BTreeMap<Tick, Around>,
+    pub active_stars: BTreeMap<Tick, GroupStar>,
     /// The longest step of a group that fires at this tick, where some do, ticks.
-    pub longest: Tick,
+    pub longest_active: Tick,
     /// What is known of its part.
-    pub known: Known,
+    pub cache: SweepCache,
     /// Whether some node of it has moved or moves.
     pub awake: AtomicBool,
     /// Whether a node of it was active at this tick through another block.
@@ -86,20 +86,20 @@ pub(super) struct Block {
     /// Whether a group of it may raise its step.
     pub restless: bool,
     /// Whether its elements remember what the state does not know yet.
-    pub is_ahead: bool,
+    pub has_unsaved_history: bool,
     /// What a sweep at this tick found, if it was swept.
-    pub report: Option<Report>,
+    pub report: Option<BlockReport>,
     /// What its groups that fired at its last sweep store, and what they have lost since the tick before of each.
     pub spent: Spent,
     /// What its groups that fire came to then.
-    pub settled: Settled,
+    pub step_residual: StepResidual,
     /// The group whose answer holds the power of all that have not told theirs, if they were found in one sum.
-    pub holder: Option<usize>,
+    pub power_accumulator: Option<usize>,
 }
 
 /// What a sweep of a block finds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Report {
+pub(super) struct BlockReport {
     /// Elements evaluated that are not all at rest.
     pub updates: u64,
     /// Least J.
@@ -107,18 +107,18 @@ pub(super) struct Report {
     /// Whether an element of a group that fires is turned over within its step.
     pub closes: bool,
     /// The first group that has an element inverted for the second tick in a row, or an energy that is no number.
-    pub failed: Option<usize>,
+    pub failed_group: Option<usize>,
 }
 
-impl Default for Report {
+impl Default for BlockReport {
     fn default() -> Self {
-        Self { updates: 0, least_jacobian: 1.0, closes: false, failed: None }
+        Self { updates: 0, least_jacobian: 1.0, closes: false, failed_group: None }
     }
 }
 
 /// Where a node is: which block, and where what that gives it stands among all parts.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Spot {
+pub(super) struct NodeCopy {
     pub block: u32,
     pub at: u32,
 }
@@ -129,16 +129,16 @@ pub(super) struct Front {
     /// Whether what the block gives to them is in its part.
     pub gives: bool,
     /// From which limit on and below which one the steps of the block stay as they are, s, whichever node has it.
-    calm: (f64, f64),
+    hold_range: (f64, f64),
     /// The same of each node, no less; none where all groups are of one step and no limit was outside yet.
-    calms: Vec<(f64, f64)>,
+    node_hold_ranges: Vec<(f64, f64)>,
     /// Whether a node has found another one.
-    stirred: AtomicBool,
+    is_check_requested: AtomicBool,
 }
 
 /// In which block, from 1, a node was met last, and its number there.
 #[derive(Debug, Clone, Copy, Default)]
-struct Mark {
+struct VisitMark {
     block: u32,
     number: u16,
 }
@@ -162,9 +162,9 @@ pub(super) struct Blocks<const D: usize> {
     pub groups: usize,
     n_groups: usize,
     start: Vec<u32>,
-    spots: Vec<Spot>,
+    spots: Vec<NodeCopy>,
     /// What blocks have in common with each stretch of nodes.
-    pub overlaps: Vec<Vec<Overlap>>,
+    pub overlaps: Vec<Vec<TileOverlap>>,
     /// What a sweep works with.
     pub locals: PerThread<Local>,
     /// To what positions are rounded, m.
@@ -173,7 +173,7 @@ pub(super) struct Blocks<const D: usize> {
     /// Whether also what is at rest is swept.
     pub never_rest: bool,
     /// Whether a node that stands where it rests can be pulled all the same: where the elements of a later mesh remember.
-    pub strained: bool,
+    pub is_prestrained: bool,
 }
 
 impl<const D: usize> Blocks<D> {
@@ -182,9 +182,9 @@ impl<const D: usize> Blocks<D> {
         let slots: Vec<Option<ElementId>> = (0..order.n_slots()).map(|slot| order.element(slot)).collect();
         let mut local = vec![[0; MAX_NODES]; slots.len()];
         let runs = slots.chunks(SLOTS).zip(local.chunks_mut(SLOTS));
-        let mut marks = vec![Mark::default(); gel.mass.len()];
+        let mut marks = vec![VisitMark::default(); gel.mass.len()];
         let mut blocks: Vec<Block> =
-            runs.zip(1..).map(|((slots, local), block)| Block::new(gel, slots, local, (block, &mut marks))).collect();
+            runs.zip(1..).map(|((slots, local), block)| Block::new(gel, slots, local, block, &mut marks)).collect();
         let mut n_parts = 0;
         for block in &mut blocks {
             block.first = n_parts;
@@ -200,15 +200,15 @@ impl<const D: usize> Blocks<D> {
             start[i + 1] += start[i];
         }
         let mut fill = start.clone();
-        let mut spots = vec![Spot { block: 0, at: 0 }; n_parts];
+        let mut spots = vec![NodeCopy { block: 0, at: 0 }; n_parts];
         for (i, block) in blocks.iter().enumerate() {
             for (number, node) in block.nodes.iter().enumerate() {
                 let at = &mut fill[node.index()];
-                spots[*at as usize] = Spot { block: i as u32, at: (block.first + number) as u32 };
+                spots[*at as usize] = NodeCopy { block: i as u32, at: (block.first + number) as u32 };
                 *at += 1;
             }
         }
-        let overlaps = Overlap::all(&blocks, n_nodes);
+        let overlaps = TileOverlap::find_all(&blocks, n_nodes);
         let still = rounding(gel.potential.rest());
         let (groups, n_groups, locals) = (SLOTS / order.width(), order.n_groups(), PerThread::new(Local::new(still)));
         let fronts = blocks.iter().map(|_| Front::default()).collect();
@@ -231,13 +231,13 @@ impl<const D: usize> Blocks<D> {
             locals,
             level: Level::new(),
             never_rest: false,
-            strained: false,
+            is_prestrained: false,
         })
     }
 
     /// Where a node is, in the order of the blocks.
     #[inline]
-    pub fn spots(&self, node: usize) -> &[Spot] {
+    pub fn spots(&self, node: usize) -> &[NodeCopy] {
         &self.spots[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
@@ -248,7 +248,7 @@ impl<const D: usize> Blocks<D> {
             let number = || (spot.at as usize - block.first) as u16;
             match block.due {
                 Due::Nothing => false,
-                Due::Some => block.around().nodes.binary_search(&number()).is_ok(),
+                Due::Some => block.active_star().nodes.binary_search(&number()).is_ok(),
                 Due::All => true,
             }
         })
@@ -261,28 +261,28 @@ impl<const D: usize> Blocks<D> {
 
     /// The groups of a block.
     pub fn groups_of(&self, block: usize) -> Range<usize> {
-        groups_of(block, self.groups, self.n_groups)
+        group_range(block, self.groups, self.n_groups)
     }
 
     /// Takes the steps of its groups into a block: within which limits a node of them leaves them as they are.
-    pub fn pace(&mut self, block: usize, (clocks, grid): (&[Clock], TickGrid)) {
+    pub fn update_steps(&mut self, block: usize, clocks: &[Clock], grid: TickGrid) {
         let groups = self.groups_of(block);
         let steps = clocks[groups.clone()].iter().map(|clock| clock.step);
         let (least, most) = steps.clone().fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
         let (all, front) = (&mut self.all[block], &mut self.fronts[block]);
         all.steps = (least, most);
         all.lengths = steps.fold(0, |all, step| all | step);
-        all.firing.clear();
-        front.calm = (grid.time(most), RAISE_MARGIN * grid.time(least));
-        front.calms.clear();
+        all.active_stars.clear();
+        front.hold_range = (grid.time(most), RAISE_MARGIN * grid.time(least));
+        front.node_hold_ranges.clear();
         if least < most {
             front.watch((all.nodes.len(), groups, &self.lanes), (clocks, grid), &[]);
         }
     }
 
     /// Σ p, N·s, and Σ κ, N/m, that the blocks give to these nodes, in their order.
-    pub fn given(&self, nodes: &[usize]) -> [Accumulated; TOGETHER] {
-        let mut parts = [[0.0; 4]; TOGETHER];
+    pub fn sum_parts(&self, nodes: &[usize]) -> [Accumulated; NODE_BATCH] {
+        let mut parts = [[0.0; 4]; NODE_BATCH];
         for (node, sum) in nodes.iter().zip(&mut parts) {
             for spot in self.spots(*node) {
                 let part = &self.parts[spot.at as usize];
@@ -294,9 +294,9 @@ impl<const D: usize> Blocks<D> {
     }
 
     /// The blocks around a node that moves must be swept from now on.
-    pub fn wake(&self, node: usize) {
+    pub fn activate_around(&self, node: usize) {
         for spot in self.spots(node) {
-            self.rouse(spot.block as usize);
+            self.activate(spot.block as usize);
         }
     }
 
@@ -308,7 +308,7 @@ impl<const D: usize> Blocks<D> {
     }
 
     /// A block must be swept from now on.
-    pub fn rouse(&self, block: usize) {
+    pub fn activate(&self, block: usize) {
         let awake = &self.all[block].awake;
         // Threads share what is written: not again and again.
         if !awake.load(Ordering::Relaxed) {
@@ -317,12 +317,12 @@ impl<const D: usize> Blocks<D> {
     }
 
     /// All steps, who moves, and nothing known of what blocks give.
-    pub fn restart(&mut self, (clocks, grid): (&[Clock], TickGrid), moves: impl Fn(usize) -> bool) {
-        let strained = self.strained;
+    pub fn reset(&mut self, clocks: &[Clock], grid: TickGrid, moves: impl Fn(usize) -> bool) {
+        let strained = self.is_prestrained;
         for i in 0..self.all.len() {
-            self.pace(i, (clocks, grid));
+            self.update_steps(i, clocks, grid);
             let block = &mut self.all[i];
-            block.known = Known::Nothing;
+            block.cache = SweepCache::Empty;
             block.restless = true;
             *block.awake.get_mut() = strained || block.nodes.iter().any(|node| moves(node.index()));
         }
@@ -332,9 +332,10 @@ impl<const D: usize> Blocks<D> {
     pub fn bytes(&self) -> usize {
         let of = |block: &Block| {
             let own = 4 * block.nodes.capacity();
-            size_of::<Block>() + own + block.firing.values().map(Around::bytes).sum::<usize>()
+            size_of::<Block>() + own + block.active_stars.values().map(GroupStar::bytes).sum::<usize>()
         };
-        let fronts = self.fronts.iter().map(|front| size_of::<Front>() + 16 * front.calms.capacity()).sum::<usize>();
+        let fronts =
+            self.fronts.iter().map(|front| size_of::<Front>() + 16 * front.node_hold_ranges.capacity()).sum::<usize>();
         let parts = size_of::<Accumulated>() * self.parts.len() + fronts;
         self.lanes.bytes()
             + size_of_val(self.memory.as_slice())
@@ -347,7 +348,7 @@ impl<const D: usize> Blocks<D> {
 }
 
 /// The groups of a block, of so many to a block and in all.
-pub(super) fn groups_of(block: usize, groups: usize, all: usize) -> Range<usize> {
+pub(super) fn group_range(block: usize, groups: usize, all: usize) -> Range<usize> {
     block * groups..all.min((block + 1) * groups)
 }
 
@@ -362,49 +363,51 @@ impl Front {
         (clocks, grid): (&[Clock], TickGrid),
         limits: &[f64],
     ) {
-        self.calms.clear();
-        self.calms.resize(n_nodes, (0.0, f64::INFINITY));
+        self.node_hold_ranges.clear();
+        self.node_hold_ranges.resize(n_nodes, (0.0, f64::INFINITY));
         for group in groups {
             let step = grid.time(clocks[group].step);
             let (mut least, raised) = ((f64::INFINITY, 0), RAISE_MARGIN * step);
             lanes.nodes(group, |number| {
                 let number = usize::from(number);
-                self.calms[number].0 = self.calms[number].0.max(step);
+                self.node_hold_ranges[number].0 = self.node_hold_ranges[number].0.max(step);
                 let limit = limits.get(number).copied().unwrap_or(f64::INFINITY);
                 least = if limit < least.0 { (limit, number) } else { least };
             });
-            let mut bound = |number: usize| self.calms[number].1 = self.calms[number].1.min(raised);
+            let mut bound =
+                |number: usize| self.node_hold_ranges[number].1 = self.node_hold_ranges[number].1.min(raised);
             if least.0 < raised { bound(least.1) } else { lanes.nodes(group, |number| bound(usize::from(number))) }
         }
     }
 
     /// At the start of the node phase of a tick.
-    pub fn open(&mut self, block: &Block) {
-        self.gives = block.gives();
-        *self.stirred.get_mut() = !block.may_be_calm();
+    pub fn prepare(&mut self, block: &Block) {
+        self.gives = block.contributes();
+        *self.is_check_requested.get_mut() = !block.may_hold_steps();
     }
 
     /// Whether limits between these, s, leave all steps as they are, whichever nodes have them.
     #[inline]
-    pub fn calms_all(&self, (least, most): (f64, f64)) -> bool {
-        self.calm.0 <= least && most < self.calm.1
+    pub fn holds_for_all(&self, least: f64, most: f64) -> bool {
+        self.hold_range.0 <= least && most < self.hold_range.1
     }
 
     /// Whether this limit, s, of a node, by its number within the block, does.
     #[inline]
-    pub fn calms_at(&self, number: usize, limit: f64) -> bool {
+    pub fn holds_at(&self, number: usize, limit: f64) -> bool {
         // What no node of the block finds anything in needs no look at its own.
-        self.calms_all((limit, limit)) || self.calms.get(number).is_some_and(|own| own.0 <= limit && limit < own.1)
+        self.holds_for_all(limit, limit)
+            || self.node_hold_ranges.get(number).is_some_and(|own| own.0 <= limit && limit < own.1)
     }
 
     /// A node has found another one.
-    pub fn stir(&self) {
-        self.stirred.store(true, Ordering::Relaxed);
+    pub fn request_check(&self) {
+        self.is_check_requested.store(true, Ordering::Relaxed);
     }
 
     /// Whether no limit may change a step.
     pub fn is_calm(&mut self) -> bool {
-        !*self.stirred.get_mut()
+        !*self.is_check_requested.get_mut()
     }
 }
 
@@ -413,7 +416,8 @@ impl Block {
         gel: &Gel<D, P>,
         slots: &[Option<ElementId>],
         local: &mut [[u16; MAX_NODES]],
-        (block, marks): (u32, &mut [Mark]),
+        block: u32,
+        marks: &mut [VisitMark],
     ) -> Self {
         let elements = || slots.iter().flatten();
         let mut nodes: Vec<NodeId> = vec![];
@@ -448,32 +452,32 @@ impl Block {
     }
 
     /// Whether it must be swept at this tick: at rest, what it would answer is known once it was swept so as a whole.
-    pub fn is_wanted(&self) -> bool {
-        self.due != Due::Nothing && (self.is_awake() || self.known != Known::Rest)
+    pub fn needs_sweep(&self) -> bool {
+        self.due != Due::Nothing && (self.is_awake() || self.cache != SweepCache::AtRest)
     }
 
     /// Its elements that must be swept at this tick.
-    pub fn wanted(&self) -> u64 {
-        if self.is_wanted() { self.n_due } else { 0 }
+    pub fn elements_to_sweep(&self) -> u64 {
+        if self.needs_sweep() { self.n_active_elements } else { 0 }
     }
 
     /// Whether what it gives to its nodes at this tick is in its part.
-    pub fn gives(&self) -> bool {
+    pub fn contributes(&self) -> bool {
         self.due != Due::Nothing && self.is_awake()
     }
 
     /// Whether all its steps stay as they are unless a node finds a limit that changes one: all have begun, and none is about to
     /// be raised.
-    fn may_be_calm(&self) -> bool {
-        self.gives() && !self.restless && self.steps.0 > 0
+    fn may_hold_steps(&self) -> bool {
+        self.contributes() && !self.restless && self.steps.0 > 0
     }
 
     /// What is around the groups that fire, where some do.
     ///
     /// # Panics
     /// Where none or all do, or before what fires is found out and swept.
-    pub fn around(&self) -> &Around {
-        let around = self.firing.get(&self.longest).expect("it is found out first what fires");
+    pub fn active_star(&self) -> &GroupStar {
+        let around = self.active_stars.get(&self.longest_active).expect("it is found out first what fires");
         debug_assert!(!around.nodes.is_empty(), "a sweep comes before what is around");
         around
     }
@@ -481,7 +485,7 @@ impl Block {
     /// The numbers of its nodes that fire.
     pub fn active(&self) -> impl Iterator<Item = usize> + '_ {
         let all = if self.due == Due::All { 0..self.nodes.len() } else { 0..0 };
-        let some = if self.due == Due::Some { self.around().nodes.as_slice() } else { &[] };
+        let some = if self.due == Due::Some { self.active_star().nodes.as_slice() } else { &[] };
         all.chain(some.iter().map(|number| usize::from(*number)))
     }
 }

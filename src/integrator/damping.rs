@@ -8,20 +8,20 @@ use crate::math::{Vector, Vector3, embed};
 
 /// What damping takes out of nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Damped {
+pub(super) struct DampingLoss {
     /// Σ J·(v⁻ + v⁺)/2, J.
     pub energy: f64,
     momentum: Vector3,
     angular_momentum: Vector3,
 }
 
-impl Default for Damped {
+impl Default for DampingLoss {
     fn default() -> Self {
         Self { energy: 0.0, momentum: Vector3::zeros(), angular_momentum: Vector3::zeros() }
     }
 }
 
-impl std::ops::Add for Damped {
+impl std::ops::Add for DampingLoss {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
@@ -33,9 +33,9 @@ impl std::ops::Add for Damped {
     }
 }
 
-impl Damped {
+impl DampingLoss {
     /// The impulse on a node at `at`.
-    pub fn add<const D: usize>(&mut self, freedom: Freedom, (at, impulse): (&Vector<D>, &Vector<D>)) {
+    pub fn add_impulse<const D: usize>(&mut self, freedom: Freedom, at: &Vector<D>, impulse: &Vector<D>) {
         let impulse = embed(impulse);
         self.momentum += freedom.translation(&impulse);
         self.angular_momentum += freedom.rotation(&embed(at).cross(&impulse));
@@ -69,10 +69,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if self.rules.damping <= 0.0 {
             return;
         }
-        let (freedom, mut damped) = (self.freedom(), Damped::default());
+        let (freedom, mut damped) = (self.freedom(), DampingLoss::default());
         for a in self.scratch.active.of_reference().iter().map(|a| *a as usize) {
             self.state.velocity[a] += self.scratch.before[a] * self.scratch.fade[a];
-            damped.add(freedom, (&self.state.position[a], &self.drag(a)));
+            damped.add_impulse(freedom, &self.state.position[a], &self.drag(a));
         }
         damped.post(&mut self.state.ledger);
     }

@@ -19,17 +19,17 @@ pub(super) struct Order {
     depth: usize,
     /// The patches as they stand.
     patches: Vec<u32>,
-    /// The element at each slot; [`EMPTY`] where a patch is smaller or there is none.
+    /// The element at each slot; [`EMPTY_SLOT`] where a patch is smaller or there is none.
     slots: Vec<u32>,
     /// The slot of each element.
-    of: Vec<u32>,
+    slot_of: Vec<u32>,
 }
 
-const EMPTY: u32 = u32::MAX;
+const EMPTY_SLOT: u32 = u32::MAX;
 
 /// What decides where a patch stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub(super) struct Rank {
+pub(super) struct SortKey {
     /// Patches of one class stand beside each other; in which block of them, by their numbers.
     pub class: u64,
     /// Where in a block those of a class stand; equal ones by their numbers.
@@ -38,26 +38,26 @@ pub(super) struct Rank {
 
 impl Order {
     /// Patches by `rank`.
-    pub fn new<const D: usize, P: Potential<D>>(potential: &P, lanes: usize, rank: impl Fn(usize) -> Rank) -> Self {
+    pub fn new<const D: usize, P: Potential<D>>(potential: &P, lanes: usize, rank: impl Fn(usize) -> SortKey) -> Self {
         let all = potential.patches();
         let depth = if all.largest() > 1 { places(D) } else { 1 };
         assert!(all.largest() <= depth, "a patch has at most {depth} elements");
-        let ranks: Vec<Rank> = (0..all.len()).map(rank).collect();
-        let mut patches = ranked(&ranks.iter().map(|rank| rank.class).collect::<Vec<_>>());
+        let ranks: Vec<SortKey> = (0..all.len()).map(rank).collect();
+        let mut patches = sorted_places(&ranks.iter().map(|rank| rank.class).collect::<Vec<_>>());
         for block in patches.chunks_mut(SLOTS / depth) {
             block.sort_by_key(|patch| ranks[*patch as usize]);
         }
         let groups = patches.len().div_ceil(lanes);
-        let mut slots = vec![EMPTY; groups * lanes * depth];
-        let mut of = vec![0; potential.len()];
+        let mut slots = vec![EMPTY_SLOT; groups * lanes * depth];
+        let mut slot_of = vec![0; potential.len()];
         for (at, patch) in patches.iter().enumerate() {
             for (k, element) in all.of(*patch as usize).iter().enumerate() {
                 let slot = (at / lanes * depth + k) * lanes + at % lanes;
                 slots[slot] = element.0;
-                of[element.index()] = slot as u32;
+                slot_of[element.index()] = slot as u32;
             }
         }
-        Self { lanes, depth, patches, slots, of }
+        Self { lanes, depth, patches, slots, slot_of }
     }
 
     /// Places of a patch.
@@ -83,7 +83,7 @@ impl Order {
     /// The slot of an element.
     #[inline]
     pub fn slot(&self, element: ElementId) -> usize {
-        self.of[element.index()] as usize
+        self.slot_of[element.index()] as usize
     }
 
     /// The group of an element.
@@ -94,7 +94,7 @@ impl Order {
 
     /// The element at a slot.
     pub fn element(&self, slot: usize) -> Option<ElementId> {
-        Some(self.slots[slot]).filter(|element| *element != EMPTY).map(ElementId)
+        Some(self.slots[slot]).filter(|element| *element != EMPTY_SLOT).map(ElementId)
     }
 
     /// The patches of a group.
@@ -109,7 +109,7 @@ impl Order {
 
     /// The elements of a run of slots.
     pub fn elements(&self, slots: Range<usize>) -> impl Iterator<Item = ElementId> + '_ {
-        self.slots[slots].iter().filter(|element| **element != EMPTY).map(|element| ElementId(*element))
+        self.slots[slots].iter().filter(|element| **element != EMPTY_SLOT).map(|element| ElementId(*element))
     }
 
     /// What belongs to elements, by slot; 0 at empty ones.
@@ -119,12 +119,12 @@ impl Order {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        4 * (self.patches.len() + self.slots.len() + self.of.len())
+        4 * (self.patches.len() + self.slots.len() + self.slot_of.len())
     }
 }
 
 /// The places of these numbers in ascending order, equal ones as they stand: counted, because few are different.
-fn ranked(ranks: &[u64]) -> Vec<u32> {
+fn sorted_places(ranks: &[u64]) -> Vec<u32> {
     let mut begins = BTreeMap::new();
     let mut last = (0, 0);
     for rank in ranks {
@@ -160,7 +160,7 @@ mod tests {
     /// Orders the patches of a gel by some ranks.
     fn stand(gel: &Gel<3, Simplices<3>>) {
         let n = gel.potential.patches().len() as u64;
-        let ranks: Vec<Rank> = (0..n).map(|i| Rank { class: i * i % 5, within: i * 7 % 11 }).collect();
+        let ranks: Vec<SortKey> = (0..n).map(|i| SortKey { class: i * i % 5, within: i * 7 % 11 }).collect();
         let order = Order::new(&gel.potential, LANES, |patch| ranks[patch]);
         let classes: Vec<u64> = order.patches.iter().map(|patch| ranks[*patch as usize].class).collect();
         assert!(order.n_slots() > 2 * SLOTS && classes.is_sorted());
@@ -182,7 +182,7 @@ mod tests {
         let ranks = [5, 5, 3, 0, 5, u64::MAX, 3, 3, 0];
         let mut sorted: Vec<u32> = (0..9).collect();
         sorted.sort_by_key(|place| ranks[*place as usize]);
-        assert_eq!(ranked(&ranks), sorted);
-        assert!(ranked(&[]).is_empty());
+        assert_eq!(sorted_places(&ranks), sorted);
+        assert!(sorted_places(&[]).is_empty());
     }
 }

@@ -1,8 +1,8 @@
 //! What the groups that fire leave in their clocks, and the residuals of their steps (numerics A6).
 
 use super::blocks::{Block, Blocks};
-use super::element_loop::split;
-use super::pool::{Cut, share};
+use super::element_loop::count_for_share;
+use super::pool::{SplitWork, share_work};
 use super::substep::{Moment, Phase};
 use super::{Pool, TickGrid};
 use crate::fem::{GroupAnswer, Spent};
@@ -10,15 +10,15 @@ use crate::state::Clock;
 
 /// What the groups of a block that fire, or of all blocks, come to.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Settled {
+pub(super) struct StepResidual {
     /// Σ ΔV + Σ A of the last tick − Σ A of this one, J.
     pub residual: f64,
     /// What they store and have lost.
     pub spent: Spent,
 }
 
-impl Settled {
-    fn and(mut self, other: &Self) -> Self {
+impl StepResidual {
+    fn merge(mut self, other: &Self) -> Self {
         self.residual += other.residual;
         self.spent += other.spent;
         self
@@ -26,7 +26,7 @@ impl Settled {
 }
 
 /// Blocks from some one on, with the clocks and the answers of their groups.
-struct Books<'a> {
+struct ClockUpdate<'a> {
     blocks: &'a mut [Block],
     clocks: &'a mut [Clock],
     answers: &'a [GroupAnswer],
@@ -34,11 +34,11 @@ struct Books<'a> {
     groups: usize,
 }
 
-impl Cut for Books<'_> {
+impl SplitWork for ClockUpdate<'_> {
     /// By the elements of the blocks that fire.
-    fn cut(self, part: usize, of: usize) -> (Self, Self) {
+    fn split_at_part(self, part: usize, of: usize) -> (Self, Self) {
         let Self { blocks, clocks, answers, groups } = self;
-        let middle = split(blocks, part as f64 / of as f64);
+        let middle = count_for_share(blocks, part as f64 / of as f64);
         let at = clocks.len().min(middle * groups);
         let (blocks, more_blocks) = blocks.split_at_mut(middle);
         let (clocks, more_clocks) = clocks.split_at_mut(at);
@@ -49,41 +49,45 @@ impl Cut for Books<'_> {
 }
 
 /// Elements above which books are shared, 0.25 ns each: those of 169 200 take 41 µs by one thread and 30 by two that are awake.
-const SHARED_BOOKS: u64 = 50_000;
+const MIN_SHARED_UPDATES: u64 = 50_000;
 
 impl<const D: usize> Blocks<D> {
     /// Takes the answers of all groups that fire into their clocks, block by block; what they come to does not depend on the threads.
-    pub fn settle(
+    pub fn update_clocks(
         &mut self,
-        (grid, moment): (TickGrid, Moment),
-        (clocks, answers): (&mut [Clock], &[GroupAnswer]),
+        grid: TickGrid,
+        moment: Moment,
+        clocks: &mut [Clock],
+        answers: &[GroupAnswer],
         pool: Option<&Pool>,
-    ) -> Settled {
+    ) -> StepResidual {
         let updates = self.all.iter().filter_map(|block| block.report).map(|report| report.updates).sum::<u64>();
-        let pool = pool.filter(|_| updates > SHARED_BOOKS);
+        let pool = pool.filter(|_| updates > MIN_SHARED_UPDATES);
         let ahead = |clock: &Clock| grid.time(moment.ahead(clock.step));
         // What is at rest where a mesh begins was swept once, and not once more.
         let answered = |block: &Block| block.report.is_some() || moment.phase == Phase::First;
-        share((pool, self.all.len()), Books { blocks: &mut self.all, clocks, answers, groups: self.groups }, |books| {
-            let of_blocks = books.clocks.chunks_mut(books.groups).zip(books.answers.chunks(books.groups));
-            let swept = books.blocks.iter_mut().zip(of_blocks).filter(|(block, _)| answered(block));
+        let n_blocks = self.all.len();
+        let work = ClockUpdate { blocks: &mut self.all, clocks, answers, groups: self.groups };
+        share_work(pool, n_blocks, work, |update| {
+            let of_blocks = update.clocks.chunks_mut(update.groups).zip(update.answers.chunks(update.groups));
+            let swept = update.blocks.iter_mut().zip(of_blocks).filter(|(block, _)| answered(block));
             for (block, (clocks, answers)) in swept {
                 // In one pass without a look back: a sum kept in the block is written and read again for each group.
                 let mut residual = 0.0;
                 for (clock, answer) in clocks.iter_mut().zip(answers).filter(|(clock, _)| moment.fires(clock.step)) {
-                    residual += settle(clock, answer, ahead(clock));
+                    residual += update_clock(clock, answer, ahead(clock));
                 }
-                block.settled = Settled { residual, spent: block.spent };
+                block.step_residual = StepResidual { residual, spent: block.spent };
             }
         });
         let swept = self.all.iter().filter(|block| answered(block));
-        swept.fold(Settled::default(), |sum, block| sum.and(&block.settled))
+        swept.fold(StepResidual::default(), |sum, block| sum.merge(&block.step_residual))
     }
 }
 
 /// Takes an answer into a clock; what V and A changed by, J. Zeros have no sign there: what is at rest and is swept once more, as after
 /// a restart, may find the other one.
-pub(super) fn settle(clock: &mut Clock, answer: &GroupAnswer, step: f64) -> f64 {
+pub(super) fn update_clock(clock: &mut Clock, answer: &GroupAnswer, step: f64) -> f64 {
     let ahead = 0.5 * step * answer.power;
     let residual = answer.energy - clock.energy + clock.ahead - ahead;
     (clock.energy, clock.ahead) = (answer.energy + 0.0, ahead + 0.0);

@@ -5,10 +5,10 @@ use super::element_order::Order;
 use super::handover::{Ends, Passage};
 use super::neighbour_list::{Watch, least};
 use super::node_loop::RUN;
-use super::schedule::{Kind, Queue};
-use super::sort_keys::order;
+use super::schedule::{EventQueue, Kind};
+use super::sort_keys::element_layout;
 use super::substep::Phase;
-use super::workspace::Scratch;
+use super::workspace::Workspace;
 use super::{Gel, Pool, StepError, TickGrid};
 use crate::contact::{Body, BodyState, Freedom, Law};
 use crate::fem::{Measured, Potential};
@@ -57,9 +57,9 @@ pub struct Engine<const D: usize, P> {
     /// The fast form, if the potential has lanes and the schedule and the law allow it.
     pub(super) blocks: Option<Blocks<D>>,
     pub(super) watch: Watch,
-    pub(super) scratch: Scratch<D>,
+    pub(super) scratch: Workspace<D>,
     pub(super) pool: Option<Arc<Pool>>,
-    pub(super) queue: Queue,
+    pub(super) queue: EventQueue,
     /// Least and greatest step of any group, ticks.
     pub(super) steps: (Tick, Tick),
     /// Shortest and longest stable step of an element when the mesh was new, ticks.
@@ -75,7 +75,7 @@ pub struct Engine<const D: usize, P> {
     /// Whether the gap clocks know of the last event of every body.
     pub(super) placed: bool,
     /// Up to which tick nothing happens, when the gel is still.
-    pub(super) quiet: Option<Tick>,
+    pub(super) quiet_until: Option<Tick>,
     start: Start,
 }
 
@@ -135,14 +135,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let memory = memory.unwrap_or_else(|| gel.fresh_memory());
         let measured = gel.measure(&position, &memory);
         let steps = steps.unwrap_or_else(|| super::step_size::stable_steps(&gel, &measured.stiffness, rules.cfl));
-        let (grid, step) = grid_of(&steps, grid)?;
+        let (grid, step) = tick_grid(&steps, grid)?;
         record.synchronous = (step, origin, record.synchronous.2);
-        let order = order(&gel, &rules, |element| grid.ticks(steps[element.index()]));
+        let order = element_layout(&gel, &rules, |element| grid.ticks(steps[element.index()]));
         let state = State {
             excess: vec![0.0; position.len()],
             stiffness: order.by_slot(&measured.stiffness),
-            clocks: clocks(&gel, &order, &measured),
-            alarms: vec![Alarm::default(); rules.schedule.alarms(order.n_groups())],
+            clocks: initial_clocks(&gel, &order, &measured),
+            alarms: vec![Alarm::default(); rules.schedule.n_alarms(order.n_groups())],
             birth: None,
             now: None,
             bodies: at,
@@ -152,22 +152,22 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             position,
             velocity,
         };
-        let scratch = Scratch::new(state.position.len(), gel.surface.nodes.len(), order.n_groups());
+        let scratch = Workspace::new(state.position.len(), gel.surface.nodes.len(), order.n_groups());
         let gel = Arc::new(gel);
         let watch = Watch::new(&gel.surface, (0.0, vec![]), |node| embed(&state.position[node]));
         let start = start.unwrap_or_else(|| Start::of(&gel, &bodies, &state));
         let mut engine = Self {
-            blocks: blocks(&gel, &order, &rules),
+            blocks: element_blocks(&gel, &order, &rules),
             last: vec![origin; state.position.len()],
             order: Arc::new(order),
             pool: None,
-            queue: Queue::default(),
+            queue: EventQueue::default(),
             steps: (0, 0),
             ends: Ends::default(),
             failure: None,
             origin,
             phase: Phase::First,
-            quiet: None,
+            quiet_until: None,
             placed: false,
             first: (step, grid.ticks(steps.iter().copied().fold(0.0, f64::max))),
             gel,
@@ -259,7 +259,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             nodes: self.gel.mass.len(),
             slots: self.order.n_slots(),
             groups: self.order.n_groups(),
-            alarms: self.rules.schedule.alarms(self.order.n_groups()),
+            alarms: self.rules.schedule.n_alarms(self.order.n_groups()),
             memories: self.gel.n_memories(),
             bodies: self.bodies.len(),
             born: state.birth.as_ref().map_or(0, |birth| birth.mesh.elements.len()),
@@ -313,27 +313,27 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     pub(super) fn derive(&mut self) {
         let state = &self.state;
         let queued = self.rules.schedule == Kind::Queue && state.now.is_some();
-        self.queue = Queue::new(if queued { &state.alarms } else { &[] });
-        self.quiet = None;
+        self.queue = EventQueue::new(if queued { &state.alarms } else { &[] });
+        self.quiet_until = None;
         if let Some(blocks) = &mut self.blocks {
             let (rest, zero) = (self.gel.potential.rest(), Vector::<D>::zeros());
             let moves = |node: usize| state.velocity[node] != zero || state.position[node] != rest[node];
-            blocks.strained = self.gel.potential.remembers() && self.origin > 0;
-            blocks.restart((&state.clocks, self.grid), moves);
-            blocks.remember(&self.order, &state.memory);
+            blocks.is_prestrained = self.gel.potential.remembers() && self.origin > 0;
+            blocks.reset(&state.clocks, self.grid, moves);
+            blocks.load_history(&self.order, &state.memory);
         }
         let speed = |run: &[Vector<D>]| run.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max).sqrt();
         let speeds: Vec<f64> = state.velocity.chunks(RUN).map(speed).collect();
         let now = self.grid.time(state.now.unwrap_or(self.origin));
-        self.find_last();
+        self.derive_last_ticks();
         let place = |node: usize| embed(&self.position_at(NodeId(node as u32), now));
         self.watch = Watch::new(&self.gel.surface, (now, speeds), place);
         self.placed = false;
-        self.find_steps();
+        self.update_step_range();
     }
 
     /// The last tick of each node: the latest of the groups around it.
-    fn find_last(&mut self) {
+    fn derive_last_ticks(&mut self) {
         let (state, order, gel, all) = (&self.state, &self.order, &self.gel, &mut self.last);
         let now = state.now.unwrap_or(self.origin);
         let last = |group: usize| match self.rules.schedule {
@@ -363,7 +363,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// The least and the greatest step of any group, which blocks know of theirs.
-    pub(super) fn find_steps(&mut self) {
+    pub(super) fn update_step_range(&mut self) {
         let all = |(least, most): (Tick, Tick), of: (Tick, Tick)| (least.min(of.0), most.max(of.1));
         let none = (Tick::MAX, 0);
         self.steps = match &self.blocks {
@@ -380,7 +380,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Replaces a body's state or wrench at its own time, an event; what changed is booked by the caller.
     pub fn set_body(&mut self, body: usize, state: &BodyState) {
         self.state.bodies[body] = *state;
-        (self.quiet, self.placed) = (None, false);
+        (self.quiet_until, self.placed) = (None, false);
     }
 
     /// The books, for what is done to a body from outside.
@@ -411,13 +411,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 }
 
 /// The fast form, if there can be one.
-fn blocks<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, order: &Order, rules: &Rules) -> Option<Blocks<D>> {
+fn element_blocks<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, order: &Order, rules: &Rules) -> Option<Blocks<D>> {
     let fast = rules.law != Law::Reversal && rules.schedule != Kind::Queue;
     fast.then(|| Blocks::new(gel, order)).flatten()
 }
 
 /// The grid of these stable steps, unless there is one, and the shortest of them, ticks.
-pub(super) fn grid_of(steps: &[f64], grid: Option<TickGrid>) -> Result<(TickGrid, f64), NoStep> {
+pub(super) fn tick_grid(steps: &[f64], grid: Option<TickGrid>) -> Result<(TickGrid, f64), NoStep> {
     let step = steps.iter().copied().fold(f64::INFINITY, least);
     if !step.is_normal() {
         return Err(NoStep { step, corners: vec![] });
@@ -427,7 +427,7 @@ pub(super) fn grid_of(steps: &[f64], grid: Option<TickGrid>) -> Result<(TickGrid
 }
 
 /// Clocks that have not begun, with the energies there are.
-fn clocks<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, order: &Order, measured: &Measured) -> Vec<Clock> {
+fn initial_clocks<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, order: &Order, measured: &Measured) -> Vec<Clock> {
     let crushed = |element: &ElementId| gel.potential.is_crushed(measured.jacobian[element.index()]);
     let clock = |group: usize| Clock {
         energy: order.patches(group).iter().map(|patch| measured.energy[*patch as usize]).sum::<f64>() + 0.0,

@@ -11,14 +11,14 @@ pub struct TickGrid {
 const HEADROOM: f64 = 1024.0;
 
 /// Fraction of a tick by which a communication point may miss it and still include it (A3).
-const SLACK: f64 = 1e-3;
+const TICK_TOLERANCE: f64 = 1e-3;
 
-/// Part of the elements whose steps are taken to fall by [`FALL`] once the gel moves. Without them a bin was put 1.6 % below the steps of
+/// Part of the elements whose steps are taken to fall by [`SHRINKAGE`] once the gel moves. Without them a bin was put 1.6 % below the steps of
 /// four fifths of a million tetrahedra under a ball, no better at rest than one 7 % below: a twentieth of these fell out of it, and the run
 /// took 12 % longer. From 0.05 on a bin is no more put right on steps that all are equal.
-const FALLING: f64 = 0.02;
+const SHRINKING_FRACTION: f64 = 0.02;
 /// What is left of a step that falls.
-const FALL: f64 = 0.95;
+const SHRINKAGE: f64 = 0.95;
 
 impl TickGrid {
     /// The grid for these stable steps at rest, s: a 1024th of the smallest or less; of the sixteen lengths in an octave the
@@ -31,9 +31,11 @@ impl TickGrid {
         let smallest = steps.iter().copied().fold(f64::INFINITY, f64::min);
         assert!(smallest > 0.0 && smallest.is_finite(), "stable steps must be positive");
         let bin = |step: f64, tau: f64| tau * floor_power_of_two(step / tau);
-        let rate_of = |step: f64, tau: f64| (1.0 - FALLING) / bin(step, tau) + FALLING / bin(FALL * step, tau);
+        let rate_of = |step: f64, tau: f64| {
+            (1.0 - SHRINKING_FRACTION) / bin(step, tau) + SHRINKING_FRACTION / bin(SHRINKAGE * step, tau)
+        };
         let rate = |tau: f64| crate::math::ordered_sum(steps.len(), 0.0, |i| rate_of(steps[i], tau));
-        let candidates = (16..=31).map(|q| finest(f64::from(q), smallest / HEADROOM));
+        let candidates = (16..=31).map(|q| longest_fitting(f64::from(q), smallest / HEADROOM));
         let tau = candidates.map(|tau| (rate(tau), tau)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |best| best.1);
         Self { tau }
     }
@@ -62,18 +64,18 @@ impl TickGrid {
     /// The first tick at or after time `t`: ⌈t/τ − 10⁻³⌉.
     #[must_use]
     pub fn first_tick(&self, t: f64) -> Tick {
-        (t / self.tau - SLACK).ceil().max(0.0) as Tick
+        (t / self.tau - TICK_TOLERANCE).ceil().max(0.0) as Tick
     }
 
     /// The last tick that belongs to a step ending at time `t`: ⌊t/τ + 10⁻³⌋.
     #[must_use]
     pub fn last_tick(&self, t: f64) -> Tick {
-        (t / self.tau + SLACK).floor().max(0.0) as Tick
+        (t / self.tau + TICK_TOLERANCE).floor().max(0.0) as Tick
     }
 }
 
 /// q 2⁻ᵏ for the k with q 2⁻ᵏ ≤ `longest` < q 2¹⁻ᵏ.
-fn finest(q: f64, longest: f64) -> f64 {
+fn longest_fitting(q: f64, longest: f64) -> f64 {
     q * floor_power_of_two(longest / q)
 }
 
@@ -123,6 +125,6 @@ mod tests {
         let classes = [(47, 1.0), (1, 1.095), (66, 1.225), (1, 1.291), (63, 1.354), (790, SQRT_2)];
         let steps = classes.iter().flat_map(|(n, step)| vec![1.2342e-5 * step; *n]).collect::<Vec<_>>();
         let above = above_its_bin(&steps, 1.2342e-5 * SQRT_2);
-        assert!((1.0 / FALL..1.1 / FALL).contains(&above), "{above}");
+        assert!((1.0 / SHRINKAGE..1.1 / SHRINKAGE).contains(&above), "{above}");
     }
 }

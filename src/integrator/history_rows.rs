@@ -9,23 +9,23 @@ use std::ops::Range;
 
 impl<const D: usize> Blocks<D> {
     /// Takes over what the elements remember.
-    pub fn remember(&mut self, order: &Order, memory: &[Memory<D>]) {
+    pub fn load_history(&mut self, order: &Order, memory: &[Memory<D>]) {
         let Self { lanes, memory: batches, memories, .. } = self;
         for (batch, rows) in batches.chunks_exact_mut(lanes.rows().max(1)).enumerate() {
             for lane in 0..LANES {
                 if let Some(element) = order.element(batch * LANES + lane) {
-                    lanes.remember(rows, lane, &memory[of_element(element, *memories)]);
+                    lanes.remember(rows, lane, &memory[history_range(element, *memories)]);
                 }
             }
         }
-        self.all.iter_mut().for_each(|block| block.is_ahead = false);
+        self.all.iter_mut().for_each(|block| block.has_unsaved_history = false);
     }
 
     /// Hands on what the elements of some slots remember.
-    fn recall(&self, slots: Range<usize>, order: &Order, memory: &mut [Memory<D>]) {
+    fn store_history(&self, slots: Range<usize>, order: &Order, memory: &mut [Memory<D>]) {
         for slot in slots {
             if let (Some(rows), Some(element)) = (self.rows(slot), order.element(slot)) {
-                self.lanes.recall(rows, slot % LANES, &mut memory[of_element(element, self.memories)]);
+                self.lanes.recall(rows, slot % LANES, &mut memory[history_range(element, self.memories)]);
             }
         }
     }
@@ -47,27 +47,27 @@ impl<const D: usize> Blocks<D> {
 }
 
 /// Where the memories of an element are among those of all, so many of each.
-fn of_element(element: ElementId, memories: usize) -> Range<usize> {
+fn history_range(element: ElementId, memories: usize) -> Range<usize> {
     element.index() * memories..(element.index() + 1) * memories
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Lets the state know what the elements remember.
-    pub(super) fn recall(&mut self) {
+    pub(super) fn store_history(&mut self) {
         let Some(blocks) = &mut self.blocks else { return };
         let n_slots = self.order.n_slots();
         for i in 0..blocks.all.len() {
-            if std::mem::take(&mut blocks.all[i].is_ahead) {
+            if std::mem::take(&mut blocks.all[i].has_unsaved_history) {
                 let slots = i * SLOTS..n_slots.min((i + 1) * SLOTS);
-                blocks.recall(slots, &self.order, &mut self.state.memory);
+                blocks.store_history(slots, &self.order, &mut self.state.memory);
             }
         }
     }
 
     /// What the elements of a group answered that was swept at this tick, once more, element by element.
-    pub(super) fn ask_again(&mut self, group: usize, elements: &mut Vec<(ElementId, Answer<D>)>) {
+    pub(super) fn reevaluate_group(&mut self, group: usize, elements: &mut Vec<(ElementId, Answer<D>)>) {
         let Some(blocks) = &self.blocks else { return };
-        blocks.recall(self.order.slots(group), &self.order, &mut self.state.memory);
+        blocks.store_history(self.order.slots(group), &self.order, &mut self.state.memory);
         for patch in self.order.patches(group) {
             let own = self.gel.potential.patches().of(*patch as usize);
             let (mut answers, viscous) = ([Answer::default(); DEPTH], blocks.viscous(&self.order, own));

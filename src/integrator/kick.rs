@@ -2,9 +2,9 @@
 
 use super::blocks::Blocks;
 use super::contact_solver::Touch;
-use super::energy_residual::settle;
+use super::energy_residual::update_clock;
 use super::engine::Engine;
-use super::node_loop::NodeSums;
+use super::node_loop::KickSums;
 use super::step_size::Change;
 use super::substep::Phase;
 use crate::contact::{Freedom, Law, Motion};
@@ -61,7 +61,7 @@ impl Taken {
 
 /// A node that a pressure or a contact may push, and its velocities before the kicks of the tick and before these.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Carrier<const D: usize> {
+pub(super) struct ImpulseNode<const D: usize> {
     pub node: NodeId,
     pub before: Vector<D>,
     pub kicked: Vector<D>,
@@ -69,30 +69,30 @@ pub(super) struct Carrier<const D: usize> {
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// What is left of the kicks of the fast form after its nodes were kicked, then the pressures and the contact solve; Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
-    pub(super) fn kick_fast(&mut self, tick: Tick, sums: &NodeSums) -> f64 {
-        let begun = (self.phase == Phase::First).then(|| self.begin(tick));
+    pub(super) fn kick_fast(&mut self, tick: Tick, sums: &KickSums) -> f64 {
+        let begun = (self.phase == Phase::First).then(|| self.take_first_kick(tick));
         let sums = begun.as_ref().unwrap_or(sums);
-        sums.taken.post(&mut self.state.ledger);
-        sums.damped.post(&mut self.state.ledger);
+        sums.reaction.post(&mut self.state.ledger);
+        sums.damping.post(&mut self.state.ledger);
         self.note_speeds();
-        let mended = if begun.is_some() { 0.0 } else { self.mend_kicks() };
-        self.find_carriers();
+        let mended = if begun.is_some() { 0.0 } else { self.correct_kicks() };
+        self.find_impulse_nodes();
         self.press(tick);
         if let Law::Moreau { restitution, friction, .. } = self.rules.law {
             self.solve(restitution, friction);
         }
-        sums.work + mended + self.settle_carriers(tick)
+        sums.work + mended + self.account_for_impulses(tick)
     }
 
     /// The kicks with which a mesh begins: its first sweep found the steps, with one more every group takes half of its own.
-    fn begin(&mut self, tick: Tick) -> NodeSums {
+    fn take_first_kick(&mut self, tick: Tick) -> KickSums {
         self.answer(tick);
         self.stiffen();
         self.advance_nodes(tick)
     }
 
     /// The kicks of groups whose step has changed: half of the step ahead, where a sweep has taken half of the planned one.
-    fn mend_kicks(&mut self) -> f64 {
+    fn correct_kicks(&mut self) -> f64 {
         let mut answers = std::mem::take(&mut self.scratch.reference.elements);
         let mut work = 0.0;
         for i in 0..self.scratch.changed.len() {
@@ -103,10 +103,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             }
             let more = ahead as f64 - planned as f64;
             answers.clear();
-            self.ask_again(group as usize, &mut answers);
-            self.tell_power(group as usize, &answers);
+            self.reevaluate_group(group as usize, &mut answers);
+            self.separate_power(group as usize, &answers);
             for (element, answer) in &answers {
-                work += self.kick_more((*element, answer), 0.5 * more * self.grid.time(1));
+                work += self.kick_more(*element, answer, 0.5 * more * self.grid.time(1));
             }
         }
         self.scratch.reference.elements = answers;
@@ -114,27 +114,27 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Takes the power of a group out of the sum of its block, as its step ahead is not that of the others.
-    fn tell_power(&mut self, group: usize, elements: &[(ElementId, Answer<D>)]) {
+    fn separate_power(&mut self, group: usize, elements: &[(ElementId, Answer<D>)]) {
         let Some(mut blocks) = self.blocks.take() else { return };
         let block = group / blocks.groups;
         let end = blocks.groups_of(block).end;
-        if let Some(holder) = &mut blocks.all[block].holder {
+        if let Some(power_accumulator) = &mut blocks.all[block].power_accumulator {
             let of_node = |(node, f): (&NodeId, &Vector<D>)| f.dot(&self.scratch.before[node.index()]);
-            let of_element = |(element, answer): &(ElementId, Answer<D>)| -> f64 {
+            let history_range = |(element, answer): &(ElementId, Answer<D>)| -> f64 {
                 self.gel.potential.nodes(*element).iter().zip(&answer.forces).map(of_node).sum()
             };
-            let power = elements.iter().map(of_element).sum();
-            let rest = self.scratch.answers[*holder].power - power;
+            let power = elements.iter().map(history_range).sum();
+            let rest = self.scratch.answers[*power_accumulator].power - power;
             // Groups come in ascending order: where the first one leaves, the next one holds the rest.
-            *holder += usize::from(*holder == group);
+            *power_accumulator += usize::from(*power_accumulator == group);
             self.scratch.answers[group].power = power;
-            self.scratch.answers[*holder..end].iter_mut().take(1).for_each(|answer| answer.power = rest);
+            self.scratch.answers[*power_accumulator..end].iter_mut().take(1).for_each(|answer| answer.power = rest);
         }
         self.blocks = Some(blocks);
     }
 
     /// A kick of an element after those of the tick; what it did more, J.
-    fn kick_more(&mut self, (element, answer): (ElementId, &Answer<D>), weight: f64) -> f64 {
+    fn kick_more(&mut self, element: ElementId, answer: &Answer<D>, weight: f64) -> f64 {
         let (gel, mut taken, mut work) = (self.gel.clone(), Taken::default(), 0.0);
         for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
             let (a, push) = (node.index(), force * weight);
@@ -157,7 +157,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// The speeds of the active nodes: run by run where the fast form has gone through all runs.
     pub(super) fn note_speeds(&mut self) {
-        let (active, runs) = (&self.scratch.active, self.scratch.sums.iter().map(|sums| sums.fastest.sqrt()));
+        let (active, runs) = (&self.scratch.active, self.scratch.sums.iter().map(|sums| sums.max_speed_squared.sqrt()));
         self.watch.note_speeds(active.all, runs);
         // The reference form has no runs.
         let listed = if self.blocks.is_none() { active.of_reference() } else { active.few().unwrap_or_default() };
@@ -170,17 +170,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let velocity = self.state.velocity[node];
         self.watch.note_speed(node, velocity.norm());
         if let Some(blocks) = self.blocks.as_ref().filter(|_| velocity != Vector::<D>::zeros()) {
-            blocks.wake(node);
+            blocks.activate_around(node);
         }
     }
 
-    fn find_carriers(&mut self) {
+    fn find_impulse_nodes(&mut self) {
         let mut carriers = std::mem::take(&mut self.scratch.carriers);
         carriers.clear();
         let met = self.scratch.meetings.iter().map(|meeting| meeting.node);
         for node in self.scratch.touches.iter().flat_map(Touch::nodes).copied().chain(met).chain(self.pressed()) {
             let (before, kicked) = (self.velocity_before(node), self.state.velocity[node.index()]);
-            carriers.push(Carrier { node, before, kicked });
+            carriers.push(ImpulseNode { node, before, kicked });
         }
         carriers.sort_unstable_by_key(|carrier| carrier.node);
         carriers.dedup_by_key(|carrier| carrier.node);
@@ -189,16 +189,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
 
     /// What the kicks did more because pressures and contact changed the velocity after them, Σ p·(v⁺ − v)/2 with
     /// p = m (v − v⁻) without the damping, less what it added to Q.
-    fn settle_carriers(&mut self, tick: Tick) -> f64 {
+    fn account_for_impulses(&mut self, tick: Tick) -> f64 {
         let mut work = 0.0;
         for i in 0..self.scratch.carriers.len() {
-            let Carrier { node, before, kicked } = self.scratch.carriers[i];
+            let ImpulseNode { node, before, kicked } = self.scratch.carriers[i];
             let a = node.index();
             let (drag, changed) = (self.drag(a), self.state.velocity[a] - kicked);
             let more = ((kicked - before) * self.gel.mass[a] - drag).dot(&changed);
             self.state.ledger.energy.damping += 0.5 * drag.dot(&changed);
-            self.state.excess[a] += self.share_ahead() * more;
-            work += (0.5 - self.share_ahead()) * more;
+            self.state.excess[a] += self.leading_share() * more;
+            work += (0.5 - self.leading_share()) * more;
             self.last[a] = tick;
             self.note_speed(a);
         }
@@ -208,29 +208,30 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Posts the integration residual of the firing groups, Σ ΔV + Σ A of the last tick + W − Σ A of this one: zero for the
     /// exact motion, second order in the step.
     pub(super) fn book(&mut self, tick: Tick, work: f64) {
-        let residual = if self.blocks.is_some() { self.settle_blocks(tick) } else { self.settle_groups(tick) };
+        let residual =
+            if self.blocks.is_some() { self.update_block_clocks(tick) } else { self.update_group_clocks(tick) };
         self.state.ledger.energy.integration += residual + work;
         self.book_loads();
     }
 
-    fn settle_groups(&mut self, tick: Tick) -> f64 {
+    fn update_group_clocks(&mut self, tick: Tick) -> f64 {
         let mut residual = 0.0;
         for group in self.scratch.due.iter().map(|group| *group as usize) {
             let ahead = self.ahead(group, tick);
             let (clock, answer) = (&mut self.state.clocks[group], &self.scratch.answers[group]);
-            residual += settle(clock, answer, self.grid.time(ahead));
+            residual += update_clock(clock, answer, self.grid.time(ahead));
             self.state.record.min_jacobian = self.state.record.min_jacobian.min(answer.least_jacobian);
             self.state.record.updates += self.order.elements(self.order.slots(group)).count() as u64;
         }
         residual
     }
 
-    fn settle_blocks(&mut self, tick: Tick) -> f64 {
+    fn update_block_clocks(&mut self, tick: Tick) -> f64 {
         let Some(mut blocks) = self.blocks.take() else { return 0.0 };
         let (moment, n) = (self.moment(tick), blocks.groups);
-        let books = (self.state.clocks.as_mut_slice(), self.scratch.answers.as_slice());
-        let settled = blocks.settle((self.grid, moment), books, self.pool.as_deref());
-        self.state.ledger.energy.lose(&settled.spent);
+        let (clocks, answers) = (self.state.clocks.as_mut_slice(), self.scratch.answers.as_slice());
+        let total = blocks.update_clocks(self.grid, moment, clocks, answers, self.pool.as_deref());
+        self.state.ledger.energy.lose(&total.spent);
         let record = &mut self.state.record;
         for report in blocks.all.iter().filter_map(|block| block.report) {
             record.updates += report.updates;
@@ -239,11 +240,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let block_of = |change: &Change| change.group as usize / n;
         for changed in self.scratch.changed.chunk_by(|a, b| block_of(a) == block_of(b)) {
             let block = block_of(&changed[0]);
-            blocks.pace(block, (&self.state.clocks, self.grid));
+            blocks.update_steps(block, &self.state.clocks, self.grid);
             blocks.all[block].restless = true;
         }
         self.blocks = Some(blocks);
-        settled.residual
+        total.residual
     }
 
     /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, the part Σ J b of it that removes penetration, that of

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 /// Some groups of a block, and what is around them.
 #[derive(Debug, Default)]
-pub(super) struct Around {
+pub(super) struct GroupStar {
     /// The groups, ascending.
     pub groups: Vec<u32>,
     /// Their elements.
@@ -18,16 +18,16 @@ pub(super) struct Around {
     pub ends: Vec<u16>,
 }
 
-impl Around {
+impl GroupStar {
     /// Of these groups; what is around them is not known yet.
-    pub fn of(order: &Order, groups: impl Iterator<Item = usize>) -> Self {
+    pub fn of_groups(order: &Order, groups: impl Iterator<Item = usize>) -> Self {
         let groups: Vec<u32> = groups.map(|group| group as u32).collect();
         let of_group = |group: &u32| order.elements(order.slots(*group as usize)).count() as u64;
         Self { n_elements: groups.iter().map(of_group).sum(), groups, ..Self::default() }
     }
 
     /// Finds what is around them among all groups of the block.
-    pub fn find<const D: usize>(&mut self, lanes: &Lanes<D>, all: Range<usize>) {
+    pub fn find_nodes<const D: usize>(&mut self, lanes: &Lanes<D>, all: Range<usize>) {
         let (mut is_touched, mut place) = ([false; MOST_LOCAL_NODES], [0_u16; MOST_LOCAL_NODES]);
         for group in &self.groups {
             lanes.nodes(*group as usize, |node| is_touched[usize::from(node)] = true);

@@ -1,16 +1,16 @@
-use super::worker_spin::{Duty, Engaged, PATIENCE, Vigil};
+use super::worker_spin::{DutyGuard, SPIN_TIME, ThreadDuty, WorkerSpin};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// Runs of a work for each thread: who is done first takes one more. With one, the slower of two halves of a tick took a tenth longer
 /// than the other, of a tick of some of the elements twice as long; with four a thread still waited for 5 to 15 % of the nodes of one.
-const RUNS: usize = 16;
+const PARTS_PER_THREAD: usize = 16;
 
 /// Threads of one simulation, joined when it is dropped: none may outlive the library they run in.
 pub struct Pool {
     workers: Option<rayon::ThreadPool>,
-    vigil: Arc<Vigil>,
+    spin: Arc<WorkerSpin>,
     handles: Arc<Mutex<Vec<JoinHandle<()>>>>,
 }
 
@@ -18,11 +18,11 @@ impl Pool {
     /// A pool of so many threads, 0 for all cores; `None` where one thread is enough or no thread can be had.
     #[must_use]
     pub fn new(threads: usize) -> Option<Arc<Self>> {
-        Self::patient(threads, PATIENCE)
+        Self::with_spin_time(threads, SPIN_TIME)
     }
 
     /// The same, with how long threads stay awake.
-    pub(super) fn patient(threads: usize, patience: Duration) -> Option<Arc<Self>> {
+    pub(super) fn with_spin_time(threads: usize, spin_time: Duration) -> Option<Arc<Self>> {
         let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
         if threads == 1 {
             return None;
@@ -34,7 +34,11 @@ impl Pool {
             kept.lock().unwrap_or_else(PoisonError::into_inner).push(handle);
             Ok(())
         });
-        Some(Arc::new(Self { workers: Some(builder.build().ok()?), vigil: Arc::new(Vigil::new(patience)), handles }))
+        Some(Arc::new(Self {
+            workers: Some(builder.build().ok()?),
+            spin: Arc::new(WorkerSpin::new(spin_time)),
+            handles,
+        }))
     }
 
     /// How many threads there are.
@@ -45,8 +49,8 @@ impl Pool {
 
     /// Into how many runs a work is cut that can be cut into so many at most.
     #[must_use]
-    pub(super) fn runs(&self, most: usize) -> usize {
-        most.clamp(1, RUNS * self.threads())
+    pub(super) fn part_count(&self, max_parts: usize) -> usize {
+        max_parts.clamp(1, PARTS_PER_THREAD * self.threads())
     }
 
     /// Runs `work` on the pool.
@@ -61,41 +65,41 @@ impl Pool {
 impl Pool {
     /// Runs a work of many parts that are shared: between these the other threads stay awake for a while.
     pub(super) fn lead<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        self.run(|| self.vigil.during(work))
+        self.run(|| self.spin.keep_awake(work))
     }
 
     /// Who stays awake.
     #[cfg(test)]
-    pub(super) fn vigil(&self) -> &Vigil {
-        &self.vigil
+    pub(super) fn spin(&self) -> &WorkerSpin {
+        &self.spin
     }
 }
 
 /// Work that can be cut into a first and a second run.
-pub(super) trait Cut: Sized + Send {
+pub(super) trait SplitWork: Sized + Send {
     /// The first `part` of `of` equal parts, and the rest.
-    fn cut(self, part: usize, of: usize) -> (Self, Self);
+    fn split_at_part(self, part: usize, of: usize) -> (Self, Self);
 }
 
 /// Does a work, cut into runs for the threads of the pool, so many at most; without a pool as a whole.
-pub(super) fn share<W: Cut>((pool, most): (Option<&Pool>, usize), work: W, go: impl Fn(W) + Sync) {
+pub(super) fn share_work<W: SplitWork>(pool: Option<&Pool>, max_parts: usize, work: W, task: impl Fn(W) + Sync) {
     match pool {
         Some(pool) => pool.run(|| {
-            pool.vigil.call();
-            halve(work, pool.runs(most), &go);
+            pool.spin.wake_workers();
+            run_halves(work, pool.part_count(max_parts), &task);
         }),
-        None => go(work),
+        None => task(work),
     }
 }
 
-fn halve<W: Cut>(work: W, runs: usize, go: &(impl Fn(W) + Sync)) {
-    if runs == 1 {
-        return go(work);
+fn run_halves<W: SplitWork>(work: W, n_parts: usize, task: &(impl Fn(W) + Sync)) {
+    if n_parts == 1 {
+        return task(work);
     }
-    let _engaged = Engaged::with(Duty::Part);
-    let half = runs / 2;
-    let (first, second) = work.cut(half, runs);
-    rayon::join(|| halve(first, half, go), || halve(second, runs - half, go));
+    let _engaged = DutyGuard::with(ThreadDuty::Part);
+    let half = n_parts / 2;
+    let (first, second) = work.split_at_part(half, n_parts);
+    rayon::join(|| run_halves(first, half, task), || run_halves(second, n_parts - half, task));
 }
 
 /// One of a kind for each thread of a pool, for what it works with: what it used last is still near, and so much need not be kept as there
@@ -110,7 +114,7 @@ impl<T> PerThread<T> {
     }
 
     /// As many as the pool has threads.
-    pub fn provide(&mut self, pool: &Pool, new: impl Fn() -> T) {
+    pub fn ensure_threads(&mut self, pool: &Pool, new: impl Fn() -> T) {
         self.0.resize_with(pool.threads().max(self.0.len()), || Mutex::new(new()));
     }
 

@@ -6,7 +6,7 @@
 use super::damping::fade;
 use super::engine::Engine;
 use super::kick::Taken;
-use super::node_loop::NodeSums;
+use super::node_loop::KickSums;
 use super::schedule::Kind;
 use super::step_size::nodal_limit;
 use super::substep::Phase;
@@ -19,13 +19,13 @@ use std::ops::Range;
 
 /// What the elements of the firing groups answered.
 #[derive(Debug)]
-pub(super) struct Answers<const D: usize> {
+pub(super) struct GroupResponses<const D: usize> {
     pub elements: Vec<(ElementId, Answer<D>)>,
     /// Those of each firing group.
     pub groups: Vec<Range<usize>>,
 }
 
-impl<const D: usize> Default for Answers<D> {
+impl<const D: usize> Default for GroupResponses<D> {
     fn default() -> Self {
         Self { elements: vec![], groups: vec![] }
     }
@@ -33,11 +33,11 @@ impl<const D: usize> Default for Answers<D> {
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Drifts the nodes of the firing groups.
-    pub(super) fn drift(&mut self, tick: Tick) {
+    pub(super) fn drift_group_nodes(&mut self, tick: Tick) {
         self.scratch.active.clear();
         for group in &self.scratch.due {
             for element in self.order.elements(self.order.slots(*group as usize)) {
-                self.gel.potential.nodes(element).iter().for_each(|node| self.scratch.active.add(node.index()));
+                self.gel.potential.nodes(element).iter().for_each(|node| self.scratch.active.insert(node.index()));
             }
         }
         for a in self.scratch.active.of_reference().iter().map(|a| *a as usize) {
@@ -53,14 +53,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Forces of the firing groups.
-    pub(super) fn evaluate(&mut self, tick: Tick) {
+    pub(super) fn evaluate_forces(&mut self, tick: Tick) {
         let mut answers = std::mem::take(&mut self.scratch.reference);
         answers.elements.clear();
         answers.groups.clear();
         for i in 0..self.scratch.due.len() {
             let (group, first) = (self.scratch.due[i] as usize, answers.elements.len());
-            self.scratch.answers[group] =
-                self.evaluate_group((group, self.elapsed(group, tick)), &mut answers.elements);
+            self.scratch.answers[group] = self.evaluate_group(group, self.elapsed(group, tick), &mut answers.elements);
             answers.groups.push(first..answers.elements.len());
             for (element, answer) in &answers.elements[first..] {
                 self.state.stiffness[self.order.slot(*element)] = answer.stiffness;
@@ -83,7 +82,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// `elements`, and what they lose to the books.
     pub(super) fn evaluate_group(
         &mut self,
-        (group, elapsed): (usize, f64),
+        group: usize,
+        elapsed: f64,
         elements: &mut Vec<(ElementId, Answer<D>)>,
     ) -> GroupAnswer {
         let mut sum = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
@@ -110,9 +110,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// The limits of the active nodes, and the least of them.
-    pub(super) fn measure_limits(&mut self) -> NodeSums {
+    pub(super) fn measure_limits(&mut self) -> KickSums {
         let known = (self.state.stiffness.as_slice(), &*self.order);
-        let mut sums = NodeSums::default();
+        let mut sums = KickSums::default();
         for a in self.scratch.active.of_reference() {
             let limit = self.rules.cfl * nodal_limit(&self.gel, known, NodeId(*a));
             self.scratch.limit[*a as usize] = limit;
@@ -122,11 +122,11 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// All kicks, then the contact solve; or, by the paper's law, the reversal after each kick.
-    pub(super) fn kick_and_strike(&mut self, tick: Tick) {
+    pub(super) fn kick_and_solve_contact(&mut self, tick: Tick) {
         let answers = std::mem::take(&mut self.scratch.reference);
         for (i, elements) in answers.groups.iter().enumerate() {
             for (element, answer) in &answers.elements[elements.clone()] {
-                self.kick((*element, answer), self.scratch.weights[i]);
+                self.kick_element(*element, answer, self.scratch.weights[i]);
                 if self.rules.law == Law::Reversal {
                     self.reverse(*element);
                 }
@@ -142,7 +142,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// v_a += w f_a/m_a in the free directions; the held ones take up the rest.
-    fn kick(&mut self, (element, answer): (ElementId, &Answer<D>), weight: f64) {
+    fn kick_element(&mut self, element: ElementId, answer: &Answer<D>, weight: f64) {
         let (gel, freedom) = (&self.gel, self.freedom());
         let mut taken = Taken::default();
         for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
@@ -154,9 +154,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after all of the tick, J.
-    pub(super) fn work(&mut self) -> f64 {
+    pub(super) fn kick_work(&mut self) -> f64 {
         self.book_damping();
-        let (answers, share) = (&self.scratch.reference, self.share_ahead());
+        let (answers, share) = (&self.scratch.reference, self.leading_share());
         let mut work: f64 = self.scratch.active.of_reference().iter().map(|a| self.state.excess[*a as usize]).sum();
         self.scratch.active.of_reference().iter().for_each(|a| self.state.excess[*a as usize] = 0.0);
         for (elements, weight) in answers.groups.iter().zip(&self.scratch.weights) {

@@ -27,7 +27,7 @@ impl Kind {
 
     /// How many alarms so many groups have: each its own in a queue, one for all of one step.
     #[must_use]
-    pub(super) fn alarms(self, n_groups: usize) -> usize {
+    pub(super) fn n_alarms(self, n_groups: usize) -> usize {
         match self {
             Self::Bins => 0,
             Self::Queue => n_groups,
@@ -49,28 +49,28 @@ impl Kind {
 
 /// The events of a queue, by tick, then by group.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Queue(BinaryHeap<Reverse<(Tick, u32)>>);
+pub(super) struct EventQueue(BinaryHeap<Reverse<(Tick, u32)>>);
 
-impl Queue {
+impl EventQueue {
     /// The events of these alarms.
     pub fn new(alarms: &[Alarm]) -> Self {
         Self(alarms.iter().zip(0..).map(|(alarm, group)| Reverse((alarm.next, group))).collect())
     }
 
     /// The first tick.
-    pub fn next(&self) -> Option<Tick> {
+    pub fn next_tick(&self) -> Option<Tick> {
         self.0.peek().map(|Reverse((tick, _))| *tick)
     }
 
     /// Takes out the groups that fire at `tick`, ascending.
-    pub fn take(&mut self, tick: Tick, due: &mut Vec<u32>) {
-        while self.next() == Some(tick) {
+    pub fn pop_at(&mut self, tick: Tick, due: &mut Vec<u32>) {
+        while self.next_tick() == Some(tick) {
             due.extend(self.0.pop().map(|Reverse((_, group))| group));
         }
     }
 
     /// Puts a group in.
-    pub fn put(&mut self, group: u32, next: Tick) {
+    pub fn push(&mut self, group: u32, next: Tick) {
         self.0.push(Reverse((next, group)));
     }
 }
@@ -87,15 +87,15 @@ mod tests {
 
     #[test]
     fn equal_ticks_of_the_queue_are_one_event_in_ascending_order() {
-        let mut queue = Queue::new(&[5, 3, 5].map(|next| Alarm { last: 0, next }));
+        let mut queue = EventQueue::new(&[5, 3, 5].map(|next| Alarm { last: 0, next }));
         let mut due = vec![];
-        assert_eq!(queue.next(), Some(3));
-        queue.take(3, &mut due);
-        assert_eq!((due.as_slice(), queue.next()), (&[1][..], Some(5)));
+        assert_eq!(queue.next_tick(), Some(3));
+        queue.pop_at(3, &mut due);
+        assert_eq!((due.as_slice(), queue.next_tick()), (&[1][..], Some(5)));
         due.clear();
-        queue.put(1, 5);
-        queue.take(5, &mut due);
-        assert_eq!((due.as_slice(), queue.next()), (&[0, 1, 2][..], None));
+        queue.push(1, 5);
+        queue.pop_at(5, &mut due);
+        assert_eq!((due.as_slice(), queue.next_tick()), (&[0, 1, 2][..], None));
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Which patches stand beside each other, and which nodes: those that are stepped together.
 
 use super::Gel;
-use super::element_order::{Order, Rank};
-use super::engine::{Rules, grid_of};
+use super::element_order::{Order, SortKey};
+use super::engine::{Rules, tick_grid};
 use super::schedule::Kind;
 use crate::fem::{LANES, Potential};
 use crate::mesh::{ElementId, NodeId};
@@ -15,8 +15,8 @@ use crate::state::MOST_TICKS;
 pub fn order_of_nodes<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, rules: &Rules) -> Option<Vec<NodeId>> {
     let stiffness = gel.measure(gel.potential.rest(), &gel.fresh_memory()).stiffness;
     let steps = super::step_size::stable_steps(gel, &stiffness, rules.cfl);
-    let (grid, _) = grid_of(&steps, None).ok()?;
-    let order = order(gel, rules, |element| grid.ticks(steps[element.index()]));
+    let (grid, _) = tick_grid(&steps, None).ok()?;
+    let order = element_layout(gel, rules, |element| grid.ticks(steps[element.index()]));
     let elements = order.elements(0..order.n_slots());
     let all = (0..gel.mass.len() as u32).map(NodeId);
     let mut is_new = vec![true; gel.mass.len()];
@@ -25,7 +25,7 @@ pub fn order_of_nodes<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, rules: &
 }
 
 /// Patches of equal steps beside each other; in the queue each by itself.
-pub(super) fn order<const D: usize, P: Potential<D>>(
+pub(super) fn element_layout<const D: usize, P: Potential<D>>(
     gel: &Gel<D, P>,
     rules: &Rules,
     ticks: impl Fn(ElementId) -> f64,
@@ -36,23 +36,23 @@ pub(super) fn order<const D: usize, P: Potential<D>>(
     };
     let rank = |patch: usize| {
         // What touches the surface stands apart: contact shortens the steps of whole groups.
-        let (limit, is_inner) = (limit(patch), u64::from(is_inner(gel, patch)));
-        Rank { class: 2 * rules.schedule.step(limit) + is_inner, within: eighths(limit) }
+        let (limit, is_interior) = (limit(patch), u64::from(is_interior(gel, patch)));
+        SortKey { class: 2 * rules.schedule.step(limit) + is_interior, within: octave_eighth(limit) }
     };
     match rules.schedule {
         Kind::Bins => Order::new(&gel.potential, LANES, rank),
-        Kind::Global => Order::new(&gel.potential, LANES, |_| Rank::default()),
-        Kind::Queue => Order::new(&gel.potential, 1, |_| Rank::default()),
+        Kind::Global => Order::new(&gel.potential, LANES, |_| SortKey::default()),
+        Kind::Queue => Order::new(&gel.potential, 1, |_| SortKey::default()),
     }
 }
 
 /// In which eighth of its octave a positive number is, and in which octave: its sign, exponent and three bits more.
-fn eighths(x: f64) -> u64 {
+fn octave_eighth(x: f64) -> u64 {
     x.to_bits() >> (f64::MANTISSA_DIGITS - 1 - 3)
 }
 
 /// Whether no node of a patch is on the surface.
-fn is_inner<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, patch: usize) -> bool {
+fn is_interior<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, patch: usize) -> bool {
     let mut nodes = gel.potential.patches().of(patch).iter().flat_map(|element| gel.potential.nodes(*element));
     nodes.all(|node| gel.surface.of[node.index()].is_none())
 }
@@ -75,8 +75,8 @@ mod tests {
 
     #[test]
     fn a_limit_is_known_by_its_octave_and_eighth() {
-        assert_eq!(eighths(1.0), eighths(1.124));
-        assert_eq!(eighths(1.126), eighths(1.0) + 1);
-        assert_eq!(eighths(2.0), eighths(1.0) + 8);
+        assert_eq!(octave_eighth(1.0), octave_eighth(1.124));
+        assert_eq!(octave_eighth(1.126), octave_eighth(1.0) + 1);
+        assert_eq!(octave_eighth(2.0), octave_eighth(1.0) + 8);
     }
 }

@@ -34,9 +34,9 @@ impl Moment {
 
     /// From its own last tick until now, ticks: its step, or less where the mesh has begun in between.
     #[inline]
-    pub fn behind(&self, step: Tick) -> Tick {
+    pub fn ticks_since_last(&self, step: Tick) -> Tick {
         match self.kind {
-            Kind::Bins if step > 0 => self.tick - self.last(step),
+            Kind::Bins if step > 0 => self.tick - self.last_own_tick(step),
             _ => step,
         }
     }
@@ -44,7 +44,7 @@ impl Moment {
     /// The same, but nothing where it begins.
     #[inline]
     pub fn elapsed(&self, step: Tick) -> Tick {
-        if self.phase == Phase::First { 0 } else { self.behind(step) }
+        if self.phase == Phase::First { 0 } else { self.ticks_since_last(step) }
     }
 
     /// From now until its next own tick, ticks: its step, or less where it begins in between; nothing where it ends.
@@ -60,7 +60,7 @@ impl Moment {
     /// The length of the kick that a sweep takes, ticks: what is owed and half of the step ahead as it is planned; mended where it
     /// comes to be another one. A group that begins takes nothing before it has a step.
     #[inline]
-    pub fn taken(&self, step: Tick) -> f64 {
+    pub fn planned_kick(&self, step: Tick) -> f64 {
         if step == 0 { 0.0 } else { self.owed(step) + 0.5 * self.ahead(step) as f64 }
     }
 
@@ -69,13 +69,13 @@ impl Moment {
     pub fn owed(&self, step: Tick) -> f64 {
         match self.phase {
             Phase::First => 0.0,
-            Phase::Between => 0.5 * self.behind(step) as f64,
-            Phase::Last => self.behind(step) as f64 - 0.5 * self.planned(step) as f64,
+            Phase::Between => 0.5 * self.ticks_since_last(step) as f64,
+            Phase::Last => self.ticks_since_last(step) as f64 - 0.5 * self.planned_step(step) as f64,
         }
     }
 
     /// The part of a kick that belongs to the step ahead.
-    pub fn share_ahead(&self) -> f64 {
+    pub fn leading_share(&self) -> f64 {
         match self.phase {
             Phase::First => 1.0,
             Phase::Between => 0.5,
@@ -84,14 +84,14 @@ impl Moment {
     }
 
     /// The last own tick before this one.
-    fn last(&self, step: Tick) -> Tick {
+    fn last_own_tick(&self, step: Tick) -> Tick {
         ((self.tick - 1) & !(step - 1)).max(self.origin)
     }
 
     /// The step that was ahead then.
-    fn planned(&self, step: Tick) -> Tick {
+    fn planned_step(&self, step: Tick) -> Tick {
         match self.kind {
-            Kind::Bins => step - (self.last(step) & (step - 1)),
+            Kind::Bins => step - (self.last_own_tick(step) & (step - 1)),
             _ => step,
         }
     }
@@ -109,22 +109,22 @@ mod tests {
     fn steps_that_begin_and_end_in_between_are_short_and_kicks_add_up_to_the_time_that_passes() {
         // A mesh from 12 to 27; a group of 8 fires at 12, 16, 24 and 27.
         let first = at(12, Phase::First);
-        assert_eq!((first.fires(8), first.behind(0), first.ahead(8)), (true, 0, 4));
-        assert_eq!((first.taken(0), first.taken(8)), (0.0, 2.0));
+        assert_eq!((first.fires(8), first.ticks_since_last(0), first.ahead(8)), (true, 0, 4));
+        assert_eq!((first.planned_kick(0), first.planned_kick(8)), (0.0, 2.0));
         let second = at(16, Phase::Between);
-        assert_eq!((second.fires(8), second.behind(8), second.ahead(8)), (true, 4, 8));
+        assert_eq!((second.fires(8), second.ticks_since_last(8), second.ahead(8)), (true, 4, 8));
         let third = at(24, Phase::Between);
-        assert_eq!((third.behind(8), third.ahead(8)), (8, 8));
+        assert_eq!((third.ticks_since_last(8), third.ahead(8)), (8, 8));
         let end = at(27, Phase::Last);
         assert!(end.fires(8) && !at(27, Phase::Between).fires(8));
-        assert_eq!((end.behind(8), end.ahead(8)), (3, 0));
-        assert_eq!([&first, &second, &third, &end].map(|moment| moment.taken(8)), [2.0, 6.0, 8.0, -1.0]);
+        assert_eq!((end.ticks_since_last(8), end.ahead(8)), (3, 0));
+        assert_eq!([&first, &second, &third, &end].map(|moment| moment.planned_kick(8)), [2.0, 6.0, 8.0, -1.0]);
         assert_eq!([&first, &second, &third, &end].map(|moment| moment.owed(8)), [0.0, 2.0, 4.0, -1.0]);
     }
 
     #[test]
     fn a_mesh_that_ends_in_its_first_steps_has_what_has_passed() {
         let (first, end) = (at(12, Phase::First), at(14, Phase::Last));
-        assert_eq!(first.taken(8) + end.taken(8), 2.0);
+        assert_eq!(first.planned_kick(8) + end.planned_kick(8), 2.0);
     }
 }
