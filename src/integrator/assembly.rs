@@ -1,8 +1,8 @@
-//! What nodes are given by the blocks around them, and what these are told of them.
+//! Assembly of the contributions of blocks at their nodes, and the feedback of the nodes to the blocks.
 //!
-//! Some nodes are looked up one by one; where many are active, whole stretches of them are gone through, block by block: a block and a
-//! stretch have some tens of nodes in common, which stand beside each other in both, while to go from node to node is to go back and
-//! forth between blocks. Each sum runs over the blocks in their order either way: the same bits.
+//! A few nodes are summed one by one. Many nodes are summed tile by tile and block by block: a block and a tile
+//! have some tens of nodes in common, contiguous in both, while going node by node would alternate between blocks.
+//! Each sum runs over the blocks in their order either way, so the bits are equal.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
@@ -15,42 +15,42 @@ use crate::mesh::NodeId;
 use prefetch_index::prefetch_index;
 use std::ops::Range;
 
-/// Nodes that are gone through together, each stage for all of them: what they gather, their limits, their kicks. Not tuned: any number
-/// does that fills vectors and stays in the nearest cache.
+/// Nodes of a batch; each stage (sums, limits, kicks) runs over the whole batch. Not tuned: any number works that
+/// fills SIMD vectors and stays in the nearest cache.
 pub(super) const NODE_BATCH: usize = 32;
 const _: () = assert!(NODE_BATCH.is_multiple_of(LANES), "they fill vectors");
-/// Nodes of a stretch, a part of a run of them: what is gathered for it stays in the nearest cache.
+/// Nodes of a tile, a part of a chunk; the sums of a tile stay in the nearest cache.
 pub(super) const TILE_NODES: usize = 256;
-/// How many overlaps before it is gathered from an overlap is asked for; 1 to 12 are as good.
+/// Prefetch distance in overlaps; 1 to 12 perform equally.
 const PREFETCH_DISTANCE: usize = 3;
-/// Said of nodes that stand [beside each other](NodalSums::of_contiguous).
+/// Panic message for a [contiguous](NodalSums::is_contiguous) batch that is not full.
 pub(super) const FULL_BATCH: &str = "that many nodes go together";
-/// Bytes of a line of the cache.
+/// Bytes of a cache line.
 const CACHE_LINE: usize = 64;
 const _: () = assert!(RUN / TILE_NODES * TILE_NODES == RUN, "runs are made of whole tiles");
 
-/// What says how long a step around a node may be.
+/// Data of the stable step rule at a node.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StepRule<'a> {
-    /// By node, kg.
+    /// Nodal masses, kg.
     pub mass: &'a [f64],
     pub cfl: f64,
 }
 
-/// What some nodes gather from the blocks around them, and what these are told.
+/// Assembled impulses, stiffnesses and stable limits of a batch of nodes.
 pub(super) struct NodalSums<const D: usize> {
-    /// Σ p, N·s, and last Σ κ, N/m: component by component, each of all of them.
+    /// Components of Σ p, N·s, and last Σ κ, N/m, each for the whole batch.
     pub parts: [[f64; NODE_BATCH]; 4],
-    /// CFL · 2/√λ_a, s.
+    /// Stable limit CFL · 2/√λ_a, s.
     pub limit: [f64; NODE_BATCH],
-    /// Whether they move after their kicks.
+    /// True for nodes that move after their kicks.
     pub moves: [bool; NODE_BATCH],
-    /// Whether they are known to be as many as go together, each the next of the one before.
+    /// True if the batch is known to be full and its nodes consecutive.
     pub is_contiguous: bool,
 }
 
 impl<const D: usize> NodalSums<D> {
-    /// What these nodes are given, and their limits.
+    /// Computes the limits of these nodes from their sums.
     #[inline(always)]
     pub fn new(given: &[Accumulated; NODE_BATCH], nodes: &[usize], rule: StepRule<'_>) -> Self {
         let mut mass = [1.0; NODE_BATCH];
@@ -58,7 +58,7 @@ impl<const D: usize> NodalSums<D> {
         Self::of(given, &mass, rule.cfl)
     }
 
-    /// The same of nodes that stand [beside](Self::beside) each other from one on.
+    /// Computes the limits of a [contiguous](Self::is_contiguous) batch from its first node on.
     #[inline(always)]
     fn of_contiguous(given: &[Accumulated; NODE_BATCH], first: usize, rule: StepRule<'_>) -> Self {
         let mass = rule.mass[first..].first_chunk().expect(FULL_BATCH);
@@ -67,25 +67,25 @@ impl<const D: usize> NodalSums<D> {
 
     #[inline(always)]
     fn of(given: &[Accumulated; NODE_BATCH], mass: &[f64; NODE_BATCH], cfl: f64) -> Self {
-        // All four: of some of them the last ones would be taken one by one.
+        // All four components are moved at once; the last ones of a subset would be moved singly.
         let (mut parts, mut limit) = ([[0.0; NODE_BATCH]; 4], [0.0; NODE_BATCH]);
         for (i, given) in given.iter().enumerate() {
             (0..4).for_each(|k| parts[k][i] = given[k]);
         }
-        // Apart from the rest: so roots and divisions go side by side.
+        // In a loop of its own, so that roots and divisions are vectorised.
         for i in 0..NODE_BATCH {
             limit[i] = cfl * step_size::limit(parts[3][i], mass[i]);
         }
         Self { parts, limit, moves: [false; NODE_BATCH], is_contiguous: false }
     }
 
-    /// Σ p of the i-th, N·s.
+    /// Returns Σ p of the i-th node, N·s.
     #[inline(always)]
     pub fn impulse(&self, i: usize) -> Vector<D> {
         Vector::<D>::from_fn(|axis, _| self.parts[axis][i])
     }
 
-    /// Tells the blocks around these nodes of their limits, and that they must be swept from now on where a node moves.
+    /// Notifies the blocks around these nodes of limits that may change a step and of nodes that move.
     pub fn notify_blocks(&self, nodes: &[usize], blocks: &Blocks<D>) {
         for (i, node) in nodes.iter().enumerate() {
             for spot in blocks.spots(*node) {
@@ -101,7 +101,7 @@ impl<const D: usize> NodalSums<D> {
     }
 }
 
-/// What a block and a stretch of nodes have in common: the number, within the block, of the first such node, and how many these are.
+/// Overlap of a block and a tile of nodes: the local number of the first common node and their count.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TileOverlap {
     block: u32,
@@ -110,7 +110,7 @@ pub(super) struct TileOverlap {
 }
 
 impl TileOverlap {
-    /// Those of each stretch of so many nodes in all, in the order of the blocks.
+    /// Finds the overlaps of each tile of nodes, in the order of the blocks.
     pub fn find_all(blocks: &[Block], n_nodes: usize) -> Vec<Vec<Self>> {
         let mut overlaps = vec![vec![]; n_nodes.div_ceil(TILE_NODES)];
         for (block, own) in (0..).zip(blocks) {
@@ -124,11 +124,11 @@ impl TileOverlap {
         overlaps
     }
 
-    /// Asks for what the block has for these nodes before it is needed.
+    /// Prefetches the data of the block for these nodes.
     #[inline(always)]
     fn prefetch<const D: usize>(self, blocks: &Blocks<D>) {
         let block = &blocks.all[self.block as usize];
-        // About once in each line of the cache.
+        // About one prefetch per cache line.
         for number in self.numbers().step_by(CACHE_LINE / size_of::<Accumulated>()) {
             prefetch_index(&blocks.parts, block.first + number);
         }
@@ -137,23 +137,23 @@ impl TileOverlap {
         }
     }
 
-    /// The numbers of the nodes within the block.
+    /// Returns the local numbers of the nodes in the block.
     fn numbers(self) -> Range<usize> {
         let first = usize::from(self.first);
         first..first + usize::from(self.n)
     }
 }
 
-/// A tile of nodes, each at its number modulo [`TILE_NODES`].
+/// Tile of nodes, each at its number modulo [`TILE_NODES`].
 pub(super) struct NodeTile {
     at: usize,
     /// Σ p, N·s, and Σ κ, N/m.
     parts: [Accumulated; TILE_NODES],
-    /// Which of them are active, CFL · 2/√λ_a of these, s, and whether they move after their kicks.
+    /// Active nodes, their stable limits CFL · 2/√λ_a, s, and the nodes that move after their kicks.
     active: [bool; TILE_NODES],
     limit: [f64; TILE_NODES],
     moves: [bool; TILE_NODES],
-    /// The least and the greatest of the limits, lane by lane, and whether all of them are numbers.
+    /// Least and greatest limit, lane by lane, and whether all limits are numbers.
     least: [f64; LANES],
     most: [f64; LANES],
     are_numbers: bool,
@@ -167,7 +167,7 @@ struct LimitRange {
 }
 
 impl NodeTile {
-    /// From this node on, gathered from the blocks in their order.
+    /// Sums the contributions of the blocks at the tile that begins with this node, in the order of the blocks.
     #[inline(always)]
     pub fn new<const D: usize>(first: usize, blocks: &Blocks<D>) -> Self {
         let (at, mut parts) = (first / TILE_NODES, [[0.0; 4]; TILE_NODES]);
@@ -179,7 +179,7 @@ impl NodeTile {
             let block = &blocks.all[overlap.block as usize];
             let nodes = &block.nodes[overlap.numbers()];
             let given = &blocks.parts[block.first..][overlap.numbers()];
-            // Two loops: with a choice for each node it takes half as long again.
+            // Two loops, because a branch at each node takes half as long again.
             if blocks.fronts[overlap.block as usize].gives {
                 for (node, given) in nodes.iter().zip(given) {
                     let part = &mut parts[node.index() % TILE_NODES];
@@ -193,11 +193,11 @@ impl NodeTile {
         Self { at, parts, active, limit, moves, least: [f64::INFINITY; LANES], most: [0.0; LANES], are_numbers: true }
     }
 
-    /// What some nodes of the stretch are given, and their limits.
+    /// Returns the sums of some nodes of the tile with their limits.
     #[inline(always)]
     pub fn nodal_sums<const D: usize>(&self, nodes: &[usize], rule: StepRule<'_>) -> NodalSums<D> {
         let (n, first) = (nodes.len(), nodes[0]);
-        // They are ascending.
+        // Node numbers ascend.
         if n == NODE_BATCH && nodes[n - 1] - first == n - 1 {
             let given = self.parts[first % TILE_NODES..].first_chunk().expect(FULL_BATCH);
             return NodalSums::of_contiguous(given, first, rule);
@@ -207,7 +207,7 @@ impl NodeTile {
         NodalSums::new(&given, nodes, rule)
     }
 
-    /// Notes the limits of these nodes, which are active, and whether they move.
+    /// Records the limits of these active nodes and whether they move.
     #[inline(always)]
     pub fn record<const D: usize>(&mut self, nodes: &[usize], gathered: &NodalSums<D>) {
         self.record_limits(&gathered.limit, nodes.len());
@@ -224,12 +224,12 @@ impl NodeTile {
         }
     }
 
-    /// Notes the first of these limits.
+    /// Records the first `n` of these limits.
     #[inline(always)]
     fn record_limits(&mut self, limits: &[f64; NODE_BATCH], n: usize) {
         let (mut limits, first) = (*limits, limits[0]);
         limits[n..].fill(first);
-        // Eight side by side: one after the other each would wait for the one before.
+        // Eight independent lanes avoid a chain of dependent comparisons.
         for eight in limits.as_chunks::<LANES>().0 {
             for (i, limit) in eight.iter().enumerate() {
                 self.least[i] = if *limit < self.least[i] { *limit } else { self.least[i] };
@@ -239,7 +239,7 @@ impl NodeTile {
         }
     }
 
-    /// Tells the blocks around of the limits, and that they must be swept from now on where a node moves.
+    /// Notifies the blocks of the tile of limits that may change a step and of nodes that move.
     #[inline(always)]
     pub fn notify_blocks<const D: usize>(&self, blocks: &Blocks<D>) {
         let limits = self.limit_range();
@@ -262,13 +262,13 @@ impl NodeTile {
         }
     }
 
-    /// The least limit of the active ones that is a number, s.
+    /// Returns the least limit of the active nodes that is a number, s.
     #[inline(always)]
     pub fn least(&self) -> f64 {
         self.least.into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// The least and the greatest limit of the active ones, s; no numbers if one is none.
+    /// Returns the range of the limits of the active nodes.
     #[inline(always)]
     fn limit_range(&self) -> LimitRange {
         let least = self.least();
@@ -290,7 +290,7 @@ mod tests {
     use crate::contact::Exchange;
     use crate::fem::Potential;
 
-    /// Two of three blocks give something.
+    /// Prepares the monitors so that two of three blocks contribute.
     fn open(blocks: &mut Blocks<3>) {
         for (i, (block, front)) in blocks.all.iter_mut().zip(&mut blocks.fronts).enumerate() {
             *block.awake.get_mut() = i % 3 > 0;

@@ -1,8 +1,8 @@
-//! The fast form of the elements: runs of a thousand slots that number their own nodes.
+//! Blocks of elements for the SIMD form: 1024 slots each, with local node numbers.
 //!
-//! A block is swept with its nodes in the nearest cache; what it gives to a node it leaves in its own part, and the node
-//! gathers from the blocks around it in their order. So no thread writes where another one reads, and no bit depends on
-//! who came first.
+//! A block is swept with its nodes in the nearest cache. It writes its contributions to its own part, and each node
+//! sums the parts of the blocks around it in their order. No thread writes where another one reads, and no bit
+//! depends on the order of threads.
 
 use super::assembly::{NODE_BATCH, TileOverlap};
 use super::element_order::Order;
@@ -20,93 +20,94 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Slots of a block: with 1024 tetrahedra, some 400 nodes and what is accumulated at them take 40 kB of cache, and a node is in two
-/// blocks; of a quarter of that it would be in half as many again.
+/// Slots of a block. With 1024 tetrahedra, some 400 nodes and their sums take 40 kB of cache, and a node is in two
+/// blocks; with a quarter of that, a node would be in three.
 pub(super) const SLOTS: usize = 1024;
 
-/// Nodes above which what belongs to them is in no cache that is near: it is asked for before it is needed then. With 175 000 nodes (a
-/// million tetrahedra) that takes some 6 % off a step; with 32 000 nobody waits for it, and to ask takes 4 %. Nothing between was measured.
+/// Number of nodes above which nodal data exceed the near caches and are prefetched. With 175 000 nodes (a million
+/// tetrahedra) prefetching saves some 6 % of a step; with 32 000 nodes it costs 4 %. Nothing in between was
+/// measured.
 const CACHED_NODES: usize = 1 << 16;
 
-/// Whether what belongs to so many nodes comes from far.
+/// Returns true if the data of this many nodes exceed the near caches.
 pub(super) fn exceed_cache(n_nodes: usize) -> bool {
     n_nodes > CACHED_NODES
 }
 
-/// How much of a block fires at a tick.
+/// Activity of a block at a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Due {
-    /// Nothing.
+    /// No group is active.
     #[default]
     Nothing,
-    /// Some groups.
+    /// Some groups are active.
     Some,
-    /// All groups.
+    /// All groups are active.
     All,
 }
 
-/// What is known of the part of a block.
+/// Validity of the stored part of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum SweepCache {
-    /// Nothing.
+    /// The part is not computed yet.
     #[default]
     Empty,
-    /// Σ κ, and what the last sweep gave.
+    /// The part has Σ κ of all elements and the impulses of the last sweep.
     Swept,
-    /// The same, and that it is that of a full sweep at rest.
+    /// The part is that of a full sweep at rest.
     AtRest,
 }
 
-/// A run of slots.
+/// Block of slots with local node numbers.
 #[derive(Debug, Default)]
 pub(super) struct Block {
-    /// Its nodes, ascending.
+    /// Nodes in ascending order; the index is the local number.
     pub nodes: Vec<NodeId>,
-    /// Where its part begins.
+    /// Index of the first entry of its part.
     pub first: usize,
-    /// Elements in it.
+    /// Number of elements.
     pub n_elements: u64,
     /// Least and greatest step of its groups, ticks.
     pub steps: (Tick, Tick),
-    /// The steps of its groups, ticks: the bits of all of them, one each in bins.
+    /// Bitwise union of the steps of its groups, ticks: with bins each step is one bit.
     pub lengths: Tick,
-    /// How much of it fires at this tick, and how many elements.
+    /// Activity at this tick, and the number of elements of the active groups.
     pub due: Due,
     pub n_active_elements: u64,
-    /// What is around the groups that fire where some do, by the longest step of these.
+    /// Node stars of the active groups where some are active, keyed by the longest active step.
     pub active_stars: BTreeMap<Tick, GroupStar>,
-    /// The longest step of a group that fires at this tick, where some do, ticks.
+    /// Longest step of an active group where some are active, ticks.
     pub longest_active: Tick,
-    /// What is known of its part.
+    /// Validity of its part.
     pub cache: SweepCache,
-    /// Whether some node of it has moved or moves.
+    /// True if a node of the block has moved or moves.
     pub awake: AtomicBool,
-    /// Whether a node of it was active at this tick through another block.
+    /// True if a node of the block was active at this tick through another block.
     pub looked_at: bool,
-    /// Whether a group of it may raise its step.
+    /// True if a group of the block may raise its step.
     pub restless: bool,
-    /// Whether its elements remember what the state does not know yet.
+    /// True if history variables in the block are newer than those of the state.
     pub has_unsaved_history: bool,
-    /// What a sweep at this tick found, if it was swept.
+    /// Report of the sweep at this tick; `None` if the block was not swept.
     pub report: Option<BlockReport>,
-    /// What its groups that fired at its last sweep store, and what they have lost since the tick before of each.
+    /// Energy stored by the groups active at the last sweep, and their dissipation since the previous tick of each.
     pub spent: Spent,
-    /// What its groups that fire came to then.
+    /// Energy residual of the groups active at the last sweep.
     pub step_residual: StepResidual,
-    /// The group whose answer holds the power of all that have not told theirs, if they were found in one sum.
+    /// Group whose response accumulates the power of all groups without their own power; `None` if each has its own.
     pub power_accumulator: Option<usize>,
 }
 
-/// What a sweep of a block finds.
+/// Report of the sweep of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BlockReport {
-    /// Elements evaluated that are not all at rest.
+    /// Number of elements evaluated that are not all at rest.
     pub updates: u64,
     /// Least J.
     pub least_jacobian: f64,
-    /// Whether an element of a group that fires is turned over within its step.
+    /// True if an element of an active group inverts within its step.
     pub closes: bool,
-    /// The first group that has an element inverted for the second tick in a row, or an energy that is no number.
+    /// First group with an element inverted for the second tick in a row, or with an energy that is not a number.
     pub failed_group: Option<usize>,
 }
 
@@ -116,68 +117,69 @@ impl Default for BlockReport {
     }
 }
 
-/// Where a node is: which block, and where what that gives it stands among all parts.
+/// Copy of a shared node in a block: the block, and the index of the entry of the node among all parts.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NodeCopy {
     pub block: u32,
     pub at: u32,
 }
 
-/// What the nodes of a block look up and leave at a tick.
+/// Monitor of the stable limits in a block: it tells which limits of nodes can change a step.
 #[derive(Debug, Default)]
 pub(super) struct Front {
-    /// Whether what the block gives to them is in its part.
+    /// True if the part of the block contributes impulses at this tick.
     pub gives: bool,
-    /// From which limit on and below which one the steps of the block stay as they are, s, whichever node has it.
+    /// Limits of any node that change no step of the block, s: from the first on and below the second.
     hold_range: (f64, f64),
-    /// The same of each node, no less; none where all groups are of one step and no limit was outside yet.
+    /// Limits of each node that change no step, s, at least as wide; empty where all groups have one step and no
+    /// limit has left the range of the block.
     node_hold_ranges: Vec<(f64, f64)>,
-    /// Whether a node has found another one.
+    /// True if a node has found a limit that may change a step.
     is_check_requested: AtomicBool,
 }
 
-/// In which block, from 1, a node was met last, and its number there.
+/// Mark of the last visit to a node: the block, counted from 1, and the local number there.
 #[derive(Debug, Clone, Copy, Default)]
 struct VisitMark {
     block: u32,
     number: u16,
 }
 
-/// All blocks.
+/// All blocks of a gel.
 #[derive(Debug)]
 pub(super) struct Blocks<const D: usize> {
     pub all: Vec<Block>,
-    /// What the last sweep of each block gave to its nodes, and Σ κ of all its elements there.
+    /// Contributions of each block to its nodes: impulses of its last sweep and Σ κ of all its elements.
     pub parts: Vec<Accumulated>,
-    /// One of each block.
+    /// Step monitor of each block.
     pub fronts: Vec<Front>,
     pub lanes: Lanes<D>,
-    /// What the elements remember, batch by batch; what the state holds of it is older while ticks are processed.
+    /// History variables, batch by batch; those of the state lag behind while ticks are processed.
     pub memory: Vec<Recall>,
-    /// Memories of an element there.
+    /// History variables per element.
     pub memories: usize,
-    /// κ that the last sweep found of the element behind each loaded facet, N/m, without what pressures add to it.
+    /// κ of the element behind each loaded facet at the last sweep, without the stiffness of the pressure, N/m.
     pub unloaded: Vec<f64>,
-    /// Groups of a block, and in all.
+    /// Groups per block, and in all.
     pub groups: usize,
     n_groups: usize,
     start: Vec<u32>,
     spots: Vec<NodeCopy>,
-    /// What blocks have in common with each stretch of nodes.
+    /// Overlaps of the blocks with each tile of nodes.
     pub overlaps: Vec<Vec<TileOverlap>>,
-    /// What a sweep works with.
+    /// Node caches of the sweeps, one per thread.
     pub locals: PerThread<Local>,
-    /// To what positions are rounded, m.
+    /// Rounding error of positions, m.
     pub still: f64,
     pub level: Level,
-    /// Whether also what is at rest is swept.
+    /// True if blocks at rest are swept as well.
     pub never_rest: bool,
-    /// Whether a node that stands where it rests can be pulled all the same: where the elements of a later mesh remember.
+    /// True if a node at its rest position can be pulled, because elements of a later mesh carry history.
     pub is_prestrained: bool,
 }
 
 impl<const D: usize> Blocks<D> {
-    /// The blocks of a potential that has lanes.
+    /// Builds the blocks; `None` for a potential without SIMD layout.
     pub fn new<P: Potential<D>>(gel: &Gel<D, P>, order: &Order) -> Option<Self> {
         let slots: Vec<Option<ElementId>> = (0..order.n_slots()).map(|slot| order.element(slot)).collect();
         let mut local = vec![[0; MAX_NODES]; slots.len()];
@@ -235,13 +237,13 @@ impl<const D: usize> Blocks<D> {
         })
     }
 
-    /// Where a node is, in the order of the blocks.
+    /// Returns the copies of a node, in the order of the blocks.
     #[inline]
     pub fn spots(&self, node: usize) -> &[NodeCopy] {
         &self.spots[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
-    /// Whether a node is one of what fires.
+    /// Returns true if a node belongs to an active group.
     pub fn fires(&self, node: usize) -> bool {
         self.spots(node).iter().any(|spot| {
             let block = &self.all[spot.block as usize];
@@ -254,17 +256,17 @@ impl<const D: usize> Blocks<D> {
         })
     }
 
-    /// Nodes of all blocks.
+    /// Returns the number of nodes of all blocks.
     pub fn n_nodes(&self) -> usize {
         self.start.len() - 1
     }
 
-    /// The groups of a block.
+    /// Returns the groups of a block.
     pub fn groups_of(&self, block: usize) -> Range<usize> {
         group_range(block, self.groups, self.n_groups)
     }
 
-    /// Takes the steps of its groups into a block: within which limits a node of them leaves them as they are.
+    /// Updates the step range of a block and the limits that change no step.
     pub fn update_steps(&mut self, block: usize, clocks: &[Clock], grid: TickGrid) {
         let groups = self.groups_of(block);
         let steps = clocks[groups.clone()].iter().map(|clock| clock.step);
@@ -280,7 +282,7 @@ impl<const D: usize> Blocks<D> {
         }
     }
 
-    /// Σ p, N·s, and Σ κ, N/m, that the blocks give to these nodes, in their order.
+    /// Sums the impulses Σ p, N·s, and stiffnesses Σ κ, N/m, of the blocks at these nodes, in the order of the blocks.
     pub fn sum_parts(&self, nodes: &[usize]) -> [Accumulated; NODE_BATCH] {
         let mut parts = [[0.0; 4]; NODE_BATCH];
         for (node, sum) in nodes.iter().zip(&mut parts) {
@@ -293,30 +295,30 @@ impl<const D: usize> Blocks<D> {
         parts
     }
 
-    /// The blocks around a node that moves must be swept from now on.
+    /// Activates the blocks around a moving node: they are swept from now on.
     pub fn activate_around(&self, node: usize) {
         for spot in self.spots(node) {
             self.activate(spot.block as usize);
         }
     }
 
-    /// The steps around a node must be looked at as soon as they end.
+    /// Requests a check of the steps around a node at their next tick.
     pub fn stir(&mut self, node: usize) {
         for at in self.start[node]..self.start[node + 1] {
             self.all[self.spots[at as usize].block as usize].restless = true;
         }
     }
 
-    /// A block must be swept from now on.
+    /// Activates a block: it is swept from now on.
     pub fn activate(&self, block: usize) {
         let awake = &self.all[block].awake;
-        // Threads share what is written: not again and again.
+        // Threads share this flag, so it is written only once.
         if !awake.load(Ordering::Relaxed) {
             awake.store(true, Ordering::Relaxed);
         }
     }
 
-    /// All steps, who moves, and nothing known of what blocks give.
+    /// Resets steps, moving blocks and the validity of all parts.
     pub fn reset(&mut self, clocks: &[Clock], grid: TickGrid, moves: impl Fn(usize) -> bool) {
         let strained = self.is_prestrained;
         for i in 0..self.all.len() {
@@ -328,7 +330,7 @@ impl<const D: usize> Blocks<D> {
         }
     }
 
-    /// Bytes held.
+    /// Returns the memory held, bytes.
     pub fn bytes(&self) -> usize {
         let of = |block: &Block| {
             let own = 4 * block.nodes.capacity();
@@ -347,16 +349,18 @@ impl<const D: usize> Blocks<D> {
     }
 }
 
-/// The groups of a block, of so many to a block and in all.
+/// Returns the groups of a block, from the groups per block and in all.
 pub(super) fn group_range(block: usize, groups: usize, all: usize) -> Range<usize> {
     block * groups..all.min((block + 1) * groups)
 }
 
 impl Front {
-    /// Finds within which limits each of so many nodes leaves the steps of these groups as they are, s, of limits that are known, s,
-    /// or infinite. A limit below a step shortens it, whichever node has it. No step is raised as long as one node of the group has a
-    /// limit below [`RAISE_MARGIN`] steps: of those known the least is watched for it, and the others need not be; if there is none,
-    /// all are.
+    /// Finds the limits, s, of each node that leave the steps of these groups unchanged; unknown `limits` are
+    /// infinite.
+    ///
+    /// A limit below a step shortens the step, at any node. No step is raised while one node of the group has a
+    /// limit below [`RAISE_MARGIN`] steps. If such a limit is known, only the node with the least one is watched;
+    /// otherwise all are.
     pub fn watch<const D: usize>(
         &mut self,
         (n_nodes, groups, lanes): (usize, Range<usize>, &Lanes<D>),
@@ -380,32 +384,32 @@ impl Front {
         }
     }
 
-    /// At the start of the node phase of a tick.
+    /// Prepares the monitor at the start of the node loop of a tick.
     pub fn prepare(&mut self, block: &Block) {
         self.gives = block.contributes();
         *self.is_check_requested.get_mut() = !block.may_hold_steps();
     }
 
-    /// Whether limits between these, s, leave all steps as they are, whichever nodes have them.
+    /// Returns true if limits in this range, s, at any nodes leave all steps unchanged.
     #[inline]
     pub fn holds_for_all(&self, least: f64, most: f64) -> bool {
         self.hold_range.0 <= least && most < self.hold_range.1
     }
 
-    /// Whether this limit, s, of a node, by its number within the block, does.
+    /// Returns true if this limit, s, of a node, by its local number, leaves all steps unchanged.
     #[inline]
     pub fn holds_at(&self, number: usize, limit: f64) -> bool {
-        // What no node of the block finds anything in needs no look at its own.
+        // The range of the block is the narrower one and is tried first.
         self.holds_for_all(limit, limit)
             || self.node_hold_ranges.get(number).is_some_and(|own| own.0 <= limit && limit < own.1)
     }
 
-    /// A node has found another one.
+    /// Requests a check of the steps of the block.
     pub fn request_check(&self) {
         self.is_check_requested.store(true, Ordering::Relaxed);
     }
 
-    /// Whether no limit may change a step.
+    /// Returns true if no limit may change a step.
     pub fn is_calm(&mut self) -> bool {
         !*self.is_check_requested.get_mut()
     }
@@ -439,50 +443,50 @@ impl Block {
         Self { n_elements, awake: AtomicBool::new(true), restless: true, nodes, ..Self::default() }
     }
 
-    /// The runs in which its nodes are.
+    /// Returns the chunks of nodes that contain its nodes.
     pub fn runs(&self) -> Vec<u32> {
         let mut runs: Vec<u32> = self.nodes.iter().map(|node| (node.index() / RUN) as u32).collect();
         runs.dedup();
         runs
     }
 
-    /// Whether some node of it has moved or moves.
+    /// Returns true if a node of the block has moved or moves.
     pub fn is_awake(&self) -> bool {
         self.awake.load(Ordering::Relaxed)
     }
 
-    /// Whether it must be swept at this tick: at rest, what it would answer is known once it was swept so as a whole.
+    /// Returns true if the block must be swept at this tick; a block at rest need not after one full sweep at rest.
     pub fn needs_sweep(&self) -> bool {
         self.due != Due::Nothing && (self.is_awake() || self.cache != SweepCache::AtRest)
     }
 
-    /// Its elements that must be swept at this tick.
+    /// Returns the number of elements to sweep at this tick.
     pub fn elements_to_sweep(&self) -> u64 {
         if self.needs_sweep() { self.n_active_elements } else { 0 }
     }
 
-    /// Whether what it gives to its nodes at this tick is in its part.
+    /// Returns true if its part contributes impulses at this tick.
     pub fn contributes(&self) -> bool {
         self.due != Due::Nothing && self.is_awake()
     }
 
-    /// Whether all its steps stay as they are unless a node finds a limit that changes one: all have begun, and none is about to
-    /// be raised.
+    /// Returns true if all steps hold unless a node finds a limit that changes one: all groups have begun, and no
+    /// step is about to be raised.
     fn may_hold_steps(&self) -> bool {
         self.contributes() && !self.restless && self.steps.0 > 0
     }
 
-    /// What is around the groups that fire, where some do.
+    /// Returns the node star of the active groups where some are active.
     ///
     /// # Panics
-    /// Where none or all do, or before what fires is found out and swept.
+    /// Where none or all are active, or before the active groups are found and swept.
     pub fn active_star(&self) -> &GroupStar {
         let around = self.active_stars.get(&self.longest_active).expect("it is found out first what fires");
         debug_assert!(!around.nodes.is_empty(), "a sweep comes before what is around");
         around
     }
 
-    /// The numbers of its nodes that fire.
+    /// Returns the local numbers of its active nodes.
     pub fn active(&self) -> impl Iterator<Item = usize> + '_ {
         let all = if self.due == Due::All { 0..self.nodes.len() } else { 0..0 };
         let some = if self.due == Due::Some { self.active_star().nodes.as_slice() } else { &[] };

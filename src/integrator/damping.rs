@@ -1,4 +1,4 @@
-//! Damping in proportion to mass: each node loses speed by itself, as exp(−αt) between its kicks, for answers at rest.
+//! Mass-proportional damping: each node loses speed as exp(−αt) between its kicks, for equilibrium solutions.
 
 use super::engine::Engine;
 use crate::contact::Freedom;
@@ -6,10 +6,10 @@ use crate::fem::Potential;
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed};
 
-/// What damping takes out of nodes.
+/// Loss of energy and momentum to damping.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct DampingLoss {
-    /// Σ J·(v⁻ + v⁺)/2, J.
+    /// Work of the damping impulses, Σ J·(v⁻ + v⁺)/2, J.
     pub energy: f64,
     momentum: Vector3,
     angular_momentum: Vector3,
@@ -34,7 +34,7 @@ impl std::ops::Add for DampingLoss {
 }
 
 impl DampingLoss {
-    /// The impulse on a node at `at`.
+    /// Adds the damping impulse on a node at `at`, m.
     pub fn add_impulse<const D: usize>(&mut self, freedom: Freedom, at: &Vector<D>, impulse: &Vector<D>) {
         let impulse = embed(impulse);
         self.momentum += freedom.translation(&impulse);
@@ -48,14 +48,14 @@ impl DampingLoss {
     }
 }
 
-/// The part of its velocity that a node gains in this time, s, exp(−αt) − 1.
+/// Returns the relative change of velocity by damping over a time, s: exp(−αt) − 1.
 #[inline]
 pub(super) fn fade(rate: f64, time: f64) -> f64 {
     libm::expm1(-rate * time)
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// The impulse of the damping on a node at this tick, N·s.
+    /// Returns the damping impulse on a node at this tick, N·s.
     pub(super) fn drag(&self, a: usize) -> Vector<D> {
         if self.rules.damping > 0.0 && self.scratch.active.has(a) {
             self.scratch.before[a] * (self.gel.mass[a] * self.scratch.fade[a])
@@ -77,7 +77,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         damped.post(&mut self.state.ledger);
     }
 
-    /// Posts its work in the reference form, once all velocities of the tick are known.
+    /// Posts the work of damping of the reference form, once all velocities of the tick are known.
     pub(super) fn book_damping(&mut self) {
         let both = |a: usize| self.scratch.before[a] + self.state.velocity[a];
         let of = |a: usize| 0.5 * self.drag(a).dot(&both(a));

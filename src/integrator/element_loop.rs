@@ -1,4 +1,5 @@
-//! The element phase: what fires, and one pure pass over it from positions to forces, shared among threads.
+//! Element loop: finds the active elements and evaluates them in one pass from positions to forces, shared among
+//! threads.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
@@ -16,7 +17,7 @@ use fearless_simd::Level;
 use prefetch_index::prefetch_index;
 use std::sync::atomic::Ordering;
 
-/// What a sweep reads.
+/// Input of a sweep over the elements.
 #[derive(Clone, Copy)]
 pub(super) struct SweepInput<'a, const D: usize> {
     pub moment: Moment,
@@ -30,7 +31,7 @@ pub(super) struct SweepInput<'a, const D: usize> {
     pub order: &'a Order,
 }
 
-/// What a sweep writes, from some block on.
+/// Output of a sweep, from a first block on.
 struct SweepOutput<'a> {
     first: usize,
     blocks: &'a mut [Block],
@@ -38,13 +39,13 @@ struct SweepOutput<'a> {
     stiffness: &'a mut [f64],
     answers: &'a mut [GroupAnswer],
     memory: &'a mut [Recall],
-    /// Groups of a block, and numbers that its elements remember, in rows of eight.
+    /// Groups per block, and rows of history variables per block, eight lanes each.
     groups: usize,
     rows: usize,
 }
 
 impl SplitWork for SweepOutput<'_> {
-    /// By the elements of the blocks that fire.
+    /// Splits by the number of elements to sweep.
     fn split_at_part(self, part: usize, of: usize) -> (Self, Self) {
         let Self { first, blocks, parts, stiffness, answers, memory, groups, rows } = self;
         let middle = count_for_share(blocks, part as f64 / of as f64);
@@ -60,15 +61,15 @@ impl SplitWork for SweepOutput<'_> {
     }
 }
 
-/// Batches of a block.
+/// SIMD batches per block.
 const BATCHES_PER_BLOCK: usize = SLOTS / LANES;
 
-/// Elements below which a tick is not shared: some 100 µs of work. The ticks of what contact steps more often, a tenth of
-/// `sphere-block` in cells of 2.4 mm, are above it.
+/// Number of elements below which a tick is not shared among threads: some 100 µs of work. Ticks of elements that
+/// contact steps more often, a tenth of `sphere-block` in cells of 2.4 mm, are above it.
 pub(super) const MIN_SHARED_ELEMENTS: u64 = 4_096;
 
 impl<const D: usize> Blocks<D> {
-    /// Finds out what fires; the number of elements that must be swept.
+    /// Finds the active groups of every block; returns the number of elements to sweep.
     pub fn find_active(&mut self, input: &SweepInput<'_, D>) -> u64 {
         for (i, block) in self.all.iter_mut().enumerate() {
             block.find_active(input, group_range(i, self.groups, input.clocks.len()));
@@ -76,7 +77,7 @@ impl<const D: usize> Blocks<D> {
         self.all.iter().map(Block::elements_to_sweep).sum()
     }
 
-    /// Sweeps all that is due and awake.
+    /// Sweeps all active blocks that are not known to be at rest.
     pub fn sweep(
         &mut self,
         input: &SweepInput<'_, D>,
@@ -135,7 +136,7 @@ struct BlockKernel<'a, const D: usize> {
     is_prestrained: bool,
 }
 
-/// The number of blocks that have about this part of the work that is due.
+/// Counts the leading blocks that have about this fraction of the elements to sweep.
 pub(super) fn count_for_share(blocks: &[Block], part: f64) -> usize {
     let wanted = blocks.iter().map(Block::elements_to_sweep).sum::<u64>() as f64 * part;
     let mut so_far = 0;
@@ -146,9 +147,10 @@ pub(super) fn count_for_share(blocks: &[Block], part: f64) -> usize {
     blocks.iter().position(reached).map_or(blocks.len(), |at| at + 1)
 }
 
-/// The longest of these steps that fires at a tick, if the least does: each is a power of two, and one bit of `lengths`.
+/// Returns the longest of these steps that is active at a tick, if the least one is: each is a power of two, one
+/// bit of `lengths`.
 fn longest_active_step(lengths: Tick, tick: Tick) -> Tick {
-    // The lowest bit of the tick and those below it.
+    // The lowest bit of the tick and all bits below it.
     let fires = lengths & (tick ^ (tick - 1));
     1 << fires.ilog2()
 }
@@ -172,21 +174,22 @@ impl Block {
         }
     }
 
-    /// Finds what is around the groups that fire where some do, unless it is known from an earlier tick.
+    /// Finds the node star of the active groups where some are active, unless an earlier tick has found it.
     fn find_star<const D: usize>(&mut self, lanes: &Lanes<D>, groups: std::ops::Range<usize>) {
         if let Some(around) = self.active_stars.get_mut(&self.longest_active).filter(|around| around.nodes.is_empty()) {
             around.find_nodes(lanes, groups);
         }
     }
 
-    /// The groups that fire, of all of the block.
+    /// Returns the active groups among all groups of the block.
     fn active_groups(&self, all: std::ops::Range<usize>) -> impl Iterator<Item = usize> + '_ {
         let all = if self.due == Due::All { all } else { 0..0 };
         let some = if self.due == Due::Some { self.active_star().groups.as_slice() } else { &[] };
         all.chain(some.iter().map(|group| *group as usize))
     }
 
-    /// Loads the nodes as they are at this tick, and sweeps unless all are at rest and were swept so before.
+    /// Loads the nodes at this tick and sweeps the active elements, unless all are at rest and were fully swept at
+    /// rest before.
     fn sweep<const D: usize>(
         &mut self,
         input: &SweepInput<'_, D>,
@@ -209,7 +212,7 @@ impl Block {
             return;
         }
         let moves = self.load_nodes(input, level, local);
-        // Of a block that fires in part the other nodes may move.
+        // In a partly active block the other nodes may move.
         let moves = moves || is_prestrained || (self.due == Due::Some && self.is_awake());
         self.awake.store(moves, Ordering::Relaxed);
         if !moves && self.cache == SweepCache::AtRest {
@@ -240,7 +243,7 @@ impl Block {
         self.power_accumulator = steady.map(|_| groups.start);
     }
 
-    /// Puts what a sweep of some groups gave into the part, where nothing comes from the others but their κ.
+    /// Stores the sweep of some groups in the part; the other groups contribute only their κ.
     fn store_partial(&self, given: &[Accumulated], stiffness: &[f64], part: &mut [Accumulated]) {
         let GroupStar { nodes, slots, ends, .. } = self.active_star();
         for part in part.iter_mut() {
@@ -256,15 +259,15 @@ impl Block {
         }
     }
 
-    /// The step of all its groups, ticks, if they fire together after one that was whole: then the powers of all are found at the
-    /// nodes, in one sum.
+    /// Returns the step of all groups, ticks, if all are active after a whole step: the power of all groups is then
+    /// summed at the nodes at once.
     fn uniform_step(&self, moment: &Moment) -> Option<Tick> {
         let (least, most) = self.steps;
         let whole = moment.phase == Phase::Between && most > 0 && moment.ticks_since_last(most) == most;
         (self.due == Due::All && least == most && whole).then_some(most)
     }
 
-    /// Whether a node has moved or moves.
+    /// Loads the active nodes; returns true if one of them has moved or moves.
     fn load_nodes<const D: usize>(&self, input: &SweepInput<'_, D>, level: Level, local: &mut Local) -> bool {
         local.begin();
         let nodes = self.nodes.as_slice();
@@ -275,7 +278,7 @@ impl Block {
         local.load(level, input, some.map(|number| (number, nodes[number])))
     }
 
-    /// Notes what the groups that fire answered.
+    /// Summarises the responses of the active groups in the report.
     fn make_report<const D: usize>(
         &mut self,
         input: &SweepInput<'_, D>,
@@ -285,7 +288,7 @@ impl Block {
     ) {
         let updates = if moves { self.elements_to_sweep() } else { 0 };
         let mut report = BlockReport { updates, ..BlockReport::default() };
-        // Clocks are not read where nobody need: they come from far.
+        // A clock is read only where needed: it is far in memory.
         for group in self.active_groups(groups.clone()) {
             let answer = &answers[group - groups.start];
             report.least_jacobian = report.least_jacobian.min(answer.least_jacobian);
@@ -298,23 +301,24 @@ impl Block {
     }
 }
 
-/// Whether an element of a group would be turned over within a step, s.
+/// Returns true if an element of a group would invert within a step, s.
 pub(super) fn closes(answer: &GroupAnswer, step: f64) -> bool {
     answer.closing * step > 1.0
 }
 
-/// Whether an answer ends the run: an element inverted for the second tick in a row, or an energy that is no number.
+/// Returns true if a response ends the run: an element inverted for the second tick in a row, or an energy that is
+/// not a number.
 pub(super) fn is_failure(clock: &Clock, answer: &GroupAnswer) -> bool {
     needs_check(answer) && (!answer.energy.is_finite() || answer.inverted & clock.inverted != 0)
 }
 
-/// Whether an answer may end the run, whatever was before.
+/// Returns true if a response may end the run, whatever the previous tick.
 fn needs_check(answer: &GroupAnswer) -> bool {
     !answer.energy.is_finite() || answer.inverted != 0
 }
 
 impl<const D: usize> SweepInput<'_, D> {
-    /// The kick of a group that fires; of no length at the start, when no step is known yet.
+    /// Returns the kick of an active group; its length is 0 at the start, when no step is known yet.
     #[inline(always)]
     fn kick(&self, step: Tick) -> Option<Kick> {
         let kick = || Kick {
@@ -381,15 +385,15 @@ mod tests {
         assert_eq!(found, [1, 1, 16, 16, 16, 256, 256, 256]);
     }
 
-    /// A pressure on every facet.
+    /// Puts a pressure on every facet.
     fn loads(gel: &Gel<3, Simplices<3>>) -> Loads {
         let of = |(facet, behind): (&Facet, &ElementId)| Loaded { facet: *facet, behind: *behind, mark: 1 };
         let facets = gel.surface.facets.iter().zip(&gel.behind).map(of).collect();
         Loads { section: Section::Spatial, pressures: vec![Pressure::new(vec![(0.0, 0.0), (1e-3, 50.0)])], facets }
     }
 
-    /// How many times a block was found to be swept in part after one of so many communication steps; after each, every part has κ as
-    /// all elements of its block have it.
+    /// Counts the partly swept blocks found after each of these communication steps; checks after each step that
+    /// every part has the κ of all elements of its block.
     fn swept_in_part(mut engine: Engine<3, Simplices<3>>, steps: u32) -> usize {
         let (mut in_part, mut seen) = (0, None);
         for step in 1..=steps {

@@ -1,4 +1,4 @@
-//! What the groups that fire leave in their clocks, and the residuals of their steps (numerics A6).
+//! Energy residuals of the steps, and the update of the clocks of active groups (numerics A6).
 
 use super::blocks::{Block, Blocks};
 use super::element_loop::count_for_share;
@@ -8,12 +8,12 @@ use super::{Pool, TickGrid};
 use crate::fem::{GroupAnswer, Spent};
 use crate::state::Clock;
 
-/// What the groups of a block that fire, or of all blocks, come to.
+/// Energy residual of the active groups of a block, or of all blocks.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct StepResidual {
-    /// Σ ΔV + Σ A of the last tick − Σ A of this one, J.
+    /// Residual Σ ΔV + Σ A of the last tick − Σ A of this one, J; A is the leading-half work.
     pub residual: f64,
-    /// What they store and have lost.
+    /// Stored energy and dissipation.
     pub spent: Spent,
 }
 
@@ -25,17 +25,17 @@ impl StepResidual {
     }
 }
 
-/// Blocks from some one on, with the clocks and the answers of their groups.
+/// Update of the clocks of some consecutive blocks from the responses of their groups.
 struct ClockUpdate<'a> {
     blocks: &'a mut [Block],
     clocks: &'a mut [Clock],
     answers: &'a [GroupAnswer],
-    /// Groups of a block.
+    /// Groups per block.
     groups: usize,
 }
 
 impl SplitWork for ClockUpdate<'_> {
-    /// By the elements of the blocks that fire.
+    /// Splits by the number of elements to sweep.
     fn split_at_part(self, part: usize, of: usize) -> (Self, Self) {
         let Self { blocks, clocks, answers, groups } = self;
         let middle = count_for_share(blocks, part as f64 / of as f64);
@@ -48,11 +48,13 @@ impl SplitWork for ClockUpdate<'_> {
     }
 }
 
-/// Elements above which books are shared, 0.25 ns each: those of 169 200 take 41 µs by one thread and 30 by two that are awake.
+/// Number of element updates above which the clock update is shared, 0.25 ns each: 169 200 elements take 41 µs on
+/// one thread and 30 on two spinning ones.
 const MIN_SHARED_UPDATES: u64 = 50_000;
 
 impl<const D: usize> Blocks<D> {
-    /// Takes the answers of all groups that fire into their clocks, block by block; what they come to does not depend on the threads.
+    /// Takes the responses of all active groups into their clocks, block by block; the sum does not depend on the
+    /// threads.
     pub fn update_clocks(
         &mut self,
         grid: TickGrid,
@@ -64,7 +66,7 @@ impl<const D: usize> Blocks<D> {
         let updates = self.all.iter().filter_map(|block| block.report).map(|report| report.updates).sum::<u64>();
         let pool = pool.filter(|_| updates > MIN_SHARED_UPDATES);
         let ahead = |clock: &Clock| grid.time(moment.ahead(clock.step));
-        // What is at rest where a mesh begins was swept once, and not once more.
+        // A block at rest at the first tick of a mesh was swept once and not again.
         let answered = |block: &Block| block.report.is_some() || moment.phase == Phase::First;
         let n_blocks = self.all.len();
         let work = ClockUpdate { blocks: &mut self.all, clocks, answers, groups: self.groups };
@@ -72,7 +74,7 @@ impl<const D: usize> Blocks<D> {
             let of_blocks = update.clocks.chunks_mut(update.groups).zip(update.answers.chunks(update.groups));
             let swept = update.blocks.iter_mut().zip(of_blocks).filter(|(block, _)| answered(block));
             for (block, (clocks, answers)) in swept {
-                // In one pass without a look back: a sum kept in the block is written and read again for each group.
+                // One pass with a local sum; a sum in the block would be written and read again for each group.
                 let mut residual = 0.0;
                 for (clock, answer) in clocks.iter_mut().zip(answers).filter(|(clock, _)| moment.fires(clock.step)) {
                     residual += update_clock(clock, answer, ahead(clock));
@@ -85,8 +87,8 @@ impl<const D: usize> Blocks<D> {
     }
 }
 
-/// Takes an answer into a clock; what V and A changed by, J. Zeros have no sign there: what is at rest and is swept once more, as after
-/// a restart, may find the other one.
+/// Takes a response into a clock; returns the change of V and A, J. Zeros lose their sign, because a block at rest
+/// that is swept again, as after a restart, may find the other one.
 pub(super) fn update_clock(clock: &mut Clock, answer: &GroupAnswer, step: f64) -> f64 {
     let ahead = 0.5 * step * answer.power;
     let residual = answer.energy - clock.energy + clock.ahead - ahead;

@@ -1,4 +1,4 @@
-//! The kicks of one tick, and the books of what they did (numerics 1.2, A6).
+//! Kicks of a tick and their entries in the ledger (numerics 1.2, A6).
 
 use super::blocks::Blocks;
 use super::contact_solver::Touch;
@@ -14,7 +14,7 @@ use crate::math::{Vector, Vector3, embed, restrict};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
 
-/// What held directions take up.
+/// Reaction of the held directions: linear and angular momentum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Taken {
     momentum: Vector3,
@@ -39,7 +39,7 @@ impl std::ops::Add for Taken {
 }
 
 impl Taken {
-    /// What the held directions of a node at `at` take up of a push.
+    /// Adds the reaction of the held directions of a node at `at`, m, to an impulse, N·s.
     pub fn add<const D: usize>(&mut self, free: &Vector<D>, freedom: Freedom, (at, push): (Vector3, Vector3)) {
         if free.min() == 0.0 {
             let taken = embed(&restrict::<D>(&push).component_mul(free)) - push;
@@ -47,7 +47,7 @@ impl Taken {
         }
     }
 
-    /// A push on a node at `at` by what holds.
+    /// Adds a reaction impulse on a node at `at`, m.
     pub fn give(&mut self, freedom: Freedom, (at, push): (Vector3, Vector3)) {
         self.momentum += freedom.translation(&push);
         self.angular_momentum += freedom.rotation(&at.cross(&push));
@@ -59,7 +59,7 @@ impl Taken {
     }
 }
 
-/// A node that a pressure or a contact may push, and its velocities before the kicks of the tick and before these.
+/// Node with an impulse of pressure or contact, with its velocities before the element kicks and before that impulse.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ImpulseNode<const D: usize> {
     pub node: NodeId,
@@ -68,7 +68,8 @@ pub(super) struct ImpulseNode<const D: usize> {
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// What is left of the kicks of the fast form after its nodes were kicked, then the pressures and the contact solve; Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
+    /// Completes the kicks of the SIMD form, applies the pressures and solves contact; returns Σ p·(v⁻ + v⁺)/2 − Σ
+    /// ΔQ, J.
     pub(super) fn kick_fast(&mut self, tick: Tick, sums: &KickSums) -> f64 {
         let begun = (self.phase == Phase::First).then(|| self.take_first_kick(tick));
         let sums = begun.as_ref().unwrap_or(sums);
@@ -84,14 +85,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         sums.work + mended + self.account_for_impulses(tick)
     }
 
-    /// The kicks with which a mesh begins: its first sweep found the steps, with one more every group takes half of its own.
+    /// Takes the first kick of a mesh: the first sweep has found the steps, a second one kicks by half of each.
     fn take_first_kick(&mut self, tick: Tick) -> KickSums {
         self.answer(tick);
         self.stiffen();
         self.advance_nodes(tick)
     }
 
-    /// The kicks of groups whose step has changed: half of the step ahead, where a sweep has taken half of the planned one.
+    /// Corrects the kicks of groups whose step changed: the sweep took half of the planned step; adds half of the
+    /// difference to the chosen one.
     fn correct_kicks(&mut self) -> f64 {
         let mut answers = std::mem::take(&mut self.scratch.reference.elements);
         let mut work = 0.0;
@@ -113,19 +115,20 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         work
     }
 
-    /// Takes the power of a group out of the sum of its block, as its step ahead is not that of the others.
+    /// Takes the power of a group out of the sum of its block, because its next step differs from that of the other
+    /// groups.
     fn separate_power(&mut self, group: usize, elements: &[(ElementId, Answer<D>)]) {
         let Some(mut blocks) = self.blocks.take() else { return };
         let block = group / blocks.groups;
         let end = blocks.groups_of(block).end;
         if let Some(power_accumulator) = &mut blocks.all[block].power_accumulator {
             let of_node = |(node, f): (&NodeId, &Vector<D>)| f.dot(&self.scratch.before[node.index()]);
-            let history_range = |(element, answer): &(ElementId, Answer<D>)| -> f64 {
+            let element_power = |(element, answer): &(ElementId, Answer<D>)| -> f64 {
                 self.gel.potential.nodes(*element).iter().zip(&answer.forces).map(of_node).sum()
             };
-            let power = elements.iter().map(history_range).sum();
+            let power = elements.iter().map(element_power).sum();
             let rest = self.scratch.answers[*power_accumulator].power - power;
-            // Groups come in ascending order: where the first one leaves, the next one holds the rest.
+            // Groups come in ascending order: where the first one leaves, the next one accumulates the rest.
             *power_accumulator += usize::from(*power_accumulator == group);
             self.scratch.answers[group].power = power;
             self.scratch.answers[*power_accumulator..end].iter_mut().take(1).for_each(|answer| answer.power = rest);
@@ -133,7 +136,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.blocks = Some(blocks);
     }
 
-    /// A kick of an element after those of the tick; what it did more, J.
+    /// Adds a kick of an element to those of the tick; returns the additional work less the change of the energy
+    /// residual, J.
     fn kick_more(&mut self, element: ElementId, answer: &Answer<D>, weight: f64) -> f64 {
         let (gel, mut taken, mut work) = (self.gel.clone(), Taken::default(), 0.0);
         for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
@@ -141,8 +145,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let kicked = self.state.velocity[a];
             self.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
             let (first, both) = (kicked - self.scratch.before[a], self.state.velocity[a] - self.scratch.before[a]);
-            // Of p = m Δ the work is p·v⁻ + p·Δ/2, and Q half of p·Δ: no kick is mended in the first or last tick of a mesh. That of
-            // the damping in it is not the element's.
+            // The impulse p = m Δ does the work p·v⁻ + p·Δ/2, and Q is half of p·Δ, because no kick is corrected in
+            // the first or last tick of a mesh. The work of damping in it is not the element's.
             let damped = self.drag(a).dot(&(both - first));
             self.state.ledger.energy.damping += 0.5 * damped;
             let more = gel.mass[a] * (both.norm_squared() - first.norm_squared()) - damped;
@@ -155,11 +159,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         work
     }
 
-    /// The speeds of the active nodes: run by run where the fast form has gone through all runs.
+    /// Records the speeds of the active nodes in the neighbour list: by chunks where the SIMD form has gone through
+    /// all of them.
     pub(super) fn note_speeds(&mut self) {
         let (active, runs) = (&self.scratch.active, self.scratch.sums.iter().map(|sums| sums.max_speed_squared.sqrt()));
         self.watch.note_speeds(active.all, runs);
-        // The reference form has no runs.
+        // The reference form has no chunks.
         let listed = if self.blocks.is_none() { active.of_reference() } else { active.few().unwrap_or_default() };
         for node in listed.iter().map(|node| *node as usize) {
             self.watch.note_speed(node, self.state.velocity[node].norm());
@@ -187,8 +192,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.scratch.carriers = carriers;
     }
 
-    /// What the kicks did more because pressures and contact changed the velocity after them, Σ p·(v⁺ − v)/2 with
-    /// p = m (v − v⁻) without the damping, less what it added to Q.
+    /// Accounts for the change of velocity by pressures and contact after the kicks. Returns their additional work,
+    /// Σ p·(v⁺ − v)/2 with p = m (v − v⁻) without the damping, less the change of Q, J.
     fn account_for_impulses(&mut self, tick: Tick) -> f64 {
         let mut work = 0.0;
         for i in 0..self.scratch.carriers.len() {
@@ -205,8 +210,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         work
     }
 
-    /// Posts the integration residual of the firing groups, Σ ΔV + Σ A of the last tick + W − Σ A of this one: zero for the
-    /// exact motion, second order in the step.
+    /// Posts the integration residual of the active groups, Σ ΔV + Σ A of the last tick + W − Σ A of this one,
+    /// where A is the leading-half work. It is zero for the exact motion and of second order in the step.
     pub(super) fn book(&mut self, tick: Tick, work: f64) {
         let residual =
             if self.blocks.is_some() { self.update_block_clocks(tick) } else { self.update_group_clocks(tick) };
@@ -247,8 +252,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         total.residual
     }
 
-    /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, the part Σ J b of it that removes penetration, that of
-    /// friction, Σ Jₜ·(u⁻ + u⁺)/2, and what the holder of a body that is not free, or of a growing dome, gives.
+    /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, without its part Σ J b that removes penetration;
+    /// that part; and the work of friction, Σ Jₜ·(u⁻ + u⁺)/2. Also posts the work of the support of a body that is
+    /// not free and of a growing dome.
     pub(super) fn book_contact(&mut self) {
         let touches = std::mem::take(&mut self.scratch.touches);
         let mut taken = Taken::default();
@@ -273,7 +279,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.book_meetings();
     }
 
-    /// Momentum and work that come from whoever holds or moves a body.
+    /// Posts the momentum and work of the support that holds or moves a body.
     fn book_reaction(&mut self, touch: &Touch<D>) {
         let (freedom, push, body) = (self.freedom(), touch.push(), touch.body);
         let work = push.dot(&self.bodies[body].velocity_at(&self.scratch.was[body], &touch.point));

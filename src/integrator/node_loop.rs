@@ -1,4 +1,4 @@
-//! The node phase of the fast form: every active node drifts, learns its limit and takes its kick, in one pass.
+//! Node loop of the SIMD form: every active node drifts, computes its stable limit and takes its kick, in one pass.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
@@ -14,19 +14,21 @@ use crate::math::Vector;
 use crate::state::Tick;
 use std::ops::Range;
 
-/// Nodes whose sums are taken together (numerics A9).
+/// Nodes of a chunk, the unit of summation, so that sums do not depend on the threads (numerics A9).
 pub(super) const RUN: usize = 1024;
-/// Active nodes from which on all nodes are gone through, in runs that threads can share, instead of a list.
+/// Number of active nodes from which on the loop runs over all nodes, in chunks that threads share, and not over a
+/// list.
 const LIST_CAPACITY: usize = 1024;
 
-/// Which nodes are active at a tick.
+/// Set of the nodes that are active at a tick.
 #[derive(Debug, Default)]
 pub(super) struct ActiveSet {
-    /// The active nodes as they were found, unless all are; of the fast form only those found first, once there are [`LIST_CAPACITY`].
+    /// Active nodes in the order of insertion, unless all are active. In the SIMD form it stays incomplete from
+    /// [`LIST_CAPACITY`] nodes on.
     list: Vec<u32>,
-    /// All of them.
+    /// True if all nodes are active.
     pub all: bool,
-    /// Which nodes are active, unless all are.
+    /// Membership of each node, unless all are active.
     marked: Vec<bool>,
 }
 
@@ -35,9 +37,9 @@ impl ActiveSet {
         Self { list: vec![], all: false, marked: vec![false; n_nodes] }
     }
 
-    /// Nobody yet.
+    /// Removes all nodes.
     pub fn clear(&mut self) {
-        // Shorter than that it has all of them.
+        // A shorter list is complete.
         if self.list.len() < LIST_CAPACITY {
             self.list.iter().for_each(|node| self.marked[*node as usize] = false);
         } else {
@@ -47,7 +49,7 @@ impl ActiveSet {
         self.all = false;
     }
 
-    /// One more, if it is not there yet.
+    /// Inserts a node.
     pub fn insert(&mut self, node: usize) {
         if !self.marked[node] {
             self.marked[node] = true;
@@ -55,7 +57,7 @@ impl ActiveSet {
         }
     }
 
-    /// Those of one more block; once there are many, no list is kept of them.
+    /// Inserts the nodes of a block; a full list is not extended.
     fn insert_all(&mut self, nodes: impl Iterator<Item = usize>) {
         if self.few().is_some() {
             nodes.for_each(|node| self.insert(node));
@@ -64,18 +66,18 @@ impl ActiveSet {
         }
     }
 
-    /// The active nodes as they were found, unless there are many: then all nodes are gone through.
+    /// Returns the active nodes in the order of insertion; `None` if they are many and the loop runs over all nodes.
     pub fn few(&self) -> Option<&[u32]> {
         (!self.all && self.list.len() < LIST_CAPACITY).then_some(self.list.as_slice())
     }
 
-    /// All active nodes of the reference form, as they were found.
+    /// Returns all active nodes of the reference form, in the order of insertion.
     pub fn of_reference(&self) -> &[u32] {
         &self.list
     }
 
-    /// The next active ones of these nodes, as many as go together: how many there are, and which, unless there is none. What stands beyond
-    /// that number means nothing.
+    /// Takes the next batch of active nodes from a range: their number and the nodes; `None` at the end. Entries
+    /// beyond the number are meaningless.
     #[inline(always)]
     pub fn next_batch(&self, nodes: &mut Range<usize>) -> Option<(usize, [usize; NODE_BATCH])> {
         let (mut n, mut some) = (0, [0; NODE_BATCH]);
@@ -92,7 +94,7 @@ impl ActiveSet {
         (n > 0).then_some((n, some))
     }
 
-    /// Whether one of these is active.
+    /// Returns true if one of these nodes is active.
     #[inline]
     fn contains_any(&self, nodes: Range<usize>) -> bool {
         self.all || self.marked[nodes].contains(&true)
@@ -104,18 +106,18 @@ impl ActiveSet {
     }
 }
 
-/// What is summed over nodes.
+/// Sums over the kicked nodes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct KickSums {
-    /// Least limit, s.
+    /// Least stable limit, s.
     pub limit: f64,
-    /// Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
+    /// Work of the kicks less the change of the energy residuals, Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
     pub work: f64,
     /// Greatest |v|², m²/s².
     pub max_speed_squared: f64,
-    /// What held directions take up.
+    /// Reaction of the held directions.
     pub reaction: Taken,
-    /// What damping takes.
+    /// Loss to damping.
     pub damping: DampingLoss,
 }
 
@@ -143,7 +145,7 @@ impl KickSums {
     }
 }
 
-/// Nodes from some run on, and what is summed over each run.
+/// Nodal data from a first chunk on, and the sums of each chunk.
 pub(super) struct NodeChunks<'a, const D: usize> {
     pub first: usize,
     pub position: &'a mut [Vector<D>],
@@ -157,7 +159,7 @@ pub(super) struct NodeChunks<'a, const D: usize> {
 }
 
 impl<const D: usize> NodeChunks<'_, D> {
-    /// Goes through the active nodes, run by run and stretch by stretch.
+    /// Updates the active nodes, chunk by chunk and tile by tile.
     #[inline(always)]
     fn update_active(
         mut self,
@@ -173,7 +175,8 @@ impl<const D: usize> NodeChunks<'_, D> {
                 (self.first + chunk * RUN..end).step_by(TILE_NODES).map(|first| first..end.min(first + TILE_NODES));
             for mut nodes in tiles.filter(|nodes| active.contains_any(nodes.clone())) {
                 let mut tile = NodeTile::new(nodes.start, blocks);
-                // A loop, and no closure given to the stretch: one so large is not inlined, and so not compiled for the vector unit.
+                // A loop and not a closure: so large a closure is not inlined and thus not compiled for the SIMD
+                // level.
                 while let Some((n, some)) = active.next_batch(&mut nodes) {
                     let mut gathered = tile.nodal_sums(&some[..n], rule);
                     update.apply(&mut self, &some[..n], &mut gathered, &mut sums);
@@ -215,7 +218,7 @@ impl<const D: usize> SplitWork for NodeChunks<'_, D> {
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Collects the nodes of what fires and is not known to be still.
+    /// Collects the nodes of the active blocks that are not known to be at rest.
     pub(super) fn find_active(&mut self) {
         let Some(blocks) = &mut self.blocks else { return };
         let active = &mut self.scratch.active;
@@ -235,7 +238,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// Drifts the active nodes and nothing else.
+    /// Drifts the active nodes without a kick.
     pub(super) fn drift_active(&mut self, tick: Tick) {
         let active = &self.scratch.active;
         for (node, last) in self.last.iter_mut().enumerate().filter(|(node, _)| active.has(*node)) {
@@ -245,15 +248,17 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// Drifts the active nodes, learns their limits and kicks them: v += p/m in the free directions, with p and Σ κ gathered from
-    /// the blocks in their order, and damps them; held directions take up the rest.
+    /// Drifts the active nodes, finds their stable limits, kicks and damps them.
+    ///
+    /// The kick is v += p/m in the free directions; p and Σ κ are summed over the blocks in their order. Held
+    /// directions take the rest as reactions.
     pub(super) fn advance_nodes(&mut self, tick: Tick) -> KickSums {
         let (gel, freedom) = (self.gel.clone(), self.freedom());
         let (grid, leading_share, damping_rate) = (self.grid, self.leading_share(), self.rules.damping);
         self.update_active_nodes(&NodeUpdate { gel: &gel, grid, freedom, tick, leading_share, damping_rate })
     }
 
-    /// The same of the active nodes, some of them at a time; the sums do not depend on the threads.
+    /// Updates the active nodes batch by batch; the sums do not depend on the threads.
     fn update_active_nodes(&mut self, update: &NodeUpdate<'_, D, P>) -> KickSums {
         let pool = self.pool.clone().filter(|_| self.is_worth_sharing());
         let blocks = self.blocks.take().expect("the fast form has blocks");
@@ -303,7 +308,7 @@ mod tests {
     use super::*;
     use crate::contact::{Exchange, Freedom};
 
-    /// What becomes of nodes, by node: vectors, limits and what is left of the work, bit by bit; and of the blocks around them.
+    /// Result of an update, bit by bit: nodal vectors, limits, residuals and last ticks; flags of the blocks.
     type After = ([Vec<Vector<3>>; 3], [Vec<u64>; 2], Vec<Tick>, [Vec<bool>; 2]);
 
     #[test]

@@ -1,4 +1,4 @@
-//! What a tick does to a node that is active: it drifts, is kicked by what it was given, and is damped; some nodes at a time.
+//! Update of an active node in a tick: drift, kick and damping, batch by batch.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
@@ -11,20 +11,21 @@ use crate::fem::Potential;
 use crate::math::{Vector, embed};
 use crate::state::Tick;
 
-/// What is the same for all nodes of a tick.
+/// Update of the nodes of a tick: the data common to all of them.
 pub(super) struct NodeUpdate<'a, const D: usize, P> {
     pub gel: &'a Gel<D, P>,
     pub grid: TickGrid,
     pub freedom: Freedom,
     pub tick: Tick,
-    /// The part of a kick that belongs to the step ahead.
+    /// Fraction of a kick that belongs to the next step.
     pub leading_share: f64,
-    /// α of the damping, 1/s.
+    /// Damping coefficient α, 1/s.
     pub damping_rate: f64,
 }
 
 impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
-    /// Drifts and kicks these nodes by what they have gathered, notes whether they move then, and adds what they do to the sums.
+    /// Drifts and kicks a batch of nodes by their assembled impulses, records which of them move, and adds to the
+    /// sums.
     #[inline(always)]
     pub fn apply(
         &self,
@@ -33,7 +34,7 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
         gathered: &mut NodalSums<D>,
         sums: &mut KickSums,
     ) {
-        // Its own: what nodes are given can't change it.
+        // A local copy, which stores to nodal data cannot alias.
         let mut found = *sums;
         if self.damping_rate == 0.0 && gathered.is_contiguous {
             self.update_contiguous(chunks, nodes[0], gathered, &mut found);
@@ -43,7 +44,7 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
         *sums = found;
     }
 
-    /// Whatever nodes these are.
+    /// Updates the nodes of any batch one after the other.
     #[inline(always)]
     fn update_each(
         &self,
@@ -75,8 +76,8 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
         }
     }
 
-    /// Nodes that stand [beside each other](NodalSums::of_contiguous) from one on, none of them damped: each stage for all of them, so that they
-    /// go side by side through the vector units, with the bits of one by one.
+    /// Updates a [contiguous](NodalSums::is_contiguous) batch without damping, each stage for all nodes. The stages
+    /// vectorise and give the bits of [`Self::update_each`].
     #[inline(always)]
     fn update_contiguous(
         &self,
@@ -100,7 +101,8 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
         let (parts, held) = (&gathered.parts, self.gel.held_from::<NODE_BATCH>(first));
         let (mut work, mut square) = ([0.0; NODE_BATCH], [0.0; NODE_BATCH]);
         for i in 0..NODE_BATCH {
-            // Component by component: so they are found to go side by side. Sums begin with what is first, as products of vectors do.
+            // Written by component so that it vectorises. Each sum begins with its first term, as dot products of
+            // vectors do.
             let (mut change, mut mean) = (0.0, 0.0);
             for k in 0..D {
                 let (p, old) = (parts[k][i], before[i][k]);
@@ -126,7 +128,7 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
     }
 }
 
-/// The greatest of these that are numbers, two by two: so they go side by side.
+/// Returns the greatest of these numbers, ignoring NaN, by pairwise reduction, which vectorises.
 #[inline(always)]
 fn greatest(mut all: [f64; NODE_BATCH]) -> f64 {
     let mut n = NODE_BATCH;
@@ -139,13 +141,13 @@ fn greatest(mut all: [f64; NODE_BATCH]) -> f64 {
     all[0]
 }
 
-/// Those that go together from one on.
+/// Returns the batch of entries from a first one on.
 #[inline(always)]
 fn batch_at<T>(all: &mut [T], first: usize) -> &mut [T; NODE_BATCH] {
     all[first..].first_chunk_mut().expect(FULL_BATCH)
 }
 
-/// What changes of a node.
+/// Mutable data of one node.
 struct NodeState<'a, const D: usize> {
     position: &'a mut Vector<D>,
     velocity: &'a mut Vector<D>,
@@ -166,7 +168,7 @@ impl<'a, const D: usize> NodeState<'a, D> {
         Self { position, velocity, before, last, limit, excess, fade }
     }
 
-    /// To a tick; how long it took, s.
+    /// Drifts the node to a tick; returns the time passed, s.
     #[inline(always)]
     fn drift(&mut self, grid: TickGrid, tick: Tick) -> f64 {
         let passed = grid.time(tick - *self.last);
@@ -175,7 +177,7 @@ impl<'a, const D: usize> NodeState<'a, D> {
         passed
     }
 
-    /// Takes from its speed what damping takes in this time, s, of a mass, kg.
+    /// Damps the speed of a node over the time passed, s, for its mass, kg, and adds the loss.
     fn damp(&mut self, rate: f64, passed: f64, mass: f64, freedom: Freedom, loss: &mut DampingLoss) {
         *self.fade = fade(rate, passed);
         *self.velocity += *self.before * *self.fade;
@@ -193,7 +195,7 @@ mod tests {
     use super::*;
     use crate::fem::Accumulated;
 
-    /// What becomes of the nodes of a run.
+    /// Result of an update of a batch.
     #[derive(Debug, Clone, PartialEq)]
     struct After {
         vectors: [Vec<Vector<3>>; 3],
@@ -204,16 +206,17 @@ mod tests {
         taken: Taken,
     }
 
-    /// The same, and farther apart.
+    /// Returns test numbers on a wider range.
     fn any(i: usize) -> f64 {
         43.758_545_3 * test_cube::any(i)
     }
 
-    /// All of them have something to give, or only one, so that what it does is not lost in the sums.
+    /// Updates a batch in which all nodes have impulses, or `only` one, so that its contribution is not lost in the
+    /// sums.
     fn after(beside: bool, only: Option<usize>) -> After {
         let gives = |i: usize| only.is_none_or(|only| only == i);
         let mut mesh = test_cube::mesh(&[0.0, 0.3, 0.5, 1.0]);
-        // Some are held, in one direction, in two or in all.
+        // Some nodes are held, in one direction, in two or in all.
         mesh.held
             .iter_mut()
             .enumerate()
@@ -231,7 +234,7 @@ mod tests {
             damping_rate: 0.0,
         };
         let vectors = |of: usize| (0..n).map(|i| Vector::<3>::from_fn(|k, _| any(of + 3 * i + k))).collect::<Vec<_>>();
-        // One stands still, and is given nothing.
+        // One node is at rest without an impulse.
         let (still, first) = (5, 3);
         let mut velocity = vectors(100);
         velocity[still] = Vector::<3>::zeros();

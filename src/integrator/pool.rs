@@ -3,11 +3,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Runs of a work for each thread: who is done first takes one more. With one, the slower of two halves of a tick took a tenth longer
-/// than the other, of a tick of some of the elements twice as long; with four a thread still waited for 5 to 15 % of the nodes of one.
+/// Parts of a job per thread; a thread that finishes takes another part. With one part the slower of two halves of
+/// a tick took a tenth longer than the other, and twice as long where few elements were active. With four parts a
+/// thread still waited for 5 to 15 % of a node loop.
 const PARTS_PER_THREAD: usize = 16;
 
-/// Threads of one simulation, joined when it is dropped: none may outlive the library they run in.
+/// Thread pool of one simulation. Its threads are joined on drop, as none may outlive the library whose code they run.
 pub struct Pool {
     workers: Option<rayon::ThreadPool>,
     spin: Arc<WorkerSpin>,
@@ -15,13 +16,14 @@ pub struct Pool {
 }
 
 impl Pool {
-    /// A pool of so many threads, 0 for all cores; `None` where one thread is enough or no thread can be had.
+    /// Builds a pool of `threads` threads, 0 for one per core; `None` where one thread is enough or no thread can
+    /// be started.
     #[must_use]
     pub fn new(threads: usize) -> Option<Arc<Self>> {
         Self::with_spin_time(threads, SPIN_TIME)
     }
 
-    /// The same, with how long threads stay awake.
+    /// Builds a pool whose idle threads spin for a given time.
     pub(super) fn with_spin_time(threads: usize, spin_time: Duration) -> Option<Arc<Self>> {
         let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
         if threads == 1 {
@@ -41,13 +43,13 @@ impl Pool {
         }))
     }
 
-    /// How many threads there are.
+    /// Returns the number of threads.
     #[must_use]
     pub fn threads(&self) -> usize {
         self.workers.as_ref().map_or(1, rayon::ThreadPool::current_num_threads)
     }
 
-    /// Into how many runs a work is cut that can be cut into so many at most.
+    /// Returns the number of parts for a job that can be split into at most `max_parts`.
     #[must_use]
     pub(super) fn part_count(&self, max_parts: usize) -> usize {
         max_parts.clamp(1, PARTS_PER_THREAD * self.threads())
@@ -63,25 +65,25 @@ impl Pool {
 }
 
 impl Pool {
-    /// Runs a work of many parts that are shared: between these the other threads stay awake for a while.
+    /// Runs a job of many parallel parts; between them the other threads spin for a while instead of sleeping.
     pub(super) fn lead<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         self.run(|| self.spin.keep_awake(work))
     }
 
-    /// Who stays awake.
+    /// Returns the state of the spinning threads.
     #[cfg(test)]
     pub(super) fn spin(&self) -> &WorkerSpin {
         &self.spin
     }
 }
 
-/// Work that can be cut into a first and a second run.
+/// Work that can be split into two parts.
 pub(super) trait SplitWork: Sized + Send {
-    /// The first `part` of `of` equal parts, and the rest.
+    /// Splits off the first `part` of `of` equal parts; returns it and the rest.
     fn split_at_part(self, part: usize, of: usize) -> (Self, Self);
 }
 
-/// Does a work, cut into runs for the threads of the pool, so many at most; without a pool as a whole.
+/// Performs a job on the pool, split into at most `max_parts` parts; as a whole without a pool.
 pub(super) fn share_work<W: SplitWork>(pool: Option<&Pool>, max_parts: usize, work: W, task: impl Fn(W) + Sync) {
     match pool {
         Some(pool) => pool.run(|| {
@@ -102,26 +104,26 @@ fn run_halves<W: SplitWork>(work: W, n_parts: usize, task: &(impl Fn(W) + Sync))
     rayon::join(|| run_halves(first, half, task), || run_halves(second, n_parts - half, task));
 }
 
-/// One of a kind for each thread of a pool, for what it works with: what it used last is still near, and so much need not be kept as there
-/// are runs.
+/// One value per thread of a pool, the workspace of a task. The last used one is still in cache, and fewer are
+/// needed than there are parts.
 #[derive(Debug)]
 pub(super) struct PerThread<T>(Vec<Mutex<T>>);
 
 impl<T> PerThread<T> {
-    /// One, for the thread of the caller.
+    /// Holds one value, for the thread of the caller.
     pub fn new(first: T) -> Self {
         Self(vec![Mutex::new(first)])
     }
 
-    /// As many as the pool has threads.
+    /// Extends to one value per thread of the pool.
     pub fn ensure_threads(&mut self, pool: &Pool, new: impl Fn() -> T) {
         self.0.resize_with(pool.threads().max(self.0.len()), || Mutex::new(new()));
     }
 
-    /// That of this thread: no other asks for it.
+    /// Locks the value of this thread; no other thread asks for it.
     pub fn own(&self) -> MutexGuard<'_, T> {
         let thread = rayon::current_thread_index().unwrap_or(0);
-        // What a panic left is begun anew.
+        // A value poisoned by a panic is reset before use.
         self.0[thread % self.0.len()].lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

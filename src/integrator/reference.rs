@@ -1,7 +1,7 @@
-//! The reference form of a tick: one element after the other, each kick by itself.
+//! Reference form of a tick: one element after the other, each kick by itself.
 //!
-//! It steps the queue, the paper's law of contact and potentials without lanes, and it is what the fast form is held
-//! against.
+//! It handles the queue, the contact law of the paper and potentials without SIMD layout. Tests compare the SIMD
+//! form with it.
 
 use super::damping::fade;
 use super::engine::Engine;
@@ -17,11 +17,11 @@ use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
 use std::ops::Range;
 
-/// What the elements of the firing groups answered.
+/// Responses of the elements of the active groups.
 #[derive(Debug)]
 pub(super) struct GroupResponses<const D: usize> {
     pub elements: Vec<(ElementId, Answer<D>)>,
-    /// Those of each firing group.
+    /// Range of elements of each active group.
     pub groups: Vec<Range<usize>>,
 }
 
@@ -32,7 +32,7 @@ impl<const D: usize> Default for GroupResponses<D> {
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Drifts the nodes of the firing groups.
+    /// Drifts the nodes of the active groups.
     pub(super) fn drift_group_nodes(&mut self, tick: Tick) {
         self.scratch.active.clear();
         for group in &self.scratch.due {
@@ -52,7 +52,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// Forces of the firing groups.
+    /// Evaluates the forces of the active groups.
     pub(super) fn evaluate_forces(&mut self, tick: Tick) {
         let mut answers = std::mem::take(&mut self.scratch.reference);
         answers.elements.clear();
@@ -68,7 +68,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.scratch.reference = answers;
     }
 
-    /// How long ago a group that fires at this tick has fired last, s.
+    /// Returns the time since the last tick of an active group, s.
     fn elapsed(&self, group: usize, tick: Tick) -> f64 {
         let elapsed = match self.rules.schedule {
             Kind::Queue if self.phase == Phase::First => 0,
@@ -78,8 +78,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.grid.time(elapsed)
     }
 
-    /// What a group answers where its nodes are, so long after it has fired last; what its elements answer goes to the end of
-    /// `elements`, and what they lose to the books.
+    /// Evaluates a group at the current positions, after the time since its last tick, s. Appends the responses to
+    /// `elements` and posts the dissipation to the ledger.
     pub(super) fn evaluate_group(
         &mut self,
         group: usize,
@@ -109,7 +109,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         sum
     }
 
-    /// The limits of the active nodes, and the least of them.
+    /// Finds the stable limits of the active nodes and the least of them.
     pub(super) fn measure_limits(&mut self) -> KickSums {
         let known = (self.state.stiffness.as_slice(), &*self.order);
         let mut sums = KickSums::default();
@@ -121,7 +121,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         sums
     }
 
-    /// All kicks, then the contact solve; or, by the paper's law, the reversal after each kick.
+    /// Applies all kicks, then the contact solve; or, by the contact law of the paper, the reversal after each kick.
     pub(super) fn kick_and_solve_contact(&mut self, tick: Tick) {
         let answers = std::mem::take(&mut self.scratch.reference);
         for (i, elements) in answers.groups.iter().enumerate() {
@@ -141,7 +141,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// v_a += w f_a/m_a in the free directions; the held ones take up the rest.
+    /// Kicks the nodes of an element in the free directions, v_a += w f_a/m_a, and posts the reaction of the held
+    /// ones.
     fn kick_element(&mut self, element: ElementId, answer: &Answer<D>, weight: f64) {
         let (gel, freedom) = (&self.gel, self.freedom());
         let mut taken = Taken::default();
@@ -153,7 +154,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         taken.post(&mut self.state.ledger);
     }
 
-    /// Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after all of the tick, J.
+    /// Returns Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after the whole tick, J: the work of the
+    /// kicks less the change of the energy residuals.
     pub(super) fn kick_work(&mut self) -> f64 {
         self.book_damping();
         let (answers, share) = (&self.scratch.reference, self.leading_share());

@@ -1,38 +1,39 @@
-//! Where a tick is in the life of a mesh and of the steps on it: each mesh begins with half a kick and ends with one
-//! (numerics A12).
+//! Substep of a mesh: the place of a tick in the life of the mesh and in the steps of its groups. Each mesh begins
+//! with half a kick and ends with half a kick (numerics A12).
 
 use super::Kind;
 use crate::state::Tick;
 
-/// First tick of a mesh, last, or between.
+/// Phase of a mesh at a tick: first, last or between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Phase {
-    /// Every group begins: its kick is that of half of the step ahead.
+    /// Every group begins: its kick is the leading half of the next step.
     First,
-    /// Half of the step behind and half of that ahead.
+    /// Each kick is the trailing half of the last step plus the leading half of the next one.
     Between,
-    /// Every group ends: positions and velocities are those of one instant then.
+    /// Every group ends: positions and velocities hold at one instant.
     Last,
 }
 
-/// A tick of a mesh; what lies behind and ahead of the groups that fire there. Of the bins: in a queue alarms say it.
+/// Context of a tick of a mesh; it tells the last and next ticks of active groups. Valid for bins; a queue uses its
+/// alarms.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moment {
     pub tick: Tick,
-    /// The first tick of the mesh.
+    /// First tick of the mesh.
     pub origin: Tick,
     pub kind: Kind,
     pub phase: Phase,
 }
 
 impl Moment {
-    /// Whether a group of this step fires: where the mesh begins or ends, whatever its step is.
+    /// Returns true if a group with this step is active; every group is at the first and last tick of the mesh.
     #[inline]
     pub fn fires(&self, step: Tick) -> bool {
         self.phase != Phase::Between || self.kind.fires(step, self.tick)
     }
 
-    /// From its own last tick until now, ticks: its step, or less where the mesh has begun in between.
+    /// Returns the ticks since the group's last own tick: its step, or less where the mesh began in between.
     #[inline]
     pub fn ticks_since_last(&self, step: Tick) -> Tick {
         match self.kind {
@@ -41,13 +42,14 @@ impl Moment {
         }
     }
 
-    /// The same, but nothing where it begins.
+    /// Returns the ticks that the group has advanced since its last tick: 0 at the first tick of the mesh.
     #[inline]
     pub fn elapsed(&self, step: Tick) -> Tick {
         if self.phase == Phase::First { 0 } else { self.ticks_since_last(step) }
     }
 
-    /// From now until its next own tick, ticks: its step, or less where it begins in between; nothing where it ends.
+    /// Returns the ticks until the group's next own tick: its step, less where the mesh begins in between, 0 where
+    /// it ends.
     #[inline]
     pub fn ahead(&self, step: Tick) -> Tick {
         match (self.phase, self.kind) {
@@ -57,14 +59,15 @@ impl Moment {
         }
     }
 
-    /// The length of the kick that a sweep takes, ticks: what is owed and half of the step ahead as it is planned; mended where it
-    /// comes to be another one. A group that begins takes nothing before it has a step.
+    /// Returns the length of the kick of a sweep, ticks: the trailing half and the leading half of the planned next
+    /// step. The kick is corrected where the step changes. A group without a step takes no kick yet.
     #[inline]
     pub fn planned_kick(&self, step: Tick) -> f64 {
         if step == 0 { 0.0 } else { self.owed(step) + 0.5 * self.ahead(step) as f64 }
     }
 
-    /// The part of a kick that belongs to the step behind, ticks: half of it. A group that ends had half of its planned step already.
+    /// Returns the trailing half of a kick, ticks: half of the last step. A group at the last tick of its mesh has
+    /// taken half of its planned step already.
     #[inline]
     pub fn owed(&self, step: Tick) -> f64 {
         match self.phase {
@@ -74,7 +77,7 @@ impl Moment {
         }
     }
 
-    /// The part of a kick that belongs to the step ahead.
+    /// Returns the fraction of a kick that belongs to the next step.
     pub fn leading_share(&self) -> f64 {
         match self.phase {
             Phase::First => 1.0,
@@ -83,12 +86,12 @@ impl Moment {
         }
     }
 
-    /// The last own tick before this one.
+    /// Returns the group's last own tick before this one.
     fn last_own_tick(&self, step: Tick) -> Tick {
         ((self.tick - 1) & !(step - 1)).max(self.origin)
     }
 
-    /// The step that was ahead then.
+    /// Returns the step that was planned at the last own tick.
     fn planned_step(&self, step: Tick) -> Tick {
         match self.kind {
             Kind::Bins => step - (self.last_own_tick(step) & (step - 1)),
@@ -107,7 +110,7 @@ mod tests {
 
     #[test]
     fn steps_that_begin_and_end_in_between_are_short_and_kicks_add_up_to_the_time_that_passes() {
-        // A mesh from 12 to 27; a group of 8 fires at 12, 16, 24 and 27.
+        // A mesh from 12 to 27; a group of 8 is active at 12, 16, 24 and 27.
         let first = at(12, Phase::First);
         assert_eq!((first.fires(8), first.ticks_since_last(0), first.ahead(8)), (true, 0, 4));
         assert_eq!((first.planned_kick(0), first.planned_kick(8)), (0.0, 2.0));

@@ -1,8 +1,8 @@
 //! One tick of the integrator: drift, forces, kick, step sizes, contact, energy balance (numerics 1.6).
 //!
-//! A tick ends one step of every active group and begins the next. In the leapfrog (Störmer–Verlet) scheme the kick of an
-//! active group therefore has two halves, both with the forces at this tick: the trailing half belongs to the step that
-//! ends, the leading half to the step that begins. Groups that are not active neither move nor push.
+//! A tick ends one step of every active group and begins the next. In the leapfrog (Störmer–Verlet) scheme the kick of
+//! an active group therefore has two halves, both with the forces at this tick: the trailing half belongs to the step
+//! that ends, the leading half to the step that begins. Groups that are not active neither move nor push.
 
 use super::StepError;
 use super::blocks::Blocks;
@@ -18,15 +18,16 @@ use crate::fem::Potential;
 use crate::mesh::ElementId;
 use crate::state::Tick;
 
-/// Largest angle that a tumbling body turns by in one step of its orientation, rad. At 0.05 the axis of a rod that spins
-/// at 20 000 rad/s and nods by 25° is off by 0.005° after a millisecond; at the steps of a coarse gel (1.2) by 2.5°.
+/// Largest angle that a tumbling body turns by in one step of its orientation, rad. At 0.05 the axis of a rod that
+/// spins at 20 000 rad/s and nods by 25° is off by 0.005° after a millisecond; at the steps of a coarse gel (1.2) by
+/// 2.5°.
 const MAX_TURN: f64 = 0.05;
 /// Longest step of the orientation, ticks. It bounds how long a body under torque keeps its angular velocity.
 const MAX_TURN_PERIOD: f64 = 4096.0;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Processes all ticks up to time `t`, s, or until the mesh must be replaced, and adds the impulse and work that each
-    /// body received to its `exchange`.
+    /// Processes all ticks up to time `t`, s, or until the mesh must be replaced, and adds the impulse and work that
+    /// each body received to its `exchange`.
     ///
     /// # Panics
     /// Unless every body has its exchange.
@@ -128,8 +129,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// Returns the tick after which the next one is searched: `now`, or later while the gel is at rest and no body can come
-    /// near. Ticks in between change nothing and are skipped.
+    /// Returns the tick after which the next one is searched: `now`, or later while the gel is at rest and no body can
+    /// come near. Ticks in between change nothing and are skipped.
     fn skip_quiet_ticks(&mut self, now: Tick, end: Tick) -> Tick {
         let still = |blocks: &Blocks<D>| blocks.all.iter().all(|block| !block.is_awake() && !block.restless);
         if self.rules.schedule != Kind::Bins || self.is_loaded() || !self.blocks.as_ref().is_some_and(still) {
@@ -195,8 +196,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.check_tick(time, collapsed)
     }
 
-    /// Drift and forces: moves the active nodes to this tick with their velocities and evaluates the active elements there;
-    /// then finds the pressure loads and the bodies at this time.
+    /// Drift and forces: moves the active nodes to this tick with their velocities and evaluates the active elements
+    /// there; then finds the pressure loads and the bodies at this time.
     fn drift_and_evaluate(&mut self, tick: Tick) -> Result<(), StepError> {
         let time = self.grid.time(tick);
         self.answer(tick);
@@ -209,14 +210,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         Ok(())
     }
 
-    /// Kick: trailing half of the step that ends and leading half of the planned next step, in the pass that also finds the
-    /// stable limits of the nodes. The reference form finds the limits only and kicks when the steps are known.
+    /// Kick: trailing half of the step that ends and leading half of the planned next step, in the pass that also
+    /// finds the stable limits of the nodes. The reference form finds the limits only and kicks when the steps are
+    /// known.
     fn kick_by_planned_steps(&mut self, tick: Tick) -> KickSums {
         if self.blocks.is_some() { self.advance_nodes(tick) } else { self.measure_limits() }
     }
 
-    /// Step sizes: sets the next step of each active group from the stable limits and the contact gaps; returns the error
-    /// of the first group whose stable step is shorter than a tick.
+    /// Step sizes: sets the next step of each active group from the stable limits and the contact gaps; returns the
+    /// error of the first group whose stable step is shorter than a tick.
     fn choose_steps(&mut self, tick: Tick, sums: &KickSums) -> Option<StepError> {
         self.count_synchronous(sums.limit, tick);
         self.look_around(tick);
@@ -226,14 +228,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         collapsed
     }
 
-    /// Contact: finds the contact points, completes the kick for the chosen steps and applies the contact impulses; returns
-    /// the work of the kicks less the change of the energy residuals, J.
+    /// Contact: finds the contact points, completes the kick for the chosen steps and applies the contact impulses;
+    /// returns the work of the kicks less the change of the energy residuals, J.
     fn solve_contact(&mut self, tick: Tick, sums: &KickSums) -> f64 {
         self.find_touches(tick);
         self.kick_all(tick, sums)
     }
 
-    /// Energy balance: posts the integration residual of the active groups and the work of loads and contact to the ledger.
+    /// Energy balance: posts the integration residual of the active groups and the work of loads and contact to the
+    /// ledger.
     fn balance_energy(&mut self, tick: Tick, work: f64) {
         self.book(tick, work);
         self.book_contact();
@@ -251,8 +254,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.check_leaks(time)
     }
 
-    /// Fails if an active body turns by more than [`MAX_TURN`] in one tick: the gel surface near it would be stepped at every
-    /// tick, a thousand times an element step, without following the body.
+    /// Fails if an active body turns by more than [`MAX_TURN`] in one tick: the gel surface near it would be stepped
+    /// at every tick, a thousand times an element step, without following the body.
     pub(super) fn check_spin(&self, body: usize, at: &BodyState) -> Result<(), StepError> {
         let rate = self.bodies[body].angular_velocity(at).norm();
         let turn = rate * self.grid.time(1);
@@ -298,8 +301,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         due.extend(active.map(|(_, group)| group));
     }
 
-    /// Completes the kicks of a tick and solves contact, by blocks or by the reference form; returns the work of the kicks
-    /// less the change of the energy residuals, J.
+    /// Completes the kicks of a tick and solves contact, by blocks or by the reference form; returns the work of the
+    /// kicks less the change of the energy residuals, J.
     pub(super) fn kick_all(&mut self, tick: Tick, sums: &KickSums) -> f64 {
         if self.blocks.is_some() {
             return self.kick_fast(tick, sums);
@@ -352,8 +355,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         scratch.now.clone_from(&scratch.was);
     }
 
-    /// Fails if an element is inverted for the second tick in a row or its energy is not a number; only the drift has taken
-    /// place then. With remeshing an inverted element is tolerated: it ends its mesh as soon as the mesh may end.
+    /// Fails if an element is inverted for the second tick in a row or its energy is not a number; only the drift has
+    /// taken place then. With remeshing an inverted element is tolerated: it ends its mesh as soon as the mesh may
+    /// end.
     fn check_elements(&self, time: f64) -> Result<(), StepError> {
         match self.find_failure(time) {
             Some(StepError::Inverted { .. }) if self.can_wear() => Ok(()),

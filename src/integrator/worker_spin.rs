@@ -1,4 +1,5 @@
-//! Threads that stay awake between what is shared: one that sleeps needs some 30 µs to come, and a tick is shared two or three times.
+//! Idle threads that spin between parallel sections: a sleeping thread needs some 30 µs to wake, and a tick has two
+//! or three sections.
 
 use rayon::Yield;
 use std::cell::Cell;
@@ -6,28 +7,30 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long a thread waits for more to do: longer than one thread is busy between two ticks that are shared, some 75 µs with 169 200
-/// elements (contact of the first, and a tick of what contact steps more often; 165 µs when this was chosen). It makes two threads 3 to 5 %
-/// faster there and takes 4 to 7 % more CPU time; longer it would only take a core.
+/// Time that an idle thread spins: longer than the serial work between two parallel sections.
+///
+/// That work is some 75 µs with 169 200 elements (contact, and a tick of the elements that contact steps more
+/// often; 165 µs when this was chosen). Spinning makes two threads 3 to 5 % faster there for 4 to 7 % more CPU
+/// time; a longer time would only occupy a core.
 pub(super) const SPIN_TIME: Duration = Duration::from_micros(250);
 
-/// What a thread is busy with.
+/// Duty of a thread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum ThreadDuty {
-    /// Nothing.
+    /// The thread has no duty.
     None,
-    /// A part of what is shared: while it waits for another part it must begin no watch.
+    /// The thread runs one part of a job; while it waits for another part it must not start to spin.
     Part,
-    /// All that comes: it watches, or leads.
+    /// The thread spins or leads the job.
     Whole,
 }
 
 thread_local! {
-    // What is run while its thread waits for another part can ask nobody else what that thread does.
+    // A task run while its thread waits for another part has no other way to learn the duty of the thread.
     static DUTY: Cell<ThreadDuty> = const { Cell::new(ThreadDuty::None) };
 }
 
-/// While this lives its thread has this duty, unless it has a greater one.
+/// Guard that gives its thread a duty while it lives, unless the thread has a greater one.
 pub(super) struct DutyGuard {
     before: ThreadDuty,
 }
@@ -44,15 +47,15 @@ impl Drop for DutyGuard {
     }
 }
 
-/// What threads watch for.
+/// State shared by the spinning threads.
 #[derive(Debug)]
 pub(super) struct WorkerSpin {
     spin_time: Duration,
-    /// Whether more may come.
+    /// True while more work may come.
     is_running: AtomicBool,
-    /// Whether all threads were called, and none has left or could not come since.
+    /// True if all threads were woken, and none has left or failed to come since.
     workers_called: AtomicBool,
-    /// How many threads watch.
+    /// Number of spinning threads.
     n_spinning: AtomicUsize,
 }
 
@@ -61,13 +64,13 @@ impl WorkerSpin {
         Self { spin_time, is_running: false.into(), workers_called: false.into(), n_spinning: 0.into() }
     }
 
-    /// Does a work on a thread of a pool; the others watch from its first [call](Self::call) on.
+    /// Runs a job on a thread of a pool; the other threads spin from the first [`Self::wake_workers`] on.
     pub fn keep_awake<R>(&self, work: impl FnOnce() -> R) -> R {
         let (_engaged, _open) = (DutyGuard::with(ThreadDuty::Whole), SpinGuard::new(self));
         work()
     }
 
-    /// Calls the other threads of the pool that this one is of, unless they were called.
+    /// Wakes the other threads of this thread's pool, unless they were woken before.
     pub fn wake_workers(self: &Arc<Self>) {
         if self.is_running.load(Ordering::Relaxed) && !self.workers_called.swap(true, Ordering::Relaxed) {
             let spin = Arc::clone(self);
@@ -75,7 +78,7 @@ impl WorkerSpin {
         }
     }
 
-    /// Does what is shared until nothing more can come, or nothing comes for a while.
+    /// Runs parts of jobs until no more can come, or none comes for the spin time.
     fn spin(&self) {
         match DUTY.get() {
             ThreadDuty::None => {}
@@ -89,7 +92,7 @@ impl WorkerSpin {
             if rayon::yield_now() == Some(Yield::Executed) {
                 since = Instant::now();
             } else {
-                // Who has something to do has the core.
+                // A thread with work gets the core.
                 std::thread::yield_now();
             }
         }
@@ -98,7 +101,7 @@ impl WorkerSpin {
     }
 }
 
-/// While this lives, more may come; it ends also where a panic ends the work.
+/// Guard that keeps the threads spinning while it lives; a panic of the job ends it as well.
 struct SpinGuard<'a>(&'a WorkerSpin);
 
 impl<'a> SpinGuard<'a> {
@@ -122,10 +125,10 @@ mod tests {
     use super::*;
     use std::panic::{AssertUnwindSafe, catch_unwind};
 
-    /// As long as no test takes.
+    /// Spin time longer than any test.
     const FOREVER: Duration = Duration::from_hours(1);
 
-    /// So many numbers to count.
+    /// Job of counting numbers.
     struct Numbers(usize);
 
     impl SplitWork for Numbers {
@@ -135,7 +138,7 @@ mod tests {
         }
     }
 
-    /// Shares numbers again and again, as many as are returned in all.
+    /// Shares the counting of 1000 numbers a hundred times; returns the count.
     fn count(pool: &Pool) -> usize {
         let counted = AtomicUsize::new(0);
         let add = |numbers: Numbers| _ = counted.fetch_add(numbers.0, Ordering::Relaxed);
@@ -143,7 +146,7 @@ mod tests {
         counted.into_inner()
     }
 
-    /// Shares until all others watch.
+    /// Shares jobs until all other threads spin.
     fn wait_until_all_spin(pool: &Pool) {
         wait_for(|| {
             share_work(Some(pool), 2, Numbers(2), |_| ());
