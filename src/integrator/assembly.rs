@@ -4,7 +4,7 @@
 //! have some tens of nodes in common, contiguous in both, while going node by node would alternate between blocks.
 //! Each sum runs over the blocks in their order either way, so the bits are equal.
 
-#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+#![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
 use super::blocks::{Block, Blocks, exceed_cache};
 use super::node_loop::RUN;
@@ -34,6 +34,7 @@ const _: () = assert!(RUN / TILE_NODES * TILE_NODES == RUN, "runs are made of wh
 pub(super) struct StepRule<'a> {
     /// Nodal masses, kg.
     pub mass: &'a [f64],
+    /// CFL number.
     pub cfl: f64,
 }
 
@@ -65,6 +66,7 @@ impl<const D: usize> NodalSums<D> {
         Self { is_contiguous: true, ..Self::of(given, mass, rule.cfl) }
     }
 
+    /// Computes the limits of a batch from its sums and masses, kg.
     #[inline(always)]
     fn of(given: &[Accumulated; NODE_BATCH], mass: &[f64; NODE_BATCH], cfl: f64) -> Self {
         // All four components are moved at once; the last ones of a subset would be moved singly.
@@ -88,13 +90,13 @@ impl<const D: usize> NodalSums<D> {
     /// Notifies the blocks around these nodes of limits that may change a step and of nodes that move.
     pub fn notify_blocks(&self, nodes: &[usize], blocks: &Blocks<D>) {
         for (i, node) in nodes.iter().enumerate() {
-            for spot in blocks.spots(*node) {
-                let front = &blocks.fronts[spot.block as usize];
-                if !front.holds_at(spot.at as usize - blocks.all[spot.block as usize].first, self.limit[i]) {
+            for copy in blocks.spots(*node) {
+                let front = &blocks.fronts[copy.block as usize];
+                if !front.holds_at(copy.at as usize - blocks.all[copy.block as usize].first, self.limit[i]) {
                     front.request_check();
                 }
                 if self.moves[i] && !front.gives {
-                    blocks.activate(spot.block as usize);
+                    blocks.activate(copy.block as usize);
                 }
             }
         }
@@ -146,6 +148,7 @@ impl TileOverlap {
 
 /// Tile of nodes, each at its number modulo [`TILE_NODES`].
 pub(super) struct NodeTile {
+    /// Number of the tile.
     at: usize,
     /// Σ p, N·s, and Σ κ, N/m.
     parts: [Accumulated; TILE_NODES],
@@ -209,18 +212,18 @@ impl NodeTile {
 
     /// Records the limits of these active nodes and whether they move.
     #[inline(always)]
-    pub fn record<const D: usize>(&mut self, nodes: &[usize], gathered: &NodalSums<D>) {
-        self.record_limits(&gathered.limit, nodes.len());
-        if gathered.is_contiguous {
+    pub fn record<const D: usize>(&mut self, nodes: &[usize], nodal: &NodalSums<D>) {
+        self.record_limits(&nodal.limit, nodes.len());
+        if nodal.is_contiguous {
             let at = nodes[0] % TILE_NODES;
             let all = at..at + NODE_BATCH;
             self.active[all.clone()].fill(true);
-            self.limit[all.clone()].copy_from_slice(&gathered.limit);
-            return self.moves[all].copy_from_slice(&gathered.moves);
+            self.limit[all.clone()].copy_from_slice(&nodal.limit);
+            return self.moves[all].copy_from_slice(&nodal.moves);
         }
         for (i, node) in nodes.iter().enumerate() {
             let at = node % TILE_NODES;
-            (self.active[at], self.limit[at], self.moves[at]) = (true, gathered.limit[i], gathered.moves[i]);
+            (self.active[at], self.limit[at], self.moves[at]) = (true, nodal.limit[i], nodal.moves[i]);
         }
     }
 
@@ -247,12 +250,12 @@ impl NodeTile {
             let (block, front) = (&blocks.all[overlap.block as usize], &blocks.fronts[overlap.block as usize]);
             let nodes = &block.nodes[overlap.numbers()];
             if front.gives {
-                let calms = |(node, number): (&NodeId, usize)| {
+                let holds = |(node, number): (&NodeId, usize)| {
                     let at = node.index() % TILE_NODES;
                     !self.active[at] || front.holds_at(number, self.limit[at])
                 };
                 if !front.holds_for_all(limits.least, limits.greatest)
-                    && !nodes.iter().zip(overlap.numbers()).all(calms)
+                    && !nodes.iter().zip(overlap.numbers()).all(holds)
                 {
                     front.request_check();
                 }
@@ -299,8 +302,8 @@ mod tests {
         }
     }
 
-    fn move_some(nodes: &[usize], gathered: &mut NodalSums<3>) {
-        nodes.iter().zip(&mut gathered.moves).for_each(|(node, moves)| *moves = node % 50 == 0);
+    fn move_some(nodes: &[usize], nodal: &mut NodalSums<3>) {
+        nodes.iter().zip(&mut nodal.moves).for_each(|(node, moves)| *moves = node % 50 == 0);
     }
 
     fn by_tile(nodes: &[usize], rule: StepRule<'_>, blocks: &Blocks<3>) {
@@ -315,13 +318,13 @@ mod tests {
         let (mut tile, mut limits) = (NodeTile::new(first, blocks), vec![]);
         while let Some((n, some)) = active.next_batch(&mut all) {
             let nodes = &some[..n];
-            let mut gathered = tile.nodal_sums(nodes, rule);
-            limits.extend_from_slice(&gathered.limit[..n]);
+            let mut nodal = tile.nodal_sums(nodes, rule);
+            limits.extend_from_slice(&nodal.limit[..n]);
             let is_next = |pair: &[usize]| pair[0] + 1 == pair[1];
-            assert_eq!(gathered.is_contiguous, n == NODE_BATCH && nodes.windows(2).all(is_next));
-            assert_eq!(gathered.parts, NodalSums::<3>::new(&blocks.sum_parts(nodes), nodes, rule).parts);
-            move_some(nodes, &mut gathered);
-            tile.record(nodes, &gathered);
+            assert_eq!(nodal.is_contiguous, n == NODE_BATCH && nodes.windows(2).all(is_next));
+            assert_eq!(nodal.parts, NodalSums::<3>::new(&blocks.sum_parts(nodes), nodes, rule).parts);
+            move_some(nodes, &mut nodal);
+            tile.record(nodes, &nodal);
         }
         let least = limits.iter().copied().fold(f64::INFINITY, f64::min);
         let greatest = limits.iter().copied().fold(0.0, f64::max);
@@ -331,14 +334,14 @@ mod tests {
 
     fn by_node(nodes: &[usize], rule: StepRule<'_>, blocks: &Blocks<3>) {
         for nodes in nodes.chunks(NODE_BATCH) {
-            let mut gathered = NodalSums::new(&blocks.sum_parts(nodes), nodes, rule);
-            move_some(nodes, &mut gathered);
-            gathered.notify_blocks(nodes, blocks);
+            let mut nodal = NodalSums::new(&blocks.sum_parts(nodes), nodes, rule);
+            move_some(nodes, &mut nodal);
+            nodal.notify_blocks(nodes, blocks);
         }
     }
 
     #[test]
-    fn the_same_is_given_and_told_stretch_by_stretch_and_node_by_node() {
+    fn assembly_by_tile_and_by_node_agree_bit_for_bit() {
         let mut engine = test_cube::engine(test_cube::gel(&test_cube::mixed()));
         engine.advance_to(1e-3, &mut [Exchange::default()]).expect("the gel only swings");
         let (n_nodes, mass) = (engine.gel().potential.rest().len(), engine.gel().mass.clone());

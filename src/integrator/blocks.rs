@@ -163,6 +163,7 @@ pub(super) struct Blocks<const D: usize> {
     /// Groups per block, and in all.
     pub groups: usize,
     n_groups: usize,
+    /// Copies of all nodes, node by node, with the begin of each node's copies in `start`.
     start: Vec<u32>,
     spots: Vec<NodeCopy>,
     /// Overlaps of the blocks with each tile of nodes.
@@ -183,10 +184,12 @@ impl<const D: usize> Blocks<D> {
     pub fn new<P: Potential<D>>(gel: &Gel<D, P>, order: &Order) -> Option<Self> {
         let slots: Vec<Option<ElementId>> = (0..order.n_slots()).map(|slot| order.element(slot)).collect();
         let mut local = vec![[0; MAX_NODES]; slots.len()];
-        let runs = slots.chunks(SLOTS).zip(local.chunks_mut(SLOTS));
+        let block_slots = slots.chunks(SLOTS).zip(local.chunks_mut(SLOTS));
         let mut marks = vec![VisitMark::default(); gel.mass.len()];
-        let mut blocks: Vec<Block> =
-            runs.zip(1..).map(|((slots, local), block)| Block::new(gel, slots, local, block, &mut marks)).collect();
+        let mut blocks: Vec<Block> = block_slots
+            .zip(1..)
+            .map(|((slots, local), block)| Block::new(gel, slots, local, block, &mut marks))
+            .collect();
         let mut n_parts = 0;
         for block in &mut blocks {
             block.first = n_parts;
@@ -245,9 +248,9 @@ impl<const D: usize> Blocks<D> {
 
     /// Returns true if a node belongs to an active group.
     pub fn fires(&self, node: usize) -> bool {
-        self.spots(node).iter().any(|spot| {
-            let block = &self.all[spot.block as usize];
-            let number = || (spot.at as usize - block.first) as u16;
+        self.spots(node).iter().any(|copy| {
+            let block = &self.all[copy.block as usize];
+            let number = || (copy.at as usize - block.first) as u16;
             match block.due {
                 Due::Nothing => false,
                 Due::Some => block.active_star().nodes.binary_search(&number()).is_ok(),
@@ -286,9 +289,9 @@ impl<const D: usize> Blocks<D> {
     pub fn sum_parts(&self, nodes: &[usize]) -> [Accumulated; NODE_BATCH] {
         let mut parts = [[0.0; 4]; NODE_BATCH];
         for (node, sum) in nodes.iter().zip(&mut parts) {
-            for spot in self.spots(*node) {
-                let part = &self.parts[spot.at as usize];
-                let from = if self.fronts[spot.block as usize].gives { 0 } else { 3 };
+            for copy in self.spots(*node) {
+                let part = &self.parts[copy.at as usize];
+                let from = if self.fronts[copy.block as usize].gives { 0 } else { 3 };
                 (from..4).for_each(|i| sum[i] += part[i]);
             }
         }
@@ -297,8 +300,8 @@ impl<const D: usize> Blocks<D> {
 
     /// Activates the blocks around a moving node: they are swept from now on.
     pub fn activate_around(&self, node: usize) {
-        for spot in self.spots(node) {
-            self.activate(spot.block as usize);
+        for copy in self.spots(node) {
+            self.activate(copy.block as usize);
         }
     }
 
@@ -320,13 +323,13 @@ impl<const D: usize> Blocks<D> {
 
     /// Resets steps, moving blocks and the validity of all parts.
     pub fn reset(&mut self, clocks: &[Clock], grid: TickGrid, moves: impl Fn(usize) -> bool) {
-        let strained = self.is_prestrained;
+        let is_prestrained = self.is_prestrained;
         for i in 0..self.all.len() {
             self.update_steps(i, clocks, grid);
             let block = &mut self.all[i];
             block.cache = SweepCache::Empty;
             block.restless = true;
-            *block.awake.get_mut() = strained || block.nodes.iter().any(|node| moves(node.index()));
+            *block.awake.get_mut() = is_prestrained || block.nodes.iter().any(|node| moves(node.index()));
         }
     }
 

@@ -41,6 +41,7 @@ impl DampingLoss {
         self.angular_momentum += freedom.rotation(&embed(at).cross(&impulse));
     }
 
+    /// Posts the loss to the ledger.
     pub fn post(&self, ledger: &mut Ledger) {
         ledger.energy.damping += self.energy;
         ledger.momentum.damping += self.momentum;
@@ -69,12 +70,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if self.rules.damping <= 0.0 {
             return;
         }
-        let (freedom, mut damped) = (self.freedom(), DampingLoss::default());
+        let (freedom, mut loss) = (self.freedom(), DampingLoss::default());
         for a in self.scratch.active.of_reference().iter().map(|a| *a as usize) {
             self.state.velocity[a] += self.scratch.before[a] * self.scratch.fade[a];
-            damped.add_impulse(freedom, &self.state.position[a], &self.drag(a));
+            loss.add_impulse(freedom, &self.state.position[a], &self.drag(a));
         }
-        damped.post(&mut self.state.ledger);
+        loss.post(&mut self.state.ledger);
     }
 
     /// Posts the work of damping of the reference form, once all velocities of the tick are known.

@@ -1,7 +1,7 @@
 //! Element loop: finds the active elements and evaluates them in one pass from positions to forces, shared among
 //! threads.
 
-#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+#![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
 use super::blocks::{Block, BlockReport, Blocks, Due, SLOTS, SweepCache, exceed_cache, group_range};
 use super::element_order::Order;
@@ -99,15 +99,15 @@ impl<const D: usize> Blocks<D> {
         let (n_blocks, blocks, parts) = (self.all.len(), self.all.as_mut_slice(), self.parts.as_mut_slice());
         let (memory, groups, rows) = (self.memory.as_mut_slice(), self.groups, BATCHES_PER_BLOCK * self.lanes.rows());
         let all = SweepOutput { first: 0, blocks, parts, stiffness, answers, memory, groups, rows };
-        share_work(pool, n_blocks, all, |found| {
-            let (mut parts, mut memory, mut local) = (found.parts, found.memory, locals.own());
-            let found_of = found.stiffness.chunks_mut(SLOTS).zip(found.answers.chunks_mut(found.groups));
-            for (i, (block, (stiffness, answers))) in found.blocks.iter_mut().zip(found_of).enumerate() {
+        share_work(pool, n_blocks, all, |output| {
+            let (mut parts, mut memory, mut local) = (output.parts, output.memory, locals.own());
+            let block_outputs = output.stiffness.chunks_mut(SLOTS).zip(output.answers.chunks_mut(output.groups));
+            for (i, (block, (stiffness, answers))) in output.blocks.iter_mut().zip(block_outputs).enumerate() {
                 let (part, more) = parts.split_at_mut(block.nodes.len());
                 parts = more;
                 let (own, more) = memory.split_at_mut(memory.len().min(rows));
                 memory = more;
-                let groups = group_range(found.first + i, found.groups, input.clocks.len());
+                let groups = group_range(output.first + i, output.groups, input.clocks.len());
                 let output = BlockOutput { part, stiffness, answers, history: own };
                 block.sweep(input, kernel, groups, output, &mut local);
             }
@@ -132,17 +132,17 @@ struct BlockOutput<'a> {
 struct BlockKernel<'a, const D: usize> {
     lanes: &'a Lanes<D>,
     level: Level,
-    /// Elements can pull also where all nodes stand at their rest positions.
+    /// True if elements can pull although all their nodes are at rest positions.
     is_prestrained: bool,
 }
 
 /// Counts the leading blocks that have about this fraction of the elements to sweep.
 pub(super) fn count_for_share(blocks: &[Block], part: f64) -> usize {
-    let wanted = blocks.iter().map(Block::elements_to_sweep).sum::<u64>() as f64 * part;
+    let target = blocks.iter().map(Block::elements_to_sweep).sum::<u64>() as f64 * part;
     let mut so_far = 0;
     let reached = |block: &Block| {
         so_far += block.elements_to_sweep();
-        so_far as f64 >= wanted
+        so_far as f64 >= target
     };
     blocks.iter().position(reached).map_or(blocks.len(), |at| at + 1)
 }
@@ -151,33 +151,36 @@ pub(super) fn count_for_share(blocks: &[Block], part: f64) -> usize {
 /// bit of `lengths`.
 fn longest_active_step(lengths: Tick, tick: Tick) -> Tick {
     // The lowest bit of the tick and all bits below it.
-    let fires = lengths & (tick ^ (tick - 1));
-    1 << fires.ilog2()
+    let active = lengths & (tick ^ (tick - 1));
+    1 << active.ilog2()
 }
 
 impl Block {
+    /// Finds the activity of the block, its active groups and the number of their elements.
     fn find_active<const D: usize>(&mut self, input: &SweepInput<'_, D>, groups: std::ops::Range<usize>) {
         self.looked_at = false;
-        let fires = |step: Tick| input.moment.fires(step);
-        self.due = match (fires(self.steps.0), fires(self.steps.1)) {
+        let is_active = |step: Tick| input.moment.fires(step);
+        self.due = match (is_active(self.steps.0), is_active(self.steps.1)) {
             (false, _) => Due::Nothing,
             (true, true) => Due::All,
             (true, false) => Due::Some,
         };
         self.n_active_elements = if self.due == Due::All { self.n_elements } else { 0 };
         if self.due == Due::Some {
-            let due = groups.filter(|group| fires(input.clocks[*group].step));
+            let active = groups.filter(|group| is_active(input.clocks[*group].step));
             self.longest_active = longest_active_step(self.lengths, input.moment.tick);
-            let around =
-                self.active_stars.entry(self.longest_active).or_insert_with(|| GroupStar::of_groups(input.order, due));
-            self.n_active_elements = around.n_elements;
+            let star = self
+                .active_stars
+                .entry(self.longest_active)
+                .or_insert_with(|| GroupStar::of_groups(input.order, active));
+            self.n_active_elements = star.n_elements;
         }
     }
 
     /// Finds the node star of the active groups where some are active, unless an earlier tick has found it.
     fn find_star<const D: usize>(&mut self, lanes: &Lanes<D>, groups: std::ops::Range<usize>) {
-        if let Some(around) = self.active_stars.get_mut(&self.longest_active).filter(|around| around.nodes.is_empty()) {
-            around.find_nodes(lanes, groups);
+        if let Some(star) = self.active_stars.get_mut(&self.longest_active).filter(|star| star.nodes.is_empty()) {
+            star.find_nodes(lanes, groups);
         }
     }
 
@@ -220,31 +223,31 @@ impl Block {
         }
         let kick = |group: usize| input.kick(input.clocks[group].step);
         self.has_unsaved_history |= !history.is_empty();
-        let steady = self.uniform_step(&input.moment);
-        let power = if steady.is_some() { Power::Untold } else { Power::Told };
-        let same = steady.and_then(|step| input.kick(step));
-        let kicks = same.map_or(Kicks::Each(&kick), Kicks::Same);
+        let uniform = self.uniform_step(&input.moment);
+        let power = if uniform.is_some() { Power::Untold } else { Power::Told };
+        let common = uniform.and_then(|step| input.kick(step));
+        let kicks = common.map_or(Kicks::Each(&kick), Kicks::Same);
         lanes.sweep(level, (groups.clone(), kicks, power), local, (&mut *stiffness, &mut *answers, history));
         self.spent = local.spent();
-        if let Some(step) = steady {
+        if let Some(step) = uniform {
             answers[0].power = local.work(self.nodes.len()) / input.grid.time(step);
         }
-        let given = local.accumulated(self.nodes.len());
+        let sums = local.accumulated(self.nodes.len());
         if self.due == Due::All {
-            part.copy_from_slice(given);
+            part.copy_from_slice(sums);
         } else {
-            self.store_partial(given, stiffness, part);
+            self.store_partial(sums, stiffness, part);
             if self.cache == SweepCache::Empty {
                 lanes.sum_stiffness(groups.clone(), stiffness, part);
             }
         }
         self.cache = if !moves && self.due == Due::All { SweepCache::AtRest } else { SweepCache::Swept };
         self.make_report(input, groups.clone(), answers, moves);
-        self.power_accumulator = steady.map(|_| groups.start);
+        self.power_accumulator = uniform.map(|_| groups.start);
     }
 
     /// Stores the sweep of some groups in the part; the other groups contribute only their κ.
-    fn store_partial(&self, given: &[Accumulated], stiffness: &[f64], part: &mut [Accumulated]) {
+    fn store_partial(&self, sums: &[Accumulated], stiffness: &[f64], part: &mut [Accumulated]) {
         let GroupStar { nodes, slots, ends, .. } = self.active_star();
         for part in part.iter_mut() {
             part[..3].fill(0.0);
@@ -253,7 +256,7 @@ impl Block {
         for (number, end) in nodes.iter().zip(ends) {
             let all = &slots[first..usize::from(*end)];
             let sum = all.iter().fold(0.0, |sum, slot| sum + stiffness[usize::from(*slot)]);
-            let [x, y, z, _] = given[usize::from(*number)];
+            let [x, y, z, _] = sums[usize::from(*number)];
             part[usize::from(*number)] = [x, y, z, sum];
             first = usize::from(*end);
         }
@@ -358,7 +361,7 @@ mod tests {
     use crate::mesh::{ElementId, Facet, graded};
 
     #[test]
-    fn what_fires_in_part_is_shared_with_the_same_bits() {
+    fn partly_active_blocks_agree_bit_for_bit_for_any_number_of_threads() {
         let mesh = test_cube::mesh(&graded(1.0, 0.025, (0.3, 1.3, 0.2)));
         let run = |threads| {
             let mut engine = test_cube::engine(test_cube::gel(&mesh)).with_pool(Pool::new(threads));
@@ -379,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_step_that_fires_is_one_that_there_is() {
+    fn longest_active_step_is_one_of_the_steps() {
         let lengths = 1 | 16 | 256;
         let found = [1, 8, 16, 48, 128, 256, 512, 768].map(|tick| longest_active_step(lengths, tick));
         assert_eq!(found, [1, 1, 16, 16, 16, 256, 256, 256]);
@@ -414,7 +417,7 @@ mod tests {
     }
 
     #[test]
-    fn a_block_that_fires_in_part_has_the_stiffness_of_all_its_elements() {
+    fn partly_active_block_has_the_stiffness_of_all_its_elements() {
         let mesh = test_cube::mixed();
         for is_loaded in [false, true] {
             let gel = test_cube::gel(&mesh);

@@ -26,6 +26,7 @@ pub(super) struct Order {
     slot_of: Vec<u32>,
 }
 
+/// Marker of an empty slot.
 const EMPTY_SLOT: u32 = u32::MAX;
 
 /// Sort key of a patch.
@@ -39,14 +40,14 @@ pub(super) struct SortKey {
 
 impl Order {
     /// Builds the layout with patches sorted by their keys.
-    pub fn new<const D: usize, P: Potential<D>>(potential: &P, lanes: usize, rank: impl Fn(usize) -> SortKey) -> Self {
+    pub fn new<const D: usize, P: Potential<D>>(potential: &P, lanes: usize, key: impl Fn(usize) -> SortKey) -> Self {
         let all = potential.patches();
         let depth = if all.largest() > 1 { places(D) } else { 1 };
         assert!(all.largest() <= depth, "a patch has at most {depth} elements");
-        let ranks: Vec<SortKey> = (0..all.len()).map(rank).collect();
-        let mut patches = sorted_places(&ranks.iter().map(|rank| rank.class).collect::<Vec<_>>());
+        let keys: Vec<SortKey> = (0..all.len()).map(key).collect();
+        let mut patches = sorted_places(&keys.iter().map(|key| key.class).collect::<Vec<_>>());
         for block in patches.chunks_mut(SLOTS / depth) {
-            block.sort_by_key(|patch| ranks[*patch as usize]);
+            block.sort_by_key(|patch| keys[*patch as usize]);
         }
         let groups = patches.len().div_ceil(lanes);
         let mut slots = vec![EMPTY_SLOT; groups * lanes * depth];
@@ -125,14 +126,14 @@ impl Order {
 }
 
 /// Returns the indices that sort these numbers, stably, by counting: few of them differ.
-fn sorted_places(ranks: &[u64]) -> Vec<u32> {
+fn sorted_places(keys: &[u64]) -> Vec<u32> {
     let mut begins = BTreeMap::new();
     let mut last = (0, 0);
-    for rank in ranks {
+    for key in keys {
         // Equal numbers come in runs.
-        if *rank != last.0 {
+        if *key != last.0 {
             *begins.entry(last.0).or_insert(0) += last.1;
-            last = (*rank, 0);
+            last = (*key, 0);
         }
         last.1 += 1;
     }
@@ -141,9 +142,9 @@ fn sorted_places(ranks: &[u64]) -> Vec<u32> {
     for begin in begins.values_mut() {
         (first, *begin) = (first + *begin, first);
     }
-    let mut order = vec![0; ranks.len()];
-    for (place, rank) in (0..).zip(ranks) {
-        if let Some(at) = begins.get_mut(rank) {
+    let mut order = vec![0; keys.len()];
+    for (place, key) in (0..).zip(keys) {
+        if let Some(at) = begins.get_mut(key) {
             order[*at] = place;
             *at += 1;
         }
@@ -159,31 +160,31 @@ mod tests {
     use crate::mesh::Patches;
 
     /// Checks the layout of the patches of a gel with some keys.
-    fn stand(gel: &Gel<3, Simplices<3>>) {
+    fn check_layout(gel: &Gel<3, Simplices<3>>) {
         let n = gel.potential.patches().len() as u64;
-        let ranks: Vec<SortKey> = (0..n).map(|i| SortKey { class: i * i % 5, within: i * 7 % 11 }).collect();
-        let order = Order::new(&gel.potential, LANES, |patch| ranks[patch]);
-        let classes: Vec<u64> = order.patches.iter().map(|patch| ranks[*patch as usize].class).collect();
+        let keys: Vec<SortKey> = (0..n).map(|i| SortKey { class: i * i % 5, within: i * 7 % 11 }).collect();
+        let order = Order::new(&gel.potential, LANES, |patch| keys[patch]);
+        let classes: Vec<u64> = order.patches.iter().map(|patch| keys[*patch as usize].class).collect();
         assert!(order.n_slots() > 2 * SLOTS && classes.is_sorted());
-        let by_rank = |block: &[u32]| block.is_sorted_by_key(|patch| (ranks[*patch as usize], *patch));
-        assert!(order.patches.chunks(SLOTS / order.depth()).all(by_rank));
+        let by_key = |block: &[u32]| block.is_sorted_by_key(|patch| (keys[*patch as usize], *patch));
+        assert!(order.patches.chunks(SLOTS / order.depth()).all(by_key));
         let two = order.patches.chunks(2 * SLOTS / order.depth());
-        assert!(!two.into_iter().all(by_rank), "ranks within are those of a block");
+        assert!(!two.into_iter().all(by_key), "keys within are those of a block");
     }
 
     #[test]
-    fn patches_stand_by_class_and_within_a_block_by_rank() {
+    fn patches_are_sorted_by_class_and_within_a_block_by_key() {
         let mesh = test_cube::mixed();
-        stand(&test_cube::gel(&mesh));
-        stand(&test_cube::gel_in(&mesh, Patches::grouped(&mesh)));
+        check_layout(&test_cube::gel(&mesh));
+        check_layout(&test_cube::gel_in(&mesh, Patches::grouped(&mesh)));
     }
 
     #[test]
     fn equal_ranks_keep_their_order() {
-        let ranks = [5, 5, 3, 0, 5, u64::MAX, 3, 3, 0];
+        let keys = [5, 5, 3, 0, 5, u64::MAX, 3, 3, 0];
         let mut sorted: Vec<u32> = (0..9).collect();
-        sorted.sort_by_key(|place| ranks[*place as usize]);
-        assert_eq!(sorted_places(&ranks), sorted);
+        sorted.sort_by_key(|place| keys[*place as usize]);
+        assert_eq!(sorted_places(&keys), sorted);
         assert!(sorted_places(&[]).is_empty());
     }
 }

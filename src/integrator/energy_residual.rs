@@ -18,6 +18,7 @@ pub(super) struct StepResidual {
 }
 
 impl StepResidual {
+    /// Adds the residual of another block.
     fn merge(mut self, other: &Self) -> Self {
         self.residual += other.residual;
         self.spent += other.spent;

@@ -250,6 +250,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         &self.grid
     }
 
+    /// Returns the initial energy and momentum.
     pub(super) fn start(&self) -> &Start {
         &self.start
     }
@@ -327,8 +328,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             blocks.reset(&state.clocks, self.grid, moves);
             blocks.load_history(&self.order, &state.memory);
         }
-        let speed = |run: &[Vector<D>]| run.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max).sqrt();
-        let speeds: Vec<f64> = state.velocity.chunks(RUN).map(speed).collect();
+        let max_speed = |chunk: &[Vector<D>]| chunk.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max).sqrt();
+        let speeds: Vec<f64> = state.velocity.chunks(RUN).map(max_speed).collect();
         let now = self.grid.time(state.now.unwrap_or(self.origin));
         self.derive_last_ticks();
         let place = |node: usize| embed(&self.position_at(NodeId(node as u32), now));
@@ -347,7 +348,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             Kind::Global => state.alarms[0].last,
         };
         all.fill(self.origin);
-        let mut see = |tick: Tick, node: &NodeId| all[node.index()] = tick.max(all[node.index()]);
+        let mut visit = |tick: Tick, node: &NodeId| all[node.index()] = tick.max(all[node.index()]);
         let of_group = |group: usize| {
             order
                 .elements(order.slots(group))
@@ -355,16 +356,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 .map(move |node| (group, node))
         };
         let Some(blocks) = &self.blocks else {
-            return (0..state.clocks.len()).flat_map(of_group).for_each(|(group, node)| see(last(group), node));
+            return (0..state.clocks.len()).flat_map(of_group).for_each(|(group, node)| visit(last(group), node));
         };
         // Where all groups of a block have one step, each node is visited once instead of once per element.
-        let (even, mixed): (Vec<_>, Vec<_>) =
+        let (uniform, mixed): (Vec<_>, Vec<_>) =
             blocks.all.iter().enumerate().partition(|(_, block)| block.steps.0 == block.steps.1);
-        for (i, block) in even {
-            block.nodes.iter().for_each(|node| see(last(i * blocks.groups), node));
+        for (i, block) in uniform {
+            block.nodes.iter().for_each(|node| visit(last(i * blocks.groups), node));
         }
         let mixed = mixed.iter().flat_map(|(i, _)| blocks.groups_of(*i));
-        mixed.flat_map(of_group).for_each(|(group, node)| see(last(group), node));
+        mixed.flat_map(of_group).for_each(|(group, node)| visit(last(group), node));
     }
 
     /// Updates the least and the greatest step of any group; blocks store theirs.

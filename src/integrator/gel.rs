@@ -152,9 +152,9 @@ impl Surface {
                 share[node.index()].1 += extent / D as f64;
             }
         }
-        let touching = share.iter().enumerate().filter(|(_, (_, extent))| *extent > 0.0);
+        let on_surface = share.iter().enumerate().filter(|(_, (_, extent))| *extent > 0.0);
         let size = |extent: f64| if D == 2 { extent } else { extent.sqrt() };
-        let nodes: Vec<SurfaceNode> = touching
+        let nodes: Vec<SurfaceNode> = on_surface
             .map(|(i, (area, extent))| SurfaceNode { node: NodeId(i as u32), size: size(*extent), area: *area })
             .collect();
         let mut of = vec![None; n_nodes];
@@ -181,7 +181,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn half_of_a_surface_has_the_sizes_of_all_of_it() {
+    fn mirrored_surface_has_the_sizes_of_the_whole() {
         let facet = |nodes: [u32; 3]| nodes.map(NodeId);
         let size = |facets: Vec<Facet>, planes: usize| {
             let on_plane = |node: NodeId| if node.0 == 0 { planes } else { 0 };

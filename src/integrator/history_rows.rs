@@ -72,8 +72,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for patch in self.order.patches(group) {
             let own = self.gel.potential.patches().of(*patch as usize);
             let (mut answers, viscous) = ([Answer::default(); DEPTH], blocks.viscous(&self.order, own));
-            let remembered = (self.state.memory.as_slice(), &viscous);
-            self.gel.potential.again(*patch as usize, &self.state.position, remembered, &mut answers);
+            let history = (self.state.memory.as_slice(), &viscous);
+            self.gel.potential.again(*patch as usize, &self.state.position, history, &mut answers);
             elements.extend(own.iter().copied().zip(answers));
         }
     }

@@ -42,8 +42,8 @@ impl Taken {
     /// Adds the reaction of the held directions of a node at `at`, m, to an impulse, N·s.
     pub fn add<const D: usize>(&mut self, free: &Vector<D>, freedom: Freedom, (at, push): (Vector3, Vector3)) {
         if free.min() == 0.0 {
-            let taken = embed(&restrict::<D>(&push).component_mul(free)) - push;
-            self.give(freedom, (at, taken));
+            let reaction = embed(&restrict::<D>(&push).component_mul(free)) - push;
+            self.give(freedom, (at, reaction));
         }
     }
 
@@ -53,6 +53,7 @@ impl Taken {
         self.angular_momentum += freedom.rotation(&at.cross(&push));
     }
 
+    /// Posts the reaction to the ledger.
     pub fn post(&self, ledger: &mut Ledger) {
         ledger.momentum.restraint += self.momentum;
         ledger.angular_momentum.restraint += self.angular_momentum;
@@ -76,13 +77,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         sums.reaction.post(&mut self.state.ledger);
         sums.damping.post(&mut self.state.ledger);
         self.note_speeds();
-        let mended = if begun.is_some() { 0.0 } else { self.correct_kicks() };
+        let correction = if begun.is_some() { 0.0 } else { self.correct_kicks() };
         self.find_impulse_nodes();
         self.press(tick);
         if let Law::Moreau { restitution, friction, .. } = self.rules.law {
             self.solve(restitution, friction);
         }
-        sums.work + mended + self.account_for_impulses(tick)
+        sums.work + correction + self.account_for_impulses(tick)
     }
 
     /// Takes the first kick of a mesh: the first sweep has found the steps, a second one kicks by half of each.
@@ -99,16 +100,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut work = 0.0;
         for i in 0..self.scratch.changed.len() {
             let Change { group, planned, ahead } = self.scratch.changed[i];
-            let gives = |blocks: &Blocks<D>| blocks.fronts[group as usize / blocks.groups].gives;
-            if !self.blocks.as_ref().is_some_and(gives) {
+            let contributes = |blocks: &Blocks<D>| blocks.fronts[group as usize / blocks.groups].gives;
+            if !self.blocks.as_ref().is_some_and(contributes) {
                 continue;
             }
-            let more = ahead as f64 - planned as f64;
+            let change = ahead as f64 - planned as f64;
             answers.clear();
             self.reevaluate_group(group as usize, &mut answers);
             self.separate_power(group as usize, &answers);
             for (element, answer) in &answers {
-                work += self.kick_more(*element, answer, 0.5 * more * self.grid.time(1));
+                work += self.kick_more(*element, answer, 0.5 * change * self.grid.time(1));
             }
         }
         self.scratch.reference.elements = answers;
@@ -139,7 +140,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Adds a kick of an element to those of the tick; returns the additional work less the change of the energy
     /// residual, J.
     fn kick_more(&mut self, element: ElementId, answer: &Answer<D>, weight: f64) -> f64 {
-        let (gel, mut taken, mut work) = (self.gel.clone(), Taken::default(), 0.0);
+        let (gel, mut reaction, mut work) = (self.gel.clone(), Taken::default(), 0.0);
         for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
             let (a, push) = (node.index(), force * weight);
             let kicked = self.state.velocity[a];
@@ -152,18 +153,19 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let more = gel.mass[a] * (both.norm_squared() - first.norm_squared()) - damped;
             self.state.excess[a] += 0.5 * more;
             work += gel.mass[a] * (both - first).dot(&self.scratch.before[a]);
-            taken.add(&gel.free(a), self.freedom(), (embed(&self.state.position[a]), embed(&push)));
+            reaction.add(&gel.free(a), self.freedom(), (embed(&self.state.position[a]), embed(&push)));
             self.note_speed(a);
         }
-        taken.post(&mut self.state.ledger);
+        reaction.post(&mut self.state.ledger);
         work
     }
 
     /// Records the speeds of the active nodes in the neighbour list: by chunks where the SIMD form has gone through
     /// all of them.
     pub(super) fn note_speeds(&mut self) {
-        let (active, runs) = (&self.scratch.active, self.scratch.sums.iter().map(|sums| sums.max_speed_squared.sqrt()));
-        self.watch.note_speeds(active.all, runs);
+        let (active, speeds) =
+            (&self.scratch.active, self.scratch.sums.iter().map(|sums| sums.max_speed_squared.sqrt()));
+        self.watch.note_speeds(active.all, speeds);
         // The reference form has no chunks.
         let listed = if self.blocks.is_none() { active.of_reference() } else { active.few().unwrap_or_default() };
         for node in listed.iter().map(|node| *node as usize) {
@@ -171,6 +173,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
+    /// Records the speed of a node in the neighbour list and activates the blocks around it if it moves.
     fn note_speed(&mut self, node: usize) {
         let velocity = self.state.velocity[node];
         self.watch.note_speed(node, velocity.norm());
@@ -179,6 +182,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
+    /// Finds the nodes with impulses of contact, symmetry planes or pressures, and their velocities before these.
     fn find_impulse_nodes(&mut self) {
         let mut carriers = std::mem::take(&mut self.scratch.carriers);
         carriers.clear();
@@ -199,9 +203,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for i in 0..self.scratch.carriers.len() {
             let ImpulseNode { node, before, kicked } = self.scratch.carriers[i];
             let a = node.index();
-            let (drag, changed) = (self.drag(a), self.state.velocity[a] - kicked);
-            let more = ((kicked - before) * self.gel.mass[a] - drag).dot(&changed);
-            self.state.ledger.energy.damping += 0.5 * drag.dot(&changed);
+            let (drag, change) = (self.drag(a), self.state.velocity[a] - kicked);
+            let more = ((kicked - before) * self.gel.mass[a] - drag).dot(&change);
+            self.state.ledger.energy.damping += 0.5 * drag.dot(&change);
             self.state.excess[a] += self.leading_share() * more;
             work += (0.5 - self.leading_share()) * more;
             self.last[a] = tick;
@@ -219,6 +223,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.book_loads();
     }
 
+    /// Updates the clocks of the active groups (reference form); returns the residual, J.
     fn update_group_clocks(&mut self, tick: Tick) -> f64 {
         let mut residual = 0.0;
         for group in self.scratch.due.iter().map(|group| *group as usize) {
@@ -231,9 +236,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         residual
     }
 
+    /// Updates the clocks and step ranges of the active blocks; returns the residual, J.
     fn update_block_clocks(&mut self, tick: Tick) -> f64 {
         let Some(mut blocks) = self.blocks.take() else { return 0.0 };
-        let (moment, n) = (self.moment(tick), blocks.groups);
+        let (moment, groups_per_block) = (self.moment(tick), blocks.groups);
         let (clocks, answers) = (self.state.clocks.as_mut_slice(), self.scratch.answers.as_slice());
         let total = blocks.update_clocks(self.grid, moment, clocks, answers, self.pool.as_deref());
         self.state.ledger.energy.lose(&total.spent);
@@ -242,7 +248,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             record.updates += report.updates;
             record.min_jacobian = record.min_jacobian.min(report.least_jacobian);
         }
-        let block_of = |change: &Change| change.group as usize / n;
+        let block_of = |change: &Change| change.group as usize / groups_per_block;
         for changed in self.scratch.changed.chunk_by(|a, b| block_of(a) == block_of(b)) {
             let block = block_of(&changed[0]);
             blocks.update_steps(block, &self.state.clocks, self.grid);
@@ -257,7 +263,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// not free and of a growing dome.
     pub(super) fn book_contact(&mut self) {
         let touches = std::mem::take(&mut self.scratch.touches);
-        let mut taken = Taken::default();
+        let mut reaction = Taken::default();
         for touch in touches.iter().filter(|touch| touch.impulse > 0.0) {
             let j = touch.impulse;
             let mean = 0.5 * (touch.before + self.relative(touch));
@@ -268,13 +274,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.state.ledger.energy.external += touch.push().dot(&touch.swell);
             for (node, w) in touch.carriers() {
                 let (at, push) = (embed(&self.state.position[node.index()]), touch.push() * w);
-                taken.add(&self.gel.free(node.index()), self.freedom(), (at, push));
+                reaction.add(&self.gel.free(node.index()), self.freedom(), (at, push));
             }
             if self.bodies[touch.body].motion != Motion::Free {
                 self.book_reaction(touch);
             }
         }
-        taken.post(&mut self.state.ledger);
+        reaction.post(&mut self.state.ledger);
         self.scratch.touches = touches;
         self.book_meetings();
     }

@@ -1,6 +1,6 @@
 //! Node loop of the SIMD form: every active node drifts, computes its stable limit and takes its kick, in one pass.
 
-#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+#![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
 use super::assembly::{NODE_BATCH, NodalSums, NodeTile, StepRule, TILE_NODES};
 use super::blocks::{Blocks, Due};
@@ -33,6 +33,7 @@ pub(super) struct ActiveSet {
 }
 
 impl ActiveSet {
+    /// Returns the empty set for a number of nodes.
     pub fn new(n_nodes: usize) -> Self {
         Self { list: vec![], all: false, marked: vec![false; n_nodes] }
     }
@@ -100,6 +101,7 @@ impl ActiveSet {
         self.all || self.marked[nodes].contains(&true)
     }
 
+    /// Returns true if a node is active.
     #[inline]
     pub fn has(&self, node: usize) -> bool {
         self.all || self.marked[node]
@@ -134,6 +136,7 @@ impl Default for KickSums {
 }
 
 impl KickSums {
+    /// Adds the sums of other nodes.
     fn merge(self, other: &Self) -> Self {
         Self {
             limit: self.limit.min(other.limit),
@@ -147,13 +150,19 @@ impl KickSums {
 
 /// Nodal data from a first chunk on, and the sums of each chunk.
 pub(super) struct NodeChunks<'a, const D: usize> {
+    /// First node.
     pub first: usize,
     pub position: &'a mut [Vector<D>],
     pub velocity: &'a mut [Vector<D>],
+    /// Velocities before the kicks of the tick, m/s.
     pub before: &'a mut [Vector<D>],
+    /// Last ticks.
     pub last: &'a mut [Tick],
+    /// Stable limits, s.
     pub limit: &'a mut [f64],
+    /// Leading-half work Q of the last kicks beyond that of v⁻, J.
     pub excess: &'a mut [f64],
+    /// Relative changes of velocity by damping.
     pub fade: &'a mut [f64],
     pub sums: &'a mut [KickSums],
 }
@@ -178,9 +187,9 @@ impl<const D: usize> NodeChunks<'_, D> {
                 // A loop and not a closure: so large a closure is not inlined and thus not compiled for the SIMD
                 // level.
                 while let Some((n, some)) = active.next_batch(&mut nodes) {
-                    let mut gathered = tile.nodal_sums(&some[..n], rule);
-                    update.apply(&mut self, &some[..n], &mut gathered, &mut sums);
-                    tile.record(&some[..n], &gathered);
+                    let mut nodal = tile.nodal_sums(&some[..n], rule);
+                    update.apply(&mut self, &some[..n], &mut nodal, &mut sums);
+                    tile.record(&some[..n], &nodal);
                 }
                 sums.limit = sums.limit.min(tile.least());
                 tile.notify_blocks(blocks);
@@ -191,6 +200,7 @@ impl<const D: usize> NodeChunks<'_, D> {
 }
 
 impl<const D: usize> SplitWork for NodeChunks<'_, D> {
+    /// Splits by the number of chunks.
     fn split_at_part(self, part: usize, of: usize) -> (Self, Self) {
         let chunks = self.sums.len() * part / of;
         let at = self.position.len().min(chunks * RUN);
@@ -285,10 +295,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 let mut nodes = [0; NODE_BATCH];
                 nodes.iter_mut().zip(some).for_each(|(node, listed)| *node = *listed as usize);
                 let nodes = &nodes[..some.len()];
-                let mut gathered = NodalSums::new(&blocks.sum_parts(nodes), nodes, rule);
-                update.apply(&mut all, nodes, &mut gathered, &mut total);
-                total.limit = gathered.limit[..nodes.len()].iter().copied().fold(total.limit, f64::min);
-                gathered.notify_blocks(nodes, &blocks);
+                let mut nodal = NodalSums::new(&blocks.sum_parts(nodes), nodes, rule);
+                update.apply(&mut all, nodes, &mut nodal, &mut total);
+                total.limit = nodal.limit[..nodes.len()].iter().copied().fold(total.limit, f64::min);
+                nodal.notify_blocks(nodes, &blocks);
             }
         } else {
             share_work(pool.as_deref(), n_chunks, all, |chunks: NodeChunks<'_, D>| {
@@ -312,7 +322,7 @@ mod tests {
     type After = ([Vec<Vector<3>>; 3], [Vec<u64>; 2], Vec<Tick>, [Vec<bool>; 2]);
 
     #[test]
-    fn nodes_are_advanced_stretch_by_stretch_as_they_are_one_list_after_the_other() {
+    fn updates_by_tile_and_by_list_agree_bit_for_bit() {
         let mut engine = test_cube::engine(test_cube::gel(&test_cube::mixed()));
         engine.advance_to(1e-3, &mut [Exchange::default()]).expect("the gel only swings");
         let gel = engine.gel.clone();
@@ -351,9 +361,9 @@ mod tests {
             } else {
                 let all: Vec<usize> = (0..n_nodes).filter(|node| active.has(*node)).collect();
                 for nodes in all.chunks(NODE_BATCH) {
-                    let mut gathered = NodalSums::new(&blocks.sum_parts(nodes), nodes, rule);
-                    update.apply(&mut chunks, nodes, &mut gathered, &mut KickSums::default());
-                    gathered.notify_blocks(nodes, &blocks);
+                    let mut nodal = NodalSums::new(&blocks.sum_parts(nodes), nodes, rule);
+                    update.apply(&mut chunks, nodes, &mut nodal, &mut KickSums::default());
+                    nodal.notify_blocks(nodes, &blocks);
                 }
             }
             let least = |run: usize| {
@@ -370,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn many_active_nodes_are_known_and_forgotten_as_few_are() {
+    fn active_set_holds_many_nodes_as_it_holds_few() {
         let n_nodes = 3 * LIST_CAPACITY;
         let mut active = ActiveSet::new(n_nodes);
         for n in [0, 1, LIST_CAPACITY - 1, LIST_CAPACITY, n_nodes / 2] {

@@ -1,6 +1,6 @@
 //! Update of an active node in a tick: drift, kick and damping, batch by batch.
 
-#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+#![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
 use super::assembly::{FULL_BATCH, NODE_BATCH, NodalSums};
 use super::damping::{DampingLoss, fade};
@@ -31,17 +31,17 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
         &self,
         chunks: &mut NodeChunks<'_, D>,
         nodes: &[usize],
-        gathered: &mut NodalSums<D>,
+        nodal: &mut NodalSums<D>,
         sums: &mut KickSums,
     ) {
         // A local copy, which stores to nodal data cannot alias.
-        let mut found = *sums;
-        if self.damping_rate == 0.0 && gathered.is_contiguous {
-            self.update_contiguous(chunks, nodes[0], gathered, &mut found);
+        let mut local = *sums;
+        if self.damping_rate == 0.0 && nodal.is_contiguous {
+            self.update_contiguous(chunks, nodes[0], nodal, &mut local);
         } else {
-            self.update_each(chunks, nodes, gathered, &mut found);
+            self.update_each(chunks, nodes, nodal, &mut local);
         }
-        *sums = found;
+        *sums = local;
     }
 
     /// Updates the nodes of any batch one after the other.
@@ -50,15 +50,15 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
         &self,
         chunks: &mut NodeChunks<'_, D>,
         nodes: &[usize],
-        gathered: &mut NodalSums<D>,
+        nodal: &mut NodalSums<D>,
         sums: &mut KickSums,
     ) {
         let gel = self.gel;
         for (i, a) in nodes.iter().copied().enumerate() {
-            let p = gathered.impulse(i);
+            let p = nodal.impulse(i);
             let mut node = NodeState::of(chunks, a);
             let passed = node.drift(self.grid, self.tick);
-            *node.limit = gathered.limit[i];
+            *node.limit = nodal.limit[i];
             let before = *node.velocity;
             *node.before = before;
             *node.velocity += if gel.is_free(a) { p } else { p.component_mul(&gel.free(a)) } / gel.mass[a];
@@ -72,7 +72,7 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
             if !gel.is_free(a) {
                 sums.reaction.add(&gel.free(a), self.freedom, (embed(node.position), embed(&p)));
             }
-            gathered.moves[i] = *node.velocity != Vector::<D>::zeros();
+            nodal.moves[i] = *node.velocity != Vector::<D>::zeros();
         }
     }
 
@@ -83,7 +83,7 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
         &self,
         chunks: &mut NodeChunks<'_, D>,
         first: usize,
-        gathered: &mut NodalSums<D>,
+        nodal: &mut NodalSums<D>,
         sums: &mut KickSums,
     ) {
         let at = first - chunks.first;
@@ -97,8 +97,8 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
                 position[i][k] += velocity[i][k] * passed;
             }
         }
-        (*last, *limit, *before) = ([self.tick; NODE_BATCH], gathered.limit, *velocity);
-        let (parts, held) = (&gathered.parts, self.gel.held_from::<NODE_BATCH>(first));
+        (*last, *limit, *before) = ([self.tick; NODE_BATCH], nodal.limit, *velocity);
+        let (parts, held) = (&nodal.parts, self.gel.held_from::<NODE_BATCH>(first));
         let (mut work, mut square) = ([0.0; NODE_BATCH], [0.0; NODE_BATCH]);
         for i in 0..NODE_BATCH {
             // Written by component so that it vectorises. Each sum begins with its first term, as dot products of
@@ -112,17 +112,17 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
                 let sum = |sum: f64, own: f64| if k == 0 { own } else { sum + own };
                 (change, mean, square[i]) = (sum(change, own_change), sum(mean, own_mean), sum(square[i], own_square));
                 velocity[i][k] = new;
-                gathered.moves[i] |= new != 0.0;
+                nodal.moves[i] |= new != 0.0;
             }
-            let left = self.leading_share * change;
-            work[i] = 0.5 * mean + excess[i] - left;
-            excess[i] = left;
+            let residual = self.leading_share * change;
+            work[i] = 0.5 * mean + excess[i] - residual;
+            excess[i] = residual;
         }
         sums.work = work.iter().fold(sums.work, |sum, work| sum + work);
         sums.max_speed_squared = sums.max_speed_squared.max(greatest(square));
         if held.iter().fold(0, |all, held| all | held) != 0 {
             for (i, at) in position.iter().enumerate() {
-                sums.reaction.add(&self.gel.free(first + i), self.freedom, (embed(at), embed(&gathered.impulse(i))));
+                sums.reaction.add(&self.gel.free(first + i), self.freedom, (embed(at), embed(&nodal.impulse(i))));
             }
         }
     }
@@ -159,6 +159,7 @@ struct NodeState<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> NodeState<'a, D> {
+    /// Borrows the data of a node.
     #[inline(always)]
     fn of(chunks: &'a mut NodeChunks<'_, D>, node: usize) -> Self {
         let i = node - chunks.first;
@@ -248,8 +249,8 @@ mod tests {
             [p(0), p(1), p(2), 1e3 * (1.0 + any(500 + i).abs())]
         });
         let nodes: Vec<usize> = (first..first + NODE_BATCH).collect();
-        let mut gathered = NodalSums::new(&given, &nodes, StepRule { mass: &gel.mass, cfl: 0.8 });
-        gathered.is_contiguous = beside;
+        let mut nodal = NodalSums::new(&given, &nodes, StepRule { mass: &gel.mass, cfl: 0.8 });
+        nodal.is_contiguous = beside;
         let mut chunks = NodeChunks {
             first: 2,
             position: &mut position[2..],
@@ -261,21 +262,21 @@ mod tests {
             fade: &mut fade[2..],
             sums: &mut [],
         };
-        update.apply(&mut chunks, &nodes, &mut gathered, &mut sums);
-        assert!(!gathered.moves[still - first] && gathered.moves[0]);
+        update.apply(&mut chunks, &nodes, &mut nodal, &mut sums);
+        assert!(!nodal.moves[still - first] && nodal.moves[0]);
         let bits = |numbers: Vec<f64>| numbers.into_iter().map(f64::to_bits).collect();
         After {
             vectors: [position, velocity, before],
             last,
             numbers: [bits(limit), bits(excess)],
-            moves: gathered.moves,
+            moves: nodal.moves,
             sums: [sums.work, sums.max_speed_squared].map(f64::to_bits),
             taken: sums.reaction,
         }
     }
 
     #[test]
-    fn side_by_side_nodes_come_to_the_bits_of_one_by_one() {
+    fn contiguous_and_single_updates_agree_bit_for_bit() {
         for only in (0..NODE_BATCH).map(Some).chain([None]) {
             assert_eq!(after(true, only), after(false, only), "{only:?}");
         }

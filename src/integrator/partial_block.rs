@@ -28,7 +28,7 @@ impl GroupStar {
 
     /// Finds the nodes of the groups and the elements at them among all groups of the block.
     pub fn find_nodes<const D: usize>(&mut self, lanes: &Lanes<D>, all: Range<usize>) {
-        let (mut is_touched, mut place) = ([false; MOST_LOCAL_NODES], [0_u16; MOST_LOCAL_NODES]);
+        let (mut is_touched, mut index) = ([false; MOST_LOCAL_NODES], [0_u16; MOST_LOCAL_NODES]);
         for group in &self.groups {
             lanes.nodes(*group as usize, |node| is_touched[usize::from(node)] = true);
         }
@@ -36,14 +36,14 @@ impl GroupStar {
         // Every corner is counted and stored, those at other nodes in one extra list: a branch would be
         // mispredicted half of the time.
         let elsewhere = self.nodes.len();
-        place.fill(elsewhere as u16);
-        self.nodes.iter().zip(0..).for_each(|(node, i)| place[usize::from(*node)] = i);
+        index.fill(elsewhere as u16);
+        self.nodes.iter().zip(0..).for_each(|(node, i)| index[usize::from(*node)] = i);
         let mut next = vec![0_u16; elsewhere + 2];
-        lanes.corners(all.clone(), |corner| next[usize::from(place[usize::from(corner.node)]) + 1] += 1);
+        lanes.corners(all.clone(), |corner| next[usize::from(index[usize::from(corner.node)]) + 1] += 1);
         (1..next.len()).for_each(|i| next[i] += next[i - 1]);
         self.slots = vec![0; usize::from(next[elsewhere + 1])];
         lanes.corners(all, |corner| {
-            let next = &mut next[usize::from(place[usize::from(corner.node)])];
+            let next = &mut next[usize::from(index[usize::from(corner.node)])];
             self.slots[usize::from(*next)] = corner.slot;
             *next += 1;
         });

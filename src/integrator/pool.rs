@@ -94,11 +94,12 @@ pub(super) fn share_work<W: SplitWork>(pool: Option<&Pool>, max_parts: usize, wo
     }
 }
 
+/// Runs a job in `n_parts` parts by recursive halving.
 fn run_halves<W: SplitWork>(work: W, n_parts: usize, task: &(impl Fn(W) + Sync)) {
     if n_parts == 1 {
         return task(work);
     }
-    let _engaged = DutyGuard::with(ThreadDuty::Part);
+    let _duty = DutyGuard::with(ThreadDuty::Part);
     let half = n_parts / 2;
     let (first, second) = work.split_at_part(half, n_parts);
     rayon::join(|| run_halves(first, half, task), || run_halves(second, n_parts - half, task));

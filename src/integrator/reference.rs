@@ -89,14 +89,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let mut sum = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
         for patch in self.order.patches(group) {
             let mut answers = [Answer::default(); DEPTH];
-            let remembered = (elapsed, self.state.memory.as_mut_slice());
-            let spent = self.gel.potential.advance(*patch as usize, &self.state.position, remembered, &mut answers);
+            let history = (elapsed, self.state.memory.as_mut_slice());
+            let spent = self.gel.potential.advance(*patch as usize, &self.state.position, history, &mut answers);
             sum.energy += spent.energy;
             self.state.ledger.energy.lose(&spent);
             for (element, answer) in self.gel.potential.patches().of(*patch as usize).iter().zip(&answers) {
-                let place = self.order.slot(*element) % self.order.width();
+                let lane = self.order.slot(*element) % self.order.width();
                 sum.least_jacobian = sum.least_jacobian.min(answer.jacobian);
-                sum.inverted |= u32::from(answer.jacobian <= 0.0) << place;
+                sum.inverted |= u32::from(answer.jacobian <= 0.0) << lane;
                 sum.crushed += u32::from(self.gel.potential.is_crushed(answer.jacobian));
                 let nodes = self.gel.potential.nodes(*element).iter();
                 let power = nodes.zip(&answer.forces).map(|(node, f)| f.dot(&self.state.velocity[node.index()]));
@@ -145,13 +145,13 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// ones.
     fn kick_element(&mut self, element: ElementId, answer: &Answer<D>, weight: f64) {
         let (gel, freedom) = (&self.gel, self.freedom());
-        let mut taken = Taken::default();
+        let mut reaction = Taken::default();
         for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
             let (a, push) = (node.index(), force * weight);
             self.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
-            taken.add(&gel.free(a), freedom, (embed(&self.state.position[a]), embed(&push)));
+            reaction.add(&gel.free(a), freedom, (embed(&self.state.position[a]), embed(&push)));
         }
-        taken.post(&mut self.state.ledger);
+        reaction.post(&mut self.state.ledger);
     }
 
     /// Returns Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after the whole tick, J: the work of the

@@ -81,9 +81,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bins_fire_on_the_multiples_of_their_step() {
-        let fire = |step| (1..=8).filter(|tick| Kind::Bins.fires(step, *tick)).collect::<Vec<Tick>>();
-        assert_eq!((fire(1).len(), fire(2), fire(4)), (8, vec![2, 4, 6, 8], vec![4, 8]));
+    fn bins_are_active_at_the_multiples_of_their_step() {
+        let active = |step| (1..=8).filter(|tick| Kind::Bins.fires(step, *tick)).collect::<Vec<Tick>>();
+        assert_eq!((active(1).len(), active(2), active(4)), (8, vec![2, 4, 6, 8], vec![4, 8]));
     }
 
     #[test]

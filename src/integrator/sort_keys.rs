@@ -21,8 +21,8 @@ pub fn order_of_nodes<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, rules: &
     let elements = order.elements(0..order.n_slots());
     let all = (0..gel.mass.len() as u32).map(NodeId);
     let mut is_new = vec![true; gel.mass.len()];
-    let met = elements.flat_map(|element| gel.potential.nodes(element)).copied().chain(all);
-    Some(met.filter(|node| std::mem::take(&mut is_new[node.index()])).collect())
+    let referenced = elements.flat_map(|element| gel.potential.nodes(element)).copied().chain(all);
+    Some(referenced.filter(|node| std::mem::take(&mut is_new[node.index()])).collect())
 }
 
 /// Lays the elements out with patches of equal steps adjacent; in the queue each patch is a group by itself.
@@ -35,13 +35,13 @@ pub(super) fn element_layout<const D: usize, P: Potential<D>>(
         let elements = gel.potential.patches().of(patch).iter();
         elements.map(|element| ticks(*element)).fold(f64::INFINITY, f64::min).clamp(1.0, MOST_TICKS as f64)
     };
-    let rank = |patch: usize| {
+    let key = |patch: usize| {
         // Patches at the surface are kept apart: contact shortens the steps of whole groups.
         let (limit, is_interior) = (limit(patch), u64::from(is_interior(gel, patch)));
         SortKey { class: 2 * rules.schedule.step(limit) + is_interior, within: octave_eighth(limit) }
     };
     match rules.schedule {
-        Kind::Bins => Order::new(&gel.potential, LANES, rank),
+        Kind::Bins => Order::new(&gel.potential, LANES, key),
         Kind::Global => Order::new(&gel.potential, LANES, |_| SortKey::default()),
         Kind::Queue => Order::new(&gel.potential, 1, |_| SortKey::default()),
     }
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nodes_that_are_numbered_as_elements_meet_them_keep_their_numbers() {
+    fn node_order_is_idempotent() {
         let mesh = test_cube::mixed();
         let rules = test_cube::rules();
         let order = order_of_nodes(&test_cube::gel(&mesh), &rules).expect("steps");
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_is_known_by_its_octave_and_eighth() {
+    fn octave_eighth_distinguishes_the_eighths_of_an_octave() {
         assert_eq!(octave_eighth(1.0), octave_eighth(1.124));
         assert_eq!(octave_eighth(1.126), octave_eighth(1.0) + 1);
         assert_eq!(octave_eighth(2.0), octave_eighth(1.0) + 8);

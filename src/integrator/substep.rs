@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_that_begin_and_end_in_between_are_short_and_kicks_add_up_to_the_time_that_passes() {
+    fn kicks_of_shortened_steps_add_up_to_the_elapsed_time() {
         // A mesh from 12 to 27; a group of 8 is active at 12, 16, 24 and 27.
         let first = at(12, Phase::First);
         assert_eq!((first.fires(8), first.ticks_since_last(0), first.ahead(8)), (true, 0, 4));
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mesh_that_ends_in_its_first_steps_has_what_has_passed() {
+    fn kicks_of_a_mesh_that_ends_in_its_first_step_add_up_to_the_elapsed_time() {
         let (first, end) = (at(12, Phase::First), at(14, Phase::Last));
         assert_eq!(first.planned_kick(8) + end.planned_kick(8), 2.0);
     }

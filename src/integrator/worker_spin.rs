@@ -66,7 +66,7 @@ impl WorkerSpin {
 
     /// Runs a job on a thread of a pool; the other threads spin from the first [`Self::wake_workers`] on.
     pub fn keep_awake<R>(&self, work: impl FnOnce() -> R) -> R {
-        let (_engaged, _open) = (DutyGuard::with(ThreadDuty::Whole), SpinGuard::new(self));
+        let (_duty, _spinning) = (DutyGuard::with(ThreadDuty::Whole), SpinGuard::new(self));
         work()
     }
 
@@ -85,7 +85,7 @@ impl WorkerSpin {
             ThreadDuty::Part => return self.workers_called.store(false, Ordering::Relaxed),
             ThreadDuty::Whole => return,
         }
-        let _engaged = DutyGuard::with(ThreadDuty::Whole);
+        let _duty = DutyGuard::with(ThreadDuty::Whole);
         self.n_spinning.fetch_add(1, Ordering::Relaxed);
         let mut since = Instant::now();
         while self.is_running.load(Ordering::Relaxed) && since.elapsed() < self.spin_time {
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn other_threads_watch_while_one_leads_and_no_longer() {
+    fn workers_spin_while_a_job_runs_and_no_longer() {
         for threads in [2, 4] {
             let pool = Pool::with_spin_time(threads, FOREVER).expect("threads");
             for _ in 0..3 {
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_waits_for_who_has_panicked() {
+    fn workers_stop_spinning_after_a_panic() {
         let pool = Pool::with_spin_time(2, FOREVER).expect("threads");
         let panics = || {
             wait_until_all_spin(&pool);
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn who_has_left_for_want_of_work_is_called_again() {
+    fn workers_that_stopped_spinning_are_woken_again() {
         let pool = Pool::with_spin_time(3, Duration::from_millis(20)).expect("threads");
         pool.lead(|| {
             for _ in 0..3 {
