@@ -77,21 +77,20 @@ impl<const D: usize> Blocks<D> {
         self.all.iter().map(Block::elements_to_sweep).sum()
     }
 
-    /// Sweeps all active blocks that are not known to be at rest.
+    /// Sweeps all active blocks that are not known to be at rest, shared among the threads of a pool if there is one.
     pub fn sweep(
         &mut self,
         input: &SweepInput<'_, D>,
         stiffness: &mut [f64],
         answers: &mut [GroupAnswer],
         pool: Option<&Pool>,
-        n_elements: u64,
     ) {
         if self.never_rest {
             let at_rest = self.all.iter_mut().filter(|block| block.cache == SweepCache::AtRest);
             at_rest.for_each(|block| block.cache = SweepCache::Swept);
         }
-        let (pool, still) = (pool.filter(|_| n_elements > MIN_SHARED_ELEMENTS), self.still);
         if let Some(pool) = pool {
+            let still = self.still;
             self.locals.ensure_threads(pool, || Local::new(still));
         }
         let kernel = BlockKernel { lanes: &self.lanes, level: self.level, is_prestrained: self.is_prestrained };
@@ -108,8 +107,8 @@ impl<const D: usize> Blocks<D> {
                 let (own, more) = memory.split_at_mut(memory.len().min(rows));
                 memory = more;
                 let groups = group_range(output.first + i, output.groups, input.clocks.len());
-                let output = BlockOutput { part, stiffness, answers, history: own };
-                block.sweep(input, kernel, groups, output, &mut local);
+                let output = BlockOutput { groups, part, stiffness, answers, history: own };
+                block.sweep(input, kernel, output, &mut local);
             }
         });
     }
@@ -117,6 +116,8 @@ impl<const D: usize> Blocks<D> {
 
 /// Output of the sweep of one block.
 struct BlockOutput<'a> {
+    /// Groups of the block.
+    groups: std::ops::Range<usize>,
     /// Impulse, N·s, and stiffness, N/m, of the block at each of its nodes.
     part: &'a mut [Accumulated],
     /// κ by slot, N/m.
@@ -197,12 +198,11 @@ impl Block {
         &mut self,
         input: &SweepInput<'_, D>,
         kernel: BlockKernel<'_, D>,
-        groups: std::ops::Range<usize>,
         output: BlockOutput<'_>,
         local: &mut Local,
     ) {
         let BlockKernel { lanes, level, is_prestrained } = kernel;
-        let BlockOutput { part, stiffness, answers, history } = output;
+        let BlockOutput { groups, part, stiffness, answers, history } = output;
         (self.report, self.power_accumulator) = (None, None);
         if self.due == Due::Some {
             self.find_star(lanes, groups.clone());

@@ -2,7 +2,7 @@
 
 use super::blocks::Blocks;
 use super::contact_solver::Touch;
-use super::energy_residual::update_clock;
+use super::energy_residual::{ClockInput, update_clock};
 use super::engine::Engine;
 use super::node_loop::KickSums;
 use super::step_size::Change;
@@ -137,8 +137,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.blocks = Some(blocks);
     }
 
-    /// Adds a kick of an element to those of the tick; returns the additional work less the change of the energy
-    /// residual, J.
+    /// Adds a kick of an element to those of the tick; returns the additional work less the change of the carried
+    /// kick work, J.
     fn kick_more(&mut self, element: ElementId, answer: &Answer<D>, weight: f64) -> f64 {
         let (gel, mut reaction, mut work) = (self.gel.clone(), Taken::default(), 0.0);
         for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
@@ -240,8 +240,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     fn update_block_clocks(&mut self, tick: Tick) -> f64 {
         let Some(mut blocks) = self.blocks.take() else { return 0.0 };
         let (moment, groups_per_block) = (self.moment(tick), blocks.groups);
-        let (clocks, answers) = (self.state.clocks.as_mut_slice(), self.scratch.answers.as_slice());
-        let total = blocks.update_clocks(self.grid, moment, clocks, answers, self.pool.as_deref());
+        let input = ClockInput { grid: self.grid, moment, answers: &self.scratch.answers };
+        let total = blocks.update_clocks(input, &mut self.state.clocks, self.pool.as_deref());
         self.state.ledger.energy.lose(&total.spent);
         let record = &mut self.state.record;
         for report in blocks.all.iter().filter_map(|block| block.report) {

@@ -113,7 +113,7 @@ impl ActiveSet {
 pub(super) struct KickSums {
     /// Least stable limit, s.
     pub limit: f64,
-    /// Work of the kicks less the change of the energy residuals, Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
+    /// Work of the kicks less the change of the carried kick work, Σ p·(v⁻ + v⁺)/2 − Σ ΔQ (A6), J.
     pub work: f64,
     /// Greatest |v|², m²/s².
     pub max_speed_squared: f64,
@@ -160,7 +160,7 @@ pub(super) struct NodeChunks<'a, const D: usize> {
     pub last: &'a mut [Tick],
     /// Stable limits, s.
     pub limit: &'a mut [f64],
-    /// Leading-half work Q of the last kicks beyond that of v⁻, J.
+    /// Carried kick work Q = ½ p·(v⁺ − v⁻) of the last kicks (A6), J.
     pub excess: &'a mut [f64],
     /// Relative changes of velocity by damping.
     pub fade: &'a mut [f64],

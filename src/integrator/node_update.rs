@@ -3,7 +3,7 @@
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
 use super::assembly::{FULL_BATCH, NODE_BATCH, NodalSums};
-use super::damping::{DampingLoss, fade};
+use super::damping::fade;
 use super::node_loop::{KickSums, NodeChunks};
 use super::{Gel, TickGrid};
 use crate::contact::Freedom;
@@ -63,7 +63,9 @@ impl<const D: usize, P: Potential<D>> NodeUpdate<'_, D, P> {
             *node.before = before;
             *node.velocity += if gel.is_free(a) { p } else { p.component_mul(&gel.free(a)) } / gel.mass[a];
             if self.damping_rate > 0.0 {
-                node.damp(self.damping_rate, passed, gel.mass[a], self.freedom, &mut sums.damping);
+                let drag = node.damp(self.damping_rate, passed, gel.mass[a]);
+                sums.damping.energy += 0.5 * drag.dot(&(*node.before + *node.velocity));
+                sums.damping.add_impulse(self.freedom, node.position, &drag);
             }
             let excess = self.leading_share * p.dot(&(*node.velocity - before));
             sums.work += 0.5 * p.dot(&(before + *node.velocity)) + *node.excess - excess;
@@ -178,13 +180,11 @@ impl<'a, const D: usize> NodeState<'a, D> {
         passed
     }
 
-    /// Damps the speed of a node over the time passed, s, for its mass, kg, and adds the loss.
-    fn damp(&mut self, rate: f64, passed: f64, mass: f64, freedom: Freedom, loss: &mut DampingLoss) {
+    /// Damps the velocity over the time passed, s; returns the damping impulse on the mass, kg, of the node, N·s.
+    fn damp(&mut self, rate: f64, passed: f64, mass: f64) -> Vector<D> {
         *self.fade = fade(rate, passed);
         *self.velocity += *self.before * *self.fade;
-        let drag = *self.before * (mass * *self.fade);
-        loss.energy += 0.5 * drag.dot(&(*self.before + *self.velocity));
-        loss.add_impulse(freedom, self.position, &drag);
+        *self.before * (mass * *self.fade)
     }
 }
 

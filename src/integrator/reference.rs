@@ -155,7 +155,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Returns Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after the whole tick, J: the work of the
-    /// kicks less the change of the energy residuals.
+    /// kicks less the change of the carried kick work.
     pub(super) fn kick_work(&mut self) -> f64 {
         self.book_damping();
         let (answers, share) = (&self.scratch.reference, self.leading_share());

@@ -229,7 +229,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Contact: finds the contact points, completes the kick for the chosen steps and applies the contact impulses;
-    /// returns the work of the kicks less the change of the energy residuals, J.
+    /// returns the work of the kicks less the change of the carried kick work, J.
     fn solve_contact(&mut self, tick: Tick, sums: &KickSums) -> f64 {
         self.find_touches(tick);
         self.kick_all(tick, sums)
@@ -282,9 +282,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             clocks: &self.state.clocks,
             order: &self.order,
         };
-        let elements = blocks.find_active(&input);
+        let n_elements = blocks.find_active(&input);
         let (stiffness, answers) = (self.state.stiffness.as_mut_slice(), self.scratch.answers.as_mut_slice());
-        blocks.sweep(&input, stiffness, answers, self.pool.as_deref(), elements);
+        let pool = self.pool.as_deref().filter(|_| n_elements > MIN_SHARED_ELEMENTS);
+        blocks.sweep(&input, stiffness, answers, pool);
         self.find_active();
     }
 
@@ -302,7 +303,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Completes the kicks of a tick and solves contact, by blocks or by the reference form; returns the work of the
-    /// kicks less the change of the energy residuals, J.
+    /// kicks less the change of the carried kick work, J.
     pub(super) fn kick_all(&mut self, tick: Tick, sums: &KickSums) -> f64 {
         if self.blocks.is_some() {
             return self.kick_fast(tick, sums);
