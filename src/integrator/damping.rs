@@ -51,15 +51,15 @@ impl DampingLoss {
 
 /// Returns the relative change of velocity by damping over a time, s: exp(−αt) − 1.
 #[inline]
-pub(super) fn fade(rate: f64, time: f64) -> f64 {
+pub(super) fn decay(rate: f64, time: f64) -> f64 {
     libm::expm1(-rate * time)
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Returns the damping impulse on a node at this tick, N·s.
-    pub(super) fn drag(&self, a: usize) -> Vector<D> {
+    pub(super) fn damping_impulse(&self, a: usize) -> Vector<D> {
         if self.rules.damping > 0.0 && self.scratch.active.has(a) {
-            self.scratch.before[a] * (self.gel.mass[a] * self.scratch.fade[a])
+            self.scratch.before[a] * (self.gel.mass[a] * self.scratch.decay[a])
         } else {
             Vector::<D>::zeros()
         }
@@ -72,8 +72,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
         let (freedom, mut loss) = (self.freedom(), DampingLoss::default());
         for a in self.scratch.active.of_reference().iter().map(|a| *a as usize) {
-            self.state.velocity[a] += self.scratch.before[a] * self.scratch.fade[a];
-            loss.add_impulse(freedom, &self.state.position[a], &self.drag(a));
+            self.state.velocity[a] += self.scratch.before[a] * self.scratch.decay[a];
+            loss.add_impulse(freedom, &self.state.position[a], &self.damping_impulse(a));
         }
         loss.post(&mut self.state.ledger);
     }
@@ -81,7 +81,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Posts the work of damping of the reference form, once all velocities of the tick are known.
     pub(super) fn book_damping(&mut self) {
         let both = |a: usize| self.scratch.before[a] + self.state.velocity[a];
-        let of = |a: usize| 0.5 * self.drag(a).dot(&both(a));
+        let of = |a: usize| 0.5 * self.damping_impulse(a).dot(&both(a));
         if self.rules.damping > 0.0 {
             let work: f64 = self.scratch.active.of_reference().iter().map(|a| of(*a as usize)).sum();
             self.state.ledger.energy.damping += work;

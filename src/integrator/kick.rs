@@ -148,7 +148,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let (first, both) = (kicked - self.scratch.before[a], self.state.velocity[a] - self.scratch.before[a]);
             // The impulse p = m Δ does the work p·v⁻ + p·Δ/2, and Q is half of p·Δ, because no kick is corrected in
             // the first or last tick of a mesh. The work of damping in it is not the element's.
-            let damped = self.drag(a).dot(&(both - first));
+            let damped = self.damping_impulse(a).dot(&(both - first));
             self.state.ledger.energy.damping += 0.5 * damped;
             let more = gel.mass[a] * (both.norm_squared() - first.norm_squared()) - damped;
             self.state.excess[a] += 0.5 * more;
@@ -203,7 +203,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         for i in 0..self.scratch.carriers.len() {
             let ImpulseNode { node, before, kicked } = self.scratch.carriers[i];
             let a = node.index();
-            let (drag, change) = (self.drag(a), self.state.velocity[a] - kicked);
+            let (drag, change) = (self.damping_impulse(a), self.state.velocity[a] - kicked);
             let more = ((kicked - before) * self.gel.mass[a] - drag).dot(&change);
             self.state.ledger.energy.damping += 0.5 * drag.dot(&change);
             self.state.excess[a] += self.leading_share() * more;

@@ -163,7 +163,7 @@ pub(super) struct NodeChunks<'a, const D: usize> {
     /// Carried kick work Q = ½ p·(v⁺ − v⁻) of the last kicks (A6), J.
     pub excess: &'a mut [f64],
     /// Relative changes of velocity by damping.
-    pub fade: &'a mut [f64],
+    pub decay: &'a mut [f64],
     pub sums: &'a mut [KickSums],
 }
 
@@ -210,7 +210,7 @@ impl<const D: usize> SplitWork for NodeChunks<'_, D> {
         let (last, more_last) = self.last.split_at_mut(at);
         let (limit, more_limit) = self.limit.split_at_mut(at);
         let (excess, more_excess) = self.excess.split_at_mut(at);
-        let (fade, more_fade) = self.fade.split_at_mut(at);
+        let (decay, more_fade) = self.decay.split_at_mut(at);
         let (sums, more_sums) = self.sums.split_at_mut(chunks);
         let more = Self {
             first: self.first + at,
@@ -220,10 +220,10 @@ impl<const D: usize> SplitWork for NodeChunks<'_, D> {
             last: more_last,
             limit: more_limit,
             excess: more_excess,
-            fade: more_fade,
+            decay: more_fade,
             sums: more_sums,
         };
-        (Self { first: self.first, position, velocity, before, last, limit, excess, fade, sums }, more)
+        (Self { first: self.first, position, velocity, before, last, limit, excess, decay, sums }, more)
     }
 }
 
@@ -285,7 +285,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             last: &mut self.last,
             limit: &mut scratch.limit,
             excess: &mut state.excess,
-            fade: &mut scratch.fade,
+            decay: &mut scratch.decay,
             sums: &mut scratch.sums,
         };
         let (active, mut total) = (&scratch.active, KickSums::default());
@@ -344,7 +344,7 @@ mod tests {
             let (mut position, mut velocity) = (engine.state.position.clone(), engine.state.velocity.clone());
             let (mut before, mut last) = (vec![Vector::<3>::zeros(); n_nodes], engine.last.clone());
             let (mut limit, mut excess) = (vec![0.0; n_nodes], engine.state.excess.clone());
-            let (mut fade, mut sums) = (vec![0.0; n_nodes], vec![KickSums::default(); n_nodes.div_ceil(RUN)]);
+            let (mut decay, mut sums) = (vec![0.0; n_nodes], vec![KickSums::default(); n_nodes.div_ceil(RUN)]);
             let mut chunks = NodeChunks {
                 first: 0,
                 position: &mut position,
@@ -353,7 +353,7 @@ mod tests {
                 last: &mut last,
                 limit: &mut limit,
                 excess: &mut excess,
-                fade: &mut fade,
+                decay: &mut decay,
                 sums: &mut sums,
             };
             if by_tile {

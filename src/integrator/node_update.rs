@@ -3,7 +3,7 @@
 #![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
 use super::assembly::{FULL_BATCH, NODE_BATCH, NodalSums};
-use super::damping::fade;
+use super::damping::decay;
 use super::node_loop::{KickSums, NodeChunks};
 use super::{Gel, TickGrid};
 use crate::contact::Freedom;
@@ -157,7 +157,7 @@ struct NodeState<'a, const D: usize> {
     last: &'a mut Tick,
     limit: &'a mut f64,
     excess: &'a mut f64,
-    fade: &'a mut f64,
+    decay: &'a mut f64,
 }
 
 impl<'a, const D: usize> NodeState<'a, D> {
@@ -165,10 +165,10 @@ impl<'a, const D: usize> NodeState<'a, D> {
     #[inline(always)]
     fn of(chunks: &'a mut NodeChunks<'_, D>, node: usize) -> Self {
         let i = node - chunks.first;
-        let NodeChunks { position, velocity, before, last, limit, excess, fade, .. } = chunks;
+        let NodeChunks { position, velocity, before, last, limit, excess, decay, .. } = chunks;
         let (position, velocity, before) = (&mut position[i], &mut velocity[i], &mut before[i]);
-        let (last, limit, excess, fade) = (&mut last[i], &mut limit[i], &mut excess[i], &mut fade[i]);
-        Self { position, velocity, before, last, limit, excess, fade }
+        let (last, limit, excess, decay) = (&mut last[i], &mut limit[i], &mut excess[i], &mut decay[i]);
+        Self { position, velocity, before, last, limit, excess, decay }
     }
 
     /// Drifts the node to a tick; returns the time passed, s.
@@ -182,9 +182,9 @@ impl<'a, const D: usize> NodeState<'a, D> {
 
     /// Damps the velocity over the time passed, s; returns the damping impulse on the mass, kg, of the node, N·s.
     fn damp(&mut self, rate: f64, passed: f64, mass: f64) -> Vector<D> {
-        *self.fade = fade(rate, passed);
-        *self.velocity += *self.before * *self.fade;
-        *self.before * (mass * *self.fade)
+        *self.decay = decay(rate, passed);
+        *self.velocity += *self.before * *self.decay;
+        *self.before * (mass * *self.decay)
     }
 }
 
@@ -243,7 +243,7 @@ mod tests {
         let mut last: Vec<Tick> = (0..n as Tick).map(|i| 4000 + i % 7).collect();
         let (mut limit, mut excess) = (vec![0.0; n], vec![0.0; n]);
         (0..NODE_BATCH).filter(|i| gives(*i)).for_each(|i| excess[first + i] = 1e-2 * any(300 + i));
-        let (mut fade, mut sums) = (vec![0.0; n], KickSums::default());
+        let (mut decay, mut sums) = (vec![0.0; n], KickSums::default());
         let given: [Accumulated; NODE_BATCH] = std::array::from_fn(|i| {
             let p = |k: usize| if first + i != still && gives(i) { 1e-3 * any(400 + 3 * i + k) } else { 0.0 };
             [p(0), p(1), p(2), 1e3 * (1.0 + any(500 + i).abs())]
@@ -259,7 +259,7 @@ mod tests {
             last: &mut last[2..],
             limit: &mut limit[2..],
             excess: &mut excess[2..],
-            fade: &mut fade[2..],
+            decay: &mut decay[2..],
             sums: &mut [],
         };
         update.apply(&mut chunks, &nodes, &mut nodal, &mut sums);

@@ -3,7 +3,7 @@
 //! It handles the queue, the contact law of the paper and potentials without SIMD layout. Tests compare the SIMD
 //! form with it.
 
-use super::damping::fade;
+use super::damping::decay;
 use super::engine::Engine;
 use super::kick::Taken;
 use super::node_loop::KickSums;
@@ -45,7 +45,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let passed = self.grid.time(tick - self.last[a]);
             self.state.position[a] += velocity * passed;
             if self.rules.damping > 0.0 {
-                self.scratch.fade[a] = fade(self.rules.damping, passed);
+                self.scratch.decay[a] = decay(self.rules.damping, passed);
             }
             self.last[a] = tick;
             self.scratch.before[a] = velocity;

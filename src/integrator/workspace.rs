@@ -23,7 +23,7 @@ pub(super) struct Workspace<const D: usize> {
     /// Velocities of the active nodes at the start of the tick, m/s.
     pub before: Vec<Vector<D>>,
     /// Relative change of these velocities by damping.
-    pub fade: Vec<f64>,
+    pub decay: Vec<f64>,
     /// Stable limits CFL · 2/√λ_a of the active nodes, s.
     pub limit: Vec<f64>,
     /// Stable limits by local number in one block, s.
@@ -86,7 +86,7 @@ impl<const D: usize> Workspace<D> {
         Self {
             active: ActiveSet::new(n_nodes),
             before: vec![Vector::<D>::zeros(); n_nodes],
-            fade: vec![0.0; n_nodes],
+            decay: vec![0.0; n_nodes],
             limit: vec![0.0; n_nodes],
             place: vec![u32::MAX; n_surface],
             beside: vec![NodeStar::default(); n_surface],
