@@ -27,7 +27,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     #[must_use]
     pub fn runs(&self) -> Vec<Run<'_>> {
         let Some(blocks) = &self.blocks else { return vec![] };
-        blocks.all.iter().enumerate().map(|(i, block)| self.run(block, blocks.groups_of(i))).collect()
+        blocks.all.iter().enumerate().map(|(i, block)| self.block_layout(block, blocks.groups_of(i))).collect()
     }
 
     /// Returns the elements of the blocks in SIMD layout.
@@ -36,7 +36,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.blocks.as_ref().map(|blocks| &blocks.lanes)
     }
 
-    fn run<'a>(&self, block: &'a Block, groups: Range<usize>) -> Run<'a> {
+    /// Collects the statistics of a block.
+    fn block_layout<'a>(&self, block: &'a Block, groups: Range<usize>) -> Run<'a> {
         let of_group = |group: usize| {
             let n_elements = self.order.elements(self.order.slots(group)).count();
             n_elements as f64 / self.grid.time(self.state.clocks[group].step)

@@ -197,7 +197,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     }
 
     /// Drift and forces: moves the active nodes to this tick with their velocities and evaluates the active elements
-    /// there; then finds the pressure loads and the bodies at this time.
+    /// there; then finds the pressure loads and the bodies at this time. The SIMD form drifts the copies of the nodes in
+    /// the blocks, and the kick pass stores the positions.
     fn drift_and_evaluate(&mut self, tick: Tick) -> Result<(), StepError> {
         let time = self.grid.time(tick);
         self.answer(tick);
