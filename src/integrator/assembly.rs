@@ -1,12 +1,12 @@
-//! What nodes are given by the blocks around them, and what these are told of them.
+//! Assembly of the contributions of blocks at their nodes, and the feedback of the nodes to the blocks.
 //!
-//! Some nodes are looked up one by one; where many are active, whole stretches of them are gone through, block by block: a block and a
-//! stretch have some tens of nodes in common, which stand beside each other in both, while to go from node to node is to go back and
-//! forth between blocks. Each sum runs over the blocks in their order either way: the same bits.
+//! A few nodes are summed one by one. Many nodes are summed tile by tile and block by block: a block and a tile
+//! have some tens of nodes in common, contiguous in both, while going node by node would alternate between blocks.
+//! Each sum runs over the blocks in their order either way, so the bits are equal.
 
-#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+#![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
-use super::blocks::{Block, Blocks, are_far};
+use super::blocks::{Block, Blocks, exceed_cache};
 use super::node_loop::RUN;
 use super::step_size;
 use crate::fem::{Accumulated, LANES};
@@ -15,214 +15,224 @@ use crate::mesh::NodeId;
 use prefetch_index::prefetch_index;
 use std::ops::Range;
 
-/// Nodes that are gone through together, each stage for all of them: what they gather, their limits, their kicks. Not tuned: any number
-/// does that fills vectors and stays in the nearest cache.
-pub(super) const TOGETHER: usize = 32;
-const _: () = assert!(TOGETHER.is_multiple_of(LANES), "they fill vectors");
-/// Nodes of a stretch, a part of a run of them: what is gathered for it stays in the nearest cache.
-pub(super) const STRETCH: usize = 256;
-/// How many overlaps before it is gathered from an overlap is asked for; 1 to 12 are as good.
-const AHEAD: usize = 3;
-/// Said of nodes that stand [beside each other](Gathered::beside).
-pub(super) const WHOLE: &str = "that many nodes go together";
-/// Bytes of a line of the cache.
-const LINE: usize = 64;
-const _: () = assert!(RUN / STRETCH * STRETCH == RUN, "runs are made of whole stretches");
+/// Nodes of a batch; each stage (sums, limits, kicks) runs over the whole batch. Not tuned: any number works that
+/// fills SIMD vectors and stays in the nearest cache.
+pub(super) const NODE_BATCH: usize = 32;
+const _: () = assert!(NODE_BATCH.is_multiple_of(LANES), "they fill vectors");
+/// Nodes of a tile, a part of a chunk; the sums of a tile stay in the nearest cache.
+pub(super) const TILE_NODES: usize = 256;
+/// Prefetch distance in overlaps; 1 to 12 perform equally.
+const PREFETCH_DISTANCE: usize = 3;
+/// Panic message for a [contiguous](NodalSums::is_contiguous) batch that is not full.
+pub(super) const FULL_BATCH: &str = "that many nodes go together";
+/// Bytes of a cache line.
+const CACHE_LINE: usize = 64;
+const _: () = assert!(RUN / TILE_NODES * TILE_NODES == RUN, "runs are made of whole tiles");
 
-/// What says how long a step around a node may be.
+/// Data of the stable step rule at a node.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Rule<'a> {
-    /// By node, kg.
+pub(super) struct StepRule<'a> {
+    /// Nodal masses, kg.
     pub mass: &'a [f64],
+    /// CFL number.
     pub cfl: f64,
 }
 
-/// What some nodes gather from the blocks around them, and what these are told.
-pub(super) struct Gathered<const D: usize> {
-    /// Σ p, N·s, and last Σ κ, N/m: component by component, each of all of them.
-    pub parts: [[f64; TOGETHER]; 4],
-    /// CFL · 2/√λ_a, s.
-    pub limit: [f64; TOGETHER],
-    /// Whether they move after their kicks.
-    pub moves: [bool; TOGETHER],
-    /// Whether they are known to be as many as go together, each the next of the one before.
-    pub beside: bool,
+/// Assembled impulses, stiffnesses and stable limits of a batch of nodes.
+pub(super) struct NodalSums<const D: usize> {
+    /// Components of Σ p, N·s, and last Σ κ, N/m, each for the whole batch.
+    pub parts: [[f64; NODE_BATCH]; 4],
+    /// Stable limit CFL · 2/√λ_a, s.
+    pub limit: [f64; NODE_BATCH],
+    /// True for nodes that move after their kicks.
+    pub moves: [bool; NODE_BATCH],
+    /// True if the batch is known to be full and its nodes consecutive.
+    pub is_contiguous: bool,
 }
 
-impl<const D: usize> Gathered<D> {
-    /// What these nodes are given, and their limits.
+impl<const D: usize> NodalSums<D> {
+    /// Computes the limits of these nodes from their sums.
     #[inline(always)]
-    pub fn new(given: &[Accumulated; TOGETHER], nodes: &[usize], rule: Rule<'_>) -> Self {
-        let mut mass = [1.0; TOGETHER];
+    pub fn new(given: &[Accumulated; NODE_BATCH], nodes: &[usize], rule: StepRule<'_>) -> Self {
+        let mut mass = [1.0; NODE_BATCH];
         nodes.iter().zip(&mut mass).for_each(|(node, own)| *own = rule.mass[*node]);
         Self::of(given, &mass, rule.cfl)
     }
 
-    /// The same of nodes that stand [beside](Self::beside) each other from one on.
+    /// Computes the limits of a [contiguous](Self::is_contiguous) batch from its first node on.
     #[inline(always)]
-    fn beside(given: &[Accumulated; TOGETHER], first: usize, rule: Rule<'_>) -> Self {
-        let mass = rule.mass[first..].first_chunk().expect(WHOLE);
-        Self { beside: true, ..Self::of(given, mass, rule.cfl) }
+    fn of_contiguous(given: &[Accumulated; NODE_BATCH], first: usize, rule: StepRule<'_>) -> Self {
+        let mass = rule.mass[first..].first_chunk().expect(FULL_BATCH);
+        Self { is_contiguous: true, ..Self::of(given, mass, rule.cfl) }
     }
 
+    /// Computes the limits of a batch from its sums and masses, kg.
     #[inline(always)]
-    fn of(given: &[Accumulated; TOGETHER], mass: &[f64; TOGETHER], cfl: f64) -> Self {
-        // All four: of some of them the last ones would be taken one by one.
-        let (mut parts, mut limit) = ([[0.0; TOGETHER]; 4], [0.0; TOGETHER]);
+    fn of(given: &[Accumulated; NODE_BATCH], mass: &[f64; NODE_BATCH], cfl: f64) -> Self {
+        // All four components are moved at once; the last ones of a subset would be moved singly.
+        let (mut parts, mut limit) = ([[0.0; NODE_BATCH]; 4], [0.0; NODE_BATCH]);
         for (i, given) in given.iter().enumerate() {
             (0..4).for_each(|k| parts[k][i] = given[k]);
         }
-        // Apart from the rest: so roots and divisions go side by side.
-        for i in 0..TOGETHER {
+        // In a loop of its own, so that roots and divisions are vectorised.
+        for i in 0..NODE_BATCH {
             limit[i] = cfl * step_size::limit(parts[3][i], mass[i]);
         }
-        Self { parts, limit, moves: [false; TOGETHER], beside: false }
+        Self { parts, limit, moves: [false; NODE_BATCH], is_contiguous: false }
     }
 
-    /// Σ p of the i-th, N·s.
+    /// Returns Σ p of the i-th node, N·s.
     #[inline(always)]
-    pub fn push(&self, i: usize) -> Vector<D> {
+    pub fn impulse(&self, i: usize) -> Vector<D> {
         Vector::<D>::from_fn(|axis, _| self.parts[axis][i])
     }
 
-    /// Tells the blocks around these nodes of their limits, and that they must be swept from now on where a node moves.
-    pub fn tell(&self, nodes: &[usize], blocks: &Blocks<D>) {
+    /// Notifies the blocks around these nodes of limits that may change a step and of nodes that move.
+    pub fn notify_blocks(&self, nodes: &[usize], blocks: &Blocks<D>) {
         for (i, node) in nodes.iter().enumerate() {
-            for spot in blocks.spots(*node) {
-                let front = &blocks.fronts[spot.block as usize];
-                if !front.calms_at(spot.at as usize - blocks.all[spot.block as usize].first, self.limit[i]) {
-                    front.stir();
+            for copy in blocks.spots(*node) {
+                let front = &blocks.fronts[copy.block as usize];
+                if !front.holds_at(copy.at as usize - blocks.all[copy.block as usize].first, self.limit[i]) {
+                    front.request_check();
                 }
                 if self.moves[i] && !front.gives {
-                    blocks.rouse(spot.block as usize);
+                    blocks.activate(copy.block as usize);
                 }
             }
         }
     }
 }
 
-/// What a block and a stretch of nodes have in common: the number, within the block, of the first such node, and how many these are.
+/// Overlap of a block and a tile of nodes: the local number of the first common node and their count.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Overlap {
+pub(super) struct TileOverlap {
     block: u32,
     first: u16,
     n: u16,
 }
 
-impl Overlap {
-    /// Those of each stretch of so many nodes in all, in the order of the blocks.
-    pub fn all(blocks: &[Block], n_nodes: usize) -> Vec<Vec<Self>> {
-        let mut overlaps = vec![vec![]; n_nodes.div_ceil(STRETCH)];
+impl TileOverlap {
+    /// Finds the overlaps of each tile of nodes, in the order of the blocks.
+    pub fn find_all(blocks: &[Block], n_nodes: usize) -> Vec<Vec<Self>> {
+        let mut overlaps = vec![vec![]; n_nodes.div_ceil(TILE_NODES)];
         for (block, own) in (0..).zip(blocks) {
             let mut first = 0;
-            for nodes in own.nodes.chunk_by(|a, b| a.index() / STRETCH == b.index() / STRETCH) {
+            for nodes in own.nodes.chunk_by(|a, b| a.index() / TILE_NODES == b.index() / TILE_NODES) {
                 let n = nodes.len() as u16;
-                overlaps[nodes[0].index() / STRETCH].push(Self { block, first, n });
+                overlaps[nodes[0].index() / TILE_NODES].push(Self { block, first, n });
                 first += n;
             }
         }
         overlaps
     }
 
-    /// Asks for what the block has for these nodes before it is needed.
+    /// Prefetches the data of the block for these nodes.
     #[inline(always)]
-    fn fetch<const D: usize>(self, blocks: &Blocks<D>) {
+    fn prefetch<const D: usize>(self, blocks: &Blocks<D>) {
         let block = &blocks.all[self.block as usize];
-        // About once in each line of the cache.
-        for number in self.numbers().step_by(LINE / size_of::<Accumulated>()) {
+        // About one prefetch per cache line.
+        for number in self.numbers().step_by(CACHE_LINE / size_of::<Accumulated>()) {
             prefetch_index(&blocks.parts, block.first + number);
         }
-        for number in self.numbers().step_by(LINE / size_of::<NodeId>()) {
+        for number in self.numbers().step_by(CACHE_LINE / size_of::<NodeId>()) {
             prefetch_index(&block.nodes, number);
         }
     }
 
-    /// The numbers of the nodes within the block.
+    /// Returns the local numbers of the nodes in the block.
     fn numbers(self) -> Range<usize> {
         let first = usize::from(self.first);
         first..first + usize::from(self.n)
     }
 }
 
-/// A stretch of nodes, each at its number modulo [`STRETCH`].
-pub(super) struct Stretch {
+/// Tile of nodes, each at its number modulo [`TILE_NODES`].
+pub(super) struct NodeTile {
+    /// Number of the tile.
     at: usize,
     /// Σ p, N·s, and Σ κ, N/m.
-    parts: [Accumulated; STRETCH],
-    /// Which of them are active, CFL · 2/√λ_a of these, s, and whether they move after their kicks.
-    active: [bool; STRETCH],
-    limit: [f64; STRETCH],
-    moves: [bool; STRETCH],
-    /// The least and the greatest of the limits, lane by lane, and whether all of them are numbers.
+    parts: [Accumulated; TILE_NODES],
+    /// Active nodes, their stable limits CFL · 2/√λ_a, s, and the nodes that move after their kicks.
+    active: [bool; TILE_NODES],
+    limit: [f64; TILE_NODES],
+    moves: [bool; TILE_NODES],
+    /// Least and greatest limit, lane by lane, and whether all limits are numbers.
     least: [f64; LANES],
     most: [f64; LANES],
     are_numbers: bool,
 }
 
-impl Stretch {
-    /// From this node on, gathered from the blocks in their order.
+/// Range of the stable limits of the active nodes of a tile, s; both NaN if a limit is not a number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct LimitRange {
+    least: f64,
+    greatest: f64,
+}
+
+impl NodeTile {
+    /// Sums the contributions of the blocks at the tile that begins with this node, in the order of the blocks.
     #[inline(always)]
     pub fn new<const D: usize>(first: usize, blocks: &Blocks<D>) -> Self {
-        let (at, mut parts) = (first / STRETCH, [[0.0; 4]; STRETCH]);
-        let (overlaps, far) = (&blocks.overlaps[at], are_far(blocks.n_nodes()));
+        let (at, mut parts) = (first / TILE_NODES, [[0.0; 4]; TILE_NODES]);
+        let (overlaps, far) = (&blocks.overlaps[at], exceed_cache(blocks.n_nodes()));
         for (i, overlap) in overlaps.iter().enumerate() {
-            if far && let Some(next) = overlaps.get(i + AHEAD) {
-                next.fetch(blocks);
+            if far && let Some(next) = overlaps.get(i + PREFETCH_DISTANCE) {
+                next.prefetch(blocks);
             }
             let block = &blocks.all[overlap.block as usize];
             let nodes = &block.nodes[overlap.numbers()];
             let given = &blocks.parts[block.first..][overlap.numbers()];
-            // Two loops: with a choice for each node it takes half as long again.
+            // Two loops, because a branch at each node takes half as long again.
             if blocks.fronts[overlap.block as usize].gives {
                 for (node, given) in nodes.iter().zip(given) {
-                    let part = &mut parts[node.index() % STRETCH];
+                    let part = &mut parts[node.index() % TILE_NODES];
                     (0..4).for_each(|i| part[i] += given[i]);
                 }
             } else {
-                nodes.iter().zip(given).for_each(|(node, given)| parts[node.index() % STRETCH][3] += given[3]);
+                nodes.iter().zip(given).for_each(|(node, given)| parts[node.index() % TILE_NODES][3] += given[3]);
             }
         }
-        let (active, limit, moves) = ([false; STRETCH], [0.0; STRETCH], [false; STRETCH]);
+        let (active, limit, moves) = ([false; TILE_NODES], [0.0; TILE_NODES], [false; TILE_NODES]);
         Self { at, parts, active, limit, moves, least: [f64::INFINITY; LANES], most: [0.0; LANES], are_numbers: true }
     }
 
-    /// What some nodes of the stretch are given, and their limits.
+    /// Returns the sums of some nodes of the tile with their limits.
     #[inline(always)]
-    pub fn gathered<const D: usize>(&self, nodes: &[usize], rule: Rule<'_>) -> Gathered<D> {
+    pub fn nodal_sums<const D: usize>(&self, nodes: &[usize], rule: StepRule<'_>) -> NodalSums<D> {
         let (n, first) = (nodes.len(), nodes[0]);
-        // They are ascending.
-        if n == TOGETHER && nodes[n - 1] - first == n - 1 {
-            let given = self.parts[first % STRETCH..].first_chunk().expect(WHOLE);
-            return Gathered::beside(given, first, rule);
+        // Node numbers ascend.
+        if n == NODE_BATCH && nodes[n - 1] - first == n - 1 {
+            let given = self.parts[first % TILE_NODES..].first_chunk().expect(FULL_BATCH);
+            return NodalSums::of_contiguous(given, first, rule);
         }
-        let mut given = [[0.0; 4]; TOGETHER];
-        nodes.iter().zip(&mut given).for_each(|(node, given)| *given = self.parts[node % STRETCH]);
-        Gathered::new(&given, nodes, rule)
+        let mut given = [[0.0; 4]; NODE_BATCH];
+        nodes.iter().zip(&mut given).for_each(|(node, given)| *given = self.parts[node % TILE_NODES]);
+        NodalSums::new(&given, nodes, rule)
     }
 
-    /// Notes the limits of these nodes, which are active, and whether they move.
+    /// Records the limits of these active nodes and whether they move.
     #[inline(always)]
-    pub fn note<const D: usize>(&mut self, nodes: &[usize], gathered: &Gathered<D>) {
-        self.note_limits(&gathered.limit, nodes.len());
-        if gathered.beside {
-            let at = nodes[0] % STRETCH;
-            let all = at..at + TOGETHER;
+    pub fn record<const D: usize>(&mut self, nodes: &[usize], nodal: &NodalSums<D>) {
+        self.record_limits(&nodal.limit, nodes.len());
+        if nodal.is_contiguous {
+            let at = nodes[0] % TILE_NODES;
+            let all = at..at + NODE_BATCH;
             self.active[all.clone()].fill(true);
-            self.limit[all.clone()].copy_from_slice(&gathered.limit);
-            return self.moves[all].copy_from_slice(&gathered.moves);
+            self.limit[all.clone()].copy_from_slice(&nodal.limit);
+            return self.moves[all].copy_from_slice(&nodal.moves);
         }
         for (i, node) in nodes.iter().enumerate() {
-            let at = node % STRETCH;
-            (self.active[at], self.limit[at], self.moves[at]) = (true, gathered.limit[i], gathered.moves[i]);
+            let at = node % TILE_NODES;
+            (self.active[at], self.limit[at], self.moves[at]) = (true, nodal.limit[i], nodal.moves[i]);
         }
     }
 
-    /// Notes the first of these limits.
+    /// Records the first `n` of these limits.
     #[inline(always)]
-    fn note_limits(&mut self, limits: &[f64; TOGETHER], n: usize) {
+    fn record_limits(&mut self, limits: &[f64; NODE_BATCH], n: usize) {
         let (mut limits, first) = (*limits, limits[0]);
         limits[n..].fill(first);
-        // Eight side by side: one after the other each would wait for the one before.
+        // Eight independent lanes avoid a chain of dependent comparisons.
         for eight in limits.as_chunks::<LANES>().0 {
             for (i, limit) in eight.iter().enumerate() {
                 self.least[i] = if *limit < self.least[i] { *limit } else { self.least[i] };
@@ -232,112 +242,119 @@ impl Stretch {
         }
     }
 
-    /// Tells the blocks around of the limits, and that they must be swept from now on where a node moves.
+    /// Notifies the blocks of the tile of limits that may change a step and of nodes that move.
     #[inline(always)]
-    pub fn tell<const D: usize>(&self, blocks: &Blocks<D>) {
-        let limits = self.limits();
+    pub fn notify_blocks<const D: usize>(&self, blocks: &Blocks<D>) {
+        let limits = self.limit_range();
         for overlap in &blocks.overlaps[self.at] {
             let (block, front) = (&blocks.all[overlap.block as usize], &blocks.fronts[overlap.block as usize]);
             let nodes = &block.nodes[overlap.numbers()];
             if front.gives {
-                let calms = |(node, number): (&NodeId, usize)| {
-                    let at = node.index() % STRETCH;
-                    !self.active[at] || front.calms_at(number, self.limit[at])
+                let holds = |(node, number): (&NodeId, usize)| {
+                    let at = node.index() % TILE_NODES;
+                    !self.active[at] || front.holds_at(number, self.limit[at])
                 };
-                if !front.calms_all(limits) && !nodes.iter().zip(overlap.numbers()).all(calms) {
-                    front.stir();
+                if !front.holds_for_all(limits.least, limits.greatest)
+                    && !nodes.iter().zip(overlap.numbers()).all(holds)
+                {
+                    front.request_check();
                 }
-            } else if !block.is_awake() && nodes.iter().any(|node| self.moves[node.index() % STRETCH]) {
-                blocks.rouse(overlap.block as usize);
+            } else if !block.is_awake() && nodes.iter().any(|node| self.moves[node.index() % TILE_NODES]) {
+                blocks.activate(overlap.block as usize);
             }
         }
     }
 
-    /// The least limit of the active ones that is a number, s.
+    /// Returns the least limit of the active nodes that is a number, s.
     #[inline(always)]
     pub fn least(&self) -> f64 {
         self.least.into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// The least and the greatest limit of the active ones, s; no numbers if one is none.
+    /// Returns the range of the limits of the active nodes.
     #[inline(always)]
-    fn limits(&self) -> (f64, f64) {
+    fn limit_range(&self) -> LimitRange {
         let least = self.least();
-        let most = self.most.into_iter().fold(0.0, f64::max);
-        if self.are_numbers { (least, most) } else { (f64::NAN, f64::NAN) }
+        let greatest = self.most.into_iter().fold(0.0, f64::max);
+        if self.are_numbers {
+            LimitRange { least, greatest }
+        } else {
+            LimitRange { least: f64::NAN, greatest: f64::NAN }
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::blocks::Front;
-    use super::super::node_loop::Active;
+    use super::super::node_loop::ActiveSet;
     use super::super::test_cube;
     use super::*;
     use crate::contact::Exchange;
     use crate::fem::Potential;
 
-    /// Two of three blocks give something.
+    /// Prepares the monitors so that two of three blocks contribute.
     fn open(blocks: &mut Blocks<3>) {
         for (i, (block, front)) in blocks.all.iter_mut().zip(&mut blocks.fronts).enumerate() {
             *block.awake.get_mut() = i % 3 > 0;
-            front.open(block);
+            front.prepare(block);
             front.gives = i % 3 > 0;
         }
     }
 
-    fn move_some(nodes: &[usize], gathered: &mut Gathered<3>) {
-        nodes.iter().zip(&mut gathered.moves).for_each(|(node, moves)| *moves = node % 50 == 0);
+    fn move_some(nodes: &[usize], nodal: &mut NodalSums<3>) {
+        nodes.iter().zip(&mut nodal.moves).for_each(|(node, moves)| *moves = node % 50 == 0);
     }
 
-    fn by_stretch(nodes: &[usize], rule: Rule<'_>, blocks: &Blocks<3>) {
+    fn by_tile(nodes: &[usize], rule: StepRule<'_>, blocks: &Blocks<3>) {
         let n_nodes = rule.mass.len();
-        let mut active = Active::new(n_nodes);
-        let first = nodes[0] / STRETCH * STRETCH;
-        let mut all = first..n_nodes.min(first + STRETCH);
+        let mut active = ActiveSet::new(n_nodes);
+        let first = nodes[0] / TILE_NODES * TILE_NODES;
+        let mut all = first..n_nodes.min(first + TILE_NODES);
         for node in nodes {
-            active.add(*node);
+            active.insert(*node);
         }
         active.all = nodes.len() == all.len();
-        let (mut stretch, mut limits) = (Stretch::new(first, blocks), vec![]);
-        while let Some((n, some)) = active.take(&mut all) {
+        let (mut tile, mut limits) = (NodeTile::new(first, blocks), vec![]);
+        while let Some((n, some)) = active.next_batch(&mut all) {
             let nodes = &some[..n];
-            let mut gathered = stretch.gathered(nodes, rule);
-            limits.extend_from_slice(&gathered.limit[..n]);
+            let mut nodal = tile.nodal_sums(nodes, rule);
+            limits.extend_from_slice(&nodal.limit[..n]);
             let is_next = |pair: &[usize]| pair[0] + 1 == pair[1];
-            assert_eq!(gathered.beside, n == TOGETHER && nodes.windows(2).all(is_next));
-            assert_eq!(gathered.parts, Gathered::<3>::new(&blocks.given(nodes), nodes, rule).parts);
-            move_some(nodes, &mut gathered);
-            stretch.note(nodes, &gathered);
+            assert_eq!(nodal.is_contiguous, n == NODE_BATCH && nodes.windows(2).all(is_next));
+            assert_eq!(nodal.parts, NodalSums::<3>::new(&blocks.sum_parts(nodes), nodes, rule).parts);
+            move_some(nodes, &mut nodal);
+            tile.record(nodes, &nodal);
         }
         let least = limits.iter().copied().fold(f64::INFINITY, f64::min);
-        assert_eq!(stretch.limits(), (least, limits.iter().copied().fold(0.0, f64::max)));
-        stretch.tell(blocks);
+        let greatest = limits.iter().copied().fold(0.0, f64::max);
+        assert_eq!(tile.limit_range(), LimitRange { least, greatest });
+        tile.notify_blocks(blocks);
     }
 
-    fn by_node(nodes: &[usize], rule: Rule<'_>, blocks: &Blocks<3>) {
-        for nodes in nodes.chunks(TOGETHER) {
-            let mut gathered = Gathered::new(&blocks.given(nodes), nodes, rule);
-            move_some(nodes, &mut gathered);
-            gathered.tell(nodes, blocks);
+    fn by_node(nodes: &[usize], rule: StepRule<'_>, blocks: &Blocks<3>) {
+        for nodes in nodes.chunks(NODE_BATCH) {
+            let mut nodal = NodalSums::new(&blocks.sum_parts(nodes), nodes, rule);
+            move_some(nodes, &mut nodal);
+            nodal.notify_blocks(nodes, blocks);
         }
     }
 
     #[test]
-    fn the_same_is_given_and_told_stretch_by_stretch_and_node_by_node() {
+    fn assembly_by_tile_and_by_node_agree_bit_for_bit() {
         let mut engine = test_cube::engine(test_cube::gel(&test_cube::mixed()));
         engine.advance_to(1e-3, &mut [Exchange::default()]).expect("the gel only swings");
         let (n_nodes, mass) = (engine.gel().potential.rest().len(), engine.gel().mass.clone());
         let mut blocks = engine.blocks.take().expect("bins have the fast form");
-        assert!(n_nodes > 3 * STRETCH && blocks.all.iter().any(|block| block.steps.0 < block.steps.1));
-        let some: Vec<usize> = (0..n_nodes).filter(|node| node % 7 != 3 || node % STRETCH > 100).collect();
+        assert!(n_nodes > 3 * TILE_NODES && blocks.all.iter().any(|block| block.steps.0 < block.steps.1));
+        let some: Vec<usize> = (0..n_nodes).filter(|node| node % 7 != 3 || node % TILE_NODES > 100).collect();
         let every: Vec<usize> = (0..n_nodes).collect();
         let mut all = vec![];
         for (cfl, active) in [0.1, 0.4, 0.8, 1.6, 6.4].into_iter().flat_map(|cfl| [(cfl, &some), (cfl, &every)]) {
-            let rule = Rule { mass: &mass, cfl };
-            let told = [by_stretch, by_node].map(|tell| {
+            let rule = StepRule { mass: &mass, cfl };
+            let told = [by_tile, by_node].map(|tell| {
                 open(&mut blocks);
-                active.chunk_by(|a, b| a / STRETCH == b / STRETCH).for_each(|nodes| tell(nodes, rule, &blocks));
+                active.chunk_by(|a, b| a / TILE_NODES == b / TILE_NODES).for_each(|nodes| tell(nodes, rule, &blocks));
                 let calm: Vec<bool> = blocks.fronts.iter_mut().map(Front::is_calm).collect();
                 (calm, blocks.all.iter().map(Block::is_awake).collect::<Vec<bool>>())
             });

@@ -1,14 +1,14 @@
-//! The fast form of the elements: runs of a thousand slots that number their own nodes.
+//! Blocks of elements for the SIMD form: 1024 slots each, with local node numbers.
 //!
-//! A block is swept with its nodes in the nearest cache; what it gives to a node it leaves in its own part, and the node
-//! gathers from the blocks around it in their order. So no thread writes where another one reads, and no bit depends on
-//! who came first.
+//! A block is swept with its nodes in the nearest cache. It writes its contributions to its own part, and each node
+//! sums the parts of the blocks around it in their order. No thread writes where another one reads, and no bit
+//! depends on the order of threads.
 
-use super::assembly::{Overlap, TOGETHER};
+use super::assembly::{NODE_BATCH, TileOverlap};
 use super::element_order::Order;
-use super::energy_residual::Settled;
+use super::energy_residual::StepResidual;
 use super::node_loop::RUN;
-use super::partial_block::Around;
+use super::partial_block::GroupStar;
 use super::pool::PerThread;
 use super::step_size::RAISE_MARGIN;
 use super::{Gel, TickGrid};
@@ -20,171 +20,176 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Slots of a block: with 1024 tetrahedra, some 400 nodes and what is accumulated at them take 40 kB of cache, and a node is in two
-/// blocks; of a quarter of that it would be in half as many again.
+/// Slots of a block. With 1024 tetrahedra, some 400 nodes and their sums take 40 kB of cache, and a node is in two
+/// blocks; with a quarter of that, a node would be in three.
 pub(super) const SLOTS: usize = 1024;
 
-/// Nodes above which what belongs to them is in no cache that is near: it is asked for before it is needed then. With 175 000 nodes (a
-/// million tetrahedra) that takes some 6 % off a step; with 32 000 nobody waits for it, and to ask takes 4 %. Nothing between was measured.
-const NEAR: usize = 1 << 16;
+/// Number of nodes above which nodal data exceed the near caches and are prefetched. With 175 000 nodes (a million
+/// tetrahedra) prefetching saves some 6 % of a step; with 32 000 nodes it costs 4 %. Nothing in between was
+/// measured.
+const CACHED_NODES: usize = 1 << 16;
 
-/// Whether what belongs to so many nodes comes from far.
-pub(super) fn are_far(n_nodes: usize) -> bool {
-    n_nodes > NEAR
+/// Returns true if the data of this many nodes exceed the near caches.
+pub(super) fn exceed_cache(n_nodes: usize) -> bool {
+    n_nodes > CACHED_NODES
 }
 
-/// How much of a block fires at a tick.
+/// Activity of a block at a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Due {
-    /// Nothing.
+    /// No group is active.
     #[default]
     Nothing,
-    /// Some groups.
+    /// Some groups are active.
     Some,
-    /// All groups.
+    /// All groups are active.
     All,
 }
 
-/// What is known of the part of a block.
+/// Validity of the stored part of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) enum Known {
-    /// Nothing.
+pub(super) enum SweepCache {
+    /// The part is not computed yet.
     #[default]
-    Nothing,
-    /// Σ κ, and what the last sweep gave.
-    Sums,
-    /// The same, and that it is that of a full sweep at rest.
-    Rest,
+    Empty,
+    /// The part has Σ κ of all elements and the impulses of the last sweep.
+    Swept,
+    /// The part is that of a full sweep at rest.
+    AtRest,
 }
 
-/// A run of slots.
+/// Block of slots with local node numbers.
 #[derive(Debug, Default)]
 pub(super) struct Block {
-    /// Its nodes, ascending.
+    /// Nodes in ascending order; the index is the local number.
     pub nodes: Vec<NodeId>,
-    /// Where its part begins.
+    /// Index of the first entry of its part.
     pub first: usize,
-    /// Elements in it.
+    /// Number of elements.
     pub n_elements: u64,
     /// Least and greatest step of its groups, ticks.
     pub steps: (Tick, Tick),
-    /// The steps of its groups, ticks: the bits of all of them, one each in bins.
+    /// Bitwise union of the steps of its groups, ticks: with bins each step is one bit.
     pub lengths: Tick,
-    /// How much of it fires at this tick, and how many elements.
+    /// Activity at this tick, and the number of elements of the active groups.
     pub due: Due,
-    pub n_due: u64,
-    /// What is around the groups that fire where some do, by the longest step of these.
-    pub firing: BTreeMap<Tick, Around>,
-    /// The longest step of a group that fires at this tick, where some do, ticks.
-    pub longest: Tick,
-    /// What is known of its part.
-    pub known: Known,
-    /// Whether some node of it has moved or moves.
+    pub n_active_elements: u64,
+    /// Node stars of the active groups where some are active, keyed by the longest active step.
+    pub active_stars: BTreeMap<Tick, GroupStar>,
+    /// Longest step of an active group where some are active, ticks.
+    pub longest_active: Tick,
+    /// Validity of its part.
+    pub cache: SweepCache,
+    /// True if a node of the block has moved or moves.
     pub awake: AtomicBool,
-    /// Whether a node of it was active at this tick through another block.
+    /// True if a node of the block was active at this tick through another block.
     pub looked_at: bool,
-    /// Whether a group of it may raise its step.
+    /// True if a group of the block may raise its step.
     pub restless: bool,
-    /// Whether its elements remember what the state does not know yet.
-    pub is_ahead: bool,
-    /// What a sweep at this tick found, if it was swept.
-    pub report: Option<Report>,
-    /// What its groups that fired at its last sweep store, and what they have lost since the tick before of each.
+    /// True if history variables in the block are newer than those of the state.
+    pub has_unsaved_history: bool,
+    /// Report of the sweep at this tick; `None` if the block was not swept.
+    pub report: Option<BlockReport>,
+    /// Energy stored by the groups active at the last sweep, and their dissipation since the previous tick of each.
     pub spent: Spent,
-    /// What its groups that fire came to then.
-    pub settled: Settled,
-    /// The group whose answer holds the power of all that have not told theirs, if they were found in one sum.
-    pub holder: Option<usize>,
+    /// Energy residual of the groups active at the last sweep.
+    pub step_residual: StepResidual,
+    /// Group whose response accumulates the power of all groups without their own power; `None` if each has its own.
+    pub power_accumulator: Option<usize>,
 }
 
-/// What a sweep of a block finds.
+/// Report of the sweep of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Report {
-    /// Elements evaluated that are not all at rest.
+pub(super) struct BlockReport {
+    /// Number of elements evaluated that are not all at rest.
     pub updates: u64,
     /// Least J.
     pub least_jacobian: f64,
-    /// Whether an element of a group that fires is turned over within its step.
+    /// True if an element of an active group inverts within its step.
     pub closes: bool,
-    /// The first group that has an element inverted for the second tick in a row, or an energy that is no number.
-    pub failed: Option<usize>,
+    /// First group with an element inverted for the second tick in a row, or with an energy that is not a number.
+    pub failed_group: Option<usize>,
 }
 
-impl Default for Report {
+impl Default for BlockReport {
     fn default() -> Self {
-        Self { updates: 0, least_jacobian: 1.0, closes: false, failed: None }
+        Self { updates: 0, least_jacobian: 1.0, closes: false, failed_group: None }
     }
 }
 
-/// Where a node is: which block, and where what that gives it stands among all parts.
+/// Copy of a shared node in a block: the block, and the index of the entry of the node among all parts.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Spot {
+pub(super) struct NodeCopy {
     pub block: u32,
     pub at: u32,
 }
 
-/// What the nodes of a block look up and leave at a tick.
+/// Monitor of the stable limits in a block: it tells which limits of nodes can change a step.
 #[derive(Debug, Default)]
 pub(super) struct Front {
-    /// Whether what the block gives to them is in its part.
+    /// True if the part of the block contributes impulses at this tick.
     pub gives: bool,
-    /// From which limit on and below which one the steps of the block stay as they are, s, whichever node has it.
-    calm: (f64, f64),
-    /// The same of each node, no less; none where all groups are of one step and no limit was outside yet.
-    calms: Vec<(f64, f64)>,
-    /// Whether a node has found another one.
-    stirred: AtomicBool,
+    /// Limits of any node that change no step of the block, s: from the first on and below the second.
+    hold_range: (f64, f64),
+    /// Limits of each node that change no step, s, at least as wide; empty where all groups have one step and no
+    /// limit has left the range of the block.
+    node_hold_ranges: Vec<(f64, f64)>,
+    /// True if a node has found a limit that may change a step.
+    is_check_requested: AtomicBool,
 }
 
-/// In which block, from 1, a node was met last, and its number there.
+/// Mark of the last visit to a node: the block, counted from 1, and the local number there.
 #[derive(Debug, Clone, Copy, Default)]
-struct Mark {
+struct VisitMark {
     block: u32,
     number: u16,
 }
 
-/// All blocks.
+/// All blocks of a gel.
 #[derive(Debug)]
 pub(super) struct Blocks<const D: usize> {
     pub all: Vec<Block>,
-    /// What the last sweep of each block gave to its nodes, and Σ κ of all its elements there.
+    /// Contributions of each block to its nodes: impulses of its last sweep and Σ κ of all its elements.
     pub parts: Vec<Accumulated>,
-    /// One of each block.
+    /// Step monitor of each block.
     pub fronts: Vec<Front>,
     pub lanes: Lanes<D>,
-    /// What the elements remember, batch by batch; what the state holds of it is older while ticks are processed.
+    /// History variables, batch by batch; those of the state lag behind while ticks are processed.
     pub memory: Vec<Recall>,
-    /// Memories of an element there.
+    /// History variables per element.
     pub memories: usize,
-    /// κ that the last sweep found of the element behind each loaded facet, N/m, without what pressures add to it.
+    /// κ of the element behind each loaded facet at the last sweep, without the stiffness of the pressure, N/m.
     pub unloaded: Vec<f64>,
-    /// Groups of a block, and in all.
+    /// Groups per block, and in all.
     pub groups: usize,
     n_groups: usize,
+    /// Copies of all nodes, node by node, with the begin of each node's copies in `start`.
     start: Vec<u32>,
-    spots: Vec<Spot>,
-    /// What blocks have in common with each stretch of nodes.
-    pub overlaps: Vec<Vec<Overlap>>,
-    /// What a sweep works with.
+    spots: Vec<NodeCopy>,
+    /// Overlaps of the blocks with each tile of nodes.
+    pub overlaps: Vec<Vec<TileOverlap>>,
+    /// Node caches of the sweeps, one per thread.
     pub locals: PerThread<Local>,
-    /// To what positions are rounded, m.
+    /// Rounding error of positions, m.
     pub still: f64,
     pub level: Level,
-    /// Whether also what is at rest is swept.
+    /// True if blocks at rest are swept as well.
     pub never_rest: bool,
-    /// Whether a node that stands where it rests can be pulled all the same: where the elements of a later mesh remember.
-    pub strained: bool,
+    /// True if a node at its rest position can be pulled, because elements of a later mesh carry history.
+    pub is_prestrained: bool,
 }
 
 impl<const D: usize> Blocks<D> {
-    /// The blocks of a potential that has lanes.
+    /// Builds the blocks; `None` for a potential without SIMD layout.
     pub fn new<P: Potential<D>>(gel: &Gel<D, P>, order: &Order) -> Option<Self> {
         let slots: Vec<Option<ElementId>> = (0..order.n_slots()).map(|slot| order.element(slot)).collect();
         let mut local = vec![[0; MAX_NODES]; slots.len()];
-        let runs = slots.chunks(SLOTS).zip(local.chunks_mut(SLOTS));
-        let mut marks = vec![Mark::default(); gel.mass.len()];
-        let mut blocks: Vec<Block> =
-            runs.zip(1..).map(|((slots, local), block)| Block::new(gel, slots, local, (block, &mut marks))).collect();
+        let block_slots = slots.chunks(SLOTS).zip(local.chunks_mut(SLOTS));
+        let mut marks = vec![VisitMark::default(); gel.mass.len()];
+        let mut blocks: Vec<Block> = block_slots
+            .zip(1..)
+            .map(|((slots, local), block)| Block::new(gel, slots, local, block, &mut marks))
+            .collect();
         let mut n_parts = 0;
         for block in &mut blocks {
             block.first = n_parts;
@@ -200,15 +205,15 @@ impl<const D: usize> Blocks<D> {
             start[i + 1] += start[i];
         }
         let mut fill = start.clone();
-        let mut spots = vec![Spot { block: 0, at: 0 }; n_parts];
+        let mut spots = vec![NodeCopy { block: 0, at: 0 }; n_parts];
         for (i, block) in blocks.iter().enumerate() {
             for (number, node) in block.nodes.iter().enumerate() {
                 let at = &mut fill[node.index()];
-                spots[*at as usize] = Spot { block: i as u32, at: (block.first + number) as u32 };
+                spots[*at as usize] = NodeCopy { block: i as u32, at: (block.first + number) as u32 };
                 *at += 1;
             }
         }
-        let overlaps = Overlap::all(&blocks, n_nodes);
+        let overlaps = TileOverlap::find_all(&blocks, n_nodes);
         let still = rounding(gel.potential.rest());
         let (groups, n_groups, locals) = (SLOTS / order.width(), order.n_groups(), PerThread::new(Local::new(still)));
         let fronts = blocks.iter().map(|_| Front::default()).collect();
@@ -231,110 +236,111 @@ impl<const D: usize> Blocks<D> {
             locals,
             level: Level::new(),
             never_rest: false,
-            strained: false,
+            is_prestrained: false,
         })
     }
 
-    /// Where a node is, in the order of the blocks.
+    /// Returns the copies of a node, in the order of the blocks.
     #[inline]
-    pub fn spots(&self, node: usize) -> &[Spot] {
+    pub fn spots(&self, node: usize) -> &[NodeCopy] {
         &self.spots[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
-    /// Whether a node is one of what fires.
+    /// Returns true if a node belongs to an active group.
     pub fn fires(&self, node: usize) -> bool {
-        self.spots(node).iter().any(|spot| {
-            let block = &self.all[spot.block as usize];
-            let number = || (spot.at as usize - block.first) as u16;
+        self.spots(node).iter().any(|copy| {
+            let block = &self.all[copy.block as usize];
+            let number = || (copy.at as usize - block.first) as u16;
             match block.due {
                 Due::Nothing => false,
-                Due::Some => block.around().nodes.binary_search(&number()).is_ok(),
+                Due::Some => block.active_star().nodes.binary_search(&number()).is_ok(),
                 Due::All => true,
             }
         })
     }
 
-    /// Nodes of all blocks.
+    /// Returns the number of nodes of all blocks.
     pub fn n_nodes(&self) -> usize {
         self.start.len() - 1
     }
 
-    /// The groups of a block.
+    /// Returns the groups of a block.
     pub fn groups_of(&self, block: usize) -> Range<usize> {
-        groups_of(block, self.groups, self.n_groups)
+        group_range(block, self.groups, self.n_groups)
     }
 
-    /// Takes the steps of its groups into a block: within which limits a node of them leaves them as they are.
-    pub fn pace(&mut self, block: usize, (clocks, grid): (&[Clock], TickGrid)) {
+    /// Updates the step range of a block and the limits that change no step.
+    pub fn update_steps(&mut self, block: usize, clocks: &[Clock], grid: TickGrid) {
         let groups = self.groups_of(block);
         let steps = clocks[groups.clone()].iter().map(|clock| clock.step);
         let (least, most) = steps.clone().fold((Tick::MAX, 0), |(least, most), step| (least.min(step), most.max(step)));
         let (all, front) = (&mut self.all[block], &mut self.fronts[block]);
         all.steps = (least, most);
         all.lengths = steps.fold(0, |all, step| all | step);
-        all.firing.clear();
-        front.calm = (grid.time(most), RAISE_MARGIN * grid.time(least));
-        front.calms.clear();
+        all.active_stars.clear();
+        front.hold_range = (grid.time(most), RAISE_MARGIN * grid.time(least));
+        front.node_hold_ranges.clear();
         if least < most {
             front.watch((all.nodes.len(), groups, &self.lanes), (clocks, grid), &[]);
         }
     }
 
-    /// Σ p, N·s, and Σ κ, N/m, that the blocks give to these nodes, in their order.
-    pub fn given(&self, nodes: &[usize]) -> [Accumulated; TOGETHER] {
-        let mut parts = [[0.0; 4]; TOGETHER];
+    /// Sums the impulses Σ p, N·s, and stiffnesses Σ κ, N/m, of the blocks at these nodes, in the order of the blocks.
+    pub fn sum_parts(&self, nodes: &[usize]) -> [Accumulated; NODE_BATCH] {
+        let mut parts = [[0.0; 4]; NODE_BATCH];
         for (node, sum) in nodes.iter().zip(&mut parts) {
-            for spot in self.spots(*node) {
-                let part = &self.parts[spot.at as usize];
-                let from = if self.fronts[spot.block as usize].gives { 0 } else { 3 };
+            for copy in self.spots(*node) {
+                let part = &self.parts[copy.at as usize];
+                let from = if self.fronts[copy.block as usize].gives { 0 } else { 3 };
                 (from..4).for_each(|i| sum[i] += part[i]);
             }
         }
         parts
     }
 
-    /// The blocks around a node that moves must be swept from now on.
-    pub fn wake(&self, node: usize) {
-        for spot in self.spots(node) {
-            self.rouse(spot.block as usize);
+    /// Activates the blocks around a moving node: they are swept from now on.
+    pub fn activate_around(&self, node: usize) {
+        for copy in self.spots(node) {
+            self.activate(copy.block as usize);
         }
     }
 
-    /// The steps around a node must be looked at as soon as they end.
+    /// Requests a check of the steps around a node at their next tick.
     pub fn stir(&mut self, node: usize) {
         for at in self.start[node]..self.start[node + 1] {
             self.all[self.spots[at as usize].block as usize].restless = true;
         }
     }
 
-    /// A block must be swept from now on.
-    pub fn rouse(&self, block: usize) {
+    /// Activates a block: it is swept from now on.
+    pub fn activate(&self, block: usize) {
         let awake = &self.all[block].awake;
-        // Threads share what is written: not again and again.
+        // Threads share this flag, so it is written only once.
         if !awake.load(Ordering::Relaxed) {
             awake.store(true, Ordering::Relaxed);
         }
     }
 
-    /// All steps, who moves, and nothing known of what blocks give.
-    pub fn restart(&mut self, (clocks, grid): (&[Clock], TickGrid), moves: impl Fn(usize) -> bool) {
-        let strained = self.strained;
+    /// Resets steps, moving blocks and the validity of all parts.
+    pub fn reset(&mut self, clocks: &[Clock], grid: TickGrid, moves: impl Fn(usize) -> bool) {
+        let is_prestrained = self.is_prestrained;
         for i in 0..self.all.len() {
-            self.pace(i, (clocks, grid));
+            self.update_steps(i, clocks, grid);
             let block = &mut self.all[i];
-            block.known = Known::Nothing;
+            block.cache = SweepCache::Empty;
             block.restless = true;
-            *block.awake.get_mut() = strained || block.nodes.iter().any(|node| moves(node.index()));
+            *block.awake.get_mut() = is_prestrained || block.nodes.iter().any(|node| moves(node.index()));
         }
     }
 
-    /// Bytes held.
+    /// Returns the memory held, bytes.
     pub fn bytes(&self) -> usize {
         let of = |block: &Block| {
             let own = 4 * block.nodes.capacity();
-            size_of::<Block>() + own + block.firing.values().map(Around::bytes).sum::<usize>()
+            size_of::<Block>() + own + block.active_stars.values().map(GroupStar::bytes).sum::<usize>()
         };
-        let fronts = self.fronts.iter().map(|front| size_of::<Front>() + 16 * front.calms.capacity()).sum::<usize>();
+        let fronts =
+            self.fronts.iter().map(|front| size_of::<Front>() + 16 * front.node_hold_ranges.capacity()).sum::<usize>();
         let parts = size_of::<Accumulated>() * self.parts.len() + fronts;
         self.lanes.bytes()
             + size_of_val(self.memory.as_slice())
@@ -346,65 +352,69 @@ impl<const D: usize> Blocks<D> {
     }
 }
 
-/// The groups of a block, of so many to a block and in all.
-pub(super) fn groups_of(block: usize, groups: usize, all: usize) -> Range<usize> {
+/// Returns the groups of a block, from the groups per block and in all.
+pub(super) fn group_range(block: usize, groups: usize, all: usize) -> Range<usize> {
     block * groups..all.min((block + 1) * groups)
 }
 
 impl Front {
-    /// Finds within which limits each of so many nodes leaves the steps of these groups as they are, s, of limits that are known, s,
-    /// or infinite. A limit below a step shortens it, whichever node has it. No step is raised as long as one node of the group has a
-    /// limit below [`RAISE_MARGIN`] steps: of those known the least is watched for it, and the others need not be; if there is none,
-    /// all are.
+    /// Finds the limits, s, of each node that leave the steps of these groups unchanged; unknown `limits` are
+    /// infinite.
+    ///
+    /// A limit below a step shortens the step, at any node. No step is raised while one node of the group has a
+    /// limit below [`RAISE_MARGIN`] steps. If such a limit is known, only the node with the least one is watched;
+    /// otherwise all are.
     pub fn watch<const D: usize>(
         &mut self,
         (n_nodes, groups, lanes): (usize, Range<usize>, &Lanes<D>),
         (clocks, grid): (&[Clock], TickGrid),
         limits: &[f64],
     ) {
-        self.calms.clear();
-        self.calms.resize(n_nodes, (0.0, f64::INFINITY));
+        self.node_hold_ranges.clear();
+        self.node_hold_ranges.resize(n_nodes, (0.0, f64::INFINITY));
         for group in groups {
             let step = grid.time(clocks[group].step);
             let (mut least, raised) = ((f64::INFINITY, 0), RAISE_MARGIN * step);
             lanes.nodes(group, |number| {
                 let number = usize::from(number);
-                self.calms[number].0 = self.calms[number].0.max(step);
+                self.node_hold_ranges[number].0 = self.node_hold_ranges[number].0.max(step);
                 let limit = limits.get(number).copied().unwrap_or(f64::INFINITY);
                 least = if limit < least.0 { (limit, number) } else { least };
             });
-            let mut bound = |number: usize| self.calms[number].1 = self.calms[number].1.min(raised);
+            let mut bound =
+                |number: usize| self.node_hold_ranges[number].1 = self.node_hold_ranges[number].1.min(raised);
             if least.0 < raised { bound(least.1) } else { lanes.nodes(group, |number| bound(usize::from(number))) }
         }
     }
 
-    /// At the start of the node phase of a tick.
-    pub fn open(&mut self, block: &Block) {
-        self.gives = block.gives();
-        *self.stirred.get_mut() = !block.may_be_calm();
+    /// Prepares the monitor at the start of the node loop of a tick.
+    pub fn prepare(&mut self, block: &Block) {
+        self.gives = block.contributes();
+        *self.is_check_requested.get_mut() = !block.may_hold_steps();
     }
 
-    /// Whether limits between these, s, leave all steps as they are, whichever nodes have them.
+    /// Returns true if limits in this range, s, at any nodes leave all steps unchanged.
     #[inline]
-    pub fn calms_all(&self, (least, most): (f64, f64)) -> bool {
-        self.calm.0 <= least && most < self.calm.1
+    pub fn holds_for_all(&self, least: f64, most: f64) -> bool {
+        self.hold_range.0 <= least && most < self.hold_range.1
     }
 
-    /// Whether this limit, s, of a node, by its number within the block, does.
+    /// Returns true if this limit, s, of a node, by its local number, leaves all steps unchanged.
     #[inline]
-    pub fn calms_at(&self, number: usize, limit: f64) -> bool {
-        // What no node of the block finds anything in needs no look at its own.
-        self.calms_all((limit, limit)) || self.calms.get(number).is_some_and(|own| own.0 <= limit && limit < own.1)
+    pub fn holds_at(&self, number: usize, limit: f64) -> bool {
+        // The range of the block is the narrower one and is tried first.
+        self.holds_for_all(limit, limit)
+            || self.node_hold_ranges.get(number).is_some_and(|own| own.0 <= limit && limit < own.1)
     }
 
-    /// A node has found another one.
-    pub fn stir(&self) {
-        self.stirred.store(true, Ordering::Relaxed);
+    /// Requests a check of the steps of the block.
+    pub fn request_check(&self) {
+        self.is_check_requested.store(true, Ordering::Relaxed);
     }
 
-    /// Whether no limit may change a step.
+    /// Returns true if no limit may change a step.
     pub fn is_calm(&mut self) -> bool {
-        !*self.stirred.get_mut()
+        !*self.is_check_requested.get_mut()
     }
 }
 
@@ -413,7 +423,8 @@ impl Block {
         gel: &Gel<D, P>,
         slots: &[Option<ElementId>],
         local: &mut [[u16; MAX_NODES]],
-        (block, marks): (u32, &mut [Mark]),
+        block: u32,
+        marks: &mut [VisitMark],
     ) -> Self {
         let elements = || slots.iter().flatten();
         let mut nodes: Vec<NodeId> = vec![];
@@ -435,53 +446,53 @@ impl Block {
         Self { n_elements, awake: AtomicBool::new(true), restless: true, nodes, ..Self::default() }
     }
 
-    /// The runs in which its nodes are.
+    /// Returns the chunks of nodes that contain its nodes.
     pub fn runs(&self) -> Vec<u32> {
         let mut runs: Vec<u32> = self.nodes.iter().map(|node| (node.index() / RUN) as u32).collect();
         runs.dedup();
         runs
     }
 
-    /// Whether some node of it has moved or moves.
+    /// Returns true if a node of the block has moved or moves.
     pub fn is_awake(&self) -> bool {
         self.awake.load(Ordering::Relaxed)
     }
 
-    /// Whether it must be swept at this tick: at rest, what it would answer is known once it was swept so as a whole.
-    pub fn is_wanted(&self) -> bool {
-        self.due != Due::Nothing && (self.is_awake() || self.known != Known::Rest)
+    /// Returns true if the block must be swept at this tick; a block at rest need not after one full sweep at rest.
+    pub fn needs_sweep(&self) -> bool {
+        self.due != Due::Nothing && (self.is_awake() || self.cache != SweepCache::AtRest)
     }
 
-    /// Its elements that must be swept at this tick.
-    pub fn wanted(&self) -> u64 {
-        if self.is_wanted() { self.n_due } else { 0 }
+    /// Returns the number of elements to sweep at this tick.
+    pub fn elements_to_sweep(&self) -> u64 {
+        if self.needs_sweep() { self.n_active_elements } else { 0 }
     }
 
-    /// Whether what it gives to its nodes at this tick is in its part.
-    pub fn gives(&self) -> bool {
+    /// Returns true if its part contributes impulses at this tick.
+    pub fn contributes(&self) -> bool {
         self.due != Due::Nothing && self.is_awake()
     }
 
-    /// Whether all its steps stay as they are unless a node finds a limit that changes one: all have begun, and none is about to
-    /// be raised.
-    fn may_be_calm(&self) -> bool {
-        self.gives() && !self.restless && self.steps.0 > 0
+    /// Returns true if all steps hold unless a node finds a limit that changes one: all groups have begun, and no
+    /// step is about to be raised.
+    fn may_hold_steps(&self) -> bool {
+        self.contributes() && !self.restless && self.steps.0 > 0
     }
 
-    /// What is around the groups that fire, where some do.
+    /// Returns the node star of the active groups where some are active.
     ///
     /// # Panics
-    /// Where none or all do, or before what fires is found out and swept.
-    pub fn around(&self) -> &Around {
-        let around = self.firing.get(&self.longest).expect("it is found out first what fires");
+    /// Where none or all are active, or before the active groups are found and swept.
+    pub fn active_star(&self) -> &GroupStar {
+        let around = self.active_stars.get(&self.longest_active).expect("it is found out first what fires");
         debug_assert!(!around.nodes.is_empty(), "a sweep comes before what is around");
         around
     }
 
-    /// The numbers of its nodes that fire.
+    /// Returns the local numbers of its active nodes.
     pub fn active(&self) -> impl Iterator<Item = usize> + '_ {
         let all = if self.due == Due::All { 0..self.nodes.len() } else { 0..0 };
-        let some = if self.due == Due::Some { self.around().nodes.as_slice() } else { &[] };
+        let some = if self.due == Due::Some { self.active_star().nodes.as_slice() } else { &[] };
         all.chain(some.iter().map(|number| usize::from(*number)))
     }
 }

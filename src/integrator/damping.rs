@@ -1,4 +1,4 @@
-//! Damping in proportion to mass: each node loses speed by itself, as exp(−αt) between its kicks, for answers at rest.
+//! Mass-proportional damping: each node loses speed as exp(−αt) between its kicks, for equilibrium solutions.
 
 use super::engine::Engine;
 use crate::contact::Freedom;
@@ -6,22 +6,22 @@ use crate::fem::Potential;
 use crate::ledger::Ledger;
 use crate::math::{Vector, Vector3, embed};
 
-/// What damping takes out of nodes.
+/// Loss of energy and momentum to damping.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Damped {
-    /// Σ J·(v⁻ + v⁺)/2, J.
+pub(super) struct DampingLoss {
+    /// Work of the damping impulses, Σ J·(v⁻ + v⁺)/2, J.
     pub energy: f64,
     momentum: Vector3,
     angular_momentum: Vector3,
 }
 
-impl Default for Damped {
+impl Default for DampingLoss {
     fn default() -> Self {
         Self { energy: 0.0, momentum: Vector3::zeros(), angular_momentum: Vector3::zeros() }
     }
 }
 
-impl std::ops::Add for Damped {
+impl std::ops::Add for DampingLoss {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
@@ -33,14 +33,15 @@ impl std::ops::Add for Damped {
     }
 }
 
-impl Damped {
-    /// The impulse on a node at `at`.
-    pub fn add<const D: usize>(&mut self, freedom: Freedom, (at, impulse): (&Vector<D>, &Vector<D>)) {
+impl DampingLoss {
+    /// Adds the damping impulse on a node at `at`, m.
+    pub fn add_impulse<const D: usize>(&mut self, freedom: Freedom, at: &Vector<D>, impulse: &Vector<D>) {
         let impulse = embed(impulse);
         self.momentum += freedom.translation(&impulse);
         self.angular_momentum += freedom.rotation(&embed(at).cross(&impulse));
     }
 
+    /// Posts the loss to the ledger.
     pub fn post(&self, ledger: &mut Ledger) {
         ledger.energy.damping += self.energy;
         ledger.momentum.damping += self.momentum;
@@ -48,17 +49,17 @@ impl Damped {
     }
 }
 
-/// The part of its velocity that a node gains in this time, s, exp(−αt) − 1.
+/// Returns the relative change of velocity by damping over a time, s: exp(−αt) − 1.
 #[inline]
-pub(super) fn fade(rate: f64, time: f64) -> f64 {
+pub(super) fn decay(rate: f64, time: f64) -> f64 {
     libm::expm1(-rate * time)
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// The impulse of the damping on a node at this tick, N·s.
-    pub(super) fn drag(&self, a: usize) -> Vector<D> {
+    /// Returns the damping impulse on a node at this tick, N·s.
+    pub(super) fn damping_impulse(&self, a: usize) -> Vector<D> {
         if self.rules.damping > 0.0 && self.scratch.active.has(a) {
-            self.scratch.before[a] * (self.gel.mass[a] * self.scratch.fade[a])
+            self.scratch.before[a] * (self.gel.mass[a] * self.scratch.decay[a])
         } else {
             Vector::<D>::zeros()
         }
@@ -69,18 +70,18 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if self.rules.damping <= 0.0 {
             return;
         }
-        let (freedom, mut damped) = (self.freedom(), Damped::default());
+        let (freedom, mut loss) = (self.freedom(), DampingLoss::default());
         for a in self.scratch.active.of_reference().iter().map(|a| *a as usize) {
-            self.state.velocity[a] += self.scratch.before[a] * self.scratch.fade[a];
-            damped.add(freedom, (&self.state.position[a], &self.drag(a)));
+            self.state.velocity[a] += self.scratch.before[a] * self.scratch.decay[a];
+            loss.add_impulse(freedom, &self.state.position[a], &self.damping_impulse(a));
         }
-        damped.post(&mut self.state.ledger);
+        loss.post(&mut self.state.ledger);
     }
 
-    /// Posts its work in the reference form, once all velocities of the tick are known.
+    /// Posts the work of damping of the reference form, once all velocities of the tick are known.
     pub(super) fn book_damping(&mut self) {
         let both = |a: usize| self.scratch.before[a] + self.state.velocity[a];
-        let of = |a: usize| 0.5 * self.drag(a).dot(&both(a));
+        let of = |a: usize| 0.5 * self.damping_impulse(a).dot(&both(a));
         if self.rules.damping > 0.0 {
             let work: f64 = self.scratch.active.of_reference().iter().map(|a| of(*a as usize)).sum();
             self.state.ledger.energy.damping += work;

@@ -1,11 +1,12 @@
-//! The element phase: what fires, and one pure pass over it from positions to forces, shared among threads.
+//! Element loop: finds the active elements and evaluates them in one pass from positions to forces, shared among
+//! threads.
 
-#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+#![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
-use super::blocks::{Block, Blocks, Due, Known, Report, SLOTS, are_far, groups_of};
+use super::blocks::{Block, BlockReport, Blocks, Due, SLOTS, SweepCache, exceed_cache, group_range};
 use super::element_order::Order;
-use super::partial_block::Around;
-use super::pool::{Cut, share};
+use super::partial_block::GroupStar;
+use super::pool::{SplitWork, share_work};
 use super::substep::{Moment, Phase};
 use super::{Pool, TickGrid};
 use crate::fem::{Accumulated, At, GroupAnswer, Kick, Kicks, LANES, Lanes, Local, Power, Recall, Whereabouts};
@@ -16,9 +17,9 @@ use fearless_simd::Level;
 use prefetch_index::prefetch_index;
 use std::sync::atomic::Ordering;
 
-/// What a sweep reads.
+/// Input of a sweep over the elements.
 #[derive(Clone, Copy)]
-pub(super) struct Sweep<'a, const D: usize> {
+pub(super) struct SweepInput<'a, const D: usize> {
     pub moment: Moment,
     pub grid: TickGrid,
     pub position: &'a [Vector<D>],
@@ -30,24 +31,24 @@ pub(super) struct Sweep<'a, const D: usize> {
     pub order: &'a Order,
 }
 
-/// What a sweep writes, from some block on.
-struct Found<'a> {
+/// Output of a sweep, from a first block on.
+struct SweepOutput<'a> {
     first: usize,
     blocks: &'a mut [Block],
     parts: &'a mut [Accumulated],
     stiffness: &'a mut [f64],
     answers: &'a mut [GroupAnswer],
     memory: &'a mut [Recall],
-    /// Groups of a block, and numbers that its elements remember, in rows of eight.
+    /// Groups per block, and rows of history variables per block, eight lanes each.
     groups: usize,
     rows: usize,
 }
 
-impl Cut for Found<'_> {
-    /// By the elements of the blocks that fire.
-    fn cut(self, part: usize, of: usize) -> (Self, Self) {
+impl SplitWork for SweepOutput<'_> {
+    /// Splits by the number of elements to sweep.
+    fn split_at_part(self, part: usize, of: usize) -> (Self, Self) {
         let Self { first, blocks, parts, stiffness, answers, memory, groups, rows } = self;
-        let middle = split(blocks, part as f64 / of as f64);
+        let middle = count_for_share(blocks, part as f64 / of as f64);
         let (blocks, more_blocks) = blocks.split_at_mut(middle);
         let (parts, more_parts) = parts.split_at_mut(blocks.iter().map(|block| block.nodes.len()).sum());
         let (stiffness, more_stiffness) = stiffness.split_at_mut(stiffness.len().min(middle * SLOTS));
@@ -60,165 +61,194 @@ impl Cut for Found<'_> {
     }
 }
 
-/// Batches of a block.
-const BATCHES: usize = SLOTS / LANES;
+/// SIMD batches per block.
+const BATCHES_PER_BLOCK: usize = SLOTS / LANES;
 
-/// Elements below which a tick is not shared: some 100 µs of work. The ticks of what contact steps more often, a tenth of
-/// `sphere-block` in cells of 2.4 mm, are above it.
-pub(super) const SHARED: u64 = 4_096;
+/// Number of elements below which a tick is not shared among threads: some 100 µs of work. Ticks of elements that
+/// contact steps more often, a tenth of `sphere-block` in cells of 2.4 mm, are above it.
+pub(super) const MIN_SHARED_ELEMENTS: u64 = 4_096;
 
 impl<const D: usize> Blocks<D> {
-    /// Finds out what fires; the number of elements that must be swept.
-    pub fn find_due(&mut self, sweep: &Sweep<'_, D>) -> u64 {
+    /// Finds the active groups of every block; returns the number of elements to sweep.
+    pub fn find_active(&mut self, input: &SweepInput<'_, D>) -> u64 {
         for (i, block) in self.all.iter_mut().enumerate() {
-            block.find_due(sweep, groups_of(i, self.groups, sweep.clocks.len()));
+            block.find_active(input, group_range(i, self.groups, input.clocks.len()));
         }
-        self.all.iter().map(Block::wanted).sum()
+        self.all.iter().map(Block::elements_to_sweep).sum()
     }
 
-    /// Sweeps all that is due and awake.
+    /// Sweeps all active blocks that are not known to be at rest, shared among the threads of a pool if there is one.
     pub fn sweep(
         &mut self,
-        sweep: &Sweep<'_, D>,
-        (stiffness, answers): (&mut [f64], &mut [GroupAnswer]),
-        (pool, elements): (Option<&Pool>, u64),
+        input: &SweepInput<'_, D>,
+        stiffness: &mut [f64],
+        answers: &mut [GroupAnswer],
+        pool: Option<&Pool>,
     ) {
         if self.never_rest {
-            let at_rest = self.all.iter_mut().filter(|block| block.known == Known::Rest);
-            at_rest.for_each(|block| block.known = Known::Sums);
+            let at_rest = self.all.iter_mut().filter(|block| block.cache == SweepCache::AtRest);
+            at_rest.for_each(|block| block.cache = SweepCache::Swept);
         }
-        let (pool, still) = (pool.filter(|_| elements > SHARED), self.still);
         if let Some(pool) = pool {
-            self.locals.provide(pool, || Local::new(still));
+            let still = self.still;
+            self.locals.ensure_threads(pool, || Local::new(still));
         }
-        let (with, locals) = ((&self.lanes, self.level, self.strained), &self.locals);
-        let (most, blocks, parts) = (self.all.len(), self.all.as_mut_slice(), self.parts.as_mut_slice());
-        let (memory, groups, rows) = (self.memory.as_mut_slice(), self.groups, BATCHES * self.lanes.rows());
-        let all = Found { first: 0, blocks, parts, stiffness, answers, memory, groups, rows };
-        share((pool, most), all, |found| {
-            let (mut parts, mut memory, mut local) = (found.parts, found.memory, locals.own());
-            let found_of = found.stiffness.chunks_mut(SLOTS).zip(found.answers.chunks_mut(found.groups));
-            for (i, (block, (stiffness, answers))) in found.blocks.iter_mut().zip(found_of).enumerate() {
+        let kernel = BlockKernel { lanes: &self.lanes, level: self.level, is_prestrained: self.is_prestrained };
+        let locals = &self.locals;
+        let (n_blocks, blocks, parts) = (self.all.len(), self.all.as_mut_slice(), self.parts.as_mut_slice());
+        let (memory, groups, rows) = (self.memory.as_mut_slice(), self.groups, BATCHES_PER_BLOCK * self.lanes.rows());
+        let all = SweepOutput { first: 0, blocks, parts, stiffness, answers, memory, groups, rows };
+        share_work(pool, n_blocks, all, |output| {
+            let (mut parts, mut memory, mut local) = (output.parts, output.memory, locals.own());
+            let block_outputs = output.stiffness.chunks_mut(SLOTS).zip(output.answers.chunks_mut(output.groups));
+            for (i, (block, (stiffness, answers))) in output.blocks.iter_mut().zip(block_outputs).enumerate() {
                 let (part, more) = parts.split_at_mut(block.nodes.len());
                 parts = more;
                 let (own, more) = memory.split_at_mut(memory.len().min(rows));
                 memory = more;
-                let at = groups_of(found.first + i, found.groups, sweep.clocks.len());
-                block.sweep(sweep, with, (at, (part, stiffness, answers, own)), &mut local);
+                let groups = group_range(output.first + i, output.groups, input.clocks.len());
+                let output = BlockOutput { groups, part, stiffness, answers, history: own };
+                block.sweep(input, kernel, output, &mut local);
             }
         });
     }
 }
 
-/// What a block writes: its part, κ by slot, the answers of its groups, what its elements remember.
-type Given<'a> = (&'a mut [Accumulated], &'a mut [f64], &'a mut [GroupAnswer], &'a mut [Recall]);
-/// Elements, the vector units for them, and whether what stands at rest can be pulled.
-type With<'a, const D: usize> = (&'a Lanes<D>, Level, bool);
+/// Output of the sweep of one block.
+struct BlockOutput<'a> {
+    /// Groups of the block.
+    groups: std::ops::Range<usize>,
+    /// Impulse, N·s, and stiffness, N/m, of the block at each of its nodes.
+    part: &'a mut [Accumulated],
+    /// κ by slot, N/m.
+    stiffness: &'a mut [f64],
+    /// Responses of its groups.
+    answers: &'a mut [GroupAnswer],
+    /// History variables of its elements, in rows.
+    history: &'a mut [Recall],
+}
 
-/// The number of blocks that have about this part of the work that is due.
-pub(super) fn split(blocks: &[Block], part: f64) -> usize {
-    let wanted = blocks.iter().map(Block::wanted).sum::<u64>() as f64 * part;
+/// Element kernel of a sweep: the elements in SIMD layout and the instruction set for them.
+#[derive(Clone, Copy)]
+struct BlockKernel<'a, const D: usize> {
+    lanes: &'a Lanes<D>,
+    level: Level,
+    /// True if elements can pull although all their nodes are at rest positions.
+    is_prestrained: bool,
+}
+
+/// Counts the leading blocks that have about this fraction of the elements to sweep.
+pub(super) fn count_for_share(blocks: &[Block], part: f64) -> usize {
+    let target = blocks.iter().map(Block::elements_to_sweep).sum::<u64>() as f64 * part;
     let mut so_far = 0;
     let reached = |block: &Block| {
-        so_far += block.wanted();
-        so_far as f64 >= wanted
+        so_far += block.elements_to_sweep();
+        so_far as f64 >= target
     };
     blocks.iter().position(reached).map_or(blocks.len(), |at| at + 1)
 }
 
-/// The longest of these steps that fires at a tick, if the least does: each is a power of two, and one bit of `lengths`.
-fn longest(lengths: Tick, tick: Tick) -> Tick {
-    // The lowest bit of the tick and those below it.
-    let fires = lengths & (tick ^ (tick - 1));
-    1 << fires.ilog2()
+/// Returns the longest of these steps that is active at a tick, if the least one is: each is a power of two, one
+/// bit of `lengths`.
+fn longest_active_step(lengths: Tick, tick: Tick) -> Tick {
+    // The lowest bit of the tick and all bits below it.
+    let active = lengths & (tick ^ (tick - 1));
+    1 << active.ilog2()
 }
 
 impl Block {
-    fn find_due<const D: usize>(&mut self, sweep: &Sweep<'_, D>, groups: std::ops::Range<usize>) {
+    /// Finds the activity of the block, its active groups and the number of their elements.
+    fn find_active<const D: usize>(&mut self, input: &SweepInput<'_, D>, groups: std::ops::Range<usize>) {
         self.looked_at = false;
-        let fires = |step: Tick| sweep.moment.fires(step);
-        self.due = match (fires(self.steps.0), fires(self.steps.1)) {
+        let is_active = |step: Tick| input.moment.fires(step);
+        self.due = match (is_active(self.steps.0), is_active(self.steps.1)) {
             (false, _) => Due::Nothing,
             (true, true) => Due::All,
             (true, false) => Due::Some,
         };
-        self.n_due = if self.due == Due::All { self.n_elements } else { 0 };
+        self.n_active_elements = if self.due == Due::All { self.n_elements } else { 0 };
         if self.due == Due::Some {
-            let due = groups.filter(|group| fires(sweep.clocks[*group].step));
-            self.longest = longest(self.lengths, sweep.moment.tick);
-            let around = self.firing.entry(self.longest).or_insert_with(|| Around::of(sweep.order, due));
-            self.n_due = around.n_elements;
+            let active = groups.filter(|group| is_active(input.clocks[*group].step));
+            self.longest_active = longest_active_step(self.lengths, input.moment.tick);
+            let star = self
+                .active_stars
+                .entry(self.longest_active)
+                .or_insert_with(|| GroupStar::of_groups(input.order, active));
+            self.n_active_elements = star.n_elements;
         }
     }
 
-    /// Finds what is around the groups that fire where some do, unless it is known from an earlier tick.
-    fn find_around<const D: usize>(&mut self, lanes: &Lanes<D>, groups: std::ops::Range<usize>) {
-        if let Some(around) = self.firing.get_mut(&self.longest).filter(|around| around.nodes.is_empty()) {
-            around.find(lanes, groups);
+    /// Finds the node star of the active groups where some are active, unless an earlier tick has found it.
+    fn find_star<const D: usize>(&mut self, lanes: &Lanes<D>, groups: std::ops::Range<usize>) {
+        if let Some(star) = self.active_stars.get_mut(&self.longest_active).filter(|star| star.nodes.is_empty()) {
+            star.find_nodes(lanes, groups);
         }
     }
 
-    /// The groups that fire, of all of the block.
-    fn firing(&self, all: std::ops::Range<usize>) -> impl Iterator<Item = usize> + '_ {
+    /// Returns the active groups among all groups of the block.
+    fn active_groups(&self, all: std::ops::Range<usize>) -> impl Iterator<Item = usize> + '_ {
         let all = if self.due == Due::All { all } else { 0..0 };
-        let some = if self.due == Due::Some { self.around().groups.as_slice() } else { &[] };
+        let some = if self.due == Due::Some { self.active_star().groups.as_slice() } else { &[] };
         all.chain(some.iter().map(|group| *group as usize))
     }
 
-    /// Loads the nodes as they are at this tick, and sweeps unless all are at rest and were swept so before.
+    /// Loads the nodes at this tick and sweeps the active elements, unless all are at rest and were fully swept at
+    /// rest before.
     fn sweep<const D: usize>(
         &mut self,
-        sweep: &Sweep<'_, D>,
-        (lanes, level, strained): With<'_, D>,
-        (groups, (part, stiffness, answers, memory)): (std::ops::Range<usize>, Given<'_>),
+        input: &SweepInput<'_, D>,
+        kernel: BlockKernel<'_, D>,
+        output: BlockOutput<'_>,
         local: &mut Local,
     ) {
-        (self.report, self.holder) = (None, None);
+        let BlockKernel { lanes, level, is_prestrained } = kernel;
+        let BlockOutput { groups, part, stiffness, answers, history } = output;
+        (self.report, self.power_accumulator) = (None, None);
         if self.due == Due::Some {
-            self.find_around(lanes, groups.clone());
+            self.find_star(lanes, groups.clone());
         }
-        if !self.is_wanted() {
-            if self.known == Known::Nothing {
+        if !self.needs_sweep() {
+            if self.cache == SweepCache::Empty {
                 lanes.sum_stiffness(groups, stiffness, part);
-                self.known = Known::Sums;
+                self.cache = SweepCache::Swept;
             }
             return;
         }
-        let moves = self.load(sweep, level, local);
-        // Of a block that fires in part the other nodes may move.
-        let moves = moves || strained || (self.due == Due::Some && self.is_awake());
+        let moves = self.load_nodes(input, level, local);
+        // In a partly active block the other nodes may move.
+        let moves = moves || is_prestrained || (self.due == Due::Some && self.is_awake());
         self.awake.store(moves, Ordering::Relaxed);
-        if !moves && self.known == Known::Rest {
+        if !moves && self.cache == SweepCache::AtRest {
             return;
         }
-        let kick = |group: usize| sweep.kick(sweep.clocks[group].step);
-        self.is_ahead |= !memory.is_empty();
-        let steady = self.steady(&sweep.moment);
-        let power = if steady.is_some() { Power::Untold } else { Power::Told };
-        let same = steady.and_then(|step| sweep.kick(step));
-        let kicks = same.map_or(Kicks::Each(&kick), Kicks::Same);
-        lanes.sweep(level, (groups.clone(), kicks, power), local, (&mut *stiffness, &mut *answers, memory));
+        let kick = |group: usize| input.kick(input.clocks[group].step);
+        self.has_unsaved_history |= !history.is_empty();
+        let uniform = self.uniform_step(&input.moment);
+        let power = if uniform.is_some() { Power::Untold } else { Power::Told };
+        let common = uniform.and_then(|step| input.kick(step));
+        let kicks = common.map_or(Kicks::Each(&kick), Kicks::Same);
+        lanes.sweep(level, (groups.clone(), kicks, power), local, (&mut *stiffness, &mut *answers, history));
         self.spent = local.spent();
-        if let Some(step) = steady {
-            answers[0].power = local.work(self.nodes.len()) / sweep.grid.time(step);
+        if let Some(step) = uniform {
+            answers[0].power = local.work(self.nodes.len()) / input.grid.time(step);
         }
-        let given = local.accumulated(self.nodes.len());
+        let sums = local.accumulated(self.nodes.len());
         if self.due == Due::All {
-            part.copy_from_slice(given);
+            part.copy_from_slice(sums);
         } else {
-            self.put_some(given, stiffness, part);
-            if self.known == Known::Nothing {
+            self.store_partial(sums, stiffness, part);
+            if self.cache == SweepCache::Empty {
                 lanes.sum_stiffness(groups.clone(), stiffness, part);
             }
         }
-        self.known = if !moves && self.due == Due::All { Known::Rest } else { Known::Sums };
-        self.inspect(sweep, (groups.clone(), answers), moves);
-        self.holder = steady.map(|_| groups.start);
+        self.cache = if !moves && self.due == Due::All { SweepCache::AtRest } else { SweepCache::Swept };
+        self.make_report(input, groups.clone(), answers, moves);
+        self.power_accumulator = uniform.map(|_| groups.start);
     }
 
-    /// Puts what a sweep of some groups gave into the part, where nothing comes from the others but their κ.
-    fn put_some(&self, given: &[Accumulated], stiffness: &[f64], part: &mut [Accumulated]) {
-        let Around { nodes, slots, ends, .. } = self.around();
+    /// Stores the sweep of some groups in the part; the other groups contribute only their κ.
+    fn store_partial(&self, sums: &[Accumulated], stiffness: &[f64], part: &mut [Accumulated]) {
+        let GroupStar { nodes, slots, ends, .. } = self.active_star();
         for part in part.iter_mut() {
             part[..3].fill(0.0);
         }
@@ -226,81 +256,83 @@ impl Block {
         for (number, end) in nodes.iter().zip(ends) {
             let all = &slots[first..usize::from(*end)];
             let sum = all.iter().fold(0.0, |sum, slot| sum + stiffness[usize::from(*slot)]);
-            let [x, y, z, _] = given[usize::from(*number)];
+            let [x, y, z, _] = sums[usize::from(*number)];
             part[usize::from(*number)] = [x, y, z, sum];
             first = usize::from(*end);
         }
     }
 
-    /// The step of all its groups, ticks, if they fire together after one that was whole: then the powers of all are found at the
-    /// nodes, in one sum.
-    fn steady(&self, moment: &Moment) -> Option<Tick> {
+    /// Returns the step of all groups, ticks, if all are active after a whole step: the power of all groups is then
+    /// summed at the nodes at once.
+    fn uniform_step(&self, moment: &Moment) -> Option<Tick> {
         let (least, most) = self.steps;
-        let whole = moment.phase == Phase::Between && most > 0 && moment.behind(most) == most;
+        let whole = moment.phase == Phase::Between && most > 0 && moment.ticks_since_last(most) == most;
         (self.due == Due::All && least == most && whole).then_some(most)
     }
 
-    /// Whether a node has moved or moves.
-    fn load<const D: usize>(&self, sweep: &Sweep<'_, D>, level: Level, local: &mut Local) -> bool {
+    /// Loads the active nodes; returns true if one of them has moved or moves.
+    fn load_nodes<const D: usize>(&self, input: &SweepInput<'_, D>, level: Level, local: &mut Local) -> bool {
         local.begin();
         let nodes = self.nodes.as_slice();
         if self.due == Due::All {
-            return local.load(level, sweep, nodes.iter().copied().enumerate());
+            return local.load(level, input, nodes.iter().copied().enumerate());
         }
-        let some = self.around().nodes.iter().map(|number| usize::from(*number));
-        local.load(level, sweep, some.map(|number| (number, nodes[number])))
+        let some = self.active_star().nodes.iter().map(|number| usize::from(*number));
+        local.load(level, input, some.map(|number| (number, nodes[number])))
     }
 
-    /// Notes what the groups that fire answered.
-    fn inspect<const D: usize>(
+    /// Summarises the responses of the active groups in the report.
+    fn make_report<const D: usize>(
         &mut self,
-        sweep: &Sweep<'_, D>,
-        (groups, answers): (std::ops::Range<usize>, &[GroupAnswer]),
+        input: &SweepInput<'_, D>,
+        groups: std::ops::Range<usize>,
+        answers: &[GroupAnswer],
         moves: bool,
     ) {
-        let updates = if moves { self.wanted() } else { 0 };
-        let mut report = Report { updates, ..Report::default() };
-        // Clocks are not read where nobody need: they come from far.
-        for group in self.firing(groups.clone()) {
+        let updates = if moves { self.elements_to_sweep() } else { 0 };
+        let mut report = BlockReport { updates, ..BlockReport::default() };
+        // A clock is read only where needed: it is far in memory.
+        for group in self.active_groups(groups.clone()) {
             let answer = &answers[group - groups.start];
             report.least_jacobian = report.least_jacobian.min(answer.least_jacobian);
-            report.closes |= answer.closing > 0.0 && closes(answer, sweep.grid.time(sweep.clocks[group].step));
-            if report.failed.is_none() && fails(&sweep.clocks[group], answer) {
-                report.failed = Some(group);
+            report.closes |= answer.closing > 0.0 && closes(answer, input.grid.time(input.clocks[group].step));
+            if report.failed_group.is_none() && is_failure(&input.clocks[group], answer) {
+                report.failed_group = Some(group);
             }
         }
         self.report = Some(report);
     }
 }
 
-/// Whether an element of a group would be turned over within a step, s.
+/// Returns true if an element of a group would invert within a step, s.
 pub(super) fn closes(answer: &GroupAnswer, step: f64) -> bool {
     answer.closing * step > 1.0
 }
 
-/// Whether an answer ends the run: an element inverted for the second tick in a row, or an energy that is no number.
-pub(super) fn fails(clock: &Clock, answer: &GroupAnswer) -> bool {
-    is_suspect(answer) && (!answer.energy.is_finite() || answer.inverted & clock.inverted != 0)
+/// Returns true if a response ends the run: an element inverted for the second tick in a row, or an energy that is
+/// not a number.
+pub(super) fn is_failure(clock: &Clock, answer: &GroupAnswer) -> bool {
+    needs_check(answer) && (!answer.energy.is_finite() || answer.inverted & clock.inverted != 0)
 }
 
-/// Whether an answer may end the run, whatever was before.
-fn is_suspect(answer: &GroupAnswer) -> bool {
+/// Returns true if a response may end the run, whatever the previous tick.
+fn needs_check(answer: &GroupAnswer) -> bool {
     !answer.energy.is_finite() || answer.inverted != 0
 }
 
-impl<const D: usize> Sweep<'_, D> {
-    /// The kick of a group that fires; of no length at the start, when no step is known yet.
+impl<const D: usize> SweepInput<'_, D> {
+    /// Returns the kick of an active group; its length is 0 at the start, when no step is known yet.
     #[inline(always)]
     fn kick(&self, step: Tick) -> Option<Kick> {
         let kick = || Kick {
-            length: self.grid.length(self.moment.taken(step)),
+            length: self.grid.length(self.moment.planned_kick(step)),
             elapsed: self.grid.time(self.moment.elapsed(step)),
         };
         self.moment.fires(step).then(kick)
     }
 }
 
-impl<const D: usize> Whereabouts<D> for Sweep<'_, D> {
+impl<const D: usize> Whereabouts<D> for SweepInput<'_, D> {
     #[inline(always)]
     fn of(&self, node: NodeId) -> At<'_, D> {
         let a = node.index();
@@ -310,7 +342,7 @@ impl<const D: usize> Whereabouts<D> for Sweep<'_, D> {
 
     #[inline(always)]
     fn fetch(&self, node: NodeId) {
-        if are_far(self.position.len()) {
+        if exceed_cache(self.position.len()) {
             prefetch_index(self.position, node.index());
             prefetch_index(self.velocity, node.index());
             prefetch_index(self.rest, node.index());
@@ -329,7 +361,7 @@ mod tests {
     use crate::mesh::{ElementId, Facet, graded};
 
     #[test]
-    fn what_fires_in_part_is_shared_with_the_same_bits() {
+    fn partly_active_blocks_agree_bit_for_bit_for_any_number_of_threads() {
         let mesh = test_cube::mesh(&graded(1.0, 0.025, (0.3, 1.3, 0.2)));
         let run = |threads| {
             let mut engine = test_cube::engine(test_cube::gel(&mesh)).with_pool(Pool::new(threads));
@@ -339,7 +371,8 @@ mod tests {
                 tick += engine.steps.0;
                 let all = &engine.blocks.as_ref().expect("bins have the fast form").all;
                 let some = all.iter().any(|block| block.due == Due::Some);
-                in_part += usize::from(some && all.iter().map(Block::wanted).sum::<u64>() > SHARED);
+                in_part +=
+                    usize::from(some && all.iter().map(Block::elements_to_sweep).sum::<u64>() > MIN_SHARED_ELEMENTS);
             }
             (engine.state.position, engine.state.velocity, in_part)
         };
@@ -349,21 +382,21 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_step_that_fires_is_one_that_there_is() {
+    fn longest_active_step_is_one_of_the_steps() {
         let lengths = 1 | 16 | 256;
-        let found = [1, 8, 16, 48, 128, 256, 512, 768].map(|tick| longest(lengths, tick));
+        let found = [1, 8, 16, 48, 128, 256, 512, 768].map(|tick| longest_active_step(lengths, tick));
         assert_eq!(found, [1, 1, 16, 16, 16, 256, 256, 256]);
     }
 
-    /// A pressure on every facet.
+    /// Puts a pressure on every facet.
     fn loads(gel: &Gel<3, Simplices<3>>) -> Loads {
         let of = |(facet, behind): (&Facet, &ElementId)| Loaded { facet: *facet, behind: *behind, mark: 1 };
         let facets = gel.surface.facets.iter().zip(&gel.behind).map(of).collect();
         Loads { section: Section::Spatial, pressures: vec![Pressure::new(vec![(0.0, 0.0), (1e-3, 50.0)])], facets }
     }
 
-    /// How many times a block was found to be swept in part after one of so many communication steps; after each, every part has κ as
-    /// all elements of its block have it.
+    /// Counts the partly swept blocks found after each of these communication steps; checks after each step that
+    /// every part has the κ of all elements of its block.
     fn swept_in_part(mut engine: Engine<3, Simplices<3>>, steps: u32) -> usize {
         let (mut in_part, mut seen) = (0, None);
         for step in 1..=steps {
@@ -384,7 +417,7 @@ mod tests {
     }
 
     #[test]
-    fn a_block_that_fires_in_part_has_the_stiffness_of_all_its_elements() {
+    fn partly_active_block_has_the_stiffness_of_all_its_elements() {
         let mesh = test_cube::mixed();
         for is_loaded in [false, true] {
             let gel = test_cube::gel(&mesh);

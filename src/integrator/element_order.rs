@@ -1,8 +1,8 @@
-//! In which order elements stand, and which patches step together.
+//! Layout of the elements in slots, and the grouping of patches that step together.
 //!
-//! Patches of equal steps stand beside each other, eight to a group for the vector units; a group has one clock. In the
-//! queue, as in the paper, every patch is a group of its own. In a block, those of nearly equal limits stand beside each other:
-//! the first of a group whose limit falls below the step takes the others with it.
+//! Patches of equal steps are adjacent, eight to a group for the SIMD lanes; a group has one clock. In the queue,
+//! as in the paper, every patch is a group of its own. Within a block, patches of nearly equal limits are adjacent:
+//! the first patch of a group whose limit falls below the step shortens the step of the others.
 
 use super::blocks::SLOTS;
 use crate::fem::{Potential, places};
@@ -10,128 +10,130 @@ use crate::mesh::ElementId;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Places of the elements: the k-th element of the patch in lane l of a group is at slot (group · depth + k) · lanes + l.
+/// Layout of the elements: the k-th element of the patch in lane l of a group is at slot (group · depth + k) ·
+/// lanes + l.
 #[derive(Debug)]
 pub(super) struct Order {
-    /// Patches side by side in a group.
+    /// Patches per group, one per SIMD lane.
     lanes: usize,
-    /// Places of a patch.
+    /// Slots per patch.
     depth: usize,
-    /// The patches as they stand.
+    /// Patches in the order of the layout.
     patches: Vec<u32>,
-    /// The element at each slot; [`EMPTY`] where a patch is smaller or there is none.
+    /// Element at each slot; [`EMPTY_SLOT`] where a patch is smaller or missing.
     slots: Vec<u32>,
-    /// The slot of each element.
-    of: Vec<u32>,
+    /// Slot of each element.
+    slot_of: Vec<u32>,
 }
 
-const EMPTY: u32 = u32::MAX;
+/// Marker of an empty slot.
+const EMPTY_SLOT: u32 = u32::MAX;
 
-/// What decides where a patch stands.
+/// Sort key of a patch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub(super) struct Rank {
-    /// Patches of one class stand beside each other; in which block of them, by their numbers.
+pub(super) struct SortKey {
+    /// Class: patches of one class are adjacent, in blocks by their numbers.
     pub class: u64,
-    /// Where in a block those of a class stand; equal ones by their numbers.
+    /// Order within the class and block; ties by number.
     pub within: u64,
 }
 
 impl Order {
-    /// Patches by `rank`.
-    pub fn new<const D: usize, P: Potential<D>>(potential: &P, lanes: usize, rank: impl Fn(usize) -> Rank) -> Self {
+    /// Builds the layout with patches sorted by their keys.
+    pub fn new<const D: usize, P: Potential<D>>(potential: &P, lanes: usize, key: impl Fn(usize) -> SortKey) -> Self {
         let all = potential.patches();
         let depth = if all.largest() > 1 { places(D) } else { 1 };
         assert!(all.largest() <= depth, "a patch has at most {depth} elements");
-        let ranks: Vec<Rank> = (0..all.len()).map(rank).collect();
-        let mut patches = ranked(&ranks.iter().map(|rank| rank.class).collect::<Vec<_>>());
+        let keys: Vec<SortKey> = (0..all.len()).map(key).collect();
+        let mut patches = sorted_places(&keys.iter().map(|key| key.class).collect::<Vec<_>>());
         for block in patches.chunks_mut(SLOTS / depth) {
-            block.sort_by_key(|patch| ranks[*patch as usize]);
+            block.sort_by_key(|patch| keys[*patch as usize]);
         }
         let groups = patches.len().div_ceil(lanes);
-        let mut slots = vec![EMPTY; groups * lanes * depth];
-        let mut of = vec![0; potential.len()];
+        let mut slots = vec![EMPTY_SLOT; groups * lanes * depth];
+        let mut slot_of = vec![0; potential.len()];
         for (at, patch) in patches.iter().enumerate() {
             for (k, element) in all.of(*patch as usize).iter().enumerate() {
                 let slot = (at / lanes * depth + k) * lanes + at % lanes;
                 slots[slot] = element.0;
-                of[element.index()] = slot as u32;
+                slot_of[element.index()] = slot as u32;
             }
         }
-        Self { lanes, depth, patches, slots, of }
+        Self { lanes, depth, patches, slots, slot_of }
     }
 
-    /// Places of a patch.
+    /// Returns the slots per patch.
     pub fn depth(&self) -> usize {
         self.depth
     }
 
-    /// Slots of a group.
+    /// Returns the slots per group.
     pub fn width(&self) -> usize {
         self.lanes * self.depth
     }
 
-    /// Slots in all.
+    /// Returns the number of slots.
     pub fn n_slots(&self) -> usize {
         self.slots.len()
     }
 
-    /// Groups in all.
+    /// Returns the number of groups.
     pub fn n_groups(&self) -> usize {
         self.slots.len() / self.width()
     }
 
-    /// The slot of an element.
+    /// Returns the slot of an element.
     #[inline]
     pub fn slot(&self, element: ElementId) -> usize {
-        self.of[element.index()] as usize
+        self.slot_of[element.index()] as usize
     }
 
-    /// The group of an element.
+    /// Returns the group of an element.
     #[inline]
     pub fn group(&self, element: ElementId) -> usize {
         self.slot(element) / self.width()
     }
 
-    /// The element at a slot.
+    /// Returns the element at a slot.
     pub fn element(&self, slot: usize) -> Option<ElementId> {
-        Some(self.slots[slot]).filter(|element| *element != EMPTY).map(ElementId)
+        Some(self.slots[slot]).filter(|element| *element != EMPTY_SLOT).map(ElementId)
     }
 
-    /// The patches of a group.
+    /// Returns the patches of a group.
     pub fn patches(&self, group: usize) -> &[u32] {
         &self.patches[group * self.lanes..self.patches.len().min((group + 1) * self.lanes)]
     }
 
-    /// The slots of a group.
+    /// Returns the slots of a group.
     pub fn slots(&self, group: usize) -> Range<usize> {
         group * self.width()..(group + 1) * self.width()
     }
 
-    /// The elements of a run of slots.
+    /// Returns the elements in a range of slots.
     pub fn elements(&self, slots: Range<usize>) -> impl Iterator<Item = ElementId> + '_ {
-        self.slots[slots].iter().filter(|element| **element != EMPTY).map(|element| ElementId(*element))
+        self.slots[slots].iter().filter(|element| **element != EMPTY_SLOT).map(|element| ElementId(*element))
     }
 
-    /// What belongs to elements, by slot; 0 at empty ones.
+    /// Returns element values by slot; 0 at empty slots.
     pub fn by_slot(&self, by_element: &[f64]) -> Vec<f64> {
         (0..self.n_slots()).map(|slot| self.element(slot).map_or(0.0, |element| by_element[element.index()])).collect()
     }
 
-    /// Bytes held.
+    /// Returns the memory held, bytes.
     pub fn bytes(&self) -> usize {
-        4 * (self.patches.len() + self.slots.len() + self.of.len())
+        4 * (self.patches.len() + self.slots.len() + self.slot_of.len())
     }
 }
 
-/// The places of these numbers in ascending order, equal ones as they stand: counted, because few are different.
-fn ranked(ranks: &[u64]) -> Vec<u32> {
+/// Returns the indices that sort these numbers, stably, by counting: few of them differ.
+fn sorted_places(keys: &[u64]) -> Vec<u32> {
     let mut begins = BTreeMap::new();
     let mut last = (0, 0);
-    for rank in ranks {
-        // Equal ones stand in runs.
-        if *rank != last.0 {
+    for key in keys {
+        // Equal numbers come in runs.
+        if *key != last.0 {
             *begins.entry(last.0).or_insert(0) += last.1;
-            last = (*rank, 0);
+            last = (*key, 0);
         }
         last.1 += 1;
     }
@@ -140,9 +142,9 @@ fn ranked(ranks: &[u64]) -> Vec<u32> {
     for begin in begins.values_mut() {
         (first, *begin) = (first + *begin, first);
     }
-    let mut order = vec![0; ranks.len()];
-    for (place, rank) in (0..).zip(ranks) {
-        if let Some(at) = begins.get_mut(rank) {
+    let mut order = vec![0; keys.len()];
+    for (place, key) in (0..).zip(keys) {
+        if let Some(at) = begins.get_mut(key) {
             order[*at] = place;
             *at += 1;
         }
@@ -157,32 +159,32 @@ mod tests {
     use crate::fem::{LANES, Simplices};
     use crate::mesh::Patches;
 
-    /// Orders the patches of a gel by some ranks.
-    fn stand(gel: &Gel<3, Simplices<3>>) {
+    /// Checks the layout of the patches of a gel with some keys.
+    fn check_layout(gel: &Gel<3, Simplices<3>>) {
         let n = gel.potential.patches().len() as u64;
-        let ranks: Vec<Rank> = (0..n).map(|i| Rank { class: i * i % 5, within: i * 7 % 11 }).collect();
-        let order = Order::new(&gel.potential, LANES, |patch| ranks[patch]);
-        let classes: Vec<u64> = order.patches.iter().map(|patch| ranks[*patch as usize].class).collect();
+        let keys: Vec<SortKey> = (0..n).map(|i| SortKey { class: i * i % 5, within: i * 7 % 11 }).collect();
+        let order = Order::new(&gel.potential, LANES, |patch| keys[patch]);
+        let classes: Vec<u64> = order.patches.iter().map(|patch| keys[*patch as usize].class).collect();
         assert!(order.n_slots() > 2 * SLOTS && classes.is_sorted());
-        let by_rank = |block: &[u32]| block.is_sorted_by_key(|patch| (ranks[*patch as usize], *patch));
-        assert!(order.patches.chunks(SLOTS / order.depth()).all(by_rank));
+        let by_key = |block: &[u32]| block.is_sorted_by_key(|patch| (keys[*patch as usize], *patch));
+        assert!(order.patches.chunks(SLOTS / order.depth()).all(by_key));
         let two = order.patches.chunks(2 * SLOTS / order.depth());
-        assert!(!two.into_iter().all(by_rank), "ranks within are those of a block");
+        assert!(!two.into_iter().all(by_key), "keys within are those of a block");
     }
 
     #[test]
-    fn patches_stand_by_class_and_within_a_block_by_rank() {
+    fn patches_are_sorted_by_class_and_within_a_block_by_key() {
         let mesh = test_cube::mixed();
-        stand(&test_cube::gel(&mesh));
-        stand(&test_cube::gel_in(&mesh, Patches::grouped(&mesh)));
+        check_layout(&test_cube::gel(&mesh));
+        check_layout(&test_cube::gel_in(&mesh, Patches::grouped(&mesh)));
     }
 
     #[test]
     fn equal_ranks_keep_their_order() {
-        let ranks = [5, 5, 3, 0, 5, u64::MAX, 3, 3, 0];
+        let keys = [5, 5, 3, 0, 5, u64::MAX, 3, 3, 0];
         let mut sorted: Vec<u32> = (0..9).collect();
-        sorted.sort_by_key(|place| ranks[*place as usize]);
-        assert_eq!(ranked(&ranks), sorted);
-        assert!(ranked(&[]).is_empty());
+        sorted.sort_by_key(|place| keys[*place as usize]);
+        assert_eq!(sorted_places(&keys), sorted);
+        assert!(sorted_places(&[]).is_empty());
     }
 }

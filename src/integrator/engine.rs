@@ -1,14 +1,14 @@
-//! The engine: a gel and rigid bodies in time, what is stored and what is derived from it.
+//! The engine: a gel and rigid bodies in time; the stored state and the quantities derived from it.
 
 use super::blocks::Blocks;
 use super::element_order::Order;
 use super::handover::{Ends, Passage};
 use super::neighbour_list::{Watch, least};
 use super::node_loop::RUN;
-use super::schedule::{Kind, Queue};
-use super::sort_keys::order;
+use super::schedule::{EventQueue, Kind};
+use super::sort_keys::element_layout;
 use super::substep::Phase;
-use super::workspace::Scratch;
+use super::workspace::Workspace;
 use super::{Gel, Pool, StepError, TickGrid};
 use crate::contact::{Body, BodyState, Freedom, Law};
 use crate::fem::{Measured, Potential};
@@ -18,32 +18,34 @@ use crate::mesh::{ElementId, NodeId};
 use crate::state::{Alarm, Clock, MOST_TICKS, Sizes, State, Tick};
 use std::sync::Arc;
 
-/// How the engine steps.
+/// Settings of the integrator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
-    /// Which patches step together.
+    /// Schedule: the rule by which patches share ticks.
     pub schedule: Kind,
-    /// Fraction of the stable step that a patch takes.
+    /// CFL number: fraction of the stable step that a patch takes.
     pub cfl: f64,
-    /// Impulse law.
+    /// Contact law for impulses.
     pub law: Law,
-    /// Width of the window of the peak force, s.
+    /// Width of the averaging window of the peak force, s.
     pub force_window: f64,
-    /// α, by which nodes lose speed as exp(−αt), 1/s.
+    /// Damping coefficient α of nodal speeds, exp(−αt), 1/s.
     pub damping: f64,
 }
 
-/// A stable step that is none of a run: no number, shorter than a tick, or of more ticks than there are ([`MOST_TICKS`]).
+/// Error: a stable step is unusable, because it is not a number, is shorter than a tick or exceeds [`MOST_TICKS`]
+/// ticks.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("the stable step of an element is {step:e} s: stiffness and mass are too far apart, or there is no element")]
 pub struct NoStep {
-    /// The step, s.
+    /// Stable step, s.
     pub step: f64,
-    /// Where the corners of the stiffest element around a node are whose step is shorter than a tick, m; none if that is not why.
+    /// Positions of the nodes of the stiffest element at a node whose step is shorter than a tick, m; empty for
+    /// other causes.
     pub corners: Vec<Vector3>,
 }
 
-/// A gel and rigid bodies in time.
+/// Integrator of a gel and rigid bodies in time.
 #[derive(Debug)]
 pub struct Engine<const D: usize, P> {
     pub(super) gel: Arc<Gel<D, P>>,
@@ -52,34 +54,35 @@ pub struct Engine<const D: usize, P> {
     pub(super) rules: Rules,
     pub(super) grid: TickGrid,
     pub(super) state: State<D>,
-    /// Last tick of each node; of one that is still, some tick.
+    /// Last tick of each node; arbitrary for a node at rest.
     pub(super) last: Vec<Tick>,
-    /// The fast form, if the potential has lanes and the schedule and the law allow it.
+    /// Blocks of elements for the SIMD form; `None` if the potential, the schedule or the contact law needs the
+    /// reference form.
     pub(super) blocks: Option<Blocks<D>>,
     pub(super) watch: Watch,
-    pub(super) scratch: Scratch<D>,
+    pub(super) scratch: Workspace<D>,
     pub(super) pool: Option<Arc<Pool>>,
-    pub(super) queue: Queue,
+    pub(super) queue: EventQueue,
     /// Least and greatest step of any group, ticks.
     pub(super) steps: (Tick, Tick),
-    /// Shortest and longest stable step of an element when the mesh was new, ticks.
+    /// Shortest and longest stable step of an element on the new mesh, ticks.
     pub(super) first: (f64, f64),
-    /// What ends the mesh.
+    /// Conditions that end the mesh.
     pub(super) ends: Ends,
-    /// What failed at the last tick of the mesh: the run ends with it if no other mesh is found.
+    /// Failure at the last tick of the mesh; it ends the run unless another mesh is found.
     pub(super) failure: Option<StepError>,
-    /// The first tick of this mesh.
+    /// First tick of this mesh.
     pub(super) origin: Tick,
-    /// Where the tick is that is processed.
+    /// Place of the current tick in the life of the mesh.
     pub(super) phase: Phase,
-    /// Whether the gap clocks know of the last event of every body.
+    /// True if the neighbour list knows the last event of every body.
     pub(super) placed: bool,
-    /// Up to which tick nothing happens, when the gel is still.
-    pub(super) quiet: Option<Tick>,
+    /// Tick up to which nothing happens, while the gel is at rest.
+    pub(super) quiet_until: Option<Tick>,
     start: Start,
 }
 
-/// What the books are balanced against.
+/// Initial energy and momentum, the reference of the balances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Start {
     pub energy: f64,
@@ -90,7 +93,7 @@ pub(super) struct Start {
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// A gel at the given positions and velocities, and bodies, at time 0.
+    /// Builds the engine at time 0 from a gel, bodies, and the positions and velocities of the nodes.
     ///
     /// # Panics
     /// If there is no body, or the gel has no elements or their stiffness is not positive.
@@ -104,10 +107,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         Self::try_new(gel, bodies, rules, nodes).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// The same where the steps may be no numbers.
+    /// Builds the engine like [`Engine::new`], with an error for unusable steps.
     ///
     /// # Errors
-    /// [`NoStep`] if they are none.
+    /// [`NoStep`] if a stable step is unusable.
     ///
     /// # Panics
     /// If there is no body or no element.
@@ -121,7 +124,8 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         Self::assemble((gel, rules), bodies, nodes, passage).map(|(engine, _)| engine)
     }
 
-    /// At the start, or where another mesh has ended; and the stable steps of the elements when the mesh is new, s.
+    /// Builds the engine at the start or where another mesh has ended; also returns the stable step of each element
+    /// on the new mesh, s.
     pub(super) fn assemble(
         (gel, rules): (Gel<D, P>, Rules),
         bodies: Vec<(Body, BodyState)>,
@@ -135,14 +139,14 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         let memory = memory.unwrap_or_else(|| gel.fresh_memory());
         let measured = gel.measure(&position, &memory);
         let steps = steps.unwrap_or_else(|| super::step_size::stable_steps(&gel, &measured.stiffness, rules.cfl));
-        let (grid, step) = grid_of(&steps, grid)?;
+        let (grid, step) = tick_grid(&steps, grid)?;
         record.synchronous = (step, origin, record.synchronous.2);
-        let order = order(&gel, &rules, |element| grid.ticks(steps[element.index()]));
+        let order = element_layout(&gel, &rules, |element| grid.ticks(steps[element.index()]));
         let state = State {
             excess: vec![0.0; position.len()],
             stiffness: order.by_slot(&measured.stiffness),
-            clocks: clocks(&gel, &order, &measured),
-            alarms: vec![Alarm::default(); rules.schedule.alarms(order.n_groups())],
+            clocks: initial_clocks(&gel, &order, &measured),
+            alarms: vec![Alarm::default(); rules.schedule.n_alarms(order.n_groups())],
             birth: None,
             now: None,
             bodies: at,
@@ -152,22 +156,22 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             position,
             velocity,
         };
-        let scratch = Scratch::new(state.position.len(), gel.surface.nodes.len(), order.n_groups());
+        let scratch = Workspace::new(state.position.len(), gel.surface.nodes.len(), order.n_groups());
         let gel = Arc::new(gel);
         let watch = Watch::new(&gel.surface, (0.0, vec![]), |node| embed(&state.position[node]));
         let start = start.unwrap_or_else(|| Start::of(&gel, &bodies, &state));
         let mut engine = Self {
-            blocks: blocks(&gel, &order, &rules),
+            blocks: element_blocks(&gel, &order, &rules),
             last: vec![origin; state.position.len()],
             order: Arc::new(order),
             pool: None,
-            queue: Queue::default(),
+            queue: EventQueue::default(),
             steps: (0, 0),
             ends: Ends::default(),
             failure: None,
             origin,
             phase: Phase::First,
-            quiet: None,
+            quiet_until: None,
             placed: false,
             first: (step, grid.ticks(steps.iter().copied().fold(0.0, f64::max))),
             gel,
@@ -183,7 +187,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         Ok((engine, steps))
     }
 
-    /// The same with the reference form of every phase: one element after the other.
+    /// Selects the reference form of every phase, which processes one element after the other.
     #[must_use]
     pub fn by_reference(mut self) -> Self {
         self.blocks = None;
@@ -192,7 +196,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self
     }
 
-    /// The same with what is at rest computed as well; results do not depend on it.
+    /// Disables the skipping of blocks at rest; results do not depend on it.
     #[must_use]
     pub fn without_rest(mut self) -> Self {
         if let Some(blocks) = &mut self.blocks {
@@ -201,7 +205,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self
     }
 
-    /// The same on the vector units of another level than the widest of the machine; results do not depend on it.
+    /// Selects a SIMD level other than the widest of the machine; results do not depend on it.
     #[must_use]
     pub fn on_level(mut self, level: fearless_simd::Level) -> Self {
         if let Some(blocks) = &mut self.blocks {
@@ -210,56 +214,57 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self
     }
 
-    /// Lets elements and nodes be shared by these threads; results do not depend on it.
+    /// Shares elements and nodes among the threads of a pool; results do not depend on it.
     #[must_use]
     pub fn with_pool(mut self, pool: Option<Arc<Pool>>) -> Self {
         self.pool = pool;
         self
     }
 
-    /// The state.
+    /// Returns the state.
     #[must_use]
     pub fn state(&self) -> &State<D> {
         &self.state
     }
 
-    /// The bodies: what does not change.
+    /// Returns the constant properties of the bodies.
     #[must_use]
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
 
-    /// The directions that the dimension leaves to every body.
+    /// Returns the directions of motion that the dimension leaves to every body.
     pub(super) fn freedom(&self) -> Freedom {
         self.bodies[0].freedom
     }
 
-    /// The gel: what does not change.
+    /// Returns the gel, the constant part of the model.
     #[must_use]
     pub fn gel(&self) -> &Gel<D, P> {
         &self.gel
     }
 
-    /// The grid of ticks.
+    /// Returns the grid of ticks.
     #[must_use]
     pub fn grid(&self) -> &TickGrid {
         &self.grid
     }
 
+    /// Returns the initial energy and momentum.
     pub(super) fn start(&self) -> &Start {
         &self.start
     }
 
-    /// Whether a state can be one of this engine.
+    /// Checks that a state can belong to this engine.
     ///
     /// # Errors
-    /// What is wrong.
+    /// The contradiction found.
     pub fn check(&self, state: &State<D>) -> Result<(), &'static str> {
         state.check_invariants(&Sizes {
             nodes: self.gel.mass.len(),
             slots: self.order.n_slots(),
             groups: self.order.n_groups(),
-            alarms: self.rules.schedule.alarms(self.order.n_groups()),
+            alarms: self.rules.schedule.n_alarms(self.order.n_groups()),
             memories: self.gel.n_memories(),
             bodies: self.bodies.len(),
             born: state.birth.as_ref().map_or(0, |birth| birth.mesh.elements.len()),
@@ -280,14 +285,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         if state.clocks.iter().all(fits) { Ok(()) } else { Err("a step is none of the bins") }
     }
 
-    /// Whether a state can have come to time `t`, s: at most its longest step beyond its last tick, and its bodies as far.
+    /// Checks that a state can have reached time `t`, s: at most its longest step after its last tick, and so its
+    /// bodies.
     ///
     /// # Errors
-    /// What is wrong.
+    /// The contradiction found.
     pub fn check_time(&self, state: &State<D>, t: f64) -> Result<(), &'static str> {
         let longest = state.clocks.iter().map(|clock| clock.step).fold(0, Tick::max).min(MOST_TICKS);
         let begun = state.birth.as_ref().map_or(0, |birth| birth.tick);
-        // A gel at rest has no further ticks, whatever time it is.
+        // A gel at rest has no further ticks, at any time.
         let last = if state.record.at_rest { MOST_TICKS } else { state.now.unwrap_or(begun).min(MOST_TICKS) };
         let latest = self.grid.time(last + longest);
         let past = |time: f64| (0.0..=latest).contains(&time);
@@ -301,7 +307,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// Continues from another state of the same gel.
     ///
     /// # Errors
-    /// What is wrong, as [`Engine::check`] finds it; nothing is changed then.
+    /// The contradiction that [`Engine::check`] finds; nothing is changed then.
     pub fn restore(&mut self, state: &State<D>) -> Result<(), &'static str> {
         self.check(state)?;
         self.state.clone_from(state);
@@ -309,31 +315,31 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         Ok(())
     }
 
-    /// Finds what is derived from the state: events, the last ticks of the nodes, what is awake, the greatest speeds.
+    /// Derives events, last ticks of nodes, moving blocks, neighbour list and step range from the state.
     pub(super) fn derive(&mut self) {
         let state = &self.state;
         let queued = self.rules.schedule == Kind::Queue && state.now.is_some();
-        self.queue = Queue::new(if queued { &state.alarms } else { &[] });
-        self.quiet = None;
+        self.queue = EventQueue::new(if queued { &state.alarms } else { &[] });
+        self.quiet_until = None;
         if let Some(blocks) = &mut self.blocks {
             let (rest, zero) = (self.gel.potential.rest(), Vector::<D>::zeros());
             let moves = |node: usize| state.velocity[node] != zero || state.position[node] != rest[node];
-            blocks.strained = self.gel.potential.remembers() && self.origin > 0;
-            blocks.restart((&state.clocks, self.grid), moves);
-            blocks.remember(&self.order, &state.memory);
+            blocks.is_prestrained = self.gel.potential.remembers() && self.origin > 0;
+            blocks.reset(&state.clocks, self.grid, moves);
+            blocks.load_history(&self.order, &state.memory);
         }
-        let speed = |run: &[Vector<D>]| run.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max).sqrt();
-        let speeds: Vec<f64> = state.velocity.chunks(RUN).map(speed).collect();
+        let max_speed = |chunk: &[Vector<D>]| chunk.iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max).sqrt();
+        let speeds: Vec<f64> = state.velocity.chunks(RUN).map(max_speed).collect();
         let now = self.grid.time(state.now.unwrap_or(self.origin));
-        self.find_last();
+        self.derive_last_ticks();
         let place = |node: usize| embed(&self.position_at(NodeId(node as u32), now));
         self.watch = Watch::new(&self.gel.surface, (now, speeds), place);
         self.placed = false;
-        self.find_steps();
+        self.update_step_range();
     }
 
-    /// The last tick of each node: the latest of the groups around it.
-    fn find_last(&mut self) {
+    /// Derives the last tick of each node: the latest tick of the groups at the node.
+    fn derive_last_ticks(&mut self) {
         let (state, order, gel, all) = (&self.state, &self.order, &self.gel, &mut self.last);
         let now = state.now.unwrap_or(self.origin);
         let last = |group: usize| match self.rules.schedule {
@@ -342,7 +348,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             Kind::Global => state.alarms[0].last,
         };
         all.fill(self.origin);
-        let mut see = |tick: Tick, node: &NodeId| all[node.index()] = tick.max(all[node.index()]);
+        let mut visit = |tick: Tick, node: &NodeId| all[node.index()] = tick.max(all[node.index()]);
         let of_group = |group: usize| {
             order
                 .elements(order.slots(group))
@@ -350,20 +356,20 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
                 .map(move |node| (group, node))
         };
         let Some(blocks) = &self.blocks else {
-            return (0..state.clocks.len()).flat_map(of_group).for_each(|(group, node)| see(last(group), node));
+            return (0..state.clocks.len()).flat_map(of_group).for_each(|(group, node)| visit(last(group), node));
         };
-        // Where all groups are of one step, each node is seen once and not with every element.
-        let (even, mixed): (Vec<_>, Vec<_>) =
+        // Where all groups of a block have one step, each node is visited once instead of once per element.
+        let (uniform, mixed): (Vec<_>, Vec<_>) =
             blocks.all.iter().enumerate().partition(|(_, block)| block.steps.0 == block.steps.1);
-        for (i, block) in even {
-            block.nodes.iter().for_each(|node| see(last(i * blocks.groups), node));
+        for (i, block) in uniform {
+            block.nodes.iter().for_each(|node| visit(last(i * blocks.groups), node));
         }
         let mixed = mixed.iter().flat_map(|(i, _)| blocks.groups_of(*i));
-        mixed.flat_map(of_group).for_each(|(group, node)| see(last(group), node));
+        mixed.flat_map(of_group).for_each(|(group, node)| visit(last(group), node));
     }
 
-    /// The least and the greatest step of any group, which blocks know of theirs.
-    pub(super) fn find_steps(&mut self) {
+    /// Updates the least and the greatest step of any group; blocks store theirs.
+    pub(super) fn update_step_range(&mut self) {
         let all = |(least, most): (Tick, Tick), of: (Tick, Tick)| (least.min(of.0), most.max(of.1));
         let none = (Tick::MAX, 0);
         self.steps = match &self.blocks {
@@ -372,23 +378,23 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         };
     }
 
-    /// The longest step of a group, ticks.
+    /// Returns the longest step of a group, ticks.
     pub(super) fn longest_step(&self) -> Tick {
         self.steps.1
     }
 
-    /// Replaces a body's state or wrench at its own time, an event; what changed is booked by the caller.
+    /// Replaces a body's state or wrench at its own time, as an event; the caller posts the change to the ledger.
     pub fn set_body(&mut self, body: usize, state: &BodyState) {
         self.state.bodies[body] = *state;
-        (self.quiet, self.placed) = (None, false);
+        (self.quiet_until, self.placed) = (None, false);
     }
 
-    /// The books, for what is done to a body from outside.
+    /// Returns the ledger, to post changes of a body from outside.
     pub fn ledger_mut(&mut self) -> &mut Ledger {
         &mut self.state.ledger
     }
 
-    /// Moves a body to time `t` as an event and books what the wrench gave.
+    /// Moves a body to time `t`, s, as an event and posts the work of its wrench.
     pub fn rebase_body(&mut self, body: usize, t: f64) {
         let (fixed, state) = (&self.bodies[body], &mut self.state.bodies[body]);
         let next = state.at(fixed, t);
@@ -396,28 +402,28 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         *state = next;
     }
 
-    /// Position of a node drifted to time `t`, m.
+    /// Returns the position of a node drifted to time `t`, m.
     #[must_use]
     pub fn position_at(&self, node: NodeId, t: f64) -> Vector<D> {
         let a = node.index();
         self.state.position[a] + self.state.velocity[a] * (t - self.grid.time(self.last[a]))
     }
 
-    /// Velocity of a node before the kicks of this tick, m/s.
+    /// Returns the velocity of a node before the kicks of this tick, m/s.
     pub(super) fn velocity_before(&self, node: NodeId) -> Vector<D> {
         let a = node.index();
         if self.scratch.active.has(a) { self.scratch.before[a] } else { self.state.velocity[a] }
     }
 }
 
-/// The fast form, if there can be one.
-fn blocks<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, order: &Order, rules: &Rules) -> Option<Blocks<D>> {
+/// Builds the blocks of the SIMD form; `None` where only the reference form applies.
+fn element_blocks<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, order: &Order, rules: &Rules) -> Option<Blocks<D>> {
     let fast = rules.law != Law::Reversal && rules.schedule != Kind::Queue;
     fast.then(|| Blocks::new(gel, order)).flatten()
 }
 
-/// The grid of these stable steps, unless there is one, and the shortest of them, ticks.
-pub(super) fn grid_of(steps: &[f64], grid: Option<TickGrid>) -> Result<(TickGrid, f64), NoStep> {
+/// Returns the given grid, or a new one for these stable steps, s, and the shortest step, ticks.
+pub(super) fn tick_grid(steps: &[f64], grid: Option<TickGrid>) -> Result<(TickGrid, f64), NoStep> {
     let step = steps.iter().copied().fold(f64::INFINITY, least);
     if !step.is_normal() {
         return Err(NoStep { step, corners: vec![] });
@@ -426,8 +432,8 @@ pub(super) fn grid_of(steps: &[f64], grid: Option<TickGrid>) -> Result<(TickGrid
     Ok((grid, grid.ticks(step)))
 }
 
-/// Clocks that have not begun, with the energies there are.
-fn clocks<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, order: &Order, measured: &Measured) -> Vec<Clock> {
+/// Returns the clocks of groups that have not begun, with their initial energies.
+fn initial_clocks<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, order: &Order, measured: &Measured) -> Vec<Clock> {
     let crushed = |element: &ElementId| gel.potential.is_crushed(measured.jacobian[element.index()]);
     let clock = |group: usize| Clock {
         energy: order.patches(group).iter().map(|patch| measured.energy[*patch as usize]).sum::<f64>() + 0.0,

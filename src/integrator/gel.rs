@@ -3,53 +3,53 @@ use crate::fem::{Measured, Memory, Potential};
 use crate::math::Vector;
 use crate::mesh::{ElementId, Facet, Incidence, NodeId};
 
-/// What the engine steps and what does not change while it does: energy, masses, held directions, surface.
+/// Discretised gel: the constant part of the model, with energy, masses, held directions and surface.
 #[derive(Debug)]
 pub struct Gel<const D: usize, P> {
-    /// Stored energy.
+    /// Stored energy of the elements.
     pub potential: P,
     /// Lumped masses, kg.
     pub mass: Vec<f64>,
-    /// The held directions of each node: bit i for the i-th.
+    /// Held directions of each node: bit i for direction i.
     held: Vec<u8>,
-    /// The elements of each node.
+    /// Elements at each node.
     pub star: Incidence,
-    /// Where contact can be.
+    /// Surface on which contact is detected.
     pub surface: Surface,
-    /// The element that each facet of the surface bounds.
+    /// Element behind each facet of the surface.
     pub behind: Vec<ElementId>,
-    /// The pressures on it.
+    /// Pressure loads on the surface.
     pub loads: Loads,
-    /// The axes across the planes that the gel is mirrored at, ascending, in its own space: 0 of one about an axis.
+    /// Axes normal to the planes of symmetry, ascending, in the coordinates of the gel; 0 for a gel about an axis.
     pub mirrored: &'static [usize],
 }
 
-/// The nodes and facets that can touch.
+/// Contact surface: nodes and facets.
 #[derive(Debug)]
 pub struct Surface {
-    /// The nodes, ascending.
+    /// Nodes in ascending order.
     pub nodes: Vec<SurfaceNode>,
-    /// Position of a node among `nodes`, or `None`, by node.
+    /// Index in `nodes` of each node of the gel, or `None`.
     pub of: Vec<Option<u32>>,
-    /// The facets.
+    /// Facets of the surface.
     pub facets: Vec<Facet>,
-    /// The facets of each node.
+    /// Facets at each node.
     pub around: Incidence,
 }
 
-/// A node that can touch.
+/// Node of the contact surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceNode {
-    /// The node.
+    /// Number of the node.
     pub node: NodeId,
     /// h, local size of the facets, m.
     pub size: f64,
-    /// Its share of the surface at rest, m².
+    /// Tributary area at rest, m².
     pub area: f64,
 }
 
 impl<const D: usize, P: Potential<D>> Gel<D, P> {
-    /// From an energy, the masses, the held directions and the surface.
+    /// Builds the gel from an energy, the masses, the held directions and the surface.
     ///
     /// # Panics
     /// If the lengths differ or a mass is not positive.
@@ -69,14 +69,15 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
         Self { potential, mass, held, star, surface, behind, loads: Loads::none(), mirrored: &[] }
     }
 
-    /// The same under these pressures.
+    /// Sets the pressure loads.
     #[must_use]
     pub fn with_loads(mut self, loads: Loads) -> Self {
         self.loads = loads;
         self
     }
 
-    /// The same, mirrored at the planes through the origin across these axes, or about the first: no node of its surface passes them.
+    /// Sets the planes of symmetry through the origin, given by their normal axes, or the axis of rotation: no
+    /// surface node passes them.
     ///
     /// # Panics
     /// If the axes do not ascend.
@@ -87,59 +88,59 @@ impl<const D: usize, P: Potential<D>> Gel<D, P> {
         self
     }
 
-    /// P_a: 1 in the free directions of a node, 0 in the held ones.
+    /// Returns the projection P_a onto the free directions of a node: 1 in free directions, 0 in held ones.
     #[inline]
     #[must_use]
     pub fn free(&self, node: usize) -> Vector<D> {
         Vector::<D>::from_fn(|i, _| if self.held[node] >> i & 1 == 1 { 0.0 } else { 1.0 })
     }
 
-    /// The held directions of so many nodes from one on: bit k for the k-th direction.
+    /// Returns the held directions of `N` nodes from a first one on: bit k for direction k.
     #[inline]
     pub(super) fn held_from<const N: usize>(&self, first: usize) -> &[u8; N] {
         self.held[first..].first_chunk().expect("there are so many nodes")
     }
 
-    /// The held directions of a node.
+    /// Returns the held directions of a node.
     #[must_use]
     pub fn held(&self, node: usize) -> [bool; D] {
         std::array::from_fn(|i| self.held[node] >> i & 1 == 1)
     }
 
-    /// Whether a node is held in no direction.
+    /// Returns true if a node is held in no direction.
     #[inline]
     #[must_use]
     pub fn is_free(&self, node: usize) -> bool {
         self.held[node] == 0
     }
 
-    /// The stored energy of nodes at these positions, J.
+    /// Returns the stored energy for nodes at these positions, J.
     #[must_use]
     pub fn stored_energy(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> f64 {
         let energy = self.measure(x, memory).energy;
         crate::math::ordered_sum(energy.len(), 0.0, |patch| energy[patch])
     }
 
-    /// What elements that have not moved since they were made remember.
+    /// Returns the history variables of undeformed elements.
     #[must_use]
     pub fn fresh_memory(&self) -> Vec<Memory<D>> {
         vec![Memory::default(); self.n_memories()]
     }
 
-    /// How many memories all elements have.
+    /// Returns the number of history variables of all elements.
     #[must_use]
     pub fn n_memories(&self) -> usize {
         self.potential.memories() * self.potential.len()
     }
 
-    /// What the elements answer at these positions.
+    /// Measures all elements at these positions: energies, stiffnesses and volume ratios.
     pub(super) fn measure(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
         self.potential.measure_all(x, memory)
     }
 }
 
 impl Surface {
-    /// The surface made of these facets of `D` nodes each; `area` gives the measure of a facet at rest, m², `length` its
+    /// Builds the surface from facets of `D` nodes each; `measure` gives the area of a facet at rest, m², and its
     /// size, m in the plane, m² in space.
     #[must_use]
     pub fn new<const D: usize>(n_nodes: usize, facets: Vec<Facet>, measure: impl Fn(&Facet) -> (f64, f64)) -> Self {
@@ -151,9 +152,9 @@ impl Surface {
                 share[node.index()].1 += extent / D as f64;
             }
         }
-        let touching = share.iter().enumerate().filter(|(_, (_, extent))| *extent > 0.0);
+        let on_surface = share.iter().enumerate().filter(|(_, (_, extent))| *extent > 0.0);
         let size = |extent: f64| if D == 2 { extent } else { extent.sqrt() };
-        let nodes: Vec<SurfaceNode> = touching
+        let nodes: Vec<SurfaceNode> = on_surface
             .map(|(i, (area, extent))| SurfaceNode { node: NodeId(i as u32), size: size(*extent), area: *area })
             .collect();
         let mut of = vec![None; n_nodes];
@@ -164,8 +165,8 @@ impl Surface {
         Self { nodes, of, facets, around }
     }
 
-    /// The same where facets in space are mirrored: at so many planes of symmetry a node stands. Of its facets each plane shows half, and h is
-    /// the root of all.
+    /// Corrects the sizes of nodes on planes of symmetry in space. Each plane shows half of the facets of a node,
+    /// so h grows by √2 for each of its `planes`.
     #[must_use]
     pub fn mirrored(mut self, planes: impl Fn(NodeId) -> usize) -> Self {
         for at in &mut self.nodes {
@@ -180,7 +181,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn half_of_a_surface_has_the_sizes_of_all_of_it() {
+    fn mirrored_surface_has_the_sizes_of_the_whole() {
         let facet = |nodes: [u32; 3]| nodes.map(NodeId);
         let size = |facets: Vec<Facet>, planes: usize| {
             let on_plane = |node: NodeId| if node.0 == 0 { planes } else { 0 };

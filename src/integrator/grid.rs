@@ -1,28 +1,31 @@
 use crate::state::Tick;
 
-/// The grid of ticks: τ = q 2⁻ᵏ s with q in 16..=31, so that every time T τ with T q < 2⁵³ is exact (numerics A3).
+/// Grid of ticks: τ = q 2⁻ᵏ s with q in 16..=31, so that every time T τ with T q < 2⁵³ is exact (numerics A3).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TickGrid {
-    /// τ, s.
+    /// Length τ of a tick, s.
     tau: f64,
 }
 
-/// Finest steps below the smallest one at the start: a step shorter than a thousandth of it is a collapse (A11).
+/// Ticks per smallest initial step, at least: a step shorter than a tick, a thousandth of that step, is a collapse
+/// (A11).
 const HEADROOM: f64 = 1024.0;
 
-/// Fraction of a tick by which a communication point may miss it and still include it (A3).
-const SLACK: f64 = 1e-3;
+/// Fraction of a tick by which a communication point may miss a tick and still include it (A3).
+const TICK_TOLERANCE: f64 = 1e-3;
 
-/// Part of the elements whose steps are taken to fall by [`FALL`] once the gel moves. Without them a bin was put 1.6 % below the steps of
-/// four fifths of a million tetrahedra under a ball, no better at rest than one 7 % below: a twentieth of these fell out of it, and the run
-/// took 12 % longer. From 0.05 on a bin is no more put right on steps that all are equal.
-const FALLING: f64 = 0.02;
-/// What is left of a step that falls.
-const FALL: f64 = 0.95;
+/// Fraction of the elements whose steps are assumed to shrink by [`SHRINKAGE`] once the gel moves. At 0 a bin was
+/// placed 1.6 % below the steps of four fifths of a million tetrahedra under a ball, though one 7 % below was as
+/// good at rest: a twentieth of the steps fell out of the bin, and the run took 12 % longer. From 0.05 on a bin no
+/// longer fits equal steps tightly.
+const SHRINKING_FRACTION: f64 = 0.02;
+/// Ratio of a shrunk step to the step at rest.
+const SHRINKAGE: f64 = 0.95;
 
 impl TickGrid {
-    /// The grid for these stable steps at rest, s: a 1024th of the smallest or less; of the sixteen lengths in an octave the
-    /// one with which power-of-two bins lose least, min_q Σ_K 1/dt_K (numerics 1.5), when some of the steps fall.
+    /// Builds the grid for these stable steps at rest, s, with τ at most a 1024th of the smallest. Of the sixteen
+    /// lengths in an octave it takes the one with which power-of-two bins cost least, min_q Σ_K 1/dt_K (numerics
+    /// 1.5), with some steps shrunk.
     ///
     /// # Panics
     /// If there is no step, or one is not positive.
@@ -31,53 +34,55 @@ impl TickGrid {
         let smallest = steps.iter().copied().fold(f64::INFINITY, f64::min);
         assert!(smallest > 0.0 && smallest.is_finite(), "stable steps must be positive");
         let bin = |step: f64, tau: f64| tau * floor_power_of_two(step / tau);
-        let rate_of = |step: f64, tau: f64| (1.0 - FALLING) / bin(step, tau) + FALLING / bin(FALL * step, tau);
+        let rate_of = |step: f64, tau: f64| {
+            (1.0 - SHRINKING_FRACTION) / bin(step, tau) + SHRINKING_FRACTION / bin(SHRINKAGE * step, tau)
+        };
         let rate = |tau: f64| crate::math::ordered_sum(steps.len(), 0.0, |i| rate_of(steps[i], tau));
-        let candidates = (16..=31).map(|q| finest(f64::from(q), smallest / HEADROOM));
+        let candidates = (16..=31).map(|q| longest_fitting(f64::from(q), smallest / HEADROOM));
         let tau = candidates.map(|tau| (rate(tau), tau)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |best| best.1);
         Self { tau }
     }
 
-    /// Time of a tick, s.
+    /// Returns the time of a tick, s.
     #[must_use]
     #[inline]
     pub fn time(&self, tick: Tick) -> f64 {
-        // Below 2⁵³ (A3): vector units before AVX-512 turn but signed numbers.
+        // The value is below 2⁵³ (A3); SIMD units before AVX-512 convert only signed integers.
         tick.cast_signed() as f64 * self.tau
     }
 
-    /// A length of so many ticks, whole or not, s.
+    /// Returns the length of a number of ticks, whole or not, s.
     #[must_use]
     #[inline]
     pub fn length(&self, ticks: f64) -> f64 {
         ticks * self.tau
     }
 
-    /// A length in ticks.
+    /// Converts a duration, s, to ticks.
     #[must_use]
     pub fn ticks(&self, duration: f64) -> f64 {
         duration / self.tau
     }
 
-    /// The first tick at or after time `t`: ⌈t/τ − 10⁻³⌉.
+    /// Returns the first tick at or after time `t`, s: ⌈t/τ − 10⁻³⌉.
     #[must_use]
     pub fn first_tick(&self, t: f64) -> Tick {
-        (t / self.tau - SLACK).ceil().max(0.0) as Tick
+        (t / self.tau - TICK_TOLERANCE).ceil().max(0.0) as Tick
     }
 
-    /// The last tick that belongs to a step ending at time `t`: ⌊t/τ + 10⁻³⌋.
+    /// Returns the last tick that belongs to a step ending at time `t`, s: ⌊t/τ + 10⁻³⌋.
     #[must_use]
     pub fn last_tick(&self, t: f64) -> Tick {
-        (t / self.tau + SLACK).floor().max(0.0) as Tick
+        (t / self.tau + TICK_TOLERANCE).floor().max(0.0) as Tick
     }
 }
 
-/// q 2⁻ᵏ for the k with q 2⁻ᵏ ≤ `longest` < q 2¹⁻ᵏ.
-fn finest(q: f64, longest: f64) -> f64 {
+/// Returns q 2⁻ᵏ for the k with q 2⁻ᵏ ≤ `longest` < q 2¹⁻ᵏ.
+fn longest_fitting(q: f64, longest: f64) -> f64 {
     q * floor_power_of_two(longest / q)
 }
 
-/// 2ⁿ ≤ x < 2ⁿ⁺¹ of a positive normal number: its mantissa cleared.
+/// Returns the power of two 2ⁿ ≤ x < 2ⁿ⁺¹ of a positive normal number, by clearing its mantissa.
 #[must_use]
 pub fn floor_power_of_two(x: f64) -> f64 {
     debug_assert!(x.is_normal() && x > 0.0, "no power of two below {x}");
@@ -116,13 +121,14 @@ mod tests {
             let ticks = TickGrid::new(steps).ticks(step);
             ticks / floor_power_of_two(ticks)
         };
-        // Equal steps: a bin right on them.
+        // Equal steps: a bin fits them tightly.
         let above = above_its_bin(&[1.37e-3; 10], 1.37e-3);
         assert!((1.0..1.06).contains(&above), "{above}");
-        // Those of 968 112 tetrahedra on a centred lattice: of two bins that are as good at rest the one that bears a fall.
+        // Steps of 968 112 tetrahedra on a centred lattice: of two bins equal at rest, the grid takes the one that
+        // tolerates shrinkage.
         let classes = [(47, 1.0), (1, 1.095), (66, 1.225), (1, 1.291), (63, 1.354), (790, SQRT_2)];
         let steps = classes.iter().flat_map(|(n, step)| vec![1.2342e-5 * step; *n]).collect::<Vec<_>>();
         let above = above_its_bin(&steps, 1.2342e-5 * SQRT_2);
-        assert!((1.0 / FALL..1.1 / FALL).contains(&above), "{above}");
+        assert!((1.0 / SHRINKAGE..1.1 / SHRINKAGE).contains(&above), "{above}");
     }
 }

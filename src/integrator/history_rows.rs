@@ -1,4 +1,5 @@
-//! What elements remember in the fast form: side by side in the blocks while ticks are processed, and in the state for whoever reads it.
+//! History variables in the SIMD form: rows in the blocks while ticks are processed, copied to the state for its
+//! readers.
 
 use super::blocks::{Blocks, SLOTS};
 use super::element_order::Order;
@@ -8,35 +9,35 @@ use crate::mesh::ElementId;
 use std::ops::Range;
 
 impl<const D: usize> Blocks<D> {
-    /// Takes over what the elements remember.
-    pub fn remember(&mut self, order: &Order, memory: &[Memory<D>]) {
+    /// Loads the history variables of all elements from the state.
+    pub fn load_history(&mut self, order: &Order, memory: &[Memory<D>]) {
         let Self { lanes, memory: batches, memories, .. } = self;
         for (batch, rows) in batches.chunks_exact_mut(lanes.rows().max(1)).enumerate() {
             for lane in 0..LANES {
                 if let Some(element) = order.element(batch * LANES + lane) {
-                    lanes.remember(rows, lane, &memory[of_element(element, *memories)]);
+                    lanes.remember(rows, lane, &memory[history_range(element, *memories)]);
                 }
             }
         }
-        self.all.iter_mut().for_each(|block| block.is_ahead = false);
+        self.all.iter_mut().for_each(|block| block.has_unsaved_history = false);
     }
 
-    /// Hands on what the elements of some slots remember.
-    fn recall(&self, slots: Range<usize>, order: &Order, memory: &mut [Memory<D>]) {
+    /// Stores the history variables of the elements in some slots.
+    fn store_history(&self, slots: Range<usize>, order: &Order, memory: &mut [Memory<D>]) {
         for slot in slots {
             if let (Some(rows), Some(element)) = (self.rows(slot), order.element(slot)) {
-                self.lanes.recall(rows, slot % LANES, &mut memory[of_element(element, self.memories)]);
+                self.lanes.recall(rows, slot % LANES, &mut memory[history_range(element, self.memories)]);
             }
         }
     }
 
-    /// What the elements of the batch of a slot remember, if they do.
+    /// Returns the history rows of the batch of a slot, for elements with history.
     fn rows(&self, slot: usize) -> Option<&[Recall]> {
         let (rows, batch) = (self.lanes.rows(), slot / LANES);
         (rows > 0).then(|| &self.memory[batch * rows..(batch + 1) * rows])
     }
 
-    /// What viscosity has added to U′ of the elements of a patch when it was swept last, Pa.
+    /// Returns the viscous part of U′ of the elements of a patch at their last sweep, Pa.
     fn viscous(&self, order: &Order, elements: &[ElementId]) -> [f64; DEPTH] {
         let of = |element: &ElementId| {
             let slot = order.slot(*element);
@@ -46,33 +47,33 @@ impl<const D: usize> Blocks<D> {
     }
 }
 
-/// Where the memories of an element are among those of all, so many of each.
-fn of_element(element: ElementId, memories: usize) -> Range<usize> {
+/// Returns the range of an element's history variables among those of all elements.
+fn history_range(element: ElementId, memories: usize) -> Range<usize> {
     element.index() * memories..(element.index() + 1) * memories
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Lets the state know what the elements remember.
-    pub(super) fn recall(&mut self) {
+    /// Stores the history variables of the blocks in the state.
+    pub(super) fn store_history(&mut self) {
         let Some(blocks) = &mut self.blocks else { return };
         let n_slots = self.order.n_slots();
         for i in 0..blocks.all.len() {
-            if std::mem::take(&mut blocks.all[i].is_ahead) {
+            if std::mem::take(&mut blocks.all[i].has_unsaved_history) {
                 let slots = i * SLOTS..n_slots.min((i + 1) * SLOTS);
-                blocks.recall(slots, &self.order, &mut self.state.memory);
+                blocks.store_history(slots, &self.order, &mut self.state.memory);
             }
         }
     }
 
-    /// What the elements of a group answered that was swept at this tick, once more, element by element.
-    pub(super) fn ask_again(&mut self, group: usize, elements: &mut Vec<(ElementId, Answer<D>)>) {
+    /// Evaluates the elements of a group again that was swept at this tick, and appends each element's response.
+    pub(super) fn reevaluate_group(&mut self, group: usize, elements: &mut Vec<(ElementId, Answer<D>)>) {
         let Some(blocks) = &self.blocks else { return };
-        blocks.recall(self.order.slots(group), &self.order, &mut self.state.memory);
+        blocks.store_history(self.order.slots(group), &self.order, &mut self.state.memory);
         for patch in self.order.patches(group) {
             let own = self.gel.potential.patches().of(*patch as usize);
             let (mut answers, viscous) = ([Answer::default(); DEPTH], blocks.viscous(&self.order, own));
-            let remembered = (self.state.memory.as_slice(), &viscous);
-            self.gel.potential.again(*patch as usize, &self.state.position, remembered, &mut answers);
+            let history = (self.state.memory.as_slice(), &viscous);
+            self.gel.potential.again(*patch as usize, &self.state.position, history, &mut answers);
             elements.extend(own.iter().copied().zip(answers));
         }
     }

@@ -1,10 +1,10 @@
-//! The kicks of one tick, and the books of what they did (numerics 1.2, A6).
+//! Kicks of a tick and their entries in the ledger (numerics 1.2, A6).
 
 use super::blocks::Blocks;
 use super::contact_solver::Touch;
-use super::energy_residual::settle;
+use super::energy_residual::{ClockInput, update_clock};
 use super::engine::Engine;
-use super::node_loop::NodeSums;
+use super::node_loop::KickSums;
 use super::step_size::Change;
 use super::substep::Phase;
 use crate::contact::{Freedom, Law, Motion};
@@ -14,7 +14,7 @@ use crate::math::{Vector, Vector3, embed, restrict};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
 
-/// What held directions take up.
+/// Reaction of the held directions: linear and angular momentum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Taken {
     momentum: Vector3,
@@ -39,218 +39,231 @@ impl std::ops::Add for Taken {
 }
 
 impl Taken {
-    /// What the held directions of a node at `at` take up of a push.
+    /// Adds the reaction of the held directions of a node at `at`, m, to an impulse, N·s.
     pub fn add<const D: usize>(&mut self, free: &Vector<D>, freedom: Freedom, (at, push): (Vector3, Vector3)) {
         if free.min() == 0.0 {
-            let taken = embed(&restrict::<D>(&push).component_mul(free)) - push;
-            self.give(freedom, (at, taken));
+            let reaction = embed(&restrict::<D>(&push).component_mul(free)) - push;
+            self.give(freedom, (at, reaction));
         }
     }
 
-    /// A push on a node at `at` by what holds.
+    /// Adds a reaction impulse on a node at `at`, m.
     pub fn give(&mut self, freedom: Freedom, (at, push): (Vector3, Vector3)) {
         self.momentum += freedom.translation(&push);
         self.angular_momentum += freedom.rotation(&at.cross(&push));
     }
 
+    /// Posts the reaction to the ledger.
     pub fn post(&self, ledger: &mut Ledger) {
         ledger.momentum.restraint += self.momentum;
         ledger.angular_momentum.restraint += self.angular_momentum;
     }
 }
 
-/// A node that a pressure or a contact may push, and its velocities before the kicks of the tick and before these.
+/// Node with an impulse of pressure or contact, with its velocities before the element kicks and before that impulse.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Carrier<const D: usize> {
+pub(super) struct ImpulseNode<const D: usize> {
     pub node: NodeId,
     pub before: Vector<D>,
     pub kicked: Vector<D>,
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// What is left of the kicks of the fast form after its nodes were kicked, then the pressures and the contact solve; Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
-    pub(super) fn kick_fast(&mut self, tick: Tick, sums: &NodeSums) -> f64 {
-        let begun = (self.phase == Phase::First).then(|| self.begin(tick));
+    /// Completes the kicks of the SIMD form, applies the pressures and solves contact; returns Σ p·(v⁻ + v⁺)/2 − Σ
+    /// ΔQ, J.
+    pub(super) fn kick_fast(&mut self, tick: Tick, sums: &KickSums) -> f64 {
+        let begun = (self.phase == Phase::First).then(|| self.take_first_kick(tick));
         let sums = begun.as_ref().unwrap_or(sums);
-        sums.taken.post(&mut self.state.ledger);
-        sums.damped.post(&mut self.state.ledger);
+        sums.reaction.post(&mut self.state.ledger);
+        sums.damping.post(&mut self.state.ledger);
         self.note_speeds();
-        let mended = if begun.is_some() { 0.0 } else { self.mend_kicks() };
-        self.find_carriers();
+        let correction = if begun.is_some() { 0.0 } else { self.correct_kicks() };
+        self.find_impulse_nodes();
         self.press(tick);
         if let Law::Moreau { restitution, friction, .. } = self.rules.law {
             self.solve(restitution, friction);
         }
-        sums.work + mended + self.settle_carriers(tick)
+        sums.work + correction + self.account_for_impulses(tick)
     }
 
-    /// The kicks with which a mesh begins: its first sweep found the steps, with one more every group takes half of its own.
-    fn begin(&mut self, tick: Tick) -> NodeSums {
+    /// Takes the first kick of a mesh: the first sweep has found the steps, a second one kicks by half of each.
+    fn take_first_kick(&mut self, tick: Tick) -> KickSums {
         self.answer(tick);
         self.stiffen();
         self.advance_nodes(tick)
     }
 
-    /// The kicks of groups whose step has changed: half of the step ahead, where a sweep has taken half of the planned one.
-    fn mend_kicks(&mut self) -> f64 {
+    /// Corrects the kicks of groups whose step changed: the sweep took half of the planned step; adds half of the
+    /// difference to the chosen one.
+    fn correct_kicks(&mut self) -> f64 {
         let mut answers = std::mem::take(&mut self.scratch.reference.elements);
         let mut work = 0.0;
         for i in 0..self.scratch.changed.len() {
             let Change { group, planned, ahead } = self.scratch.changed[i];
-            let gives = |blocks: &Blocks<D>| blocks.fronts[group as usize / blocks.groups].gives;
-            if !self.blocks.as_ref().is_some_and(gives) {
+            let contributes = |blocks: &Blocks<D>| blocks.fronts[group as usize / blocks.groups].gives;
+            if !self.blocks.as_ref().is_some_and(contributes) {
                 continue;
             }
-            let more = ahead as f64 - planned as f64;
+            let change = ahead as f64 - planned as f64;
             answers.clear();
-            self.ask_again(group as usize, &mut answers);
-            self.tell_power(group as usize, &answers);
+            self.reevaluate_group(group as usize, &mut answers);
+            self.separate_power(group as usize, &answers);
             for (element, answer) in &answers {
-                work += self.kick_more((*element, answer), 0.5 * more * self.grid.time(1));
+                work += self.kick_more(*element, answer, 0.5 * change * self.grid.time(1));
             }
         }
         self.scratch.reference.elements = answers;
         work
     }
 
-    /// Takes the power of a group out of the sum of its block, as its step ahead is not that of the others.
-    fn tell_power(&mut self, group: usize, elements: &[(ElementId, Answer<D>)]) {
+    /// Takes the power of a group out of the sum of its block, because its next step differs from that of the other
+    /// groups.
+    fn separate_power(&mut self, group: usize, elements: &[(ElementId, Answer<D>)]) {
         let Some(mut blocks) = self.blocks.take() else { return };
         let block = group / blocks.groups;
         let end = blocks.groups_of(block).end;
-        if let Some(holder) = &mut blocks.all[block].holder {
+        if let Some(power_accumulator) = &mut blocks.all[block].power_accumulator {
             let of_node = |(node, f): (&NodeId, &Vector<D>)| f.dot(&self.scratch.before[node.index()]);
-            let of_element = |(element, answer): &(ElementId, Answer<D>)| -> f64 {
+            let element_power = |(element, answer): &(ElementId, Answer<D>)| -> f64 {
                 self.gel.potential.nodes(*element).iter().zip(&answer.forces).map(of_node).sum()
             };
-            let power = elements.iter().map(of_element).sum();
-            let rest = self.scratch.answers[*holder].power - power;
-            // Groups come in ascending order: where the first one leaves, the next one holds the rest.
-            *holder += usize::from(*holder == group);
+            let power = elements.iter().map(element_power).sum();
+            let rest = self.scratch.answers[*power_accumulator].power - power;
+            // Groups come in ascending order: where the first one leaves, the next one accumulates the rest.
+            *power_accumulator += usize::from(*power_accumulator == group);
             self.scratch.answers[group].power = power;
-            self.scratch.answers[*holder..end].iter_mut().take(1).for_each(|answer| answer.power = rest);
+            self.scratch.answers[*power_accumulator..end].iter_mut().take(1).for_each(|answer| answer.power = rest);
         }
         self.blocks = Some(blocks);
     }
 
-    /// A kick of an element after those of the tick; what it did more, J.
-    fn kick_more(&mut self, (element, answer): (ElementId, &Answer<D>), weight: f64) -> f64 {
-        let (gel, mut taken, mut work) = (self.gel.clone(), Taken::default(), 0.0);
+    /// Adds a kick of an element to those of the tick; returns the additional work less the change of the carried
+    /// kick work, J.
+    fn kick_more(&mut self, element: ElementId, answer: &Answer<D>, weight: f64) -> f64 {
+        let (gel, mut reaction, mut work) = (self.gel.clone(), Taken::default(), 0.0);
         for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
             let (a, push) = (node.index(), force * weight);
             let kicked = self.state.velocity[a];
             self.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
             let (first, both) = (kicked - self.scratch.before[a], self.state.velocity[a] - self.scratch.before[a]);
-            // Of p = m Δ the work is p·v⁻ + p·Δ/2, and Q half of p·Δ: no kick is mended in the first or last tick of a mesh. That of
-            // the damping in it is not the element's.
-            let damped = self.drag(a).dot(&(both - first));
+            // The impulse p = m Δ does the work p·v⁻ + p·Δ/2, and Q is half of p·Δ, because no kick is corrected in
+            // the first or last tick of a mesh. The work of damping in it is not the element's.
+            let damped = self.damping_impulse(a).dot(&(both - first));
             self.state.ledger.energy.damping += 0.5 * damped;
             let more = gel.mass[a] * (both.norm_squared() - first.norm_squared()) - damped;
             self.state.excess[a] += 0.5 * more;
             work += gel.mass[a] * (both - first).dot(&self.scratch.before[a]);
-            taken.add(&gel.free(a), self.freedom(), (embed(&self.state.position[a]), embed(&push)));
+            reaction.add(&gel.free(a), self.freedom(), (embed(&self.state.position[a]), embed(&push)));
             self.note_speed(a);
         }
-        taken.post(&mut self.state.ledger);
+        reaction.post(&mut self.state.ledger);
         work
     }
 
-    /// The speeds of the active nodes: run by run where the fast form has gone through all runs.
+    /// Records the speeds of the active nodes in the neighbour list: by chunks where the SIMD form has gone through
+    /// all of them.
     pub(super) fn note_speeds(&mut self) {
-        let (active, runs) = (&self.scratch.active, self.scratch.sums.iter().map(|sums| sums.fastest.sqrt()));
-        self.watch.note_speeds(active.all, runs);
-        // The reference form has no runs.
+        let (active, speeds) =
+            (&self.scratch.active, self.scratch.sums.iter().map(|sums| sums.max_speed_squared.sqrt()));
+        self.watch.note_speeds(active.all, speeds);
+        // The reference form has no chunks.
         let listed = if self.blocks.is_none() { active.of_reference() } else { active.few().unwrap_or_default() };
         for node in listed.iter().map(|node| *node as usize) {
             self.watch.note_speed(node, self.state.velocity[node].norm());
         }
     }
 
+    /// Records the speed of a node in the neighbour list and activates the blocks around it if it moves.
     fn note_speed(&mut self, node: usize) {
         let velocity = self.state.velocity[node];
         self.watch.note_speed(node, velocity.norm());
         if let Some(blocks) = self.blocks.as_ref().filter(|_| velocity != Vector::<D>::zeros()) {
-            blocks.wake(node);
+            blocks.activate_around(node);
         }
     }
 
-    fn find_carriers(&mut self) {
+    /// Finds the nodes with impulses of contact, symmetry planes or pressures, and their velocities before these.
+    fn find_impulse_nodes(&mut self) {
         let mut carriers = std::mem::take(&mut self.scratch.carriers);
         carriers.clear();
         let met = self.scratch.meetings.iter().map(|meeting| meeting.node);
         for node in self.scratch.touches.iter().flat_map(Touch::nodes).copied().chain(met).chain(self.pressed()) {
             let (before, kicked) = (self.velocity_before(node), self.state.velocity[node.index()]);
-            carriers.push(Carrier { node, before, kicked });
+            carriers.push(ImpulseNode { node, before, kicked });
         }
         carriers.sort_unstable_by_key(|carrier| carrier.node);
         carriers.dedup_by_key(|carrier| carrier.node);
         self.scratch.carriers = carriers;
     }
 
-    /// What the kicks did more because pressures and contact changed the velocity after them, Σ p·(v⁺ − v)/2 with
-    /// p = m (v − v⁻) without the damping, less what it added to Q.
-    fn settle_carriers(&mut self, tick: Tick) -> f64 {
+    /// Accounts for the change of velocity by pressures and contact after the kicks. Returns their additional work,
+    /// Σ p·(v⁺ − v)/2 with p = m (v − v⁻) without the damping, less the change of Q, J.
+    fn account_for_impulses(&mut self, tick: Tick) -> f64 {
         let mut work = 0.0;
         for i in 0..self.scratch.carriers.len() {
-            let Carrier { node, before, kicked } = self.scratch.carriers[i];
+            let ImpulseNode { node, before, kicked } = self.scratch.carriers[i];
             let a = node.index();
-            let (drag, changed) = (self.drag(a), self.state.velocity[a] - kicked);
-            let more = ((kicked - before) * self.gel.mass[a] - drag).dot(&changed);
-            self.state.ledger.energy.damping += 0.5 * drag.dot(&changed);
-            self.state.excess[a] += self.share_ahead() * more;
-            work += (0.5 - self.share_ahead()) * more;
+            let (drag, change) = (self.damping_impulse(a), self.state.velocity[a] - kicked);
+            let more = ((kicked - before) * self.gel.mass[a] - drag).dot(&change);
+            self.state.ledger.energy.damping += 0.5 * drag.dot(&change);
+            self.state.excess[a] += self.leading_share() * more;
+            work += (0.5 - self.leading_share()) * more;
             self.last[a] = tick;
             self.note_speed(a);
         }
         work
     }
 
-    /// Posts the integration residual of the firing groups, Σ ΔV + Σ A of the last tick + W − Σ A of this one: zero for the
-    /// exact motion, second order in the step.
+    /// Posts the integration residual of the active groups, Σ ΔV + Σ A of the last tick + W − Σ A of this one,
+    /// where A is the leading-half work. It is zero for the exact motion and of second order in the step.
     pub(super) fn book(&mut self, tick: Tick, work: f64) {
-        let residual = if self.blocks.is_some() { self.settle_blocks(tick) } else { self.settle_groups(tick) };
+        let residual =
+            if self.blocks.is_some() { self.update_block_clocks(tick) } else { self.update_group_clocks(tick) };
         self.state.ledger.energy.integration += residual + work;
         self.book_loads();
     }
 
-    fn settle_groups(&mut self, tick: Tick) -> f64 {
+    /// Updates the clocks of the active groups (reference form); returns the residual, J.
+    fn update_group_clocks(&mut self, tick: Tick) -> f64 {
         let mut residual = 0.0;
         for group in self.scratch.due.iter().map(|group| *group as usize) {
             let ahead = self.ahead(group, tick);
             let (clock, answer) = (&mut self.state.clocks[group], &self.scratch.answers[group]);
-            residual += settle(clock, answer, self.grid.time(ahead));
+            residual += update_clock(clock, answer, self.grid.time(ahead));
             self.state.record.min_jacobian = self.state.record.min_jacobian.min(answer.least_jacobian);
             self.state.record.updates += self.order.elements(self.order.slots(group)).count() as u64;
         }
         residual
     }
 
-    fn settle_blocks(&mut self, tick: Tick) -> f64 {
+    /// Updates the clocks and step ranges of the active blocks; returns the residual, J.
+    fn update_block_clocks(&mut self, tick: Tick) -> f64 {
         let Some(mut blocks) = self.blocks.take() else { return 0.0 };
-        let (moment, n) = (self.moment(tick), blocks.groups);
-        let books = (self.state.clocks.as_mut_slice(), self.scratch.answers.as_slice());
-        let settled = blocks.settle((self.grid, moment), books, self.pool.as_deref());
-        self.state.ledger.energy.lose(&settled.spent);
+        let (moment, groups_per_block) = (self.moment(tick), blocks.groups);
+        let input = ClockInput { grid: self.grid, moment, answers: &self.scratch.answers };
+        let total = blocks.update_clocks(input, &mut self.state.clocks, self.pool.as_deref());
+        self.state.ledger.energy.lose(&total.spent);
         let record = &mut self.state.record;
         for report in blocks.all.iter().filter_map(|block| block.report) {
             record.updates += report.updates;
             record.min_jacobian = record.min_jacobian.min(report.least_jacobian);
         }
-        let block_of = |change: &Change| change.group as usize / n;
+        let block_of = |change: &Change| change.group as usize / groups_per_block;
         for changed in self.scratch.changed.chunk_by(|a, b| block_of(a) == block_of(b)) {
             let block = block_of(&changed[0]);
-            blocks.pace(block, (&self.state.clocks, self.grid));
+            blocks.update_steps(block, &self.state.clocks, self.grid);
             blocks.all[block].restless = true;
         }
         self.blocks = Some(blocks);
-        settled.residual
+        total.residual
     }
 
-    /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, the part Σ J b of it that removes penetration, that of
-    /// friction, Σ Jₜ·(u⁻ + u⁺)/2, and what the holder of a body that is not free, or of a growing dome, gives.
+    /// Posts the work of the contact impulses, Σ J (u⁻ + u⁺)/2, without its part Σ J b that removes penetration;
+    /// that part; and the work of friction, Σ Jₜ·(u⁻ + u⁺)/2. Also posts the work of the support of a body that is
+    /// not free and of a growing dome.
     pub(super) fn book_contact(&mut self) {
         let touches = std::mem::take(&mut self.scratch.touches);
-        let mut taken = Taken::default();
+        let mut reaction = Taken::default();
         for touch in touches.iter().filter(|touch| touch.impulse > 0.0) {
             let j = touch.impulse;
             let mean = 0.5 * (touch.before + self.relative(touch));
@@ -261,18 +274,18 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             self.state.ledger.energy.external += touch.push().dot(&touch.swell);
             for (node, w) in touch.carriers() {
                 let (at, push) = (embed(&self.state.position[node.index()]), touch.push() * w);
-                taken.add(&self.gel.free(node.index()), self.freedom(), (at, push));
+                reaction.add(&self.gel.free(node.index()), self.freedom(), (at, push));
             }
             if self.bodies[touch.body].motion != Motion::Free {
                 self.book_reaction(touch);
             }
         }
-        taken.post(&mut self.state.ledger);
+        reaction.post(&mut self.state.ledger);
         self.scratch.touches = touches;
         self.book_meetings();
     }
 
-    /// Momentum and work that come from whoever holds or moves a body.
+    /// Posts the momentum and work of the support that holds or moves a body.
     fn book_reaction(&mut self, touch: &Touch<D>) {
         let (freedom, push, body) = (self.freedom(), touch.push(), touch.body);
         let work = push.dot(&self.bodies[body].velocity_at(&self.scratch.was[body], &touch.point));

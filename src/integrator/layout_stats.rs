@@ -1,4 +1,4 @@
-//! How the work is laid out: what measurements look at, and nothing else.
+//! Statistics of the layout of the work, for measurements only.
 
 use super::blocks::Block;
 use super::engine::Engine;
@@ -6,37 +6,38 @@ use crate::fem::{Lanes, Potential};
 use crate::mesh::NodeId;
 use std::ops::Range;
 
-/// A run of elements that is swept at once and numbers its nodes for itself; no run is divided among threads.
+/// Block of elements that is swept at once with local node numbers; no block is divided among threads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run<'a> {
-    /// Its nodes, in the order of their numbers.
+    /// Nodes in the order of their local numbers.
     pub nodes: &'a [NodeId],
-    /// Its groups of patches.
+    /// Groups of patches.
     pub groups: Range<usize>,
-    /// Its elements.
+    /// Number of elements.
     pub n_elements: usize,
-    /// Element updates per second of simulated time at the steps of its groups now, 1/s; 0 of what is known to be at rest, and
-    /// before the first tick.
+    /// Element updates per second of simulated time at the current steps, 1/s; 0 for a block known to be at rest,
+    /// and before the first tick.
     pub rate: f64,
-    /// Whether it was swept at the last tick: it fired, and was not known to be at rest.
+    /// True if the block was swept at the last tick: it was active and not known to be at rest.
     pub was_swept: bool,
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// The runs of the fast form, in order; none of the reference form.
+    /// Returns the blocks of the SIMD form, in order; empty for the reference form.
     #[must_use]
     pub fn runs(&self) -> Vec<Run<'_>> {
         let Some(blocks) = &self.blocks else { return vec![] };
-        blocks.all.iter().enumerate().map(|(i, block)| self.run(block, blocks.groups_of(i))).collect()
+        blocks.all.iter().enumerate().map(|(i, block)| self.block_layout(block, blocks.groups_of(i))).collect()
     }
 
-    /// The elements of those runs, laid out for vector units.
+    /// Returns the elements of the blocks in SIMD layout.
     #[must_use]
     pub fn lanes(&self) -> Option<&Lanes<D>> {
         self.blocks.as_ref().map(|blocks| &blocks.lanes)
     }
 
-    fn run<'a>(&self, block: &'a Block, groups: Range<usize>) -> Run<'a> {
+    /// Collects the statistics of a block.
+    fn block_layout<'a>(&self, block: &'a Block, groups: Range<usize>) -> Run<'a> {
         let of_group = |group: usize| {
             let n_elements = self.order.elements(self.order.slots(group)).count();
             n_elements as f64 / self.grid.time(self.state.clocks[group].step)

@@ -1,4 +1,4 @@
-//! The asynchronous variational integrator: every patch of elements at its own time step (numerics 1).
+//! Asynchronous variational integrator (AVI): every patch of elements advances with its own time step (numerics 1).
 
 mod assembly;
 mod blocks;

@@ -1,44 +1,47 @@
-//! The node phase of the fast form: every active node drifts, learns its limit and takes its kick, in one pass.
+//! Node loop of the SIMD form: every active node drifts, computes its stable limit and takes its kick, in one pass.
 
-#![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
+#![allow(clippy::inline_always, reason = "only inlined code is compiled for the SIMD level of its caller")]
 
-use super::assembly::{Gathered, Rule, STRETCH, Stretch, TOGETHER};
+use super::assembly::{NODE_BATCH, NodalSums, NodeTile, StepRule, TILE_NODES};
 use super::blocks::{Blocks, Due};
-use super::damping::Damped;
+use super::damping::DampingLoss;
 use super::engine::Engine;
 use super::kick::Taken;
-use super::node_update::Advance;
-use super::pool::{Cut, share};
+use super::node_update::NodeUpdate;
+use super::pool::{SplitWork, share_work};
 use crate::fem::{Potential, on};
 use crate::math::Vector;
 use crate::state::Tick;
 use std::ops::Range;
 
-/// Nodes whose sums are taken together (numerics A9).
+/// Nodes of a chunk, the unit of summation, so that sums do not depend on the threads (numerics A9).
 pub(super) const RUN: usize = 1024;
-/// Active nodes from which on all nodes are gone through, in runs that threads can share, instead of a list.
-const MANY: usize = 1024;
+/// Number of active nodes from which on the loop runs over all nodes, in chunks that threads share, and not over a
+/// list.
+const LIST_CAPACITY: usize = 1024;
 
-/// Which nodes are active at a tick.
+/// Set of the nodes that are active at a tick.
 #[derive(Debug, Default)]
-pub(super) struct Active {
-    /// The active nodes as they were found, unless all are; of the fast form only those found first, once there are [`MANY`].
+pub(super) struct ActiveSet {
+    /// Active nodes in the order of insertion, unless all are active. In the SIMD form it stays incomplete from
+    /// [`LIST_CAPACITY`] nodes on.
     list: Vec<u32>,
-    /// All of them.
+    /// True if all nodes are active.
     pub all: bool,
-    /// Which nodes are active, unless all are.
+    /// Membership of each node, unless all are active.
     marked: Vec<bool>,
 }
 
-impl Active {
+impl ActiveSet {
+    /// Returns the empty set for a number of nodes.
     pub fn new(n_nodes: usize) -> Self {
         Self { list: vec![], all: false, marked: vec![false; n_nodes] }
     }
 
-    /// Nobody yet.
+    /// Removes all nodes.
     pub fn clear(&mut self) {
-        // Shorter than that it has all of them.
-        if self.list.len() < MANY {
+        // A shorter list is complete.
+        if self.list.len() < LIST_CAPACITY {
             self.list.iter().for_each(|node| self.marked[*node as usize] = false);
         } else {
             self.marked.fill(false);
@@ -47,44 +50,44 @@ impl Active {
         self.all = false;
     }
 
-    /// One more, if it is not there yet.
-    pub fn add(&mut self, node: usize) {
+    /// Inserts a node.
+    pub fn insert(&mut self, node: usize) {
         if !self.marked[node] {
             self.marked[node] = true;
             self.list.push(node as u32);
         }
     }
 
-    /// Those of one more block; once there are many, no list is kept of them.
-    fn add_all(&mut self, nodes: impl Iterator<Item = usize>) {
+    /// Inserts the nodes of a block; a full list is not extended.
+    fn insert_all(&mut self, nodes: impl Iterator<Item = usize>) {
         if self.few().is_some() {
-            nodes.for_each(|node| self.add(node));
+            nodes.for_each(|node| self.insert(node));
         } else {
             nodes.for_each(|node| self.marked[node] = true);
         }
     }
 
-    /// The active nodes as they were found, unless there are many: then all nodes are gone through.
+    /// Returns the active nodes in the order of insertion; `None` if they are many and the loop runs over all nodes.
     pub fn few(&self) -> Option<&[u32]> {
-        (!self.all && self.list.len() < MANY).then_some(self.list.as_slice())
+        (!self.all && self.list.len() < LIST_CAPACITY).then_some(self.list.as_slice())
     }
 
-    /// All active nodes of the reference form, as they were found.
+    /// Returns all active nodes of the reference form, in the order of insertion.
     pub fn of_reference(&self) -> &[u32] {
         &self.list
     }
 
-    /// The next active ones of these nodes, as many as go together: how many there are, and which, unless there is none. What stands beyond
-    /// that number means nothing.
+    /// Takes the next batch of active nodes from a range: their number and the nodes; `None` at the end. Entries
+    /// beyond the number are meaningless.
     #[inline(always)]
-    pub fn take(&self, nodes: &mut Range<usize>) -> Option<(usize, [usize; TOGETHER])> {
-        let (mut n, mut some) = (0, [0; TOGETHER]);
+    pub fn next_batch(&self, nodes: &mut Range<usize>) -> Option<(usize, [usize; NODE_BATCH])> {
+        let (mut n, mut some) = (0, [0; NODE_BATCH]);
         if self.all {
-            n = nodes.len().min(TOGETHER);
+            n = nodes.len().min(NODE_BATCH);
             some.iter_mut().zip(nodes.start..).for_each(|(place, node)| *place = node);
             nodes.start += n;
         }
-        while n < TOGETHER && nodes.start < nodes.end {
+        while n < NODE_BATCH && nodes.start < nodes.end {
             some[n] = nodes.start;
             n += usize::from(self.marked[nodes.start]);
             nodes.start += 1;
@@ -92,105 +95,123 @@ impl Active {
         (n > 0).then_some((n, some))
     }
 
-    /// Whether one of these is active.
+    /// Returns true if one of these nodes is active.
     #[inline]
-    fn has_any(&self, nodes: Range<usize>) -> bool {
+    fn contains_any(&self, nodes: Range<usize>) -> bool {
         self.all || self.marked[nodes].contains(&true)
     }
 
+    /// Returns true if a node is active.
     #[inline]
     pub fn has(&self, node: usize) -> bool {
         self.all || self.marked[node]
     }
 }
 
-/// What is summed over nodes.
+/// Sums over the kicked nodes.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct NodeSums {
-    /// Least limit, s.
+pub(super) struct KickSums {
+    /// Least stable limit, s.
     pub limit: f64,
-    /// Σ p·(v⁻ + v⁺)/2 − Σ ΔQ, J.
+    /// Work of the kicks less the change of the carried kick work, Σ p·(v⁻ + v⁺)/2 − Σ ΔQ (A6), J.
     pub work: f64,
     /// Greatest |v|², m²/s².
-    pub fastest: f64,
-    /// What held directions take up.
-    pub taken: Taken,
-    /// What damping takes.
-    pub damped: Damped,
+    pub max_speed_squared: f64,
+    /// Reaction of the held directions.
+    pub reaction: Taken,
+    /// Loss to damping.
+    pub damping: DampingLoss,
 }
 
-impl Default for NodeSums {
+impl Default for KickSums {
     fn default() -> Self {
-        Self { limit: f64::INFINITY, work: 0.0, fastest: 0.0, taken: Taken::default(), damped: Damped::default() }
+        Self {
+            limit: f64::INFINITY,
+            work: 0.0,
+            max_speed_squared: 0.0,
+            reaction: Taken::default(),
+            damping: DampingLoss::default(),
+        }
     }
 }
 
-impl NodeSums {
-    fn and(self, other: &Self) -> Self {
+impl KickSums {
+    /// Adds the sums of other nodes.
+    fn merge(self, other: &Self) -> Self {
         Self {
             limit: self.limit.min(other.limit),
             work: self.work + other.work,
-            fastest: self.fastest.max(other.fastest),
-            taken: self.taken + other.taken,
-            damped: self.damped + other.damped,
+            max_speed_squared: self.max_speed_squared.max(other.max_speed_squared),
+            reaction: self.reaction + other.reaction,
+            damping: self.damping + other.damping,
         }
     }
 }
 
-/// Nodes from some run on, and what is summed over each run.
-pub(super) struct Runs<'a, const D: usize> {
+/// Nodal data from a first chunk on, and the sums of each chunk.
+pub(super) struct NodeChunks<'a, const D: usize> {
+    /// First node.
     pub first: usize,
     pub position: &'a mut [Vector<D>],
     pub velocity: &'a mut [Vector<D>],
+    /// Velocities before the kicks of the tick, m/s.
     pub before: &'a mut [Vector<D>],
+    /// Last ticks.
     pub last: &'a mut [Tick],
+    /// Stable limits, s.
     pub limit: &'a mut [f64],
+    /// Carried kick work Q = ½ p·(v⁺ − v⁻) of the last kicks (A6), J.
     pub excess: &'a mut [f64],
-    pub fade: &'a mut [f64],
-    pub sums: &'a mut [NodeSums],
+    /// Relative changes of velocity by damping.
+    pub decay: &'a mut [f64],
+    pub sums: &'a mut [KickSums],
 }
 
-impl<const D: usize> Runs<'_, D> {
-    /// Goes through the active nodes, run by run and stretch by stretch.
+impl<const D: usize> NodeChunks<'_, D> {
+    /// Updates the active nodes, chunk by chunk and tile by tile.
     #[inline(always)]
-    fn go(
+    fn update_active(
         mut self,
-        (active, blocks): (&Active, &Blocks<D>),
-        rule: Rule<'_>,
-        advance: &Advance<'_, D, impl Potential<D>>,
+        active: &ActiveSet,
+        blocks: &Blocks<D>,
+        rule: StepRule<'_>,
+        update: &NodeUpdate<'_, D, impl Potential<D>>,
     ) {
-        for run in 0..self.sums.len() {
-            let mut sums = NodeSums::default();
-            let end = self.first + self.position.len().min((run + 1) * RUN);
-            let stretches = (self.first + run * RUN..end).step_by(STRETCH).map(|first| first..end.min(first + STRETCH));
-            for mut nodes in stretches.filter(|nodes| active.has_any(nodes.clone())) {
-                let mut stretch = Stretch::new(nodes.start, blocks);
-                // A loop, and no closure given to the stretch: one so large is not inlined, and so not compiled for the vector unit.
-                while let Some((n, some)) = active.take(&mut nodes) {
-                    let mut gathered = stretch.gathered(&some[..n], rule);
-                    advance.go(&mut self, &some[..n], &mut gathered, &mut sums);
-                    stretch.note(&some[..n], &gathered);
+        for chunk in 0..self.sums.len() {
+            let mut sums = KickSums::default();
+            let end = self.first + self.position.len().min((chunk + 1) * RUN);
+            let tiles =
+                (self.first + chunk * RUN..end).step_by(TILE_NODES).map(|first| first..end.min(first + TILE_NODES));
+            for mut nodes in tiles.filter(|nodes| active.contains_any(nodes.clone())) {
+                let mut tile = NodeTile::new(nodes.start, blocks);
+                // A loop and not a closure: so large a closure is not inlined and thus not compiled for the SIMD
+                // level.
+                while let Some((n, some)) = active.next_batch(&mut nodes) {
+                    let mut nodal = tile.nodal_sums(&some[..n], rule);
+                    update.apply(&mut self, &some[..n], &mut nodal, &mut sums);
+                    tile.record(&some[..n], &nodal);
                 }
-                sums.limit = sums.limit.min(stretch.least());
-                stretch.tell(blocks);
+                sums.limit = sums.limit.min(tile.least());
+                tile.notify_blocks(blocks);
             }
-            self.sums[run] = sums;
+            self.sums[chunk] = sums;
         }
     }
 }
 
-impl<const D: usize> Cut for Runs<'_, D> {
-    fn cut(self, part: usize, of: usize) -> (Self, Self) {
-        let runs = self.sums.len() * part / of;
-        let at = self.position.len().min(runs * RUN);
+impl<const D: usize> SplitWork for NodeChunks<'_, D> {
+    /// Splits by the number of chunks.
+    fn split_at_part(self, part: usize, of: usize) -> (Self, Self) {
+        let chunks = self.sums.len() * part / of;
+        let at = self.position.len().min(chunks * RUN);
         let (position, more_position) = self.position.split_at_mut(at);
         let (velocity, more_velocity) = self.velocity.split_at_mut(at);
         let (before, more_before) = self.before.split_at_mut(at);
         let (last, more_last) = self.last.split_at_mut(at);
         let (limit, more_limit) = self.limit.split_at_mut(at);
         let (excess, more_excess) = self.excess.split_at_mut(at);
-        let (fade, more_fade) = self.fade.split_at_mut(at);
-        let (sums, more_sums) = self.sums.split_at_mut(runs);
+        let (decay, more_fade) = self.decay.split_at_mut(at);
+        let (sums, more_sums) = self.sums.split_at_mut(chunks);
         let more = Self {
             first: self.first + at,
             position: more_position,
@@ -199,35 +220,35 @@ impl<const D: usize> Cut for Runs<'_, D> {
             last: more_last,
             limit: more_limit,
             excess: more_excess,
-            fade: more_fade,
+            decay: more_fade,
             sums: more_sums,
         };
-        (Self { first: self.first, position, velocity, before, last, limit, excess, fade, sums }, more)
+        (Self { first: self.first, position, velocity, before, last, limit, excess, decay, sums }, more)
     }
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Collects the nodes of what fires and is not known to be still.
+    /// Collects the nodes of the active blocks that are not known to be at rest.
     pub(super) fn find_active(&mut self) {
         let Some(blocks) = &mut self.blocks else { return };
         let active = &mut self.scratch.active;
         active.clear();
         for (block, front) in blocks.all.iter().zip(&mut blocks.fronts) {
-            front.open(block);
+            front.prepare(block);
         }
         active.all = blocks.all.iter().zip(&blocks.fronts).all(|(block, front)| block.due == Due::All && front.gives);
         if active.all {
             return;
         }
-        for block in blocks.all.iter().filter(|block| block.gives()) {
-            active.add_all(block.active().map(|number| block.nodes[number].index()));
+        for block in blocks.all.iter().filter(|block| block.contributes()) {
+            active.insert_all(block.active().map(|number| block.nodes[number].index()));
         }
-        for block in blocks.all.iter_mut().filter(|block| block.due != Due::Nothing && !block.gives()) {
+        for block in blocks.all.iter_mut().filter(|block| block.due != Due::Nothing && !block.contributes()) {
             block.looked_at = block.nodes.iter().any(|node| active.has(node.index()));
         }
     }
 
-    /// Drifts the active nodes and nothing else.
+    /// Drifts the active nodes without a kick.
     pub(super) fn drift_active(&mut self, tick: Tick) {
         let active = &self.scratch.active;
         for (node, last) in self.last.iter_mut().enumerate().filter(|(node, _)| active.has(*node)) {
@@ -237,24 +258,26 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// Drifts the active nodes, learns their limits and kicks them: v += p/m in the free directions, with p and Σ κ gathered from
-    /// the blocks in their order, and damps them; held directions take up the rest.
-    pub(super) fn advance_nodes(&mut self, tick: Tick) -> NodeSums {
+    /// Drifts the active nodes, finds their stable limits, kicks and damps them.
+    ///
+    /// The kick is v += p/m in the free directions; p and Σ κ are summed over the blocks in their order. Held
+    /// directions take the rest as reactions.
+    pub(super) fn advance_nodes(&mut self, tick: Tick) -> KickSums {
         let (gel, freedom) = (self.gel.clone(), self.freedom());
-        let (grid, share, rate) = (self.grid, self.share_ahead(), self.rules.damping);
-        self.over_nodes(&Advance { gel: &gel, grid, freedom, tick, share, rate })
+        let (grid, leading_share, damping_rate) = (self.grid, self.leading_share(), self.rules.damping);
+        self.update_active_nodes(&NodeUpdate { gel: &gel, grid, freedom, tick, leading_share, damping_rate })
     }
 
-    /// The same of the active nodes, some of them at a time; the sums do not depend on the threads.
-    fn over_nodes(&mut self, advance: &Advance<'_, D, P>) -> NodeSums {
-        let pool = self.pool.clone().filter(|_| self.is_busy());
+    /// Updates the active nodes batch by batch; the sums do not depend on the threads.
+    fn update_active_nodes(&mut self, update: &NodeUpdate<'_, D, P>) -> KickSums {
+        let pool = self.pool.clone().filter(|_| self.is_worth_sharing());
         let blocks = self.blocks.take().expect("the fast form has blocks");
         let (state, scratch) = (&mut self.state, &mut self.scratch);
         let level = blocks.level;
         let few = scratch.active.few();
-        let runs = if few.is_none() { state.position.len().div_ceil(RUN) } else { 0 };
-        scratch.sums.resize(runs, NodeSums::default());
-        let mut all = Runs {
+        let n_chunks = if few.is_none() { state.position.len().div_ceil(RUN) } else { 0 };
+        scratch.sums.resize(n_chunks, KickSums::default());
+        let mut all = NodeChunks {
             first: 0,
             position: &mut state.position,
             velocity: &mut state.velocity,
@@ -262,26 +285,26 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             last: &mut self.last,
             limit: &mut scratch.limit,
             excess: &mut state.excess,
-            fade: &mut scratch.fade,
+            decay: &mut scratch.decay,
             sums: &mut scratch.sums,
         };
-        let (active, mut total) = (&scratch.active, NodeSums::default());
-        let rule = Rule { mass: &advance.gel.mass, cfl: self.rules.cfl };
+        let (active, mut total) = (&scratch.active, KickSums::default());
+        let rule = StepRule { mass: &update.gel.mass, cfl: self.rules.cfl };
         if let Some(few) = few {
-            for some in few.chunks(TOGETHER) {
-                let mut nodes = [0; TOGETHER];
+            for some in few.chunks(NODE_BATCH) {
+                let mut nodes = [0; NODE_BATCH];
                 nodes.iter_mut().zip(some).for_each(|(node, listed)| *node = *listed as usize);
                 let nodes = &nodes[..some.len()];
-                let mut gathered = Gathered::new(&blocks.given(nodes), nodes, rule);
-                advance.go(&mut all, nodes, &mut gathered, &mut total);
-                total.limit = gathered.limit[..nodes.len()].iter().copied().fold(total.limit, f64::min);
-                gathered.tell(nodes, &blocks);
+                let mut nodal = NodalSums::new(&blocks.sum_parts(nodes), nodes, rule);
+                update.apply(&mut all, nodes, &mut nodal, &mut total);
+                total.limit = nodal.limit[..nodes.len()].iter().copied().fold(total.limit, f64::min);
+                nodal.notify_blocks(nodes, &blocks);
             }
         } else {
-            share((pool.as_deref(), runs), all, |runs: Runs<'_, D>| {
-                on!(level, _simd => runs.go((active, &blocks), rule, advance));
+            share_work(pool.as_deref(), n_chunks, all, |chunks: NodeChunks<'_, D>| {
+                on!(level, _simd => chunks.update_active(active, &blocks, rule, update));
             });
-            total = scratch.sums.iter().fold(total, NodeSums::and);
+            total = scratch.sums.iter().fold(total, KickSums::merge);
         }
         self.blocks = Some(blocks);
         total
@@ -295,33 +318,34 @@ mod tests {
     use super::*;
     use crate::contact::{Exchange, Freedom};
 
-    /// What becomes of nodes, by node: vectors, limits and what is left of the work, bit by bit; and of the blocks around them.
+    /// Result of an update, bit by bit: nodal vectors, limits, residuals and last ticks; flags of the blocks.
     type After = ([Vec<Vector<3>>; 3], [Vec<u64>; 2], Vec<Tick>, [Vec<bool>; 2]);
 
     #[test]
-    fn nodes_are_advanced_stretch_by_stretch_as_they_are_one_list_after_the_other() {
+    fn updates_by_tile_and_by_list_agree_bit_for_bit() {
         let mut engine = test_cube::engine(test_cube::gel(&test_cube::mixed()));
         engine.advance_to(1e-3, &mut [Exchange::default()]).expect("the gel only swings");
         let gel = engine.gel.clone();
         let n_nodes = gel.mass.len();
         let mut blocks = engine.blocks.take().expect("bins have the fast form");
         let (grid, tick) = (engine.grid, engine.state.now.expect("it has begun") + 1);
-        let advance = Advance { gel: &gel, grid, freedom: Freedom::SPATIAL, tick, share: 0.5, rate: 0.0 };
-        let rule = Rule { mass: &gel.mass, cfl: 0.8 };
-        let mut active = Active::new(n_nodes);
-        active.add_all((0..n_nodes).filter(|node| node % 7 != 3 || node % STRETCH > 100));
+        let update =
+            NodeUpdate { gel: &gel, grid, freedom: Freedom::SPATIAL, tick, leading_share: 0.5, damping_rate: 0.0 };
+        let rule = StepRule { mass: &gel.mass, cfl: 0.8 };
+        let mut active = ActiveSet::new(n_nodes);
+        active.insert_all((0..n_nodes).filter(|node| node % 7 != 3 || node % TILE_NODES > 100));
         assert!(active.few().is_none() && blocks.fronts.len() > 2);
-        let mut after = |by_stretch: bool| -> After {
+        let mut after = |by_tile: bool| -> After {
             for (block, front) in blocks.all.iter_mut().zip(&mut blocks.fronts) {
                 *block.awake.get_mut() = true;
                 block.due = Due::All;
-                front.open(block);
+                front.prepare(block);
             }
             let (mut position, mut velocity) = (engine.state.position.clone(), engine.state.velocity.clone());
             let (mut before, mut last) = (vec![Vector::<3>::zeros(); n_nodes], engine.last.clone());
             let (mut limit, mut excess) = (vec![0.0; n_nodes], engine.state.excess.clone());
-            let (mut fade, mut sums) = (vec![0.0; n_nodes], vec![NodeSums::default(); n_nodes.div_ceil(RUN)]);
-            let mut runs = Runs {
+            let (mut decay, mut sums) = (vec![0.0; n_nodes], vec![KickSums::default(); n_nodes.div_ceil(RUN)]);
+            let mut chunks = NodeChunks {
                 first: 0,
                 position: &mut position,
                 velocity: &mut velocity,
@@ -329,24 +353,24 @@ mod tests {
                 last: &mut last,
                 limit: &mut limit,
                 excess: &mut excess,
-                fade: &mut fade,
+                decay: &mut decay,
                 sums: &mut sums,
             };
-            if by_stretch {
-                runs.go((&active, &blocks), rule, &advance);
+            if by_tile {
+                chunks.update_active(&active, &blocks, rule, &update);
             } else {
                 let all: Vec<usize> = (0..n_nodes).filter(|node| active.has(*node)).collect();
-                for nodes in all.chunks(TOGETHER) {
-                    let mut gathered = Gathered::new(&blocks.given(nodes), nodes, rule);
-                    advance.go(&mut runs, nodes, &mut gathered, &mut NodeSums::default());
-                    gathered.tell(nodes, &blocks);
+                for nodes in all.chunks(NODE_BATCH) {
+                    let mut nodal = NodalSums::new(&blocks.sum_parts(nodes), nodes, rule);
+                    update.apply(&mut chunks, nodes, &mut nodal, &mut KickSums::default());
+                    nodal.notify_blocks(nodes, &blocks);
                 }
             }
             let least = |run: usize| {
                 let nodes = (run * RUN..n_nodes.min((run + 1) * RUN)).filter(|node| active.has(*node));
                 nodes.map(|node| limit[node]).fold(f64::INFINITY, f64::min)
             };
-            assert!(!by_stretch || sums.iter().enumerate().all(|(run, sums)| sums.limit == least(run)));
+            assert!(!by_tile || sums.iter().enumerate().all(|(run, sums)| sums.limit == least(run)));
             let bits = |numbers: Vec<f64>| numbers.into_iter().map(f64::to_bits).collect();
             let calm = blocks.fronts.iter_mut().map(Front::is_calm).collect();
             let awake = blocks.all.iter().map(Block::is_awake).collect();
@@ -356,19 +380,19 @@ mod tests {
     }
 
     #[test]
-    fn many_active_nodes_are_known_and_forgotten_as_few_are() {
-        let n_nodes = 3 * MANY;
-        let mut active = Active::new(n_nodes);
-        for n in [0, 1, MANY - 1, MANY, n_nodes / 2] {
+    fn active_set_holds_many_nodes_as_it_holds_few() {
+        let n_nodes = 3 * LIST_CAPACITY;
+        let mut active = ActiveSet::new(n_nodes);
+        for n in [0, 1, LIST_CAPACITY - 1, LIST_CAPACITY, n_nodes / 2] {
             let mut odd = (0..n).map(|i| 2 * i + 1);
-            let first: Vec<usize> = odd.by_ref().take(MANY).collect();
-            active.add_all(first.iter().copied());
-            active.add_all(odd.chain(first.iter().copied()));
+            let first: Vec<usize> = odd.by_ref().take(LIST_CAPACITY).collect();
+            active.insert_all(first.iter().copied());
+            active.insert_all(odd.chain(first.iter().copied()));
             assert!((0..n_nodes).all(|node| active.has(node) == (node % 2 == 1 && node < 2 * n)), "{n} active nodes");
             let few: Option<Vec<usize>> = active.few().map(|few| few.iter().map(|node| *node as usize).collect());
-            assert_eq!(few, (n < MANY).then_some(first), "{n} active nodes");
+            assert_eq!(few, (n < LIST_CAPACITY).then_some(first), "{n} active nodes");
             let (mut all, mut taken) = (0..n_nodes, vec![]);
-            while let Some((n, some)) = active.take(&mut all) {
+            while let Some((n, some)) = active.next_batch(&mut all) {
                 taken.extend_from_slice(&some[..n]);
             }
             assert!(taken.iter().copied().eq((0..n).map(|i| 2 * i + 1)), "{n} active nodes");

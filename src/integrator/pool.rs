@@ -1,28 +1,30 @@
-use super::worker_spin::{Duty, Engaged, PATIENCE, Vigil};
+use super::worker_spin::{DutyGuard, SPIN_TIME, ThreadDuty, WorkerSpin};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Runs of a work for each thread: who is done first takes one more. With one, the slower of two halves of a tick took a tenth longer
-/// than the other, of a tick of some of the elements twice as long; with four a thread still waited for 5 to 15 % of the nodes of one.
-const RUNS: usize = 16;
+/// Parts of a job per thread; a thread that finishes takes another part. With one part the slower of two halves of
+/// a tick took a tenth longer than the other, and twice as long where few elements were active. With four parts a
+/// thread still waited for 5 to 15 % of a node loop.
+const PARTS_PER_THREAD: usize = 16;
 
-/// Threads of one simulation, joined when it is dropped: none may outlive the library they run in.
+/// Thread pool of one simulation. Its threads are joined on drop, as none may outlive the library whose code they run.
 pub struct Pool {
     workers: Option<rayon::ThreadPool>,
-    vigil: Arc<Vigil>,
+    spin: Arc<WorkerSpin>,
     handles: Arc<Mutex<Vec<JoinHandle<()>>>>,
 }
 
 impl Pool {
-    /// A pool of so many threads, 0 for all cores; `None` where one thread is enough or no thread can be had.
+    /// Builds a pool of `threads` threads, 0 for one per core; `None` where one thread is enough or no thread can
+    /// be started.
     #[must_use]
     pub fn new(threads: usize) -> Option<Arc<Self>> {
-        Self::patient(threads, PATIENCE)
+        Self::with_spin_time(threads, SPIN_TIME)
     }
 
-    /// The same, with how long threads stay awake.
-    pub(super) fn patient(threads: usize, patience: Duration) -> Option<Arc<Self>> {
+    /// Builds a pool whose idle threads spin for a given time.
+    pub(super) fn with_spin_time(threads: usize, spin_time: Duration) -> Option<Arc<Self>> {
         let threads = if threads == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { threads };
         if threads == 1 {
             return None;
@@ -34,19 +36,23 @@ impl Pool {
             kept.lock().unwrap_or_else(PoisonError::into_inner).push(handle);
             Ok(())
         });
-        Some(Arc::new(Self { workers: Some(builder.build().ok()?), vigil: Arc::new(Vigil::new(patience)), handles }))
+        Some(Arc::new(Self {
+            workers: Some(builder.build().ok()?),
+            spin: Arc::new(WorkerSpin::new(spin_time)),
+            handles,
+        }))
     }
 
-    /// How many threads there are.
+    /// Returns the number of threads.
     #[must_use]
     pub fn threads(&self) -> usize {
         self.workers.as_ref().map_or(1, rayon::ThreadPool::current_num_threads)
     }
 
-    /// Into how many runs a work is cut that can be cut into so many at most.
+    /// Returns the number of parts for a job that can be split into at most `max_parts`.
     #[must_use]
-    pub(super) fn runs(&self, most: usize) -> usize {
-        most.clamp(1, RUNS * self.threads())
+    pub(super) fn part_count(&self, max_parts: usize) -> usize {
+        max_parts.clamp(1, PARTS_PER_THREAD * self.threads())
     }
 
     /// Runs `work` on the pool.
@@ -59,65 +65,66 @@ impl Pool {
 }
 
 impl Pool {
-    /// Runs a work of many parts that are shared: between these the other threads stay awake for a while.
+    /// Runs a job of many parallel parts; between them the other threads spin for a while instead of sleeping.
     pub(super) fn lead<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        self.run(|| self.vigil.during(work))
+        self.run(|| self.spin.keep_awake(work))
     }
 
-    /// Who stays awake.
+    /// Returns the state of the spinning threads.
     #[cfg(test)]
-    pub(super) fn vigil(&self) -> &Vigil {
-        &self.vigil
+    pub(super) fn spin(&self) -> &WorkerSpin {
+        &self.spin
     }
 }
 
-/// Work that can be cut into a first and a second run.
-pub(super) trait Cut: Sized + Send {
-    /// The first `part` of `of` equal parts, and the rest.
-    fn cut(self, part: usize, of: usize) -> (Self, Self);
+/// Work that can be split into two parts.
+pub(super) trait SplitWork: Sized + Send {
+    /// Splits off the first `part` of `of` equal parts; returns it and the rest.
+    fn split_at_part(self, part: usize, of: usize) -> (Self, Self);
 }
 
-/// Does a work, cut into runs for the threads of the pool, so many at most; without a pool as a whole.
-pub(super) fn share<W: Cut>((pool, most): (Option<&Pool>, usize), work: W, go: impl Fn(W) + Sync) {
+/// Performs a job on the pool, split into at most `max_parts` parts; as a whole without a pool.
+pub(super) fn share_work<W: SplitWork>(pool: Option<&Pool>, max_parts: usize, work: W, task: impl Fn(W) + Sync) {
     match pool {
         Some(pool) => pool.run(|| {
-            pool.vigil.call();
-            halve(work, pool.runs(most), &go);
+            pool.spin.wake_workers();
+            run_halves(work, pool.part_count(max_parts), &task);
         }),
-        None => go(work),
+        None => task(work),
     }
 }
 
-fn halve<W: Cut>(work: W, runs: usize, go: &(impl Fn(W) + Sync)) {
-    if runs == 1 {
-        return go(work);
+/// Runs a job in `n_parts` parts by recursive halving.
+fn run_halves<W: SplitWork>(work: W, n_parts: usize, task: &(impl Fn(W) + Sync)) {
+    if n_parts == 1 {
+        return task(work);
     }
-    let _engaged = Engaged::with(Duty::Part);
-    let half = runs / 2;
-    let (first, second) = work.cut(half, runs);
-    rayon::join(|| halve(first, half, go), || halve(second, runs - half, go));
+    let _duty = DutyGuard::with(ThreadDuty::Part);
+    let half = n_parts / 2;
+    let (first, second) = work.split_at_part(half, n_parts);
+    rayon::join(|| run_halves(first, half, task), || run_halves(second, n_parts - half, task));
 }
 
-/// One of a kind for each thread of a pool, for what it works with: what it used last is still near, and so much need not be kept as there
-/// are runs.
+/// One value per thread of a pool, the workspace of a task. The last used one is still in cache, and fewer are
+/// needed than there are parts.
 #[derive(Debug)]
 pub(super) struct PerThread<T>(Vec<Mutex<T>>);
 
 impl<T> PerThread<T> {
-    /// One, for the thread of the caller.
+    /// Holds one value, for the thread of the caller.
     pub fn new(first: T) -> Self {
         Self(vec![Mutex::new(first)])
     }
 
-    /// As many as the pool has threads.
-    pub fn provide(&mut self, pool: &Pool, new: impl Fn() -> T) {
+    /// Extends to one value per thread of the pool.
+    pub fn ensure_threads(&mut self, pool: &Pool, new: impl Fn() -> T) {
         self.0.resize_with(pool.threads().max(self.0.len()), || Mutex::new(new()));
     }
 
-    /// That of this thread: no other asks for it.
+    /// Locks the value of this thread; no other thread asks for it.
     pub fn own(&self) -> MutexGuard<'_, T> {
         let thread = rayon::current_thread_index().unwrap_or(0);
-        // What a panic left is begun anew.
+        // A value poisoned by a panic is reset before use.
         self.0[thread % self.0.len()].lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

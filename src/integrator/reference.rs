@@ -1,12 +1,12 @@
-//! The reference form of a tick: one element after the other, each kick by itself.
+//! Reference form of a tick: one element after the other, each kick by itself.
 //!
-//! It steps the queue, the paper's law of contact and potentials without lanes, and it is what the fast form is held
-//! against.
+//! It handles the queue, the contact law of the paper and potentials without SIMD layout. Tests compare the SIMD
+//! form with it.
 
-use super::damping::fade;
+use super::damping::decay;
 use super::engine::Engine;
 use super::kick::Taken;
-use super::node_loop::NodeSums;
+use super::node_loop::KickSums;
 use super::schedule::Kind;
 use super::step_size::nodal_limit;
 use super::substep::Phase;
@@ -17,27 +17,27 @@ use crate::mesh::{ElementId, NodeId};
 use crate::state::Tick;
 use std::ops::Range;
 
-/// What the elements of the firing groups answered.
+/// Responses of the elements of the active groups.
 #[derive(Debug)]
-pub(super) struct Answers<const D: usize> {
+pub(super) struct GroupResponses<const D: usize> {
     pub elements: Vec<(ElementId, Answer<D>)>,
-    /// Those of each firing group.
+    /// Range of elements of each active group.
     pub groups: Vec<Range<usize>>,
 }
 
-impl<const D: usize> Default for Answers<D> {
+impl<const D: usize> Default for GroupResponses<D> {
     fn default() -> Self {
         Self { elements: vec![], groups: vec![] }
     }
 }
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Drifts the nodes of the firing groups.
-    pub(super) fn drift(&mut self, tick: Tick) {
+    /// Drifts the nodes of the active groups.
+    pub(super) fn drift_group_nodes(&mut self, tick: Tick) {
         self.scratch.active.clear();
         for group in &self.scratch.due {
             for element in self.order.elements(self.order.slots(*group as usize)) {
-                self.gel.potential.nodes(element).iter().for_each(|node| self.scratch.active.add(node.index()));
+                self.gel.potential.nodes(element).iter().for_each(|node| self.scratch.active.insert(node.index()));
             }
         }
         for a in self.scratch.active.of_reference().iter().map(|a| *a as usize) {
@@ -45,22 +45,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             let passed = self.grid.time(tick - self.last[a]);
             self.state.position[a] += velocity * passed;
             if self.rules.damping > 0.0 {
-                self.scratch.fade[a] = fade(self.rules.damping, passed);
+                self.scratch.decay[a] = decay(self.rules.damping, passed);
             }
             self.last[a] = tick;
             self.scratch.before[a] = velocity;
         }
     }
 
-    /// Forces of the firing groups.
-    pub(super) fn evaluate(&mut self, tick: Tick) {
+    /// Evaluates the forces of the active groups.
+    pub(super) fn evaluate_forces(&mut self, tick: Tick) {
         let mut answers = std::mem::take(&mut self.scratch.reference);
         answers.elements.clear();
         answers.groups.clear();
         for i in 0..self.scratch.due.len() {
             let (group, first) = (self.scratch.due[i] as usize, answers.elements.len());
-            self.scratch.answers[group] =
-                self.evaluate_group((group, self.elapsed(group, tick)), &mut answers.elements);
+            self.scratch.answers[group] = self.evaluate_group(group, self.elapsed(group, tick), &mut answers.elements);
             answers.groups.push(first..answers.elements.len());
             for (element, answer) in &answers.elements[first..] {
                 self.state.stiffness[self.order.slot(*element)] = answer.stiffness;
@@ -69,7 +68,7 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.scratch.reference = answers;
     }
 
-    /// How long ago a group that fires at this tick has fired last, s.
+    /// Returns the time since the last tick of an active group, s.
     fn elapsed(&self, group: usize, tick: Tick) -> f64 {
         let elapsed = match self.rules.schedule {
             Kind::Queue if self.phase == Phase::First => 0,
@@ -79,24 +78,25 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.grid.time(elapsed)
     }
 
-    /// What a group answers where its nodes are, so long after it has fired last; what its elements answer goes to the end of
-    /// `elements`, and what they lose to the books.
+    /// Evaluates a group at the current positions, after the time since its last tick, s. Appends the responses to
+    /// `elements` and posts the dissipation to the ledger.
     pub(super) fn evaluate_group(
         &mut self,
-        (group, elapsed): (usize, f64),
+        group: usize,
+        elapsed: f64,
         elements: &mut Vec<(ElementId, Answer<D>)>,
     ) -> GroupAnswer {
         let mut sum = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
         for patch in self.order.patches(group) {
             let mut answers = [Answer::default(); DEPTH];
-            let remembered = (elapsed, self.state.memory.as_mut_slice());
-            let spent = self.gel.potential.advance(*patch as usize, &self.state.position, remembered, &mut answers);
+            let history = (elapsed, self.state.memory.as_mut_slice());
+            let spent = self.gel.potential.advance(*patch as usize, &self.state.position, history, &mut answers);
             sum.energy += spent.energy;
             self.state.ledger.energy.lose(&spent);
             for (element, answer) in self.gel.potential.patches().of(*patch as usize).iter().zip(&answers) {
-                let place = self.order.slot(*element) % self.order.width();
+                let lane = self.order.slot(*element) % self.order.width();
                 sum.least_jacobian = sum.least_jacobian.min(answer.jacobian);
-                sum.inverted |= u32::from(answer.jacobian <= 0.0) << place;
+                sum.inverted |= u32::from(answer.jacobian <= 0.0) << lane;
                 sum.crushed += u32::from(self.gel.potential.is_crushed(answer.jacobian));
                 let nodes = self.gel.potential.nodes(*element).iter();
                 let power = nodes.zip(&answer.forces).map(|(node, f)| f.dot(&self.state.velocity[node.index()]));
@@ -109,10 +109,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         sum
     }
 
-    /// The limits of the active nodes, and the least of them.
-    pub(super) fn measure_limits(&mut self) -> NodeSums {
+    /// Finds the stable limits of the active nodes and the least of them.
+    pub(super) fn measure_limits(&mut self) -> KickSums {
         let known = (self.state.stiffness.as_slice(), &*self.order);
-        let mut sums = NodeSums::default();
+        let mut sums = KickSums::default();
         for a in self.scratch.active.of_reference() {
             let limit = self.rules.cfl * nodal_limit(&self.gel, known, NodeId(*a));
             self.scratch.limit[*a as usize] = limit;
@@ -121,12 +121,12 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         sums
     }
 
-    /// All kicks, then the contact solve; or, by the paper's law, the reversal after each kick.
-    pub(super) fn kick_and_strike(&mut self, tick: Tick) {
+    /// Applies all kicks, then the contact solve; or, by the contact law of the paper, the reversal after each kick.
+    pub(super) fn kick_and_solve_contact(&mut self, tick: Tick) {
         let answers = std::mem::take(&mut self.scratch.reference);
         for (i, elements) in answers.groups.iter().enumerate() {
             for (element, answer) in &answers.elements[elements.clone()] {
-                self.kick((*element, answer), self.scratch.weights[i]);
+                self.kick_element(*element, answer, self.scratch.weights[i]);
                 if self.rules.law == Law::Reversal {
                     self.reverse(*element);
                 }
@@ -141,22 +141,24 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// v_a += w f_a/m_a in the free directions; the held ones take up the rest.
-    fn kick(&mut self, (element, answer): (ElementId, &Answer<D>), weight: f64) {
+    /// Kicks the nodes of an element in the free directions, v_a += w f_a/m_a, and posts the reaction of the held
+    /// ones.
+    fn kick_element(&mut self, element: ElementId, answer: &Answer<D>, weight: f64) {
         let (gel, freedom) = (&self.gel, self.freedom());
-        let mut taken = Taken::default();
+        let mut reaction = Taken::default();
         for (node, force) in gel.potential.nodes(element).iter().zip(&answer.forces) {
             let (a, push) = (node.index(), force * weight);
             self.state.velocity[a] += push.component_mul(&gel.free(a)) / gel.mass[a];
-            taken.add(&gel.free(a), freedom, (embed(&self.state.position[a]), embed(&push)));
+            reaction.add(&gel.free(a), freedom, (embed(&self.state.position[a]), embed(&push)));
         }
-        taken.post(&mut self.state.ledger);
+        reaction.post(&mut self.state.ledger);
     }
 
-    /// Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after all of the tick, J.
-    pub(super) fn work(&mut self) -> f64 {
+    /// Returns Σ w f·(v⁻ + v⁺)/2 − Σ ΔQ with the velocities before and after the whole tick, J: the work of the
+    /// kicks less the change of the carried kick work.
+    pub(super) fn kick_work(&mut self) -> f64 {
         self.book_damping();
-        let (answers, share) = (&self.scratch.reference, self.share_ahead());
+        let (answers, share) = (&self.scratch.reference, self.leading_share());
         let mut work: f64 = self.scratch.active.of_reference().iter().map(|a| self.state.excess[*a as usize]).sum();
         self.scratch.active.of_reference().iter().for_each(|a| self.state.excess[*a as usize] = 0.0);
         for (elements, weight) in answers.groups.iter().zip(&self.scratch.weights) {

@@ -1,22 +1,23 @@
-//! Which groups fire when: derived from the clocks of the state, never stored with it.
+//! Schedules of the groups: derived from the clocks of the state, never stored with it.
 
 use crate::state::{Alarm, Tick};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Steps that a schedule allows.
+/// Schedule: the steps that groups may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Powers of two of the tick, on multiples of themselves: patches of a step fire together.
+    /// Power-of-two bins: steps of 2ⁿ ticks at multiples of themselves, so that patches of one step are active
+    /// together.
     Bins,
-    /// The paper's priority queue: whole ticks, each patch its own step. Equal ticks form one event.
+    /// Priority queue of the AVI paper: each patch has its own step of whole ticks. Equal ticks form one event.
     Queue,
-    /// One stable step for all, that of the assembled system: what asynchrony is measured against.
+    /// One global step for all patches, that of the assembled system; the reference for the gain of asynchrony.
     Global,
 }
 
 impl Kind {
-    /// The longest allowed step, ticks, that is no longer than `limit` ≥ 1.
+    /// Returns the longest allowed step, ticks, that does not exceed `limit` ≥ 1.
     #[must_use]
     pub fn step(self, limit: f64) -> Tick {
         match self {
@@ -25,9 +26,9 @@ impl Kind {
         }
     }
 
-    /// How many alarms so many groups have: each its own in a queue, one for all of one step.
+    /// Returns the number of alarms for a number of groups: one each in a queue, one for a global step.
     #[must_use]
-    pub(super) fn alarms(self, n_groups: usize) -> usize {
+    pub(super) fn n_alarms(self, n_groups: usize) -> usize {
         match self {
             Self::Bins => 0,
             Self::Queue => n_groups,
@@ -35,8 +36,8 @@ impl Kind {
         }
     }
 
-    /// Whether a group of this step fires at this tick, which is one of the schedule's; a queue looks at its alarms. One that has
-    /// no step yet fires.
+    /// Returns true if a group with this step is active at a tick of the schedule; a queue uses its alarms instead.
+    /// A group without a step is active.
     #[must_use]
     #[inline]
     pub fn fires(self, step: Tick, tick: Tick) -> bool {
@@ -47,30 +48,30 @@ impl Kind {
     }
 }
 
-/// The events of a queue, by tick, then by group.
+/// Event queue, ordered by tick, then by group.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Queue(BinaryHeap<Reverse<(Tick, u32)>>);
+pub(super) struct EventQueue(BinaryHeap<Reverse<(Tick, u32)>>);
 
-impl Queue {
-    /// The events of these alarms.
+impl EventQueue {
+    /// Builds the queue of these alarms.
     pub fn new(alarms: &[Alarm]) -> Self {
         Self(alarms.iter().zip(0..).map(|(alarm, group)| Reverse((alarm.next, group))).collect())
     }
 
-    /// The first tick.
-    pub fn next(&self) -> Option<Tick> {
+    /// Returns the first tick.
+    pub fn next_tick(&self) -> Option<Tick> {
         self.0.peek().map(|Reverse((tick, _))| *tick)
     }
 
-    /// Takes out the groups that fire at `tick`, ascending.
-    pub fn take(&mut self, tick: Tick, due: &mut Vec<u32>) {
-        while self.next() == Some(tick) {
+    /// Removes the groups that are active at `tick`, ascending.
+    pub fn pop_at(&mut self, tick: Tick, due: &mut Vec<u32>) {
+        while self.next_tick() == Some(tick) {
             due.extend(self.0.pop().map(|Reverse((_, group))| group));
         }
     }
 
-    /// Puts a group in.
-    pub fn put(&mut self, group: u32, next: Tick) {
+    /// Inserts a group.
+    pub fn push(&mut self, group: u32, next: Tick) {
         self.0.push(Reverse((next, group)));
     }
 }
@@ -80,22 +81,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bins_fire_on_the_multiples_of_their_step() {
-        let fire = |step| (1..=8).filter(|tick| Kind::Bins.fires(step, *tick)).collect::<Vec<Tick>>();
-        assert_eq!((fire(1).len(), fire(2), fire(4)), (8, vec![2, 4, 6, 8], vec![4, 8]));
+    fn bins_are_active_at_the_multiples_of_their_step() {
+        let active = |step| (1..=8).filter(|tick| Kind::Bins.fires(step, *tick)).collect::<Vec<Tick>>();
+        assert_eq!((active(1).len(), active(2), active(4)), (8, vec![2, 4, 6, 8], vec![4, 8]));
     }
 
     #[test]
     fn equal_ticks_of_the_queue_are_one_event_in_ascending_order() {
-        let mut queue = Queue::new(&[5, 3, 5].map(|next| Alarm { last: 0, next }));
+        let mut queue = EventQueue::new(&[5, 3, 5].map(|next| Alarm { last: 0, next }));
         let mut due = vec![];
-        assert_eq!(queue.next(), Some(3));
-        queue.take(3, &mut due);
-        assert_eq!((due.as_slice(), queue.next()), (&[1][..], Some(5)));
+        assert_eq!(queue.next_tick(), Some(3));
+        queue.pop_at(3, &mut due);
+        assert_eq!((due.as_slice(), queue.next_tick()), (&[1][..], Some(5)));
         due.clear();
-        queue.put(1, 5);
-        queue.take(5, &mut due);
-        assert_eq!((due.as_slice(), queue.next()), (&[0, 1, 2][..], None));
+        queue.push(1, 5);
+        queue.pop_at(5, &mut due);
+        assert_eq!((due.as_slice(), queue.next_tick()), (&[0, 1, 2][..], None));
     }
 
     #[test]

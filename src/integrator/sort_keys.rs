@@ -1,31 +1,32 @@
-//! Which patches stand beside each other, and which nodes: those that are stepped together.
+//! Sort keys of patches and nodes: data that are stepped together are adjacent in memory.
 
 use super::Gel;
-use super::element_order::{Order, Rank};
-use super::engine::{Rules, grid_of};
+use super::element_order::{Order, SortKey};
+use super::engine::{Rules, tick_grid};
 use super::schedule::Kind;
 use crate::fem::{LANES, Potential};
 use crate::mesh::{ElementId, NodeId};
 use crate::state::MOST_TICKS;
 
-/// The nodes of a gel at rest in the order in which its elements meet them when all are stepped: what a block of elements needs is then
-/// beside each other in memory. A step of 169 200 tetrahedra takes 6 % less so than with nodes on a curve through space by themselves, one
-/// of 968 112 takes 4 % less. None where there are no steps.
+/// Returns the nodes of a gel at rest in the order in which its elements first refer to them.
+///
+/// The nodes of a block are then adjacent in memory. Compared with nodes along a space-filling curve a step of 169
+/// 200 tetrahedra takes 6 % less time, one of 968 112 takes 4 % less. `None` where a stable step is unusable.
 #[must_use]
 pub fn order_of_nodes<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, rules: &Rules) -> Option<Vec<NodeId>> {
     let stiffness = gel.measure(gel.potential.rest(), &gel.fresh_memory()).stiffness;
     let steps = super::step_size::stable_steps(gel, &stiffness, rules.cfl);
-    let (grid, _) = grid_of(&steps, None).ok()?;
-    let order = order(gel, rules, |element| grid.ticks(steps[element.index()]));
+    let (grid, _) = tick_grid(&steps, None).ok()?;
+    let order = element_layout(gel, rules, |element| grid.ticks(steps[element.index()]));
     let elements = order.elements(0..order.n_slots());
     let all = (0..gel.mass.len() as u32).map(NodeId);
     let mut is_new = vec![true; gel.mass.len()];
-    let met = elements.flat_map(|element| gel.potential.nodes(element)).copied().chain(all);
-    Some(met.filter(|node| std::mem::take(&mut is_new[node.index()])).collect())
+    let referenced = elements.flat_map(|element| gel.potential.nodes(element)).copied().chain(all);
+    Some(referenced.filter(|node| std::mem::take(&mut is_new[node.index()])).collect())
 }
 
-/// Patches of equal steps beside each other; in the queue each by itself.
-pub(super) fn order<const D: usize, P: Potential<D>>(
+/// Lays the elements out with patches of equal steps adjacent; in the queue each patch is a group by itself.
+pub(super) fn element_layout<const D: usize, P: Potential<D>>(
     gel: &Gel<D, P>,
     rules: &Rules,
     ticks: impl Fn(ElementId) -> f64,
@@ -34,25 +35,25 @@ pub(super) fn order<const D: usize, P: Potential<D>>(
         let elements = gel.potential.patches().of(patch).iter();
         elements.map(|element| ticks(*element)).fold(f64::INFINITY, f64::min).clamp(1.0, MOST_TICKS as f64)
     };
-    let rank = |patch: usize| {
-        // What touches the surface stands apart: contact shortens the steps of whole groups.
-        let (limit, is_inner) = (limit(patch), u64::from(is_inner(gel, patch)));
-        Rank { class: 2 * rules.schedule.step(limit) + is_inner, within: eighths(limit) }
+    let key = |patch: usize| {
+        // Patches at the surface are kept apart: contact shortens the steps of whole groups.
+        let (limit, is_interior) = (limit(patch), u64::from(is_interior(gel, patch)));
+        SortKey { class: 2 * rules.schedule.step(limit) + is_interior, within: octave_eighth(limit) }
     };
     match rules.schedule {
-        Kind::Bins => Order::new(&gel.potential, LANES, rank),
-        Kind::Global => Order::new(&gel.potential, LANES, |_| Rank::default()),
-        Kind::Queue => Order::new(&gel.potential, 1, |_| Rank::default()),
+        Kind::Bins => Order::new(&gel.potential, LANES, key),
+        Kind::Global => Order::new(&gel.potential, LANES, |_| SortKey::default()),
+        Kind::Queue => Order::new(&gel.potential, 1, |_| SortKey::default()),
     }
 }
 
-/// In which eighth of its octave a positive number is, and in which octave: its sign, exponent and three bits more.
-fn eighths(x: f64) -> u64 {
+/// Returns the octave of a positive number and the eighth of it: sign, exponent and three bits of the mantissa.
+fn octave_eighth(x: f64) -> u64 {
     x.to_bits() >> (f64::MANTISSA_DIGITS - 1 - 3)
 }
 
-/// Whether no node of a patch is on the surface.
-fn is_inner<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, patch: usize) -> bool {
+/// Returns true if no node of a patch is on the surface.
+fn is_interior<const D: usize, P: Potential<D>>(gel: &Gel<D, P>, patch: usize) -> bool {
     let mut nodes = gel.potential.patches().of(patch).iter().flat_map(|element| gel.potential.nodes(*element));
     nodes.all(|node| gel.surface.of[node.index()].is_none())
 }
@@ -63,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nodes_that_are_numbered_as_elements_meet_them_keep_their_numbers() {
+    fn node_order_is_idempotent() {
         let mesh = test_cube::mixed();
         let rules = test_cube::rules();
         let order = order_of_nodes(&test_cube::gel(&mesh), &rules).expect("steps");
@@ -74,9 +75,9 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_is_known_by_its_octave_and_eighth() {
-        assert_eq!(eighths(1.0), eighths(1.124));
-        assert_eq!(eighths(1.126), eighths(1.0) + 1);
-        assert_eq!(eighths(2.0), eighths(1.0) + 8);
+    fn octave_eighth_distinguishes_the_eighths_of_an_octave() {
+        assert_eq!(octave_eighth(1.0), octave_eighth(1.124));
+        assert_eq!(octave_eighth(1.126), octave_eighth(1.0) + 1);
+        assert_eq!(octave_eighth(2.0), octave_eighth(1.0) + 8);
     }
 }

@@ -1,53 +1,55 @@
-//! Where a tick is in the life of a mesh and of the steps on it: each mesh begins with half a kick and ends with one
-//! (numerics A12).
+//! Substep of a mesh: the place of a tick in the life of the mesh and in the steps of its groups. Each mesh begins
+//! with half a kick and ends with half a kick (numerics A12).
 
 use super::Kind;
 use crate::state::Tick;
 
-/// First tick of a mesh, last, or between.
+/// Phase of a mesh at a tick: first, last or between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Phase {
-    /// Every group begins: its kick is that of half of the step ahead.
+    /// Every group begins: its kick is the leading half of the next step.
     First,
-    /// Half of the step behind and half of that ahead.
+    /// Each kick is the trailing half of the last step plus the leading half of the next one.
     Between,
-    /// Every group ends: positions and velocities are those of one instant then.
+    /// Every group ends: positions and velocities hold at one instant.
     Last,
 }
 
-/// A tick of a mesh; what lies behind and ahead of the groups that fire there. Of the bins: in a queue alarms say it.
+/// Context of a tick of a mesh; it tells the last and next ticks of active groups. Valid for bins; a queue uses its
+/// alarms.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moment {
     pub tick: Tick,
-    /// The first tick of the mesh.
+    /// First tick of the mesh.
     pub origin: Tick,
     pub kind: Kind,
     pub phase: Phase,
 }
 
 impl Moment {
-    /// Whether a group of this step fires: where the mesh begins or ends, whatever its step is.
+    /// Returns true if a group with this step is active; every group is at the first and last tick of the mesh.
     #[inline]
     pub fn fires(&self, step: Tick) -> bool {
         self.phase != Phase::Between || self.kind.fires(step, self.tick)
     }
 
-    /// From its own last tick until now, ticks: its step, or less where the mesh has begun in between.
+    /// Returns the ticks since the group's last own tick: its step, or less where the mesh began in between.
     #[inline]
-    pub fn behind(&self, step: Tick) -> Tick {
+    pub fn ticks_since_last(&self, step: Tick) -> Tick {
         match self.kind {
-            Kind::Bins if step > 0 => self.tick - self.last(step),
+            Kind::Bins if step > 0 => self.tick - self.last_own_tick(step),
             _ => step,
         }
     }
 
-    /// The same, but nothing where it begins.
+    /// Returns the ticks that the group has advanced since its last tick: 0 at the first tick of the mesh.
     #[inline]
     pub fn elapsed(&self, step: Tick) -> Tick {
-        if self.phase == Phase::First { 0 } else { self.behind(step) }
+        if self.phase == Phase::First { 0 } else { self.ticks_since_last(step) }
     }
 
-    /// From now until its next own tick, ticks: its step, or less where it begins in between; nothing where it ends.
+    /// Returns the ticks until the group's next own tick: its step, less where the mesh begins in between, 0 where
+    /// it ends.
     #[inline]
     pub fn ahead(&self, step: Tick) -> Tick {
         match (self.phase, self.kind) {
@@ -57,25 +59,26 @@ impl Moment {
         }
     }
 
-    /// The length of the kick that a sweep takes, ticks: what is owed and half of the step ahead as it is planned; mended where it
-    /// comes to be another one. A group that begins takes nothing before it has a step.
+    /// Returns the length of the kick of a sweep, ticks: the trailing half and the leading half of the planned next
+    /// step. The kick is corrected where the step changes. A group without a step takes no kick yet.
     #[inline]
-    pub fn taken(&self, step: Tick) -> f64 {
+    pub fn planned_kick(&self, step: Tick) -> f64 {
         if step == 0 { 0.0 } else { self.owed(step) + 0.5 * self.ahead(step) as f64 }
     }
 
-    /// The part of a kick that belongs to the step behind, ticks: half of it. A group that ends had half of its planned step already.
+    /// Returns the trailing half of a kick, ticks: half of the last step. A group at the last tick of its mesh has
+    /// taken half of its planned step already.
     #[inline]
     pub fn owed(&self, step: Tick) -> f64 {
         match self.phase {
             Phase::First => 0.0,
-            Phase::Between => 0.5 * self.behind(step) as f64,
-            Phase::Last => self.behind(step) as f64 - 0.5 * self.planned(step) as f64,
+            Phase::Between => 0.5 * self.ticks_since_last(step) as f64,
+            Phase::Last => self.ticks_since_last(step) as f64 - 0.5 * self.planned_step(step) as f64,
         }
     }
 
-    /// The part of a kick that belongs to the step ahead.
-    pub fn share_ahead(&self) -> f64 {
+    /// Returns the fraction of a kick that belongs to the next step.
+    pub fn leading_share(&self) -> f64 {
         match self.phase {
             Phase::First => 1.0,
             Phase::Between => 0.5,
@@ -83,15 +86,15 @@ impl Moment {
         }
     }
 
-    /// The last own tick before this one.
-    fn last(&self, step: Tick) -> Tick {
+    /// Returns the group's last own tick before this one.
+    fn last_own_tick(&self, step: Tick) -> Tick {
         ((self.tick - 1) & !(step - 1)).max(self.origin)
     }
 
-    /// The step that was ahead then.
-    fn planned(&self, step: Tick) -> Tick {
+    /// Returns the step that was planned at the last own tick.
+    fn planned_step(&self, step: Tick) -> Tick {
         match self.kind {
-            Kind::Bins => step - (self.last(step) & (step - 1)),
+            Kind::Bins => step - (self.last_own_tick(step) & (step - 1)),
             _ => step,
         }
     }
@@ -106,25 +109,25 @@ mod tests {
     }
 
     #[test]
-    fn steps_that_begin_and_end_in_between_are_short_and_kicks_add_up_to_the_time_that_passes() {
-        // A mesh from 12 to 27; a group of 8 fires at 12, 16, 24 and 27.
+    fn kicks_of_shortened_steps_add_up_to_the_elapsed_time() {
+        // A mesh from 12 to 27; a group of 8 is active at 12, 16, 24 and 27.
         let first = at(12, Phase::First);
-        assert_eq!((first.fires(8), first.behind(0), first.ahead(8)), (true, 0, 4));
-        assert_eq!((first.taken(0), first.taken(8)), (0.0, 2.0));
+        assert_eq!((first.fires(8), first.ticks_since_last(0), first.ahead(8)), (true, 0, 4));
+        assert_eq!((first.planned_kick(0), first.planned_kick(8)), (0.0, 2.0));
         let second = at(16, Phase::Between);
-        assert_eq!((second.fires(8), second.behind(8), second.ahead(8)), (true, 4, 8));
+        assert_eq!((second.fires(8), second.ticks_since_last(8), second.ahead(8)), (true, 4, 8));
         let third = at(24, Phase::Between);
-        assert_eq!((third.behind(8), third.ahead(8)), (8, 8));
+        assert_eq!((third.ticks_since_last(8), third.ahead(8)), (8, 8));
         let end = at(27, Phase::Last);
         assert!(end.fires(8) && !at(27, Phase::Between).fires(8));
-        assert_eq!((end.behind(8), end.ahead(8)), (3, 0));
-        assert_eq!([&first, &second, &third, &end].map(|moment| moment.taken(8)), [2.0, 6.0, 8.0, -1.0]);
+        assert_eq!((end.ticks_since_last(8), end.ahead(8)), (3, 0));
+        assert_eq!([&first, &second, &third, &end].map(|moment| moment.planned_kick(8)), [2.0, 6.0, 8.0, -1.0]);
         assert_eq!([&first, &second, &third, &end].map(|moment| moment.owed(8)), [0.0, 2.0, 4.0, -1.0]);
     }
 
     #[test]
-    fn a_mesh_that_ends_in_its_first_steps_has_what_has_passed() {
+    fn kicks_of_a_mesh_that_ends_in_its_first_step_add_up_to_the_elapsed_time() {
         let (first, end) = (at(12, Phase::First), at(14, Phase::Last));
-        assert_eq!(first.taken(8) + end.taken(8), 2.0);
+        assert_eq!(first.planned_kick(8) + end.planned_kick(8), 2.0);
     }
 }

@@ -1,12 +1,16 @@
-//! The three-phase tick: drift the nodes that fire, kick them by their elements, then one contact solve (numerics 1.6).
+//! One tick of the integrator: drift, forces, kick, step sizes, contact, energy balance (numerics 1.6).
+//!
+//! A tick ends one step of every active group and begins the next. In the leapfrog (Störmer–Verlet) scheme the kick of
+//! an active group therefore has two halves, both with the forces at this tick: the trailing half belongs to the step
+//! that ends, the leading half to the step that begins. Groups that are not active neither move nor push.
 
 use super::StepError;
 use super::blocks::Blocks;
-use super::element_loop::{SHARED, Sweep, fails};
+use super::element_loop::{MIN_SHARED_ELEMENTS, SweepInput, is_failure};
 use super::engine::Engine;
 use super::handover::Reached;
 use super::neighbour_list::STRETCH;
-use super::node_loop::NodeSums;
+use super::node_loop::KickSums;
 use super::schedule::Kind;
 use super::substep::{Moment, Phase};
 use crate::contact::{BodyState, Exchange};
@@ -14,14 +18,16 @@ use crate::fem::Potential;
 use crate::mesh::ElementId;
 use crate::state::Tick;
 
-/// Angle that a tumbling body may turn by in one step of its orientation, rad: at 0.05 the axis of a rod that spins at
-/// 20 000 rad/s and nods by 25° is off by 0.005° after a millisecond; at the steps of a coarse gel (1.2) it was 2.5°.
-const TURN: f64 = 0.05;
-/// Longest step of the orientation, ticks: a body under torque must not stay at its first angular velocity for ever.
-const LONGEST_TURN: f64 = 4096.0;
+/// Largest angle that a tumbling body turns by in one step of its orientation, rad. At 0.05 the axis of a rod that
+/// spins at 20 000 rad/s and nods by 25° is off by 0.005° after a millisecond; at the steps of a coarse gel (1.2) by
+/// 2.5°.
+const MAX_TURN: f64 = 0.05;
+/// Longest step of the orientation, ticks. It bounds how long a body under torque keeps its angular velocity.
+const MAX_TURN_PERIOD: f64 = 4096.0;
 
 impl<const D: usize, P: Potential<D>> Engine<D, P> {
-    /// Processes all ticks up to time `t`, s, or until the mesh is worn or due, and adds what each body received to its `exchange`.
+    /// Processes all ticks up to time `t`, s, or until the mesh must be replaced, and adds the impulse and work that
+    /// each body received to its `exchange`.
     ///
     /// # Panics
     /// Unless every body has its exchange.
@@ -30,67 +36,74 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
     /// [`StepError`] when the mesh or the numbers fail.
     pub fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<Reached, StepError> {
         assert_eq!(exchanges.len(), self.bodies.len(), "every body has its exchange");
-        // Forked on the pool, work is not handed over from outside at every tick.
-        let shares = !self.is_at_rest() && self.is_busy() && self.has_ticks(t);
+        // The whole loop runs on the pool, so that its threads are entered once and not at every tick.
+        let shares = !self.is_at_rest() && self.is_worth_sharing() && self.has_tick_until(t);
         let reached = match self.pool.clone().filter(|_| shares) {
-            Some(pool) => pool.lead(|| self.process((t, exchanges))),
-            None => self.process((t, exchanges)),
+            Some(pool) => pool.lead(|| self.process_ticks(t, exchanges)),
+            None => self.process_ticks(t, exchanges),
         };
-        self.recall();
+        self.store_history();
         reached
     }
 
-    /// Whether a group fires up to time `t`, s.
-    fn has_ticks(&self, t: f64) -> bool {
+    /// Returns true if a group is active at some tick up to time `t`, s.
+    fn has_tick_until(&self, t: f64) -> bool {
         let next = self.state.now.map_or(Some(self.origin), |now| self.next_tick(now));
         next.is_some_and(|next| next <= self.grid.last_tick(t))
     }
 
-    /// Whether a tick at which everything fires is shared among threads.
-    pub(super) fn is_busy(&self) -> bool {
+    /// Returns true if the moving blocks have enough elements to share a full tick among threads.
+    pub(super) fn is_worth_sharing(&self) -> bool {
         let Some(blocks) = &self.blocks else { return false };
         let awake = blocks.all.iter().filter(|block| block.is_awake()).map(|block| block.n_elements).sum::<u64>();
-        awake > SHARED
+        awake > MIN_SHARED_ELEMENTS
     }
 
-    /// All ticks up to time `t`, s, or until the mesh ends.
-    fn process(&mut self, (t, exchanges): (f64, &mut [Exchange])) -> Result<Reached, StepError> {
+    /// Processes all events up to time `t`, s, or until the mesh ends.
+    fn process_ticks(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<Reached, StepError> {
         let end = self.grid.last_tick(t);
         if self.is_at_rest() {
             return self.fly(end);
         }
         while let Some(tick) = self.next_event(end).filter(|tick| *tick <= end) {
-            for body in 0..self.bodies.len() {
-                if self.next_turn(body) == Some(tick) {
-                    self.rebase_body(body, self.grid.time(tick));
-                    self.check_spin(body, &self.state.bodies[body])?;
-                }
-            }
+            self.step_orientations(tick)?;
             let due = self.is_due(tick);
             if due && self.is_over(tick) {
                 self.close(tick, (t, exchanges))?;
                 return Ok(Reached::Worn);
             }
             self.phase = if self.state.now.is_none() { Phase::First } else { Phase::Between };
-            let done = if due { self.tick(tick, (t, exchanges)) } else { Ok(()) };
+            let done = if due { self.process_tick(tick, t, exchanges) } else { Ok(()) };
             self.state.now = Some(tick);
             done?;
             if due && self.find_exits() {
                 return self.fly(end);
             }
         }
-        // Ticks that were skipped have been processed, too.
+        // Skipped ticks count as processed.
         if let (Some(now), Kind::Bins) = (self.state.now, self.rules.schedule) {
             self.state.now = Some(now.max(end / self.steps.0 * self.steps.0));
         }
         Ok(Reached::End)
     }
 
+    /// Advances the orientation of every body whose orientation step ends at this tick.
+    fn step_orientations(&mut self, tick: Tick) -> Result<(), StepError> {
+        for body in 0..self.bodies.len() {
+            if self.next_turn(body) == Some(tick) {
+                self.rebase_body(body, self.grid.time(tick));
+                self.check_spin(body, &self.state.bodies[body])?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the next tick at which a group is active or an orientation is stepped.
     fn next_event(&mut self, end: Tick) -> Option<Tick> {
         let elements = match self.state.now {
             None => Some(self.origin),
             Some(now) => {
-                let from = self.skip(now, end);
+                let from = self.skip_quiet_ticks(now, end);
                 self.next_tick(from)
             }
         };
@@ -98,16 +111,16 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         elements.into_iter().chain(turns).min()
     }
 
-    /// The next tick at which a group fires.
+    /// Returns the next tick at which a group is active.
     fn next_tick(&self, now: Tick) -> Option<Tick> {
         match self.rules.schedule {
             Kind::Bins => Some((now / self.steps.0 + 1) * self.steps.0),
             Kind::Global => self.state.alarms.first().map(|alarm| alarm.next),
-            Kind::Queue => self.queue.next(),
+            Kind::Queue => self.queue.next_tick(),
         }
     }
 
-    /// Whether groups fire at an event.
+    /// Returns true if groups are active at an event; the other events are orientation steps of bodies.
     fn is_due(&self, tick: Tick) -> bool {
         match self.rules.schedule {
             _ if self.state.now.is_none() => true,
@@ -116,33 +129,33 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// From which tick on to look for the next one: later than now while the gel is still and no body can be near. All groups
-    /// are then where they were, whatever fires.
-    fn skip(&mut self, now: Tick, end: Tick) -> Tick {
+    /// Returns the tick after which the next one is searched: `now`, or later while the gel is at rest and no body can
+    /// come near. Ticks in between change nothing and are skipped.
+    fn skip_quiet_ticks(&mut self, now: Tick, end: Tick) -> Tick {
         let still = |blocks: &Blocks<D>| blocks.all.iter().all(|block| !block.is_awake() && !block.restless);
         if self.rules.schedule != Kind::Bins || self.is_loaded() || !self.blocks.as_ref().is_some_and(still) {
-            self.quiet = None;
+            self.quiet_until = None;
             return now;
         }
         if !self.placed {
-            self.place_watch();
+            self.place_bodies_in_list();
         }
-        let quiet = self.quiet.unwrap_or_else(|| {
+        let quiet_until = self.quiet_until.unwrap_or_else(|| {
             let reach = self.watch.reach(&self.bodies, self.horizon() * self.grid.time(1));
             let within = |i: usize| STRETCH * self.gel.surface.nodes[i].size + reach;
             self.grid.last_tick(self.watch.time() + self.watch.quiet(&self.bodies, within))
         });
-        self.quiet = Some(quiet);
-        if quiet <= now {
-            self.quiet = None;
+        self.quiet_until = Some(quiet_until);
+        if quiet_until <= now {
+            self.quiet_until = None;
         }
-        // An exchange of the mesh is no less due where nothing moves.
+        // A scheduled remesh takes place also while the gel is at rest.
         let last = self.next_exchange().map_or(end, |due| end.min(due.saturating_sub(1)));
-        now.max(quiet.min(last))
+        now.max(quiet_until.min(last))
     }
 
-    /// Tells the gap clocks where the bodies are at their last event.
-    fn place_watch(&mut self) {
+    /// Moves the bodies of the neighbour list to their last event.
+    fn place_bodies_in_list(&mut self) {
         let events = self.state.bodies.iter().map(|body| body.time);
         let time = events.fold(self.watch.time(), f64::max);
         self.place_bodies(time);
@@ -150,9 +163,10 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.placed = true;
     }
 
-    /// The next tick at which the orientation of a body that tumbles is stepped: the first multiple of its period after
-    /// the body's last event that has not been processed. The period is the longest power of two of ticks in which the
-    /// body turns by no more than [`TURN`].
+    /// Returns the next tick at which the orientation of a tumbling body is stepped; `None` for other bodies.
+    ///
+    /// It is the first multiple of a period after the body's last event that has not been processed. The period is the
+    /// longest power of two of ticks in which the body turns by at most [`MAX_TURN`].
     pub(super) fn next_turn(&self, body: usize) -> Option<Tick> {
         let now = self.state.now?;
         let (fixed, body) = (&self.bodies[body], &self.state.bodies[body]);
@@ -160,13 +174,32 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             return None;
         }
         let rate = fixed.angular_velocity(body).norm();
-        let longest = self.grid.ticks(TURN / rate).clamp(1.0, LONGEST_TURN);
+        let longest = self.grid.ticks(MAX_TURN / rate).clamp(1.0, MAX_TURN_PERIOD);
         let period = super::grid::floor_power_of_two(longest) as Tick;
         let last = (self.grid.ticks(body.time).floor() as Tick).max(now);
         Some((last / period + 1) * period)
     }
 
-    fn tick(&mut self, tick: Tick, (t, exchanges): (f64, &mut [Exchange])) -> Result<(), StepError> {
+    /// Processes one tick, phase by phase: drift and forces, kick, step sizes, contact, energy balance.
+    ///
+    /// The step sizes follow the kick, because the stable limit of a node is summed in the same pass as its forces. The
+    /// leading half of the kick takes the planned step; where the step changes, the contact phase first corrects it.
+    fn process_tick(&mut self, tick: Tick, t: f64, exchanges: &mut [Exchange]) -> Result<(), StepError> {
+        let time = self.grid.time(tick);
+        self.drift_and_evaluate(tick)?;
+        let sums = self.kick_by_planned_steps(tick);
+        let collapsed = self.choose_steps(tick, &sums);
+        let work = self.solve_contact(tick, &sums);
+        self.balance_energy(tick, work);
+        self.receive(time, (t, exchanges));
+        self.requeue_groups();
+        self.check_tick(time, collapsed)
+    }
+
+    /// Drift and forces: moves the active nodes to this tick with their velocities and evaluates the active elements
+    /// there; then finds the pressure loads and the bodies at this time. The SIMD form drifts the copies of the nodes in
+    /// the blocks, and the kick pass stores the positions.
+    fn drift_and_evaluate(&mut self, tick: Tick) -> Result<(), StepError> {
         let time = self.grid.time(tick);
         self.answer(tick);
         if let Err(error) = self.check_elements(time) {
@@ -175,20 +208,45 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
         self.find_loads(tick);
         self.place_bodies(time);
-        let sums = if self.blocks.is_some() { self.advance_nodes(tick) } else { self.measure_limits() };
+        Ok(())
+    }
+
+    /// Kick: trailing half of the step that ends and leading half of the planned next step, in the pass that also
+    /// finds the stable limits of the nodes. The reference form finds the limits only and kicks when the steps are
+    /// known.
+    fn kick_by_planned_steps(&mut self, tick: Tick) -> KickSums {
+        if self.blocks.is_some() { self.advance_nodes(tick) } else { self.measure_limits() }
+    }
+
+    /// Step sizes: sets the next step of each active group from the stable limits and the contact gaps; returns the
+    /// error of the first group whose stable step is shorter than a tick.
+    fn choose_steps(&mut self, tick: Tick, sums: &KickSums) -> Option<StepError> {
         self.count_synchronous(sums.limit, tick);
         self.look_around(tick);
         let groups = self.attentive(tick);
         let collapsed = self.set_clocks(&groups, tick);
         self.scratch.due = groups;
+        collapsed
+    }
+
+    /// Contact: finds the contact points, completes the kick for the chosen steps and applies the contact impulses;
+    /// returns the work of the kicks less the change of the carried kick work, J.
+    fn solve_contact(&mut self, tick: Tick, sums: &KickSums) -> f64 {
         self.find_touches(tick);
-        let work = self.kick_all(tick, &sums);
+        self.kick_all(tick, sums)
+    }
+
+    /// Energy balance: posts the integration residual of the active groups and the work of loads and contact to the
+    /// ledger.
+    fn balance_energy(&mut self, tick: Tick, work: f64) {
         self.book(tick, work);
         self.book_contact();
-        self.receive(time, (t, exchanges));
-        self.reschedule();
+    }
+
+    /// Checks the result of a tick: collapsed steps, spinning bodies, leaks of the contact surface.
+    fn check_tick(&mut self, time: f64, collapsed: Option<StepError>) -> Result<(), StepError> {
         match collapsed {
-            // As what is inverted.
+            // A remesh resolves it, as it does inverted elements.
             Some(StepError::StepCollapsed { .. }) if self.can_wear() => {}
             Some(error) => return Err(error),
             None => {}
@@ -197,25 +255,25 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         self.check_leaks(time)
     }
 
-    /// A body that turns by more than [`TURN`] in a tick ends the run: the surface of the gel near it would be stepped at every
-    /// tick, a thousand times an element step, without following it.
+    /// Fails if an active body turns by more than [`MAX_TURN`] in one tick: the gel surface near it would be stepped
+    /// at every tick, a thousand times an element step, without following the body.
     pub(super) fn check_spin(&self, body: usize, at: &BodyState) -> Result<(), StepError> {
         let rate = self.bodies[body].angular_velocity(at).norm();
         let turn = rate * self.grid.time(1);
-        let follows = turn <= TURN || !at.active;
-        if follows { Ok(()) } else { Err(StepError::Spun { body, time: at.time, rate, turn, most: TURN }) }
+        let follows = turn <= MAX_TURN || !at.active;
+        if follows { Ok(()) } else { Err(StepError::Spun { body, time: at.time, rate, turn, most: MAX_TURN }) }
     }
 
-    /// What the elements that fire answer, in either form.
+    /// Evaluates the forces of the active elements at their drifted nodes, by blocks or by the reference form.
     pub(super) fn answer(&mut self, tick: Tick) {
         let moment = self.moment(tick);
         let Some(blocks) = &mut self.blocks else {
-            self.find_due(tick);
-            self.find_owed(tick);
-            self.drift(tick);
-            return self.evaluate(tick);
+            self.find_active_groups(tick);
+            self.set_trailing_weights(tick);
+            self.drift_group_nodes(tick);
+            return self.evaluate_forces(tick);
         };
-        let sweep = Sweep {
+        let input = SweepInput {
             moment,
             grid: self.grid,
             position: &self.state.position,
@@ -225,54 +283,57 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
             clocks: &self.state.clocks,
             order: &self.order,
         };
-        let elements = blocks.find_due(&sweep);
-        let found = (self.state.stiffness.as_mut_slice(), self.scratch.answers.as_mut_slice());
-        blocks.sweep(&sweep, found, (self.pool.as_deref(), elements));
+        let n_elements = blocks.find_active(&input);
+        let (stiffness, answers) = (self.state.stiffness.as_mut_slice(), self.scratch.answers.as_mut_slice());
+        let pool = self.pool.as_deref().filter(|_| n_elements > MIN_SHARED_ELEMENTS);
+        blocks.sweep(&input, stiffness, answers, pool);
         self.find_active();
     }
 
-    /// The groups that fire, ascending.
-    fn find_due(&mut self, tick: Tick) {
+    /// Lists the active groups in ascending order (reference form).
+    fn find_active_groups(&mut self, tick: Tick) {
         let moment = self.moment(tick);
         let due = &mut self.scratch.due;
         due.clear();
         if self.rules.schedule == Kind::Queue && tick > 0 {
-            self.queue.take(tick, due);
+            self.queue.pop_at(tick, due);
             return;
         }
-        let firing = self.state.clocks.iter().zip(0..).filter(|(clock, _)| moment.fires(clock.step));
-        due.extend(firing.map(|(_, group)| group));
+        let active = self.state.clocks.iter().zip(0..).filter(|(clock, _)| moment.fires(clock.step));
+        due.extend(active.map(|(_, group)| group));
     }
 
-    pub(super) fn kick_all(&mut self, tick: Tick, sums: &NodeSums) -> f64 {
+    /// Completes the kicks of a tick and solves contact, by blocks or by the reference form; returns the work of the
+    /// kicks less the change of the carried kick work, J.
+    pub(super) fn kick_all(&mut self, tick: Tick, sums: &KickSums) -> f64 {
         if self.blocks.is_some() {
             return self.kick_fast(tick, sums);
         }
-        self.find_weights(tick);
-        self.kick_and_strike(tick);
+        self.add_leading_weights(tick);
+        self.kick_and_solve_contact(tick);
         self.note_speeds();
-        self.work()
+        self.kick_work()
     }
 
-    /// The length of the kick of each firing group: half of the step behind and half of the step ahead.
-    fn find_weights(&mut self, tick: Tick) {
+    /// Adds the leading half of the next step to the kick weight of each active group, s (reference form).
+    fn add_leading_weights(&mut self, tick: Tick) {
         for i in 0..self.scratch.due.len() {
             let ahead = self.grid.time(self.ahead(self.scratch.due[i] as usize, tick));
             self.scratch.weights[i] += 0.5 * ahead;
         }
     }
 
-    /// The part of a kick that belongs to the step ahead.
-    pub(super) fn share_ahead(&self) -> f64 {
-        self.moment(0).share_ahead()
+    /// Returns the fraction of a kick that belongs to the next step.
+    pub(super) fn leading_share(&self) -> f64 {
+        self.moment(0).leading_share()
     }
 
-    /// A tick in the life of the mesh.
+    /// Returns the context of a tick: its place in the life of the mesh.
     pub(super) fn moment(&self, tick: Tick) -> Moment {
         Moment { tick, origin: self.origin, kind: self.rules.schedule, phase: self.phase }
     }
 
-    /// How long a group that fires at this tick will wait, ticks.
+    /// Returns the ticks from this tick until a group that is active now is active again.
     pub(super) fn ahead(&self, group: usize, tick: Tick) -> Tick {
         match self.rules.schedule {
             Kind::Queue => self.state.alarms[group].next - tick,
@@ -280,14 +341,15 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// The part of the kick of each firing group that belongs to the step behind, s.
-    fn find_owed(&mut self, tick: Tick) {
+    /// Sets the kick weight of each active group to the trailing half of its last step, s (reference form).
+    fn set_trailing_weights(&mut self, tick: Tick) {
         let owed = self.scratch.due.iter().map(|group| self.owed(*group as usize, tick));
         let owed: Vec<f64> = owed.collect();
         self.scratch.weights.clear();
         self.scratch.weights.extend(owed);
     }
 
+    /// Moves the bodies to a time, s, as they are before the impulses of the tick.
     pub(super) fn place_bodies(&mut self, time: f64) {
         let scratch = &mut self.scratch;
         scratch.was.clear();
@@ -295,8 +357,9 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         scratch.now.clone_from(&scratch.was);
     }
 
-    /// An element that is inverted for the second tick in a row, or whose energy is not a number, ends the run; nothing but
-    /// the drift has happened then. Where meshes are exchanged, what is inverted ends its mesh as soon as that may end.
+    /// Fails if an element is inverted for the second tick in a row or its energy is not a number; only the drift has
+    /// taken place then. With remeshing an inverted element is tolerated: it ends its mesh as soon as the mesh may
+    /// end.
     fn check_elements(&self, time: f64) -> Result<(), StepError> {
         match self.find_failure(time) {
             Some(StepError::Inverted { .. }) if self.can_wear() => Ok(()),
@@ -304,21 +367,21 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         }
     }
 
-    /// What fails at this tick.
+    /// Finds the failed element of this tick, if any.
     pub(super) fn find_failure(&self, time: f64) -> Option<StepError> {
-        let fails = |group: &usize| fails(&self.state.clocks[*group], &self.scratch.answers[*group]);
+        let fails = |group: &usize| is_failure(&self.state.clocks[*group], &self.scratch.answers[*group]);
         let failed = match &self.blocks {
-            Some(blocks) => blocks.all.iter().filter_map(|block| block.report?.failed).max_by_key(|group| {
-                // What is no number is worse than what is inverted.
+            Some(blocks) => blocks.all.iter().filter_map(|block| block.report?.failed_group).max_by_key(|group| {
+                // An energy that is not a number is reported before an inverted element.
                 (!self.scratch.answers[*group].energy.is_finite(), std::cmp::Reverse(*group))
             }),
             None => self.scratch.due.iter().map(|group| *group as usize).find(fails),
         };
-        failed.map(|group| self.diagnosis(group, time))
+        failed.map(|group| self.describe_failure(group, time))
     }
 
-    /// Which element of a group fails, and how.
-    fn diagnosis(&self, group: usize, time: f64) -> StepError {
+    /// Describes the failure of a group: which element, inverted or not finite.
+    fn describe_failure(&self, group: usize, time: f64) -> StepError {
         let (answer, clock) = (&self.scratch.answers[group], &self.state.clocks[group]);
         let first = self.order.slots(group).start;
         let twice = answer.inverted & clock.inverted;
@@ -331,19 +394,19 @@ impl<const D: usize, P: Potential<D>> Engine<D, P> {
         StepError::NotFinite { element, time }
     }
 
-    /// Puts what has fired back in.
-    fn reschedule(&mut self) {
+    /// Returns the active groups to the event queue and updates the range of steps if steps changed.
+    fn requeue_groups(&mut self) {
         if self.rules.schedule == Kind::Queue {
             for group in &self.scratch.due {
-                self.queue.put(*group, self.state.alarms[*group as usize].next);
+                self.queue.push(*group, self.state.alarms[*group as usize].next);
             }
         }
         if !self.scratch.changed.is_empty() {
-            self.find_steps();
+            self.update_step_range();
         }
     }
 
-    /// Whether an element has fired at this tick, after the clocks were set.
+    /// Returns true if an element was active at this tick; valid after the clocks were set.
     pub(super) fn has_fired(&self, element: ElementId, tick: Tick) -> bool {
         let group = self.order.group(element);
         match self.rules.schedule {

@@ -1,4 +1,5 @@
-//! Threads that stay awake between what is shared: one that sleeps needs some 30 µs to come, and a tick is shared two or three times.
+//! Idle threads that spin between parallel sections: a sleeping thread needs some 30 µs to wake, and a tick has two
+//! or three sections.
 
 use rayon::Yield;
 use std::cell::Cell;
@@ -6,153 +7,155 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long a thread waits for more to do: longer than one thread is busy between two ticks that are shared, some 75 µs with 169 200
-/// elements (contact of the first, and a tick of what contact steps more often; 165 µs when this was chosen). It makes two threads 3 to 5 %
-/// faster there and takes 4 to 7 % more CPU time; longer it would only take a core.
-pub(super) const PATIENCE: Duration = Duration::from_micros(250);
+/// Time that an idle thread spins: longer than the serial work between two parallel sections.
+///
+/// That work is some 75 µs with 169 200 elements (contact, and a tick of the elements that contact steps more
+/// often; 165 µs when this was chosen). Spinning makes two threads 3 to 5 % faster there for 4 to 7 % more CPU
+/// time; a longer time would only occupy a core.
+pub(super) const SPIN_TIME: Duration = Duration::from_micros(250);
 
-/// What a thread is busy with.
+/// Duty of a thread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Duty {
-    /// Nothing.
+pub(super) enum ThreadDuty {
+    /// The thread has no duty.
     None,
-    /// A part of what is shared: while it waits for another part it must begin no watch.
+    /// The thread runs one part of a job; while it waits for another part it must not start to spin.
     Part,
-    /// All that comes: it watches, or leads.
+    /// The thread spins or leads the job.
     Whole,
 }
 
 thread_local! {
-    // What is run while its thread waits for another part can ask nobody else what that thread does.
-    static DUTY: Cell<Duty> = const { Cell::new(Duty::None) };
+    // A task run while its thread waits for another part has no other way to learn the duty of the thread.
+    static DUTY: Cell<ThreadDuty> = const { Cell::new(ThreadDuty::None) };
 }
 
-/// While this lives its thread has this duty, unless it has a greater one.
-pub(super) struct Engaged {
-    before: Duty,
+/// Guard that gives its thread a duty while it lives, unless the thread has a greater one.
+pub(super) struct DutyGuard {
+    before: ThreadDuty,
 }
 
-impl Engaged {
-    pub fn with(duty: Duty) -> Self {
+impl DutyGuard {
+    pub fn with(duty: ThreadDuty) -> Self {
         Self { before: DUTY.replace(DUTY.get().max(duty)) }
     }
 }
 
-impl Drop for Engaged {
+impl Drop for DutyGuard {
     fn drop(&mut self) {
         DUTY.set(self.before);
     }
 }
 
-/// What threads watch for.
+/// State shared by the spinning threads.
 #[derive(Debug)]
-pub(super) struct Vigil {
-    patience: Duration,
-    /// Whether more may come.
-    is_open: AtomicBool,
-    /// Whether all threads were called, and none has left or could not come since.
-    was_called: AtomicBool,
-    /// How many threads watch.
-    watching: AtomicUsize,
+pub(super) struct WorkerSpin {
+    spin_time: Duration,
+    /// True while more work may come.
+    is_running: AtomicBool,
+    /// True if all threads were woken, and none has left or failed to come since.
+    workers_called: AtomicBool,
+    /// Number of spinning threads.
+    n_spinning: AtomicUsize,
 }
 
-impl Vigil {
-    pub fn new(patience: Duration) -> Self {
-        Self { patience, is_open: false.into(), was_called: false.into(), watching: 0.into() }
+impl WorkerSpin {
+    pub fn new(spin_time: Duration) -> Self {
+        Self { spin_time, is_running: false.into(), workers_called: false.into(), n_spinning: 0.into() }
     }
 
-    /// Does a work on a thread of a pool; the others watch from its first [call](Self::call) on.
-    pub fn during<R>(&self, work: impl FnOnce() -> R) -> R {
-        let (_engaged, _open) = (Engaged::with(Duty::Whole), Open::new(self));
+    /// Runs a job on a thread of a pool; the other threads spin from the first [`Self::wake_workers`] on.
+    pub fn keep_awake<R>(&self, work: impl FnOnce() -> R) -> R {
+        let (_duty, _spinning) = (DutyGuard::with(ThreadDuty::Whole), SpinGuard::new(self));
         work()
     }
 
-    /// Calls the other threads of the pool that this one is of, unless they were called.
-    pub fn call(self: &Arc<Self>) {
-        if self.is_open.load(Ordering::Relaxed) && !self.was_called.swap(true, Ordering::Relaxed) {
-            let vigil = Arc::clone(self);
-            rayon::spawn_broadcast(move |_| vigil.watch());
+    /// Wakes the other threads of this thread's pool, unless they were woken before.
+    pub fn wake_workers(self: &Arc<Self>) {
+        if self.is_running.load(Ordering::Relaxed) && !self.workers_called.swap(true, Ordering::Relaxed) {
+            let spin = Arc::clone(self);
+            rayon::spawn_broadcast(move |_| spin.spin());
         }
     }
 
-    /// Does what is shared until nothing more can come, or nothing comes for a while.
-    fn watch(&self) {
+    /// Runs parts of jobs until no more can come, or none comes for the spin time.
+    fn spin(&self) {
         match DUTY.get() {
-            Duty::None => {}
-            Duty::Part => return self.was_called.store(false, Ordering::Relaxed),
-            Duty::Whole => return,
+            ThreadDuty::None => {}
+            ThreadDuty::Part => return self.workers_called.store(false, Ordering::Relaxed),
+            ThreadDuty::Whole => return,
         }
-        let _engaged = Engaged::with(Duty::Whole);
-        self.watching.fetch_add(1, Ordering::Relaxed);
+        let _duty = DutyGuard::with(ThreadDuty::Whole);
+        self.n_spinning.fetch_add(1, Ordering::Relaxed);
         let mut since = Instant::now();
-        while self.is_open.load(Ordering::Relaxed) && since.elapsed() < self.patience {
+        while self.is_running.load(Ordering::Relaxed) && since.elapsed() < self.spin_time {
             if rayon::yield_now() == Some(Yield::Executed) {
                 since = Instant::now();
             } else {
-                // Who has something to do has the core.
+                // A thread with work gets the core.
                 std::thread::yield_now();
             }
         }
-        self.watching.fetch_sub(1, Ordering::Relaxed);
-        self.was_called.store(false, Ordering::Relaxed);
+        self.n_spinning.fetch_sub(1, Ordering::Relaxed);
+        self.workers_called.store(false, Ordering::Relaxed);
     }
 }
 
-/// While this lives, more may come; it ends also where a panic ends the work.
-struct Open<'a>(&'a Vigil);
+/// Guard that keeps the threads spinning while it lives; a panic of the job ends it as well.
+struct SpinGuard<'a>(&'a WorkerSpin);
 
-impl<'a> Open<'a> {
-    fn new(vigil: &'a Vigil) -> Self {
-        vigil.was_called.store(false, Ordering::Relaxed);
-        vigil.is_open.store(true, Ordering::Relaxed);
-        Self(vigil)
+impl<'a> SpinGuard<'a> {
+    fn new(spin: &'a WorkerSpin) -> Self {
+        spin.workers_called.store(false, Ordering::Relaxed);
+        spin.is_running.store(true, Ordering::Relaxed);
+        Self(spin)
     }
 }
 
-impl Drop for Open<'_> {
+impl Drop for SpinGuard<'_> {
     fn drop(&mut self) {
-        self.0.is_open.store(false, Ordering::Relaxed);
+        self.0.is_running.store(false, Ordering::Relaxed);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::Pool;
-    use super::super::pool::{Cut, share};
+    use super::super::pool::{SplitWork, share_work};
     use super::*;
     use std::panic::{AssertUnwindSafe, catch_unwind};
 
-    /// As long as no test takes.
+    /// Spin time longer than any test.
     const FOREVER: Duration = Duration::from_hours(1);
 
-    /// So many numbers to count.
+    /// Job of counting numbers.
     struct Numbers(usize);
 
-    impl Cut for Numbers {
-        fn cut(self, part: usize, of: usize) -> (Self, Self) {
+    impl SplitWork for Numbers {
+        fn split_at_part(self, part: usize, of: usize) -> (Self, Self) {
             let first = self.0 * part / of;
             (Self(first), Self(self.0 - first))
         }
     }
 
-    /// Shares numbers again and again, as many as are returned in all.
+    /// Shares the counting of 1000 numbers a hundred times; returns the count.
     fn count(pool: &Pool) -> usize {
         let counted = AtomicUsize::new(0);
         let add = |numbers: Numbers| _ = counted.fetch_add(numbers.0, Ordering::Relaxed);
-        (0..100).for_each(|_| share((Some(pool), 16), Numbers(1000), add));
+        (0..100).for_each(|_| share_work(Some(pool), 16, Numbers(1000), add));
         counted.into_inner()
     }
 
-    /// Shares until all others watch.
-    fn gather(pool: &Pool) {
+    /// Shares jobs until all other threads spin.
+    fn wait_until_all_spin(pool: &Pool) {
         wait_for(|| {
-            share((Some(pool), 2), Numbers(2), |_| ());
-            watching(pool) == pool.threads() - 1
+            share_work(Some(pool), 2, Numbers(2), |_| ());
+            n_spinning(pool) == pool.threads() - 1
         });
     }
 
-    fn watching(pool: &Pool) -> usize {
-        pool.vigil().watching.load(Ordering::Relaxed)
+    fn n_spinning(pool: &Pool) -> usize {
+        pool.spin().n_spinning.load(Ordering::Relaxed)
     }
 
     fn wait_for(mut done: impl FnMut() -> bool) {
@@ -164,36 +167,36 @@ mod tests {
     }
 
     #[test]
-    fn other_threads_watch_while_one_leads_and_no_longer() {
+    fn workers_spin_while_a_job_runs_and_no_longer() {
         for threads in [2, 4] {
-            let pool = Pool::patient(threads, FOREVER).expect("threads");
+            let pool = Pool::with_spin_time(threads, FOREVER).expect("threads");
             for _ in 0..3 {
                 assert_eq!(pool.lead(|| count(&pool)), 100_000);
-                pool.lead(|| gather(&pool));
-                wait_for(|| watching(&pool) == 0);
+                pool.lead(|| wait_until_all_spin(&pool));
+                wait_for(|| n_spinning(&pool) == 0);
             }
         }
     }
 
     #[test]
-    fn nobody_waits_for_who_has_panicked() {
-        let pool = Pool::patient(2, FOREVER).expect("threads");
+    fn workers_stop_spinning_after_a_panic() {
+        let pool = Pool::with_spin_time(2, FOREVER).expect("threads");
         let panics = || {
-            gather(&pool);
-            share((Some(&pool), 16), Numbers(1000), |_| panic!("on purpose"));
+            wait_until_all_spin(&pool);
+            share_work(Some(&pool), 16, Numbers(1000), |_| panic!("on purpose"));
         };
         assert!(catch_unwind(AssertUnwindSafe(|| pool.lead(panics))).is_err());
-        wait_for(|| watching(&pool) == 0);
+        wait_for(|| n_spinning(&pool) == 0);
         assert_eq!(pool.lead(|| count(&pool)), 100_000);
     }
 
     #[test]
-    fn who_has_left_for_want_of_work_is_called_again() {
-        let pool = Pool::patient(3, Duration::from_millis(20)).expect("threads");
+    fn workers_that_stopped_spinning_are_woken_again() {
+        let pool = Pool::with_spin_time(3, Duration::from_millis(20)).expect("threads");
         pool.lead(|| {
             for _ in 0..3 {
-                gather(&pool);
-                wait_for(|| watching(&pool) == 0);
+                wait_until_all_spin(&pool);
+                wait_for(|| n_spinning(&pool) == 0);
             }
         });
     }

@@ -1,10 +1,10 @@
-//! What one tick works with.
+//! Workspace of a tick: buffers that are reused from tick to tick.
 
 use super::contact_solver::Touch;
-use super::kick::Carrier;
+use super::kick::ImpulseNode;
 use super::load::{Pushed, Stiffer};
-use super::node_loop::{Active, NodeSums};
-use super::reference::Answers;
+use super::node_loop::{ActiveSet, KickSums};
+use super::reference::GroupResponses;
 use super::step_size::{Change, Nearness};
 use super::symmetry_contact::Meeting;
 use crate::contact::BodyState;
@@ -13,83 +13,83 @@ use crate::geometry::Gap;
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
 
-/// What one tick works with; no result depends on what an earlier one left.
+/// Workspace of a tick; no result depends on the contents from an earlier tick.
 #[derive(Debug, Default)]
-pub(super) struct Scratch<const D: usize> {
-    /// Nodes of what fires, but for blocks at rest.
-    pub active: Active,
-    /// The groups that fire, ascending; of the fast form those whose step may change.
+pub(super) struct Workspace<const D: usize> {
+    /// Active nodes, without those of blocks at rest.
+    pub active: ActiveSet,
+    /// Active groups, ascending; in the SIMD form only those whose step may change.
     pub due: Vec<u32>,
-    /// v at the start of the tick, by node, of the active ones.
+    /// Velocities of the active nodes at the start of the tick, m/s.
     pub before: Vec<Vector<D>>,
-    /// What damping adds to it, as a part of it, by node, of the active ones.
-    pub fade: Vec<f64>,
-    /// CFL · 2/√λ_a, s, by node, of the active ones.
+    /// Relative change of these velocities by damping.
+    pub decay: Vec<f64>,
+    /// Stable limits CFL · 2/√λ_a of the active nodes, s.
     pub limit: Vec<f64>,
-    /// The same by number within one block.
+    /// Stable limits by local number in one block, s.
     pub limits: Vec<f64>,
-    /// The active nodes of the surface that may be near a body, ascending.
+    /// Active surface nodes that may be near a body, ascending.
     pub reached: Vec<u32>,
-    /// Their places among these, by node of the surface.
+    /// Index in `reached` of each surface node.
     pub place: Vec<u32>,
-    /// Those of them that a body may meet before their next tick or that are an element's size from one.
+    /// Nodes of `reached` that a body may reach before their next tick or that are within an element size of one.
     pub close: Vec<u32>,
-    /// What contact allows around each that was looked at.
+    /// Contact limit of the steps at each node of `reached`.
     pub nearness: Vec<Nearness>,
-    /// What is around each node of the surface that a body was close to, by node of the surface.
-    pub beside: Vec<Beside>,
-    /// Facets that reach to a body, with the least and the greatest size of their nodes near it, body by body.
+    /// Star of each surface node that a body was close to.
+    pub beside: Vec<NodeStar>,
+    /// Facets that reach to a body, with the least and greatest size of their nodes near it, body by body.
     pub facets: Vec<(u32, ElementId, (f64, f64))>,
-    /// The facets around those nodes, with the distance of a body and the size there.
+    /// Candidate facets around those nodes, with the distance of a body and the size there.
     pub found: Vec<(ElementId, f64, f64)>,
-    /// φ and n of the nodes that were looked at to each active body.
+    /// Gap φ and normal n of each node of `reached` to each active body.
     pub gaps: Vec<Option<Gap>>,
-    /// The bodies at this tick before its impulses …
+    /// Bodies at this tick before its impulses.
     pub was: Vec<BodyState>,
-    /// … and with those so far.
+    /// Bodies at this tick with the impulses applied so far.
     pub now: Vec<BodyState>,
-    /// What the groups answered, of those that fire.
+    /// Responses of the groups; those of active groups are current.
     pub answers: Vec<GroupAnswer>,
-    /// What their elements answered, in the reference form.
-    pub reference: Answers<D>,
-    /// Length of the kick of the firing groups, s, in the reference form.
+    /// Responses of the elements of the active groups (reference form).
+    pub reference: GroupResponses<D>,
+    /// Kick lengths of the active groups, s (reference form).
     pub weights: Vec<f64>,
     /// Groups whose step changed.
     pub changed: Vec<Change>,
-    /// Points of the surface inside a body.
+    /// Contact points: surface points inside a body.
     pub touches: Vec<Touch<D>>,
-    /// Nodes of the surface that have come to their image.
+    /// Surface nodes that have met their mirror image.
     pub meetings: Vec<Meeting>,
-    /// The nodes that carry either.
-    pub carriers: Vec<Carrier<D>>,
-    /// What pressures do to the facets of what fires.
+    /// Nodes with impulses of contact or pressure.
+    pub carriers: Vec<ImpulseNode<D>>,
+    /// Pressure loads on the facets of active elements.
     pub pushed: Vec<Pushed<D>>,
-    /// What they make of the stiffness of the elements behind these.
+    /// Stiffness that the loads add to the elements behind them.
     pub stiffer: Vec<Stiffer>,
-    /// Blocks in which that has changed.
+    /// Blocks whose stiffness these loads changed.
     pub stiffened: Vec<usize>,
-    /// Sums over runs of nodes.
-    pub sums: Vec<NodeSums>,
+    /// Sums over chunks of nodes.
+    pub sums: Vec<KickSums>,
 }
 
-/// What is around a node, each once.
+/// Star of a node, without duplicates.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Beside {
-    /// The nodes of its elements.
+pub(super) struct NodeStar {
+    /// Nodes of its elements.
     pub nodes: Vec<NodeId>,
-    /// The groups of its elements.
+    /// Groups of its elements.
     pub groups: Vec<u32>,
 }
 
-impl<const D: usize> Scratch<D> {
+impl<const D: usize> Workspace<D> {
     pub fn new(n_nodes: usize, n_surface: usize, n_groups: usize) -> Self {
         Self {
-            active: Active::new(n_nodes),
+            active: ActiveSet::new(n_nodes),
             before: vec![Vector::<D>::zeros(); n_nodes],
-            fade: vec![0.0; n_nodes],
+            decay: vec![0.0; n_nodes],
             limit: vec![0.0; n_nodes],
             place: vec![u32::MAX; n_surface],
-            beside: vec![Beside::default(); n_surface],
+            beside: vec![NodeStar::default(); n_surface],
             answers: vec![GroupAnswer::default(); n_groups],
             ..Self::default()
         }
