@@ -1,24 +1,24 @@
-//! Doubts about a scene that can be told before it runs: it can be computed, but its figures may not mean what its author thinks.
+//! Warnings about a scene before it runs: it can be computed, but its figures may mislead.
 
 use super::preset::ShotRange;
 use super::{Dimension, MaterialModel, Projectile, Scene, body_name};
 use crate::geometry::{Shape, SignedDistance};
 use crate::math::Vector3;
 
-/// Greatest density of a projectile that is a material, kg/m³: osmium, the densest, has 22 590.
+/// Greatest plausible density of a projectile, kg/m³: osmium, the densest material, has 22 590.
 const DENSEST: f64 = 25e3;
-/// A body is longer than wide from this ratio on.
+/// Ratio of length to width from which a body counts as long.
 const LONG: f64 = 1.05;
-/// Part by which speed and calibre may lie outside the range of a preset: its fits are no sharper.
+/// Relative margin around the speeds and calibres of a preset: its fits are no sharper.
 const MARGIN: f64 = 0.1;
 
-/// Reasons to doubt what a run of the scene will say, one sentence each.
+/// Reasons to doubt the results of the scene, one sentence each.
 #[must_use]
 pub fn doubts(scene: &Scene) -> Vec<String> {
     (0..scene.n_bodies()).flat_map(|body| doubts_of(scene, body)).collect()
 }
 
-/// Doubts about one body; none about one that is held or takes no part.
+/// Doubts about one body; none about a fixed or inactive body.
 fn doubts_of(scene: &Scene, body: usize) -> Vec<String> {
     let (projectile, shape) = (scene.body(body), scene.shape(body));
     if projectile.fixed || !projectile.active {
@@ -35,7 +35,7 @@ fn doubts_of(scene: &Scene, body: usize) -> Vec<String> {
     all.into_iter().flatten().collect()
 }
 
-/// Doubt about a density that no projectile has.
+/// Doubt about an implausible density.
 fn density(scene: &Scene, body: usize) -> Option<String> {
     let density = scene.body(body).mass? / scene.volume(body)?;
     let name = body_name(body);
@@ -71,7 +71,7 @@ fn held_straight(scene: &Scene, shape: &Shape) -> Option<String> {
     })
 }
 
-/// Doubt about a shot that the preset of the gel was neither fitted to nor checked with.
+/// Doubt about a shot outside the range that the preset was fitted to or checked with.
 fn outside_range(scene: &Scene, body: &Projectile, shape: &Shape) -> Option<String> {
     let preset = scene.gel.preset.filter(|_| scene.gel.material == MaterialModel::Flowing)?;
     shape.volume()?;

@@ -1,10 +1,10 @@
-//! Says in a scene's own words what the TOML reader and serde complain about.
+//! Translates the errors of the TOML reader and of serde into the terms of a scene.
 
 use super::places::{Places, join, line_at};
 use super::{SceneError, SceneErrorKind, did_you_mean};
 use std::ops::Range;
 
-/// A text that is not TOML.
+/// Error of a text that is not TOML.
 pub(super) fn syntax(text: &str, span: Option<Range<usize>>, message: &str) -> SceneError {
     let line = line_at(text, span.map_or(0, |span| span.start));
     let found = quote(text.lines().nth(line - 1).unwrap_or(""));
@@ -12,7 +12,7 @@ pub(super) fn syntax(text: &str, span: Option<Range<usize>>, message: &str) -> S
     SceneError { key: String::new(), line: Some(line), kind }
 }
 
-/// TOML that is not a scene.
+/// Error of a TOML text that is not a scene.
 pub(super) fn content(text: &str, places: &Places<'_>, error: &toml::de::Error) -> SceneError {
     let span = error.span().unwrap_or(0..0);
     let whole_text = span.is_empty();
@@ -26,7 +26,7 @@ pub(super) fn content(text: &str, places: &Places<'_>, error: &toml::de::Error) 
     SceneError { key: key.to_owned(), line, kind: kind(text, places, message, key, &span) }
 }
 
-/// The text between backquotes after a phrase.
+/// Text between backquotes after a phrase.
 fn quoted_after<'a>(message: &'a str, phrase: &str) -> Option<&'a str> {
     message.strip_prefix(phrase)?.split('`').nth(1)
 }
@@ -65,7 +65,7 @@ fn unknown_key(name: &str, expected: &str) -> SceneErrorKind {
     SceneErrorKind::UnknownKey { found: name.to_owned(), hint, expected: expected.to_owned() }
 }
 
-/// The names between backquotes.
+/// Names between backquotes.
 fn names_of(expected: &str) -> impl Iterator<Item = &str> {
     expected.split('`').skip(1).step_by(2)
 }
@@ -75,7 +75,7 @@ fn one_of(names: &[&str]) -> SceneErrorKind {
     SceneErrorKind::Value { found, expected: "only one of them".to_owned() }
 }
 
-/// A piece of the scene text, cut to fit a line.
+/// First line of a piece of scene text, cut to fit a line.
 fn quote(piece: &str) -> String {
     const LONGEST: usize = 60;
     let line = piece.lines().next().unwrap_or("").trim();
@@ -85,7 +85,7 @@ fn quote(piece: &str) -> String {
     line.chars().take(LONGEST).chain("...".chars()).collect()
 }
 
-/// What serde expects, without its Rust.
+/// Translates serde's expectation from Rust types to words.
 fn plain(expected: &str) -> String {
     match expected {
         "f64" => "a number",

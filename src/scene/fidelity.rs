@@ -1,29 +1,30 @@
-//! One knob for all that buys speed: what its levels write over a scene, and what was measured of them.
+//! Fidelity levels: overrides that trade accuracy for speed, and the measured error and cost of each level.
 
 use super::overrides::{Override, written};
 use super::{Scene, SceneError};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
-/// How accurate a run is, and how costly. `standard` is the scene as it stands.
+/// Accuracy level of a run, and with it the cost. `standard` is the scene without overrides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum Fidelity {
-    /// The cheapest.
+    /// Cheapest level.
     Draft,
-    /// Between `draft` and `standard`.
+    /// Level between `draft` and `standard`.
     Coarse,
-    /// The scene as it stands.
+    /// Scene without overrides.
     #[default]
     Standard,
-    /// Between `standard` and `reference`.
+    /// Level between `standard` and `reference`.
     Fine,
-    /// The most accurate that was measured.
+    /// Most accurate level that was measured.
     Reference,
 }
 
-/// What the levels of `scene.fidelity` are: `gelfmu trade` measures them and prints this table.
+/// Overrides and figures of the levels of `scene.fidelity`; `gelfmu trade` measures the figures and prints this
+/// table.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
@@ -45,15 +46,15 @@ pub struct Levels {
     pub reference: Option<Level>,
 }
 
-/// A level: what it sets, and what a run then is expected to cost and to miss by. The figures hold for the scene as it stands; an
-/// override of it takes them away, and what it sets itself.
+/// Fidelity level: overrides, expected error and expected cost. The figures hold for the unmodified scene. An
+/// override of the scene removes the figures, and the level's own setting of the same key.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct Level {
-    /// Keys and values written over the scene, such as "mesh.size=2e-3".
+    /// Overrides that the level writes over the scene, such as "mesh.size=2e-3".
     pub set: Vec<String>,
-    /// Greatest relative error of the motion of the projectile, from the limit of refinement.
+    /// Greatest relative error of the projectile's motion, from the limit of refinement.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
     /// Element updates of a run.
@@ -65,10 +66,10 @@ pub struct Level {
 }
 
 impl Fidelity {
-    /// From the cheapest to the most accurate.
+    /// All levels, from the cheapest to the most accurate.
     pub const ALL: [Self; 5] = [Self::Draft, Self::Coarse, Self::Standard, Self::Fine, Self::Reference];
 
-    /// As in a scene.
+    /// Name of the level in a scene file.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -93,7 +94,7 @@ impl FromStr for Fidelity {
 }
 
 impl Levels {
-    /// What is known of a level.
+    /// Overrides and figures of a level, if the scene has them.
     #[must_use]
     pub fn get(&self, fidelity: Fidelity) -> Option<&Level> {
         match fidelity {
@@ -105,7 +106,7 @@ impl Levels {
         }
     }
 
-    /// Levels of which something is known, from the cheapest to the most accurate.
+    /// Levels that the scene has, from the cheapest to the most accurate.
     pub fn known(&self) -> impl Iterator<Item = (Fidelity, &Level)> {
         Fidelity::ALL.into_iter().filter_map(|fidelity| Some((fidelity, self.get(fidelity)?)))
     }
@@ -115,7 +116,7 @@ impl Levels {
     }
 }
 
-/// The text of a scene with its level written over it; nothing if that changes nothing.
+/// Scene text with its level written over it; `None` if the level changes nothing.
 pub(super) fn levelled(text: &str, scene: &Scene) -> Result<Option<String>, SceneError> {
     let fidelity = scene.scene.fidelity;
     let name = fidelity.as_str();
@@ -139,7 +140,7 @@ pub(super) fn levelled(text: &str, scene: &Scene) -> Result<Option<String>, Scen
     made.map(|text| (!level.set.is_empty()).then_some(text)).map_err(|error| of_level(fidelity, level, &error))
 }
 
-/// A level that cannot be written over its scene.
+/// Error of a level whose overrides do not make a valid scene.
 pub(super) fn misfit(scene: &Scene, error: &SceneError) -> SceneError {
     let fidelity = scene.scene.fidelity;
     of_level(fidelity, scene.fidelity.get(fidelity).unwrap_or(&Level::default()), error)

@@ -1,4 +1,4 @@
-//! Keys of a gel that its text does not set: those of its preset, and what follows from others.
+//! Fills the keys of a gel that the text does not set: those of the preset, and derived moduli.
 
 use super::preset::{Fact, Preset};
 use super::{ConstantsSpec, TermSpec};
@@ -10,16 +10,17 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// What the preset of a scene gives to it: what its text does not say itself; nothing if it names none.
+/// Values that the preset of a scene fills in; empty without a preset.
 #[must_use]
 pub fn from_preset(text: &str) -> Vec<&'static Fact> {
     let parsed = DeTable::parse(text);
     parsed.map_or_else(|_| vec![], |table| fill(&mut table.into_inner(), None))
 }
 
-/// Writes what the preset and `shear_modulus` give into a gel, where the text says nothing; returns what the preset gave.
+/// Writes the values of the preset and `shear_modulus` into a gel, where the text sets none; returns the preset's
+/// values used.
 ///
-/// What is written stands where the name of the preset stands: a mistake in it is blamed on that.
+/// Each written value takes the source location of the preset's name, so that an error in it refers to that name.
 pub(super) fn fill<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a str>) -> Vec<&'static Fact> {
     let Some(gel) = inner(scene.get_mut("gel")) else { return vec![] };
     if let Some(modulus) = shear_modulus {
@@ -38,7 +39,7 @@ pub(super) fn fill<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a str>) 
     given
 }
 
-/// The shear modulus that follows from the constants of a gel which does not give one, as text.
+/// Shear modulus that follows from the constants of a gel, as text; `None` if the scene sets it.
 pub(super) fn shear_modulus(scene: &DeTable<'_>) -> Option<String> {
     let gel = scene.get("gel")?.get_ref().as_table()?;
     if gel.get("shear_modulus").is_some() {

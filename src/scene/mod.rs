@@ -1,4 +1,4 @@
-//! A scene: what the user wrote, read, checked and given back with every default filled in.
+//! Scene: the user's input file, read, checked and returned with every default filled in.
 
 mod bodies;
 mod builtin;

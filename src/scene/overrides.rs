@@ -1,10 +1,10 @@
-//! Single values written over those of a scene text.
+//! Overrides: single values written over those of a scene text.
 
 use super::{Fidelity, Files, Scene, SceneError, explain, read_with_files};
 use std::str::FromStr;
 use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
 
-/// One replaced value: dotted key and TOML value.
+/// Override of one value: dotted key and TOML value.
 ///
 /// # Examples
 /// ```
@@ -20,7 +20,7 @@ use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
 pub struct Override {
     /// Dotted key, such as `mesh.size` or `projectile.shape.sphere.radius`.
     pub key: String,
-    /// TOML text of the value, such as `1e-3` or `[0, 0, -2]`; a bare word that is not TOML stands for itself.
+    /// TOML text of the value, such as `1e-3` or `[0, 0, -2]`; a bare word that is not TOML is read as a string.
     pub value: String,
 }
 
@@ -35,12 +35,12 @@ impl FromStr for Override {
     }
 }
 
-/// A scene with overrides that cannot be used: what is wrong, and whose fault it is.
+/// Error of a scene with overrides, attributed to the text or to overrides.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fault {
-    /// What is wrong. It has a line only where the text is at fault.
+    /// Scene error. It has a line only where the text is at fault.
     pub error: Box<SceneError>,
-    /// The overrides at fault; none if the text is.
+    /// Overrides at fault; empty if the text is at fault.
     pub overrides: Vec<Override>,
 }
 
@@ -49,7 +49,7 @@ impl Fault {
         Self { error: Box::new(error), overrides: Vec::new() }
     }
 
-    /// The overrides of the key that is wrong, or all of them if it is none of theirs.
+    /// Attributes the error to the overrides of the wrong key, or to all of them if none has that key.
     fn of_overrides(error: SceneError, overrides: &[Override]) -> Self {
         let touching: Vec<Override> = overrides.iter().filter(|o| touches(&o.key, &error.key)).cloned().collect();
         let overrides = if touching.is_empty() { overrides.to_vec() } else { touching };
@@ -57,11 +57,11 @@ impl Fault {
     }
 }
 
-/// The scene text with the overrides written into it, and the scene that it is, with the files that it names.
+/// Reads a scene text with overrides and the files that it names; returns the resolved text and the scene.
 ///
 /// # Errors
-/// [`Fault`] with the key, what was found there and what was expected: with the line of the text that has the same fault
-/// without the overrides, else with the overrides that brought it.
+/// [`Fault`] with the key, the value found and the values expected. It carries the line if the text has the same
+/// error without the overrides, otherwise the overrides that caused it.
 pub fn read_with(text: &str, overrides: &[Override], files: &Files<'_>) -> Result<(String, Scene), Fault> {
     let resolved = resolve(text, overrides);
     let error = match resolved.and_then(|text| read_with_files(&text, files).map(|scene| (text, scene))) {
@@ -79,15 +79,15 @@ pub fn read_with(text: &str, overrides: &[Override], files: &Files<'_>) -> Resul
     }
 }
 
-/// Whether one of two dotted keys is, or holds, the other.
+/// Returns true if one of two dotted keys is, or contains, the other.
 fn touches(a: &str, b: &str) -> bool {
     let holds = |a: &str, b: &str| b.strip_prefix(a).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
     holds(a, b) || holds(b, a)
 }
 
-/// The scene text with the overrides written into it; all other lines stay as they are.
+/// Writes the overrides into the scene text; all other lines stay unchanged.
 ///
-/// A key that no scene has is written too, and refused by [`read()`](super::read()).
+/// An unknown key is written too, and refused by [`read()`](super::read()).
 ///
 /// # Errors
 /// [`SceneError`] if the text is not TOML, or an override is not a dotted key and a TOML value.
@@ -99,11 +99,13 @@ pub fn resolve(text: &str, overrides: &[Override]) -> Result<String, SceneError>
     })
 }
 
-/// The scene text with the overrides as its new standard: the levels of `scene.fidelity` set what they set before, but nothing that
-/// was measured of them holds any more. An override of `scene.fidelity`, or a scene that has another level already, is resolved.
+/// Writes the overrides into the scene text as its new standard.
+///
+/// The levels of `scene.fidelity` keep their own overrides but lose their measured figures. The text is resolved
+/// instead if an override sets `scene.fidelity`, or the scene already has another level.
 ///
 /// # Errors
-/// As those of [`resolve`].
+/// Those of [`resolve`].
 pub fn rebase(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
     let is_level = |key: &str| key == "scene.fidelity" || key == "scene";
     let document = text.parse::<DocumentMut>().ok();
@@ -118,10 +120,10 @@ pub fn rebase(text: &str, overrides: &[Override]) -> Result<String, SceneError> 
     })
 }
 
-/// The same where nothing changes that the levels of `scene.fidelity` were measured with, such as by another name of a file.
+/// Writes overrides that do not affect the measured figures of the fidelity levels, such as another file name.
 ///
 /// # Errors
-/// As those of [`resolve`].
+/// Those of [`resolve`].
 pub fn written(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
     change(text, overrides, write)
 }
@@ -137,11 +139,11 @@ fn change(
     Ok(document.to_string())
 }
 
-/// Keys that change neither what comes out nor what it costs, and those of the levels themselves.
+/// Keys that change neither results nor cost, and the keys of the levels themselves.
 const HARMLESS: [&str; 6] =
     ["fidelity", "output", "scene.fidelity", "scene.name", "scene.title", "scene.communication_step"];
 
-/// An override is stronger than a level, which must not set the key again; and what was measured no longer holds.
+/// Removes the overridden key from the levels' own overrides, and the measured figures of the levels.
 fn beat_levels(document: &mut DocumentMut, key: &str) {
     forget_figures(document, key, |level| {
         if let Some(set) = level.get_mut("set").and_then(Item::as_array_mut) {
@@ -152,7 +154,7 @@ fn beat_levels(document: &mut DocumentMut, key: &str) {
     });
 }
 
-/// Takes away what was measured of the levels before a key was overridden, and does something more to each of them.
+/// Removes the measured figures of the levels, unless the key is harmless, and applies `more` to each level.
 fn forget_figures(document: &mut DocumentMut, key: &str, more: impl Fn(&mut dyn TableLike)) {
     let levels = document.get_mut("fidelity").and_then(Item::as_table_like_mut);
     if HARMLESS.iter().any(|harmless| *harmless == key || key.starts_with(&format!("{harmless}."))) {
@@ -196,12 +198,12 @@ fn write(document: &mut DocumentMut, change: &Override) -> Result<(), SceneError
     Ok(())
 }
 
-/// Whether it is a list of tables.
+/// Returns true if the item is a list of tables.
 fn is_list(item: &Item) -> bool {
     item.is_array_of_tables() || item.as_array().is_some_and(|list| list.iter().all(Value::is_inline_table))
 }
 
-/// The table of this number, from 1, of a list; else how many there are.
+/// Table number `number`, from 1, of a list; otherwise the length of the list.
 fn member<'a>(list: &'a mut Item, number: &str) -> Result<&'a mut dyn TableLike, usize> {
     let at = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
     match list {

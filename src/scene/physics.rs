@@ -1,4 +1,4 @@
-//! What a scene models and what it does not: a scene models only what it asks for.
+//! Lists the physics that a scene models, and the physics that it leaves out.
 
 use super::{
     BodyShape, ContactLaw, Dimension, ElementKind, Face, GelShape, Lattice, MaterialModel, RemeshMethod, Scene,
@@ -8,7 +8,7 @@ use crate::geometry::{Shape, SignedDistance, Solid};
 use crate::integrator::fixed;
 use crate::math::Vector3;
 
-/// Short sentences of the physics that a scene computes.
+/// Returns one short sentence for each piece of physics that a scene computes.
 #[must_use]
 pub fn modelled(scene: &Scene) -> Vec<String> {
     let general = [
@@ -36,7 +36,7 @@ pub fn modelled(scene: &Scene) -> Vec<String> {
     general.map(str::to_owned).chain(loads(scene)).chain(damping(scene)).chain(bodies).chain(sensors(scene)).collect()
 }
 
-/// What presses on the gel, load by load.
+/// Describes each pressure load.
 fn loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
     scene.load.iter().enumerate().map(|(i, load)| {
         let face = load.on.map_or("the surface", Face::name);
@@ -56,7 +56,7 @@ fn loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
     })
 }
 
-/// What is measured, sensor by sensor.
+/// Describes each sensor.
 fn sensors(scene: &Scene) -> impl Iterator<Item = String> + '_ {
     scene.sensor.iter().enumerate().map(|(i, sensor)| {
         let name = numbered("sensor", i);
@@ -83,7 +83,7 @@ fn body_lines(scene: &Scene, i: usize) -> Vec<String> {
     lines.into_iter().flatten().map(|line| format!("{name}: {line}")).collect()
 }
 
-/// Volume, mass and density of a bounded body, and where the centre of mass of one with a tip is.
+/// Describes volume, mass and density of a bounded body; with a tip also the position of the centre of mass.
 fn balance(scene: &Scene, i: usize) -> Option<String> {
     let volume = scene.volume(i)?;
     let mass = scene.body(i).mass.map(|mass| format!(", mass {mass:.4e} kg, {} kg/m3", fixed(mass / volume, 0)));
@@ -95,7 +95,7 @@ fn balance(scene: &Scene, i: usize) -> Option<String> {
     Some(format!("volume {volume:.4e} m3{}{tip}", mass.unwrap_or_default()))
 }
 
-/// A surface from a file, by what tells whether it is the one that was meant.
+/// Describes a surface from a file by its size and orientation, so that the user can recognise it.
 fn surface(solid: &Solid) -> String {
     let [x, y, z] = solid.centre().into();
     let size: Vector3 =
@@ -128,7 +128,7 @@ fn material(scene: &Scene) -> &'static str {
     }
 }
 
-/// What a gel that flows does beside being elastic.
+/// Describes the viscoplastic extras of a gel: yield, confinement, softening, equation of state, viscosity, erosion.
 fn flow(scene: &Scene) -> [Option<&'static str>; 7] {
     let (gel, remesh) = (&scene.gel, scene.remesh.as_ref());
     let shocks = gel.volume.is_some_and(|volume| volume.hugoniot_slope > 0.0);
@@ -144,7 +144,8 @@ fn flow(scene: &Scene) -> [Option<&'static str>; 7] {
     ]
 }
 
-/// What pressure does to the strength, and whether it does so too steeply for a limit of refinement (numerics 6.2).
+/// Describes the pressure dependence of the yield stress. Warns where it is too steep for depths to converge under
+/// refinement (numerics 6.2).
 fn confinement(strength: StrengthSpec) -> Option<&'static str> {
     strength.confined?;
     let law = strength.law();
@@ -199,7 +200,7 @@ fn contact(law: ContactLaw) -> &'static str {
     }
 }
 
-/// Short sentences of the physics that a scene does not compute.
+/// Returns one short sentence for each piece of physics that a scene does not compute.
 #[must_use]
 pub fn switched_off(scene: &Scene) -> Vec<String> {
     let flows = scene.gel.strength.is_some();
@@ -224,7 +225,7 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
     off.into_iter().map(str::to_owned).chain(still).collect()
 }
 
-/// What a gel lacks whose stress does not depend on the rate.
+/// Names the missing viscosity of a gel whose stress does not depend on the rate.
 fn viscosity(scene: &Scene) -> Option<&'static str> {
     match scene.gel.material {
         MaterialModel::Viscoelastic => None,
@@ -238,7 +239,7 @@ fn viscosity(scene: &Scene) -> Option<&'static str> {
     }
 }
 
-/// What the pressure of the gel, and its surface where that is exchanged, do not know.
+/// Names the missing effects of the pressure law, and missing erosion where the gel is remeshed.
 fn pressure(scene: &Scene) -> [Option<&'static str>; 4] {
     let (gel, remesh) = (&scene.gel, scene.remesh.as_ref());
     let shocks = gel.volume.is_some_and(|volume| volume.hugoniot_slope > 0.0);
@@ -252,7 +253,7 @@ fn pressure(scene: &Scene) -> [Option<&'static str>; 4] {
     ]
 }
 
-/// A body in a sentence.
+/// Names a body in a sentence.
 fn name(body: usize) -> String {
     if body == 0 { "the projectile".to_owned() } else { body_name(body) }
 }

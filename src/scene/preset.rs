@@ -1,8 +1,8 @@
-//! Gels that are known by name: what is known of them, and from where.
+//! Named gels: material parameters with their sources.
 
 use serde::{Deserialize, Serialize};
 
-/// A gel that is known by name.
+/// Named gel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum Preset {
@@ -17,34 +17,34 @@ pub enum Preset {
     SyntheticClear,
 }
 
-/// One value of a preset.
+/// Value of one key of a preset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fact {
-    /// The key that it fills, such as `gel.density`.
+    /// Dotted key, such as `gel.density`.
     pub key: &'static str,
-    /// Its value, as TOML, SI units.
+    /// Value as TOML, SI units.
     pub value: &'static str,
-    /// Materials that it is of.
+    /// Material models that use the value.
     pub of: Materials,
-    /// Where it is from, or what it was fitted to: the tags are those of `docs/materials.md`.
+    /// Source of the value, or the data it was fitted to: the tags are those of `docs/materials.md`.
     pub source: &'static str,
 }
 
-/// Shots that the `flowing` values of a preset were fitted to, or checked with.
+/// Range of shots that the `flowing` values of a preset were fitted to or checked with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShotRange {
     /// Least and greatest speed, m/s.
     pub speed: [f64; 2],
     /// Least and greatest width of the projectile, m.
     pub calibre: [f64; 2],
-    /// Shots that this is from: the tags are those of `docs/materials.md`.
+    /// Source of the shots: the tags are those of `docs/materials.md`.
     pub source: &'static str,
 }
 
-/// Materials that a value of a preset is of.
+/// Material models that use a value of a preset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Materials {
-    /// All.
+    /// All models.
     All,
     /// `neo-hookean`, and `viscoelastic` in the long run: slow and shallow contact.
     Slow,
@@ -57,7 +57,7 @@ pub enum Materials {
 }
 
 impl Materials {
-    /// Whether a material of this name is among them.
+    /// Returns true if the material model of this name uses the value.
     #[must_use]
     pub fn includes(self, model: &str) -> bool {
         match self {
@@ -71,10 +71,10 @@ impl Materials {
 }
 
 impl Preset {
-    /// All of them.
+    /// All presets.
     pub const ALL: [Self; 3] = [Self::Gelatin10, Self::Gelatin20, Self::SyntheticClear];
 
-    /// Its name in a scene.
+    /// Name of the preset in a scene file.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -84,13 +84,13 @@ impl Preset {
         }
     }
 
-    /// The preset of a name.
+    /// Preset of a name, if there is one.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|preset| preset.name() == name)
     }
 
-    /// Shots that its `flowing` values were fitted to, or checked with.
+    /// Range of shots that the `flowing` values were fitted to or checked with.
     #[must_use]
     pub fn shots(self) -> ShotRange {
         let calibre = [4.37e-3; 2];
@@ -107,7 +107,7 @@ impl Preset {
         }
     }
 
-    /// What is known of it, `gel.material` first.
+    /// Values of the preset, `gel.material` first.
     #[must_use]
     pub fn facts(self) -> &'static [Fact] {
         match self {

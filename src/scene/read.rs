@@ -1,4 +1,4 @@
-//! Scene text to checked scene.
+//! Reads a scene text into a checked scene.
 
 use super::fidelity::{levelled, misfit};
 use super::places::{Places, join, numbered};
@@ -7,7 +7,7 @@ use super::{Files, Scene, SceneError, explain, files, fill, no_files};
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue, Deserializer};
 
-/// Bytes of the longest scene text that is read: the longest that is built in has a two-hundredth of it.
+/// Greatest size of a scene text, bytes: two hundred times that of the longest built-in scene.
 pub const MOST_BYTES: usize = 1 << 20;
 
 /// Reads and checks a scene that names no files.
@@ -33,7 +33,7 @@ pub fn read(text: &str) -> Result<Scene, SceneError> {
 /// Reads and checks a scene, with the files that it names.
 ///
 /// # Errors
-/// As [`read`]; also for the first file that cannot be read, or does not hold what it should.
+/// Those of [`read`], and an error for the first file that cannot be read or has invalid content.
 pub fn read_with_files(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
     let scene = as_it_stands(text, files)?;
     match levelled(text, &scene) {
@@ -43,14 +43,14 @@ pub fn read_with_files(text: &str, files: &Files<'_>) -> Result<Scene, SceneErro
     }
 }
 
-/// An error with the line on which its key is set.
+/// Adds to an error the line on which its key is set.
 fn placed(text: &str, error: SceneError) -> SceneError {
     let table = DeTable::parse(text);
     let line = table.ok().and_then(|table| Places::of(text, table.get_ref()).line_of(&error.key));
     SceneError { line, ..error }
 }
 
-/// Reads and checks a scene, whatever its level.
+/// Reads and checks a scene without applying its fidelity level.
 fn as_it_stands(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
     if text.len() > MOST_BYTES {
         let found = format!("{} bytes", text.len());
@@ -72,7 +72,7 @@ fn as_it_stands(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
     }
 }
 
-/// Refuses lists of which serde read only the beginning, and tables written as lists.
+/// Refuses lists that serde read only in part, and lists where a table is expected.
 fn same_lengths(text: &DeTable<'_>, scene: &Scene) -> Result<(), SceneError> {
     match toml::Table::try_from(scene) {
         Ok(read) => compare_tables("", text, &read),

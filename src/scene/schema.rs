@@ -1,4 +1,4 @@
-//! JSON schema of a scene, with which editors complete and check.
+//! JSON schema of a scene, with which editors complete and check scene files.
 
 use super::Scene;
 use serde_json::json;

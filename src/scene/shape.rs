@@ -1,4 +1,4 @@
-//! The solids that a scene's bodies are.
+//! Solids of the bodies of a scene.
 
 use super::{BodyShape, Bullet, Dimension, Nose, Scene};
 use crate::geometry::{Dome, HalfSpace, Outline, Plate, Profile, Shape, Sphere, Sweep};
@@ -6,7 +6,8 @@ use crate::math::Vector3;
 use std::sync::Arc;
 
 impl Scene {
-    /// The solid of a body, its origin the centre of mass: of the homogeneous body, in `planar` of its section.
+    /// Solid of a body with its centre of mass as the origin, that of the homogeneous body; in `planar` that of its
+    /// section.
     ///
     /// # Panics
     /// If there is no such body, or the shape's lengths do not make a solid; those of a scene that was read do.
@@ -32,7 +33,8 @@ impl Scene {
     }
 }
 
-/// In the plane the nearest point of the surface is in the plane: across it, the prism has no end.
+/// Plate of a scene. In the plane the prism is made long across it, so that the nearest surface point lies in the
+/// plane.
 fn plate([x, y, z]: [f64; 3], edge_radius: f64, sweep: Sweep) -> Plate {
     let across = match sweep {
         Sweep::Prism => 2.0 * x.max(z),
@@ -59,20 +61,21 @@ impl Bullet {
         }
     }
 
-    /// What nose and tail leave of the length, m; negative if they leave less than nothing, but not by round-off.
+    /// Length of the cylindrical body between nose and tail, m; negative if they overlap by more than round-off.
     pub(super) fn mantle_length(&self) -> f64 {
         const ROUND_OFF: f64 = 1e-9;
         let rest = self.length - self.nose_length() - self.tail.map_or(0.0, |tail| tail.length);
         if rest.abs() <= ROUND_OFF * self.length { 0.0 } else { rest }
     }
 
-    /// (L² + d²)/2d, m: radius of the arc through the rims of meplat and mantle that is tangent to the mantle.
+    /// Arc radius (L² + d²)/2d of the tangent ogive, m: through the rims of meplat and cylinder, tangent to the
+    /// cylinder.
     pub(super) fn tangent_radius(&self, length: f64, meplat_radius: f64) -> f64 {
         let step = self.radius - meplat_radius;
         (length * length + step * step) / (2.0 * step)
     }
 
-    /// The outline with rounded rims; `None` if there is no room for the rounding.
+    /// Outline with rounded rims; `None` if there is no room for the rounding.
     pub(super) fn rounded(&self) -> Option<Outline> {
         self.outline().rounded(self.edge_radius)
     }

@@ -1,4 +1,4 @@
-//! Checks that every number of a scene is finite, in its domain, and fits the others.
+//! Validation of a scene: every number is finite, in its domain, and consistent with the others.
 
 mod body;
 mod domain;
@@ -16,7 +16,7 @@ use super::{
 use crate::geometry::SignedDistance;
 use domain::{Check, finite, positive, require, within};
 
-/// Refuses the first thing in the scene that cannot be computed.
+/// Refuses the first invalid value of the scene.
 pub(super) fn validate(scene: &Scene) -> Check {
     header(&scene.scene)?;
     gel::check(scene)?;
@@ -43,13 +43,13 @@ pub(super) fn validate(scene: &Scene) -> Check {
     output(&scene.output, scene.scene.end_time)
 }
 
-/// The projectile of a scene.
+/// Checks the projectile of a scene.
 fn check_body(scene: &Scene) -> Check {
     body::check(scene)?;
     motion::check(scene)
 }
 
-/// Communication steps of the longest run: days of an importer that does nothing else, and rows that fill a disk.
+/// Greatest number of communication steps of a run: days of computing, and rows that fill a disk.
 pub const MOST_STEPS: f64 = 1e9;
 
 fn header(header: &Header) -> Check {
@@ -92,10 +92,11 @@ fn mesh(scene: &Scene) -> Check {
     scene.mesh.tree.map_or(Ok(()), |tree| grown(&tree, scene))
 }
 
-/// By so much, relatively, a length may miss its bound.
+/// Relative round-off by which a length may miss its bound.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Contact is found at nodes: a body that fits between them would pass through unseen.
+/// Checks that the mesh resolves every body. Contact is found at nodes: a body that fits between them would pass
+/// through unseen.
 fn resolves(scene: &Scene) -> Check {
     let radii = (0..scene.n_bodies()).map(|body| (scene.shape(body).inner_radius(), body));
     let (radius, body) = radii.min_by(|a, b| a.0.total_cmp(&b.0)).expect("there is a projectile");
@@ -119,7 +120,7 @@ fn graded(grading: &Grading, scene: &Scene) -> Check {
     require(largest >= size, "mesh.grading.largest", || format!("{largest:?}"), &expected)
 }
 
-/// Why cells of a shape cannot be asked to grow; empty where they can.
+/// Reason why a shape cannot have growing cells; empty where it can.
 fn own_mesh(shape: &GelShape) -> &'static str {
     match shape {
         GelShape::LBeam { .. } => "nothing: an l-beam has a uniform mesh",
@@ -187,7 +188,7 @@ fn remesh(scene: &Scene) -> Check {
     within("remesh.thinnest", thinnest, 0.0..=size)
 }
 
-/// Least fraction of the stable step: with it a run costs a million times what it costs with 1, and nobody sees its end.
+/// Least fraction of the stable step: a run then costs a million times more than with 1.
 const LEAST_CFL: f64 = 1e-6;
 
 fn integrator(integrator: &Integrator) -> Check {
@@ -197,7 +198,7 @@ fn integrator(integrator: &Integrator) -> Check {
     within("integrator.damping", integrator.damping, 0.0..=1e9)
 }
 
-/// The figures of the levels of fidelity are measured numbers.
+/// Checks that the figures of the fidelity levels are valid numbers.
 fn levels(levels: &Levels) -> Check {
     for (fidelity, level) in levels.known() {
         let key = |name: &str| format!("fidelity.{}.{name}", fidelity.as_str());

@@ -1,4 +1,4 @@
-//! From a checked scene to an engine at time 0.
+//! Builds the engine of a checked scene at time 0.
 
 use super::driver::Renew;
 use super::gel_definition::Recipe;
@@ -17,30 +17,30 @@ use crate::scene::{
 use crate::state::State;
 use nalgebra::{Quaternion, UnitQuaternion};
 
-/// Why a checked scene could not be built.
+/// Reason why a checked scene could not be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildError {
-    /// More elements than a process can hold.
+    /// Mesh with more cells than a process can hold.
     #[error(
         "mesh.size: the mesh would have about {cells:.2e} cells, more than {limit:.0e}; \
          raise mesh.size or add mesh.grading"
     )]
     TooLarge {
-        /// Cells asked for.
+        /// Cells of the mesh.
         cells: f64,
-        /// Most that are built.
+        /// Greatest number of cells.
         limit: f64,
     },
-    /// More edges along the gel than can be numbered.
+    /// Gel with more edges along an axis than can be numbered.
     #[error("mesh.size: the gel is {edges:.2e} edges long, more than {limit:.0e}; raise mesh.size")]
     TooFine {
-        /// Its length over the size.
+        /// Length of the gel over the edge length.
         edges: f64,
-        /// Most that there may be.
+        /// Greatest number of edges.
         limit: f64,
     },
-    /// More ticks than are exact.
+    /// Run with more ticks than are exact.
     #[error(
         "scene.end_time: {ticks:.2e} ticks are more than {limit:.0e}, the most that stay exact; \
          shorten the run, coarsen the mesh or raise integrator.cfl"
@@ -48,50 +48,50 @@ pub enum BuildError {
     TooLong {
         /// Ticks up to the end time.
         ticks: f64,
-        /// Most that are exact.
+        /// Greatest number of exact ticks.
         limit: f64,
     },
-    /// Steps that are no numbers.
+    /// Element without a finite stable step.
     #[error(
         "gel: the stable step of an element is {step:e} s; density, moduli and sizes are too far apart: bring gel.density, its moduli and mesh.size nearer to those of a gel"
     )]
     NoStep {
-        /// The step, s.
+        /// Stable step, s.
         step: f64,
     },
-    /// A load on nothing.
+    /// Load without a facet to act on.
     #[error(
         "{key}: no facet of the surface of the gel is on that face and, with all its corners, in that box; \
          widen {key}.within"
     )]
     Unloaded {
-        /// `load[i]`.
+        /// Key `load[i]`.
         key: String,
     },
-    /// A body is in the gel at the start.
+    /// Body whose centre is in the gel at the start.
     #[error("{body}.position: at the start the centre of that body is in the gel; move it out")]
     Swallowed {
-        /// `projectile` or `fragment[i]`.
+        /// Body: `projectile` or `fragment[i]`.
         body: String,
     },
-    /// Gel and a body overlap at the start.
+    /// Gel and body that overlap at the start.
     #[error("{body}.position: at the start the surface of the gel is {depth:.3e} m inside that body; move it out")]
     Overlap {
-        /// `projectile` or `fragment[i]`.
+        /// Body: `projectile` or `fragment[i]`.
         body: String,
         /// Depth of the deepest node, m.
         depth: f64,
     },
 }
 
-/// Cells of the largest mesh that is built: some 24 million tetrahedra in 10 GB.
+/// Greatest number of cells that is built: some 24 million tetrahedra in 10 GB.
 pub(super) const MOST_CELLS: f64 = 2e6;
-/// Cells along an axis if all had the least size.
+/// Greatest number of cells along an axis if all had the least size.
 const MOST_PLANES: f64 = 1e5;
-/// A tick times q ≤ 31 stays below 2⁵³ (numerics A3).
+/// Greatest number of ticks: a tick times q ≤ 31 stays below 2⁵³ (numerics A3).
 pub(super) const MOST_TICKS: f64 = 2.8e14;
 
-/// The engine of a scene. `prescribed` says that the motion of the bodies is given from outside.
+/// Builds the engine of a scene; `prescribed` if the importer gives the motion of the bodies.
 pub(super) fn build(scene: &Scene, prescribed: bool, threads: usize) -> Result<Box<dyn Model>, BuildError> {
     check_planes(scene)?;
     match scene.scene.dimension {
@@ -178,7 +178,7 @@ where
     }))
 }
 
-/// The mesh with its nodes numbered as its elements meet them when they are stepped, and the gel on it.
+/// Renumbers the nodes of a mesh in the order of the element loop, and builds the gel on it.
 fn as_stepped<const D: usize>(
     mesh: Mesh<D>,
     rules: &Rules,
@@ -214,7 +214,7 @@ fn rules(scene: &Scene) -> Rules {
     }
 }
 
-/// A body of a scene: what does not change, and its state at time 0.
+/// Constants of a body of the scene, and its state at time 0.
 fn body(scene: &Scene, i: usize, prescribed: bool) -> (Body, BodyState) {
     let (projectile, shape) = (scene.body(i), scene.shape(i));
     let freedom = match scene.freedom() {
@@ -244,13 +244,13 @@ fn body(scene: &Scene, i: usize, prescribed: bool) -> (Body, BodyState) {
     (body, state)
 }
 
-/// The unit quaternion (w, x, y, z).
+/// Unit quaternion of the components (w, x, y, z).
 pub(super) fn orientation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
     let q = Quaternion::new(w, x, y, z);
     UnitQuaternion::new_unchecked(q / q.norm())
 }
 
-/// The inertia that a scene gives, or that of a homogeneous body, kg·m²; in the plane that of a prism about y.
+/// Inertia of the scene, or that of a homogeneous body, kg·m²; in the plane that of a prism about y.
 fn inertia(projectile: &Projectile, shape: &Shape, dimension: Dimension) -> Tensor3 {
     if let Some([xx, yy, zz, xy, xz, yz]) = projectile.inertia {
         return Tensor3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
@@ -272,7 +272,7 @@ fn plane_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
     })
 }
 
-/// The grid of a planar gel; of a beam that around its legs.
+/// Structured grid of a planar gel; that of the square around the legs of a beam.
 pub(super) fn plane_block(scene: &Scene) -> Block<2> {
     match &scene.gel.shape {
         GelShape::LBeam { leg, thickness, .. } => {
@@ -295,7 +295,7 @@ fn section_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
     Ok(if matches!(scene.gel.shape, GelShape::Shell { .. }) { mesh::shell(block) } else { mesh::block(block) })
 }
 
-/// The grid of the section of an axisymmetric gel; of a shell that of radius and angle.
+/// Structured grid of the section of an axisymmetric gel; in radius and angle for a shell.
 pub(super) fn section_block(scene: &Scene) -> Block<2> {
     let s = &scene.gel.supports;
     match scene.gel.shape {
@@ -327,7 +327,7 @@ fn space_mesh(scene: &Scene) -> Result<Mesh<3>, BuildError> {
     })
 }
 
-/// The grid of a spatial gel; of a cylinder that of the square around it, of a beam that around its legs.
+/// Structured grid of a spatial gel; that of the square around a cylinder or around the legs of a beam.
 pub(super) fn space_block(scene: &Scene) -> Block<3> {
     let s = &scene.gel.supports;
     match &scene.gel.shape {
@@ -357,7 +357,8 @@ pub(super) fn space_block(scene: &Scene) -> Block<3> {
     }
 }
 
-/// Cells of a grid; of a tree before it is balanced, counted no further than the most that are built.
+/// Number of cells of a grid. A tree is counted before it is balanced, and no further than the greatest number that
+/// is built.
 pub(super) fn n_cells<const D: usize>(block: &Block<D>) -> f64 {
     match block.split {
         Split::Centred | Split::Kuhn => block.planes.iter().map(|p| p.len() as f64 - 1.0).product(),
@@ -381,7 +382,7 @@ fn split(scene: &Scene) -> Split {
     }
 }
 
-/// Low and high face of each axis.
+/// Supports of the low and high face of each axis.
 fn faces<const N: usize>(sides: [(usize, Support, Support); N]) -> Vec<Face> {
     let hold = |support| match support {
         Support::Free => None,
@@ -402,7 +403,7 @@ fn axis(scene: &Scene, length: f64) -> Vec<f64> {
     }
 }
 
-/// Planes from −`half` to `half`, a plane at 0 if graded.
+/// Planes from −`half` to `half`, with a plane at 0 if graded.
 fn across(scene: &Scene, half: f64) -> Vec<f64> {
     if scene.mesh.grading.is_none() && scene.mesh.tree.is_none() {
         return mesh::uniform(-half, half, scene.mesh.size);
@@ -423,7 +424,7 @@ fn leg_planes(scene: &Scene, leg: f64, thickness: f64) -> Vec<f64> {
     planes
 }
 
-/// Rule of exits of a scene; none of a gel that has no back face, or that as a whole moves away from where that was.
+/// Exit rule of a scene; `None` for a gel without a back face, or one that moves as a whole.
 fn exit_rule(scene: &Scene) -> Option<ExitRule> {
     let gel = scene.gel.shape.bounding_box().filter(|_| scene.gel.velocity == [0.0; 3])?;
     Some(ExitRule {

@@ -1,4 +1,4 @@
-//! A mesh that may replace a worn one: sized, made, judged, and with all that it carries.
+//! Candidate mesh for remeshing: target sizes, mesh generation, acceptance and transfer of fields and state.
 
 use super::gel_definition::{Recipe, Sizes};
 use super::history;
@@ -18,123 +18,124 @@ use crate::scene::RemeshMethod;
 use crate::state::Birth;
 use std::f64::consts::FRAC_PI_2;
 
-/// A mesh that may replace another one, and the velocities of its nodes.
+/// Accepted new mesh with its transferred fields and state.
 #[derive(Debug)]
 pub(super) struct Candidate<const D: usize> {
     pub birth: Birth<D>,
-    /// What its elements remember.
+    /// History variables of the elements.
     pub memory: Vec<Memory<D>>,
     pub velocity: Vec<Vector<D>>,
-    /// What it was judged to be.
+    /// Quality of the mesh.
     pub quality: Quality,
-    /// What the transfer changed.
+    /// Changes of mass, momentum and energy by the transfer.
     pub defects: Defects<D>,
-    /// What follows from the mesh.
+    /// Derived properties of the mesh.
     pub known: Known,
-    /// The elements that are not old ones.
+    /// Elements that are not elements of the old mesh.
     pub made: Vec<ElementId>,
 }
 
-/// What follows from a mesh and the places of its nodes, and is found once.
+/// Derived properties of a mesh and its nodal positions, computed once.
 #[derive(Debug, Clone)]
 pub(super) struct Known {
     pub patches: Patches,
-    /// Quality of each element, infinite of those that are too good to matter.
+    /// Quality of each element, infinite where it is too good to matter.
     pub shapes: Vec<f64>,
     /// Neighbours of each element.
     pub across: Neighbours,
 }
 
-/// Why a mesh may not replace another one.
+/// Reason why a candidate mesh was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refused {
-    /// There is none.
+    /// Mesh generation failed.
     #[error(transparent)]
     Made(#[from] RemeshError),
-    /// It is not good enough.
+    /// Mesh quality is not acceptable.
     #[error(transparent)]
     Judged(#[from] Rejected),
-    /// Some of it is made of nothing.
+    /// Nodes of the new mesh have no mass.
     #[error("{nodes} nodes of the new mesh have no mass: no old element lies under theirs")]
     Massless {
-        /// How many.
+        /// Number of massless nodes.
         nodes: usize,
     },
-    /// Some of it is lost, or made of nothing.
+    /// Total mass is not conserved.
     #[error("the new mesh would have a mass of {after:e} kg instead of {before:e} kg")]
     Mass {
         /// Mass of the old mesh, kg.
         before: f64,
-        /// That of the new one, kg.
+        /// Mass of the new mesh, kg.
         after: f64,
     },
-    /// Velocities that nodes of hardly any mass cannot carry.
+    /// Kinetic energy has increased: nodes of hardly any mass have excessive velocities.
     #[error(
         "the gel would move with {after:.3e} J instead of {before:.3e} J: a node of the new mesh has hardly any mass"
     )]
     Gains {
         /// Kinetic energy of the old mesh, J.
         before: f64,
-        /// That of the new one, J.
+        /// Kinetic energy of the new mesh, J.
         after: f64,
     },
-    /// An element that cannot have been anything at rest.
+    /// Element without a valid rest shape.
     #[error("an element of the new mesh has no shape at rest: the old ones under it are inverted")]
     Restless,
-    /// It cannot be stepped.
+    /// Element without a finite stable step.
     #[error("in the new mesh {0}")]
     Steps(NoStep),
 }
 
-/// A way to make a mesh, one attempt after the other.
+/// Attempt to generate a mesh; a method has several, tried in order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Way {
-    /// Nodes of the boundary are left out where it is within so many chords of the chord without them, and in space go along it, off it
-    /// by so many target lengths at most; and whether the gel has a surface at rest.
+    /// Local remeshing.
+    ///
+    /// A boundary node is removed where the boundary stays within `sag` chords of the chord without it. In space a
+    /// node may also slide along the boundary, off it by at most `slide` target lengths. `rests` is true if the gel
+    /// has a surface at rest.
     Retained { sag: f64, slide: f64, rests: bool },
-    /// With this part of the sizes.
+    /// Immersed mesh with target sizes scaled by `part`.
     Immersed { part: f64 },
 }
 
-/// What makes a mesh of a dimension, new points of its surface where they are cleared of bodies: also by how much it may change
-/// the area or volume of the body.
+/// Mesh generator of a dimension: returns a proposal and its tolerance for the change of area or volume.
 pub(super) type Mesher<const D: usize> =
     fn(Way, &Moved<'_, D>, &[f64], Cleared<'_, D>) -> Result<(Proposal<D>, f64), RemeshError>;
-/// The place nearest to a point that is in no body.
+/// Function that returns the point nearest to a given one that is in no body.
 pub(super) type Cleared<'a, const D: usize> = &'a dyn Fn(&Vector<D>) -> Vector<D>;
 
-/// What the area or volume of the body may change by when nodes of its boundary are left out.
+/// Tolerance for the relative change of area or volume when boundary nodes are removed.
 const MEASURE: f64 = 1e-5;
-/// The same of a gel that flows. The wall of a wide cavity in cells that grow goes beyond the other: at 210 m/s nodes were left out no
-/// more then, a tenth of a micrometre apart on the axis, and the step fell to a thousandth.
+/// Tolerance for a viscoplastic gel. The wall of a wide cavity in coarsening cells exceeds the other. At 210 m/s
+/// nodes were then no longer removed, came within 0.1 µm of each other on the axis, and cut the step to a thousandth.
 const MEASURE_IN_FLOW: f64 = 1e-4;
-/// An immersed mesh may be worse shaped than the old one, but no worse than this: what cutting leaves is above it except in corners that
-/// the sizes do not resolve (`smooth_bodies_of_any_size_and_place_are_cut_out_whole`).
+/// Quality that an immersed mesh must reach if the old mesh did. Cutting stays above it except in corners that the
+/// sizes do not resolve (`smooth_bodies_of_any_size_and_place_are_cut_out_whole`).
 const FAIR: f64 = 0.1;
 
-/// The mass of a new mesh is that of the old one to this part. Rounding leaves 2e-14 of all that a run with a hundred exchanges has.
+/// Relative tolerance of mass conservation. Round-off leaves 2e-14 over a run with a hundred remeshings.
 const SAME_MASS: f64 = 1e-12;
-/// A mesh may have so many times the kinetic energy of the old one at most: finer ones hold a few per cent more of short waves.
+/// Greatest ratio of new to old kinetic energy: finer meshes hold a few per cent more of short waves.
 const MOST_GAINED: f64 = 1.1;
-/// A node is light with less than this part of an even share of what its elements weigh. One of a seventh in front of the nose of
-/// `bullet-yaw` was thrown at twice the bullet's speed, and its step fell to a thousandth; of 15 runs of random scenes in the plane and in
-/// space (49, 162, 178, 190, 191 and two speeds beside each) three stopped without this, and none with it; one, with other last digits.
+/// Fraction of an even share of its elements' masses below which a node is light. A node of a seventh in front of the
+/// nose of `bullet-yaw` was thrown at twice the bullet's speed, which cut the step to a thousandth.
 const LIGHT: f64 = 0.25;
-/// No better than this need a mesh in the plane be, if the old one was: a needle of 10°.
+/// Quality that a local mesh in the plane must reach if the old mesh did: that of a needle of 10°.
 const WORN: f64 = 0.3;
-/// What the splitting of long edges may leave in space where nothing makes it better.
+/// Quality that a local mesh in space must reach if the old mesh did: splitting long edges may leave worse elements.
 const SPLIT: f64 = 0.2;
 
 impl<const D: usize> Candidate<D> {
-    /// The elements that are not old ones, and their masses, kg.
+    /// Elements that are not elements of the old mesh, and their masses, kg.
     pub fn made_with_masses(&self) -> Vec<(ElementId, f64)> {
         self.made.iter().map(|e| (*e, self.birth.corner_mass[e.index()].iter().sum())).collect()
     }
 }
 
 impl Way {
-    /// The attempts of a method in the plane, for a gel that flows or not.
+    /// Attempts of a method in the plane; `flows` for a viscoplastic gel.
     pub fn of(method: RemeshMethod, flows: bool) -> [Self; 3] {
         match method {
             RemeshMethod::Retained => [0.06, 0.02, 0.0].map(|sag| Self::Retained { sag, slide: 0.0, rests: !flows }),
@@ -142,23 +143,25 @@ impl Way {
         }
     }
 
-    /// The attempts in space of a gel that does not flow: points of its surface go along it only where nothing else is taken.
+    /// Attempts in space for an elastic gel: nodes slide along the surface only where no other mesh is accepted.
     pub const SOLID: [Self; 3] = [
         Self::Retained { sag: 0.06, slide: 0.0, rests: true },
         Self::Retained { sag: 0.02, slide: 0.05, rests: true },
         Self::Retained { sag: 0.2, slide: 0.1, rests: true },
     ];
 
-    /// The attempts in space of a gel that flows. Nothing tells any more how flat its surface was at rest, and a cavity in cells of a
-    /// quarter of the ball's radius is flat to no more than 0.13 of a cell. Where no point slides, an element of the calibration shot is
-    /// inverted after 11 µs.
+    /// Attempts in space for a viscoplastic gel.
+    ///
+    /// Its surface has no rest shape that tells how flat it was. A cavity in cells of a quarter of the ball's radius
+    /// is flat to no more than 0.13 of a cell. Without sliding, an element of the calibration shot inverts after 11
+    /// µs.
     pub const FLOWING: [Self; 3] = [
         Self::Retained { sag: 0.2, slide: 0.1, rests: false },
         Self::Retained { sag: 0.06, slide: 0.05, rests: false },
         Self::Retained { sag: 0.0, slide: 0.0, rests: false },
     ];
 
-    /// The worst shape that a mesh made so may have, if the old one has this worst shape.
+    /// Least quality required of a new mesh, if `old` is that of the old one.
     fn worst<const D: usize>(self, old: f64) -> f64 {
         match self {
             Self::Retained { .. } => old.min(if D == 3 { SPLIT } else { WORN }),
@@ -167,7 +170,7 @@ impl Way {
     }
 }
 
-/// The mesh that is made so in the plane; new points of an immersed one stay where the old boundary was.
+/// Generates a mesh in the plane; new boundary points of an immersed mesh lie on the old boundary.
 pub(super) fn in_plane(
     way: Way,
     moved: &Moved<'_, 2>,
@@ -186,7 +189,7 @@ pub(super) fn in_plane(
     }
 }
 
-/// The mesh that is made so in space; an immersed one, which a scene cannot ask for, is none.
+/// Generates a mesh in space; the immersed method is available in the plane only.
 pub(super) fn in_space(
     way: Way,
     moved: &Moved<'_, 3>,
@@ -203,8 +206,8 @@ pub(super) fn in_space(
 }
 
 impl<const D: usize> Gelatin<D> {
-    /// Target sizes of the nodes: fine where displacement and velocity bend and where a body is near; those of the scene, if they
-    /// are not to adapt.
+    /// Target sizes of the nodes: fine where displacement and velocity are curved and near bodies; uniform without
+    /// adaptivity.
     pub fn sizes(&self, moved: &Moved<'_, D>, (sizes, across): (&Sizes, &Neighbours)) -> Vec<f64> {
         if !sizes.rules.adaptive {
             return vec![sizes.usual; moved.position.len()];
@@ -233,28 +236,28 @@ impl<const D: usize> Gelatin<D> {
         remesh::graded(moved, size, sizes.rules.growth)
     }
 
-    /// The bodies that take part, where they are now.
+    /// Active bodies in their current states.
     fn active_bodies(&self) -> Vec<(&Body, BodyState)> {
         let time = self.engine.now();
         let all = self.engine.bodies().iter().zip(&self.engine.state().bodies);
         all.map(|(body, last)| (body, last.at(body, time))).filter(|(_, at)| at.active).collect()
     }
 
-    /// How far displacement and velocity bend at each element, rad.
+    /// Curvature indicator of displacement and velocity at each element, rad.
     pub fn bends(&self, moved: &Moved<'_, D>) -> Vec<f64> {
         remesh::bends(moved, &[&displacement(moved), &self.engine.state().velocity])
     }
 
-    /// The neighbours of each element of the mesh that there is, if these are not `known`, and its quality where the nodes are.
+    /// Neighbours of each element of the current mesh, computed if not `known`, and its current quality.
     pub fn worn(&self, moved: &Moved<'_, D>, known: Option<Neighbours>) -> (Neighbours, Vec<f64>) {
         let across = known.unwrap_or_else(|| neighbours::<D>(&moved.mesh.elements));
         (across, self.recipe.shapes(&moved.mesh.elements, moved.position))
     }
 
-    /// A new mesh with all that it carries; `worn` is what is known of the old one.
+    /// Generates a new mesh and transfers all fields and state to it; `shapes` and `across` are data of the old mesh.
     ///
     /// # Errors
-    /// [`Refused`] if there is none that may replace the old one.
+    /// [`Refused`] if the mesh is not acceptable.
     pub fn candidate(
         &self,
         (old, moved, (across, shapes)): (&Birth<D>, &Moved<'_, D>, &(Neighbours, Vec<f64>)),
@@ -291,13 +294,13 @@ impl<const D: usize> Gelatin<D> {
         Ok(Candidate { birth, memory, velocity, quality, defects, known, made })
     }
 
-    /// Whether the gel is one that flows.
+    /// Returns true if the gel is viscoplastic.
     pub fn flows(&self) -> bool {
         self.engine.gel().potential.remembers()
     }
 
-    /// What a new mesh takes over; where a node of it is in a corner in which the density is below nothing, or has hardly any mass, once
-    /// more without such corners.
+    /// Transfers mass and momentum to the new mesh. The transfer is repeated without corners of negative density if a
+    /// node becomes massless or light.
     fn transferred(
         &self,
         (old, moved): (&Birth<D>, &Moved<'_, D>),
@@ -327,7 +330,7 @@ fn displacement<const D: usize>(moved: &Moved<'_, D>) -> Vec<Vector<D>> {
     moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect()
 }
 
-/// Ends of bodies on their axes, and their corners, m.
+/// Axial ends and corners of the bodies, m.
 fn ends(bodies: &[(&Body, BodyState)]) -> Vec<Vector3> {
     let of = |(body, at): &(&Body, BodyState)| -> Vec<Vector3> {
         let place = |pole: &Pole| at.position + at.orientation.transform_vector(&pole.end);
@@ -336,8 +339,8 @@ fn ends(bodies: &[(&Body, BodyState)]) -> Vec<Vector3> {
     bodies.iter().flat_map(of).collect()
 }
 
-/// The place on the surface of a body for one inside it: a new point of a facet that is drawn over a body would have to be
-/// pushed out of it later.
+/// Projects a point inside a body onto its surface: contact would have to push a new boundary node out of the body
+/// later.
 fn cleared<const D: usize>(bodies: &[(&Body, BodyState)], x: &Vector<D>) -> Vector<D> {
     bodies.iter().fold(*x, |x, (body, at)| {
         let gap = body.gap(at, &embed(&x));
@@ -345,7 +348,7 @@ fn cleared<const D: usize>(bodies: &[(&Body, BodyState)], x: &Vector<D>) -> Vect
     })
 }
 
-/// Whether a mesh to which a transfer did this may replace another one.
+/// Checks that a transfer has conserved mass, and not increased the kinetic energy.
 fn bearable<const D: usize>(defects: &Defects<D>) -> Result<(), Refused> {
     if defects.massless > 0 {
         return Err(Refused::Massless { nodes: defects.massless });
@@ -361,7 +364,7 @@ fn bearable<const D: usize>(defects: &Defects<D>) -> Result<(), Refused> {
     Ok(())
 }
 
-/// What a section is of.
+/// Symmetry of a section.
 pub(super) fn symmetry(recipe: &Recipe) -> Symmetry {
     match recipe.section {
         Section::Planar { .. } => Symmetry::Planar,

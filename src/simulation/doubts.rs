@@ -1,15 +1,17 @@
-//! Doubts about a run that are told by what was seen of it.
+//! Warnings about a run by its results.
 
 use super::observe::Observation;
 use crate::geometry::SignedDistance;
 use crate::math::Vector3;
 use crate::scene::{MaterialModel, Scene, Support};
 
-/// Depth in radii of the projectile down to which an elastic gel whose mesh is exchanged keeps its energy (`docs/studies.md`, deep): the
-/// greatest depths on fixed and on exchanged meshes agree within 0.2 % up to 3 radii, and differ by 3 to 40 % from 4 radii on.
+/// Depth in radii of the projectile down to which an elastic gel with remeshing keeps its energy (`docs/studies.md`,
+/// deep). The greatest depths with and without remeshing agree within 0.2 % up to 3 radii, and differ by 3 to 40 %
+/// from 4 radii on.
 const FAITHFUL: f64 = 3.0;
 
-/// Reasons to doubt the figures of a run so far, one sentence each; those of [`crate::scene::doubts`] are not among them.
+/// Reasons to doubt the figures of a run so far, one sentence each; those of [`crate::scene::doubts`] are not
+/// included.
 #[must_use]
 pub fn doubts(scene: &Scene, seen: &Observation) -> Vec<String> {
     [seen.energy.doubt(), lost_elasticity(scene, seen), held_back(scene, seen)].into_iter().flatten().collect()
@@ -30,7 +32,7 @@ fn lost_elasticity(scene: &Scene, seen: &Observation) -> Option<String> {
     })
 }
 
-/// Doubt about a shot that comes to a back face that is held.
+/// Doubt about a shot that reaches a supported back face.
 fn held_back(scene: &Scene, seen: &Observation) -> Option<String> {
     let (support, thickness) = (scene.gel.supports.z_min, scene.gel.shape.thickness()?);
     let contact = &seen.projectile().contact;

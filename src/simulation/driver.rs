@@ -1,4 +1,4 @@
-//! A worn mesh, and how the run goes on with another one.
+//! Remeshing driver: replaces a distorted mesh, and continues the run on the new one.
 
 use super::RestoreError;
 use super::candidate::{self, Known, Mesher, Refused, Way, symmetry};
@@ -18,15 +18,15 @@ use crate::state::{Birth, State};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// What can be given another mesh.
+/// Gel whose mesh can be replaced.
 pub(super) trait Renew {
-    /// Goes on with a better mesh, or with the old one where there is none.
+    /// Continues with a better mesh, or with the old one where no candidate is accepted.
     ///
     /// # Errors
-    /// [`StepError`] if not even the old mesh can go on.
+    /// [`StepError`] if not even the old mesh can be stepped.
     fn renew(&mut self) -> Result<(), StepError>;
 
-    /// What an exchange would do now, in the plane and where meshes are exchanged; `frame` is the mesh as it is.
+    /// Preview of a remeshing now, in the plane and where the scene has remeshing; `frame` is the current mesh.
     fn rehearsal(&self, frame: Frame) -> Option<Rehearsal>;
 }
 
@@ -50,20 +50,20 @@ impl Renew for Gelatin<3> {
     }
 }
 
-/// Gel thinner than this part of the least size breaks off where no mesh is taken with it, whatever the scene says: a wall pinched to
-/// nothing by the wall across, which no mesh makes thicker. One of 1e-10 m stopped a random scene (190).
+/// Thickness, as a fraction of the least edge, below which gel is eroded where no mesh is accepted, whatever the
+/// scene says. Opposite walls may pinch gel to no thickness (1e-10 m has occurred), and no mesh thickens it.
 const PINCHED: f64 = 0.01;
-/// The part of the gel that may go so at once, and of what hangs on it: what is heavier stays.
+/// Greatest fraction of the gel that one such erosion may remove, detached parts included; heavier parts stay.
 pub(super) const MOST_BROKEN: f64 = 0.01;
 
-/// How often gel breaks off at one time, so that a mesh is taken: each time what the next one was refused for, or what is left
-/// could not be stepped by.
+/// Greatest number of erosions at one time in search of an acceptable mesh. Each removes the elements for which the
+/// last mesh was refused, or which could not be stepped.
 pub(super) const MOST_BREAKS: usize = 32;
 
-/// A run that has so many times the energy that it can have is none any more.
+/// Ratio of the energy to the energy provided, above which a run has diverged.
 const RUNAWAY: f64 = 10.0;
 
-/// Neighbours and shapes of the elements of a worn mesh.
+/// Neighbours and element qualities of a distorted mesh.
 type Worn = (Neighbours, Vec<f64>);
 
 impl<const D: usize> Gelatin<D> {
@@ -106,8 +106,8 @@ impl<const D: usize> Gelatin<D> {
         self.keep(&self.present(), worn).map_err(|NoStep { step, .. }| StepError::Worn { time, step })
     }
 
-    /// Whether there is far more energy than there was at the start and came in since: a ball at 23 m/s once went on so to 1e223 m, every
-    /// new mesh refused at length.
+    /// Error of a run whose energy far exceeds the initial energy and the work done on it. Without this check a
+    /// diverging run refuses new meshes at length: a ball of 23 m/s once reached 1e223 m.
     fn diverged(&self) -> Option<StepError> {
         let time = self.engine.now();
         let Totals { energies, ledger, initial_energy, .. } = self.engine.totals(time);
@@ -116,10 +116,10 @@ impl<const D: usize> Gelatin<D> {
         (provided > self.recipe.noise(self.gel_mass()) && part > RUNAWAY).then_some(StepError::Diverged { time, part })
     }
 
-    /// Goes on with a better mesh of what there is, begun then.
+    /// Continues with a better mesh of the current gel; `begun` is when the remeshing began.
     ///
     /// # Errors
-    /// Why each was refused, if all were, and what is known of the mesh that there is.
+    /// Reasons why each candidate was refused, and the data of the old mesh.
     fn exchange(&mut self, mesher: Mesher<D>, (sizes, begun): (&Sizes, Instant)) -> Result<(), (Vec<Refused>, Worn)> {
         let old = self.present();
         let position = self.engine.state().position.clone();
@@ -160,7 +160,7 @@ impl<const D: usize> Gelatin<D> {
         Err((refused, worn))
     }
 
-    /// Goes on with the old mesh, its elements in patches anew, as after an exchange that has made nothing.
+    /// Continues with the old mesh and new patches, as after a remeshing that leaves every element unchanged.
     fn keep(&mut self, old: &Birth<D>, (across, shapes): Worn) -> Result<(), NoStep> {
         let state = self.engine.state();
         let mut birth = Birth { tick: self.engine.last_tick(), position: state.position.clone(), ..old.clone() };
@@ -176,7 +176,7 @@ impl<const D: usize> Gelatin<D> {
         self.go_on(birth, (memory, velocity), Known { patches, shapes, across })
     }
 
-    /// Goes on with a mesh of which that is known.
+    /// Continues the run on a mesh with these properties.
     pub(super) fn go_on(
         &mut self,
         birth: Birth<D>,
@@ -193,12 +193,14 @@ impl<const D: usize> Gelatin<D> {
 }
 
 impl<const D: usize> Gelatin<D> {
-    /// What follows from a mesh of this gel with these neighbours, whose nodes are there when it is new.
+    /// Derived properties of a mesh of this gel: patches, element qualities and neighbours. `position` is where the
+    /// nodes of the new mesh are.
     pub fn known(&self, mesh: &Mesh<D>, position: &[Vector<D>], across: Neighbours) -> Known {
         let shapes = self.recipe.shapes(&mesh.elements, position);
         Known { patches: self.recipe.patches((mesh, position), &across), shapes, across }
     }
 
+    /// Gel of the integrator on this mesh.
     pub fn gel_of(&self, birth: &Birth<D>, patches: Patches) -> crate::integrator::Gel<D, Simplices<D>> {
         let simplices = self.recipe.simplices(&birth.mesh, patches).with_references(&birth.references);
         self.recipe.gel(simplices, (&birth.mesh, &birth.position), birth.mass.clone())
@@ -207,7 +209,7 @@ impl<const D: usize> Gelatin<D> {
     /// Continues from a state of this run.
     ///
     /// # Errors
-    /// If it is none; nothing is changed then.
+    /// [`RestoreError`] if the state is not one of this run; nothing is changed then.
     pub fn go_back(&mut self, state: &State<D>) -> Result<(), RestoreError> {
         let wrong = |what| RestoreError::Inconsistent { what };
         let own = &self.engine.state().birth;
@@ -237,7 +239,8 @@ impl<const D: usize> Gelatin<D> {
         Ok(())
     }
 
-    /// Takes over what is kept of a mesh beside the engine; its elements were of these shapes when it was new.
+    /// Takes over the data that is kept beside the engine; `shapes` are the qualities of the elements when the mesh
+    /// was new.
     pub fn dress(&mut self, birth: &Birth<D>, (shapes, across): (&[f64], Neighbours)) {
         self.across = Some(across);
         self.facets.clone_from(&birth.mesh.facets);
@@ -246,7 +249,7 @@ impl<const D: usize> Gelatin<D> {
         self.engine.set_wear(self.recipe.wear(&self.engine.gel().potential, &birth.position, shapes));
     }
 
-    /// The mesh of the engine as it was when it was new.
+    /// Mesh of the engine as it was when it was new.
     pub fn present(&self) -> Arc<Birth<D>> {
         if let Some(birth) = &self.engine.state().birth {
             return Arc::clone(birth);
@@ -269,7 +272,7 @@ impl<const D: usize> Gelatin<D> {
     }
 }
 
-/// Those of the elements at rest.
+/// Masses of the corners of the elements at rest, kg.
 fn corner_masses<const D: usize>(potential: &Simplices<D>, recipe: &Recipe) -> Vec<[f64; 4]> {
     let mass = |element| recipe.density * potential.volume(ElementId(element));
     let masses: Vec<f64> = (0..potential.len() as u32).map(mass).collect();

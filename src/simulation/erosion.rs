@@ -1,4 +1,4 @@
-//! What breaks off a gel and flies on as drops that nothing meets again.
+//! Erosion: removes gel from the mesh, which flies on as drops without further contact.
 
 use super::candidate::Known;
 use super::history::inherited;
@@ -11,20 +11,20 @@ use crate::mesh::{ElementId, Facet, Mesh, NodeId, neighbours, outer, sorted};
 use crate::remesh::{self, Moved, Neighbours, Same};
 use crate::state::Birth;
 
-/// What is left of a mesh.
+/// Mesh that remains after an erosion.
 struct Left<const D: usize> {
-    /// The mesh; what its elements are at rest and remember is not in it yet.
+    /// Remaining mesh; rest shapes and history variables of its elements are set later.
     birth: Birth<D>,
     across: Neighbours,
     same: Vec<Option<Same>>,
     velocity: Vec<Vector<D>>,
-    /// Mass of what is gone, kg.
+    /// Eroded mass, kg.
     gone: f64,
 }
 
 impl<const D: usize> Gelatin<D> {
-    /// Lets go of gel thinner than this, m, and of what hangs on it, each at most this part of the gel; whether something went. Nothing
-    /// does if what is left could not be stepped.
+    /// Erodes gel thinner than `below`, m, and the parts that detach, each at most the fraction `most` of the gel;
+    /// returns true if elements were removed. Nothing is removed if the rest could not be stepped.
     pub fn shed(&mut self, below: f64, most: f64) -> bool {
         let old = self.present();
         let moved = Moved { mesh: &old.mesh, position: &self.engine.state().position };
@@ -33,12 +33,14 @@ impl<const D: usize> Gelatin<D> {
         self.let_go(&old, &thin, most).unwrap_or(false)
     }
 
-    /// Lets go of these elements, and [of what hangs on them](remesh::with_what_hangs_on): their mass, momentum and energy go to their
-    /// accounts, and what is left goes on as after an exchange that has made nothing new. Whether something went: nothing does if a node
-    /// would be left without mass.
+    /// Erodes these elements and [the parts that detach](remesh::with_what_hangs_on); returns true if elements were
+    /// removed.
+    ///
+    /// Their mass, momentum and energy are booked in the ledger. The remaining mesh continues as after a remeshing
+    /// without new elements. Nothing is removed if a node would be left without mass.
     ///
     /// # Errors
-    /// [`NoStep`] if what is left could not be stepped; nothing goes then.
+    /// [`NoStep`] if the remaining mesh could not be stepped; nothing is removed then.
     pub fn let_go(&mut self, old: &Birth<D>, gone: &[bool], most: f64) -> Result<bool, NoStep> {
         // As at most exchanges.
         if !gone.contains(&true) {
@@ -81,7 +83,7 @@ impl<const D: usize> Gelatin<D> {
         Ok(true)
     }
 
-    /// Kinetic and stored energy of these elements of the mesh as it is now, J; of a patch by volume.
+    /// Kinetic and stored energy of these elements of the current mesh, J; that of a patch is shared by volume.
     fn energy_of(&self, old: &Birth<D>, gone: &[bool]) -> f64 {
         let (velocity, potential) = (&self.engine.state().velocity, &self.engine.gel().potential);
         let moving = |e: usize| -> f64 {
@@ -141,7 +143,8 @@ impl<const D: usize> Left<D> {
     }
 }
 
-/// The marks of the facets that are left, nodes being what they were of the old mesh; nothing acts on those that were inside.
+/// Load markers of the remaining facets; `nodes` are their nodes' old numbers. No load acts on facets that were
+/// inside.
 fn marks_of<const D: usize>(old: &Birth<D>, facets: &[Facet], nodes: &[usize]) -> Vec<u8> {
     if old.mesh.marks.is_empty() {
         return vec![];

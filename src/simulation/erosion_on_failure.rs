@@ -1,4 +1,4 @@
-//! What no mesh can follow: it breaks off before the run ends by it.
+//! Erosion on failure: removes elements that no mesh can follow before the run ends by them.
 
 use super::candidate::Refused;
 use super::driver::{MOST_BREAKS, MOST_BROKEN};
@@ -9,10 +9,12 @@ use crate::mesh::{NodeId, Simplex, signed_volume};
 use crate::remesh::RemeshError;
 
 impl<const D: usize> Gelatin<D> {
-    /// Lets go of the elements that are turned inside out, of those that [weigh nothing](weighs_nothing), of the stiffest around each
-    /// node that has no stable step, of one behind a facet that leaks, of those at whose sides meshes were refused because the boundary
-    /// crosses or touches itself there, and of those by which new meshes, or what is left, could not be stepped, with what hangs on
-    /// them. Whether something went.
+    /// Erodes the elements that stop the run, with the parts that detach; returns true if elements were removed.
+    ///
+    /// They are inverted or [massless](weighs_nothing) elements, the stiffest around each node without a stable step,
+    /// and one behind a leaking facet. Also eroded are elements at whose sides meshes were refused because the
+    /// boundary crosses or touches itself. So are those by which new meshes, or the remaining one, could not be
+    /// stepped.
     pub fn break_off(&mut self, refused: &[Refused]) -> bool {
         let old = self.present();
         let position = &self.engine.state().position;
@@ -40,15 +42,15 @@ impl<const D: usize> Gelatin<D> {
     }
 }
 
-/// Whether an element with these corners weighs next to nothing beside its lightest node, or less than nothing; its nodes have their mass from
-/// others then. One that was made over nothing touches old gel by rounding.
+/// Returns true if an element's mass is negligible beside its lightest node, or negative. An element created outside
+/// the old gel overlaps it by round-off only; the masses of its nodes come from other elements.
 fn weighs_nothing<const D: usize>(nodes: &Simplex, own: &[f64; 4], mass: &[f64]) -> bool {
     const NOTHING: f64 = 1e-12;
     let lightest = nodes[..=D].iter().map(|node| mass[node.index()]).fold(f64::INFINITY, f64::min);
     own[..=D].iter().sum::<f64>() <= NOTHING * lightest
 }
 
-/// Marks the elements that have all nodes of one of these; whether there was one that was not marked.
+/// Marks the elements that have all nodes of one of these sets; returns true if one was not marked before.
 fn mark<const D: usize>(
     gone: &mut [bool],
     elements: &[Simplex],
@@ -63,8 +65,8 @@ fn mark<const D: usize>(
     more
 }
 
-/// The old nodes at the ends of each edge for which there is no mesh, and those of each element for which a mesh could not be stepped, if
-/// that is made of old ones.
+/// Sets of old nodes that a refusal blames: the ends of edges without a mesh, and the corners of elements that could
+/// not be stepped.
 fn blamed<const D: usize>(why: &Refused, position: &[Vector<D>]) -> Vec<Vec<NodeId>> {
     let at = |place: &[f64; 2]| {
         let there = position.iter().position(|x| x[0] == place[0] && x[1] == place[1]);
@@ -79,13 +81,13 @@ fn blamed<const D: usize>(why: &Refused, position: &[Vector<D>]) -> Vec<Vec<Node
     }
 }
 
-/// The nodes of the element by which a mesh could not be stepped; none if it is not made of these.
+/// Nodes of the element by which a mesh could not be stepped; empty if not all of them are old nodes.
 fn stepless<const D: usize>(why: &NoStep, position: &[Vector<D>]) -> Vec<NodeId> {
     let corner = |place: &Vector3| position.iter().position(|x| embed(x) == *place).map(|node| NodeId(node as u32));
     why.corners.iter().map(corner).collect::<Option<Vec<_>>>().unwrap_or_default()
 }
 
-/// Whether an element has all of these nodes, if there are any.
+/// Returns true if an element has all of these nodes, and there are any.
 fn has<const D: usize>(element: &Simplex, nodes: &[NodeId]) -> bool {
     !nodes.is_empty() && nodes.iter().all(|node| element[..=D].contains(node))
 }

@@ -1,4 +1,4 @@
-//! What a gel is made of, whatever its mesh: what is needed to make it again on another one.
+//! Mesh-independent definition of a gel, from which it can be rebuilt on another mesh.
 
 use super::loads;
 use crate::constitutive::{
@@ -15,38 +15,38 @@ use crate::scene::{
 };
 use crate::state::Birth;
 
-/// What a gel is made of.
+/// Mesh-independent definition of a gel: material, section, symmetry, loads, sensors and remeshing rules.
 #[derive(Debug, Clone)]
 pub(super) struct Recipe {
     pub section: Section,
     material: Material,
     kind: ElementKind,
-    /// kg/m³, of all that the gel stands for.
+    /// Mass density, kg/m³, scaled by the number of symmetric copies.
     pub density: f64,
-    /// Which part of it is computed.
+    /// Part of the gel that is computed.
     pub symmetry: Symmetry,
-    /// What acts on its surface.
+    /// Pressures on the surface.
     pressures: Vec<Pressure>,
-    /// Where its sensors are at rest, m.
+    /// Positions of the sensors at rest, m.
     pub sensors: Vec<Vector3>,
-    /// When and how its mesh is exchanged.
+    /// Remeshing rules and edge lengths; `None` without remeshing.
     pub remesh: Option<Sizes>,
 }
 
-/// How fine meshes are, and when they are worn.
+/// Remeshing rules and target edge lengths.
 #[derive(Debug, Clone)]
 pub(super) struct Sizes {
     pub rules: Remesh,
-    /// Edges: the least asked for, that of the scene, and the longest, m.
+    /// Least edge, edge of the scene, and longest edge, m.
     pub least: f64,
     pub usual: f64,
     pub longest: f64,
 }
 
-/// An element is worn when it is so many times worse than when it was new: what the shape of the body imposes would otherwise wear
-/// a mesh out at once.
+/// Ratio of an element's quality to its quality when new, below which the mesh counts as distorted. Without this
+/// ratio, a shape imposed by a body would trigger remeshing at once.
 const AGED: f64 = 0.6;
-/// No new mesh need be of better quality than this.
+/// Element quality that is sufficient in any new mesh.
 const FAIR: f64 = 0.35;
 
 impl Recipe {
@@ -76,34 +76,34 @@ impl Recipe {
         }
     }
 
-    /// What rounding leaves of the energy of so much gel at rest, J.
+    /// Round-off of the energy of this mass of gel at rest, J.
     pub fn noise(&self, mass: f64) -> f64 {
-        /// Of a strain of one; a real one is a millionth of that or more.
+        /// Round-off relative to the energy of a strain of one; real strains are a millionth of that or more.
         const ROUND_OFF: f64 = 1e-14;
         ROUND_OFF * self.material.wave_modulus() * mass / self.density
     }
 
-    /// μ V of so much gel, J: the torque that stresses of the size of the shear modulus have.
+    /// Shear modulus times volume of this mass of gel, J: the torque of stresses of the size of the shear modulus.
     pub fn shear_torque(&self, mass: f64) -> f64 {
         self.material.wave_modulus() * self.material.slowness_of_shear().powi(2) * mass / self.density
     }
 
-    /// How many parts like the one that is computed make all of the gel.
+    /// Number of copies of the computed part that make the whole gel.
     pub fn copies(&self) -> f64 {
         self.symmetry.copies()
     }
 
-    /// The elements of a mesh in these patches.
+    /// Finite elements of a mesh in these patches.
     pub fn simplices<const D: usize>(&self, mesh: &Mesh<D>, patches: Patches) -> Simplices<D> {
         Simplices::in_patches(mesh, patches, (self.material, self.section))
     }
 
-    /// Whether neighbours of elements are asked for at all.
+    /// Returns true if the neighbours of elements are needed.
     pub fn asks_for_neighbours(&self) -> bool {
         self.kind == ElementKind::Patch || self.remesh.is_some()
     }
 
-    /// Which elements of a mesh, whose nodes are there when it is new, with these neighbours share their change of volume.
+    /// F-bar patches of a mesh with these neighbours; `position` is where its nodes are when it is new.
     pub fn patches<const D: usize>(&self, (mesh, position): (&Mesh<D>, &[Vector<D>]), across: &Neighbours) -> Patches {
         match (self.kind, &self.material) {
             (ElementKind::Plain, _) => Patches::alone(mesh.elements.len()),
@@ -116,7 +116,7 @@ impl Recipe {
         }
     }
 
-    /// The gel of these elements, the nodes of whose mesh are there when it is new, with these masses.
+    /// Gel of these elements with these nodal masses; `position` is where the nodes of the mesh are when it is new.
     pub fn gel<const D: usize>(
         &self,
         simplices: Simplices<D>,
@@ -127,12 +127,14 @@ impl Recipe {
         loads::loaded(gel, mesh, (self.section, &self.pressures))
     }
 
-    /// The axes across which it meets its image: those of the planes of symmetry, or the first about an axis of revolution.
+    /// Axes across which the gel may touch its mirror image: normals of the planes of symmetry, or the radius about
+    /// an axis of revolution.
     fn mirrored(&self) -> &'static [usize] {
         if self.section == Section::Axisymmetric { &[0] } else { self.symmetry.mirrored() }
     }
 
-    /// All of the boundary but the axis of revolution and the planes of symmetry: areas at rest, sizes where the nodes are.
+    /// Contact surface: the boundary without the axis of revolution and the planes of symmetry. Areas are those at
+    /// rest, sizes those of the current facets.
     fn surface<const D: usize>(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Surface {
         let rest = |facet: &Facet, i: usize| mesh.rest[facet[i].index()];
         let is_image = |facet: &Facet| self.mirrored().iter().any(|i| (0..D).all(|node| rest(facet, node)[*i] == 0.0));
@@ -151,7 +153,7 @@ impl Recipe {
         surface.mirrored(planes)
     }
 
-    /// Whether all elements of a mesh are at rest on the side of the axis where matter is, if there is one.
+    /// Returns true if all elements lie at rest at a positive radius, where there is an axis.
     pub fn holds<const D: usize>(&self, birth: &Birth<D>) -> bool {
         if self.section != Section::Axisymmetric {
             return true;
@@ -166,20 +168,20 @@ impl Recipe {
         (0..).map(ElementId).zip(&mesh.elements).all(outside)
     }
 
-    /// The quality of an element of a mesh that is exchanged, infinite if it is too good to matter: to when a mesh is worn, or to how bad
-    /// a new one may be.
+    /// Quality of an element for the distortion monitor and for acceptance; infinite if it is too good to matter for
+    /// either.
     pub fn shape<const D: usize>(&self, x: &[Vector<D>], nodes: &Simplex) -> f64 {
         let worn = self.remesh.as_ref().map_or(0.0, |sizes| sizes.rules.quality / AGED);
         poor_quality(x, nodes, worn.max(FAIR))
     }
 
-    /// Those of all elements.
+    /// Qualities of all elements.
     pub fn shapes<const D: usize>(&self, elements: &[Simplex], x: &[Vector<D>]) -> Vec<f64> {
         elements.iter().map(|nodes| self.shape(x, nodes)).collect()
     }
 
-    /// When a mesh is worn whose nodes are there when it is new, and whose elements have these qualities then; never, if it is not
-    /// exchanged.
+    /// Limits of the distortion monitor: least qualities and volumes of the elements. `position` and `shapes` are
+    /// those of the new mesh; `None` without remeshing.
     pub fn wear<const D: usize>(
         &self,
         potential: &Simplices<D>,
@@ -198,7 +200,7 @@ impl Recipe {
     }
 }
 
-/// What stands for so many parts that move alike: as many times as heavy, as stiff and as strong (numerics A1).
+/// Scales density, moduli and stresses of a gel by its number of symmetric copies (numerics A1).
 fn part(gel: &GelTable) -> GelTable {
     let copies = gel.symmetry.copies();
     let mut part = gel.clone();
@@ -221,7 +223,7 @@ fn part(gel: &GelTable) -> GelTable {
     part
 }
 
-/// What a gel is made of.
+/// Constitutive model of a gel.
 pub(super) fn material(gel: &GelTable) -> Material {
     match gel.material {
         MaterialModel::NeoHookean => NeoHookean::new(gel.shear_modulus, gel.bulk_modulus).into(),

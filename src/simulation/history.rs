@@ -1,5 +1,5 @@
-//! What the elements of a new mesh were at rest: what their nodes say where that is true, else what the old elements that they are made of
-//! make of them (numerics 4.6).
+//! Transfer of rest shapes and history variables to a new mesh: from the nodes' rest positions where these are
+//! compatible, otherwise from the source elements (numerics 4.6).
 
 use super::patch_volume_share::stays;
 use super::rest_volumes::rests;
@@ -10,13 +10,14 @@ use crate::math::{Tensor, Vector, det};
 use crate::mesh::{ElementId, Patches};
 use crate::remesh::Same;
 
-/// What new elements are at rest where their nodes do not say it.
+/// Rest shapes of the new elements whose nodes' rest positions do not give them.
 type References<const D: usize> = Vec<(ElementId, Reference<D>)>;
 
-/// The elements of a new mesh that are at rest not what their nodes say, and what all remember; `None` if one can be nothing.
+/// Rest shapes of the incompatible elements of a new mesh, and the history variables of all; `None` if an element has
+/// no valid rest shape.
 ///
-/// Of a gel that flows no node knows what an element is at rest: each is made of the elastic part of what it is made of, and
-/// remembers how far that has flowed, but not in which direction.
+/// In a viscoplastic gel nodal rest positions do not give an element's rest shape. Each new element gets the mean
+/// elastic strain of its sources, and the amount of their plastic strain, but not its direction.
 pub(super) fn inherited<const D: usize>(
     past: &Past<'_, D>,
     position: &[Vector<D>],
@@ -78,7 +79,7 @@ pub(super) fn inherited<const D: usize>(
     all.iter().all(stands).then_some((all, memory))
 }
 
-/// The reference of an old element whose nodes may stand in another order now.
+/// Reference of an old element whose nodes may be permuted now.
 fn turned<const D: usize>(reference: &Reference<D>, same: Same) -> Reference<D> {
     if same == Same::in_order(same.element) {
         return *reference;

@@ -1,4 +1,4 @@
-//! Where the loads of a scene act: which facets of the first mesh they mark, and what the engine knows of them.
+//! Pressure loads: marks the facets of the first mesh, and passes the loads to the engine.
 
 use super::BuildError;
 use crate::fem::{Section, Simplices};
@@ -7,13 +7,13 @@ use crate::math::{Vector3, embed};
 use crate::mesh::{Facet, Mesh};
 use crate::scene::{Dimension, Face, GelShape, Load, Scene, numbered};
 
-/// A node is on a round face if it is that near to it, relatively: what mapping leaves of its bits.
+/// Relative distance from a round face within which a node lies on it: the round-off of the mapping.
 const ROUND: f64 = 1e-9;
 
-/// The marks of the facets of the first mesh of a scene; none if nothing acts.
+/// Load markers of the facets of the first mesh of a scene; empty without loads.
 ///
 /// # Errors
-/// [`BuildError::Unloaded`] if no facet is where a load is.
+/// [`BuildError::Unloaded`] if a load selects no facet.
 pub(super) fn marks<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Result<Vec<u8>, BuildError> {
     if scene.load.is_empty() {
         return Ok(vec![]);
@@ -32,7 +32,7 @@ pub(super) fn marks<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Result<Vec
     Ok(marks)
 }
 
-/// Whether a facet with these corners is one that a load acts on.
+/// Returns true if the load acts on a facet with these corners.
 fn is_on(scene: &Scene, load: &Load, corners: &[Vector3]) -> bool {
     let is_inside = load
         .within
@@ -40,7 +40,7 @@ fn is_on(scene: &Scene, load: &Load, corners: &[Vector3]) -> bool {
     is_inside && load.on.is_none_or(|face| is_face(scene, face, corners)) && !is_axis(scene, corners)
 }
 
-/// Whether a facet of a section is on its axis.
+/// Returns true if a facet of a section lies on the axis of revolution.
 fn is_axis(scene: &Scene, corners: &[Vector3]) -> bool {
     scene.scene.dimension == Dimension::Axisymmetric && corners.iter().all(|x| x.x == 0.0)
 }
@@ -60,7 +60,8 @@ fn is_face(scene: &Scene, face: Face, corners: &[Vector3]) -> bool {
     }
 }
 
-/// Whether corners are on the mantle of a cylinder or on a sphere of this radius; those of an end face are at one height.
+/// Returns true if corners lie on the lateral surface of a cylinder or on a sphere of this radius. The corners of an
+/// end face have one height.
 fn is_round(shape: &GelShape, radius: f64, corners: &[Vector3]) -> bool {
     let is_sphere = matches!(shape, GelShape::Shell { .. });
     let distance = |x: &Vector3| if is_sphere { x.norm() } else { x.xy().norm() };
@@ -97,12 +98,12 @@ fn inner(shape: &GelShape) -> f64 {
     }
 }
 
-/// The pressures of a scene.
+/// Pressures of a scene.
 pub(super) fn pressures(scene: &Scene) -> Vec<Pressure> {
     scene.load.iter().map(|load| Pressure::new(load.history()).below(load.depth)).collect()
 }
 
-/// The gel of a mesh under these pressures.
+/// Applies pressures to the gel of a mesh.
 pub(super) fn loaded<const D: usize>(
     gel: Gel<D, Simplices<D>>,
     mesh: &Mesh<D>,

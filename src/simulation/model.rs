@@ -1,4 +1,4 @@
-//! A gel of either dimension behind one interface.
+//! Gel of either dimension behind one interface.
 
 use super::build::MOST_TICKS;
 use super::driver::Renew;
@@ -18,27 +18,27 @@ use crate::remesh::{self, Neighbours};
 use crate::state::{Birth, Clock, Record, State, Tick};
 use std::sync::Arc;
 
-/// Reach of the contact now.
+/// Current extent of the contact with a body.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Reach {
-    /// Area of the nodes within a tenth of their size of a body, m².
+    /// Area of the surface nodes within a tenth of their size of the body, m².
     pub area: f64,
     /// Deepest penetration, m.
     pub penetration: f64,
-    /// Longest step of a patch of those nodes, s.
+    /// Longest step of a patch at those nodes, s.
     pub longest_step: f64,
 }
 
-/// What the simulation asks of a gel, whatever its dimension.
+/// Gel independent of its dimension, as the simulation drives and observes it.
 pub(super) trait Model: Send {
     fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<(), StepError>;
-    /// The same up to the first exchange of the mesh from time `from` on, shown before it is made, if there is one.
+    /// Advances to the first remeshing from time `from` on and returns its preview, or to time `t` if there is none.
     fn rehearse(&mut self, from: f64, t: f64, exchanges: &mut [Exchange]) -> Result<Option<Rehearsal>, StepError>;
-    /// Exchanges of the mesh since it was built.
+    /// Remeshings since the gel was built.
     fn renewals(&self) -> &[Renewal];
     fn refusals(&self) -> &[Refusal];
     fn n_bodies(&self) -> usize;
-    /// What does not change of a body, and its last event.
+    /// Constants of a body, and its state at its last event.
     fn body(&self, i: usize) -> (&Body, &BodyState);
     fn rebase_body(&mut self, i: usize, t: f64);
     fn set_body(&mut self, i: usize, state: &BodyState);
@@ -49,69 +49,69 @@ pub(super) trait Model: Send {
     /// Returns true if a body at this state no longer meets the gel.
     fn is_away(&self, i: usize, at: &BodyState) -> bool;
     fn totals(&self, t: f64) -> Totals;
-    /// Reach of the contact with a body at time `t`.
+    /// Extent of the contact with a body at time `t`.
     fn reach(&self, i: usize, t: f64) -> Reach;
-    /// How deep the surface of the gel would be, m, inside a body that comes to be there, until the gel looks again; if that is
-    /// more than it may be.
+    /// Depth of the gel's surface, m, inside a body placed in this state, until the next contact query of the gel;
+    /// `None` if the depth is tolerable.
     fn overlap(&self, i: usize, at: &BodyState) -> Option<f64>;
-    /// Whether a body so would have the gel around its centre.
+    /// Returns true if a body in this state would have gel around its centre.
     fn swallows(&self, i: usize, at: &BodyState) -> bool;
-    /// What rounding leaves of the energy of the gel at rest, J.
+    /// Round-off of the energy of the gel at rest, J.
     fn noise(&self) -> f64;
-    /// μ V, the torque of stresses of the size of the shear modulus, N·m.
+    /// Shear modulus times volume: the torque of stresses of the size of the shear modulus, N·m.
     fn shear_torque(&self) -> f64;
-    /// Elements, nodes, elements below the continuation.
+    /// Numbers of elements, of nodes, and of elements compressed below the start of the continuation.
     fn counts(&self) -> (usize, usize, usize);
-    /// Part of the elements that are at rest not what their nodes say.
+    /// Fraction of the elements whose rest shape is not that of their nodes' rest positions.
     fn fallback(&self) -> f64;
     /// Smallest and largest step, s.
     fn steps(&self) -> (f64, f64);
     fn synchronous_updates(&self, t: f64) -> f64;
     fn frame(&self, t: f64) -> Frame;
-    /// What the sensors measure at time `t`.
+    /// Reports of the sensors at time `t`.
     fn sensors(&self, t: f64) -> Vec<SensorReport>;
-    /// Writes the state over another one, in its memory if it is of the same dimension.
+    /// Writes the state over another one, reusing its memory if it is of the same dimension.
     fn save(&self, to: &mut SavedState);
-    /// Continues from a saved state that has come to `time`, s.
+    /// Continues from a saved state that has reached `time`, s.
     fn restore(&mut self, saved: &SavedState, time: f64) -> Result<(), RestoreError>;
-    /// Until when ticks are exact, s.
+    /// Latest time whose ticks are exact, s.
     fn latest(&self) -> f64;
     fn digest(&self) -> u128;
     fn bytes(&self) -> usize;
-    /// Bytes of its state, as a copy takes them.
+    /// Bytes of a copy of the state.
     fn state_bytes(&self) -> usize;
     fn mesh_size(&self) -> MeshSize;
-    /// Returns true if its meshes are exchanged.
+    /// Returns true if the scene has remeshing.
     fn can_remesh(&self) -> bool;
     fn runs(&self) -> Vec<Run<'_>>;
 }
 
-/// A gel of simplices.
+/// Gel of simplices: its engine, and the data that remeshing and reports need beside it.
 pub(super) struct Gelatin<const D: usize> {
     pub engine: Engine<D, Simplices<D>>,
-    /// The boundary of its mesh.
+    /// Boundary facets of the mesh.
     pub facets: Vec<Facet>,
-    /// Which loads act on them; empty where there are none.
+    /// Load markers of the facets; empty without loads.
     pub marks: Vec<u8>,
-    /// Where the sensors are in its mesh.
+    /// Locations of the sensors in the mesh.
     pub seats: Vec<Seat<D>>,
-    /// The neighbours of its elements, where meshes are exchanged; none while one is, or after that has failed.
+    /// Neighbours of the elements where the scene has remeshing; `None` during a remeshing, or after one has failed.
     pub across: Option<Neighbours>,
-    /// What it is made of.
+    /// Mesh-independent definition of the gel.
     pub recipe: Recipe,
-    /// The mesh of the start, if it is not that of the engine.
+    /// Mesh of the start, if the engine has another one.
     pub first: Option<Arc<Birth<D>>>,
-    /// Its exchanges since it was built.
+    /// Remeshings since the gel was built.
     pub renewals: Vec<Renewal>,
-    /// When no mesh was taken, and why not, by attempt.
+    /// Failed remeshings since the gel was built.
     pub refusals: Vec<Refusal>,
 }
 
-/// Overlap at the start that contact can take, in element sizes.
+/// Overlap at the start that contact tolerates, in element sizes.
 const OVERLAP: f64 = 0.1;
 
-/// Depth of the deepest node of the surface, m, inside a body that goes on for the node's `wait`, s, if that is more than
-/// contact can take.
+/// Depth of the deepest surface node, m, inside a body that moves on for the node's `wait`, s; `None` if contact
+/// tolerates it.
 pub(super) fn overlap<const D: usize, P>(
     gel: &Gel<D, P>,
     (body, at): (&Body, &BodyState),
@@ -126,8 +126,8 @@ pub(super) fn overlap<const D: usize, P>(
     gel.surface.nodes.iter().filter_map(too_deep).reduce(f64::max)
 }
 
-/// Whether the centre of a body is in the gel, and in the body too: then the gel is where the body is, and its surface need not be anywhere
-/// near, so that no contact would say so.
+/// Returns true if the centre of a body lies in the gel and in the body itself. The gel's surface may then be too far
+/// away for contact to find the overlap.
 pub(super) fn is_swallowed<const D: usize>(
     (x, elements): (&[Vector<D>], &[Simplex]),
     (body, at): (&Body, &BodyState),
@@ -371,12 +371,12 @@ where
     }
 }
 
-/// Into and out of [`SavedState`].
+/// Conversion of a state into and out of [`SavedState`].
 pub(super) trait Erase: Sized {
     fn erase(self) -> SavedState;
-    /// The state, unless it is of the other dimension.
+    /// State of this dimension; `None` if the saved state has the other dimension.
     fn recall(saved: &SavedState) -> Option<&Self>;
-    /// The same, to be written over.
+    /// Mutable state of this dimension; `None` if the saved state has the other dimension.
     fn recall_mut(saved: &mut SavedState) -> Option<&mut Self>;
 }
 

@@ -1,4 +1,4 @@
-//! An exchange of the mesh, shown step by step before it is made.
+//! Records of remeshings, and the preview of a remeshing before it is made.
 
 use super::candidate::{Candidate, Refused, Way, in_plane};
 use super::gel_definition::Sizes;
@@ -11,12 +11,12 @@ use crate::scene::RemeshMethod;
 use crate::state::Birth;
 use std::fmt::{self, Display, Formatter};
 
-/// An exchange of the mesh that was tried in vain: the old one went on, or the run ended with it.
+/// Failed remeshing: the old mesh was kept, or the run ended with it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refusal {
-    /// When, s.
+    /// Time, s.
     pub time: f64,
-    /// Why, attempt by attempt.
+    /// Reasons, attempt by attempt.
     pub why: Vec<Refused>,
 }
 
@@ -28,28 +28,28 @@ impl Display for Refusal {
     }
 }
 
-/// An exchange of the mesh that was made.
+/// Record of a remeshing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Renewal {
-    /// When, s.
+    /// Time, s.
     pub time: f64,
-    /// Which of the attempts succeeded, from 1.
+    /// Number of the successful attempt, from 1.
     pub attempt: usize,
-    /// What the new mesh was judged to be.
+    /// Quality of the new mesh.
     pub quality: Quality,
-    /// Mass that was laid down where nothing lay over it, as a share of all.
+    /// Fraction of the mass that was deposited where no new element covers the old ones.
     pub mass: f64,
-    /// Momentum that appeared before any correction and that no held node gave, N·s.
+    /// Momentum defect before any correction, apart from held nodes, N·s.
     pub momentum: f64,
     /// Kinetic energy before and after, J.
     pub kinetic: [f64; 2],
-    /// What kinetic and stored energy changed by, J.
+    /// Change of kinetic and stored energy, J.
     pub energy: f64,
     /// Elements of the new mesh.
     pub elements: usize,
-    /// Part of them that are old ones.
+    /// Fraction of the new elements that are elements of the old mesh.
     pub unchanged: f64,
-    /// How long it took, all attempts, s.
+    /// Wall-clock time of all attempts, s.
     pub seconds: f64,
 }
 
@@ -71,44 +71,44 @@ impl Renewal {
     }
 }
 
-/// An exchange of the mesh with all its steps, by either method.
+/// Preview of a remeshing with all its steps, by either method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rehearsal {
-    /// The mesh that ends.
+    /// Mesh to be replaced.
     pub frame: Frame,
-    /// Quality of each of its elements, q = 4√3 A/Σl².
+    /// Quality of each element, q = 4√3 A/Σl².
     pub shapes: Vec<f64>,
-    /// How far displacement and velocity bend at each of its elements, rad.
+    /// Curvature indicator of displacement and velocity at each element, rad.
     pub bend: Vec<f64>,
-    /// Target sizes of its nodes, m.
+    /// Target sizes of the nodes, m.
     pub size: Vec<f64>,
-    /// The steps to the immersed mesh.
+    /// Steps of the immersed method.
     pub steps: Result<Steps, RemeshError>,
-    /// The mesh that each method makes of it.
+    /// New mesh by each method.
     pub successors: [(RemeshMethod, Result<Successor, Refused>); 2],
 }
 
-/// A mesh that can replace another one.
+/// New mesh of a preview.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Successor {
-    /// Where its nodes are, m.
+    /// Nodal positions, m.
     pub points: Vec<Vector<2>>,
-    /// Its elements.
+    /// Elements.
     pub elements: Vec<Simplex>,
-    /// The velocities of its nodes, m/s.
+    /// Nodal velocities, m/s.
     pub velocity: Vec<Vector<2>>,
-    /// Which of the attempts made it, from 1.
+    /// Number of the successful attempt, from 1.
     pub attempt: usize,
-    /// What it was judged to be.
+    /// Quality of the mesh.
     pub quality: Quality,
-    /// What the transfer changed.
+    /// Changes of mass, momentum and energy by the transfer.
     pub defects: Defects<2>,
-    /// Energy stored in the old mesh and in this one, J.
+    /// Stored energy of the old mesh and of this one, J.
     pub stored: [f64; 2],
 }
 
 impl Gelatin<2> {
-    /// What an exchange would do now.
+    /// Builds the preview of a remeshing now.
     pub fn rehearsed(&self, frame: Frame, sizes: &Sizes) -> Rehearsal {
         let old = self.present();
         let position = self.engine.state().position.clone();
@@ -127,7 +127,7 @@ impl Gelatin<2> {
         }
     }
 
-    /// The mesh of the first attempt that is not refused; why the last was, if all are.
+    /// Mesh of the first accepted attempt; the reason of the last refusal if there is none.
     fn successor(
         &self,
         (old, moved, worn): (&Birth<2>, &Moved<'_, 2>, &(Neighbours, Vec<f64>)),

@@ -1,17 +1,18 @@
-//! Looking at a simulation: each report by itself, because what they cost differs by orders of magnitude.
+//! Report queries of a simulation, one by one: their costs differ by orders of magnitude.
 
 use super::observe::{BodyReport, Books, ContactReport, CostReport, EnergyReport, Observation, SensorReport};
 use super::{CouplingMode, Simulation};
 use crate::integrator::Totals;
 use crate::math::Vector3;
 
-/// Part of μ V t below which a throughput of angular momentum is not told from the round-off of stresses. A stress is symmetric to the
-/// round-off ε of the shear modulus, however small it is, so that its torques may leave ε μ V t: 1e-12 of this. Measured are 0.02 of it under
-/// a body of 1e-9 kg (test `light_bodies_leave_the_books_closed`).
+/// Fraction of μ V t below which a throughput of angular momentum counts as round-off of stresses.
+///
+/// Round-off ε of the shear modulus breaks the symmetry of stresses, so that their torques may leave ε μ V t: 1e-12
+/// of this. A body of 1e-9 kg leaves 0.02 of it (test `light_bodies_leave_the_books_closed`).
 const TURNING: f64 = f64::EPSILON / 1e-12;
 
 impl Simulation {
-    /// Everything there is to see. It looks at the whole mesh: who wants less asks for less.
+    /// Complete report; it visits the whole mesh, so that single queries are cheaper.
     #[must_use]
     pub fn observe(&self) -> Observation {
         let books = self.books();
@@ -29,7 +30,7 @@ impl Simulation {
         }
     }
 
-    /// The books and how well they close; adds up the gel.
+    /// Energy and momentum balance; sums over the gel.
     #[must_use]
     pub fn books(&self) -> Books {
         let totals = self.model.totals(self.time);
@@ -43,7 +44,7 @@ impl Simulation {
         }
     }
 
-    /// A body and its contact.
+    /// Report of a body and its contact.
     fn report(&self, i: usize) -> BodyReport {
         let now = self.now(i);
         BodyReport {
@@ -64,7 +65,7 @@ impl Simulation {
         self.model.body(body).0.depth(&self.now(body))
     }
 
-    /// What the sensors measure, in their order.
+    /// Reports of the sensors, in the order of the scene.
     #[must_use]
     pub fn sensors(&self) -> Vec<SensorReport> {
         self.model.sensors(self.time)
@@ -82,7 +83,7 @@ impl Simulation {
         self.model.record().updates as f64
     }
 
-    /// Contact of a body since the start, and its reach now; goes over the surface of the gel.
+    /// Contact of a body since the start, and its current reach; visits the surface of the gel.
     #[must_use]
     pub fn contact(&self, i: usize) -> ContactReport {
         let (record, reach) = (&self.model.record().contacts[i], self.model.reach(i, self.time));
@@ -112,19 +113,20 @@ impl Simulation {
         }
     }
 
-    /// Exchanges of the mesh since the start.
+    /// Number of remeshings since the start.
     #[must_use]
     pub fn remeshes(&self) -> u64 {
         self.model.record().remeshes
     }
 
-    /// Part of the elements that are at rest not what their nodes say: what is left of the meshes before.
+    /// Fraction of the elements whose rest shape is not that of their nodes' rest positions, as remeshing leaves
+    /// them.
     #[must_use]
     pub fn fallback(&self) -> f64 {
         self.model.fallback()
     }
 
-    /// What it cost so far; goes over the groups of elements.
+    /// Cost of the run so far; visits the groups of elements.
     #[must_use]
     pub fn cost(&self) -> CostReport {
         let ((smallest_step, largest_step), (elements, nodes, crushed_elements)) =

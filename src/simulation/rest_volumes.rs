@@ -1,4 +1,5 @@
-//! What the elements that an exchange makes measure at rest (numerics 4.6): area or volume, or area times radius of a ring.
+//! Rest measures of the elements that remeshing creates (numerics 4.6): area or volume, or area times radius of a
+//! ring.
 
 use super::source_mesh::{Made, Past};
 use crate::constitutive::Material;
@@ -7,26 +8,26 @@ use crate::math::Vector;
 use crate::mesh::{ElementId, Simplex};
 use crate::remesh::{Same, Source};
 
-/// By which part an element may measure more or less at rest than the old ones under it, to have their J: what goes beyond changes J, as far as
-/// the gel bears it. Over nothing it has less mass than it has stiffness, and would be thrown about: of 15 runs of random scenes (49, 162, 178,
-/// 190, 191 and two speeds beside each) five stopped without a limit, and none with it; one, with other last digits.
+/// Greatest relative difference between the rest measure of a new element and that of its sources, at which it keeps
+/// their J; the excess changes J. An element created outside the old gel has less mass than stiffness, and without
+/// this limit it is thrown about.
 const MOST_GROWN: f64 = 0.1;
-/// The part by which what an exchange makes anew is compressed or let out at most, so that the measure at rest is in all what it was: what
-/// goes beyond is lost. Where few elements are made anew and a loop was cut off beside them, a tenth was a blow: a scene drawn at random
-/// (121), whose bulk modulus is two thousand times its shear modulus, gained fifteen times its energy by what followed it.
+/// Greatest relative volume correction of new elements that conserves the total rest measure; a further excess is
+/// lost. Where few elements are new beside a removed loop, 10 % was a shock: a gel with K = 2000 μ gained fifteen
+/// times its energy by it.
 const MOST_SPREAD: f64 = 0.01;
 
-/// The part of an element that lies over old ones, below which it is made of nothing: these say nothing of it then. Of one that kept what
-/// it lay over J was 3e30 by rounding, and its nodes went off at 1e30 m/s when it was turned inside out; of one that fills a gap that
-/// has closed J was 3.3, and a shot (111) gained 70 % of its energy when it was drawn together.
+/// Fraction of an element that must lie over sources for them to determine its rest shape. With less, round-off once
+/// gave J = 3e30 and velocities of 1e30 m/s, and an element that fills a closed gap had J = 3.3 and gained 70 % of a
+/// shot's energy.
 const OVER: f64 = 0.5;
 
-/// By new element, its measure at rest, of those that are made of parts of old ones; nothing of the others.
+/// Rest measure of each new element made of parts of old ones; 0 of the others.
 ///
-/// Every element gets the mean J of the gel under it, though a new surface cuts gel off or goes around what is none, and what that takes
-/// or gives in all is spread over all that are made anew. The bulk modulus is hundreds of times the shear modulus or the strength: a
-/// twentieth of an element that was cut off a wall and laid on the next one was 2 MPa there, and 2 mJ at once. Not by masses either, which
-/// are laid out on nodes anew: what they are off would be pressed against the bulk modulus.
+/// Every element gets the mean J of its sources. Measure that a new surface cuts off or adds is spread over all new
+/// elements: the bulk modulus exceeds the shear modulus or strength by hundreds. A twentieth of an element moved from
+/// one wall element to the next gave 2 MPa and 2 mJ at once. Masses cannot replace measures: their redistribution
+/// errors would act against the bulk modulus.
 ///
 /// `position` is where the old nodes are.
 pub(super) fn rests<const D: usize>(past: &Past<'_, D>, position: &[Vector<D>], new: &Made<'_, D>) -> Vec<f64> {
@@ -65,14 +66,14 @@ pub(super) fn rests<const D: usize>(past: &Past<'_, D>, position: &[Vector<D>], 
     rests
 }
 
-/// By which part J may be off: by what stores as much as a shear of one does. An element half over nothing, of a gel whose bulk modulus is 3900
-/// times its shear modulus, had J = 1.7, and a shot (403) gained 70 % of its energy in that one exchange. The tension that a gel bears which
-/// flows is limited, and what is off in it as well.
+/// Greatest relative error of J: one that stores as much energy as a shear of one. In a gel with K = 3900 μ, an
+/// element half outside the old gel had J = 1.7, and gained 70 % of a shot's energy at once. A viscoplastic gel
+/// limits tension, and with it the effect of such errors.
 fn most_strained(material: &Material) -> f64 {
     if matches!(material, Material::Flowing(_)) { f64::INFINITY } else { material.slowness_of_shear() }
 }
 
-/// What the old elements that are gone were at rest, in all.
+/// Total rest measure of the old elements that were removed.
 fn gone<const D: usize>(past: &Past<'_, D>, same: &[Option<Same>]) -> f64 {
     let mut is_gone = vec![true; past.potential.len()];
     same.iter().flatten().for_each(|same| is_gone[same.element.index()] = false);
@@ -80,8 +81,8 @@ fn gone<const D: usize>(past: &Past<'_, D>, same: &[Option<Same>]) -> f64 {
     old.map(|((old, share), _)| past.rest(old) * share).sum()
 }
 
-/// The part of an old element at rest that is in a new one. Where pressure is that of a patch, its elements hand on what they would
-/// be at rest with the J of the patch.
+/// Rest measure of the part of an old element in a new one. In a patch, an element contributes its measure at the J
+/// of the patch.
 pub(super) fn rest_of<const D: usize>(past: &Past<'_, D>, source: &Source) -> f64 {
     source.part * past.rest(source.old) * past.shares[source.old.index()]
 }

@@ -1,4 +1,4 @@
-//! What sensors measure: pressure, displacement and velocity of the gel that was at a point at rest (numerics 7).
+//! Sensors: pressure, displacement and velocity at material points of the gel (numerics 7).
 
 use super::gel_definition::Recipe;
 use super::model::Gelatin;
@@ -9,27 +9,27 @@ use crate::math::{Vector, Vector3, embed, restrict};
 use crate::mesh::{ElementId, NodeId};
 use crate::remesh;
 
-/// Where a sensor is in the mesh.
+/// Location of a sensor in the mesh.
 pub(super) struct Seat<const D: usize> {
-    /// Its point at rest, or the image of it in the part that is computed, m.
+    /// Material point at rest, or its image in the computed part, m.
     rest: Vector<D>,
-    /// -1 along the axes across which that is mirrored, 1 along the others.
+    /// Sign of each axis: −1 where the point is mirrored, 1 elsewhere.
     side: Vector3,
-    /// The corners of the element that holds it.
+    /// Corners of the element that contains the point.
     corners: Vec<Corner>,
 }
 
-/// A corner of the element that holds a sensor.
+/// Corner of the element that contains a sensor.
 struct Corner {
     node: NodeId,
-    /// Its part in what is measured.
+    /// Barycentric weight.
     weight: f64,
-    /// The elements around it, each with its patch and its part of their volume at rest.
+    /// Elements around the node, each with its patch and its fraction of their volume at rest.
     around: Vec<(ElementId, usize, f64)>,
 }
 
-/// Where points of the gel at rest are in the mesh: in the element that holds them at rest, or where the rest of an exchanged mesh has
-/// none, in the nearest.
+/// Locates the sensors in the elements that contain them at rest. Where the rest positions of a new mesh have a gap
+/// there, the nearest element is taken.
 pub(super) fn seats<const D: usize>(engine: &Engine<D, Simplices<D>>, recipe: &Recipe) -> Vec<Seat<D>> {
     let points = &recipe.sensors;
     if points.is_empty() {
@@ -56,14 +56,15 @@ pub(super) fn seats<const D: usize>(engine: &Engine<D, Simplices<D>>, recipe: &R
 }
 
 impl<const D: usize> Gelatin<D> {
-    /// What the sensors measure at time `t`, s.
+    /// Reports of the sensors at time `t`, s.
     pub(super) fn measured(&self, t: f64) -> Vec<SensorReport> {
         let t = self.engine.gel_time(t);
         self.seats.iter().map(|seat| self.measure(seat, t)).collect()
     }
 
-    /// Straight between the corners, whose pressure is the mean of the elements around them by volume at rest: that of one element
-    /// jumps to the next. A part that stands for all of a gel is as many times as stiff.
+    /// Interpolates linearly between the corners. The pressure at a corner is the mean of the elements around it by
+    /// rest volume, since element pressures jump. It is divided by the number of symmetric copies, which scale the
+    /// stiffness.
     fn measure(&self, seat: &Seat<D>, t: f64) -> SensorReport {
         let (gel, velocities) = (&self.engine.gel().potential, &self.engine.state().velocity);
         let x = |node: NodeId| self.engine.position_at(node, t);

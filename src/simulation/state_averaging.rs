@@ -1,4 +1,5 @@
-//! What old elements make a new one of: means, and the shape at rest that has their measure and distortion (numerics 4.6).
+//! Averages of source elements for a new element, and the rest shape with their measure and distortion (numerics
+//! 4.6).
 
 use super::patch_volume_share::measure;
 use super::rest_volumes::rest_of;
@@ -8,32 +9,33 @@ use crate::math::{Tensor, Vector, cofactor, cube_root, det};
 use crate::mesh::ElementId;
 use crate::remesh::Source;
 
-/// The nodes say what an element is if measure and distortion at rest are within this part of those of what it is made of.
+/// Relative tolerance of measure and distortion at rest, within which an element is compatible with its nodes' rest
+/// positions.
 const HOLDS: f64 = 1e-9;
-/// Ī₁ of what is not distorted.
+/// Invariant Ī₁ of an undistorted element.
 const UNDISTORTED: f64 = 3.0;
-/// Halvings that find the deformation with the distortion of the old elements, and a rotation.
+/// Bisection steps for the deformation with the sources' distortion, and for a rotation.
 const HALVINGS: usize = 40;
 
-/// What old elements make a new one of: means by mass, and the measure that they had at rest.
+/// Mass-weighted averages of the sources of a new element, and their measure at rest.
 pub(super) struct Mean<const D: usize> {
     strain: Strain<D>,
-    /// Ī₁, whose mean the mean of F does not have.
+    /// Mean of Ī₁, which the mean of F does not preserve.
     distortion: f64,
     /// Area or volume, or area times radius of a ring, at rest.
     rest: f64,
-    /// ε_p.
+    /// Equivalent plastic strain ε_p.
     plastic: f64,
-    /// g.
+    /// Damage factor g.
     left: f64,
-    /// U′ as the strength feels it.
+    /// Lagged pressure U′ that enters the yield stress.
     felt: f64,
     is_ring: bool,
-    /// Whether it is of a gel that flows: F is the elastic part then.
+    /// True for a viscoplastic gel: F is then the elastic part.
     flows: bool,
 }
 
-/// F and the stretch out of the plane.
+/// Deformation gradient F and the stretch out of the plane.
 #[derive(Clone, Copy)]
 struct Strain<const D: usize> {
     f: Tensor<D>,
@@ -41,7 +43,7 @@ struct Strain<const D: usize> {
 }
 
 impl<const D: usize> Strain<D> {
-    /// Of an old element, or the elastic part where it flows; none of one that is inside out then.
+    /// Deformation of an old element, or its elastic part where it is viscoplastic; the identity if that is inverted.
     fn of(past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
         let (f, out) = match past.memory.get(element.index()) {
             Some(memory) => {
@@ -64,17 +66,17 @@ impl<const D: usize> Strain<D> {
         Self { f: self.f + other.f * part, out: self.out + other.out * part }
     }
 
-    /// From this one to another.
+    /// Linear interpolation from this strain to another.
     fn between(&self, other: &Self, part: f64) -> Self {
         Self::zero().plus(self, 1.0 - part).plus(other, part)
     }
 
-    /// F C, λ³: along the same axes, but stretched three times as far.
+    /// Strain (F Fᵀ F, λ³): the same axes with cubed stretches.
     fn thrice(&self) -> Self {
         Self { f: self.f * self.f.transpose() * self.f, out: self.out * self.out * self.out }
     }
 
-    /// Ī₁ = tr(FᵀF)/J^⅔: what a distortion costs, whatever the volume.
+    /// Invariant Ī₁ = tr(FᵀF)/J^⅔, which measures distortion independently of volume.
     fn distortion(&self) -> f64 {
         let across = if D == 2 { self.out * self.out } else { 0.0 };
         let root = cube_root(det(&self.f) * self.out);
@@ -82,16 +84,16 @@ impl<const D: usize> Strain<D> {
     }
 }
 
-/// Strains and distortions of old elements that are in new ones, found once: most are in several.
+/// Strains and distortions of source elements, computed once: most have several targets.
 #[derive(Default)]
 pub(super) struct Strains<const D: usize> {
-    /// By old element, which of them is its own, if any.
+    /// Index of each old element among these, if it is a source.
     place: Vec<Option<u32>>,
     all: Vec<(Strain<D>, f64)>,
 }
 
 impl<const D: usize> Strains<D> {
-    /// Of what new elements are made of, with the nodes at `x`.
+    /// Strains of the sources, with the nodes at `x`.
     pub fn of(past: &Past<'_, D>, x: &[Vector<D>], sources: &[Source]) -> Self {
         let mut strains = Self { place: vec![None; past.potential.len()], all: vec![] };
         for old in sources.iter().map(|source| source.old) {
@@ -108,7 +110,7 @@ impl<const D: usize> Strains<D> {
         (strain, strain.distortion())
     }
 
-    /// That of an old element.
+    /// Strain of an old element.
     fn at(&self, past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> (Strain<D>, f64) {
         let place = self.place.get(element.index()).copied().flatten();
         place.map_or_else(|| Self::found(past, x, element), |place| self.all[place as usize])
@@ -116,7 +118,7 @@ impl<const D: usize> Strains<D> {
 }
 
 impl<const D: usize> Mean<D> {
-    /// Of one old element.
+    /// Average of one old element alone.
     pub fn alone(past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
         let mass = past.old.corner_mass[element.index()].iter().sum();
         let source = Source { new: element, old: element, mass, part: 1.0 };
@@ -124,7 +126,7 @@ impl<const D: usize> Mean<D> {
         Self::of(past, (x, &Strains::default()), (&[source], rest))
     }
 
-    /// Of parts of old elements, with this measure at rest.
+    /// Average of parts of old elements, with this measure at rest.
     pub fn of(
         past: &Past<'_, D>,
         (x, strains): (&[Vector<D>], &Strains<D>),
@@ -155,17 +157,17 @@ impl<const D: usize> Mean<D> {
         Self { strain, distortion, plastic: plastic / mass, left, felt: felt / mass, rest, is_ring, flows }
     }
 
-    /// An element of its own shape now, and what it remembers.
+    /// Rest shape for the current shape, and history variables.
     pub fn again(&self, now: &Reference<D>) -> Option<(Reference<D>, Memory<D>)> {
         Some((self.made(now, now)?, self.recalled()))
     }
 
-    /// What its element remembers.
+    /// History variables of the new element.
     pub fn recalled(&self) -> Memory<D> {
         Memory { plastic: self.plastic, left: self.left, felt: self.felt, ..Memory::default() }
     }
 
-    /// Whether the nodes say how much matter there is, and how it is distorted.
+    /// Returns true if the nodes' rest positions give the sources' measure and distortion.
     pub fn is_told(&self, told: &Reference<D>, now: &Reference<D>) -> bool {
         let holds = |found: f64, wanted: f64| (found - wanted).abs() < HOLDS * wanted;
         let strain = self.said(told, now);
@@ -174,7 +176,7 @@ impl<const D: usize> Mean<D> {
             && strain.is_some_and(|strain| holds(strain.distortion(), self.distortion))
     }
 
-    /// The deformation that the nodes say, if they stand upright at rest.
+    /// Deformation by the nodes' rest positions, if these are not inverted.
     fn said(&self, told: &Reference<D>, now: &Reference<D>) -> Option<Strain<D>> {
         let out = if self.is_ring { now.radius / told.radius } else { 1.0 };
         let outside = out > 0.0 && out.is_finite();

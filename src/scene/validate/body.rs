@@ -1,4 +1,4 @@
-//! The projectile: shape, mass, inertia and place of the start.
+//! Validation of a projectile: shape, mass, inertia and initial position.
 
 use super::domain::{Check, all_finite, positive, require};
 use super::shape;
@@ -75,10 +75,10 @@ fn moving(body: &Projectile) -> Check {
     }
 }
 
-/// An inertia is that of some body if its principal moments are positive and none exceeds the sum of the others.
+/// Checks an inertia tensor: its principal moments are positive, and none exceeds the sum of the others.
 fn physical(inertia: &[f64; 6]) -> Check {
     const ROUND_OFF: f64 = 1e-9;
-    /// The inverse, and what it is multiplied by, must stay numbers.
+    /// Least principal moment, kg·m²: its inverse and the products with that must stay finite.
     const SMALLEST: f64 = 1e-30;
     let key = "projectile.inertia";
     all_finite(key, inertia)?;
@@ -92,17 +92,19 @@ fn physical(inertia: &[f64; 6]) -> Check {
     require(most <= (sum - most) * (1.0 + ROUND_OFF), key, found, expected)
 }
 
-/// Depth at which a projectile that starts inside the gel is refused, in cells: what the contact allows in passing.
+/// Depth at which a projectile that starts inside the gel is refused, in cells: the transient penetration that
+/// contact allows.
 const TOUCHING: f64 = 0.1;
 
-/// Sine of a tilt that is none.
+/// Sine of a tilt up to which a body counts as upright.
 const UPRIGHT: f64 = 1e-9;
 
 /// Remedy of a body that starts in the gel or behind it, such as one whose height has the wrong sign.
 const ABOVE: &str = "a start outside the gel or just touching it; its surface is z = 0 and the gel is below it, all in metres, so that a \
                      projectile above it has a positive z";
 
-/// A bounded body starts above the gel, touching it, or beside it; under the gel it may only be fixed.
+/// Checks that a bounded body starts above the gel, touching it, or beside it; only a fixed body may be under the
+/// gel.
 fn outside(scene: &Scene) -> Check {
     let body = &scene.projectile;
     if !body.active || matches!(body.shape, BodyShape::HalfSpace { .. } | BodyShape::Dome { .. }) {
@@ -123,7 +125,7 @@ fn outside(scene: &Scene) -> Check {
     require(!inside, "projectile.position", found, ABOVE)
 }
 
-/// The undisturbed gel above and below a place.
+/// Undisturbed gel above and below a point.
 struct GelColumn {
     /// Height of the back face, m.
     bottom: f64,
@@ -131,7 +133,7 @@ struct GelColumn {
     is_hollow: bool,
 }
 
-/// The gel of a block, a cylinder or a shell whose outline holds `position`, seen along z.
+/// Column of gel along z through `position`; `None` outside the outline of a block, a cylinder or a shell.
 fn column_at(gel: &GelShape, [x, y, _]: [f64; 3]) -> Option<GelColumn> {
     match gel {
         GelShape::Block { size } => {

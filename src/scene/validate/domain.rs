@@ -1,9 +1,9 @@
-//! The few questions that are asked of every number.
+//! Domain checks that apply to every number of a scene.
 
 use crate::scene::SceneError;
 use std::ops::RangeInclusive;
 
-/// Nothing, or the first thing that is wrong.
+/// Result of a check: success, or the first error.
 pub(super) type Check = Result<(), SceneError>;
 
 /// Refuses `found` unless `good`.
@@ -11,8 +11,9 @@ pub(super) fn require(good: bool, key: &str, found: impl FnOnce() -> String, exp
     if good { Ok(()) } else { Err(SceneError::value(key, found(), expected)) }
 }
 
-/// Nothing physical is larger or, if it may not be zero, smaller: beyond, squares and quotients leave the numbers.
+/// Greatest magnitude of an input: squares and quotients of larger ones overflow.
 const LARGEST: f64 = 1e15;
+/// Least magnitude of a positive input.
 const SMALLEST: f64 = 1e-15;
 
 pub(super) fn finite(key: &str, value: f64) -> Check {

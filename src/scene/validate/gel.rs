@@ -1,4 +1,4 @@
-//! The gel: shape, material and supports fit the dimension and each other.
+//! Validation of the gel: shape, material and supports are consistent with the dimension and each other.
 
 use super::domain::{Check, all_finite, finite, positive, require, within};
 use super::hyperelastic;
@@ -19,7 +19,7 @@ pub(super) fn check(scene: &Scene) -> Check {
     all_finite("gel.velocity", &gel.velocity)
 }
 
-/// The smallest length of a shape, m.
+/// Smallest length of a shape, m.
 pub(super) fn smallest_dimension(shape: &GelShape) -> f64 {
     match shape {
         GelShape::Block { size } => size.iter().copied().fold(f64::INFINITY, f64::min),
@@ -29,7 +29,7 @@ pub(super) fn smallest_dimension(shape: &GelShape) -> f64 {
     }
 }
 
-/// The shortest way from the z axis or the entry surface of a block or cylinder to a face, m.
+/// Shortest distance from the z axis or the entry surface of a block or cylinder to a face, m.
 pub(super) fn shortest_way(shape: &GelShape) -> f64 {
     let (height, sides) = match shape {
         GelShape::Block { size } => size.split_last().expect("a block was checked to have edges"),
@@ -173,7 +173,7 @@ fn exchange(scene: &Scene) -> Check {
     require(!exchanged, "remesh", || "a table".to_owned(), expected)
 }
 
-/// A gel that flows: it may be a fluid, without a shear modulus and a strength.
+/// Checks a viscoplastic gel; it may be a fluid, without a shear modulus and a yield stress.
 fn flowing(gel: &Gel) -> Check {
     let fluid = gel.shear_modulus == 0.0;
     require(
@@ -238,7 +238,7 @@ fn supports(gel: &Gel, dimension: Dimension) -> Check {
     require(!slides, "gel.supports.side", || "\"roller\"".to_owned(), expected)
 }
 
-/// Part of a gel stands for all of it if the rest is its mirror image.
+/// Checks that the rest of the gel is the mirror image of the computed part.
 fn symmetry(scene: &Scene) -> Check {
     let (gel, key) = (&scene.gel, "gel.symmetry");
     let found = || match gel.symmetry {

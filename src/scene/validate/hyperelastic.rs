@@ -1,13 +1,13 @@
-//! The constants of a Mooney–Rivlin or Ogden gel: whether it is stable at every strain.
+//! Validation of the constants of a Mooney–Rivlin or Ogden gel: stability at every strain.
 
 use super::domain::{Check, finite, positive, require};
 use crate::constitutive::{MooneyRivlin, Ogden};
 use crate::scene::{ConstantsSpec, Gel, MaterialModel, SceneError, TermSpec};
 
-/// By so much, relatively, a shear modulus that is given may miss that of the constants.
+/// Relative tolerance of a given shear modulus against the one that follows from the constants.
 const ROUND_OFF: f64 = 1e-9;
 
-/// That only the gels that have constants are given any.
+/// Refuses constants of a gel whose model has none.
 pub(super) fn belongs(gel: &Gel) -> Check {
     let constants = gel.constants.is_none() || gel.material == MaterialModel::MooneyRivlin;
     let expected = "nothing: only a gel of material \"mooney-rivlin\" has constants";
@@ -17,7 +17,7 @@ pub(super) fn belongs(gel: &Gel) -> Check {
     require(terms, "gel.terms", || format!("{} of them", gel.terms.len()), expected)
 }
 
-/// Stability, and that the shear modulus is theirs.
+/// Checks stability, and that the shear modulus follows from the constants.
 pub(super) fn check(gel: &Gel) -> Check {
     let shear_modulus = match gel.material {
         MaterialModel::MooneyRivlin => mooney_rivlin(gel)?,

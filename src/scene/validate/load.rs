@@ -1,4 +1,4 @@
-//! Loads act on faces that the gel has, with pressures that are numbers at times that ascend.
+//! Validation of loads: existing faces, finite pressures, ascending times.
 
 use super::domain::{Check, all_finite, finite, require};
 use crate::scene::{Dimension, GelShape, Load, MOST_LOADS, Region, Scene, numbered};

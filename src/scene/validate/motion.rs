@@ -1,4 +1,4 @@
-//! Nothing of a two-dimensional scene leaves its plane or its axis.
+//! Validation of motion: bodies and gel of a two-dimensional scene stay in its plane or on its axis.
 
 use super::body::rotation;
 use super::domain::{Check, require};
@@ -13,7 +13,7 @@ const IN_PART: &str = "what gel.symmetry mirrors onto itself: in \"half\" of a g
                        move along z; or gel.symmetry = \"none\"";
 const STILL: &str = "no rotation: an axisymmetric scene has none; use dimension = \"spatial\"";
 
-/// Below this a component of a rotated unit vector is round-off.
+/// Round-off of a component of a rotated unit vector.
 const ROUND_OFF: f64 = 1e-9;
 
 pub(super) fn check(scene: &Scene) -> Check {

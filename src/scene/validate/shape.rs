@@ -1,4 +1,4 @@
-//! The lengths of the projectile make a body.
+//! Validation of the dimensions of a projectile.
 
 use super::domain::{Check, positive, require, within};
 use crate::math::Vector3;
@@ -84,9 +84,9 @@ fn meplat(key: &str, radius: f64, bullet: &Bullet) -> Check {
     require((0.0..bullet.radius).contains(&radius), key, || format!("{radius:?}"), &expected)
 }
 
-/// A convex ogive: neither blunter than a sphere nor wider than the mantle.
+/// Checks a convex ogive: neither blunter than a sphere nor wider than the bullet.
 fn ogive(bullet: &Bullet, (length, meplat_radius): (f64, f64), arc_radius: Option<f64>) -> Check {
-    /// An arc of this many lengths rises by less than a thousandth of the length over its chord.
+    /// Greatest arc radius in lengths: its arc rises by less than a thousandth of the length over its chord.
     const STRAIGHT: f64 = 100.0;
     let key = "projectile.shape.bullet.nose.ogive.length";
     positive(key, length, LENGTH)?;
@@ -114,7 +114,7 @@ fn edge(bullet: &Bullet) -> Check {
     Err(SceneError::value(key, format!("{edge:?}"), expected))
 }
 
-/// The greatest rounding that has room, m, by bisection; a little less, so that its printed digits have room too.
+/// Greatest rounding that has room, m, by bisection; reduced by 0.1 % so that its printed digits have room too.
 fn most_edge(bullet: &Bullet) -> f64 {
     let (mut fits, mut fails) = (0.0, bullet.edge_radius);
     for _ in 0..40 {
