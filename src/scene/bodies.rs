@@ -1,6 +1,6 @@
 //! Rigid bodies of a scene: index 0 is the projectile, the fragments follow from 1.
 
-use super::{Dimension, Projectile, Scene, Symmetry};
+use super::{Dimension, GelSymmetry, ProjectileSpec, Scene};
 use crate::geometry::SignedDistance;
 
 /// Greatest number of fragments of a scene: each has its own block of value references.
@@ -11,9 +11,9 @@ impl Scene {
     #[must_use]
     pub fn freedom(&self) -> Dimension {
         match self.gel.symmetry {
-            Symmetry::None => self.scene.dimension,
-            Symmetry::Half => Dimension::Planar,
-            Symmetry::Quarter => Dimension::Axisymmetric,
+            GelSymmetry::None => self.scene.dimension,
+            GelSymmetry::Half => Dimension::Planar,
+            GelSymmetry::Quarter => Dimension::Axisymmetric,
         }
     }
 
@@ -60,17 +60,17 @@ impl Scene {
     /// # Panics
     /// If there is no such body.
     #[must_use]
-    pub fn body(&self, body: usize) -> &Projectile {
+    pub fn body(&self, body: usize) -> &ProjectileSpec {
         if body == 0 { &self.projectile } else { &self.fragment[body - 1] }
     }
 
     /// Bodies in order.
-    pub fn bodies(&self) -> impl Iterator<Item = &Projectile> {
+    pub fn bodies(&self) -> impl Iterator<Item = &ProjectileSpec> {
         std::iter::once(&self.projectile).chain(&self.fragment)
     }
 
     /// Mutable bodies in order.
-    pub(super) fn bodies_mut(&mut self) -> impl Iterator<Item = &mut Projectile> {
+    pub(super) fn bodies_mut(&mut self) -> impl Iterator<Item = &mut ProjectileSpec> {
         std::iter::once(&mut self.projectile).chain(&mut self.fragment)
     }
 }

@@ -1,7 +1,7 @@
 //! Warnings about a scene before it runs: it can be computed, but its figures may mislead.
 
 use super::preset::ShotRange;
-use super::{Dimension, MaterialModel, Projectile, Scene, body_name};
+use super::{Dimension, MaterialModel, ProjectileSpec, Scene, body_name};
 use crate::geometry::{Shape, SignedDistance};
 use crate::math::Vector3;
 
@@ -51,7 +51,7 @@ fn density(scene: &Scene, body: usize) -> Option<String> {
 }
 
 /// Returns true if a body outside of a block or cylinder moves away from it.
-fn is_turned_away(scene: &Scene, body: &Projectile) -> bool {
+fn is_turned_away(scene: &Scene, body: &ProjectileSpec) -> bool {
     let (position, velocity) = (Vector3::from(body.position), Vector3::from(body.velocity));
     let approach = velocity - Vector3::from(scene.gel.velocity);
     let Some(gel) = scene.gel.shape.bounding_box() else { return false };
@@ -72,7 +72,7 @@ fn held_straight(scene: &Scene, shape: &Shape) -> Option<String> {
 }
 
 /// Doubt about a shot outside the range that the preset was fitted to or checked with.
-fn outside_range(scene: &Scene, body: &Projectile, shape: &Shape) -> Option<String> {
+fn outside_range(scene: &Scene, body: &ProjectileSpec, shape: &Shape) -> Option<String> {
     let preset = scene.gel.preset.filter(|_| scene.gel.material == MaterialModel::Flowing)?;
     shape.volume()?;
     let ShotRange { speed, calibre: sizes, source } = preset.shots();

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// Invalid scene. Displays as `line 12: mesh.size: found -1.0, expected a positive length, m`.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{}{kind}", Place { key, line: *line })]
+#[error("{}{kind}", KeyPrefix { key, line: *line })]
 pub struct SceneError {
     /// Dotted key, such as `mesh.size`; the whole file if empty.
     pub key: String,
@@ -62,12 +62,12 @@ impl SceneError {
     }
 }
 
-struct Place<'a> {
+struct KeyPrefix<'a> {
     key: &'a str,
     line: Option<usize>,
 }
 
-impl fmt::Display for Place<'_> {
+impl fmt::Display for KeyPrefix<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(line) = self.line {
             write!(f, "line {line}: ")?;

@@ -10,14 +10,14 @@ pub enum StopAfterExit {
     /// Finite time, s.
     After(f64),
     /// No end before `scene.end_time`.
-    Never(Never),
+    Never(NeverKeyword),
 }
 
 /// Keyword `"never"`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum Never {
+pub enum NeverKeyword {
     /// No end before `scene.end_time`.
     Never,
 }
@@ -28,7 +28,7 @@ impl StopAfterExit {
     pub fn time(self) -> f64 {
         match self {
             Self::After(time) => time,
-            Self::Never(Never::Never) => f64::INFINITY,
+            Self::Never(NeverKeyword::Never) => f64::INFINITY,
         }
     }
 }

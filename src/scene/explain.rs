@@ -1,6 +1,6 @@
 //! Translates the errors of the TOML reader and of serde into the terms of a scene.
 
-use super::places::{Places, join, line_at};
+use super::places::{KeyLocations, join, line_at};
 use super::{SceneError, SceneErrorKind, did_you_mean};
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ pub(super) fn syntax(text: &str, span: Option<Range<usize>>, message: &str) -> S
 }
 
 /// Error of a TOML text that is not a scene.
-pub(super) fn content(text: &str, places: &Places<'_>, error: &toml::de::Error) -> SceneError {
+pub(super) fn content(text: &str, places: &KeyLocations<'_>, error: &toml::de::Error) -> SceneError {
     let span = error.span().unwrap_or(0..0);
     let whole_text = span.is_empty();
     let key = if whole_text { "" } else { places.key_at(&span) };
@@ -39,7 +39,7 @@ fn absent(table: &str) -> String {
     }
 }
 
-fn kind(text: &str, places: &Places<'_>, message: &str, key: &str, span: &Range<usize>) -> SceneErrorKind {
+fn kind(text: &str, places: &KeyLocations<'_>, message: &str, key: &str, span: &Range<usize>) -> SceneErrorKind {
     let found = quote(&text[span.clone()]);
     if let Some(rest) = message.strip_prefix("unexpected keys in table: ") {
         let (found, known) = rest.split_once(", available keys: ").unwrap_or((rest, "none"));

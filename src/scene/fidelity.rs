@@ -31,19 +31,19 @@ pub enum Fidelity {
 pub struct Levels {
     /// Level 0.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub draft: Option<Level>,
+    pub draft: Option<FidelityLevel>,
     /// Level 1.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub coarse: Option<Level>,
+    pub coarse: Option<FidelityLevel>,
     /// Level 2, which sets nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub standard: Option<Level>,
+    pub standard: Option<FidelityLevel>,
     /// Level 3.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub fine: Option<Level>,
+    pub fine: Option<FidelityLevel>,
     /// Level 4.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub reference: Option<Level>,
+    pub reference: Option<FidelityLevel>,
 }
 
 /// Fidelity level: overrides, expected error and expected cost. The figures hold for the unmodified scene. An
@@ -51,7 +51,7 @@ pub struct Levels {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Level {
+pub struct FidelityLevel {
     /// Overrides that the level writes over the scene, such as "mesh.size=2e-3".
     pub set: Vec<String>,
     /// Greatest relative error of the projectile's motion, from the limit of refinement.
@@ -96,7 +96,7 @@ impl FromStr for Fidelity {
 impl Levels {
     /// Overrides and figures of a level, if the scene has them.
     #[must_use]
-    pub fn get(&self, fidelity: Fidelity) -> Option<&Level> {
+    pub fn get(&self, fidelity: Fidelity) -> Option<&FidelityLevel> {
         match fidelity {
             Fidelity::Draft => self.draft.as_ref(),
             Fidelity::Coarse => self.coarse.as_ref(),
@@ -107,7 +107,7 @@ impl Levels {
     }
 
     /// Levels that the scene has, from the cheapest to the most accurate.
-    pub fn known(&self) -> impl Iterator<Item = (Fidelity, &Level)> {
+    pub fn known(&self) -> impl Iterator<Item = (Fidelity, &FidelityLevel)> {
         Fidelity::ALL.into_iter().filter_map(|fidelity| Some((fidelity, self.get(fidelity)?)))
     }
 
@@ -117,7 +117,7 @@ impl Levels {
 }
 
 /// Scene text with its level written over it; `None` if the level changes nothing.
-pub(super) fn levelled(text: &str, scene: &Scene) -> Result<Option<String>, SceneError> {
+pub(super) fn apply_level(text: &str, scene: &Scene) -> Result<Option<String>, SceneError> {
     let fidelity = scene.scene.fidelity;
     let name = fidelity.as_str();
     let Some(level) = scene.fidelity.get(fidelity) else {
@@ -137,16 +137,16 @@ pub(super) fn levelled(text: &str, scene: &Scene) -> Result<Option<String>, Scen
     }
     let parsed: Result<Vec<Override>, SceneError> = level.set.iter().map(|set| set.parse()).collect();
     let made = parsed.and_then(|overrides| written(text, &overrides));
-    made.map(|text| (!level.set.is_empty()).then_some(text)).map_err(|error| of_level(fidelity, level, &error))
+    made.map(|text| (!level.set.is_empty()).then_some(text)).map_err(|error| error_of_level(fidelity, level, &error))
 }
 
 /// Error of a level whose overrides do not make a valid scene.
-pub(super) fn misfit(scene: &Scene, error: &SceneError) -> SceneError {
+pub(super) fn level_error(scene: &Scene, error: &SceneError) -> SceneError {
     let fidelity = scene.scene.fidelity;
-    of_level(fidelity, scene.fidelity.get(fidelity).unwrap_or(&Level::default()), error)
+    error_of_level(fidelity, scene.fidelity.get(fidelity).unwrap_or(&FidelityLevel::default()), error)
 }
 
-fn of_level(fidelity: Fidelity, level: &Level, error: &SceneError) -> SceneError {
+fn error_of_level(fidelity: Fidelity, level: &FidelityLevel, error: &SceneError) -> SceneError {
     let at = SceneError { line: None, ..error.clone() };
     let key = format!("fidelity.{}.set", fidelity.as_str());
     SceneError::value(&key, format!("{:?} ({at})", level.set), "values that this scene can have")

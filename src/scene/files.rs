@@ -1,7 +1,7 @@
 //! Files that a scene names.
 
 use super::stl;
-use super::{BodyShape, Projectile, Scene, SceneError, Stl, body_name};
+use super::{BodyShape, ProjectileSpec, Scene, SceneError, StlSpec, body_name};
 use crate::geometry::{Solid, Surface, SurfaceError};
 use std::io;
 use std::sync::Arc;
@@ -38,7 +38,7 @@ impl Scene {
 const FILE: &str = ".shape.stl.file";
 const SCALE: &str = ".shape.stl.scale";
 
-fn stl_of(body: &Projectile) -> Option<&Stl> {
+fn stl_of(body: &ProjectileSpec) -> Option<&StlSpec> {
     match &body.shape {
         BodyShape::Stl(stl) => Some(stl),
         BodyShape::Sphere { .. }
@@ -51,7 +51,7 @@ fn stl_of(body: &Projectile) -> Option<&Stl> {
     }
 }
 
-impl Stl {
+impl StlSpec {
     /// Solid body; `None` before the file is read.
     #[must_use]
     pub fn solid(&self) -> Option<Arc<Solid>> {
@@ -71,7 +71,7 @@ pub(super) fn attach(scene: &mut Scene, files: &Files<'_>) -> Result<(), SceneEr
 }
 
 /// Reads and checks an STL file; the keys of errors are relative to the table of the body.
-fn content(stl: &Stl, files: &Files<'_>) -> Result<StlContent, SceneError> {
+fn content(stl: &StlSpec, files: &Files<'_>) -> Result<StlContent, SceneError> {
     const PATH: &str = "the path of an STL file, relative to the folder of the scene";
     const LENGTH: &str = "a length from 1e-9 to 1e9, m per unit of the file, such as 1e-3";
     if !(1e-9..=1e9).contains(&stl.scale) {

@@ -24,7 +24,7 @@ pub fn from_preset(text: &str) -> Vec<&'static Fact> {
 pub(super) fn fill<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a str>) -> Vec<&'static Fact> {
     let Some(gel) = inner(scene.get_mut("gel")) else { return vec![] };
     if let Some(modulus) = shear_modulus {
-        put(gel, (&["shear_modulus"], modulus), 0..0);
+        put(gel, &["shear_modulus"], modulus, 0..0);
     }
     let preset = gel.get("preset").and_then(|name| Some((Preset::named(name.get_ref().as_str()?)?, name.span())));
     let Some((preset, place)) = preset else { return vec![] };
@@ -32,7 +32,7 @@ pub(super) fn fill<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a str>) 
     for fact in preset.facts() {
         let model = gel.get("material").and_then(|model| model.get_ref().as_str()).unwrap_or_default();
         let path: Vec<&'static str> = fact.key.split('.').skip(1).collect();
-        if fact.of.includes(model) && put(gel, (&path, fact.value), place.clone()) {
+        if fact.of.includes(model) && put(gel, &path, fact.value, place.clone()) {
             given.push(fact);
         }
     }
@@ -53,7 +53,7 @@ pub(super) fn shear_modulus(scene: &DeTable<'_>) -> Option<String> {
             .map(|terms: Vec<TermSpec>| Ogden::shear_modulus_of(&terms.iter().map(Term::from).collect::<Vec<_>>())),
         _ => return None,
     };
-    // Without good constants it is those that are wrong, not the modulus.
+    // Invalid constants are reported as such, not as an invalid modulus.
     Some(modulus.filter(|modulus| !modulus.is_nan()).map_or_else(|| "nan".to_owned(), |modulus| format!("{modulus:?}")))
 }
 
@@ -61,8 +61,8 @@ fn value_of<T: for<'de> Deserialize<'de>>(table: &DeTable<'_>, key: &str) -> Opt
     T::deserialize(table.get(key)?.clone().into_deserializer()).ok()
 }
 
-/// Writes a value at a path below a table, unless there is one; whether it did.
-fn put<'a>(table: &mut DeTable<'a>, (path, value): (&[&'static str], &'a str), place: Range<usize>) -> bool {
+/// Writes a value at a path below a table, unless the table has one; returns true if the value was written.
+fn put<'a>(table: &mut DeTable<'a>, path: &[&'static str], value: &'a str, place: Range<usize>) -> bool {
     let (first, rest) = path.split_first().expect("a key has a name");
     let name = || Spanned::new(place.clone(), Cow::Borrowed(*first));
     if rest.is_empty() {
@@ -76,7 +76,7 @@ fn put<'a>(table: &mut DeTable<'a>, (path, value): (&[&'static str], &'a str), p
     if table.get(*first).is_none() {
         table.insert(name(), Spanned::new(place.clone(), DeValue::Table(DeTable::new())));
     }
-    inner(table.get_mut(*first)).is_some_and(|below| put(below, (rest, value), place))
+    inner(table.get_mut(*first)).is_some_and(|below| put(below, rest, value, place))
 }
 
 fn inner<'t, 'a>(value: Option<&'t mut Spanned<DeValue<'a>>>) -> Option<&'t mut DeTable<'a>> {

@@ -11,13 +11,13 @@ pub const MOST_LOADS: usize = 8;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Load {
+pub struct LoadSpec {
     /// Face of the gel; the whole surface if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub on: Option<Face>,
+    pub on: Option<GelFace>,
     /// Box that contains the loaded facets at rest; no limit if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub within: Option<Region>,
+    pub within: Option<BoxRegion>,
     /// Depth below z = 0 over which the pressure rises from 0 to its full value, by current position, m; 0 is full
     /// pressure everywhere. A cavity wall then carries the pressure, the surface around the entry hole does not.
     #[serde(default)]
@@ -37,7 +37,7 @@ pub struct Load {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum Face {
+pub enum GelFace {
     /// Face of least x of a block.
     XMin,
     /// Face of greatest x of a block.
@@ -60,14 +60,14 @@ pub enum Face {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Region {
+pub struct BoxRegion {
     /// Lower corner, m.
     pub low: [f64; 3],
     /// Upper corner, m.
     pub high: [f64; 3],
 }
 
-impl Load {
+impl LoadSpec {
     /// Time history of the pressure: pairs of a time, s, ascending, and a pressure, Pa. Linear in between, constant
     /// before and after.
     #[must_use]
@@ -80,7 +80,7 @@ impl Load {
     }
 }
 
-impl Face {
+impl GelFace {
     /// Name of the face in a scene file.
     #[must_use]
     pub fn name(self) -> &'static str {

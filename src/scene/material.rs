@@ -1,6 +1,6 @@
 //! Tables of the material parameters of a gel.
 
-use super::Gel;
+use super::GelSpec;
 use crate::constitutive::{Confinement, Strength, Term};
 use serde::{Deserialize, Serialize};
 
@@ -163,7 +163,7 @@ impl From<&TermSpec> for Term {
     }
 }
 
-impl Gel {
+impl GelSpec {
     /// Terms of an Ogden gel.
     #[must_use]
     pub fn ogden_terms(&self) -> Vec<Term> {

@@ -37,21 +37,21 @@ impl FromStr for Override {
 
 /// Error of a scene with overrides, attributed to the text or to overrides.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fault {
+pub struct OverrideError {
     /// Scene error. It has a line only where the text is at fault.
     pub error: Box<SceneError>,
     /// Overrides at fault; empty if the text is at fault.
     pub overrides: Vec<Override>,
 }
 
-impl Fault {
+impl OverrideError {
     fn of_text(error: SceneError) -> Self {
         Self { error: Box::new(error), overrides: Vec::new() }
     }
 
     /// Attributes the error to the overrides of the wrong key, or to all of them if none has that key.
     fn of_overrides(error: SceneError, overrides: &[Override]) -> Self {
-        let touching: Vec<Override> = overrides.iter().filter(|o| touches(&o.key, &error.key)).cloned().collect();
+        let touching: Vec<Override> = overrides.iter().filter(|o| keys_overlap(&o.key, &error.key)).cloned().collect();
         let overrides = if touching.is_empty() { overrides.to_vec() } else { touching };
         Self { error: Box::new(SceneError { line: None, ..error }), overrides }
     }
@@ -60,27 +60,27 @@ impl Fault {
 /// Reads a scene text with overrides and the files that it names; returns the resolved text and the scene.
 ///
 /// # Errors
-/// [`Fault`] with the key, the value found and the values expected. It carries the line if the text has the same
+/// [`OverrideError`] with the key, the value found and the values expected. It carries the line if the text has the same
 /// error without the overrides, otherwise the overrides that caused it.
-pub fn read_with(text: &str, overrides: &[Override], files: &Files<'_>) -> Result<(String, Scene), Fault> {
+pub fn read_with(text: &str, overrides: &[Override], files: &Files<'_>) -> Result<(String, Scene), OverrideError> {
     let resolved = resolve(text, overrides);
     let error = match resolved.and_then(|text| read_with_files(&text, files).map(|scene| (text, scene))) {
         Ok(made) => return Ok(made),
         Err(error) => error,
     };
     if overrides.is_empty() {
-        return Err(Fault::of_text(error));
+        return Err(OverrideError::of_text(error));
     }
     match read_with_files(text, files) {
-        Err(own) if own.key == error.key && !overrides.iter().any(|o| touches(&o.key, &own.key)) => {
-            Err(Fault::of_text(own))
+        Err(own) if own.key == error.key && !overrides.iter().any(|o| keys_overlap(&o.key, &own.key)) => {
+            Err(OverrideError::of_text(own))
         }
-        Ok(_) | Err(_) => Err(Fault::of_overrides(error, overrides)),
+        Ok(_) | Err(_) => Err(OverrideError::of_overrides(error, overrides)),
     }
 }
 
 /// Returns true if one of two dotted keys is, or contains, the other.
-fn touches(a: &str, b: &str) -> bool {
+fn keys_overlap(a: &str, b: &str) -> bool {
     let holds = |a: &str, b: &str| b.strip_prefix(a).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
     holds(a, b) || holds(b, a)
 }
@@ -94,7 +94,7 @@ fn touches(a: &str, b: &str) -> bool {
 pub fn resolve(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
     change(text, overrides, |document, override_| {
         write(document, override_)?;
-        beat_levels(document, &override_.key);
+        override_levels(document, &override_.key);
         Ok(())
     })
 }
@@ -115,7 +115,7 @@ pub fn rebase(text: &str, overrides: &[Override]) -> Result<String, SceneError> 
     }
     change(text, overrides, |document, override_| {
         write(document, override_)?;
-        forget_figures(document, &override_.key, |_| {});
+        remove_figures(document, &override_.key, |_| {});
         Ok(())
     })
 }
@@ -140,24 +140,24 @@ fn change(
 }
 
 /// Keys that change neither results nor cost, and the keys of the levels themselves.
-const HARMLESS: [&str; 6] =
+const NEUTRAL_KEYS: [&str; 6] =
     ["fidelity", "output", "scene.fidelity", "scene.name", "scene.title", "scene.communication_step"];
 
 /// Removes the overridden key from the levels' own overrides, and the measured figures of the levels.
-fn beat_levels(document: &mut DocumentMut, key: &str) {
-    forget_figures(document, key, |level| {
+fn override_levels(document: &mut DocumentMut, key: &str) {
+    remove_figures(document, key, |level| {
         if let Some(set) = level.get_mut("set").and_then(Item::as_array_mut) {
             set.retain(|entry| {
-                !entry.as_str().is_some_and(|entry| touches(entry.split('=').next().unwrap_or("").trim(), key))
+                !entry.as_str().is_some_and(|entry| keys_overlap(entry.split('=').next().unwrap_or("").trim(), key))
             });
         }
     });
 }
 
 /// Removes the measured figures of the levels, unless the key is harmless, and applies `more` to each level.
-fn forget_figures(document: &mut DocumentMut, key: &str, more: impl Fn(&mut dyn TableLike)) {
+fn remove_figures(document: &mut DocumentMut, key: &str, more: impl Fn(&mut dyn TableLike)) {
     let levels = document.get_mut("fidelity").and_then(Item::as_table_like_mut);
-    if HARMLESS.iter().any(|harmless| *harmless == key || key.starts_with(&format!("{harmless}."))) {
+    if NEUTRAL_KEYS.iter().any(|harmless| *harmless == key || key.starts_with(&format!("{harmless}."))) {
         return;
     }
     for (_, level) in levels.into_iter().flat_map(|levels| levels.iter_mut()) {

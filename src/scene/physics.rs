@@ -1,8 +1,8 @@
 //! Lists the physics that a scene models, and the physics that it leaves out.
 
 use super::{
-    BodyShape, ContactLaw, Dimension, ElementKind, Face, GelShape, Lattice, MaterialModel, RemeshMethod, Scene,
-    ScheduleKind, StrengthSpec, Support, Supports, Symmetry, body_name, numbered,
+    BodyShape, ContactLaw, Dimension, ElementKind, FaceSupport, GelFace, GelShape, GelSymmetry, Lattice, MaterialModel,
+    RemeshMethod, Scene, ScheduleKind, StrengthSpec, SupportSpec, body_name, numbered,
 };
 use crate::geometry::{Shape, SignedDistance, Solid};
 use crate::integrator::fixed;
@@ -28,9 +28,11 @@ pub fn modelled(scene: &Scene) -> Vec<String> {
     let general = general.into_iter().chain(renewed).chain(flow(scene).into_iter().flatten());
     let bodies = (0..scene.n_bodies()).flat_map(|body| body_lines(scene, body));
     let part = match scene.gel.symmetry {
-        Symmetry::None => None,
-        Symmetry::Half => Some("symmetry: the half at y >= 0 is computed and stands for all of the gel"),
-        Symmetry::Quarter => Some("symmetry: the quarter at x >= 0, y >= 0 is computed and stands for all of the gel"),
+        GelSymmetry::None => None,
+        GelSymmetry::Half => Some("symmetry: the half at y >= 0 is computed and stands for all of the gel"),
+        GelSymmetry::Quarter => {
+            Some("symmetry: the quarter at x >= 0, y >= 0 is computed and stands for all of the gel")
+        }
     };
     let general = general.chain(part);
     general.map(str::to_owned).chain(loads(scene)).chain(damping(scene)).chain(bodies).chain(sensors(scene)).collect()
@@ -39,7 +41,7 @@ pub fn modelled(scene: &Scene) -> Vec<String> {
 /// Describes each pressure load.
 fn loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
     scene.load.iter().enumerate().map(|(i, load)| {
-        let face = load.on.map_or("the surface", Face::name);
+        let face = load.on.map_or("the surface", GelFace::name);
         let part = if load.within.is_some() { ", within a box" } else { "" };
         let depth =
             if load.depth > 0.0 { format!(", all of it {:?} m below z = 0", load.depth) } else { String::new() };
@@ -291,9 +293,9 @@ fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 9] {
     ]
 }
 
-fn is_free(supports: &Supports) -> bool {
-    let Supports { x_min, x_max, y_min, y_max, z_min, z_max, side } = *supports;
-    [x_min, x_max, y_min, y_max, z_min, z_max, side].iter().all(|&support| support == Support::Free)
+fn is_free(supports: &SupportSpec) -> bool {
+    let SupportSpec { x_min, x_max, y_min, y_max, z_min, z_max, side } = *supports;
+    [x_min, x_max, y_min, y_max, z_min, z_max, side].iter().all(|&support| support == FaceSupport::Free)
 }
 
 #[cfg(test)]

@@ -5,18 +5,18 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Keys of a text with their locations, in no particular order.
-pub(super) struct Places<'a> {
+pub(super) struct KeyLocations<'a> {
     text: &'a str,
-    entries: Vec<Entry>,
+    entries: Vec<KeyEntry>,
 }
 
-struct Entry {
+struct KeyEntry {
     key: String,
     name: Range<usize>,
     value: Range<usize>,
 }
 
-impl<'a> Places<'a> {
+impl<'a> KeyLocations<'a> {
     pub(super) fn of(text: &'a str, table: &DeTable<'_>) -> Self {
         let mut places = Self { text, entries: Vec::new() };
         places.collect("", table);
@@ -26,7 +26,7 @@ impl<'a> Places<'a> {
     fn collect(&mut self, prefix: &str, table: &DeTable<'_>) {
         for (name, value) in table {
             let key = join(prefix, name.get_ref());
-            self.entries.push(Entry { key: key.clone(), name: name.span(), value: value.span() });
+            self.entries.push(KeyEntry { key: key.clone(), name: name.span(), value: value.span() });
             self.collect_inner(&key, value);
         }
     }
@@ -38,7 +38,7 @@ impl<'a> Places<'a> {
                 for (i, item) in items.iter().enumerate() {
                     let DeValue::Table(inner) = item.get_ref() else { continue };
                     let key = numbered(key, i);
-                    self.entries.push(Entry { key: key.clone(), name: item.span(), value: item.span() });
+                    self.entries.push(KeyEntry { key: key.clone(), name: item.span(), value: item.span() });
                     self.collect(&key, inner);
                 }
             }
@@ -55,15 +55,16 @@ impl<'a> Places<'a> {
 
     /// Line, from 1, on which `key` is set, or on which its table begins.
     pub(super) fn line_of(&self, key: &str) -> Option<usize> {
-        let holds = |e: &&Entry| key.strip_prefix(&e.key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+        let holds =
+            |e: &&KeyEntry| key.strip_prefix(&e.key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
         let nearest = self.entries.iter().filter(holds).max_by_key(|e| e.key.len())?;
         Some(line_at(self.text, nearest.name.start))
     }
 
     /// Names inside the table `key`, in the order of the text.
     pub(super) fn names_in(&self, key: &str) -> Vec<&str> {
-        let parent = |e: &Entry| e.key.rsplit_once('.').is_some_and(|(table, _)| table == key);
-        let mut inner: Vec<&Entry> = self.entries.iter().filter(|e| parent(e)).collect();
+        let parent = |e: &KeyEntry| e.key.rsplit_once('.').is_some_and(|(table, _)| table == key);
+        let mut inner: Vec<&KeyEntry> = self.entries.iter().filter(|e| parent(e)).collect();
         inner.sort_unstable_by_key(|e| e.name.start);
         inner.into_iter().map(|e| &self.text[e.name.clone()]).collect()
     }

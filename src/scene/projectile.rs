@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Projectile {
+pub struct ProjectileSpec {
     /// Shape, in the frame of the body.
     pub shape: BodyShape,
     /// Mass, kg; in `planar` that of the gel's thickness. Computed from `density` if absent; not needed when `fixed`.
@@ -78,7 +78,7 @@ pub enum BodyShape {
         length: f64,
     },
     /// Bullet about the z axis of the body, its nose towards -z: without rotation it flies into the gel nose first.
-    Bullet(Bullet),
+    Bullet(BulletSpec),
     /// Cuboid along the axes of the body; not in `axisymmetric`.
     Plate {
         /// Edge lengths, m: [x, y, z]; in `planar` y is ignored.
@@ -89,7 +89,7 @@ pub enum BodyShape {
         edge_radius: f64,
     },
     /// Closed triangulated surface from an STL file; in `spatial` only.
-    Stl(Stl),
+    Stl(StlSpec),
     /// Half-space on the far side of a plane through the body's origin.
     HalfSpace {
         /// Normal of the plane, out of the body; normalised.
@@ -110,7 +110,7 @@ pub enum BodyShape {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Stl {
+pub struct StlSpec {
     /// Path of the file, binary or ASCII, relative to the folder of the scene.
     pub file: String,
     /// Metres per unit of the file; 1e-3 for a file in millimetres.
@@ -129,16 +129,16 @@ fn metres() -> f64 {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Bullet {
+pub struct BulletSpec {
     /// Radius of the cylindrical body, half of the calibre, m.
     pub radius: f64,
     /// Overall length, m; the cylindrical body takes the length that nose and tail leave.
     pub length: f64,
     /// Nose.
-    pub nose: Nose,
+    pub nose: BulletNose,
     /// Boat-tail; a flat base if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tail: Option<Tail>,
+    pub tail: Option<BulletTail>,
     /// Radius of the rounding of every rim (not of a point on the axis), m; 0 is sharp. Below half a cell of the
     /// mesh, nodes that slip over a rim see a jump of the normal.
     #[serde(default)]
@@ -149,7 +149,7 @@ pub struct Bullet {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum Nose {
+pub enum BulletNose {
     /// Ogive: an arc turned about the axis.
     Ogive {
         /// Length along the axis, m; at least the radius of the bullet less the meplat radius.
@@ -179,7 +179,7 @@ pub enum Nose {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Tail {
+pub struct BulletTail {
     /// Length along the axis, m.
     pub length: f64,
     /// Radius of the base, m; at most that of the bullet.

@@ -1,7 +1,7 @@
 //! Reads a scene text into a checked scene.
 
-use super::fidelity::{levelled, misfit};
-use super::places::{Places, join, numbered};
+use super::fidelity::{apply_level, level_error};
+use super::places::{KeyLocations, join, numbered};
 use super::validate::validate;
 use super::{Files, Scene, SceneError, explain, files, fill, no_files};
 use serde::Deserialize;
@@ -35,29 +35,31 @@ pub fn read(text: &str) -> Result<Scene, SceneError> {
 /// # Errors
 /// Those of [`read`], and an error for the first file that cannot be read or has invalid content.
 pub fn read_with_files(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
-    let scene = as_it_stands(text, files)?;
-    match levelled(text, &scene) {
+    let scene = read_without_level(text, files)?;
+    match apply_level(text, &scene) {
         Ok(None) => Ok(scene),
-        Ok(Some(other)) => as_it_stands(&other, files).map_err(|error| placed(text, misfit(&scene, &error))),
-        Err(error) => Err(placed(text, error)),
+        Ok(Some(other)) => {
+            read_without_level(&other, files).map_err(|error| with_line(text, level_error(&scene, &error)))
+        }
+        Err(error) => Err(with_line(text, error)),
     }
 }
 
 /// Adds to an error the line on which its key is set.
-fn placed(text: &str, error: SceneError) -> SceneError {
+fn with_line(text: &str, error: SceneError) -> SceneError {
     let table = DeTable::parse(text);
-    let line = table.ok().and_then(|table| Places::of(text, table.get_ref()).line_of(&error.key));
+    let line = table.ok().and_then(|table| KeyLocations::of(text, table.get_ref()).line_of(&error.key));
     SceneError { line, ..error }
 }
 
 /// Reads and checks a scene without applying its fidelity level.
-fn as_it_stands(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
+fn read_without_level(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
     if text.len() > MOST_BYTES {
         let found = format!("{} bytes", text.len());
         return Err(SceneError::value("", found, format!("the text of a scene, of at most {MOST_BYTES} bytes")));
     }
     let table = DeTable::parse(text).map_err(|error| explain::syntax(text, error.span(), error.message()))?;
-    let places = Places::of(text, table.get_ref());
+    let places = KeyLocations::of(text, table.get_ref());
     let shear_modulus = fill::shear_modulus(table.get_ref());
     let mut whole = table.clone();
     fill::fill(whole.get_mut(), shear_modulus.as_deref());

@@ -14,6 +14,6 @@ use serde_json::json;
 pub fn schema() -> serde_json::Value {
     let mut schema = schemars::schema_for!(Scene).to_value();
     // All other keys of a gel may be those of its preset.
-    schema["$defs"]["Gel"]["required"] = json!(["shape"]);
+    schema["$defs"]["GelSpec"]["required"] = json!(["shape"]);
     schema
 }

@@ -1,6 +1,6 @@
 //! Solids of the bodies of a scene.
 
-use super::{BodyShape, Bullet, Dimension, Nose, Scene};
+use super::{BodyShape, BulletNose, BulletSpec, Dimension, Scene};
 use crate::geometry::{Dome, HalfSpace, Outline, Plate, Profile, Shape, Sphere, Sweep};
 use crate::math::Vector3;
 use std::sync::Arc;
@@ -51,13 +51,13 @@ fn capsule(radius: f64, length: f64) -> Outline {
     Outline::at_tip().arc(radius, radius, radius).line(radius, length - radius).arc(0.0, length, radius)
 }
 
-impl Bullet {
+impl BulletSpec {
     /// Length of the nose along the axis, m.
     pub(super) fn nose_length(&self) -> f64 {
         match self.nose {
-            Nose::Ogive { length, .. } | Nose::Cone { length, .. } => length,
-            Nose::Round => self.radius,
-            Nose::Flat => 0.0,
+            BulletNose::Ogive { length, .. } | BulletNose::Cone { length, .. } => length,
+            BulletNose::Round => self.radius,
+            BulletNose::Flat => 0.0,
         }
     }
 
@@ -83,13 +83,13 @@ impl Bullet {
     fn outline(&self) -> Outline {
         let (radius, shoulder) = (self.radius, self.nose_length());
         let nose = match self.nose {
-            Nose::Ogive { length, arc_radius, meplat_radius } => {
+            BulletNose::Ogive { length, arc_radius, meplat_radius } => {
                 let arc = arc_radius.unwrap_or_else(|| self.tangent_radius(length, meplat_radius));
                 Outline::at_tip().line(meplat_radius, 0.0).arc(radius, shoulder, arc)
             }
-            Nose::Cone { meplat_radius, .. } => Outline::at_tip().line(meplat_radius, 0.0).line(radius, shoulder),
-            Nose::Round => Outline::at_tip().arc(radius, shoulder, radius),
-            Nose::Flat => Outline::at_tip().line(radius, 0.0),
+            BulletNose::Cone { meplat_radius, .. } => Outline::at_tip().line(meplat_radius, 0.0).line(radius, shoulder),
+            BulletNose::Round => Outline::at_tip().arc(radius, shoulder, radius),
+            BulletNose::Flat => Outline::at_tip().line(radius, 0.0),
         };
         let base = self.tail.map_or(radius, |tail| tail.radius);
         nose.line(radius, shoulder + self.mantle_length()).line(base, self.length).line(0.0, self.length)

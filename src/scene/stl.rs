@@ -30,7 +30,7 @@ pub(super) fn triangles(bytes: &[u8]) -> Result<Vec<[Vector3; 3]>, StlError> {
             found: format!(
                 "{} bytes that are no STL: neither text that begins with solid nor {}",
                 bytes.len(),
-                told(count)
+                declared_triangles(count)
             ),
             expected: "a whole binary or ASCII STL file",
         }),
@@ -42,7 +42,7 @@ fn begins_with_solid(text: &str) -> bool {
     text.split_whitespace().next().is_some_and(|word| word.eq_ignore_ascii_case("solid")) && !text.contains('\0')
 }
 
-fn told(count: Option<usize>) -> String {
+fn declared_triangles(count: Option<usize>) -> String {
     match count {
         Some(count) => format!("the {count} triangles of {RECORD} bytes that a binary header promises"),
         None => "a binary header".to_owned(),

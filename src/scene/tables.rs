@@ -1,7 +1,7 @@
 //! Tables of a scene file. The field docs are the descriptions that an editor shows; units are SI.
 
 use super::{
-    BranchSpec, ConstantsSpec, Fidelity, Levels, Load, MaterialModel, Preset, Projectile, Remesh, Sensor,
+    BranchSpec, ConstantsSpec, Fidelity, Levels, LoadSpec, MaterialModel, Preset, ProjectileSpec, Remesh, Sensor,
     SofteningSpec, StopAfterExit, StrengthSpec, TermSpec, ViscositySpec, VolumeSpec,
 };
 use serde::{Deserialize, Serialize};
@@ -12,18 +12,18 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct Scene {
     /// Name, dimension and duration of the run.
-    pub scene: Header,
+    pub scene: SceneHeader,
     /// Gelatin target.
-    pub gel: Gel,
+    pub gel: GelSpec,
     /// Rigid body that hits the gel.
-    pub projectile: Projectile,
+    pub projectile: ProjectileSpec,
     /// Further rigid bodies, each a `[[fragment]]` table with the keys of a projectile. Bodies do not touch each
     /// other.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub fragment: Vec<Projectile>,
+    pub fragment: Vec<ProjectileSpec>,
     /// Pressures on the surface of the gel, each a `[[load]]` table.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub load: Vec<Load>,
+    pub load: Vec<LoadSpec>,
     /// Material points at which the gel is measured, each a `[[sensor]]` table.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensor: Vec<Sensor>,
@@ -34,16 +34,16 @@ pub struct Scene {
     pub remesh: Option<Remesh>,
     /// Time integration.
     #[serde(default)]
-    pub integrator: Integrator,
+    pub integrator: IntegratorSpec,
     /// Contact law between gel and bodies.
     #[serde(default)]
     pub contact: Contact,
     /// Division of work between the FMU and its importer.
     #[serde(default)]
-    pub coupling: Coupling,
+    pub coupling: CouplingSpec,
     /// Result files.
     #[serde(default)]
-    pub output: Output,
+    pub output: OutputSpec,
     /// Overrides and measured figures of each level of `scene.fidelity`.
     #[serde(default, skip_serializing_if = "Levels::is_empty")]
     pub fidelity: Levels,
@@ -53,7 +53,7 @@ pub struct Scene {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Header {
+pub struct SceneHeader {
     /// Short name, used for the output folder: letters, digits, `-` and `_`.
     pub name: String,
     /// Title: one line that says what the scene shows.
@@ -92,7 +92,7 @@ pub enum Dimension {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Gel {
+pub struct GelSpec {
     /// Shape and size. The entry surface of a block or cylinder is z = 0, the gel lies below it.
     pub shape: GelShape,
     /// Named gel, whose values fill the keys of this table that the scene does not set.
@@ -130,10 +130,10 @@ pub struct Gel {
     pub branches: Vec<BranchSpec>,
     /// Supports of the faces; a face that is not named is free.
     #[serde(default)]
-    pub supports: Supports,
+    pub supports: SupportSpec,
     /// Part of the gel that is computed (a spatial block only); the mirror images move alike.
-    #[serde(default, skip_serializing_if = "Symmetry::is_none")]
-    pub symmetry: Symmetry,
+    #[serde(default, skip_serializing_if = "GelSymmetry::is_none")]
+    pub symmetry: GelSymmetry,
     /// Thickness of a planar gel, m; 1 if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thickness: Option<f64>,
@@ -191,7 +191,7 @@ pub enum GelShape {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum Symmetry {
+pub enum GelSymmetry {
     /// Whole gel.
     #[default]
     None,
@@ -201,7 +201,7 @@ pub enum Symmetry {
     Quarter,
 }
 
-impl Symmetry {
+impl GelSymmetry {
     /// Returns true if the whole gel is computed.
     #[must_use]
     pub fn is_none(&self) -> bool {
@@ -229,7 +229,7 @@ impl Symmetry {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum Support {
+pub enum FaceSupport {
     /// Not supported.
     #[default]
     Free,
@@ -243,21 +243,21 @@ pub enum Support {
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Supports {
+pub struct SupportSpec {
     /// Face of least x of a block.
-    pub x_min: Support,
+    pub x_min: FaceSupport,
     /// Face of greatest x of a block.
-    pub x_max: Support,
+    pub x_max: FaceSupport,
     /// Face of least y of a spatial block.
-    pub y_min: Support,
+    pub y_min: FaceSupport,
     /// Face of greatest y of a spatial block.
-    pub y_max: Support,
+    pub y_max: FaceSupport,
     /// Back face (bottom) of a block or cylinder.
-    pub z_min: Support,
+    pub z_min: FaceSupport,
     /// Entry surface of a block or cylinder, flat face of a shell.
-    pub z_max: Support,
+    pub z_max: FaceSupport,
     /// Lateral surface of a cylinder (`roller` in `axisymmetric` only), outer surface of a shell (`fixed` only).
-    pub side: Support,
+    pub side: FaceSupport,
 }
 
 /// Size and type of the finite elements.
@@ -279,7 +279,7 @@ pub struct MeshSpec {
     pub grading: Option<Grading>,
     /// Quadtree or octree of cubic cells that coarsens away from the point of entry; instead of `grading`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tree: Option<Tree>,
+    pub tree: Option<OctreeSpec>,
 }
 
 /// Division of a cell into simplices.
@@ -325,7 +325,7 @@ pub struct Grading {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Tree {
+pub struct OctreeSpec {
     /// Edge of the largest cells, in edges of the finest: 2, 4, 8 and so on.
     pub coarsest: usize,
     /// Distance from the point of entry within which cells keep `mesh.size`, m.
@@ -338,7 +338,7 @@ pub struct Tree {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Integrator {
+pub struct IntegratorSpec {
     /// Schedule of the element steps.
     pub schedule: ScheduleKind,
     /// Fraction of its stable step that an element takes, from 1e-6 to 1; by default 0.8, in `queue` 0.4.
@@ -349,13 +349,13 @@ pub struct Integrator {
     pub damping: f64,
 }
 
-impl Default for Integrator {
+impl Default for IntegratorSpec {
     fn default() -> Self {
         Self { schedule: ScheduleKind::Bins, cfl: None, damping: 0.0 }
     }
 }
 
-impl Integrator {
+impl IntegratorSpec {
     /// Fraction of its stable step that an element takes.
     ///
     /// In the queue, elements sample the velocity of their common nodes at different instants. The integration
@@ -420,7 +420,7 @@ pub enum ContactLaw {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Coupling {
+pub struct CouplingSpec {
     /// Integrator of the motion of the bodies; `gelfmu run` always integrates the motion itself.
     pub mode: CouplingMode,
 }
@@ -444,7 +444,7 @@ pub enum CouplingMode {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Output {
+pub struct OutputSpec {
     /// Number of mesh frames over the run, the first one included; with 0 there are no pictures in the report.
     pub frames: usize,
     /// True to write `report.html`.
@@ -453,7 +453,7 @@ pub struct Output {
     pub force_window: f64,
 }
 
-impl Default for Output {
+impl Default for OutputSpec {
     fn default() -> Self {
         Self { frames: 41, report: true, force_window: 0.0 }
     }

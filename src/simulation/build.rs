@@ -1,10 +1,10 @@
 //! Builds the engine of a checked scene at time 0.
 
-use super::driver::Renew;
-use super::gel_definition::Recipe;
+use super::driver::RemeshDriver;
+use super::gel_definition::GelDefinition;
 use super::loads;
-use super::model::{Erase, Gelatin, Model, is_swallowed, overlap};
-use super::sensors::seats;
+use super::model::{EraseDimension, ErasedModel, GelModel, is_centre_in_gel, overlap};
+use super::sensors::locate_sensors;
 use crate::contact::{Body, BodyState, Bulge, Freedom, Law, Motion};
 use crate::fem::Simplices;
 use crate::geometry::{Shape, SignedDistance};
@@ -12,7 +12,8 @@ use crate::integrator::{Engine, ExitRule, Gel, Kind, NoStep, Pool, Rules, order_
 use crate::math::{Tensor3, Vector, Vector3, restrict};
 use crate::mesh::{self, Block, Face, Hold, Mesh, NodeId, Split, neighbours};
 use crate::scene::{
-    self, Contact, ContactLaw, Dimension, GelShape, Lattice, Projectile, Scene, ScheduleKind, Support, body_name,
+    self, Contact, ContactLaw, Dimension, FaceSupport, GelShape, Lattice, ProjectileSpec, Scene, ScheduleKind,
+    body_name,
 };
 use crate::state::State;
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -92,7 +93,7 @@ const MOST_PLANES: f64 = 1e5;
 pub(super) const MOST_TICKS: f64 = 2.8e14;
 
 /// Builds the engine of a scene; `prescribed` if the importer gives the motion of the bodies.
-pub(super) fn build(scene: &Scene, prescribed: bool, threads: usize) -> Result<Box<dyn Model>, BuildError> {
+pub(super) fn build(scene: &Scene, prescribed: bool, threads: usize) -> Result<Box<dyn ErasedModel>, BuildError> {
     check_planes(scene)?;
     match scene.scene.dimension {
         Dimension::Planar => assemble(scene, plane_mesh(scene)?, prescribed, threads),
@@ -124,19 +125,19 @@ fn assemble<const D: usize>(
     mesh: Mesh<D>,
     prescribed: bool,
     threads: usize,
-) -> Result<Box<dyn Model>, BuildError>
+) -> Result<Box<dyn ErasedModel>, BuildError>
 where
-    State<D>: Erase,
-    Gelatin<D>: Renew,
+    State<D>: EraseDimension,
+    GelModel<D>: RemeshDriver,
 {
-    let recipe = Recipe::of(scene);
-    let mesh = Mesh { marks: loads::marks(scene, &mesh)?, ..mesh };
-    let across = if recipe.asks_for_neighbours() { neighbours::<D>(&mesh.elements) } else { vec![] };
-    let patches = recipe.patches((&mesh, &mesh.rest), &across);
+    let definition = GelDefinition::of(scene);
+    let mesh = Mesh { marks: loads::load_markers(scene, &mesh)?, ..mesh };
+    let adjacency = if definition.needs_adjacency() { neighbours::<D>(&mesh.elements) } else { vec![] };
+    let patches = definition.build_patches(&mesh, &mesh.rest, &adjacency);
     let gel_of = |mesh: &Mesh<D>| {
-        let simplices = recipe.simplices(mesh, patches.clone());
-        let mass = simplices.lumped_masses(mesh, recipe.density);
-        recipe.gel(simplices, (mesh, &mesh.rest), mass)
+        let simplices = definition.build_simplices(mesh, patches.clone());
+        let mass = simplices.lumped_masses(mesh, definition.density);
+        definition.build_gel(simplices, mesh, &mesh.rest, mass)
     };
     let rules = rules(scene);
     let (mesh, gel) = as_stepped(mesh, &rules, gel_of);
@@ -146,10 +147,10 @@ where
     let bodies: Vec<_> = (0..scene.n_bodies()).map(|i| body(scene, i, prescribed)).collect();
     for (i, (body, state)) in bodies.iter().enumerate() {
         let position = |node: NodeId| crate::math::embed(&mesh.rest[node.index()]);
-        if let Some(depth) = overlap(&gel, (body, state), (position, |_| 0.0)).filter(|_| state.active) {
+        if let Some(depth) = overlap(&gel, body, state, position, |_| 0.0).filter(|_| state.active) {
             return Err(BuildError::Overlap { body: body_name(i), depth });
         }
-        if state.active && is_swallowed((&mesh.rest, &mesh.elements), (body, state)) {
+        if state.active && is_centre_in_gel(&mesh.rest, &mesh.elements, body, state) {
             return Err(BuildError::Swallowed { body: body_name(i) });
         }
     }
@@ -159,22 +160,22 @@ where
     if ticks > MOST_TICKS {
         return Err(BuildError::TooLong { ticks, limit: MOST_TICKS });
     }
-    let shapes = recipe.shapes(&mesh.elements, &mesh.rest);
-    engine.set_wear(recipe.wear(&engine.gel().potential, &mesh.rest, &shapes));
+    let qualities = definition.element_qualities(&mesh.elements, &mesh.rest);
+    engine.set_wear(definition.distortion_limits(&engine.gel().potential, &mesh.rest, &qualities));
     engine.set_exits(exit_rule(scene));
     engine.set_exchanges(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
     let Mesh { facets, marks, .. } = mesh;
-    let seats = seats(&engine, &recipe);
-    Ok(Box::new(Gelatin {
+    let sensor_locations = locate_sensors(&engine, &definition);
+    Ok(Box::new(GelModel {
         engine,
         facets,
         marks,
-        seats,
-        across: recipe.remesh.as_ref().map(|_| across),
-        recipe,
-        first: None,
-        renewals: vec![],
-        refusals: vec![],
+        sensor_locations,
+        adjacency: definition.remesh.as_ref().map(|_| adjacency),
+        definition,
+        first_mesh: None,
+        remesh_records: vec![],
+        failed_remeshes: vec![],
     }))
 }
 
@@ -251,7 +252,7 @@ pub(super) fn orientation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
 }
 
 /// Inertia of the scene, or that of a homogeneous body, kg·m²; in the plane that of a prism about y.
-fn inertia(projectile: &Projectile, shape: &Shape, dimension: Dimension) -> Tensor3 {
+fn inertia(projectile: &ProjectileSpec, shape: &Shape, dimension: Dimension) -> Tensor3 {
     if let Some([xx, yy, zz, xy, xz, yz]) = projectile.inertia {
         return Tensor3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     }
@@ -301,13 +302,13 @@ pub(super) fn section_block(scene: &Scene) -> Block<2> {
     match scene.gel.shape {
         GelShape::Cylinder { radius, height, bore } => {
             let across = bore.map_or_else(|| axis(scene, radius), |bore| mesh::uniform(bore, radius, scene.mesh.size));
-            let wall = if bore.is_none() { Support::Roller } else { Support::Free };
+            let wall = if bore.is_none() { FaceSupport::Roller } else { FaceSupport::Free };
             let faces = faces([(0, wall, s.side), (1, s.z_min, s.z_max)]);
             Block { planes: [across, down(scene, height)], split: split(scene), faces }
         }
         GelShape::Shell { inner, outer } => {
             let planes = mesh::rays([inner, outer], scene.mesh.size);
-            let faces = faces([(0, Support::Free, s.side), (1, Support::Roller, s.z_max)]);
+            let faces = faces([(0, FaceSupport::Free, s.side), (1, FaceSupport::Roller, s.z_max)]);
             Block { planes, split: split(scene), faces }
         }
         GelShape::Block { .. } | GelShape::LBeam { .. } => {
@@ -336,7 +337,7 @@ pub(super) fn space_block(scene: &Scene) -> Block<3> {
             let side = |i: usize, low, high| {
                 let half = 0.5 * size[i];
                 let planes = if mirrored(i) { axis(scene, half) } else { across(scene, half) };
-                (planes, (i, if mirrored(i) { Support::Roller } else { low }, high))
+                (planes, (i, if mirrored(i) { FaceSupport::Roller } else { low }, high))
             };
             let ((x, across), (y, along)) = (side(0, s.x_min, s.x_max), side(1, s.y_min, s.y_max));
             let planes = [x, y, down(scene, size[2])];
@@ -345,7 +346,7 @@ pub(super) fn space_block(scene: &Scene) -> Block<3> {
         GelShape::Shell { .. } => unreachable!("a spatial gel is no shell: the scene was checked"),
         GelShape::Cylinder { radius, height, .. } => {
             let planes = [across(scene, *radius), across(scene, *radius), down(scene, *height)];
-            let faces = faces([(0, Support::Free, s.side), (2, s.z_min, s.z_max)]);
+            let faces = faces([(0, FaceSupport::Free, s.side), (2, s.z_min, s.z_max)]);
             Block { planes, split: split(scene), faces }
         }
         GelShape::LBeam { leg, thickness, width, .. } => {
@@ -376,18 +377,18 @@ fn checked<const D: usize>(block: Block<D>) -> Result<Block<D>, BuildError> {
 
 fn split(scene: &Scene) -> Split {
     match (scene.mesh.tree, scene.mesh.lattice) {
-        (Some(scene::Tree { coarsest, core, slope }), _) => Split::Tree(mesh::Tree { coarsest, core, slope }),
+        (Some(scene::OctreeSpec { coarsest, core, slope }), _) => Split::Tree(mesh::Tree { coarsest, core, slope }),
         (None, Lattice::Centred) => Split::Centred,
         (None, Lattice::Kuhn) => Split::Kuhn,
     }
 }
 
 /// Supports of the low and high face of each axis.
-fn faces<const N: usize>(sides: [(usize, Support, Support); N]) -> Vec<Face> {
+fn faces<const N: usize>(sides: [(usize, FaceSupport, FaceSupport); N]) -> Vec<Face> {
     let hold = |support| match support {
-        Support::Free => None,
-        Support::Roller => Some(Hold::Normal),
-        Support::Fixed => Some(Hold::All),
+        FaceSupport::Free => None,
+        FaceSupport::Roller => Some(Hold::Normal),
+        FaceSupport::Fixed => Some(Hold::All),
     };
     let ends = sides.into_iter().flat_map(|(axis, low, high)| [(axis, false, low), (axis, true, high)]);
     ends.filter_map(|(axis, high, support)| hold(support).map(|hold| Face { axis, high, hold })).collect()

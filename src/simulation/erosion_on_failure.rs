@@ -1,26 +1,25 @@
 //! Erosion on failure: removes elements that no mesh can follow before the run ends by them.
 
 use super::candidate::Refused;
-use super::driver::{MOST_BREAKS, MOST_BROKEN};
-use super::model::Gelatin;
+use super::driver::{MAX_ERODED_FRACTION, MAX_EROSIONS};
+use super::model::GelModel;
 use crate::integrator::{NoStep, StepError};
 use crate::math::{Vector, Vector3, embed};
 use crate::mesh::{NodeId, Simplex, signed_volume};
 use crate::remesh::RemeshError;
 
-impl<const D: usize> Gelatin<D> {
+impl<const D: usize> GelModel<D> {
     /// Erodes the elements that stop the run, with the parts that detach; returns true if elements were removed.
     ///
-    /// They are inverted or [massless](weighs_nothing) elements, the stiffest around each node without a stable step,
+    /// They are inverted or [massless](is_massless) elements, the stiffest around each node without a stable step,
     /// and one behind a leaking facet. Also eroded are elements at whose sides meshes were refused because the
     /// boundary crosses or touches itself. So are those by which new meshes, or the remaining one, could not be
     /// stepped.
-    pub fn break_off(&mut self, refused: &[Refused]) -> bool {
-        let old = self.present();
+    pub fn erode_on_failure(&mut self, refused: &[Refused]) -> bool {
+        let old = self.current_mesh();
         let position = &self.engine.state().position;
         let elements = &old.mesh.elements;
-        let is_lost =
-            |(nodes, own)| signed_volume(position, nodes) <= 0.0 || weighs_nothing::<D>(nodes, own, &old.mass);
+        let is_lost = |(nodes, own)| signed_volume(position, nodes) <= 0.0 || is_massless::<D>(nodes, own, &old.mass);
         let mut gone: Vec<bool> = elements.iter().zip(&old.corner_mass).map(is_lost).collect();
         self.engine.stepless().for_each(|element| gone[element.index()] = true);
         // What has collapsed by the sums of its blocks may not have by its own; a leak is told by nothing else.
@@ -28,13 +27,13 @@ impl<const D: usize> Gelatin<D> {
         {
             gone[*element] = true;
         }
-        mark::<D>(&mut gone, elements, refused.iter().flat_map(|why| blamed(why, position)));
-        for _ in 0..MOST_BREAKS {
-            let corners = match self.let_go(&old, &gone, MOST_BROKEN) {
+        mark_elements::<D>(&mut gone, elements, refused.iter().flat_map(|why| blamed_nodes(why, position)));
+        for _ in 0..MAX_EROSIONS {
+            let corners = match self.erode(&old, &gone, MAX_ERODED_FRACTION) {
                 Ok(went) => return went,
-                Err(why) => stepless(&why, &self.engine.state().position),
+                Err(why) => stepless_nodes(&why, &self.engine.state().position),
             };
-            if !mark::<D>(&mut gone, elements, [corners]) {
+            if !mark_elements::<D>(&mut gone, elements, [corners]) {
                 break;
             }
         }
@@ -44,21 +43,21 @@ impl<const D: usize> Gelatin<D> {
 
 /// Returns true if an element's mass is negligible beside its lightest node, or negative. An element created outside
 /// the old gel overlaps it by round-off only; the masses of its nodes come from other elements.
-fn weighs_nothing<const D: usize>(nodes: &Simplex, own: &[f64; 4], mass: &[f64]) -> bool {
+fn is_massless<const D: usize>(nodes: &Simplex, own: &[f64; 4], mass: &[f64]) -> bool {
     const NOTHING: f64 = 1e-12;
     let lightest = nodes[..=D].iter().map(|node| mass[node.index()]).fold(f64::INFINITY, f64::min);
     own[..=D].iter().sum::<f64>() <= NOTHING * lightest
 }
 
 /// Marks the elements that have all nodes of one of these sets; returns true if one was not marked before.
-fn mark<const D: usize>(
+fn mark_elements<const D: usize>(
     gone: &mut [bool],
     elements: &[Simplex],
     blamed: impl IntoIterator<Item = Vec<NodeId>>,
 ) -> bool {
     let mut more = false;
     for corners in blamed {
-        for (_, gone) in elements.iter().zip(&mut *gone).filter(|(nodes, _)| has::<D>(nodes, &corners)) {
+        for (_, gone) in elements.iter().zip(&mut *gone).filter(|(nodes, _)| has_nodes::<D>(nodes, &corners)) {
             more |= !std::mem::replace(gone, true);
         }
     }
@@ -67,13 +66,13 @@ fn mark<const D: usize>(
 
 /// Sets of old nodes that a refusal blames: the ends of edges without a mesh, and the corners of elements that could
 /// not be stepped.
-fn blamed<const D: usize>(why: &Refused, position: &[Vector<D>]) -> Vec<Vec<NodeId>> {
+fn blamed_nodes<const D: usize>(why: &Refused, position: &[Vector<D>]) -> Vec<Vec<NodeId>> {
     let at = |place: &[f64; 2]| {
         let there = position.iter().position(|x| x[0] == place[0] && x[1] == place[1]);
         there.map(|node| NodeId(node as u32))
     };
     match why {
-        Refused::Steps(why) => vec![stepless(why, position)],
+        Refused::Steps(why) => vec![stepless_nodes(why, position)],
         Refused::Made(RemeshError::Crossing { edges }) => edges.map(Vec::from).into(),
         Refused::Made(RemeshError::Blocked { edge }) => vec![edge.iter().filter_map(at).collect()],
         Refused::Made(RemeshError::Coincident { place }) => vec![at(place).into_iter().collect()],
@@ -82,13 +81,13 @@ fn blamed<const D: usize>(why: &Refused, position: &[Vector<D>]) -> Vec<Vec<Node
 }
 
 /// Nodes of the element by which a mesh could not be stepped; empty if not all of them are old nodes.
-fn stepless<const D: usize>(why: &NoStep, position: &[Vector<D>]) -> Vec<NodeId> {
+fn stepless_nodes<const D: usize>(why: &NoStep, position: &[Vector<D>]) -> Vec<NodeId> {
     let corner = |place: &Vector3| position.iter().position(|x| embed(x) == *place).map(|node| NodeId(node as u32));
     why.corners.iter().map(corner).collect::<Option<Vec<_>>>().unwrap_or_default()
 }
 
 /// Returns true if an element has all of these nodes, and there are any.
-fn has<const D: usize>(element: &Simplex, nodes: &[NodeId]) -> bool {
+fn has_nodes<const D: usize>(element: &Simplex, nodes: &[NodeId]) -> bool {
     !nodes.is_empty() && nodes.iter().all(|node| element[..=D].contains(node))
 }
 
@@ -99,31 +98,33 @@ mod tests {
     #[test]
     fn what_was_made_over_nothing_weighs_nothing_by_rounding_or_by_none() {
         let nodes = [0, 1, 2, 3].map(NodeId);
-        let weighs = |own: [f64; 4], lightest: f64| !weighs_nothing::<3>(&nodes, &own, &[1.0, lightest, 2.0, 3.0]);
+        let weighs = |own: [f64; 4], lightest: f64| !is_massless::<3>(&nodes, &own, &[1.0, lightest, 2.0, 3.0]);
         assert!(weighs([1e-6, -2e-7, 0.0, 1e-6], 1.0) && weighs([1e-15; 4], 1e-3));
         assert!(
             !weighs([1e-57, 2e-57, 0.0, 1e-57], 1.0) && !weighs([0.0; 4], 1.0) && !weighs([1e-3, -2e-3, 0.0, 0.0], 1.0)
         );
         // A fourth corner in the plane is none.
-        assert!(weighs_nothing::<2>(&nodes, &[0.0, 0.0, 0.0, 1.0], &[1.0; 4]));
+        assert!(is_massless::<2>(&nodes, &[0.0, 0.0, 0.0, 1.0], &[1.0; 4]));
     }
 
     #[test]
     fn elements_break_off_at_old_ends_of_edges_that_no_mesh_has() {
         let position = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Vector::<2>::from);
-        let of = |why: RemeshError| blamed(&Refused::Made(why), &position);
+        let of = |why: RemeshError| blamed_nodes(&Refused::Made(why), &position);
         let [a, b, c, d] = [0, 1, 2, 3].map(NodeId);
         assert_eq!(of(RemeshError::Crossing { edges: [[a, c], [b, d]] }), [vec![a, c], vec![b, d]]);
         assert_eq!(of(RemeshError::Blocked { edge: [[1.0, 0.0], [0.5, 0.5]] }), [vec![b]]);
         assert_eq!(of(RemeshError::Coincident { place: [0.2, 0.3] }), [vec![]; 1]);
-        assert!(blamed(&Refused::Massless { nodes: 1 }, &position).is_empty());
+        assert!(blamed_nodes(&Refused::Massless { nodes: 1 }, &position).is_empty());
         let stepless = |corners: [[f64; 3]; 3]| {
             let corners = corners.map(Vector3::from).into();
-            blamed(&Refused::Steps(NoStep { step: 1e-12, corners }), &position)
+            blamed_nodes(&Refused::Steps(NoStep { step: 1e-12, corners }), &position)
         };
         assert_eq!(stepless([[1.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), [vec![c, a, d]]);
         assert_eq!(stepless([[1.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.5, 0.0, 1.0]]), [vec![]; 1]);
         let element = [a, b, c, NodeId(0)];
-        assert!(has::<2>(&element, &[a, c]) && !has::<2>(&element, &[a, d]) && !has::<2>(&element, &[]));
+        assert!(
+            has_nodes::<2>(&element, &[a, c]) && !has_nodes::<2>(&element, &[a, d]) && !has_nodes::<2>(&element, &[])
+        );
     }
 }

@@ -7,12 +7,12 @@ use crate::math::Vector3;
 use crate::scene::GelBox;
 
 /// Fraction of the exit speed of the projectile below which another body counts as at rest in the gel.
-const RESTING: f64 = 0.01;
+const RESTING_SPEED: f64 = 0.01;
 /// Straight segments in which the path of a body over a step is checked.
-const PIECES: u32 = 16;
+const PATH_SEGMENTS: u32 = 16;
 
 /// Returns true if a body meets the box of the gel between two points of its path.
-fn is_met(gel: &GelBox, body: &Body, from: &BodyState, to: &BodyState) -> bool {
+fn meets_box(gel: &GelBox, body: &Body, from: &BodyState, to: &BodyState) -> bool {
     (0..3).all(|axis| {
         let mut out = Vector3::zeros();
         out[axis] = 1.0;
@@ -49,9 +49,9 @@ impl Simulation {
     pub fn is_over(&self) -> bool {
         let Some(exit) = self.exit(0).filter(|_| !self.is_at_rest()) else { return self.is_at_rest() };
         let is_away = |body: &usize| !self.now(*body).active || self.model.is_away(*body, &self.now(*body));
-        let is_still = |body: usize| self.now(body).velocity.norm() < RESTING * exit.velocity.norm();
+        let is_still = |body: usize| self.now(body).velocity.norm() < RESTING_SPEED * exit.velocity.norm();
         let mut inside = (1..self.n_bodies()).filter(|body| !is_away(body)).peekable();
-        let is_late = self.time - exit.time >= self.facts.stop_after_exit && is_away(&0);
+        let is_late = self.time - exit.time >= self.constants.stop_after_exit && is_away(&0);
         is_late && inside.peek().is_some() && inside.all(is_still)
     }
 
@@ -66,25 +66,25 @@ impl Simulation {
     /// would not act on it.
     #[must_use]
     pub fn comes_back(&self, body: usize, inputs: &Inputs, duration: f64) -> bool {
-        let (fixed, Some(gel)) = (self.model.body(body).0, &self.facts.gel_box) else { return false };
+        let (fixed, Some(gel)) = (self.model.body(body).0, &self.constants.gel_box) else { return false };
         if !self.is_at_rest() || !inputs.active || fixed.motion == Motion::Fixed {
             return false;
         }
-        let start = self.departure(body, inputs);
-        let at = |piece: u32| start.at(fixed, self.time + duration * f64::from(piece) / f64::from(PIECES));
-        (0..PIECES).any(|piece| is_met(gel, fixed, &at(piece), &at(piece + 1)))
+        let start = self.state_at_start(body, inputs);
+        let at = |piece: u32| start.at(fixed, self.time + duration * f64::from(piece) / f64::from(PATH_SEGMENTS));
+        (0..PATH_SEGMENTS).any(|piece| meets_box(gel, fixed, &at(piece), &at(piece + 1)))
     }
 
     /// State of a body at the start of a step under these inputs.
-    fn departure(&self, body: usize, inputs: &Inputs) -> BodyState {
+    fn state_at_start(&self, body: usize, inputs: &Inputs) -> BodyState {
         let (now, mass) = (self.now(body), self.model.body(body).0.mass);
         match self.mode {
             CouplingMode::Integrated if now.active => BodyState { wrench: inputs.wrench, ..now },
             CouplingMode::Integrated | CouplingMode::Corrected => {
-                BodyState { wrench: inputs.wrench, ..self.given(body, inputs) }
+                BodyState { wrench: inputs.wrench, ..self.state_from_inputs(body, inputs) }
             }
             CouplingMode::Prescribed => {
-                let mut given = self.given(body, inputs);
+                let mut given = self.state_from_inputs(body, inputs);
                 given.wrench.force = inputs.acceleration * mass;
                 given
             }
@@ -95,7 +95,7 @@ impl Simulation {
     pub(super) fn peak_depth(&self, body: usize) -> (f64, f64) {
         let (now, record) = (self.now(body), self.model.record().contacts[body].peak_depth);
         let depth = self.depth(body);
-        let thickness = self.facts.gel_box.map_or(f64::INFINITY, |gel| -gel.lower.z);
+        let thickness = self.constants.gel_box.map_or(f64::INFINITY, |gel| -gel.lower.z);
         if depth.min(thickness) <= record.0 {
             return record;
         }

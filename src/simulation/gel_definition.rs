@@ -10,32 +10,31 @@ use crate::math::{Vector, Vector3};
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, Patches, Simplex, facet_measure, poor_quality};
 use crate::remesh::Neighbours;
 use crate::scene::{
-    ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene, StrengthSpec,
-    Symmetry,
+    ConstantsSpec, Dimension, ElementKind, GelShape, GelSpec, GelSymmetry, MaterialModel, Remesh, Scene, StrengthSpec,
 };
 use crate::state::Birth;
 
 /// Mesh-independent definition of a gel: material, section, symmetry, loads, sensors and remeshing rules.
 #[derive(Debug, Clone)]
-pub(super) struct Recipe {
+pub(super) struct GelDefinition {
     pub section: Section,
     material: Material,
     kind: ElementKind,
     /// Mass density, kg/m³, scaled by the number of symmetric copies.
     pub density: f64,
     /// Part of the gel that is computed.
-    pub symmetry: Symmetry,
+    pub symmetry: GelSymmetry,
     /// Pressures on the surface.
     pressures: Vec<Pressure>,
     /// Positions of the sensors at rest, m.
     pub sensors: Vec<Vector3>,
     /// Remeshing rules and edge lengths; `None` without remeshing.
-    pub remesh: Option<Sizes>,
+    pub remesh: Option<RemeshSizes>,
 }
 
 /// Remeshing rules and target edge lengths.
 #[derive(Debug, Clone)]
-pub(super) struct Sizes {
+pub(super) struct RemeshSizes {
     pub rules: Remesh,
     /// Least edge, edge of the scene, and longest edge, m.
     pub least: f64,
@@ -45,13 +44,13 @@ pub(super) struct Sizes {
 
 /// Ratio of an element's quality to its quality when new, below which the mesh counts as distorted. Without this
 /// ratio, a shape imposed by a body would trigger remeshing at once.
-const AGED: f64 = 0.6;
+const AGED_RATIO: f64 = 0.6;
 /// Element quality that is sufficient in any new mesh.
-const FAIR: f64 = 0.35;
+const SUFFICIENT_QUALITY: f64 = 0.35;
 
-impl Recipe {
+impl GelDefinition {
     pub fn of(scene: &Scene) -> Self {
-        let (usual, part) = (scene.mesh.size, part(&scene.gel));
+        let (usual, part) = (scene.mesh.size, scale_by_copies(&scene.gel));
         let graded = scene.mesh.grading.map(|grading| grading.largest);
         let doubled = scene.mesh.tree.map(|tree| usual * tree.coarsest as f64);
         let round = match scene.gel.shape {
@@ -59,14 +58,14 @@ impl Recipe {
             GelShape::Block { .. } | GelShape::Cylinder { .. } | GelShape::LBeam { .. } => None,
         };
         let longest = graded.or(doubled).or(round).unwrap_or(usual).max(usual);
-        let sizes = |rules: Remesh| Sizes { least: rules.smallest.unwrap_or(0.5 * usual), usual, longest, rules };
+        let sizes = |rules: Remesh| RemeshSizes { least: rules.smallest.unwrap_or(0.5 * usual), usual, longest, rules };
         Self {
             section: match scene.scene.dimension {
                 Dimension::Planar => Section::Planar { thickness: scene.thickness() },
                 Dimension::Axisymmetric => Section::Axisymmetric,
                 Dimension::Spatial => Section::Spatial,
             },
-            material: material(&part),
+            material: build_material(&part),
             kind: scene.mesh.element,
             density: part.density,
             symmetry: scene.gel.symmetry,
@@ -77,7 +76,7 @@ impl Recipe {
     }
 
     /// Round-off of the energy of this mass of gel at rest, J.
-    pub fn noise(&self, mass: f64) -> f64 {
+    pub fn energy_round_off(&self, mass: f64) -> f64 {
         /// Round-off relative to the energy of a strain of one; real strains are a millionth of that or more.
         const ROUND_OFF: f64 = 1e-14;
         ROUND_OFF * self.material.wave_modulus() * mass / self.density
@@ -94,37 +93,43 @@ impl Recipe {
     }
 
     /// Finite elements of a mesh in these patches.
-    pub fn simplices<const D: usize>(&self, mesh: &Mesh<D>, patches: Patches) -> Simplices<D> {
+    pub fn build_simplices<const D: usize>(&self, mesh: &Mesh<D>, patches: Patches) -> Simplices<D> {
         Simplices::in_patches(mesh, patches, (self.material, self.section))
     }
 
     /// Returns true if the neighbours of elements are needed.
-    pub fn asks_for_neighbours(&self) -> bool {
+    pub fn needs_adjacency(&self) -> bool {
         self.kind == ElementKind::Patch || self.remesh.is_some()
     }
 
     /// F-bar patches of a mesh with these neighbours; `position` is where its nodes are when it is new.
-    pub fn patches<const D: usize>(&self, (mesh, position): (&Mesh<D>, &[Vector<D>]), across: &Neighbours) -> Patches {
+    pub fn build_patches<const D: usize>(
+        &self,
+        mesh: &Mesh<D>,
+        position: &[Vector<D>],
+        adjacency: &Neighbours,
+    ) -> Patches {
         match (self.kind, &self.material) {
             (ElementKind::Plain, _) => Patches::alone(mesh.elements.len()),
             (
                 ElementKind::Patch,
                 Material::NeoHookean(_) | Material::MooneyRivlin(_) | Material::Ogden(_) | Material::Viscoelastic(_),
-            ) => Patches::among((&mesh.rest, &mesh.elements), across),
-            // Of what has flowed the nodes do not say any more what was near what at rest.
-            (ElementKind::Patch, Material::Flowing(_)) => Patches::among((position, &mesh.elements), across),
+            ) => Patches::among((&mesh.rest, &mesh.elements), adjacency),
+            // After plastic flow the rest positions no longer tell which elements are neighbours in space.
+            (ElementKind::Patch, Material::Flowing(_)) => Patches::among((position, &mesh.elements), adjacency),
         }
     }
 
     /// Gel of these elements with these nodal masses; `position` is where the nodes of the mesh are when it is new.
-    pub fn gel<const D: usize>(
+    pub fn build_gel<const D: usize>(
         &self,
         simplices: Simplices<D>,
-        (mesh, position): (&Mesh<D>, &[Vector<D>]),
+        mesh: &Mesh<D>,
+        position: &[Vector<D>],
         mass: Vec<f64>,
     ) -> Gel<D, Simplices<D>> {
-        let gel = Gel::new(simplices, mass, &mesh.held, self.surface(mesh, position)).mirrored(self.mirrored());
-        loads::loaded(gel, mesh, (self.section, &self.pressures))
+        let gel = Gel::new(simplices, mass, &mesh.held, self.build_surface(mesh, position)).mirrored(self.mirrored());
+        loads::apply_pressures(gel, mesh, self.section, &self.pressures)
     }
 
     /// Axes across which the gel may touch its mirror image: normals of the planes of symmetry, or the radius about
@@ -135,7 +140,7 @@ impl Recipe {
 
     /// Contact surface: the boundary without the axis of revolution and the planes of symmetry. Areas are those at
     /// rest, sizes those of the current facets.
-    fn surface<const D: usize>(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Surface {
+    fn build_surface<const D: usize>(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Surface {
         let rest = |facet: &Facet, i: usize| mesh.rest[facet[i].index()];
         let is_image = |facet: &Facet| self.mirrored().iter().any(|i| (0..D).all(|node| rest(facet, node)[*i] == 0.0));
         let facets = mesh.facets.iter().copied().filter(|facet| !is_image(facet)).collect();
@@ -154,7 +159,7 @@ impl Recipe {
     }
 
     /// Returns true if all elements lie at rest at a positive radius, where there is an axis.
-    pub fn holds<const D: usize>(&self, birth: &Birth<D>) -> bool {
+    pub fn has_positive_radii<const D: usize>(&self, birth: &Birth<D>) -> bool {
         if self.section != Section::Axisymmetric {
             return true;
         }
@@ -170,38 +175,38 @@ impl Recipe {
 
     /// Quality of an element for the distortion monitor and for acceptance; infinite if it is too good to matter for
     /// either.
-    pub fn shape<const D: usize>(&self, x: &[Vector<D>], nodes: &Simplex) -> f64 {
-        let worn = self.remesh.as_ref().map_or(0.0, |sizes| sizes.rules.quality / AGED);
-        poor_quality(x, nodes, worn.max(FAIR))
+    pub fn element_quality<const D: usize>(&self, x: &[Vector<D>], nodes: &Simplex) -> f64 {
+        let worn = self.remesh.as_ref().map_or(0.0, |sizes| sizes.rules.quality / AGED_RATIO);
+        poor_quality(x, nodes, worn.max(SUFFICIENT_QUALITY))
     }
 
     /// Qualities of all elements.
-    pub fn shapes<const D: usize>(&self, elements: &[Simplex], x: &[Vector<D>]) -> Vec<f64> {
-        elements.iter().map(|nodes| self.shape(x, nodes)).collect()
+    pub fn element_qualities<const D: usize>(&self, elements: &[Simplex], x: &[Vector<D>]) -> Vec<f64> {
+        elements.iter().map(|nodes| self.element_quality(x, nodes)).collect()
     }
 
-    /// Limits of the distortion monitor: least qualities and volumes of the elements. `position` and `shapes` are
+    /// Limits of the distortion monitor: least qualities and volumes of the elements. `position` and `qualities` are
     /// those of the new mesh; `None` without remeshing.
-    pub fn wear<const D: usize>(
+    pub fn distortion_limits<const D: usize>(
         &self,
         potential: &Simplices<D>,
         position: &[Vector<D>],
-        shapes: &[f64],
+        qualities: &[f64],
     ) -> Option<Wear> {
         let Remesh { quality, compression, .. } = self.remesh.as_ref()?.rules;
         let least = |(element, nodes): (ElementId, &Simplex)| {
             let new = potential.measure(&nodes.map(|node| position[node.index()]));
-            (compression * potential.rest_measure(element)).min(AGED * new)
+            (compression * potential.rest_measure(element)).min(AGED_RATIO * new)
         };
         Some(Wear {
-            quality: shapes.iter().map(|shape| quality.min(AGED * shape)).collect(),
+            quality: qualities.iter().map(|shape| quality.min(AGED_RATIO * shape)).collect(),
             least: (0..).map(ElementId).zip(potential.elements()).map(least).collect(),
         })
     }
 }
 
 /// Scales density, moduli and stresses of a gel by its number of symmetric copies (numerics A1).
-fn part(gel: &GelTable) -> GelTable {
+fn scale_by_copies(gel: &GelSpec) -> GelSpec {
     let copies = gel.symmetry.copies();
     let mut part = gel.clone();
     part.density *= copies;
@@ -224,7 +229,7 @@ fn part(gel: &GelTable) -> GelTable {
 }
 
 /// Constitutive model of a gel.
-pub(super) fn material(gel: &GelTable) -> Material {
+pub(super) fn build_material(gel: &GelSpec) -> Material {
     match gel.material {
         MaterialModel::NeoHookean => NeoHookean::new(gel.shear_modulus, gel.bulk_modulus).into(),
         MaterialModel::MooneyRivlin => {
@@ -267,7 +272,7 @@ mod tests {
         let mut gel = read(builtin("fbi-bb-3d").unwrap()).unwrap().gel;
         let strength = gel.strength.as_mut().unwrap();
         strength.confined = Some(ConfinedSpec { pressure: 7.5e6, factor: 6.0, time: 2e-6 });
-        let (one, four) = (strength.yield_stress, part(&gel).strength.unwrap());
+        let (one, four) = (strength.yield_stress, scale_by_copies(&gel).strength.unwrap());
         assert_eq!((four.yield_stress, four.cap), (4.0 * one, 4.0 * gel.strength.unwrap().cap));
         assert_eq!(four.confined, Some(ConfinedSpec { pressure: 30e6, factor: 6.0, time: 2e-6 }));
     }

@@ -3,15 +3,15 @@
 
 use super::patch_volume_share::stays;
 use super::rest_volumes::rests;
-use super::source_mesh::{Made, Past};
-use super::state_averaging::{Mean, Strains};
+use super::source_mesh::{SourceMesh, TargetMesh};
+use super::state_averaging::{SourceStrains, StateAverage};
 use crate::fem::{Memory, Potential, Reference, Section};
 use crate::math::{Tensor, Vector, det};
 use crate::mesh::{ElementId, Patches};
 use crate::remesh::Same;
 
 /// Rest shapes of the new elements whose nodes' rest positions do not give them.
-type References<const D: usize> = Vec<(ElementId, Reference<D>)>;
+type RestShapes<const D: usize> = Vec<(ElementId, Reference<D>)>;
 
 /// Rest shapes of the incompatible elements of a new mesh, and the history variables of all; `None` if an element has
 /// no valid rest shape.
@@ -19,10 +19,10 @@ type References<const D: usize> = Vec<(ElementId, Reference<D>)>;
 /// In a viscoplastic gel nodal rest positions do not give an element's rest shape. Each new element gets the mean
 /// elastic strain of its sources, and the amount of their plastic strain, but not its direction.
 pub(super) fn inherited<const D: usize>(
-    past: &Past<'_, D>,
+    past: &SourceMesh<'_, D>,
     position: &[Vector<D>],
-    (new, patches): (&Made<'_, D>, &Patches),
-) -> Option<(References<D>, Vec<Memory<D>>)> {
+    (new, patches): (&TargetMesh<'_, D>, &Patches),
+) -> Option<(RestShapes<D>, Vec<Memory<D>>)> {
     let flows = past.potential.remembers();
     let mut memory = vec![Memory::default(); if flows { new.elements.len() } else { 0 }];
     let mut all = vec![];
@@ -35,7 +35,7 @@ pub(super) fn inherited<const D: usize>(
         let share = if goes_on { 1.0 } else { past.shares[same.element.index()] };
         if flows {
             let now = Reference::of(new.position, &new.elements[element.index()]);
-            let made = if goes_on { None } else { Mean::alone(past, position, same.element).again(&now) };
+            let made = if goes_on { None } else { StateAverage::alone(past, position, same.element).again(&now) };
             // What goes on, and what is inside out, of which nothing can be made.
             let as_it_is = || (turned(&past.potential.reference(same.element), same).scaled(share), past.memory(same));
             let (reference, recalled) = made.unwrap_or_else(as_it_is);
@@ -47,13 +47,13 @@ pub(super) fn inherited<const D: usize>(
             all.push((element, turned(&past.potential.reference(same.element), same).scaled(share)));
         }
     }
-    let strains = Strains::of(past, position, new.sources);
+    let strains = SourceStrains::of(past, position, new.sources);
     let rests = rests(past, position, new);
     let is_there = |element: ElementId| rests[element.index()] > 0.0;
     for sources in new.sources.chunk_by(|a, b| a.new == b.new).filter(|sources| is_there(sources[0].new)) {
         let (element, nodes) = (sources[0].new, &new.elements[sources[0].new.index()]);
         let [told, now] = [new.rest, new.position].map(|x| Reference::of(x, nodes));
-        let mean = Mean::of(past, (position, &strains), (sources, rests[element.index()]));
+        let mean = StateAverage::of(past, (position, &strains), (sources, rests[element.index()]));
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
         }
@@ -133,10 +133,16 @@ pub(super) mod tests {
             steps: vec![],
             mesh,
         };
-        let past = Past::new((&simplices, &birth, &memory), &position);
+        let past = SourceMesh::new((&simplices, &birth, &memory), &position);
         let same: Vec<_> = (0..n as u32).map(|e| Some(Same::in_order(ElementId(e)))).collect();
-        let new =
-            Made { position: &position, rest: &rest, elements: &elements, same: &same, sources: &[], is_kept: false };
+        let new = TargetMesh {
+            position: &position,
+            rest: &rest,
+            elements: &elements,
+            same: &same,
+            sources: &[],
+            is_kept: false,
+        };
         let (references, recalled) = inherited(&past, &position, (&new, &Patches::alone(n))).unwrap();
         let turned: Vec<_> = (0..n).filter(|e| measure(&Reference::of(&position, &elements[*e]).edges) < 0.0).collect();
         assert_eq!(turned.len(), 1);
@@ -175,10 +181,10 @@ pub(super) mod tests {
                 references: vec![],
                 steps: vec![],
             };
-            let past = Past::new((&simplices, &birth, &memory), &position);
+            let past = SourceMesh::new((&simplices, &birth, &memory), &position);
             let same = [None, Some(1), Some(2), Some(3)].map(|e| e.map(|e| Same::in_order(ElementId(e))));
             let sources = [Source { new: ElementId(0), old: ElementId(0), mass: 0.3, part: 0.3 }];
-            let new = Made {
+            let new = TargetMesh {
                 position: &position,
                 rest: &rest,
                 elements: &elements,

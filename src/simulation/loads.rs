@@ -5,7 +5,7 @@ use crate::fem::{Section, Simplices};
 use crate::integrator::{Gel, Loaded, Loads, Pressure};
 use crate::math::{Vector3, embed};
 use crate::mesh::{Facet, Mesh};
-use crate::scene::{Dimension, Face, GelShape, Load, Scene, numbered};
+use crate::scene::{Dimension, GelFace, GelShape, LoadSpec, Scene, numbered};
 
 /// Relative distance from a round face within which a node lies on it: the round-off of the mapping.
 const ROUND: f64 = 1e-9;
@@ -14,7 +14,7 @@ const ROUND: f64 = 1e-9;
 ///
 /// # Errors
 /// [`BuildError::Unloaded`] if a load selects no facet.
-pub(super) fn marks<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Result<Vec<u8>, BuildError> {
+pub(super) fn load_markers<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Result<Vec<u8>, BuildError> {
     if scene.load.is_empty() {
         return Ok(vec![]);
     }
@@ -33,7 +33,7 @@ pub(super) fn marks<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Result<Vec
 }
 
 /// Returns true if the load acts on a facet with these corners.
-fn is_on(scene: &Scene, load: &Load, corners: &[Vector3]) -> bool {
+fn is_on(scene: &Scene, load: &LoadSpec, corners: &[Vector3]) -> bool {
     let is_inside = load
         .within
         .is_none_or(|region| corners.iter().all(|x| (0..3).all(|i| (region.low[i]..=region.high[i]).contains(&x[i]))));
@@ -45,18 +45,18 @@ fn is_axis(scene: &Scene, corners: &[Vector3]) -> bool {
     scene.scene.dimension == Dimension::Axisymmetric && corners.iter().all(|x| x.x == 0.0)
 }
 
-fn is_face(scene: &Scene, face: Face, corners: &[Vector3]) -> bool {
+fn is_face(scene: &Scene, face: GelFace, corners: &[Vector3]) -> bool {
     let all = |is_there: &dyn Fn(&Vector3) -> bool| corners.iter().all(is_there);
     let shape = &scene.gel.shape;
     match face {
-        Face::XMin => all(&|x| x.x == -half(shape, 0)),
-        Face::XMax => all(&|x| x.x == half(shape, 0)),
-        Face::YMin => all(&|x| x.y == -half(shape, 1)),
-        Face::YMax => all(&|x| x.y == half(shape, 1)),
-        Face::ZMin => all(&|x| x.z == -height(shape)),
-        Face::ZMax => all(&|x| x.z == 0.0),
-        Face::Side => is_round(shape, outer(shape), corners),
-        Face::Inner => is_round(shape, inner(shape), corners),
+        GelFace::XMin => all(&|x| x.x == -half(shape, 0)),
+        GelFace::XMax => all(&|x| x.x == half(shape, 0)),
+        GelFace::YMin => all(&|x| x.y == -half(shape, 1)),
+        GelFace::YMax => all(&|x| x.y == half(shape, 1)),
+        GelFace::ZMin => all(&|x| x.z == -height(shape)),
+        GelFace::ZMax => all(&|x| x.z == 0.0),
+        GelFace::Side => is_round(shape, outer(shape), corners),
+        GelFace::Inner => is_round(shape, inner(shape), corners),
     }
 }
 
@@ -104,10 +104,11 @@ pub(super) fn pressures(scene: &Scene) -> Vec<Pressure> {
 }
 
 /// Applies pressures to the gel of a mesh.
-pub(super) fn loaded<const D: usize>(
+pub(super) fn apply_pressures<const D: usize>(
     gel: Gel<D, Simplices<D>>,
     mesh: &Mesh<D>,
-    (section, pressures): (Section, &[Pressure]),
+    section: Section,
+    pressures: &[Pressure],
 ) -> Gel<D, Simplices<D>> {
     if mesh.marks.is_empty() {
         return gel;

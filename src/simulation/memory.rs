@@ -51,8 +51,8 @@ pub fn memory_estimate(scene: &Scene) -> Result<MemoryEstimate, BuildError> {
         Dimension::Spatial => n_elements(&space_block(scene))?,
     };
     let elements = elements * filled_part(scene);
-    let (is_spatial, remembers) = (scene.scene.dimension == Dimension::Spatial, remembers(scene.gel.material));
-    let size = MeshSize { elements, is_spatial, remembers };
+    let (is_spatial, has_history) = (scene.scene.dimension == Dimension::Spatial, has_history(scene.gel.material));
+    let size = MeshSize { elements, is_spatial, has_history };
     Ok(MemoryEstimate {
         elements: elements as u64,
         building: size.building() as u64,
@@ -94,25 +94,25 @@ pub(super) struct MeshSize {
     pub elements: f64,
     pub is_spatial: bool,
     /// True if its elements have history variables.
-    pub remembers: bool,
+    pub has_history: bool,
 }
 
 impl MeshSize {
     fn building(self) -> f64 {
-        self.taken(BUILDING, BUILDING_MEMORY)
+        self.bytes(BUILDING, BUILDING_MEMORY)
     }
 
     fn remeshing(self) -> f64 {
-        self.taken(REMESHING, REMESHING_MEMORY)
+        self.bytes(REMESHING, REMESHING_MEMORY)
     }
 
-    fn taken(self, plain: [f64; 2], memory: [f64; 2]) -> f64 {
+    fn bytes(self, plain: [f64; 2], memory: [f64; 2]) -> f64 {
         let space = usize::from(self.is_spatial);
-        BASE + self.elements * (plain[space] + if self.remembers { memory[space] } else { 0.0 })
+        BASE + self.elements * (plain[space] + if self.has_history { memory[space] } else { 0.0 })
     }
 }
 
-fn remembers(material: MaterialModel) -> bool {
+fn has_history(material: MaterialModel) -> bool {
     match material {
         MaterialModel::NeoHookean | MaterialModel::MooneyRivlin | MaterialModel::Ogden => false,
         MaterialModel::Flowing | MaterialModel::Viscoelastic => true,

@@ -38,8 +38,8 @@ pub use candidate::Refused;
 pub use doubts::doubts;
 pub use memory::{MemoryEstimate, memory_estimate};
 pub use observe::{
-    BodyReport, Books, ContactReport, CostReport, EnergyReport, ExitReport, Frame, FrameCells, Observation, Place,
-    SensorReport,
+    BalanceReport as Books, BodyPose as Place, BodyReport, ContactReport, CostReport, EnergyReport, ExitReport, Frame,
+    FrameCells, Observation, SensorReport,
 };
 pub use preview::{Refusal, Rehearsal, Renewal, Successor};
 pub use run::{RestoreError, Simulation};

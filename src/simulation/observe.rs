@@ -32,7 +32,7 @@ pub struct Observation {
 
 /// Energy and momentum balance of one instant; the fields are those of [`Observation`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Books {
+pub struct BalanceReport {
     /// Energy by account.
     pub energy: EnergyReport,
     /// Linear momentum that no account explains, N·s.
@@ -80,8 +80,8 @@ pub struct ExitReport {
 impl Observation {
     /// Energy and momentum balance.
     #[must_use]
-    pub fn books(&self) -> Books {
-        Books {
+    pub fn books(&self) -> BalanceReport {
+        BalanceReport {
             energy: self.energy,
             momentum_closure: self.momentum_closure,
             angular_momentum_closure: self.angular_momentum_closure,
@@ -268,12 +268,12 @@ pub struct Frame {
     /// Elements.
     pub cells: FrameCells,
     /// Projectile, then the fragments.
-    pub bodies: Vec<Place>,
+    pub bodies: Vec<BodyPose>,
 }
 
 /// Position and motion of a body in a [`Frame`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct BodyPose {
     /// Position and motion.
     pub kinematics: Kinematics,
     /// Height and base radius of a dome.

@@ -1,14 +1,13 @@
 //! Records of remeshings, and the preview of a remeshing before it is made.
 
-use super::candidate::{Candidate, Refused, Way, in_plane};
-use super::gel_definition::Sizes;
-use super::model::Gelatin;
+use super::candidate::{CandidateMesh, Refused, RemeshAttempt, RemeshInput, mesh_in_plane};
+use super::gel_definition::RemeshSizes;
+use super::model::GelModel;
 use super::observe::Frame;
 use crate::math::Vector;
 use crate::mesh::{Simplex, shape_quality};
-use crate::remesh::{self, Defects, Moved, Neighbours, Quality, RemeshError, Rules, Steps};
+use crate::remesh::{self, Defects, Moved, Quality, RemeshError, Rules, Steps};
 use crate::scene::RemeshMethod;
-use crate::state::Birth;
 use std::fmt::{self, Display, Formatter};
 
 /// Failed remeshing: the old mesh was kept, or the run ended with it.
@@ -54,8 +53,8 @@ pub struct Renewal {
 }
 
 impl Renewal {
-    pub(super) fn of<const D: usize>(candidate: &Candidate<D>, time: f64, attempt: usize) -> Self {
-        let Candidate { birth, quality, defects, .. } = candidate;
+    pub(super) fn of<const D: usize>(candidate: &CandidateMesh<D>, time: f64, attempt: usize) -> Self {
+        let CandidateMesh { birth, quality, defects, .. } = candidate;
         Self {
             time,
             attempt,
@@ -107,19 +106,20 @@ pub struct Successor {
     pub stored: [f64; 2],
 }
 
-impl Gelatin<2> {
+impl GelModel<2> {
     /// Builds the preview of a remeshing now.
-    pub fn rehearsed(&self, frame: Frame, sizes: &Sizes) -> Rehearsal {
-        let old = self.present();
+    pub fn build_preview(&self, frame: Frame, sizes: &RemeshSizes) -> Rehearsal {
+        let old = self.current_mesh();
         let position = self.engine.state().position.clone();
         let moved = Moved { mesh: &old.mesh, position: &position };
-        let worn = self.worn(&moved, self.across.clone());
-        let size = self.sizes(&moved, (sizes, &worn.0));
+        let data = self.old_mesh_data(&moved, self.adjacency.clone());
+        let size = self.target_sizes(&moved, sizes, &data.adjacency);
+        let input = RemeshInput { old: &old, moved: &moved, data: &data, size: &size };
         let successors = [RemeshMethod::Immersed, RemeshMethod::Retained]
-            .map(|method| (method, self.successor((&old, &moved, &worn), &size, method)));
+            .map(|method| (method, self.first_accepted(&input, method)));
         Rehearsal {
             shapes: old.mesh.elements.iter().map(|element| shape_quality(&position, element)).collect(),
-            bend: self.bends(&moved),
+            bend: self.curvatures(&moved),
             steps: remesh::immerse(&moved, &size, &Rules::default()),
             frame,
             size,
@@ -128,26 +128,21 @@ impl Gelatin<2> {
     }
 
     /// Mesh of the first accepted attempt; the reason of the last refusal if there is none.
-    fn successor(
-        &self,
-        (old, moved, worn): (&Birth<2>, &Moved<'_, 2>, &(Neighbours, Vec<f64>)),
-        size: &[f64],
-        method: RemeshMethod,
-    ) -> Result<Successor, Refused> {
+    fn first_accepted(&self, input: &RemeshInput<'_, 2>, method: RemeshMethod) -> Result<Successor, Refused> {
         let mut refused = None;
-        for (way, attempt) in Way::of(method, self.flows()).into_iter().zip(1..) {
-            match self.candidate((old, moved, worn), (size, in_plane), way) {
-                Ok(candidate) => return Ok(self.shown(candidate, moved, attempt)),
+        for (attempt, number) in RemeshAttempt::of(method, self.is_viscoplastic()).into_iter().zip(1..) {
+            match self.generate_candidate(input, mesh_in_plane, attempt) {
+                Ok(candidate) => return Ok(self.preview_mesh(candidate, input.moved, number)),
                 Err(why) => refused = Some(why),
             }
         }
         Err(refused.expect("a method has attempts"))
     }
 
-    fn shown(&self, candidate: Candidate<2>, moved: &Moved<'_, 2>, attempt: usize) -> Successor {
-        let Candidate { birth, memory, velocity, quality, defects, known, .. } = candidate;
+    fn preview_mesh(&self, candidate: CandidateMesh<2>, moved: &Moved<'_, 2>, attempt: usize) -> Successor {
+        let CandidateMesh { birth, memory, velocity, quality, defects, properties, .. } = candidate;
         let before = self.engine.gel().stored_energy(moved.position, &self.engine.state().memory);
-        let stored = [before, self.gel_of(&birth, known.patches).stored_energy(&birth.position, &memory)];
+        let stored = [before, self.gel_on_mesh(&birth, properties.patches).stored_energy(&birth.position, &memory)];
         Successor { points: birth.position, elements: birth.mesh.elements, velocity, attempt, quality, defects, stored }
     }
 }

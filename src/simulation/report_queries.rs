@@ -1,6 +1,7 @@
 //! Report queries of a simulation, one by one: their costs differ by orders of magnitude.
 
-use super::observe::{BodyReport, Books, ContactReport, CostReport, EnergyReport, Observation, SensorReport};
+use super::model::{MeshCounts, StepRange};
+use super::observe::{BalanceReport, BodyReport, ContactReport, CostReport, EnergyReport, Observation, SensorReport};
 use super::{CouplingMode, Simulation};
 use crate::integrator::Totals;
 use crate::math::Vector3;
@@ -9,7 +10,7 @@ use crate::math::Vector3;
 ///
 /// Round-off ε of the shear modulus breaks the symmetry of stresses, so that their torques may leave ε μ V t: 1e-12
 /// of this. A body of 1e-9 kg leaves 0.02 of it (test `light_bodies_leave_the_books_closed`).
-const TURNING: f64 = f64::EPSILON / 1e-12;
+const ANGULAR_ROUND_OFF: f64 = f64::EPSILON / 1e-12;
 
 impl Simulation {
     /// Complete report; it visits the whole mesh, so that single queries are cheaper.
@@ -32,15 +33,15 @@ impl Simulation {
 
     /// Energy and momentum balance; sums over the gel.
     #[must_use]
-    pub fn books(&self) -> Books {
+    pub fn books(&self) -> BalanceReport {
         let totals = self.model.totals(self.time);
-        Books {
-            energy: energy(&totals, self.facts.noise),
+        BalanceReport {
+            energy: energy(&totals, self.constants.energy_round_off),
             momentum_closure: totals.momentum_closure.0,
             angular_momentum_closure: totals.angular_momentum_closure.0,
             momentum_error: totals.momentum_closure.1,
             angular_momentum_error: totals.angular_momentum_closure.0.norm()
-                / totals.angular_momentum_scale.max(TURNING * self.facts.shear_torque * self.time),
+                / totals.angular_momentum_scale.max(ANGULAR_ROUND_OFF * self.constants.shear_torque * self.time),
         }
     }
 
@@ -88,12 +89,12 @@ impl Simulation {
     pub fn contact(&self, i: usize) -> ContactReport {
         let (record, reach) = (&self.model.record().contacts[i], self.model.reach(i, self.time));
         let mass = self.model.body(i).0.mass;
-        let stiffness = 2.0 * self.facts.contact_modulus * (reach.area / std::f64::consts::PI).sqrt();
-        let impedance = self.facts.specific_impedance * reach.area;
+        let stiffness = 2.0 * self.constants.contact_modulus * (reach.area / std::f64::consts::PI).sqrt();
+        let impedance = self.constants.specific_impedance * reach.area;
         let stable = (0.3 * mass / impedance).min(0.2 * (mass / stiffness).sqrt());
         let limited = self.mode == CouplingMode::Prescribed && reach.area > 0.0;
         let mean = |(sum, n): (f64, u64)| if n > 0 { sum / n as f64 } else { 0.0 };
-        let longest = if reach.area > 0.0 { reach.longest_step } else { self.model.steps().0 };
+        let longest = if reach.area > 0.0 { reach.longest_step } else { self.model.steps().smallest };
         ContactReport {
             total_impulse: record.impulse,
             active: self.exchanges[i].is_contact(),
@@ -104,11 +105,11 @@ impl Simulation {
             direction: record.direction,
             first: record.touched.map(|touched| touched.0),
             last: record.touched.map(|touched| touched.1),
-            peak_force: record.window.2 / self.facts.force_window,
+            peak_force: record.window.2 / self.constants.force_window,
             peak_depth: self.peak_depth(i),
             mean_standing_penetration: mean(record.standing),
             deepest_penetration: record.deepest,
-            step_advice: if limited { stable.min(self.facts.end_time) } else { self.facts.end_time },
+            step_advice: if limited { stable.min(self.constants.end_time) } else { self.constants.end_time },
             step_min: 4.0 * longest,
         }
     }
@@ -129,8 +130,8 @@ impl Simulation {
     /// Cost of the run so far; visits the groups of elements.
     #[must_use]
     pub fn cost(&self) -> CostReport {
-        let ((smallest_step, largest_step), (elements, nodes, crushed_elements)) =
-            (self.model.steps(), self.model.counts());
+        let StepRange { smallest: smallest_step, largest: largest_step } = self.model.steps();
+        let MeshCounts { elements, nodes, crushed: crushed_elements } = self.model.counts();
         CostReport {
             element_updates: self.updates(),
             synchronous_updates: self.model.synchronous_updates(self.time),
@@ -147,11 +148,11 @@ impl Simulation {
     }
 }
 
-fn energy(totals: &Totals, noise: f64) -> EnergyReport {
+fn energy(totals: &Totals, energy_round_off: f64) -> EnergyReport {
     let (books, energies) = (&totals.ledger.energy, &totals.energies);
     let defect = books.integration.abs() + books.contact_bias.abs() + books.importer.abs() + books.remesh.abs();
     let scale = books.worked(totals.initial_energy);
-    let scale = if scale > noise { scale } else { 1.0 };
+    let scale = if scale > energy_round_off { scale } else { 1.0 };
     EnergyReport {
         kinetic: energies.gel_kinetic + energies.body_kinetic,
         projectile: energies.body_kinetic,

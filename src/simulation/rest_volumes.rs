@@ -1,7 +1,7 @@
 //! Rest measures of the elements that remeshing creates (numerics 4.6): area or volume, or area times radius of a
 //! ring.
 
-use super::source_mesh::{Made, Past};
+use super::source_mesh::{SourceMesh, TargetMesh};
 use crate::constitutive::Material;
 use crate::fem::{Potential, Reference, Section};
 use crate::math::Vector;
@@ -30,7 +30,11 @@ const OVER: f64 = 0.5;
 /// errors would act against the bulk modulus.
 ///
 /// `position` is where the old nodes are.
-pub(super) fn rests<const D: usize>(past: &Past<'_, D>, position: &[Vector<D>], new: &Made<'_, D>) -> Vec<f64> {
+pub(super) fn rests<const D: usize>(
+    past: &SourceMesh<'_, D>,
+    position: &[Vector<D>],
+    new: &TargetMesh<'_, D>,
+) -> Vec<f64> {
     let is_ring = past.potential.section() == Section::Axisymmetric;
     let size = |x: &[Vector<D>], nodes: &Simplex| Reference::of(x, nodes).size(is_ring);
     let (mut rests, mut covered) = (vec![0.0; new.same.len()], vec![0.0; new.same.len()]);
@@ -74,7 +78,7 @@ fn most_strained(material: &Material) -> f64 {
 }
 
 /// Total rest measure of the old elements that were removed.
-fn gone<const D: usize>(past: &Past<'_, D>, same: &[Option<Same>]) -> f64 {
+fn gone<const D: usize>(past: &SourceMesh<'_, D>, same: &[Option<Same>]) -> f64 {
     let mut is_gone = vec![true; past.potential.len()];
     same.iter().flatten().for_each(|same| is_gone[same.element.index()] = false);
     let old = (0..).map(ElementId).zip(&past.shares).zip(is_gone).filter(|(_, is_gone)| *is_gone);
@@ -83,7 +87,7 @@ fn gone<const D: usize>(past: &Past<'_, D>, same: &[Option<Same>]) -> f64 {
 
 /// Rest measure of the part of an old element in a new one. In a patch, an element contributes its measure at the J
 /// of the patch.
-pub(super) fn rest_of<const D: usize>(past: &Past<'_, D>, source: &Source) -> f64 {
+pub(super) fn rest_of<const D: usize>(past: &SourceMesh<'_, D>, source: &Source) -> f64 {
     source.part * past.rest(source.old) * past.shares[source.old.index()]
 }
 
@@ -125,7 +129,7 @@ mod tests {
             let (elements, position) = (&birth.mesh.elements[..2], &birth.position);
             let same: Vec<_> = (2..4).map(|e| Some(Same::in_order(ElementId(e)))).collect();
             let same = [vec![None; 2], same].concat();
-            let past = Past::new((&simplices, &birth, &memory), position);
+            let past = SourceMesh::new((&simplices, &birth, &memory), position);
             let tip = elements[0][..3].iter().find(|node| !elements[1][..3].contains(node)).unwrap().index();
             let others = elements[0][..3].iter().filter(|node| node.index() != tip);
             let foot = others.map(|node| position[node.index()] * 0.5).sum::<Vector<2>>();
@@ -134,7 +138,7 @@ mod tests {
                 now[tip] += (position[tip] - foot) * pulled;
                 let (rest, sources) = (&birth.mesh.rest, [whole(0, 0), whole(1, 1)]);
                 let elements = &birth.mesh.elements;
-                let new = Made { position: &now, rest, elements, same: &same, sources: &sources, is_kept: false };
+                let new = TargetMesh { position: &now, rest, elements, same: &same, sources: &sources, is_kept: false };
                 let rests = rests(&past, position, &new);
                 let [first, second] = [0, 1].map(|e| Reference::of(&now, &elements[e]).size(false) / rests[e]);
                 // As far as it may grow, but for what it cannot bear, and all may be spread.
@@ -156,10 +160,10 @@ mod tests {
         let (simplices, birth, memory) = body(1, (Section::Planar { thickness: 1.0 }, Material::Flowing(gel())));
         let (position, rest) = (&birth.position, &birth.mesh.rest);
         let elements = &birth.mesh.elements[..2];
-        let past = Past::new((&simplices, &birth, &memory), position);
+        let past = SourceMesh::new((&simplices, &birth, &memory), position);
         let of = |part: f64| {
             let sources = [Source { part, ..whole(0, 0) }, whole(1, 1)];
-            let new = Made { position, rest, elements, same: &[None; 2], sources: &sources, is_kept: false };
+            let new = TargetMesh { position, rest, elements, same: &[None; 2], sources: &sources, is_kept: false };
             rests(&past, position, &new)[0]
         };
         assert_eq!([1e-14, 0.4].map(of), [0.0; 2]);
@@ -175,7 +179,7 @@ mod tests {
         for (section, material) in [(plane, flowing), (Section::Axisymmetric, flowing), (plane, solid)] {
             let (simplices, birth, memory) = body(6, (section, material));
             let position = &birth.position;
-            let past = Past::new((&simplices, &birth, &memory), position);
+            let past = SourceMesh::new((&simplices, &birth, &memory), position);
             let (n, is_ring) = (birth.mesh.elements.len() as u32, section == Section::Axisymmetric);
             // The element 0 is gone, and the second one is there once more, of nothing.
             let old: Vec<u32> = (1..n).chain([1]).collect();
@@ -185,7 +189,8 @@ mod tests {
             let same: Vec<_> = old[..old.len() - 1].iter().map(again).chain([None]).collect();
             let sources: Vec<_> = (1..n).filter(|e| !stays(*e)).map(|e| whole(e, e - 1)).collect();
             let rest = &birth.mesh.rest;
-            let new = Made { position, rest, elements: &elements, same: &same, sources: &sources, is_kept: false };
+            let new =
+                TargetMesh { position, rest, elements: &elements, same: &same, sources: &sources, is_kept: false };
             let made: f64 = rests(&past, position, &new).iter().sum();
             let handed = |e: u32| past.rest(ElementId(e)) * past.shares[e as usize];
             let kept: f64 = (1..n).filter(|e| stays(*e)).map(handed).sum();

@@ -1,6 +1,6 @@
 //! Remeshing without motion: patch test (numerics V1), and round trips (V18).
 
-use super::candidate::{Cleared, Mesher, Refused, Way, in_plane, in_space};
+use super::candidate::{BodyClearance, MeshGenerator, Refused, RemeshAttempt, mesh_in_plane, mesh_in_space};
 use super::{history, source_mesh};
 use crate::constitutive::NeoHookean;
 use crate::fem::{Answer, DEPTH, Potential, Reference, Section, Simplices};
@@ -18,14 +18,14 @@ const FAIR: f64 = 0.3;
 const PLANAR: Section = Section::Planar { thickness: 1.0 };
 
 /// Gel on a mesh, without an engine.
-struct Gel<const D: usize> {
+struct TestGel<const D: usize> {
     birth: Birth<D>,
     position: Vec<Vector<D>>,
     velocity: Vec<Vector<D>>,
     section: Section,
 }
 
-impl<const D: usize> Gel<D> {
+impl<const D: usize> TestGel<D> {
     /// Unit square or cube of `n` crossed cells along each side, deformed by `map`.
     fn new(n: usize, section: Section, map: impl Fn(&Vector<D>) -> Vector<D>) -> Self {
         let planes = std::array::from_fn(|_| uniform(0.0, 1.0, 1.0 / n as f64));
@@ -64,10 +64,11 @@ impl<const D: usize> Gel<D> {
     }
 
     /// Remeshes to other sizes as a run does; returns the gel and the changes by the transfer.
-    fn exchanged(&self, size: &[f64], mesher: Mesher<D>) -> (Self, Defects<D>) {
+    fn exchanged(&self, size: &[f64], mesher: MeshGenerator<D>) -> (Self, Defects<D>) {
         let moved = Moved { mesh: &self.birth.mesh, position: &self.position };
-        let attempts =
-            Way::of(RemeshMethod::Retained, false).into_iter().map(|way| proposed(way, &moved, (size, mesher)));
+        let attempts = RemeshAttempt::of(RemeshMethod::Retained, false)
+            .into_iter()
+            .map(|way| proposed(way, &moved, (size, mesher)));
         let proposal = attempts.flatten().next().expect("a good mesh");
         let carried = Carried {
             symmetry: symmetry(self.section),
@@ -78,8 +79,9 @@ impl<const D: usize> Gel<D> {
         };
         let new = remesh::transfer(&moved, &carried, &proposal);
         let (simplices, patches) = (self.simplices(), Patches::alone(proposal.elements.len()));
-        let past = source_mesh::Past::new((&simplices, &self.birth, &[]), &self.position);
-        let inherited = history::inherited(&past, &self.position, (&source_mesh::Made::by(&proposal, &new), &patches));
+        let past = source_mesh::SourceMesh::new((&simplices, &self.birth, &[]), &self.position);
+        let inherited =
+            history::inherited(&past, &self.position, (&source_mesh::TargetMesh::by(&proposal, &new), &patches));
         let references = inherited.map(|(references, _)| references);
         let references = references.expect("what elements were at rest");
         let facets = boundary::<D>(&proposal.elements);
@@ -148,11 +150,11 @@ fn simplices<const D: usize>(
 
 /// Generates a mesh that is as good as the old one.
 fn proposed<const D: usize>(
-    way: Way,
+    way: RemeshAttempt,
     moved: &Moved<'_, D>,
-    (size, mesher): (&[f64], Mesher<D>),
+    (size, mesher): (&[f64], MeshGenerator<D>),
 ) -> Result<Proposal<D>, Refused> {
-    let cleared: Cleared<'_, D> = &|x| *x;
+    let cleared: BodyClearance<'_, D> = &|x| *x;
     let (proposal, measure) = mesher(way, moved, size, cleared)?;
     let worst = moved.mesh.elements.iter().map(|element| shape_quality(moved.position, element));
     remesh::judge(moved, &proposal, &Acceptance { measure, quality: worst.fold(FAIR, f64::min) })?;
@@ -179,14 +181,14 @@ fn affine<const D: usize>(section: Section) -> (Tensor<D>, f64) {
 /// Remeshes to half the size and from there to three times the size. Returns the unevenness of F, the greatest force
 /// on an inner node in units of |P| h^(D−1), and the number of incompatible references.
 fn patch_test<const D: usize>(
-    (start, h): (&Gel<D>, f64),
+    (start, h): (&TestGel<D>, f64),
     uniform: (&Tensor<D>, f64),
-    mesher: Mesher<D>,
+    mesher: MeshGenerator<D>,
 ) -> [(f64, f64, usize); 2] {
     let f = uniform.0;
     let stress = GEL.1 * (f - cofactor(f) / det(f)).norm();
     let mut at = start.exchanged(&vec![0.5 * h; start.position.len()], mesher);
-    let measured = |(gel, defects): &(Gel<D>, Defects<D>)| {
+    let measured = |(gel, defects): &(TestGel<D>, Defects<D>)| {
         assert!(defects.unchanged < 0.5, "{} of the elements are old ones", defects.unchanged);
         let force = (1..D).fold(gel.stored().1 / stress, |force, _| force / h);
         (gel.unevenness(uniform), force, gel.birth.references.len())
@@ -196,10 +198,10 @@ fn patch_test<const D: usize>(
     [fine, measured(&at)]
 }
 
-fn check_patch<const D: usize>(section: Section, mesher: Mesher<D>) {
+fn check_patch<const D: usize>(section: Section, mesher: MeshGenerator<D>) {
     let (f, out) = affine::<D>(section);
     let n = if D == 2 { 12 } else { 5 };
-    let gel = Gel::new(n, section, |x| f * x);
+    let gel = TestGel::new(n, section, |x| f * x);
     for (uneven, force, own) in patch_test((&gel, 1.0 / n as f64), (&f, out), mesher) {
         println!("{section:?}: F {uneven:.1e}, forces {force:.1e}, references {own}");
         assert!(uneven < 1e-12 && force < 1e-12, "{uneven:e} {force:e}");
@@ -209,12 +211,12 @@ fn check_patch<const D: usize>(section: Section, mesher: Mesher<D>) {
 
 #[test]
 fn a_uniform_deformation_stays_uniform_on_a_new_mesh() {
-    check_patch(PLANAR, in_plane);
-    check_patch(Section::Axisymmetric, in_plane);
-    check_patch(Section::Spatial, in_space);
+    check_patch(PLANAR, mesh_in_plane);
+    check_patch(Section::Axisymmetric, mesh_in_plane);
+    check_patch(Section::Spatial, mesh_in_space);
 }
 
-fn check_own<const D: usize>(section: Section, mesher: Mesher<D>) {
+fn check_own<const D: usize>(section: Section, mesher: MeshGenerator<D>) {
     let (f, out) = affine::<D>(section);
     let n = if D == 2 { 12 } else { 5 };
     // What the nodes say: hardly deformed; more than the elements, along the same axes; and along others.
@@ -222,7 +224,7 @@ fn check_own<const D: usize>(section: Section, mesher: Mesher<D>) {
     let other = Tensor::<D>::from_fn(|i, j| if i == j { [0.7, 1.3, 1.1][i] } else { 0.0 });
     for said in [Tensor::<D>::identity(), f * f.transpose() * f, other] {
         let out = if ring { f[(0, 0)] } else { out };
-        let gel = Gel::new(n, section, |x| said * x).with_own_references(&f);
+        let gel = TestGel::new(n, section, |x| said * x).with_own_references(&f);
         assert!(gel.unevenness((&f, out)) < 1e-12);
         for (uneven, force, own) in patch_test((&gel, 1.0 / n as f64), (&f, out), mesher) {
             println!("{section:?}: F {uneven:.1e}, forces {force:.1e}, references {own}");
@@ -233,9 +235,9 @@ fn check_own<const D: usize>(section: Section, mesher: Mesher<D>) {
 
 #[test]
 fn a_uniform_deformation_that_the_nodes_do_not_say_stays_uniform_on_a_new_mesh() {
-    check_own(PLANAR, in_plane);
-    check_own(Section::Axisymmetric, in_plane);
-    check_own(Section::Spatial, in_space);
+    check_own(PLANAR, mesh_in_plane);
+    check_own(Section::Axisymmetric, mesh_in_plane);
+    check_own(Section::Spatial, mesh_in_space);
 }
 
 /// Remeshings of a round trip.
@@ -267,7 +269,7 @@ fn wavy<const D: usize>(x: &Vector<D>, wavelength: f64) -> Vector<D> {
 /// The drift is that from the second remeshing to the last, between which the mesh is fine at the same positions. The
 /// errors are relative and count from the start.
 #[derive(Default)]
-struct Trips {
+struct RoundTripChanges {
     change: [f64; 2],
     drift: [f64; 2],
     mass: f64,
@@ -276,14 +278,14 @@ struct Trips {
 }
 
 /// Remeshes between a third of the cell size and the cell size, with fine and coarse regions moving back and forth.
-fn round_trips<const D: usize>((n, section): (usize, Section), mesher: Mesher<D>) -> Trips {
+fn round_trips<const D: usize>((n, section): (usize, Section), mesher: MeshGenerator<D>) -> RoundTripChanges {
     let h = 1.0 / n as f64;
     let wavelength = 10.0 * h;
-    let mut gel = Gel::<D>::new(n, section, |x| bent(x, wavelength));
+    let mut gel = TestGel::<D>::new(n, section, |x| bent(x, wavelength));
     gel.velocity = gel.position.iter().map(|x| wavy(x, wavelength)).collect();
     let (start, scales) = (gel.books(), gel.scales());
     let mut energies = vec![gel.energies()];
-    let mut trips = Trips::default();
+    let mut trips = RoundTripChanges::default();
     for trip in 1..=TRIPS {
         let fine = |x: &Vector<D>| 0.5 - 0.5 * (TAU * (0.5 * x[0] + 0.5 * trip as f64)).cos();
         let size: Vec<f64> = gel.position.iter().map(|x| h / (1.0 + 2.0 * fine(x))).collect();
@@ -309,10 +311,10 @@ fn round_trips<const D: usize>((n, section): (usize, Section), mesher: Mesher<D>
 }
 
 /// Measured changes and drifts of kinetic and stored energy.
-type Measured = [[f64; 2]; 2];
+type MeasuredChanges = [[f64; 2]; 2];
 
-fn check_trips(trips: &Trips, measured: &Measured) {
-    let Trips { change, drift, mass, momentum, angular } = *trips;
+fn check_trips(trips: &RoundTripChanges, measured: &MeasuredChanges) {
+    let RoundTripChanges { change, drift, mass, momentum, angular } = *trips;
     println!("changes {change:?}, drifts {drift:?}, mass {mass:.0e}, P {momentum:.0e}, L {angular:.0e}");
     assert!(mass < 1e-12 && momentum < 1e-12 && angular < 1e-12, "{mass:e} {momentum:e} {angular:e}");
     let is_within = |found: [f64; 2], was: [f64; 2]| (0..2).all(|i| found[i].abs() < 1.5 * was[i]);
@@ -321,13 +323,13 @@ fn check_trips(trips: &Trips, measured: &Measured) {
 
 #[test]
 fn ten_round_trips_keep_mass_and_momenta_and_lose_what_was_measured() {
-    let plane = round_trips::<2>((20, PLANAR), in_plane);
-    let space = round_trips::<3>((8, Section::Spatial), in_space);
+    let plane = round_trips::<2>((20, PLANAR), mesh_in_plane);
+    let space = round_trips::<3>((8, Section::Spatial), mesh_in_space);
     check_trips(&plane, &PLANE);
     check_trips(&space, &SPACE);
 }
 
 /// Measured figures. A finer mesh has less kinetic energy of the same waves: most of the change, and reversible. The
 /// irreversible part is the loss of stored energy by averaging, 0.025 and 0.064 % each time.
-const PLANE: Measured = [[1.061e-2, 1.104e-3], [1.731e-5, 2.466e-4]];
-const SPACE: Measured = [[4.177e-3, 1.198e-3], [7.247e-5, 6.396e-4]];
+const PLANE: MeasuredChanges = [[1.061e-2, 1.104e-3], [1.731e-5, 2.466e-4]];
+const SPACE: MeasuredChanges = [[4.177e-3, 1.198e-3], [7.247e-5, 6.396e-4]];

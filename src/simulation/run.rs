@@ -1,8 +1,8 @@
 //! Simulation in time, as an importer steps it.
 
 use super::build::{BuildError, build, orientation};
-use super::gel_definition::material;
-use super::model::Model;
+use super::gel_definition::build_material;
+use super::model::ErasedModel;
 use super::observe::Frame;
 use super::preview::{Refusal, Rehearsal, Renewal};
 use super::saved::Saved;
@@ -41,9 +41,9 @@ pub enum RestoreError {
 /// assert!(simulation.observe().energy.energy_error < 1e-10);
 /// ```
 pub struct Simulation {
-    pub(super) model: Box<dyn Model>,
+    pub(super) model: Box<dyn ErasedModel>,
     pub(super) mode: CouplingMode,
-    pub(super) facts: Facts,
+    pub(super) constants: SceneConstants,
     pub(super) time: f64,
     pub(super) exchanges: Vec<Exchange>,
     failure: Option<StepError>,
@@ -52,7 +52,7 @@ pub struct Simulation {
 }
 
 /// Constants of the scene that reports need.
-pub(super) struct Facts {
+pub(super) struct SceneConstants {
     /// Hash of the scene and the coupling mode.
     origin: u64,
     pub(super) end_time: f64,
@@ -62,7 +62,7 @@ pub(super) struct Facts {
     /// Specific acoustic impedance ρ c, Pa·s/m.
     pub(super) specific_impedance: f64,
     /// Round-off of the energy of the gel at rest, J.
-    pub(super) noise: f64,
+    pub(super) energy_round_off: f64,
     /// Shear modulus times volume, μ V, N·m.
     pub(super) shear_torque: f64,
     /// Bounding box of the gel at rest; `None` for a shape without a back face.
@@ -71,16 +71,16 @@ pub(super) struct Facts {
     pub(super) stop_after_exit: f64,
 }
 
-impl Facts {
-    fn of(scene: &Scene, mode: CouplingMode, model: &dyn Model) -> Self {
-        let material = material(&scene.gel);
+impl SceneConstants {
+    fn of(scene: &Scene, mode: CouplingMode, model: &dyn ErasedModel) -> Self {
+        let material = build_material(&scene.gel);
         Self {
             origin: xxhash_rust::xxh3::xxh3_64(format!("{scene:?} {mode:?}").as_bytes()),
             end_time: scene.scene.end_time,
             force_window: scene.force_window(),
             contact_modulus: material.contact_modulus(),
             specific_impedance: (scene.gel.density * material.wave_modulus()).sqrt(),
-            noise: model.noise(),
+            energy_round_off: model.energy_round_off(),
             shear_torque: model.shear_torque(),
             gel_box: scene.gel.shape.bounding_box(),
             stop_after_exit: scene.scene.stop_after_exit.time(),
@@ -107,8 +107,9 @@ impl Simulation {
     /// [`BuildError`] if the scene cannot be built.
     pub fn new(scene: &Scene, mode: CouplingMode, threads: usize) -> Result<Self, BuildError> {
         let model = build(scene, mode == CouplingMode::Prescribed, threads)?;
-        let (facts, exchanges) = (Facts::of(scene, mode, &*model), vec![Exchange::default(); model.n_bodies()]);
-        Ok(Self { model, mode, facts, time: 0.0, exchanges, failure: None, before: vec![] })
+        let (constants, exchanges) =
+            (SceneConstants::of(scene, mode, &*model), vec![Exchange::default(); model.n_bodies()]);
+        Ok(Self { model, mode, constants, time: 0.0, exchanges, failure: None, before: vec![] })
     }
 
     /// Time since the start, s.
@@ -189,8 +190,8 @@ impl Simulation {
         assert!(end <= self.latest(), "a step ends no later than the ticks are exact");
         let end = end.max(self.time);
         for (body, inputs) in inputs.iter().enumerate() {
-            self.check(body, inputs, end - self.time);
-            self.take(body, inputs);
+            self.check_inputs(body, inputs, end - self.time);
+            self.apply_inputs(body, inputs);
         }
         self.before.clear();
         for body in 0..self.n_bodies() {
@@ -204,7 +205,7 @@ impl Simulation {
             Err(failure) => failure.time().clamp(self.time, end),
         };
         for body in 0..self.n_bodies() {
-            self.exchanges[body].energy_residual += self.bond(body);
+            self.exchanges[body].energy_residual += self.contact_work(body);
         }
         self.failure = result.clone().err();
         result
@@ -220,7 +221,7 @@ impl Simulation {
             return Err(failure.clone());
         }
         self.exchanges.fill(Exchange::default());
-        let result = self.model.rehearse(from, end, &mut self.exchanges);
+        let result = self.model.preview_remesh(from, end, &mut self.exchanges);
         self.time = match &result {
             Ok(Some(shown)) => shown.frame.time.max(self.time),
             Ok(None) => end.max(self.time),
@@ -233,19 +234,19 @@ impl Simulation {
     /// Remeshings since this simulation was built; those before a restored state are not included.
     #[must_use]
     pub fn renewals(&self) -> &[Renewal] {
-        self.model.renewals()
+        self.model.remesh_records()
     }
 
     /// Failed remeshings since this simulation was built, with the reason for each attempt; not kept in states.
     #[must_use]
     pub fn refusals(&self) -> &[Refusal] {
-        self.model.refusals()
+        self.model.failed_remeshes()
     }
 
     /// Work of contact in the energy bond of the last step, J·(V₀ + V₁)/2 + A·(Ω₀ + Ω₁)/2, J.
-    fn bond(&self, body: usize) -> f64 {
+    fn contact_work(&self, body: usize) -> f64 {
         let (before, exchange) = (&self.before[body], &self.exchanges[body]);
-        let (velocity, spin) = self.moved(body, before, exchange);
+        let (velocity, spin) = self.velocities_after_step(body, before, exchange);
         exchange.impulse.dot(&(before.velocity + velocity)) / 2.0
             + exchange.angular_impulse.dot(&(before.angular_velocity + spin)) / 2.0
     }
@@ -254,7 +255,7 @@ impl Simulation {
     ///
     /// A prescribed motion is unaware of the impulse. Its velocities are then V₀ + J/M and Ω₀ + I⁻¹A, those of an
     /// importer's body on which the contact acts alone.
-    fn moved(&self, i: usize, before: &Kinematics, exchange: &Exchange) -> (Vector3, Vector3) {
+    fn velocities_after_step(&self, i: usize, before: &Kinematics, exchange: &Exchange) -> (Vector3, Vector3) {
         let body = self.model.body(i).0;
         if body.motion != Motion::Prescribed {
             let after = self.kinematics(i);
@@ -265,7 +266,7 @@ impl Simulation {
     }
 
     /// Checks that inputs are finite, and stay in the plane or on the axis.
-    fn check(&self, body: usize, inputs: &Inputs, duration: f64) {
+    fn check_inputs(&self, body: usize, inputs: &Inputs, duration: f64) {
         let (freedom, moved) = (self.model.body(body).0.freedom, &inputs.kinematics);
         let along =
             [moved.position, moved.velocity, inputs.acceleration, inputs.wrench.force, inputs.wrench.force_rate];
@@ -284,7 +285,7 @@ impl Simulation {
 
     /// Applies the importer's inputs of a body at the start of a step (numerics A4, A5). Unchanged inputs are no
     /// event.
-    fn take(&mut self, body: usize, inputs: &Inputs) {
+    fn apply_inputs(&mut self, body: usize, inputs: &Inputs) {
         let (fixed, now) = (self.model.body(body).0, self.now(body));
         let (motion, mass) = (fixed.motion, fixed.mass);
         if motion == Motion::Fixed {
@@ -295,26 +296,26 @@ impl Simulation {
             return;
         }
         match self.mode {
-            _ if !inputs.active => self.retire(body),
-            CouplingMode::Integrated if now.active => self.push(body, inputs),
-            CouplingMode::Integrated | CouplingMode::Corrected => self.jump(body, inputs, inputs.wrench),
+            _ if !inputs.active => self.deactivate(body),
+            CouplingMode::Integrated if now.active => self.set_wrench(body, inputs),
+            CouplingMode::Integrated | CouplingMode::Corrected => self.replace_motion(body, inputs, inputs.wrench),
             CouplingMode::Prescribed => {
-                self.jump(body, inputs, Wrench { force: inputs.acceleration * mass, ..Wrench::default() });
+                self.replace_motion(body, inputs, Wrench { force: inputs.acceleration * mass, ..Wrench::default() });
             }
         }
     }
 
     /// Deactivates a body where it is.
-    fn retire(&mut self, i: usize) {
+    fn deactivate(&mut self, i: usize) {
         if self.now(i).active {
             self.model.rebase_body(i, self.time);
             let there = *self.model.body(i).1;
-            self.replace(i, &BodyState { active: false, ..there });
+            self.replace_state(i, &BodyState { active: false, ..there });
         }
     }
 
     /// Sets wrench and dome of a free body, if they change.
-    fn push(&mut self, body: usize, inputs: &Inputs) {
+    fn set_wrench(&mut self, body: usize, inputs: &Inputs) {
         let (last, now) = (self.model.body(body).1, self.now(body));
         let bulge = now.bulge.and(inputs.bulge);
         if last.wrench != inputs.wrench || !inputs.wrench.is_constant() || bulge != now.bulge {
@@ -325,15 +326,15 @@ impl Simulation {
     }
 
     /// Replaces the state of a body by the importer's.
-    fn jump(&mut self, i: usize, inputs: &Inputs, wrench: Wrench) {
+    fn replace_motion(&mut self, i: usize, inputs: &Inputs, wrench: Wrench) {
         self.model.rebase_body(i, self.time);
-        let now = self.given(i, inputs);
-        self.replace(i, &BodyState { wrench, ..now });
+        let now = self.state_from_inputs(i, inputs);
+        self.replace_state(i, &BodyState { wrench, ..now });
     }
 
     /// Current state of a body with the motion of these inputs, active and without a wrench; a fixed body stays in
     /// place.
-    pub(super) fn given(&self, i: usize, inputs: &Inputs) -> BodyState {
+    pub(super) fn state_from_inputs(&self, i: usize, inputs: &Inputs) -> BodyState {
         let (body, was) = (self.model.body(i).0, self.now(i));
         let bulge = was.bulge.and(inputs.bulge);
         let mut now = BodyState { bulge, active: true, wrench: Wrench::default(), ..was };
@@ -350,7 +351,7 @@ impl Simulation {
     ///
     /// The energy and momenta of a body that is activated or deactivated are external work. Those of a body that
     /// stays active are the importer's.
-    fn replace(&mut self, i: usize, now: &BodyState) {
+    fn replace_state(&mut self, i: usize, now: &BodyState) {
         let (body, was) = self.model.body(i);
         let energy = body.kinetic_energy(now) - body.kinetic_energy(was);
         let momentum = body.momentum(now) - body.momentum(was);
@@ -367,7 +368,7 @@ impl Simulation {
     #[must_use]
     pub fn overlap(&self, body: usize, inputs: &Inputs) -> Option<f64> {
         let comes = inputs.active && !self.now(body).active;
-        comes.then(|| self.model.overlap(body, &self.given(body, inputs))).flatten()
+        comes.then(|| self.model.overlap(body, &self.state_from_inputs(body, inputs))).flatten()
     }
 
     /// Returns true if these inputs put a body into the gel past its surface, where contact would not find it.
@@ -379,10 +380,10 @@ impl Simulation {
         if !inputs.active {
             return false;
         }
-        let (was, there) = (self.now(body), self.given(body, inputs));
+        let (was, there) = (self.now(body), self.state_from_inputs(body, inputs));
         let way = (there.position - was.position).norm();
         let jumps = || way > 0.0 && way > -self.model.body(body).0.gap(&there, &there.position).distance;
-        (!was.active || jumps()) && self.model.swallows(body, &there)
+        (!was.active || jumps()) && self.model.is_centre_in_gel(body, &there)
     }
 
     /// Error that ended the simulation, if any.
@@ -416,7 +417,7 @@ impl Simulation {
 
     /// Saves the state into the memory of an older one.
     pub fn save_into(&self, saved: &mut Saved) {
-        (saved.origin, saved.time) = (self.facts.origin, self.time);
+        (saved.origin, saved.time) = (self.constants.origin, self.time);
         saved.exchanges.clone_from(&self.exchanges);
         saved.failure.clone_from(&self.failure);
         self.model.save(&mut saved.state);
@@ -427,7 +428,7 @@ impl Simulation {
     /// # Errors
     /// [`RestoreError`] if the state is of another scene; this simulation is then unchanged.
     pub fn restore(&mut self, saved: &Saved) -> Result<(), RestoreError> {
-        if saved.origin != self.facts.origin {
+        if saved.origin != self.constants.origin {
             return Err(RestoreError::Foreign);
         }
         if saved.exchanges.len() != self.n_bodies() {

@@ -30,7 +30,7 @@ pub struct Saved {
 }
 
 /// Header of the bytes: origin, time, exchanges, failure and dimension.
-type Head = (u64, f64, Vec<Exchange>, Option<StepError>, u8);
+type StateHeader = (u64, f64, Vec<Exchange>, Option<StepError>, u8);
 
 impl SavedState {
     /// Empty state of a gel of this dimension; `None` for other dimensions than 2 and 3.
@@ -118,7 +118,7 @@ impl Saved {
     /// no state.
     #[must_use]
     pub fn read(&mut self, bytes: &[u8]) -> bool {
-        let Ok((head, rest)) = postcard::take_from_bytes::<Head>(bytes) else { return false };
+        let Ok((head, rest)) = postcard::take_from_bytes::<StateHeader>(bytes) else { return false };
         let (origin, time, exchanges, failure, dimension) = head;
         if dimension == self.state.dimension() {
             if !self.state.read(rest) {

@@ -1,7 +1,7 @@
 //! Sensors: pressure, displacement and velocity at material points of the gel (numerics 7).
 
-use super::gel_definition::Recipe;
-use super::model::Gelatin;
+use super::gel_definition::GelDefinition;
+use super::model::GelModel;
 use super::observe::SensorReport;
 use crate::fem::{Potential, Simplices};
 use crate::integrator::Engine;
@@ -10,17 +10,17 @@ use crate::mesh::{ElementId, NodeId};
 use crate::remesh;
 
 /// Location of a sensor in the mesh.
-pub(super) struct Seat<const D: usize> {
+pub(super) struct SensorLocation<const D: usize> {
     /// Material point at rest, or its image in the computed part, m.
     rest: Vector<D>,
     /// Sign of each axis: −1 where the point is mirrored, 1 elsewhere.
     side: Vector3,
     /// Corners of the element that contains the point.
-    corners: Vec<Corner>,
+    corners: Vec<SensorCorner>,
 }
 
 /// Corner of the element that contains a sensor.
-struct Corner {
+struct SensorCorner {
     node: NodeId,
     /// Barycentric weight.
     weight: f64,
@@ -30,8 +30,11 @@ struct Corner {
 
 /// Locates the sensors in the elements that contain them at rest. Where the rest positions of a new mesh have a gap
 /// there, the nearest element is taken.
-pub(super) fn seats<const D: usize>(engine: &Engine<D, Simplices<D>>, recipe: &Recipe) -> Vec<Seat<D>> {
-    let points = &recipe.sensors;
+pub(super) fn locate_sensors<const D: usize>(
+    engine: &Engine<D, Simplices<D>>,
+    definition: &GelDefinition,
+) -> Vec<SensorLocation<D>> {
+    let points = &definition.sensors;
     if points.is_empty() {
         return vec![];
     }
@@ -44,28 +47,28 @@ pub(super) fn seats<const D: usize>(engine: &Engine<D, Simplices<D>>, recipe: &R
         elements.iter().map(|element| part(*element)).collect()
     };
     let seat = |point: &Vector3| {
-        let is_image = |axis: usize| recipe.symmetry.mirrored().contains(&axis) && point[axis] < 0.0;
+        let is_image = |axis: usize| definition.symmetry.mirrored().contains(&axis) && point[axis] < 0.0;
         let side = Vector3::from_fn(|axis, _| if is_image(axis) { -1.0 } else { 1.0 });
         let rest = restrict::<D>(&point.component_mul(&side));
         let (element, weights) =
             remesh::nearest(potential.rest(), potential.elements(), &rest).expect("a gel has elements");
-        let corner = |(node, weight): (&NodeId, f64)| Corner { node: *node, weight, around: around(*node) };
-        Seat { rest, side, corners: potential.nodes(element).iter().zip(weights).map(corner).collect() }
+        let corner = |(node, weight): (&NodeId, f64)| SensorCorner { node: *node, weight, around: around(*node) };
+        SensorLocation { rest, side, corners: potential.nodes(element).iter().zip(weights).map(corner).collect() }
     };
     points.iter().map(seat).collect()
 }
 
-impl<const D: usize> Gelatin<D> {
+impl<const D: usize> GelModel<D> {
     /// Reports of the sensors at time `t`, s.
-    pub(super) fn measured(&self, t: f64) -> Vec<SensorReport> {
+    pub(super) fn sensor_reports(&self, t: f64) -> Vec<SensorReport> {
         let t = self.engine.gel_time(t);
-        self.seats.iter().map(|seat| self.measure(seat, t)).collect()
+        self.sensor_locations.iter().map(|seat| self.interpolate_report(seat, t)).collect()
     }
 
     /// Interpolates linearly between the corners. The pressure at a corner is the mean of the elements around it by
     /// rest volume, since element pressures jump. It is divided by the number of symmetric copies, which scale the
     /// stiffness.
-    fn measure(&self, seat: &Seat<D>, t: f64) -> SensorReport {
+    fn interpolate_report(&self, seat: &SensorLocation<D>, t: f64) -> SensorReport {
         let (gel, velocities) = (&self.engine.gel().potential, &self.engine.state().velocity);
         let x = |node: NodeId| self.engine.position_at(node, t);
         let (mut position, mut velocity, mut pressure) = (Vector::<D>::zeros(), Vector::<D>::zeros(), 0.0);
@@ -79,7 +82,7 @@ impl<const D: usize> Gelatin<D> {
             position: embed(&position).component_mul(&seat.side),
             displacement: embed(&(position - seat.rest)).component_mul(&seat.side),
             velocity: embed(&velocity).component_mul(&seat.side),
-            pressure: pressure / self.recipe.copies(),
+            pressure: pressure / self.definition.copies(),
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::remesh::{Proposal, Same, Source, Transferred};
 use crate::state::Birth;
 
 /// Source mesh of a transfer, with the history variables of its elements.
-pub(super) struct Past<'a, const D: usize> {
+pub(super) struct SourceMesh<'a, const D: usize> {
     pub potential: &'a Simplices<D>,
     pub old: &'a Birth<D>,
     pub memory: &'a [Memory<D>],
@@ -16,7 +16,7 @@ pub(super) struct Past<'a, const D: usize> {
     pub shares: Vec<f64>,
 }
 
-impl<'a, const D: usize> Past<'a, D> {
+impl<'a, const D: usize> SourceMesh<'a, D> {
     /// Source mesh with the nodes at `x`.
     pub fn new((potential, old, memory): (&'a Simplices<D>, &'a Birth<D>, &'a [Memory<D>]), x: &[Vector<D>]) -> Self {
         Self { potential, old, memory, shares: shares(potential, x) }
@@ -35,7 +35,7 @@ impl<'a, const D: usize> Past<'a, D> {
 
 /// Target mesh of a transfer, and the composition of its elements.
 #[derive(Clone, Copy)]
-pub(super) struct Made<'a, const D: usize> {
+pub(super) struct TargetMesh<'a, const D: usize> {
     /// Current nodal positions, and rest positions of the same matter.
     pub position: &'a [Vector<D>],
     pub rest: &'a [Vector<D>],
@@ -49,7 +49,7 @@ pub(super) struct Made<'a, const D: usize> {
     pub is_kept: bool,
 }
 
-impl<'a, const D: usize> Made<'a, D> {
+impl<'a, const D: usize> TargetMesh<'a, D> {
     /// Target mesh of a remeshing.
     pub fn by(proposal: &'a Proposal<D>, new: &'a Transferred<D>) -> Self {
         let Transferred { rest, same, sources, .. } = new;

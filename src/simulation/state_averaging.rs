@@ -3,7 +3,7 @@
 
 use super::patch_volume_share::measure;
 use super::rest_volumes::rest_of;
-use super::source_mesh::Past;
+use super::source_mesh::SourceMesh;
 use crate::fem::{Memory, Potential, Reference, Section};
 use crate::math::{Tensor, Vector, cofactor, cube_root, det};
 use crate::mesh::ElementId;
@@ -18,8 +18,8 @@ const UNDISTORTED: f64 = 3.0;
 const HALVINGS: usize = 40;
 
 /// Mass-weighted averages of the sources of a new element, and their measure at rest.
-pub(super) struct Mean<const D: usize> {
-    strain: Strain<D>,
+pub(super) struct StateAverage<const D: usize> {
+    strain: ElementStrain<D>,
     /// Mean of Ī₁, which the mean of F does not preserve.
     distortion: f64,
     /// Area or volume, or area times radius of a ring, at rest.
@@ -37,14 +37,14 @@ pub(super) struct Mean<const D: usize> {
 
 /// Deformation gradient F and the stretch out of the plane.
 #[derive(Clone, Copy)]
-struct Strain<const D: usize> {
+struct ElementStrain<const D: usize> {
     f: Tensor<D>,
     out: f64,
 }
 
-impl<const D: usize> Strain<D> {
+impl<const D: usize> ElementStrain<D> {
     /// Deformation of an old element, or its elastic part where it is viscoplastic; the identity if that is inverted.
-    fn of(past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
+    fn of(past: &SourceMesh<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
         let (f, out) = match past.memory.get(element.index()) {
             Some(memory) => {
                 past.potential.elastic(element, x, memory).unwrap_or_else(|| (Tensor::<D>::identity(), 1.0))
@@ -86,15 +86,15 @@ impl<const D: usize> Strain<D> {
 
 /// Strains and distortions of source elements, computed once: most have several targets.
 #[derive(Default)]
-pub(super) struct Strains<const D: usize> {
+pub(super) struct SourceStrains<const D: usize> {
     /// Index of each old element among these, if it is a source.
     place: Vec<Option<u32>>,
-    all: Vec<(Strain<D>, f64)>,
+    all: Vec<(ElementStrain<D>, f64)>,
 }
 
-impl<const D: usize> Strains<D> {
+impl<const D: usize> SourceStrains<D> {
     /// Strains of the sources, with the nodes at `x`.
-    pub fn of(past: &Past<'_, D>, x: &[Vector<D>], sources: &[Source]) -> Self {
+    pub fn of(past: &SourceMesh<'_, D>, x: &[Vector<D>], sources: &[Source]) -> Self {
         let mut strains = Self { place: vec![None; past.potential.len()], all: vec![] };
         for old in sources.iter().map(|source| source.old) {
             if strains.place[old.index()].is_none() {
@@ -105,35 +105,35 @@ impl<const D: usize> Strains<D> {
         strains
     }
 
-    fn found(past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> (Strain<D>, f64) {
-        let strain = Strain::of(past, x, element);
+    fn found(past: &SourceMesh<'_, D>, x: &[Vector<D>], element: ElementId) -> (ElementStrain<D>, f64) {
+        let strain = ElementStrain::of(past, x, element);
         (strain, strain.distortion())
     }
 
     /// Strain of an old element.
-    fn at(&self, past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> (Strain<D>, f64) {
+    fn at(&self, past: &SourceMesh<'_, D>, x: &[Vector<D>], element: ElementId) -> (ElementStrain<D>, f64) {
         let place = self.place.get(element.index()).copied().flatten();
         place.map_or_else(|| Self::found(past, x, element), |place| self.all[place as usize])
     }
 }
 
-impl<const D: usize> Mean<D> {
+impl<const D: usize> StateAverage<D> {
     /// Average of one old element alone.
-    pub fn alone(past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
+    pub fn alone(past: &SourceMesh<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
         let mass = past.old.corner_mass[element.index()].iter().sum();
         let source = Source { new: element, old: element, mass, part: 1.0 };
         let rest = rest_of(past, &source);
-        Self::of(past, (x, &Strains::default()), (&[source], rest))
+        Self::of(past, (x, &SourceStrains::default()), (&[source], rest))
     }
 
     /// Average of parts of old elements, with this measure at rest.
     pub fn of(
-        past: &Past<'_, D>,
-        (x, strains): (&[Vector<D>], &Strains<D>),
+        past: &SourceMesh<'_, D>,
+        (x, strains): (&[Vector<D>], &SourceStrains<D>),
         (sources, rest): (&[Source], f64),
     ) -> Self {
         let is_ring = past.potential.section() == Section::Axisymmetric;
-        let (mut strain, mut distortion, mut mass) = (Strain::zero(), 0.0, 0.0);
+        let (mut strain, mut distortion, mut mass) = (ElementStrain::zero(), 0.0, 0.0);
         let (mut plastic, mut left, mut felt, mut stored) = (0.0, 0.0, 0.0, 0.0);
         let is_massive = sources.iter().any(|source| source.mass > 0.0);
         for source in sources {
@@ -153,7 +153,7 @@ impl<const D: usize> Mean<D> {
         let left = left / mass;
         // By what is stored, not by mass: where patches hand on volumes that their elements did not have, the two differ.
         let distortion = if flows { UNDISTORTED + (stored / rest / left).max(0.0) } else { distortion / mass };
-        let strain = Strain::zero().plus(&strain, 1.0 / mass);
+        let strain = ElementStrain::zero().plus(&strain, 1.0 / mass);
         Self { strain, distortion, plastic: plastic / mass, left, felt: felt / mass, rest, is_ring, flows }
     }
 
@@ -177,10 +177,12 @@ impl<const D: usize> Mean<D> {
     }
 
     /// Deformation by the nodes' rest positions, if these are not inverted.
-    fn said(&self, told: &Reference<D>, now: &Reference<D>) -> Option<Strain<D>> {
+    fn said(&self, told: &Reference<D>, now: &Reference<D>) -> Option<ElementStrain<D>> {
         let out = if self.is_ring { now.radius / told.radius } else { 1.0 };
         let outside = out > 0.0 && out.is_finite();
-        inverse(&told.edges).filter(|_| outside && !self.flows).map(|inverse| Strain { f: now.edges * inverse, out })
+        inverse(&told.edges)
+            .filter(|_| outside && !self.flows)
+            .map(|inverse| ElementStrain { f: now.edges * inverse, out })
     }
 
     /// What has the measure at rest of what it is made of, and its distortion: on the way from the mean of F, which has less, to what
@@ -200,7 +202,7 @@ impl<const D: usize> Mean<D> {
         let (from, aim) = match mean {
             Some(fit) if fit.1 > self.distortion => (self.undistorted(&self.strain), self.strain),
             Some(_) => (self.strain, told.unwrap_or_else(|| self.strain.thrice())),
-            None => told.map_or((Strain::rest(), Strain::rest()), |told| (self.undistorted(&told), told)),
+            None => told.map_or((ElementStrain::rest(), ElementStrain::rest()), |told| (self.undistorted(&told), told)),
         };
         let (mut less, mut more) = (0.0, 1.0);
         for _ in 0..HALVINGS {
@@ -208,20 +210,20 @@ impl<const D: usize> Mean<D> {
             if self.reaches(&from.between(&aim, middle), now) { more = middle } else { less = middle }
         }
         // Of which nothing is known, that rests in the shape that it has.
-        let fit = self.fitted(&from.between(&aim, less), now).or_else(|| self.fitted(&Strain::rest(), now));
+        let fit = self.fitted(&from.between(&aim, less), now).or_else(|| self.fitted(&ElementStrain::rest(), now));
         fit.map(|fit| fit.0)
     }
 
     /// What is turned as this is, and not distorted. The elastic part of a gel that flows is triangular, and taken as if not turned.
-    fn undistorted(&self, strain: &Strain<D>) -> Strain<D> {
-        if self.flows { Strain::rest() } else { Strain { f: rotation(&strain.f), out: 1.0 } }
+    fn undistorted(&self, strain: &ElementStrain<D>) -> ElementStrain<D> {
+        if self.flows { ElementStrain::rest() } else { ElementStrain { f: rotation(&strain.f), out: 1.0 } }
     }
 
     /// Whether an element with this F, but for the change of volume, and the measure at rest is distorted so far or further, or is none.
     ///
     /// What [`Self::fitted`] finds, cubed and without its roots: F stretched by 1/s has det F/s^D = w/w₀, so that s drops out of Ī₁ in space
     /// and is s² = w₀ det F/w in the plane.
-    fn reaches(&self, strain: &Strain<D>, now: &Reference<D>) -> bool {
+    fn reaches(&self, strain: &ElementStrain<D>, now: &Reference<D>) -> bool {
         let (whole, turned) = (measure(&now.edges), det(&strain.f));
         let rest = if self.is_ring { self.rest * strain.out / now.radius } else { self.rest };
         let grown = whole / rest;
@@ -235,7 +237,7 @@ impl<const D: usize> Mean<D> {
     }
 
     /// An element with this F, but for the change of volume, and the measure at rest; and its distortion.
-    fn fitted(&self, strain: &Strain<D>, now: &Reference<D>) -> Option<(Reference<D>, f64)> {
+    fn fitted(&self, strain: &ElementStrain<D>, now: &Reference<D>) -> Option<(Reference<D>, f64)> {
         let radius = if self.is_ring { now.radius / strain.out } else { now.radius };
         let rest = if self.is_ring { self.rest / radius } else { self.rest };
         let edges = inverse(&strain.f)? * now.edges;
@@ -243,7 +245,7 @@ impl<const D: usize> Mean<D> {
         let edges = edges * if D == 2 { scale.sqrt() } else { cube_root(scale) };
         let f = now.edges * inverse(&edges)?;
         let whole = edges.norm().is_finite() && radius.is_finite() && (!self.is_ring || radius > 0.0);
-        whole.then(|| (Reference { edges, radius }, Strain { f, out: strain.out }.distortion()))
+        whole.then(|| (Reference { edges, radius }, ElementStrain { f, out: strain.out }.distortion()))
     }
 }
 
@@ -279,25 +281,25 @@ mod tests {
         let (mass, corner_mass) = (vec![1.0; position.len()], vec![[1.0; 4]; n]);
         let birth =
             Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], steps: vec![], mesh };
-        let past = Past::new((&simplices, &birth, &[]), &position);
+        let past = SourceMesh::new((&simplices, &birth, &[]), &position);
         let sources = [0, 1].map(|old| Source { new: ElementId(2), old: ElementId(old), mass: 1.0, part: 0.5 });
         let there = Reference::of(&position, &elements[2]);
         let mut upright = None;
         for angle in [0.0, 1.0, 2.0, 3.0] {
             let turn = Tensor::<2>::new(f64::cos(angle), -f64::sin(angle), f64::sin(angle), f64::cos(angle));
             // Half a turn apart, and one of them wider.
-            let turned = |x: f64, y: f64| Strain { f: turn * Tensor::<2>::new(x, 0.0, 0.2 * x, y), out: 1.0 };
+            let turned = |x: f64, y: f64| ElementStrain { f: turn * Tensor::<2>::new(x, 0.0, 0.2 * x, y), out: 1.0 };
             let all = [turned(1.5, 0.67), turned(-1.0, -0.66)].map(|strain| (strain, strain.distortion()));
             let [less, most] = [all[1].1, all[0].1];
-            let strains = Strains { place: vec![Some(0), Some(1), None, None], all: all.to_vec() };
-            let mean = Mean::of(&past, (&position, &strains), (&sources, 0.25));
+            let strains = SourceStrains { place: vec![Some(0), Some(1), None, None], all: all.to_vec() };
+            let mean = StateAverage::of(&past, (&position, &strains), (&sources, 0.25));
             let now = Reference { edges: turn * there.edges, ..there };
             let (_, flat) = mean.fitted(&mean.strain, &now).unwrap();
             assert!(flat > 10.0 * most && less < mean.distortion && mean.distortion < most, "{less} {most} {flat}");
 
             let made = mean.made(&there, &now).unwrap();
 
-            let found = Strain { f: now.edges * inverse(&made.edges).unwrap(), out: 1.0 };
+            let found = ElementStrain { f: now.edges * inverse(&made.edges).unwrap(), out: 1.0 };
             assert!((found.distortion() / mean.distortion - 1.0).abs() < HOLDS, "{angle}: {}", found.distortion());
             assert!((measure(&made.edges) / 0.25 - 1.0).abs() < HOLDS, "{made:?}");
             // However it is turned it is the same at rest, and stretched along the axes of the mean.
@@ -328,10 +330,10 @@ mod tests {
         let mass = vec![0.0; position.len()];
         let birth =
             Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], steps: vec![], mesh };
-        let past = Past::new((&simplices, &birth, &memory), &position);
+        let past = SourceMesh::new((&simplices, &birth, &memory), &position);
         let source = Source { new: ElementId(0), old: ElementId(3), mass: 0.0, part: 1.0 };
         let rest = rest_of(&past, &source);
-        let mean = Mean::of(&past, (&position, &Strains::default()), (&[source], rest));
+        let mean = StateAverage::of(&past, (&position, &SourceStrains::default()), (&[source], rest));
         assert!(
             (mean.plastic - 0.7).abs() < 1e-15 && (mean.left - 0.4).abs() < 1e-15 && (mean.felt + 3.0).abs() < 1e-14,
             "{} {}",

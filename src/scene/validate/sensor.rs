@@ -1,12 +1,12 @@
 //! Validation of sensors: each lies in the gel at rest.
 
-use super::domain::{Check, all_finite, require};
+use super::domain::{CheckResult, all_finite, require};
 use crate::scene::{Dimension, GelShape, MOST_SENSORS, Scene, numbered};
 
 /// Relative round-off by which a sensor may lie outside the gel.
 const ROUND_OFF: f64 = 1e-9;
 
-pub(super) fn check(scene: &Scene) -> Check {
+pub(super) fn check(scene: &Scene) -> CheckResult {
     let most = format!("at most {MOST_SENSORS}");
     require(scene.sensor.len() <= MOST_SENSORS, "sensor", || format!("{} sensors", scene.sensor.len()), &most)?;
     scene.sensor.iter().enumerate().try_for_each(|(i, sensor)| {
