@@ -115,7 +115,7 @@ mod tests {
         for (name, text) in builtins() {
             let found = doubts(&read(text).unwrap());
             let expected: &[&str] = match name {
-                // A ball that nothing slows; a rifle bullet, of which nothing was measured.
+                // A ball of extreme mass; a rifle bullet outside the measured range.
                 "hydro-drag" => &["projectile.mass"],
                 "bullet-yaw" => &["7.82 mm wide and comes at 840.0 m/s"],
                 _ => &[],

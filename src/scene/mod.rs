@@ -51,5 +51,5 @@ pub use remesh::{Remesh, RemeshMethod};
 pub use schema::schema;
 pub use sensor::*;
 pub use tables::*;
-pub use tables::{GelSymmetry as Symmetry, OctreeSpec as Tree};
+pub use tables::{FaceSupport as Support, GelSymmetry as Symmetry, OctreeSpec as Tree};
 pub use validate::MOST_STEPS;

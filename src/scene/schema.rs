@@ -13,7 +13,7 @@ use serde_json::json;
 #[must_use]
 pub fn schema() -> serde_json::Value {
     let mut schema = schemars::schema_for!(Scene).to_value();
-    // All other keys of a gel may be those of its preset.
+    // A preset may supply all other keys of a gel.
     schema["$defs"]["GelSpec"]["required"] = json!(["shape"]);
     schema
 }

@@ -185,7 +185,7 @@ fn as_stepped<const D: usize>(
     rules: &Rules,
     gel_of: impl Fn(&Mesh<D>) -> Gel<D, Simplices<D>>,
 ) -> (Mesh<D>, Gel<D, Simplices<D>>) {
-    // Of two gels one after the other only one is held.
+    // The first gel is dropped before the second is built: only one is in memory.
     let order = order_of_nodes(&gel_of(&mesh), rules);
     let mesh = match order {
         Some(order) => mesh.renumbered(&order),

@@ -22,7 +22,7 @@ impl<const D: usize> GelModel<D> {
         let is_lost = |(nodes, own)| signed_volume(position, nodes) <= 0.0 || is_massless::<D>(nodes, own, &old.mass);
         let mut gone: Vec<bool> = elements.iter().zip(&old.corner_mass).map(is_lost).collect();
         self.engine.stepless().for_each(|element| gone[element.index()] = true);
-        // What has collapsed by the sums of its blocks may not have by its own; a leak is told by nothing else.
+        // An element may have collapsed by the sums of its block, not by its own; a leak is reported by the failure alone.
         if let Some(StepError::StepCollapsed { element, .. } | StepError::Leak { element, .. }) = self.engine.failure()
         {
             gone[*element] = true;
@@ -103,7 +103,7 @@ mod tests {
         assert!(
             !weighs([1e-57, 2e-57, 0.0, 1e-57], 1.0) && !weighs([0.0; 4], 1.0) && !weighs([1e-3, -2e-3, 0.0, 0.0], 1.0)
         );
-        // A fourth corner in the plane is none.
+        // In the plane the fourth corner is ignored.
         assert!(is_massless::<2>(&nodes, &[0.0, 0.0, 0.0, 1.0], &[1.0; 4]));
     }
 

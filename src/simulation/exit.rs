@@ -99,7 +99,7 @@ impl Simulation {
         if depth.min(thickness) <= record.0 {
             return record;
         }
-        // A body that met nothing at the back face got there before now.
+        // A body that met nothing at the back face reached it before now.
         let beyond = (depth - thickness).max(0.0);
         let since = if now.velocity.z < 0.0 { -beyond / now.velocity.z } else { 0.0 };
         (depth.min(thickness), (self.time - since).max(0.0))

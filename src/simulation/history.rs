@@ -29,14 +29,14 @@ pub(super) fn inherited<const D: usize>(
     let stays = stays(past.potential.patches(), patches, new.same);
     let again = (0..).map(ElementId).zip(new.same).filter_map(|(element, same)| Some((element, (*same)?)));
     for (element, same) in again {
-        // What stands in the patch that it stood in goes on as it is; of what flows in the plane, whose shots are calibrated so, all
-        // takes the J of its patch at an exchange.
+        // Elements unchanged *and* in an unchanged patch keep their reference. Exception: in a viscoplastic gel in the plane every
+        // element takes the J of its patch at a remeshing, because its shots are calibrated that way.
         let goes_on = stays[element.index()] && (new.is_kept || !(D == 2 && flows));
         let share = if goes_on { 1.0 } else { past.shares[same.element.index()] };
         if flows {
             let now = Reference::of(new.position, &new.elements[element.index()]);
             let made = if goes_on { None } else { StateAverage::alone(past, position, same.element).again(&now) };
-            // What goes on, and what is inside out, of which nothing can be made.
+            // Elements that keep their reference, and inverted ones, which have no average.
             let as_it_is = || (turned(&past.potential.reference(same.element), same).scaled(share), past.memory(same));
             let (reference, recalled) = made.unwrap_or_else(as_it_is);
             all.push((element, reference));
@@ -61,7 +61,7 @@ pub(super) fn inherited<const D: usize>(
             memory[element.index()] = mean.recalled();
         }
     }
-    // What is made of nothing rests as it is.
+    // Elements without sources are at rest in their current shape.
     for (element, nodes) in
         (0..).map(ElementId).zip(new.elements).filter(|(e, _)| new.same[e.index()].is_none() && !is_there(*e))
     {
@@ -74,7 +74,7 @@ pub(super) fn inherited<const D: usize>(
         let out = if is_ring { now.radius / reference.radius } else { 1.0 };
         memory.jacobian = det(&now.edges) / det(&reference.edges) * out;
     }
-    // A ring of no radius is none.
+    // A ring needs a positive radius.
     let stands = |(_, reference): &(ElementId, Reference<D>)| !is_ring || reference.radius > 0.0;
     all.iter().all(stands).then_some((all, memory))
 }
@@ -118,7 +118,7 @@ pub(super) mod tests {
         let material = (Material::Flowing(gel()), Section::Planar { thickness: 1.0 });
         let simplices = Simplices::in_patches(&mesh, Patches::alone(n), material);
         let memory: Vec<_> = (0..n).map(|e| Memory { plastic: e as f64, jacobian: 1.0, ..Memory::default() }).collect();
-        // The middle is pushed out through a side: the element there is turned over.
+        // The centre node is pushed out through a side: the element there is inverted.
         let middle = Vector::<2>::new(0.5, 0.5);
         let out = Vector::<2>::new(0.5, -0.2);
         let position: Vec<_> = mesh.rest.iter().map(|x| if *x == middle { out } else { *x }).collect();
@@ -167,7 +167,7 @@ pub(super) mod tests {
             let mesh = block::<2>(Block { planes: [axis(), axis()], split: Split::Centred, faces: vec![] });
             let simplices = Simplices::in_patches(&mesh, Patches::alone(4), (material, section));
             let memory = vec![Memory { plastic: 0.7, left: 0.4, felt: -3.0, ..Memory::default() }; 4];
-            // Stretched and sheared and let out.
+            // Stretch, shear and expansion.
             let position: Vec<_> =
                 mesh.rest.iter().map(|x| Vector::<2>::new(1.1 * x[0] + 0.3 * x[1], 1.2 * x[1])).collect();
             let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());

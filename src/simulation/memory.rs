@@ -129,7 +129,7 @@ fn n_elements<const D: usize>(block: &Block<D>) -> Result<f64, BuildError> {
         (Split::Kuhn, 2) => 2.0 * cells,
         (Split::Kuhn, _) => 6.0 * cells,
         (Split::Centred, 2) => 4.0 * cells,
-        // Four at each face of a cell.
+        // Four tetrahedra at each face of a cell.
         (Split::Centred, _) => {
             let counts = block.planes.iter().map(|planes| planes.len() as f64 - 1.0);
             4.0 * counts.map(|n| cells + cells / n).sum::<f64>()

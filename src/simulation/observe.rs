@@ -312,7 +312,7 @@ mod tests {
             doubt.contains("by 26 %") && doubt.contains("integration -0.5 %") && doubt.contains("remesh -25.0 %"),
             "{doubt}"
         );
-        // What the importer adds is no error of the method; where there is no energy nothing can be told.
+        // Energy from the importer is no error of the method; without energy there is no ratio.
         for sound in [report(0.08, 0.0, 2.0), report(0.0, 1.0, 2.0), report(0.0, 1.0, 0.0), report(0.001, 0.0, 1e-13)] {
             assert_eq!(sound.doubt(), None, "{sound:?}");
         }

@@ -42,7 +42,7 @@ pub(super) fn rests<const D: usize>(
         rests[source.new.index()] += rest_of(past, source);
         covered[source.new.index()] += source.part * size(position, &past.old.mesh.elements[source.old.index()]);
     }
-    // A ring that an axis goes through may measure anything.
+    // A ring that the axis intersects has no meaningful measure.
     for rest in rests.iter_mut().filter(|rest| !rest.is_finite()) {
         *rest = 0.0;
     }
@@ -141,7 +141,7 @@ mod tests {
                 let new = TargetMesh { position: &now, rest, elements, same: &same, sources: &sources, is_kept: false };
                 let rests = rests(&past, position, &new);
                 let [first, second] = [0, 1].map(|e| Reference::of(&now, &elements[e]).size(false) / rests[e]);
-                // As far as it may grow, but for what it cannot bear, and all may be spread.
+                // Limits of growth and of strain, and of the spread correction.
                 let most = 1.0 + most_strained(&material);
                 let grown = (1.0 + pulled.clamp(-MOST_GROWN, MOST_GROWN)).max((1.0 + pulled) / most);
                 let apart = (1.0 + pulled) / grown;
@@ -181,7 +181,7 @@ mod tests {
             let position = &birth.position;
             let past = SourceMesh::new((&simplices, &birth, &memory), position);
             let (n, is_ring) = (birth.mesh.elements.len() as u32, section == Section::Axisymmetric);
-            // The element 0 is gone, and the second one is there once more, of nothing.
+            // Element 0 is removed, and the second one is duplicated without sources.
             let old: Vec<u32> = (1..n).chain([1]).collect();
             let elements: Vec<_> = old.iter().map(|e| birth.mesh.elements[*e as usize]).collect();
             let stays = |e: u32| e % 7 > 3;

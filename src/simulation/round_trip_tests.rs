@@ -52,7 +52,7 @@ impl<const D: usize> TestGel<D> {
         self.birth.references = (0..).zip(&self.birth.mesh.elements).map(reference).collect();
         let simplices = self.simplices();
         let mass: Vec<f64> = (0..simplices.len() as u32).map(|e| GEL.0 * simplices.volume(ElementId(e))).collect();
-        // As dense everywhere: of the same corners now as at rest.
+        // Uniform density: the corner masses are those of the current shape.
         let elements = &self.birth.mesh.elements;
         self.birth.corner_mass = remesh::corner_masses(&self.position, elements, &mass, symmetry(self.section));
         self.birth.mass = remesh::nodal_masses::<D>(self.position.len(), elements, &self.birth.corner_mass);
@@ -64,11 +64,11 @@ impl<const D: usize> TestGel<D> {
     }
 
     /// Remeshes to other sizes as a run does; returns the gel and the changes by the transfer.
-    fn exchanged(&self, size: &[f64], mesher: MeshGenerator<D>) -> (Self, Defects<D>) {
+    fn remeshed(&self, size: &[f64], generator: MeshGenerator<D>) -> (Self, Defects<D>) {
         let moved = Moved { mesh: &self.birth.mesh, position: &self.position };
         let attempts = RemeshAttempt::of(RemeshMethod::Retained, false)
             .into_iter()
-            .map(|way| proposed(way, &moved, (size, mesher)));
+            .map(|attempt| propose(attempt, &moved, size, generator));
         let proposal = attempts.flatten().next().expect("a good mesh");
         let carried = Carried {
             symmetry: symmetry(self.section),
@@ -97,7 +97,7 @@ impl<const D: usize> TestGel<D> {
     }
 
     /// Greatest difference of an element's F, and of its stretch out of the plane, from these.
-    fn unevenness(&self, (f, out): (&Tensor<D>, f64)) -> f64 {
+    fn unevenness(&self, f: &Tensor<D>, out: f64) -> f64 {
         let simplices = self.simplices();
         let of = |e: u32| simplices.deformation(ElementId(e), &self.position);
         let off = |(own, own_out): (Tensor<D>, f64)| (own - f).amax().max((own_out - out).abs());
@@ -149,13 +149,14 @@ fn simplices<const D: usize>(
 }
 
 /// Generates a mesh that is as good as the old one.
-fn proposed<const D: usize>(
-    way: RemeshAttempt,
+fn propose<const D: usize>(
+    attempt: RemeshAttempt,
     moved: &Moved<'_, D>,
-    (size, mesher): (&[f64], MeshGenerator<D>),
+    size: &[f64],
+    generator: MeshGenerator<D>,
 ) -> Result<Proposal<D>, Refused> {
     let cleared: BodyClearance<'_, D> = &|x| *x;
-    let (proposal, measure) = mesher(way, moved, size, cleared)?;
+    let (proposal, measure) = generator(attempt, moved, size, cleared)?;
     let worst = moved.mesh.elements.iter().map(|element| shape_quality(moved.position, element));
     remesh::judge(moved, &proposal, &Acceptance { measure, quality: worst.fold(FAIR, f64::min) })?;
     Ok(proposal)
@@ -181,28 +182,29 @@ fn affine<const D: usize>(section: Section) -> (Tensor<D>, f64) {
 /// Remeshes to half the size and from there to three times the size. Returns the unevenness of F, the greatest force
 /// on an inner node in units of |P| h^(D−1), and the number of incompatible references.
 fn patch_test<const D: usize>(
-    (start, h): (&TestGel<D>, f64),
-    uniform: (&Tensor<D>, f64),
-    mesher: MeshGenerator<D>,
+    start: &TestGel<D>,
+    h: f64,
+    f: &Tensor<D>,
+    out: f64,
+    generator: MeshGenerator<D>,
 ) -> [(f64, f64, usize); 2] {
-    let f = uniform.0;
     let stress = GEL.1 * (f - cofactor(f) / det(f)).norm();
-    let mut at = start.exchanged(&vec![0.5 * h; start.position.len()], mesher);
+    let mut at = start.remeshed(&vec![0.5 * h; start.position.len()], generator);
     let measured = |(gel, defects): &(TestGel<D>, Defects<D>)| {
         assert!(defects.unchanged < 0.5, "{} of the elements are old ones", defects.unchanged);
         let force = (1..D).fold(gel.stored().1 / stress, |force, _| force / h);
-        (gel.unevenness(uniform), force, gel.birth.references.len())
+        (gel.unevenness(f, out), force, gel.birth.references.len())
     };
     let fine = measured(&at);
-    at = at.0.exchanged(&vec![3.0 * h; at.0.position.len()], mesher);
+    at = at.0.remeshed(&vec![3.0 * h; at.0.position.len()], generator);
     [fine, measured(&at)]
 }
 
-fn check_patch<const D: usize>(section: Section, mesher: MeshGenerator<D>) {
+fn check_patch<const D: usize>(section: Section, generator: MeshGenerator<D>) {
     let (f, out) = affine::<D>(section);
     let n = if D == 2 { 12 } else { 5 };
     let gel = TestGel::new(n, section, |x| f * x);
-    for (uneven, force, own) in patch_test((&gel, 1.0 / n as f64), (&f, out), mesher) {
+    for (uneven, force, own) in patch_test(&gel, 1.0 / n as f64, &f, out, generator) {
         println!("{section:?}: F {uneven:.1e}, forces {force:.1e}, references {own}");
         assert!(uneven < 1e-12 && force < 1e-12, "{uneven:e} {force:e}");
         assert_eq!(own, 0, "the nodes say what the elements were");
@@ -216,17 +218,17 @@ fn a_uniform_deformation_stays_uniform_on_a_new_mesh() {
     check_patch(Section::Spatial, mesh_in_space);
 }
 
-fn check_own<const D: usize>(section: Section, mesher: MeshGenerator<D>) {
+fn check_own<const D: usize>(section: Section, generator: MeshGenerator<D>) {
     let (f, out) = affine::<D>(section);
     let n = if D == 2 { 12 } else { 5 };
-    // What the nodes say: hardly deformed; more than the elements, along the same axes; and along others.
+    // Deformations by the nodes: none; larger than that of the elements, along the same axes; and along others.
     let ring = section == Section::Axisymmetric;
     let other = Tensor::<D>::from_fn(|i, j| if i == j { [0.7, 1.3, 1.1][i] } else { 0.0 });
     for said in [Tensor::<D>::identity(), f * f.transpose() * f, other] {
         let out = if ring { f[(0, 0)] } else { out };
         let gel = TestGel::new(n, section, |x| said * x).with_own_references(&f);
-        assert!(gel.unevenness((&f, out)) < 1e-12);
-        for (uneven, force, own) in patch_test((&gel, 1.0 / n as f64), (&f, out), mesher) {
+        assert!(gel.unevenness(&f, out) < 1e-12);
+        for (uneven, force, own) in patch_test(&gel, 1.0 / n as f64, &f, out, generator) {
             println!("{section:?}: F {uneven:.1e}, forces {force:.1e}, references {own}");
             assert!(uneven < 1e-12 && own > 0, "{uneven:e}, where nodes say {said}");
         }
@@ -278,7 +280,7 @@ struct RoundTripChanges {
 }
 
 /// Remeshes between a third of the cell size and the cell size, with fine and coarse regions moving back and forth.
-fn round_trips<const D: usize>((n, section): (usize, Section), mesher: MeshGenerator<D>) -> RoundTripChanges {
+fn round_trips<const D: usize>(n: usize, section: Section, generator: MeshGenerator<D>) -> RoundTripChanges {
     let h = 1.0 / n as f64;
     let wavelength = 10.0 * h;
     let mut gel = TestGel::<D>::new(n, section, |x| bent(x, wavelength));
@@ -289,7 +291,7 @@ fn round_trips<const D: usize>((n, section): (usize, Section), mesher: MeshGener
     for trip in 1..=TRIPS {
         let fine = |x: &Vector<D>| 0.5 - 0.5 * (TAU * (0.5 * x[0] + 0.5 * trip as f64)).cos();
         let size: Vec<f64> = gel.position.iter().map(|x| h / (1.0 + 2.0 * fine(x))).collect();
-        let (next, defects) = gel.exchanged(&size, mesher);
+        let (next, defects) = gel.remeshed(&size, generator);
         gel = next;
         let now = gel.books();
         energies.push(gel.energies());
@@ -323,8 +325,8 @@ fn check_trips(trips: &RoundTripChanges, measured: &MeasuredChanges) {
 
 #[test]
 fn ten_round_trips_keep_mass_and_momenta_and_lose_what_was_measured() {
-    let plane = round_trips::<2>((20, PLANAR), mesh_in_plane);
-    let space = round_trips::<3>((8, Section::Spatial), mesh_in_space);
+    let plane = round_trips::<2>(20, PLANAR, mesh_in_plane);
+    let space = round_trips::<3>(8, Section::Spatial, mesh_in_space);
     check_trips(&plane, &PLANE);
     check_trips(&space, &SPACE);
 }

@@ -162,7 +162,7 @@ mod tests {
         let mut bytes = Vec::new();
         saved().write(&mut |run| bytes.extend_from_slice(run));
         let mut another = bytes.clone();
-        // The dimension is the last byte of the head.
+        // The dimension is the last byte of the header.
         another[saved().head().len() - 1] = 4;
         for bytes in [&bytes[..bytes.len() - 1], &another, b""] {
             for mut other in [Saved::empty(), Saved { time: 1.0, ..saved() }] {

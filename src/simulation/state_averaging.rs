@@ -105,6 +105,7 @@ impl<const D: usize> SourceStrains<D> {
         strains
     }
 
+    /// Strain and distortion of an old element.
     fn found(past: &SourceMesh<'_, D>, x: &[Vector<D>], element: ElementId) -> (ElementStrain<D>, f64) {
         let strain = ElementStrain::of(past, x, element);
         (strain, strain.distortion())
@@ -139,7 +140,7 @@ impl<const D: usize> StateAverage<D> {
         for source in sources {
             let (own, own_distortion) = strains.at(past, x, source.old);
             let memory = past.memory.get(source.old.index()).copied().unwrap_or_default();
-            // What was made of nothing in the mesh before has no mass: its mean is by volume.
+            // Sources created outside the gel have no mass: their average is by volume.
             let weight = if is_massive { source.mass } else { source.part * past.rest(source.old) };
             plastic += memory.plastic * weight;
             left += memory.left * weight;
@@ -151,7 +152,7 @@ impl<const D: usize> StateAverage<D> {
         }
         let flows = past.potential.remembers();
         let left = left / mass;
-        // By what is stored, not by mass: where patches hand on volumes that their elements did not have, the two differ.
+        // Average by stored energy, not by mass: the two differ where patches hand on volumes other than the elements'.
         let distortion = if flows { UNDISTORTED + (stored / rest / left).max(0.0) } else { distortion / mass };
         let strain = ElementStrain::zero().plus(&strain, 1.0 / mass);
         Self { strain, distortion, plastic: plastic / mass, left, felt: felt / mass, rest, is_ring, flows }
@@ -185,19 +186,22 @@ impl<const D: usize> StateAverage<D> {
             .map(|inverse| ElementStrain { f: now.edges * inverse, out })
     }
 
-    /// What has the measure at rest of what it is made of, and its distortion: on the way from the mean of F, which has less, to what
-    /// the nodes say, or where they say less, to more of the same. Of what is turned against each other the mean is all but flat, and has
-    /// more: there it is less of the same. A mean that is turned inside out says nothing, and it is less of what the nodes say then.
+    /// Rest shape with the rest measure of the sources and their mean distortion.
     ///
-    /// The mean of F alone forgets how old elements differ. A ball of 20 m/s lost 20 % of its energy by it on its way into gel,
-    /// and what the nodes say alone, where they stood upright, gained 6 % (h = R/2, 18 meshes).
+    /// It lies on the path from the mean of F, whose distortion is smaller, to the deformation by the nodes' rest
+    /// positions; or, where theirs is smaller too, to a multiple of the mean. For sources rotated against each other
+    /// the mean is almost flat and its distortion larger; the shape is then a fraction of it. If the mean is
+    /// inverted, the shape is a fraction of the nodes' deformation.
+    ///
+    /// The mean of F alone loses the differences between sources. A ball of 20 m/s lost 20 % of its energy by it on
+    /// its way into gel; the nodes' deformation alone, where upright, gained 6 % (h = R/2, 18 meshes).
     pub fn made(&self, told: &Reference<D>, now: &Reference<D>) -> Option<Reference<D>> {
         let mean = self.fitted(&self.strain, now);
         let holds = |fit: &(_, f64)| (fit.1 / self.distortion - 1.0).abs() <= HOLDS;
         if let Some(fit) = mean.filter(holds) {
             return Some(fit.0);
         }
-        // What lies between two that stand upright need not.
+        // A deformation between two upright ones may be inverted.
         let told = self.said(told, now).filter(|told| self.reaches(told, now));
         let (from, aim) = match mean {
             Some(fit) if fit.1 > self.distortion => (self.undistorted(&self.strain), self.strain),
@@ -209,20 +213,22 @@ impl<const D: usize> StateAverage<D> {
             let middle = 0.5 * (less + more);
             if self.reaches(&from.between(&aim, middle), now) { more = middle } else { less = middle }
         }
-        // Of which nothing is known, that rests in the shape that it has.
+        // Without information the current shape is at rest.
         let fit = self.fitted(&from.between(&aim, less), now).or_else(|| self.fitted(&ElementStrain::rest(), now));
         fit.map(|fit| fit.0)
     }
 
-    /// What is turned as this is, and not distorted. The elastic part of a gel that flows is triangular, and taken as if not turned.
+    /// Rotation of this strain without its distortion. The elastic part of a viscoplastic gel is triangular, and its
+    /// rotation is taken as the identity.
     fn undistorted(&self, strain: &ElementStrain<D>) -> ElementStrain<D> {
         if self.flows { ElementStrain::rest() } else { ElementStrain { f: rotation(&strain.f), out: 1.0 } }
     }
 
-    /// Whether an element with this F, but for the change of volume, and the measure at rest is distorted so far or further, or is none.
+    /// Returns true if an element with this F, scaled to the measure at rest, has at least the mean distortion, or is
+    /// inverted.
     ///
-    /// What [`Self::fitted`] finds, cubed and without its roots: F stretched by 1/s has det F/s^D = w/w₀, so that s drops out of Ī₁ in space
-    /// and is s² = w₀ det F/w in the plane.
+    /// The test is that of [`Self::fitted`], cubed to avoid the roots. F stretched by 1/s has det F/s^D = w/w₀: s
+    /// cancels from Ī₁ in space, and is s² = w₀ det F/w in the plane.
     fn reaches(&self, strain: &ElementStrain<D>, now: &Reference<D>) -> bool {
         let (whole, turned) = (measure(&now.edges), det(&strain.f));
         let rest = if self.is_ring { self.rest * strain.out / now.radius } else { self.rest };
@@ -236,7 +242,7 @@ impl<const D: usize> StateAverage<D> {
         !is_upright || cube(square) >= cube(self.distortion) * volume * volume
     }
 
-    /// An element with this F, but for the change of volume, and the measure at rest; and its distortion.
+    /// Reference of an element with this F, scaled to the measure at rest, and its distortion.
     fn fitted(&self, strain: &ElementStrain<D>, now: &Reference<D>) -> Option<(Reference<D>, f64)> {
         let radius = if self.is_ring { now.radius / strain.out } else { now.radius };
         let rest = if self.is_ring { self.rest / radius } else { self.rest };
@@ -249,13 +255,13 @@ impl<const D: usize> StateAverage<D> {
     }
 }
 
-/// The rotation in what is upright, F = VR, by Newton's way: halfway between a tensor and the transpose of its inverse both have the same
-/// R, and every stretch λ is (λ + 1/λ)/2, half of what it was or less, and soon 1.
+/// Rotation R of an upright F = VR, by Newton's iteration for the polar decomposition: F ← (F + F⁻ᵀ)/2. Both terms
+/// have the same R; each stretch λ becomes (λ + 1/λ)/2, which converges to 1.
 fn rotation<const D: usize>(f: &Tensor<D>) -> Tensor<D> {
     (0..HALVINGS).fold(*f, |f, _| (f + cofactor(&f) / det(&f)) * 0.5)
 }
 
-/// The inverse of what is upright.
+/// Inverse of an upright tensor; `None` if its determinant is not positive.
 fn inverse<const D: usize>(a: &Tensor<D>) -> Option<Tensor<D>> {
     let det = det(a);
     (det > 0.0).then(|| cofactor(a).transpose() / det)
@@ -287,7 +293,7 @@ mod tests {
         let mut upright = None;
         for angle in [0.0, 1.0, 2.0, 3.0] {
             let turn = Tensor::<2>::new(f64::cos(angle), -f64::sin(angle), f64::sin(angle), f64::cos(angle));
-            // Half a turn apart, and one of them wider.
+            // Two sources half a turn apart, one of them wider.
             let turned = |x: f64, y: f64| ElementStrain { f: turn * Tensor::<2>::new(x, 0.0, 0.2 * x, y), out: 1.0 };
             let all = [turned(1.5, 0.67), turned(-1.0, -0.66)].map(|strain| (strain, strain.distortion()));
             let [less, most] = [all[1].1, all[0].1];
@@ -302,7 +308,7 @@ mod tests {
             let found = ElementStrain { f: now.edges * inverse(&made.edges).unwrap(), out: 1.0 };
             assert!((found.distortion() / mean.distortion - 1.0).abs() < HOLDS, "{angle}: {}", found.distortion());
             assert!((measure(&made.edges) / 0.25 - 1.0).abs() < HOLDS, "{made:?}");
-            // However it is turned it is the same at rest, and stretched along the axes of the mean.
+            // The rest shape does not depend on the rotation, and is stretched along the axes of the mean.
             let first: Tensor<2> = *upright.get_or_insert(made.edges);
             assert!((made.edges - first).amax() < 1e-9, "{angle}: {made:?}");
             let [squares, of_mean] = [found.f, mean.strain.f].map(|f| f * f.transpose());

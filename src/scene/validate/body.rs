@@ -115,7 +115,7 @@ fn check_position(scene: &Scene) -> CheckResult {
     let beyond = || format!("{:?}, at or below the back face of the gel, z = {:?}", body.position, column.bottom);
     require(height > column.bottom || body.fixed, "projectile.position", beyond, ABOVE)?;
     let down = rotation(body).inverse_transform_vector(&-Vector3::z());
-    // The foremost point of a body that is tilted may be beside the gel: that is checked node by node once there is a mesh.
+    // The foremost point of a tilted body may be beside the gel: the mesh is checked node by node later.
     if column.is_hollow || down.x.hypot(down.y) > UPRIGHT {
         return Ok(());
     }
