@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_projectile_is_or_does_is_doubted_by_key() {
+    fn an_implausible_projectile_is_doubted_by_key() {
         for (name, change, part) in [
             ("fbi-bb", "projectile.mass=0.343", "more than any material has (25 g/cm³)"),
             ("fbi-bb", "projectile.mass=4e-5", "less than the gel has (1.030 g/cm³)"),

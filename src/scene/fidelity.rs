@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_measured_holds_for_the_scene_as_it_stands_alone() {
+    fn measured_figures_hold_for_the_unmodified_scene_only() {
         let error = |set: &[&str]| with(set).unwrap().fidelity.draft.unwrap().error;
         assert_eq!(error(&["scene.fidelity=draft", "output.frames=1", "scene.communication_step=1e-5"]), Some(0.05));
         assert_eq!(error(&["projectile.velocity=[0, 0, -4]"]), None);

@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_scene_does_not_ask_for_is_listed() {
+    fn physics_without_a_key_is_listed_as_switched_off() {
         let off = off("sphere-block");
         for physics in ["friction", "viscosity", "strength and failure", "gravity", "remeshing", "locking-free"] {
             assert!(off.iter().any(|line| line.starts_with(physics)), "{physics} is not in {off:?}");
@@ -316,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_gel_has_is_not_switched_off() {
+    fn modelled_physics_is_not_listed_as_switched_off() {
         let visco = off("bounce-visco");
         assert!(!visco.iter().any(|line| line.starts_with("viscosity")), "{visco:?}");
         let (shot, block) = (off("fbi-bb"), off("sphere-block"));
@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn what_two_dimensions_leave_out_is_listed_in_two_dimensions_only() {
+    fn motion_out_of_the_plane_is_listed_in_two_dimensions_only() {
         assert!(off("ball-square").contains(&"motion out of the plane: none".to_owned()));
         assert!(off("ball-bounce").contains(&"motion off the axis, spin and torsion: none".to_owned()));
         assert!(!off("sphere-block").iter().any(|line| line.starts_with("motion")));

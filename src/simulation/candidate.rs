@@ -115,8 +115,8 @@ pub(super) enum RemeshAttempt {
     /// node may also slide along the boundary, off it by at most `slide` target lengths. `rests` is true if the gel
     /// has a surface at rest.
     Retained { sag: f64, slide: f64, rests: bool },
-    /// Immersed mesh with target sizes scaled by `part`.
-    Immersed { part: f64 },
+    /// Immersed mesh with target sizes scaled by `size_factor`.
+    Immersed { size_factor: f64 },
 }
 
 /// Mesh generator of a dimension: returns a proposal and its tolerance for the change of area or volume.
@@ -160,7 +160,7 @@ impl RemeshAttempt {
             RemeshMethod::Retained => {
                 [0.06, 0.02, 0.0].map(|sag| Self::Retained { sag, slide: 0.0, rests: !is_viscoplastic })
             }
-            RemeshMethod::Immersed => [1.0, 0.7, 0.5].map(|part| Self::Immersed { part }),
+            RemeshMethod::Immersed => [1.0, 0.7, 0.5].map(|size_factor| Self::Immersed { size_factor }),
         }
     }
 
@@ -202,8 +202,8 @@ pub(super) fn mesh_in_plane(
         RemeshAttempt::Retained { sag, rests, .. } => {
             Ok((remesh::propose(moved, size, &Rules { sag, rests, ..Rules::default() }, cleared)?, MEASURE_TOLERANCE))
         }
-        RemeshAttempt::Immersed { part } => {
-            let size: Vec<f64> = size.iter().map(|size| part * size).collect();
+        RemeshAttempt::Immersed { size_factor } => {
+            let size: Vec<f64> = size.iter().map(|size| size_factor * size).collect();
             let steps = remesh::immerse(moved, &size, &Rules::default())?;
             Ok((steps.proposal, MEASURE_TOLERANCE + remesh::rounding(moved, &size)))
         }
@@ -304,9 +304,9 @@ impl<const D: usize> GelModel<D> {
         let (rest, held) = (new.rest.clone(), new.held.clone());
         let mesh = Mesh { rest, elements: proposal.elements.clone(), facets, held, marks };
         let patches = self.definition.build_patches(&mesh, &proposal.position, &adjacency);
-        let past = (&self.engine.gel().potential, old, self.engine.state().memory.as_slice());
-        let past = SourceMesh::new(past, moved.position);
-        let inherited = history::inherited(&past, moved.position, (&TargetMesh::by(&proposal, &new), &patches));
+        let source = (&self.engine.gel().potential, old, self.engine.state().memory.as_slice());
+        let source = SourceMesh::new(source, moved.position);
+        let inherited = history::inherited(&source, moved.position, (&TargetMesh::by(&proposal, &new), &patches));
         let (references, memory) = inherited.ok_or(Refused::Restless)?;
         let new_elements =
             (0..).map(ElementId).zip(&new.same).filter(|(_, same)| same.is_none()).map(|(e, _)| e).collect();
@@ -405,7 +405,7 @@ mod tests {
     use crate::remesh::Books;
 
     #[test]
-    fn a_mesh_that_has_not_the_mass_of_the_old_one_is_refused() {
+    fn a_mesh_of_another_mass_is_refused() {
         let (momentum, angular) = (Vector::<2>::zeros(), Vector3::zeros());
         let books = |mass: f64| Books { mass, momentum, angular, kinetic: 1.0 };
         let defects = |mass: f64| Defects {

@@ -184,12 +184,12 @@ impl<const D: usize> GelModel<D> {
         let state = self.engine.state();
         let mut birth = Birth { tick: self.engine.last_tick(), position: state.position.clone(), ..old.clone() };
         let patches = self.definition.build_patches(&birth.mesh, &birth.position, &adjacency);
-        let past = SourceMesh::new((&self.engine.gel().potential, old, &state.memory), &state.position);
+        let source = SourceMesh::new((&self.engine.gel().potential, old, &state.memory), &state.position);
         let Mesh { rest, elements, .. } = &birth.mesh;
         let same: Vec<_> = (0..elements.len() as u32).map(|element| Some(Same::in_order(ElementId(element)))).collect();
-        let made = TargetMesh { position: &birth.position, rest, elements, same: &same, sources: &[], is_kept: true };
+        let target = TargetMesh { position: &birth.position, rest, elements, same: &same, sources: &[], is_kept: true };
         let (velocity, mut memory) = (state.velocity.clone(), state.memory.clone());
-        if let Some((references, recalled)) = inherited(&past, &state.position, (&made, &patches)) {
+        if let Some((references, recalled)) = inherited(&source, &state.position, (&target, &patches)) {
             (birth.references, memory) = (references, recalled);
         }
         self.install_mesh(birth, memory, velocity, MeshProperties { patches, qualities, adjacency })
@@ -231,29 +231,29 @@ impl<const D: usize> GelModel<D> {
     /// # Errors
     /// [`RestoreError`] if the state is not one of this run; nothing is changed then.
     pub fn restore_state(&mut self, state: &State<D>) -> Result<(), RestoreError> {
-        let wrong = |what| RestoreError::Inconsistent { what };
+        let inconsistent = |what| RestoreError::Inconsistent { what };
         let own = &self.engine.state().birth;
-        let is_here = match (own, &state.birth) {
+        let is_current = match (own, &state.birth) {
             (Some(own), Some(its)) => Arc::ptr_eq(own, its) || own == its,
             (own, its) => own.is_none() && its.is_none(),
         };
-        if is_here {
-            return self.engine.restore(state).map_err(wrong);
+        if is_current {
+            return self.engine.restore(state).map_err(inconsistent);
         }
         if self.definition.remesh.is_none() {
-            return Err(wrong("its mesh was exchanged, and that of this scene never is"));
+            return Err(inconsistent("its mesh was exchanged, and that of this scene never is"));
         }
         let first_mesh = if own.is_none() { Some(self.current_mesh()) } else { self.first_mesh.clone() };
         let birth = state.birth.as_ref().or(first_mesh.as_ref()).map(Arc::clone).ok_or(RestoreError::Foreign)?;
         if !self.definition.has_positive_radii(&birth) {
-            return Err(wrong("an element of its mesh is on the axis or beyond it"));
+            return Err(inconsistent("an element of its mesh is on the axis or beyond it"));
         }
         let adjacency = neighbours::<D>(&birth.mesh.elements);
         let MeshProperties { patches, qualities, adjacency } =
             self.mesh_properties(&birth.mesh, &birth.position, adjacency);
         let other = self.engine.on_mesh(self.gel_on_mesh(&birth, patches), &birth.position, state.birth.clone());
-        let mut other = other.map_err(|NoStep { .. }| wrong("its mesh cannot be stepped"))?;
-        other.restore(state).map_err(wrong)?;
+        let mut other = other.map_err(|NoStep { .. }| inconsistent("its mesh cannot be stepped"))?;
+        other.restore(state).map_err(inconsistent)?;
         self.engine = other.with_pool(self.engine.take_pool());
         self.first_mesh = first_mesh;
         self.adopt_mesh(&birth, &qualities, adjacency);

@@ -19,18 +19,18 @@ struct RemainingMesh<const D: usize> {
     same: Vec<Option<Same>>,
     velocity: Vec<Vector<D>>,
     /// Eroded mass, kg.
-    gone: f64,
+    eroded_mass: f64,
 }
 
 impl<const D: usize> GelModel<D> {
-    /// Erodes gel thinner than `below`, m, and the parts that detach, each at most the fraction `most` of the gel;
+    /// Erodes gel thinner than `thickness`, m, and the parts that detach, each at most the fraction `max_fraction` of the gel;
     /// returns true if elements were removed. Nothing is removed if the rest could not be stepped.
-    pub fn erode_thin_gel(&mut self, below: f64, most: f64) -> bool {
+    pub fn erode_thin_gel(&mut self, thickness: f64, max_fraction: f64) -> bool {
         let old = self.current_mesh();
         let moved = Moved { mesh: &old.mesh, position: &self.engine.state().position };
         let adjacency = self.adjacency.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
-        let thin = remesh::sheets(&moved, (&self.engine.gel().surface.facets, adjacency), below);
-        self.erode(&old, &thin, most).unwrap_or(false)
+        let thin = remesh::sheets(&moved, (&self.engine.gel().surface.facets, adjacency), thickness);
+        self.erode(&old, &thin, max_fraction).unwrap_or(false)
     }
 
     /// Erodes these elements and [the parts that detach](remesh::with_what_hangs_on); returns true if elements were
@@ -41,62 +41,62 @@ impl<const D: usize> GelModel<D> {
     ///
     /// # Errors
     /// [`NoStep`] if the remaining mesh could not be stepped; nothing is removed then.
-    pub fn erode(&mut self, old: &Birth<D>, gone: &[bool], most: f64) -> Result<bool, NoStep> {
-        // No erosion is the usual case.
-        if !gone.contains(&true) {
+    pub fn erode(&mut self, old: &Birth<D>, eroded: &[bool], max_fraction: f64) -> Result<bool, NoStep> {
+        // The usual case.
+        if !eroded.contains(&true) {
             return Ok(false);
         }
         let adjacency = self.adjacency.get_or_insert_with(|| neighbours::<D>(&old.mesh.elements));
         let mass: Vec<f64> = old.corner_mass.iter().map(|corners| corners[..=D].iter().sum()).collect();
-        let gone = &remesh::with_what_hangs_on(adjacency, &mass, gone, most);
-        if !gone.contains(&true) {
+        let eroded = &remesh::with_what_hangs_on(adjacency, &mass, eroded, max_fraction);
+        if !eroded.contains(&true) {
             return Ok(false);
         }
         let state = self.engine.state();
-        let left = RemainingMesh::of(old, self.engine.last_tick(), &state.position, &state.velocity, gone);
-        if left.birth.mass.iter().any(|mass| *mass <= 0.0) {
+        let remaining = RemainingMesh::of(old, self.engine.last_tick(), &state.position, &state.velocity, eroded);
+        if remaining.birth.mass.iter().any(|mass| *mass <= 0.0) {
             return Ok(false);
         }
-        let carried = self.energy_of_elements(old, gone);
+        let eroded_energy = self.energy_of_elements(old, eroded);
         let before = (state.ledger.momentum.remesh, state.ledger.angular_momentum.remesh);
-        let RemainingMesh { mut birth, adjacency, same, velocity, gone } = left;
+        let RemainingMesh { mut birth, adjacency, same, velocity, eroded_mass } = remaining;
         let kept: Vec<ElementId> = same.iter().flatten().map(|same| same.element).collect();
         let patches = self.engine.gel().potential.patches().left(&kept);
         let qualities = self.definition.element_qualities(&birth.mesh.elements, &birth.position);
         let properties = MeshProperties { patches, qualities, adjacency };
-        let past = SourceMesh::new((&self.engine.gel().potential, old, &state.memory), &state.position);
+        let source = SourceMesh::new((&self.engine.gel().potential, old, &state.memory), &state.position);
         let Birth { mesh: Mesh { rest, elements, .. }, position, .. } = &birth;
-        let made = TargetMesh { position, rest, elements, same: &same, sources: &[], is_kept: false };
-        let Some((references, memory)) = inherited(&past, &state.position, (&made, &properties.patches)) else {
+        let target = TargetMesh { position, rest, elements, same: &same, sources: &[], is_kept: false };
+        let Some((references, memory)) = inherited(&source, &state.position, (&target, &properties.patches)) else {
             return Ok(false);
         };
         birth.references = references;
         self.install_mesh(birth, memory, velocity, properties)?;
-        self.engine.count_drops(gone);
+        self.engine.count_drops(eroded_mass);
         let ledger = self.engine.ledger_mut();
         // The change of stored energy in the rest of a patch is booked as remeshing.
-        ledger.energy.splash -= carried;
+        ledger.energy.splash -= eroded_energy;
         ledger.momentum.splash += ledger.momentum.remesh.value() - before.0.value();
         ledger.angular_momentum.splash += ledger.angular_momentum.remesh.value() - before.1.value();
-        ledger.energy.remesh += carried;
+        ledger.energy.remesh += eroded_energy;
         (ledger.momentum.remesh, ledger.angular_momentum.remesh) = before;
         Ok(true)
     }
 
     /// Kinetic and stored energy of these elements of the current mesh, J; that of a patch is shared by volume.
-    fn energy_of_elements(&self, old: &Birth<D>, gone: &[bool]) -> f64 {
+    fn energy_of_elements(&self, old: &Birth<D>, eroded: &[bool]) -> f64 {
         let (velocity, potential) = (&self.engine.state().velocity, &self.engine.gel().potential);
         let moving = |e: usize| -> f64 {
             let nodes = old.mesh.elements[e][..=D].iter().zip(&old.corner_mass[e]);
             nodes.map(|(node, mass)| 0.5 * mass * velocity[node.index()].norm_squared()).sum()
         };
-        let kinetic: f64 = (0..gone.len()).filter(|e| gone[*e]).map(moving).sum();
+        let kinetic: f64 = (0..eroded.len()).filter(|e| eroded[*e]).map(moving).sum();
         let energy = self.engine.measure_at(self.engine.now()).energy;
         let stored = potential.patches().iter().zip(energy).map(|(patch, energy)| {
             let volume =
                 |ids: &mut dyn Iterator<Item = &ElementId>| -> f64 { ids.map(|id| potential.volume(*id)).sum() };
             let whole = volume(&mut patch.iter());
-            energy * volume(&mut patch.iter().filter(|id| gone[id.index()])) / whole
+            energy * volume(&mut patch.iter().filter(|id| eroded[id.index()])) / whole
         });
         kinetic + stored.sum::<f64>()
     }
@@ -108,12 +108,12 @@ impl<const D: usize> RemainingMesh<D> {
         tick: crate::state::Tick,
         position: &[Vector<D>],
         velocity: &[Vector<D>],
-        gone: &[bool],
+        eroded: &[bool],
     ) -> Self {
-        let kept: Vec<usize> = (0..gone.len()).filter(|e| !gone[*e]).collect();
+        let kept: Vec<usize> = (0..eroded.len()).filter(|e| !eroded[*e]).collect();
         let mut mass = old.mass.clone();
         let mut lost = 0.0;
-        for e in (0..gone.len()).filter(|e| gone[*e]) {
+        for e in (0..eroded.len()).filter(|e| eroded[*e]) {
             for (node, corner) in old.mesh.elements[e][..=D].iter().zip(&old.corner_mass[e]) {
                 mass[node.index()] -= corner;
                 lost += corner;
@@ -140,7 +140,13 @@ impl<const D: usize> RemainingMesh<D> {
             references: vec![],
             steps: vec![],
         };
-        Self { birth, adjacency, same: kept.iter().map(same).collect(), velocity: of_nodes(velocity), gone: lost }
+        Self {
+            birth,
+            adjacency,
+            same: kept.iter().map(same).collect(),
+            velocity: of_nodes(velocity),
+            eroded_mass: lost,
+        }
     }
 }
 

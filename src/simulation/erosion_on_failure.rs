@@ -20,20 +20,20 @@ impl<const D: usize> GelModel<D> {
         let position = &self.engine.state().position;
         let elements = &old.mesh.elements;
         let is_lost = |(nodes, own)| signed_volume(position, nodes) <= 0.0 || is_massless::<D>(nodes, own, &old.mass);
-        let mut gone: Vec<bool> = elements.iter().zip(&old.corner_mass).map(is_lost).collect();
-        self.engine.stepless().for_each(|element| gone[element.index()] = true);
-        // An element may have collapsed by the sums of its block, not by its own; a leak is reported by the failure alone.
+        let mut eroded: Vec<bool> = elements.iter().zip(&old.corner_mass).map(is_lost).collect();
+        self.engine.stepless().for_each(|element| eroded[element.index()] = true);
+        // An element may have collapsed by the sums of its block, not by its own; only the failure reports a leak.
         if let Some(StepError::StepCollapsed { element, .. } | StepError::Leak { element, .. }) = self.engine.failure()
         {
-            gone[*element] = true;
+            eroded[*element] = true;
         }
-        mark_elements::<D>(&mut gone, elements, refused.iter().flat_map(|why| blamed_nodes(why, position)));
+        mark_elements::<D>(&mut eroded, elements, refused.iter().flat_map(|why| blamed_nodes(why, position)));
         for _ in 0..MAX_EROSIONS {
-            let corners = match self.erode(&old, &gone, MAX_ERODED_FRACTION) {
+            let corners = match self.erode(&old, &eroded, MAX_ERODED_FRACTION) {
                 Ok(went) => return went,
                 Err(why) => stepless_nodes(&why, &self.engine.state().position),
             };
-            if !mark_elements::<D>(&mut gone, elements, [corners]) {
+            if !mark_elements::<D>(&mut eroded, elements, [corners]) {
                 break;
             }
         }
@@ -51,14 +51,14 @@ fn is_massless<const D: usize>(nodes: &Simplex, own: &[f64; 4], mass: &[f64]) ->
 
 /// Marks the elements that have all nodes of one of these sets; returns true if one was not marked before.
 fn mark_elements<const D: usize>(
-    gone: &mut [bool],
+    eroded: &mut [bool],
     elements: &[Simplex],
     blamed: impl IntoIterator<Item = Vec<NodeId>>,
 ) -> bool {
     let mut more = false;
     for corners in blamed {
-        for (_, gone) in elements.iter().zip(&mut *gone).filter(|(nodes, _)| has_nodes::<D>(nodes, &corners)) {
-            more |= !std::mem::replace(gone, true);
+        for (_, eroded) in elements.iter().zip(&mut *eroded).filter(|(nodes, _)| has_nodes::<D>(nodes, &corners)) {
+            more |= !std::mem::replace(eroded, true);
         }
     }
     more
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_made_over_nothing_weighs_nothing_by_rounding_or_by_none() {
+    fn an_element_outside_the_old_gel_is_massless_up_to_round_off() {
         let nodes = [0, 1, 2, 3].map(NodeId);
         let weighs = |own: [f64; 4], lightest: f64| !is_massless::<3>(&nodes, &own, &[1.0, lightest, 2.0, 3.0]);
         assert!(weighs([1e-6, -2e-7, 0.0, 1e-6], 1.0) && weighs([1e-15; 4], 1e-3));
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn elements_break_off_at_old_ends_of_edges_that_no_mesh_has() {
+    fn elements_erode_at_old_ends_of_edges_without_a_mesh() {
         let position = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Vector::<2>::from);
         let of = |why: RemeshError| blamed_nodes(&Refused::Made(why), &position);
         let [a, b, c, d] = [0, 1, 2, 3].map(NodeId);

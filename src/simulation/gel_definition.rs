@@ -50,7 +50,7 @@ const SUFFICIENT_QUALITY: f64 = 0.35;
 
 impl GelDefinition {
     pub fn of(scene: &Scene) -> Self {
-        let (usual, part) = (scene.mesh.size, scale_by_copies(&scene.gel));
+        let (usual, scaled) = (scene.mesh.size, scale_by_copies(&scene.gel));
         let graded = scene.mesh.grading.map(|grading| grading.largest);
         let doubled = scene.mesh.tree.map(|tree| usual * tree.coarsest as f64);
         let round = match scene.gel.shape {
@@ -65,9 +65,9 @@ impl GelDefinition {
                 Dimension::Axisymmetric => Section::Axisymmetric,
                 Dimension::Spatial => Section::Spatial,
             },
-            material: build_material(&part),
+            material: build_material(&scaled),
             kind: scene.mesh.element,
-            density: part.density,
+            density: scaled.density,
             symmetry: scene.gel.symmetry,
             pressures: loads::pressures(scene),
             sensors: scene.sensor.iter().map(|sensor| sensor.position.into()).collect(),
@@ -166,18 +166,18 @@ impl GelDefinition {
         let mesh = &birth.mesh;
         let radius = |nodes: &Simplex| Reference::of(&mesh.rest, nodes).radius;
         let mut own = birth.references.iter().peekable();
-        let outside = |(element, nodes): (ElementId, &Simplex)| {
+        let has_positive_radius = |(element, nodes): (ElementId, &Simplex)| {
             let reference = own.next_if(|(own, _)| *own == element);
             reference.map_or_else(|| radius(nodes), |(_, reference)| reference.radius) > 0.0
         };
-        (0..).map(ElementId).zip(&mesh.elements).all(outside)
+        (0..).map(ElementId).zip(&mesh.elements).all(has_positive_radius)
     }
 
     /// Quality of an element for the distortion monitor and for acceptance; infinite if it is too good to matter for
     /// either.
     pub fn element_quality<const D: usize>(&self, x: &[Vector<D>], nodes: &Simplex) -> f64 {
-        let worn = self.remesh.as_ref().map_or(0.0, |sizes| sizes.rules.quality / AGED_RATIO);
-        poor_quality(x, nodes, worn.max(SUFFICIENT_QUALITY))
+        let distortion_quality = self.remesh.as_ref().map_or(0.0, |sizes| sizes.rules.quality / AGED_RATIO);
+        poor_quality(x, nodes, distortion_quality.max(SUFFICIENT_QUALITY))
     }
 
     /// Qualities of all elements.
@@ -208,24 +208,24 @@ impl GelDefinition {
 /// Scales density, moduli and stresses of a gel by its number of symmetric copies (numerics A1).
 fn scale_by_copies(gel: &GelSpec) -> GelSpec {
     let copies = gel.symmetry.copies();
-    let mut part = gel.clone();
-    part.density *= copies;
-    part.shear_modulus *= copies;
-    part.bulk_modulus *= copies;
-    if let Some(strength) = &mut part.strength {
+    let mut scaled = gel.clone();
+    scaled.density *= copies;
+    scaled.shear_modulus *= copies;
+    scaled.bulk_modulus *= copies;
+    if let Some(strength) = &mut scaled.strength {
         strength.yield_stress *= copies;
         strength.cap *= copies;
         strength.confined.iter_mut().for_each(|confined| confined.pressure *= copies);
     }
-    if let Some(tension) = part.volume.as_mut().and_then(|volume| volume.tension_limit.as_mut()) {
+    if let Some(tension) = scaled.volume.as_mut().and_then(|volume| volume.tension_limit.as_mut()) {
         *tension *= copies;
     }
-    part.branches.iter_mut().for_each(|branch| branch.shear_modulus *= copies);
-    part.terms.iter_mut().for_each(|term| term.modulus *= copies);
-    if let Some(constants) = &mut part.constants {
+    scaled.branches.iter_mut().for_each(|branch| branch.shear_modulus *= copies);
+    scaled.terms.iter_mut().for_each(|term| term.modulus *= copies);
+    if let Some(constants) = &mut scaled.constants {
         (constants.c1, constants.c2) = (copies * constants.c1, copies * constants.c2);
     }
-    part
+    scaled
 }
 
 /// Constitutive model of a gel.
@@ -268,7 +268,7 @@ mod tests {
     use crate::scene::{ConfinedSpec, builtin, read};
 
     #[test]
-    fn what_stands_for_four_parts_bears_four_times_as_much_at_four_times_the_pressure() {
+    fn four_copies_have_four_times_the_strength_and_confining_pressure() {
         let mut gel = read(builtin("fbi-bb-3d").unwrap()).unwrap().gel;
         let strength = gel.strength.as_mut().unwrap();
         strength.confined = Some(ConfinedSpec { pressure: 7.5e6, factor: 6.0, time: 2e-6 });

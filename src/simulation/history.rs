@@ -29,8 +29,8 @@ pub(super) fn inherited<const D: usize>(
     let stays = stays(past.potential.patches(), patches, new.same);
     let again = (0..).map(ElementId).zip(new.same).filter_map(|(element, same)| Some((element, (*same)?)));
     for (element, same) in again {
-        // Elements unchanged *and* in an unchanged patch keep their reference. Exception: in a viscoplastic gel in the plane every
-        // element takes the J of its patch at a remeshing, because its shots are calibrated that way.
+        // Elements unchanged *and* in an unchanged patch keep their reference. Exception: in a viscoplastic gel in the
+        // plane every element takes the J of its patch at a remeshing, because its shots are calibrated that way.
         let goes_on = stays[element.index()] && (new.is_kept || !(D == 2 && flows));
         let share = if goes_on { 1.0 } else { past.shares[same.element.index()] };
         if flows {
@@ -112,7 +112,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn an_element_that_is_inside_out_goes_on_as_it_is() {
+    fn an_inverted_element_keeps_its_reference() {
         let mesh = block::<2>(Block { planes: [[0.0, 1.0]; 2].map(Vec::from), split: Split::Centred, faces: vec![] });
         let n = mesh.elements.len();
         let material = (Material::Flowing(gel()), Section::Planar { thickness: 1.0 });
@@ -158,7 +158,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn what_is_made_of_nothing_rests_as_it_is_and_remembers_nothing() {
+    fn an_element_without_sources_rests_in_its_current_shape_without_history() {
         let solid = Material::NeoHookean(crate::constitutive::NeoHookean::new(20e3, 2e6));
         let (plane, ring) = (Section::Planar { thickness: 1.0 }, Section::Axisymmetric);
         let flowing = Material::Flowing(gel());

@@ -136,8 +136,8 @@ pub(super) fn overlap<const D: usize, P>(
 ) -> Option<f64> {
     let too_deep = |surface: &SurfaceNode| {
         let x = position(surface.node);
-        let way = body.velocity_at(at, &x).norm() * wait(surface.node);
-        let depth = way - body.gap(at, &x).distance;
+        let travel = body.velocity_at(at, &x).norm() * wait(surface.node);
+        let depth = travel - body.gap(at, &x).distance;
         (depth > OVERLAP_TOLERANCE * surface.size).then_some(depth)
     };
     gel.surface.nodes.iter().filter_map(too_deep).reduce(f64::max)

@@ -192,7 +192,7 @@ pub struct EnergyReport {
 
 impl EnergyReport {
     /// Fraction of the energy that integration, bias and remeshing may change before a run is doubted.
-    const BEARABLE: f64 = 0.05;
+    const TOLERATED_FRACTION: f64 = 0.05;
 
     /// Reason to doubt the run: the numerical method has changed the energy by more than a twentieth of the energy
     /// provided. `None` if it has not.
@@ -202,7 +202,7 @@ impl EnergyReport {
             [("integration", self.integration), ("contact_bias", self.contact_bias), ("remesh", self.remesh)];
         let provided = self.provided();
         let part = accounts.iter().map(|(_, value)| value.abs()).sum::<f64>() / provided;
-        let is_doubtful = self.energy_defect > Self::BEARABLE && part > Self::BEARABLE;
+        let is_doubtful = self.energy_defect > Self::TOLERATED_FRACTION && part > Self::TOLERATED_FRACTION;
         let sign = |value: f64| if value < 0.0 { "" } else { "+" };
         let told = accounts
             .map(|(name, value)| format!("{name} {}{} %", sign(value), fixed(100.0 * value / provided, 1)))
@@ -302,7 +302,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_whose_method_makes_energy_is_doubted_and_no_other() {
+    fn only_a_run_whose_method_changes_the_energy_is_doubted() {
         let report = |remesh: f64, importer: f64, initial: f64| {
             let energy_defect = (0.01 + remesh.abs() + importer.abs()) / if initial > 1e-12 { initial } else { 1.0 };
             EnergyReport { remesh, importer, initial, integration: -0.01, energy_defect, ..EnergyReport::default() }

@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn pressures_stay_alike_and_the_measure_in_all_what_it_was_where_a_surface_is_made_anew() {
+    fn a_new_surface_keeps_pressures_equal_and_the_total_rest_measure() {
         let [soft, stiff] = [10.0, 4000.0].map(|bulk| Material::NeoHookean(NeoHookean::new(1.0, bulk)));
         for material in [Material::Flowing(gel()), soft, stiff] {
             let (simplices, birth, memory) = body(1, (Section::Planar { thickness: 1.0 }, material));
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_less_than_half_over_the_gel_is_made_of_nothing() {
+    fn an_element_less_than_half_over_the_gel_has_no_sources() {
         let (simplices, birth, memory) = body(1, (Section::Planar { thickness: 1.0 }, Material::Flowing(gel())));
         let (position, rest) = (&birth.position, &birth.mesh.rest);
         let elements = &birth.mesh.elements[..2];
@@ -170,9 +170,9 @@ mod tests {
         assert!(of(0.6) > 0.0);
     }
 
-    /// One element is cut off, one is made of nothing, half of the others are made anew, some of whose patches stay in part.
+    /// Removes one element, adds one without sources, and replaces half of the others; some patches stay in part.
     #[test]
-    fn an_exchange_keeps_the_measure_at_rest() {
+    fn remeshing_conserves_the_total_rest_measure() {
         let plane = Section::Planar { thickness: 1.0 };
         let solid = Material::NeoHookean(NeoHookean::new(20e3, 2e6));
         let flowing = Material::Flowing(gel());

@@ -79,9 +79,9 @@ impl<const D: usize> TestGel<D> {
         };
         let new = remesh::transfer(&moved, &carried, &proposal);
         let (simplices, patches) = (self.simplices(), Patches::alone(proposal.elements.len()));
-        let past = source_mesh::SourceMesh::new((&simplices, &self.birth, &[]), &self.position);
+        let source = source_mesh::SourceMesh::new((&simplices, &self.birth, &[]), &self.position);
         let inherited =
-            history::inherited(&past, &self.position, (&source_mesh::TargetMesh::by(&proposal, &new), &patches));
+            history::inherited(&source, &self.position, (&source_mesh::TargetMesh::by(&proposal, &new), &patches));
         let references = inherited.map(|(references, _)| references);
         let references = references.expect("what elements were at rest");
         let facets = boundary::<D>(&proposal.elements);
@@ -236,7 +236,7 @@ fn check_own<const D: usize>(section: Section, generator: MeshGenerator<D>) {
 }
 
 #[test]
-fn a_uniform_deformation_that_the_nodes_do_not_say_stays_uniform_on_a_new_mesh() {
+fn a_uniform_incompatible_deformation_stays_uniform_on_a_new_mesh() {
     check_own(PLANAR, mesh_in_plane);
     check_own(Section::Axisymmetric, mesh_in_plane);
     check_own(Section::Spatial, mesh_in_space);
@@ -324,7 +324,7 @@ fn check_trips(trips: &RoundTripChanges, measured: &MeasuredChanges) {
 }
 
 #[test]
-fn ten_round_trips_keep_mass_and_momenta_and_lose_what_was_measured() {
+fn ten_round_trips_conserve_mass_and_momenta_and_lose_the_measured_energy() {
     let plane = round_trips::<2>(20, PLANAR, mesh_in_plane);
     let space = round_trips::<3>(8, Section::Spatial, mesh_in_space);
     check_trips(&plane, &PLANE);

@@ -381,8 +381,8 @@ impl Simulation {
             return false;
         }
         let (was, there) = (self.now(body), self.state_from_inputs(body, inputs));
-        let way = (there.position - was.position).norm();
-        let jumps = || way > 0.0 && way > -self.model.body(body).0.gap(&there, &there.position).distance;
+        let distance = (there.position - was.position).norm();
+        let jumps = || distance > 0.0 && distance > -self.model.body(body).0.gap(&there, &there.position).distance;
         (!was.active || jumps()) && self.model.is_centre_in_gel(body, &there)
     }
 
@@ -396,8 +396,8 @@ impl Simulation {
     #[must_use]
     pub fn diagnosis(&self) -> Option<String> {
         let failure = self.failure.as_ref()?;
-        let exchanged = self.renewals().last().map_or(0.0, |renewal| renewal.time);
-        let tried = self.refusals().last().filter(|last| (exchanged..=failure.time()).contains(&last.time));
+        let last_remesh = self.renewals().last().map_or(0.0, |renewal| renewal.time);
+        let tried = self.refusals().last().filter(|last| (last_remesh..=failure.time()).contains(&last.time));
         Some(tried.map_or_else(|| failure.to_string(), |refusal| format!("{failure}. {refusal}")))
     }
 

@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_give_the_same_value_back_also_over_one_of_the_other_dimension() {
+    fn bytes_restore_the_value_also_over_a_state_of_the_other_dimension() {
         let mut bytes = Vec::new();
         let digest = saved().write(&mut |run| bytes.extend_from_slice(run));
         assert_eq!((digest, bytes.len()), (saved().digest(), saved().size()));
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_are_none_of_a_state_change_nothing() {
+    fn invalid_bytes_change_nothing() {
         let mut bytes = Vec::new();
         saved().write(&mut |run| bytes.extend_from_slice(run));
         let mut another = bytes.clone();

@@ -14,7 +14,7 @@ pub(super) struct SensorLocation<const D: usize> {
     /// Material point at rest, or its image in the computed part, m.
     rest: Vector<D>,
     /// Sign of each axis: −1 where the point is mirrored, 1 elsewhere.
-    side: Vector3,
+    mirror: Vector3,
     /// Corners of the element that contains the point.
     corners: Vec<SensorCorner>,
 }
@@ -24,8 +24,16 @@ struct SensorCorner {
     node: NodeId,
     /// Barycentric weight.
     weight: f64,
-    /// Elements around the node, each with its patch and its fraction of their volume at rest.
-    around: Vec<(ElementId, usize, f64)>,
+    /// Elements around the node.
+    shares: Vec<ElementShare>,
+}
+
+/// Share of an element in the volume around a node.
+struct ElementShare {
+    element: ElementId,
+    patch: usize,
+    /// Fraction of the rest volume of all elements around the node.
+    fraction: f64,
 }
 
 /// Locates the sensors in the elements that contain them at rest. Where the rest positions of a new mesh have a gap
@@ -40,48 +48,52 @@ pub(super) fn locate_sensors<const D: usize>(
     }
     let potential = &engine.gel().potential;
     let patch_of = potential.patches().patch_of_elements();
-    let around = |node: NodeId| {
+    let shares_at = |node: NodeId| {
         let elements = engine.gel().star.of(node);
         let whole: f64 = elements.iter().map(|element| potential.volume(*element)).sum();
-        let part = |element: ElementId| (element, patch_of[element.index()].index(), potential.volume(element) / whole);
-        elements.iter().map(|element| part(*element)).collect()
+        let share = |element: &ElementId| ElementShare {
+            element: *element,
+            patch: patch_of[element.index()].index(),
+            fraction: potential.volume(*element) / whole,
+        };
+        elements.iter().map(share).collect()
     };
-    let seat = |point: &Vector3| {
+    let locate = |point: &Vector3| {
         let is_image = |axis: usize| definition.symmetry.mirrored().contains(&axis) && point[axis] < 0.0;
-        let side = Vector3::from_fn(|axis, _| if is_image(axis) { -1.0 } else { 1.0 });
-        let rest = restrict::<D>(&point.component_mul(&side));
+        let mirror = Vector3::from_fn(|axis, _| if is_image(axis) { -1.0 } else { 1.0 });
+        let rest = restrict::<D>(&point.component_mul(&mirror));
         let (element, weights) =
             remesh::nearest(potential.rest(), potential.elements(), &rest).expect("a gel has elements");
-        let corner = |(node, weight): (&NodeId, f64)| SensorCorner { node: *node, weight, around: around(*node) };
-        SensorLocation { rest, side, corners: potential.nodes(element).iter().zip(weights).map(corner).collect() }
+        let corner = |(node, weight): (&NodeId, f64)| SensorCorner { node: *node, weight, shares: shares_at(*node) };
+        SensorLocation { rest, mirror, corners: potential.nodes(element).iter().zip(weights).map(corner).collect() }
     };
-    points.iter().map(seat).collect()
+    points.iter().map(locate).collect()
 }
 
 impl<const D: usize> GelModel<D> {
     /// Reports of the sensors at time `t`, s.
     pub(super) fn sensor_reports(&self, t: f64) -> Vec<SensorReport> {
         let t = self.engine.gel_time(t);
-        self.sensor_locations.iter().map(|seat| self.interpolate_report(seat, t)).collect()
+        self.sensor_locations.iter().map(|location| self.interpolate_report(location, t)).collect()
     }
 
     /// Interpolates linearly between the corners. The pressure at a corner is the mean of the elements around it by
     /// rest volume, since element pressures jump. It is divided by the number of symmetric copies, which scale the
     /// stiffness.
-    fn interpolate_report(&self, seat: &SensorLocation<D>, t: f64) -> SensorReport {
+    fn interpolate_report(&self, location: &SensorLocation<D>, t: f64) -> SensorReport {
         let (gel, velocities) = (&self.engine.gel().potential, &self.engine.state().velocity);
         let x = |node: NodeId| self.engine.position_at(node, t);
         let (mut position, mut velocity, mut pressure) = (Vector::<D>::zeros(), Vector::<D>::zeros(), 0.0);
-        for corner in seat.corners.iter().filter(|corner| corner.weight > 0.0) {
+        for corner in location.corners.iter().filter(|corner| corner.weight > 0.0) {
             position += x(corner.node) * corner.weight;
             velocity += velocities[corner.node.index()] * corner.weight;
-            let part = |(element, patch, part): &(ElementId, usize, f64)| part * gel.pressure(*element, *patch, x);
-            pressure += corner.weight * corner.around.iter().map(part).sum::<f64>();
+            let weighted = |share: &ElementShare| share.fraction * gel.pressure(share.element, share.patch, x);
+            pressure += corner.weight * corner.shares.iter().map(weighted).sum::<f64>();
         }
         SensorReport {
-            position: embed(&position).component_mul(&seat.side),
-            displacement: embed(&(position - seat.rest)).component_mul(&seat.side),
-            velocity: embed(&velocity).component_mul(&seat.side),
+            position: embed(&position).component_mul(&location.mirror),
+            displacement: embed(&(position - location.rest)).component_mul(&location.mirror),
+            velocity: embed(&velocity).component_mul(&location.mirror),
             pressure: pressure / self.definition.copies(),
         }
     }

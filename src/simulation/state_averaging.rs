@@ -277,7 +277,7 @@ mod tests {
     use crate::state::Birth;
 
     #[test]
-    fn what_is_made_of_elements_turned_against_each_other_is_distorted_as_they_are() {
+    fn an_average_of_rotated_sources_keeps_their_distortion() {
         let planes = [[0.0, 1.0]; 2].map(Vec::from);
         let mesh = block::<2>(Block { planes, split: Split::Centred, faces: vec![] });
         let n = mesh.elements.len();
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rotation_is_what_is_left_of_a_deformation_without_its_stretch() {
+    fn the_polar_decomposition_recovers_the_rotation() {
         let turn = nalgebra::Rotation3::from_euler_angles(0.3, 2.0, -1.2).into_inner();
         let other = nalgebra::Rotation3::from_euler_angles(1.0, 0.5, 0.1).into_inner();
         let stretch = other * Tensor::<3>::from_diagonal(&Vector::<3>::new(4.0, 0.3, 1e-6)) * other.transpose();
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn an_element_that_was_made_of_nothing_hands_on_what_it_is() {
+    fn an_element_without_sources_passes_on_its_own_state() {
         let planes = [[0.0, 1.0]; 3].map(Vec::from);
         let mesh = block::<3>(Block { planes, split: Split::Centred, faces: vec![] });
         let material = (Material::Flowing(gel()), Section::Spatial);
