@@ -5,7 +5,7 @@ use super::{SceneError, SceneErrorKind, did_you_mean};
 use std::ops::Range;
 
 /// Error of a text that is not TOML.
-pub(super) fn syntax(text: &str, span: Option<Range<usize>>, message: &str) -> SceneError {
+pub(super) fn syntax_error(text: &str, span: Option<Range<usize>>, message: &str) -> SceneError {
     let line = line_at(text, span.map_or(0, |span| span.start));
     let found = quote(text.lines().nth(line - 1).unwrap_or(""));
     let kind = SceneErrorKind::Syntax { found, expected: message.to_owned() };
@@ -13,7 +13,7 @@ pub(super) fn syntax(text: &str, span: Option<Range<usize>>, message: &str) -> S
 }
 
 /// Error of a TOML text that is not a scene.
-pub(super) fn content(text: &str, places: &KeyLocations<'_>, error: &toml::de::Error) -> SceneError {
+pub(super) fn content_error(text: &str, places: &KeyLocations<'_>, error: &toml::de::Error) -> SceneError {
     let span = error.span().unwrap_or(0..0);
     let whole_text = span.is_empty();
     let key = if whole_text { "" } else { places.key_at(&span) };
@@ -21,9 +21,13 @@ pub(super) fn content(text: &str, places: &KeyLocations<'_>, error: &toml::de::E
     let message = error.message();
     if let Some(name) = quoted_after(message, "missing field ") {
         let found = "nothing".to_owned();
-        return SceneError { key: join(key, name), line, kind: SceneErrorKind::Value { found, expected: absent(key) } };
+        return SceneError {
+            key: join(key, name),
+            line,
+            kind: SceneErrorKind::Value { found, expected: missing_key_expectation(key) },
+        };
     }
-    SceneError { key: key.to_owned(), line, kind: kind(text, places, message, key, &span) }
+    SceneError { key: key.to_owned(), line, kind: error_kind(text, places, message, key, &span) }
 }
 
 /// Text between backquotes after a phrase.
@@ -31,7 +35,7 @@ fn quoted_after<'a>(message: &'a str, phrase: &str) -> Option<&'a str> {
     message.strip_prefix(phrase)?.split('`').nth(1)
 }
 
-fn absent(table: &str) -> String {
+fn missing_key_expectation(table: &str) -> String {
     if table.is_empty() {
         "a table of this name".to_owned()
     } else {
@@ -39,7 +43,7 @@ fn absent(table: &str) -> String {
     }
 }
 
-fn kind(text: &str, places: &KeyLocations<'_>, message: &str, key: &str, span: &Range<usize>) -> SceneErrorKind {
+fn error_kind(text: &str, places: &KeyLocations<'_>, message: &str, key: &str, span: &Range<usize>) -> SceneErrorKind {
     let found = quote(&text[span.clone()]);
     if let Some(rest) = message.strip_prefix("unexpected keys in table: ") {
         let (found, known) = rest.split_once(", available keys: ").unwrap_or((rest, "none"));
@@ -51,26 +55,26 @@ fn kind(text: &str, places: &KeyLocations<'_>, message: &str, key: &str, span: &
         return unknown_key(name, expected);
     }
     if let Some(name) = quoted_after(complaint, "unknown variant ") {
-        let hint = did_you_mean(name, names_of(expected));
-        return SceneErrorKind::Value { found: found + &hint, expected: plain(expected) };
+        let hint = did_you_mean(name, quoted_names(expected));
+        return SceneErrorKind::Value { found: found + &hint, expected: translate_expectation(expected) };
     }
     if message.starts_with("wanted exactly 1 element") {
-        return one_of(&places.names_in(key));
+        return only_one_allowed(&places.names_in(key));
     }
-    SceneErrorKind::Value { found, expected: plain(expected) }
+    SceneErrorKind::Value { found, expected: translate_expectation(expected) }
 }
 
 fn unknown_key(name: &str, expected: &str) -> SceneErrorKind {
-    let hint = did_you_mean(name, names_of(expected));
+    let hint = did_you_mean(name, quoted_names(expected));
     SceneErrorKind::UnknownKey { found: name.to_owned(), hint, expected: expected.to_owned() }
 }
 
 /// Names between backquotes.
-fn names_of(expected: &str) -> impl Iterator<Item = &str> {
+fn quoted_names(expected: &str) -> impl Iterator<Item = &str> {
     expected.split('`').skip(1).step_by(2)
 }
 
-fn one_of(names: &[&str]) -> SceneErrorKind {
+fn only_one_allowed(names: &[&str]) -> SceneErrorKind {
     let found = if names.is_empty() { "an empty table".to_owned() } else { names.join(" and ") };
     SceneErrorKind::Value { found, expected: "only one of them".to_owned() }
 }
@@ -86,7 +90,7 @@ fn quote(piece: &str) -> String {
 }
 
 /// Translates serde's expectation from Rust types to words.
-fn plain(expected: &str) -> String {
+fn translate_expectation(expected: &str) -> String {
     match expected {
         "f64" => "a number",
         "usize" => "a whole number, 0 or more",

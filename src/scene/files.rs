@@ -60,18 +60,18 @@ impl StlSpec {
 }
 
 /// Reads the files that a scene names.
-pub(super) fn attach(scene: &mut Scene, files: &Files<'_>) -> Result<(), SceneError> {
+pub(super) fn attach_files(scene: &mut Scene, files: &Files<'_>) -> Result<(), SceneError> {
     for (i, body) in scene.bodies_mut().enumerate() {
         if let BodyShape::Stl(stl) = &mut body.shape {
             let named = |e: SceneError| SceneError { key: body_name(i) + &e.key, ..e };
-            stl.content = Some(content(stl, files).map_err(named)?);
+            stl.content = Some(read_stl(stl, files).map_err(named)?);
         }
     }
     Ok(())
 }
 
 /// Reads and checks an STL file; the keys of errors are relative to the table of the body.
-fn content(stl: &StlSpec, files: &Files<'_>) -> Result<StlContent, SceneError> {
+fn read_stl(stl: &StlSpec, files: &Files<'_>) -> Result<StlContent, SceneError> {
     const PATH: &str = "the path of an STL file, relative to the folder of the scene";
     const LENGTH: &str = "a length from 1e-9 to 1e9, m per unit of the file, such as 1e-3";
     if !(1e-9..=1e9).contains(&stl.scale) {

@@ -14,17 +14,17 @@ use toml::de::{DeTable, DeValue};
 #[must_use]
 pub fn from_preset(text: &str) -> Vec<&'static Fact> {
     let parsed = DeTable::parse(text);
-    parsed.map_or_else(|_| vec![], |table| fill(&mut table.into_inner(), None))
+    parsed.map_or_else(|_| vec![], |table| fill_gel(&mut table.into_inner(), None))
 }
 
 /// Writes the values of the preset and `shear_modulus` into a gel, where the text sets none; returns the preset's
 /// values used.
 ///
 /// Each written value takes the source location of the preset's name, so that an error in it refers to that name.
-pub(super) fn fill<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a str>) -> Vec<&'static Fact> {
-    let Some(gel) = inner(scene.get_mut("gel")) else { return vec![] };
+pub(super) fn fill_gel<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a str>) -> Vec<&'static Fact> {
+    let Some(gel) = as_table(scene.get_mut("gel")) else { return vec![] };
     if let Some(modulus) = shear_modulus {
-        put(gel, &["shear_modulus"], modulus, 0..0);
+        insert_at_path(gel, &["shear_modulus"], modulus, 0..0);
     }
     let preset = gel.get("preset").and_then(|name| Some((Preset::named(name.get_ref().as_str()?)?, name.span())));
     let Some((preset, place)) = preset else { return vec![] };
@@ -32,7 +32,7 @@ pub(super) fn fill<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a str>) 
     for fact in preset.facts() {
         let model = gel.get("material").and_then(|model| model.get_ref().as_str()).unwrap_or_default();
         let path: Vec<&'static str> = fact.key.split('.').skip(1).collect();
-        if fact.of.includes(model) && put(gel, &path, fact.value, place.clone()) {
+        if fact.of.includes(model) && insert_at_path(gel, &path, fact.value, place.clone()) {
             given.push(fact);
         }
     }
@@ -62,7 +62,7 @@ fn value_of<T: for<'de> Deserialize<'de>>(table: &DeTable<'_>, key: &str) -> Opt
 }
 
 /// Writes a value at a path below a table, unless the table has one; returns true if the value was written.
-fn put<'a>(table: &mut DeTable<'a>, path: &[&'static str], value: &'a str, place: Range<usize>) -> bool {
+fn insert_at_path<'a>(table: &mut DeTable<'a>, path: &[&'static str], value: &'a str, place: Range<usize>) -> bool {
     let (first, rest) = path.split_first().expect("a key has a name");
     let name = || Spanned::new(place.clone(), Cow::Borrowed(*first));
     if rest.is_empty() {
@@ -76,10 +76,10 @@ fn put<'a>(table: &mut DeTable<'a>, path: &[&'static str], value: &'a str, place
     if table.get(*first).is_none() {
         table.insert(name(), Spanned::new(place.clone(), DeValue::Table(DeTable::new())));
     }
-    inner(table.get_mut(*first)).is_some_and(|below| put(below, rest, value, place))
+    as_table(table.get_mut(*first)).is_some_and(|below| insert_at_path(below, rest, value, place))
 }
 
-fn inner<'t, 'a>(value: Option<&'t mut Spanned<DeValue<'a>>>) -> Option<&'t mut DeTable<'a>> {
+fn as_table<'t, 'a>(value: Option<&'t mut Spanned<DeValue<'a>>>) -> Option<&'t mut DeTable<'a>> {
     match value?.get_mut() {
         DeValue::Table(table) => Some(table),
         _ => None,

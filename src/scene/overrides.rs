@@ -92,8 +92,8 @@ fn keys_overlap(a: &str, b: &str) -> bool {
 /// # Errors
 /// [`SceneError`] if the text is not TOML, or an override is not a dotted key and a TOML value.
 pub fn resolve(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
-    change(text, overrides, |document, override_| {
-        write(document, override_)?;
+    edit_document(text, overrides, |document, override_| {
+        write_override(document, override_)?;
         override_levels(document, &override_.key);
         Ok(())
     })
@@ -113,8 +113,8 @@ pub fn rebase(text: &str, overrides: &[Override]) -> Result<String, SceneError> 
     if own.is_some_and(|own| own != Fidelity::Standard.as_str()) || overrides.iter().any(|o| is_level(&o.key)) {
         return resolve(text, overrides);
     }
-    change(text, overrides, |document, override_| {
-        write(document, override_)?;
+    edit_document(text, overrides, |document, override_| {
+        write_override(document, override_)?;
         remove_figures(document, &override_.key, |_| {});
         Ok(())
     })
@@ -125,16 +125,16 @@ pub fn rebase(text: &str, overrides: &[Override]) -> Result<String, SceneError> 
 /// # Errors
 /// Those of [`resolve`].
 pub fn written(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
-    change(text, overrides, write)
+    edit_document(text, overrides, write_override)
 }
 
-fn change(
+fn edit_document(
     text: &str,
     overrides: &[Override],
     each: impl Fn(&mut DocumentMut, &Override) -> Result<(), SceneError>,
 ) -> Result<String, SceneError> {
     let parsed = text.parse::<DocumentMut>();
-    let mut document = parsed.map_err(|error| explain::syntax(text, error.span(), error.message()))?;
+    let mut document = parsed.map_err(|error| explain::syntax_error(text, error.span(), error.message()))?;
     overrides.iter().try_for_each(|override_| each(&mut document, override_))?;
     Ok(document.to_string())
 }
@@ -169,7 +169,7 @@ fn remove_figures(document: &mut DocumentMut, key: &str, more: impl Fn(&mut dyn 
     }
 }
 
-fn write(document: &mut DocumentMut, change: &Override) -> Result<(), SceneError> {
+fn write_override(document: &mut DocumentMut, change: &Override) -> Result<(), SceneError> {
     let value = parse_value(change)?;
     let broken =
         |_| SceneError::value(&change.key, "a broken key", "a dotted key, such as mesh.size or fragment[1].mass");
@@ -188,13 +188,13 @@ fn write(document: &mut DocumentMut, change: &Override) -> Result<(), SceneError
         let inner = place.entry(name.get()).or_insert_with(implicit_table);
         let inner = if is_list(inner) {
             let number = names.next().map_or("", |(_, number)| number.get());
-            member(inner, number).map_err(|length| no_member(change, name, length))?
+            table_at(inner, number).map_err(|length| no_member(change, name, length))?
         } else {
             inner.as_table_like_mut().ok_or_else(|| not_a_table(change, &tables[..=depth]))?
         };
         place = inner;
     }
-    put(place, last, value);
+    replace_value(place, last, value);
     Ok(())
 }
 
@@ -204,7 +204,7 @@ fn is_list(item: &Item) -> bool {
 }
 
 /// Table number `number`, from 1, of a list; otherwise the length of the list.
-fn member<'a>(list: &'a mut Item, number: &str) -> Result<&'a mut dyn TableLike, usize> {
+fn table_at<'a>(list: &'a mut Item, number: &str) -> Result<&'a mut dyn TableLike, usize> {
     let at = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
     match list {
         Item::ArrayOfTables(tables) => {
@@ -255,7 +255,7 @@ fn not_a_table(change: &Override, path: &[Key]) -> SceneError {
 }
 
 /// Replaces a value and keeps the comment behind it.
-fn put(table: &mut dyn TableLike, name: &Key, mut value: Value) {
+fn replace_value(table: &mut dyn TableLike, name: &Key, mut value: Value) {
     if let Some(old) = table.get_mut(name.get()).and_then(Item::as_value_mut) {
         value.decor_mut().clone_from(old.decor());
         *old = value;

@@ -12,12 +12,12 @@ use crate::math::Vector3;
 #[must_use]
 pub fn modelled(scene: &Scene) -> Vec<String> {
     let general = [
-        space(scene.scene.dimension),
-        material(scene),
-        elements(scene),
-        volume(scene),
-        steps(scene),
-        contact(scene.contact.law),
+        describe_space(scene.scene.dimension),
+        describe_material(scene),
+        describe_elements(scene),
+        describe_volume(scene),
+        describe_steps(scene),
+        describe_contact(scene.contact.law),
     ];
     let renewed = scene.remesh.as_ref().map(|remesh| match remesh.method {
         RemeshMethod::Retained => "mesh: exchanged for a new one where it is worn, old nodes kept where they are good",
@@ -25,8 +25,8 @@ pub fn modelled(scene: &Scene) -> Vec<String> {
             "mesh: exchanged for a new one where it is worn, cut out of the triangulation of a quadtree"
         }
     });
-    let general = general.into_iter().chain(renewed).chain(flow(scene).into_iter().flatten());
-    let bodies = (0..scene.n_bodies()).flat_map(|body| body_lines(scene, body));
+    let general = general.into_iter().chain(renewed).chain(describe_flow(scene).into_iter().flatten());
+    let bodies = (0..scene.n_bodies()).flat_map(|body| describe_body(scene, body));
     let part = match scene.gel.symmetry {
         GelSymmetry::None => None,
         GelSymmetry::Half => Some("symmetry: the half at y >= 0 is computed and stands for all of the gel"),
@@ -35,11 +35,17 @@ pub fn modelled(scene: &Scene) -> Vec<String> {
         }
     };
     let general = general.chain(part);
-    general.map(str::to_owned).chain(loads(scene)).chain(damping(scene)).chain(bodies).chain(sensors(scene)).collect()
+    general
+        .map(str::to_owned)
+        .chain(describe_loads(scene))
+        .chain(describe_damping(scene))
+        .chain(bodies)
+        .chain(describe_sensors(scene))
+        .collect()
 }
 
 /// Describes each pressure load.
-fn loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
+fn describe_loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
     scene.load.iter().enumerate().map(|(i, load)| {
         let face = load.on.map_or("the surface", GelFace::name);
         let part = if load.within.is_some() { ", within a box" } else { "" };
@@ -59,19 +65,19 @@ fn loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
 }
 
 /// Describes each sensor.
-fn sensors(scene: &Scene) -> impl Iterator<Item = String> + '_ {
+fn describe_sensors(scene: &Scene) -> impl Iterator<Item = String> + '_ {
     scene.sensor.iter().enumerate().map(|(i, sensor)| {
         let name = numbered("sensor", i);
         format!("{name}: pressure, displacement and velocity of the gel that is at {:?} m at rest", sensor.position)
     })
 }
 
-fn damping(scene: &Scene) -> Option<String> {
+fn describe_damping(scene: &Scene) -> Option<String> {
     let rate = scene.integrator.damping;
     (rate > 0.0).then(|| format!("damping: in proportion to mass, speeds fade as exp(-t/{:.3e} s)", 1.0 / rate))
 }
 
-fn body_lines(scene: &Scene, i: usize) -> Vec<String> {
+fn describe_body(scene: &Scene, i: usize) -> Vec<String> {
     let (name, body) = (body_name(i), scene.body(i));
     let motion = match scene.freedom() {
         _ if body.fixed => "rigid and held",
@@ -81,24 +87,25 @@ fn body_lines(scene: &Scene, i: usize) -> Vec<String> {
     };
     let grows = matches!(body.shape, BodyShape::Dome { .. }).then_some("a dome whose height and radius are inputs");
     let waits = (!body.active).then_some("takes no part until it is made active");
-    let lines = [Some(motion.to_owned()), grows.map(str::to_owned), waits.map(str::to_owned), balance(scene, i)];
+    let lines =
+        [Some(motion.to_owned()), grows.map(str::to_owned), waits.map(str::to_owned), describe_balance(scene, i)];
     lines.into_iter().flatten().map(|line| format!("{name}: {line}")).collect()
 }
 
 /// Describes volume, mass and density of a bounded body; with a tip also the position of the centre of mass.
-fn balance(scene: &Scene, i: usize) -> Option<String> {
+fn describe_balance(scene: &Scene, i: usize) -> Option<String> {
     let volume = scene.volume(i)?;
     let mass = scene.body(i).mass.map(|mass| format!(", mass {mass:.4e} kg, {} kg/m3", fixed(mass / volume, 0)));
     let tip = match scene.shape(i) {
         Shape::Profile(profile) => format!(", centre of mass {:.6} m behind the tip", -profile.poles()[0].end.z),
-        Shape::Solid(solid) => surface(&solid),
+        Shape::Solid(solid) => describe_surface(&solid),
         Shape::Sphere(_) | Shape::Plate(_) | Shape::HalfSpace(_) | Shape::Dome(_) => String::new(),
     };
     Some(format!("volume {volume:.4e} m3{}{tip}", mass.unwrap_or_default()))
 }
 
 /// Describes a surface from a file by its size and orientation, so that the user can recognise it.
-fn surface(solid: &Solid) -> String {
+fn describe_surface(solid: &Solid) -> String {
     let [x, y, z] = solid.centre().into();
     let size: Vector3 =
         [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| solid.reach(&axis) + solid.reach(&-axis)).into();
@@ -112,7 +119,7 @@ fn surface(solid: &Solid) -> String {
     )
 }
 
-fn space(dimension: Dimension) -> &'static str {
+fn describe_space(dimension: Dimension) -> &'static str {
     match dimension {
         Dimension::Planar => "gel: plane strain in the x-z plane, large deformation",
         Dimension::Axisymmetric => "gel: a body of revolution about z, large deformation",
@@ -120,7 +127,7 @@ fn space(dimension: Dimension) -> &'static str {
     }
 }
 
-fn material(scene: &Scene) -> &'static str {
+fn describe_material(scene: &Scene) -> &'static str {
     match scene.gel.material {
         MaterialModel::NeoHookean => "material: compressible neo-Hookean, elastic waves in shear and pressure",
         MaterialModel::MooneyRivlin => "material: compressible Mooney-Rivlin, elastic in two constants",
@@ -131,13 +138,13 @@ fn material(scene: &Scene) -> &'static str {
 }
 
 /// Describes the viscoplastic extras of a gel: yield, confinement, softening, equation of state, viscosity, erosion.
-fn flow(scene: &Scene) -> [Option<&'static str>; 7] {
+fn describe_flow(scene: &Scene) -> [Option<&'static str>; 7] {
     let (gel, remesh) = (&scene.gel, scene.remesh.as_ref());
     let shocks = gel.volume.is_some_and(|volume| volume.hugoniot_slope > 0.0);
     let voids = gel.volume.is_some_and(|volume| volume.tension_limit.is_some());
     [
         gel.strength.is_some().then_some("strength: the gel flows where shear is more than it bears at its rate"),
-        gel.strength.and_then(confinement),
+        gel.strength.and_then(describe_confinement),
         gel.softening.is_some().then_some("softening: gel that has flowed loses stiffness and strength"),
         shocks.then_some("pressure: by the speed of shocks"),
         voids.then_some("tension: limited, the gel opens voids that close again"),
@@ -148,7 +155,7 @@ fn flow(scene: &Scene) -> [Option<&'static str>; 7] {
 
 /// Describes the pressure dependence of the yield stress. Warns where it is too steep for depths to converge under
 /// refinement (numerics 6.2).
-fn confinement(strength: StrengthSpec) -> Option<&'static str> {
+fn describe_confinement(strength: StrengthSpec) -> Option<&'static str> {
     strength.confined?;
     let law = strength.law();
     let is_steep = law.steepest_friction() > law.stable_friction();
@@ -156,7 +163,7 @@ fn confinement(strength: StrengthSpec) -> Option<&'static str> {
     Some(if is_steep { steep } else { "confinement: gel under pressure bears more shear" })
 }
 
-fn elements(scene: &Scene) -> &'static str {
+fn describe_elements(scene: &Scene) -> &'static str {
     if scene.mesh.tree.is_some() {
         return match scene.scene.dimension {
             Dimension::Spatial => "elements: linear tetrahedra between the middles of the cells of an octree",
@@ -173,7 +180,7 @@ fn elements(scene: &Scene) -> &'static str {
     }
 }
 
-fn volume(scene: &Scene) -> &'static str {
+fn describe_volume(scene: &Scene) -> &'static str {
     match (scene.mesh.element, scene.scene.dimension) {
         (ElementKind::Plain, _) => "volume: every element resists a change of its own",
         (ElementKind::Patch, Dimension::Spatial) => {
@@ -185,7 +192,7 @@ fn volume(scene: &Scene) -> &'static str {
     }
 }
 
-fn steps(scene: &Scene) -> &'static str {
+fn describe_steps(scene: &Scene) -> &'static str {
     match scene.integrator.schedule {
         ScheduleKind::Bins => {
             "time: every element at its own step, a power of two of the tick, eight patches of like steps together"
@@ -195,7 +202,7 @@ fn steps(scene: &Scene) -> &'static str {
     }
 }
 
-fn contact(law: ContactLaw) -> &'static str {
+fn describe_contact(law: ContactLaw) -> &'static str {
     match law {
         ContactLaw::Moreau => "contact: impulses between surface nodes and projectile, no penalty",
         ContactLaw::Reversal => "contact: reversal of the approaching momentum of surface nodes, no penalty",
@@ -218,17 +225,17 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
         "air: none, neither around the gel nor in the cavity",
         "deformation of the bodies: none, they are rigid",
     ];
-    off.extend(viscosity(scene));
-    off.extend(pressure(scene).into_iter().flatten());
-    off.extend(depends_on_dimension(scene.scene.dimension));
-    off.extend(depends_on_tables(scene).into_iter().flatten());
-    let fixed = scene.bodies().enumerate().filter(|(_, body)| body.fixed).map(|(i, _)| name(i));
+    off.extend(omitted_viscosity(scene));
+    off.extend(omitted_pressure_effects(scene).into_iter().flatten());
+    off.extend(omitted_by_dimension(scene.scene.dimension));
+    off.extend(omitted_by_tables(scene).into_iter().flatten());
+    let fixed = scene.bodies().enumerate().filter(|(_, body)| body.fixed).map(|(i, _)| name_body(i));
     let still = fixed.map(|name| format!("motion of {name}: none, it is fixed"));
     off.into_iter().map(str::to_owned).chain(still).collect()
 }
 
 /// Names the missing viscosity of a gel whose stress does not depend on the rate.
-fn viscosity(scene: &Scene) -> Option<&'static str> {
+fn omitted_viscosity(scene: &Scene) -> Option<&'static str> {
     match scene.gel.material {
         MaterialModel::Viscoelastic => None,
         MaterialModel::NeoHookean | MaterialModel::MooneyRivlin | MaterialModel::Ogden | MaterialModel::Flowing => {
@@ -242,7 +249,7 @@ fn viscosity(scene: &Scene) -> Option<&'static str> {
 }
 
 /// Names the missing effects of the pressure law, and missing erosion where the gel is remeshed.
-fn pressure(scene: &Scene) -> [Option<&'static str>; 4] {
+fn omitted_pressure_effects(scene: &Scene) -> [Option<&'static str>; 4] {
     let (gel, remesh) = (&scene.gel, scene.remesh.as_ref());
     let shocks = gel.volume.is_some_and(|volume| volume.hugoniot_slope > 0.0);
     let voids = gel.volume.is_some_and(|volume| volume.tension_limit.is_some());
@@ -256,11 +263,11 @@ fn pressure(scene: &Scene) -> [Option<&'static str>; 4] {
 }
 
 /// Names a body in a sentence.
-fn name(body: usize) -> String {
+fn name_body(body: usize) -> String {
     if body == 0 { "the projectile".to_owned() } else { body_name(body) }
 }
 
-fn depends_on_dimension(dimension: Dimension) -> Option<&'static str> {
+fn omitted_by_dimension(dimension: Dimension) -> Option<&'static str> {
     match dimension {
         Dimension::Planar => Some("motion out of the plane: none"),
         Dimension::Axisymmetric => Some("motion off the axis, spin and torsion: none"),
@@ -268,7 +275,7 @@ fn depends_on_dimension(dimension: Dimension) -> Option<&'static str> {
     }
 }
 
-fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 9] {
+fn omitted_by_tables(scene: &Scene) -> [Option<&'static str>; 9] {
     let fixed = scene.remesh.is_none().then_some("remeshing: none, the run stops where the mesh cannot follow");
     let plain = scene.mesh.element == ElementKind::Plain;
     let locking = plain.then_some("locking-free elements: none, plain elements are too stiff near incompressibility");
@@ -278,7 +285,7 @@ fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 9] {
     let smooth = (scene.contact.friction == 0.0).then_some("friction: none, the projectile slides freely");
     let unloaded = scene.load.is_empty().then_some("loads: none, only bodies and supports act on the gel");
     let undamped = (scene.integrator.damping == 0.0).then_some("damping: none, waves keep their energy");
-    let free = is_free(&scene.gel.supports) || matches!(scene.gel.shape, GelShape::LBeam { .. });
+    let free = has_no_supports(&scene.gel.supports) || matches!(scene.gel.shape, GelShape::LBeam { .. });
     let alone = scene.fragment.is_empty().then_some("fragments: none, the projectile is alone");
     [
         alone,
@@ -293,7 +300,7 @@ fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 9] {
     ]
 }
 
-fn is_free(supports: &SupportSpec) -> bool {
+fn has_no_supports(supports: &SupportSpec) -> bool {
     let SupportSpec { x_min, x_max, y_min, y_max, z_min, z_max, side } = *supports;
     [x_min, x_max, y_min, y_max, z_min, z_max, side].iter().all(|&support| support == FaceSupport::Free)
 }

@@ -58,15 +58,15 @@ fn read_without_level(text: &str, files: &Files<'_>) -> Result<Scene, SceneError
         let found = format!("{} bytes", text.len());
         return Err(SceneError::value("", found, format!("the text of a scene, of at most {MOST_BYTES} bytes")));
     }
-    let table = DeTable::parse(text).map_err(|error| explain::syntax(text, error.span(), error.message()))?;
+    let table = DeTable::parse(text).map_err(|error| explain::syntax_error(text, error.span(), error.message()))?;
     let places = KeyLocations::of(text, table.get_ref());
     let shear_modulus = fill::shear_modulus(table.get_ref());
     let mut whole = table.clone();
-    fill::fill(whole.get_mut(), shear_modulus.as_deref());
+    fill::fill_gel(whole.get_mut(), shear_modulus.as_deref());
     let scene = Scene::deserialize(Deserializer::from(whole));
-    let mut scene = scene.map_err(|error| explain::content(text, &places, &error))?;
-    let checked = same_lengths(table.get_ref(), &scene)
-        .and_then(|()| files::attach(&mut scene, files))
+    let mut scene = scene.map_err(|error| explain::content_error(text, &places, &error))?;
+    let checked = check_lengths(table.get_ref(), &scene)
+        .and_then(|()| files::attach_files(&mut scene, files))
         .and_then(|()| validate(&scene));
     match checked {
         Ok(()) => Ok(scene.with_masses()),
@@ -75,7 +75,7 @@ fn read_without_level(text: &str, files: &Files<'_>) -> Result<Scene, SceneError
 }
 
 /// Refuses lists that serde read only in part, and lists where a table is expected.
-fn same_lengths(text: &DeTable<'_>, scene: &Scene) -> Result<(), SceneError> {
+fn check_lengths(text: &DeTable<'_>, scene: &Scene) -> Result<(), SceneError> {
     match toml::Table::try_from(scene) {
         Ok(read) => compare_tables("", text, &read),
         Err(error) => unreachable!("a scene that was read from TOML can be written as TOML: {error}"),

@@ -104,14 +104,14 @@ pub(super) fn build(scene: &Scene, prescribed: bool, threads: usize) -> Result<B
 
 /// Refuses more planes along an axis than can be numbered.
 pub(super) fn check_planes(scene: &Scene) -> Result<(), BuildError> {
-    let planes = longest(&scene.gel.shape) / scene.mesh.size;
+    let planes = longest_dimension(&scene.gel.shape) / scene.mesh.size;
     if planes > MOST_PLANES {
         return Err(BuildError::TooFine { edges: planes, limit: MOST_PLANES });
     }
     Ok(())
 }
 
-fn longest(shape: &GelShape) -> f64 {
+fn longest_dimension(shape: &GelShape) -> f64 {
     match shape {
         GelShape::Block { size } => size.iter().copied().fold(0.0, f64::max),
         GelShape::Cylinder { radius, height, .. } => height.max(2.0 * radius),
@@ -139,12 +139,12 @@ where
         let mass = simplices.lumped_masses(mesh, definition.density);
         definition.build_gel(simplices, mesh, &mesh.rest, mass)
     };
-    let rules = rules(scene);
-    let (mesh, gel) = as_stepped(mesh, &rules, gel_of);
+    let rules = integration_rules(scene);
+    let (mesh, gel) = renumber_nodes(mesh, &rules, gel_of);
     let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));
     let moving = |held: &[bool; D]| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { velocity[i] });
     let nodes = mesh.rest.iter().zip(&mesh.held).map(|(x, held)| (*x, moving(held))).collect();
-    let bodies: Vec<_> = (0..scene.n_bodies()).map(|i| body(scene, i, prescribed)).collect();
+    let bodies: Vec<_> = (0..scene.n_bodies()).map(|i| build_body(scene, i, prescribed)).collect();
     for (i, (body, state)) in bodies.iter().enumerate() {
         let position = |node: NodeId| crate::math::embed(&mesh.rest[node.index()]);
         if let Some(depth) = overlap(&gel, body, state, position, |_| 0.0).filter(|_| state.active) {
@@ -180,7 +180,7 @@ where
 }
 
 /// Renumbers the nodes of a mesh in the order of the element loop, and builds the gel on it.
-fn as_stepped<const D: usize>(
+fn renumber_nodes<const D: usize>(
     mesh: Mesh<D>,
     rules: &Rules,
     gel_of: impl Fn(&Mesh<D>) -> Gel<D, Simplices<D>>,
@@ -195,7 +195,7 @@ fn as_stepped<const D: usize>(
     (mesh, gel)
 }
 
-fn rules(scene: &Scene) -> Rules {
+fn integration_rules(scene: &Scene) -> Rules {
     Rules {
         schedule: match scene.integrator.schedule {
             ScheduleKind::Bins => Kind::Bins,
@@ -216,7 +216,7 @@ fn rules(scene: &Scene) -> Rules {
 }
 
 /// Constants of a body of the scene, and its state at time 0.
-fn body(scene: &Scene, i: usize, prescribed: bool) -> (Body, BodyState) {
+fn build_body(scene: &Scene, i: usize, prescribed: bool) -> (Body, BodyState) {
     let (projectile, shape) = (scene.body(i), scene.shape(i));
     let freedom = match scene.freedom() {
         Dimension::Planar => Freedom::PLANAR,
@@ -264,7 +264,7 @@ fn inertia(projectile: &ProjectileSpec, shape: &Shape, dimension: Dimension) -> 
 }
 
 fn plane_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
-    let block = checked(plane_block(scene))?;
+    let block = check_cell_count(plane_block(scene))?;
     Ok(match &scene.gel.shape {
         GelShape::LBeam { thickness, angle, corner, .. } => {
             mesh::l_beam(block, *thickness, (*angle, Vector::<2>::new(corner[0], corner[2])))
@@ -278,12 +278,16 @@ pub(super) fn plane_block(scene: &Scene) -> Block<2> {
     match &scene.gel.shape {
         GelShape::LBeam { leg, thickness, .. } => {
             let planes = leg_planes(scene, *leg, *thickness);
-            Block { planes: [planes.clone(), planes], split: split(scene), faces: vec![] }
+            Block { planes: [planes.clone(), planes], split: cell_division(scene), faces: vec![] }
         }
         GelShape::Block { size } => {
-            let planes = [across(scene, 0.5 * size[0]), down(scene, size[1])];
+            let planes = [centred_planes(scene, 0.5 * size[0]), depth_planes(scene, size[1])];
             let s = &scene.gel.supports;
-            Block { planes, split: split(scene), faces: faces([(0, s.x_min, s.x_max), (1, s.z_min, s.z_max)]) }
+            Block {
+                planes,
+                split: cell_division(scene),
+                faces: supported_faces([(0, s.x_min, s.x_max), (1, s.z_min, s.z_max)]),
+            }
         }
         GelShape::Cylinder { .. } | GelShape::Shell { .. } => {
             unreachable!("a planar gel is a block or an l-beam: the scene was checked")
@@ -292,7 +296,7 @@ pub(super) fn plane_block(scene: &Scene) -> Block<2> {
 }
 
 fn section_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
-    let block = checked(section_block(scene))?;
+    let block = check_cell_count(section_block(scene))?;
     Ok(if matches!(scene.gel.shape, GelShape::Shell { .. }) { mesh::shell(block) } else { mesh::block(block) })
 }
 
@@ -301,15 +305,16 @@ pub(super) fn section_block(scene: &Scene) -> Block<2> {
     let s = &scene.gel.supports;
     match scene.gel.shape {
         GelShape::Cylinder { radius, height, bore } => {
-            let across = bore.map_or_else(|| axis(scene, radius), |bore| mesh::uniform(bore, radius, scene.mesh.size));
+            let across =
+                bore.map_or_else(|| axis_planes(scene, radius), |bore| mesh::uniform(bore, radius, scene.mesh.size));
             let wall = if bore.is_none() { FaceSupport::Roller } else { FaceSupport::Free };
-            let faces = faces([(0, wall, s.side), (1, s.z_min, s.z_max)]);
-            Block { planes: [across, down(scene, height)], split: split(scene), faces }
+            let faces = supported_faces([(0, wall, s.side), (1, s.z_min, s.z_max)]);
+            Block { planes: [across, depth_planes(scene, height)], split: cell_division(scene), faces }
         }
         GelShape::Shell { inner, outer } => {
             let planes = mesh::rays([inner, outer], scene.mesh.size);
-            let faces = faces([(0, FaceSupport::Free, s.side), (1, FaceSupport::Roller, s.z_max)]);
-            Block { planes, split: split(scene), faces }
+            let faces = supported_faces([(0, FaceSupport::Free, s.side), (1, FaceSupport::Roller, s.z_max)]);
+            Block { planes, split: cell_division(scene), faces }
         }
         GelShape::Block { .. } | GelShape::LBeam { .. } => {
             unreachable!("an axisymmetric gel is a cylinder or a shell: the scene was checked")
@@ -318,7 +323,7 @@ pub(super) fn section_block(scene: &Scene) -> Block<2> {
 }
 
 fn space_mesh(scene: &Scene) -> Result<Mesh<3>, BuildError> {
-    let block = checked(space_block(scene))?;
+    let block = check_cell_count(space_block(scene))?;
     Ok(match &scene.gel.shape {
         GelShape::Block { .. } | GelShape::Shell { .. } => mesh::block(block),
         GelShape::Cylinder { radius, .. } => mesh::cylinder(*radius, block),
@@ -336,24 +341,28 @@ pub(super) fn space_block(scene: &Scene) -> Block<3> {
             let mirrored = |axis: usize| scene.gel.symmetry.mirrored().contains(&axis);
             let side = |i: usize, low, high| {
                 let half = 0.5 * size[i];
-                let planes = if mirrored(i) { axis(scene, half) } else { across(scene, half) };
+                let planes = if mirrored(i) { axis_planes(scene, half) } else { centred_planes(scene, half) };
                 (planes, (i, if mirrored(i) { FaceSupport::Roller } else { low }, high))
             };
             let ((x, across), (y, along)) = (side(0, s.x_min, s.x_max), side(1, s.y_min, s.y_max));
-            let planes = [x, y, down(scene, size[2])];
-            Block { planes, split: split(scene), faces: faces([across, along, (2, s.z_min, s.z_max)]) }
+            let planes = [x, y, depth_planes(scene, size[2])];
+            Block {
+                planes,
+                split: cell_division(scene),
+                faces: supported_faces([across, along, (2, s.z_min, s.z_max)]),
+            }
         }
         GelShape::Shell { .. } => unreachable!("a spatial gel is no shell: the scene was checked"),
         GelShape::Cylinder { radius, height, .. } => {
-            let planes = [across(scene, *radius), across(scene, *radius), down(scene, *height)];
-            let faces = faces([(0, FaceSupport::Free, s.side), (2, s.z_min, s.z_max)]);
-            Block { planes, split: split(scene), faces }
+            let planes = [centred_planes(scene, *radius), centred_planes(scene, *radius), depth_planes(scene, *height)];
+            let faces = supported_faces([(0, FaceSupport::Free, s.side), (2, s.z_min, s.z_max)]);
+            Block { planes, split: cell_division(scene), faces }
         }
         GelShape::LBeam { leg, thickness, width, .. } => {
             let half = 0.5 * width.unwrap_or(*thickness);
             let planes = leg_planes(scene, *leg, *thickness);
             let width = mesh::uniform(-half, half, scene.mesh.size);
-            Block { planes: [planes.clone(), width, planes], split: split(scene), faces: vec![] }
+            Block { planes: [planes.clone(), width, planes], split: cell_division(scene), faces: vec![] }
         }
     }
 }
@@ -367,7 +376,7 @@ pub(super) fn n_cells<const D: usize>(block: &Block<D>) -> f64 {
     }
 }
 
-fn checked<const D: usize>(block: Block<D>) -> Result<Block<D>, BuildError> {
+fn check_cell_count<const D: usize>(block: Block<D>) -> Result<Block<D>, BuildError> {
     let cells = n_cells(&block);
     if cells > MOST_CELLS {
         return Err(BuildError::TooLarge { cells, limit: MOST_CELLS });
@@ -375,7 +384,7 @@ fn checked<const D: usize>(block: Block<D>) -> Result<Block<D>, BuildError> {
     Ok(block)
 }
 
-fn split(scene: &Scene) -> Split {
+fn cell_division(scene: &Scene) -> Split {
     match (scene.mesh.tree, scene.mesh.lattice) {
         (Some(scene::OctreeSpec { coarsest, core, slope }), _) => Split::Tree(mesh::Tree { coarsest, core, slope }),
         (None, Lattice::Centred) => Split::Centred,
@@ -384,7 +393,7 @@ fn split(scene: &Scene) -> Split {
 }
 
 /// Supports of the low and high face of each axis.
-fn faces<const N: usize>(sides: [(usize, FaceSupport, FaceSupport); N]) -> Vec<Face> {
+fn supported_faces<const N: usize>(sides: [(usize, FaceSupport, FaceSupport); N]) -> Vec<Face> {
     let hold = |support| match support {
         FaceSupport::Free => None,
         FaceSupport::Roller => Some(Hold::Normal),
@@ -395,7 +404,7 @@ fn faces<const N: usize>(sides: [(usize, FaceSupport, FaceSupport); N]) -> Vec<F
 }
 
 /// Planes from 0 to `length`.
-fn axis(scene: &Scene, length: f64) -> Vec<f64> {
+fn axis_planes(scene: &Scene, length: f64) -> Vec<f64> {
     let size = scene.mesh.size;
     match (scene.mesh.grading, scene.mesh.tree) {
         (Some(grading), _) => mesh::graded(length, size, (grading.core, grading.growth, grading.largest)),
@@ -405,17 +414,17 @@ fn axis(scene: &Scene, length: f64) -> Vec<f64> {
 }
 
 /// Planes from −`half` to `half`, with a plane at 0 if graded.
-fn across(scene: &Scene, half: f64) -> Vec<f64> {
+fn centred_planes(scene: &Scene, half: f64) -> Vec<f64> {
     if scene.mesh.grading.is_none() && scene.mesh.tree.is_none() {
         return mesh::uniform(-half, half, scene.mesh.size);
     }
-    let right = axis(scene, half);
+    let right = axis_planes(scene, half);
     right.iter().rev().map(|x| -x).chain(right.iter().skip(1).copied()).collect()
 }
 
 /// Planes from −`height` to the entry surface at 0.
-fn down(scene: &Scene, height: f64) -> Vec<f64> {
-    axis(scene, height).iter().rev().map(|z| -z).collect()
+fn depth_planes(scene: &Scene, height: f64) -> Vec<f64> {
+    axis_planes(scene, height).iter().rev().map(|z| -z).collect()
 }
 
 /// Planes along a leg, one of them at its thickness.

@@ -127,7 +127,8 @@ pub(super) type BodyClearance<'a, const D: usize> = &'a dyn Fn(&Vector<D>) -> Ve
 
 /// Tolerance for the relative change of area or volume when boundary nodes are removed.
 const MEASURE_TOLERANCE: f64 = 1e-5;
-/// Tolerance for a viscoplastic gel. The wall of a wide cavity in coarsening cells exceeds the other. At 210 m/s
+/// Tolerance for a viscoplastic gel. The wall of a wide cavity in coarsening cells exceeds
+/// [`MEASURE_TOLERANCE`]. At 210 m/s
 /// nodes were then no longer removed, came within 0.1 µm of each other on the axis, and cut the step to a thousandth.
 const VISCOPLASTIC_MEASURE_TOLERANCE: f64 = 1e-4;
 /// Quality that an immersed mesh must reach if the old mesh did. Cutting stays above it except in corners that the
@@ -343,7 +344,7 @@ impl<const D: usize> GelModel<D> {
 
     fn nodal_fields<'a>(&'a self, old: &'a Birth<D>) -> Carried<'a, D> {
         Carried {
-            symmetry: symmetry(&self.definition),
+            symmetry: section_symmetry(&self.definition),
             mass: &old.mass,
             corner_mass: &old.corner_mass,
             velocity: &self.engine.state().velocity,
@@ -391,7 +392,7 @@ fn check_conservation<const D: usize>(defects: &Defects<D>) -> Result<(), Refuse
 }
 
 /// Symmetry of a section.
-pub(super) fn symmetry(definition: &GelDefinition) -> Symmetry {
+pub(super) fn section_symmetry(definition: &GelDefinition) -> Symmetry {
     match definition.section {
         Section::Planar { .. } => Symmetry::Planar,
         Section::Axisymmetric => Symmetry::Axisymmetric,

@@ -2,7 +2,7 @@
 
 use super::RestoreError;
 use super::candidate::{
-    self, MeshGenerator, MeshProperties, OldMeshData, Refused, RemeshAttempt, RemeshInput, symmetry,
+    self, MeshGenerator, MeshProperties, OldMeshData, Refused, RemeshAttempt, RemeshInput, section_symmetry,
 };
 use super::gel_definition::{GelDefinition, RemeshSizes};
 use super::history::inherited;
@@ -300,5 +300,5 @@ impl<const D: usize> GelModel<D> {
 fn rest_corner_masses<const D: usize>(potential: &Simplices<D>, definition: &GelDefinition) -> Vec<[f64; 4]> {
     let mass = |element| definition.density * potential.volume(ElementId(element));
     let masses: Vec<f64> = (0..potential.len() as u32).map(mass).collect();
-    remesh::corner_masses(potential.rest(), potential.elements(), &masses, symmetry(definition))
+    remesh::corner_masses(potential.rest(), potential.elements(), &masses, section_symmetry(definition))
 }

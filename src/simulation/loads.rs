@@ -23,7 +23,7 @@ pub(super) fn load_markers<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Res
         let before: u32 = marks.iter().copied().map(u8::count_ones).sum();
         for (facet, mark) in mesh.facets.iter().zip(&mut marks) {
             let corners: Vec<Vector3> = facet[..D].iter().map(|node| embed(&mesh.rest[node.index()])).collect();
-            *mark |= u8::from(is_on(scene, load, &corners)) << i;
+            *mark |= u8::from(is_loaded(scene, load, &corners)) << i;
         }
         if marks.iter().copied().map(u8::count_ones).sum::<u32>() == before {
             return Err(BuildError::Unloaded { key: numbered("load", i) });
@@ -33,7 +33,7 @@ pub(super) fn load_markers<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Res
 }
 
 /// Returns true if the load acts on a facet with these corners.
-fn is_on(scene: &Scene, load: &LoadSpec, corners: &[Vector3]) -> bool {
+fn is_loaded(scene: &Scene, load: &LoadSpec, corners: &[Vector3]) -> bool {
     let is_inside = load
         .within
         .is_none_or(|region| corners.iter().all(|x| (0..3).all(|i| (region.low[i]..=region.high[i]).contains(&x[i]))));
@@ -49,14 +49,14 @@ fn is_face(scene: &Scene, face: GelFace, corners: &[Vector3]) -> bool {
     let all = |is_there: &dyn Fn(&Vector3) -> bool| corners.iter().all(is_there);
     let shape = &scene.gel.shape;
     match face {
-        GelFace::XMin => all(&|x| x.x == -half(shape, 0)),
-        GelFace::XMax => all(&|x| x.x == half(shape, 0)),
-        GelFace::YMin => all(&|x| x.y == -half(shape, 1)),
-        GelFace::YMax => all(&|x| x.y == half(shape, 1)),
+        GelFace::XMin => all(&|x| x.x == -half_width(shape, 0)),
+        GelFace::XMax => all(&|x| x.x == half_width(shape, 0)),
+        GelFace::YMin => all(&|x| x.y == -half_width(shape, 1)),
+        GelFace::YMax => all(&|x| x.y == half_width(shape, 1)),
         GelFace::ZMin => all(&|x| x.z == -height(shape)),
         GelFace::ZMax => all(&|x| x.z == 0.0),
-        GelFace::Side => is_round(shape, outer(shape), corners),
-        GelFace::Inner => is_round(shape, inner(shape), corners),
+        GelFace::Side => is_round(shape, outer_radius(shape), corners),
+        GelFace::Inner => is_round(shape, inner_radius(shape), corners),
     }
 }
 
@@ -70,7 +70,7 @@ fn is_round(shape: &GelShape, radius: f64, corners: &[Vector3]) -> bool {
 }
 
 /// Half the edge of a block along x or y, m.
-fn half(shape: &GelShape, axis: usize) -> f64 {
+fn half_width(shape: &GelShape, axis: usize) -> f64 {
     match shape {
         GelShape::Block { size } => 0.5 * size[axis],
         GelShape::Cylinder { .. } | GelShape::Shell { .. } | GelShape::LBeam { .. } => f64::NAN,
@@ -82,7 +82,7 @@ fn height(shape: &GelShape) -> f64 {
     shape.thickness().unwrap_or(f64::NAN)
 }
 
-fn outer(shape: &GelShape) -> f64 {
+fn outer_radius(shape: &GelShape) -> f64 {
     match shape {
         GelShape::Cylinder { radius, .. } => *radius,
         GelShape::Shell { outer, .. } => *outer,
@@ -90,7 +90,7 @@ fn outer(shape: &GelShape) -> f64 {
     }
 }
 
-fn inner(shape: &GelShape) -> f64 {
+fn inner_radius(shape: &GelShape) -> f64 {
     match shape {
         GelShape::Cylinder { bore, .. } => bore.unwrap_or(f64::NAN),
         GelShape::Shell { inner, .. } => *inner,

@@ -36,7 +36,7 @@ impl Simulation {
     pub fn books(&self) -> BalanceReport {
         let totals = self.model.totals(self.time);
         BalanceReport {
-            energy: energy(&totals, self.constants.energy_round_off),
+            energy: energy_report(&totals, self.constants.energy_round_off),
             momentum_closure: totals.momentum_closure.0,
             angular_momentum_closure: totals.angular_momentum_closure.0,
             momentum_error: totals.momentum_closure.1,
@@ -148,7 +148,7 @@ impl Simulation {
     }
 }
 
-fn energy(totals: &Totals, energy_round_off: f64) -> EnergyReport {
+fn energy_report(totals: &Totals, energy_round_off: f64) -> EnergyReport {
     let (books, energies) = (&totals.ledger.energy, &totals.energies);
     let defect = books.integration.abs() + books.contact_bias.abs() + books.importer.abs() + books.remesh.abs();
     let scale = books.worked(totals.initial_energy);
