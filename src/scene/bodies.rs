@@ -23,10 +23,10 @@ impl Scene {
         1 + self.fragment.len()
     }
 
-    /// Scene with one of its bodies alone, as its projectile.
+    /// Scene with a single body as its projectile.
     ///
     /// # Panics
-    /// If there is no such body.
+    /// If the body does not exist.
     #[must_use]
     pub fn alone(&self, body: usize) -> Self {
         Self { projectile: self.body(body).clone(), fragment: Vec::new(), ..self.clone() }
@@ -58,7 +58,7 @@ impl Scene {
     /// Body of an index.
     ///
     /// # Panics
-    /// If there is no such body.
+    /// If the body does not exist.
     #[must_use]
     pub fn body(&self, body: usize) -> &ProjectileSpec {
         if body == 0 { &self.projectile } else { &self.fragment[body - 1] }

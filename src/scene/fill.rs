@@ -17,10 +17,10 @@ pub fn from_preset(text: &str) -> Vec<&'static Fact> {
     parsed.map_or_else(|_| vec![], |table| fill_gel(&mut table.into_inner(), None))
 }
 
-/// Writes the values of the preset and `shear_modulus` into a gel, where the text sets none; returns the preset's
-/// values used.
+/// Writes the values of the preset and `shear_modulus` into keys of a gel that the text does not set. Returns the
+/// preset's values used.
 ///
-/// Each written value takes the source location of the preset's name, so that an error in it refers to that name.
+/// Each written value takes the source location of the preset's name, so that an error refers to that name.
 pub(super) fn fill_gel<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a str>) -> Vec<&'static Fact> {
     let Some(gel) = as_table(scene.get_mut("gel")) else { return vec![] };
     if let Some(modulus) = shear_modulus {

@@ -32,9 +32,9 @@ pub struct Remesh {
     pub bend: f64,
     /// Greatest growth of the target edge length per distance.
     pub growth: f64,
-    /// Thickness below which sheets of gel are eroded when the mesh is replaced, m; they fly on as drops without
-    /// further contact. If absent, erosion happens only where no mesh is accepted otherwise. It then removes gel
-    /// thinner than a hundredth of the least edge, or gel that no mesh can follow.
+    /// Thickness below which sheets of gel are eroded when the mesh is replaced, m; the eroded gel flies on as drops
+    /// without further contact. If absent, erosion is the last resort when every new mesh is refused. It then removes
+    /// gel thinner than a hundredth of the least edge, or gel that no mesh can follow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thinnest: Option<f64>,
 }

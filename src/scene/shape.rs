@@ -6,11 +6,10 @@ use crate::math::Vector3;
 use std::sync::Arc;
 
 impl Scene {
-    /// Solid of a body with its centre of mass as the origin, that of the homogeneous body; in `planar` that of its
-    /// section.
+    /// Solid of a body. Its origin is the centre of mass of the homogeneous body, in `planar` that of the section.
     ///
     /// # Panics
-    /// If there is no such body, or the shape's lengths do not make a solid; those of a scene that was read do.
+    /// If the body does not exist, or its lengths make no solid; [`read()`](super::read()) refuses such lengths.
     #[must_use]
     pub fn shape(&self, body: usize) -> Shape {
         let sweep = match self.scene.dimension {

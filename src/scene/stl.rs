@@ -108,7 +108,7 @@ mod tests {
         vec![[Vector3::new(0.0, 0.0, -0.5), Vector3::new(1.0, 2.0, 3.0), Vector3::new(4.0, 5.0, 6.0)]]
     }
 
-    /// A binary file whose header begins like a text.
+    /// Binary file whose header begins like a text.
     fn binary() -> Vec<u8> {
         let mut bytes = b"solid, but binary".to_vec();
         bytes.resize(HEADER, b' ');

@@ -52,8 +52,9 @@ impl RemeshDriver for GelModel<3> {
     }
 }
 
-/// Thickness, as a fraction of the least edge, below which gel is eroded where no mesh is accepted, whatever the
-/// scene says. Opposite walls may pinch gel to no thickness (1e-10 m has occurred), and no mesh thickens it.
+/// Thickness, as a fraction of the least edge, below which gel is eroded when every new mesh is refused, regardless
+/// of the scene. Opposite walls may pinch gel to no thickness (1e-10 m has occurred), and remeshing does not thicken
+/// gel.
 const PINCH_FRACTION: f64 = 0.01;
 /// Greatest fraction of the gel that one such erosion may remove, detached parts included; heavier parts stay.
 pub(super) const MAX_ERODED_FRACTION: f64 = 0.01;

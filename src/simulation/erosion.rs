@@ -23,8 +23,8 @@ struct RemainingMesh<const D: usize> {
 }
 
 impl<const D: usize> GelModel<D> {
-    /// Erodes gel thinner than `thickness`, m, and the parts that detach, each at most the fraction `max_fraction` of the gel;
-    /// returns true if elements were removed. Nothing is removed if the rest could not be stepped.
+    /// Erodes gel thinner than `thickness`, m, and the parts that detach; returns true if elements were removed. Each
+    /// part is at most the fraction `max_fraction` of the gel. Nothing is removed if the rest could not be stepped.
     pub fn erode_thin_gel(&mut self, thickness: f64, max_fraction: f64) -> bool {
         let old = self.current_mesh();
         let moved = Moved { mesh: &old.mesh, position: &self.engine.state().position };

@@ -9,12 +9,13 @@ use crate::mesh::{NodeId, Simplex, signed_volume};
 use crate::remesh::RemeshError;
 
 impl<const D: usize> GelModel<D> {
-    /// Erodes the elements that stop the run, with the parts that detach; returns true if elements were removed.
+    /// Erodes the elements that stop the run, and the parts that detach; returns true if elements were removed.
     ///
-    /// They are inverted or [massless](is_massless) elements, the stiffest around each node without a stable step,
-    /// and one behind a leaking facet. Also eroded are elements at whose sides meshes were refused because the
-    /// boundary crosses or touches itself. So are those by which new meshes, or the remaining one, could not be
-    /// stepped.
+    /// The elements are:
+    /// - inverted or [massless](is_massless) elements;
+    /// - the stiffest element around each node without a stable step, and the element behind a leaking facet;
+    /// - elements at edges where a mesh was refused because the boundary crosses or touches itself;
+    /// - elements by which a new mesh, or the remaining one, could not be stepped.
     pub fn erode_on_failure(&mut self, refused: &[Refused]) -> bool {
         let old = self.current_mesh();
         let position = &self.engine.state().position;
@@ -30,7 +31,7 @@ impl<const D: usize> GelModel<D> {
         mark_elements::<D>(&mut eroded, elements, refused.iter().flat_map(|why| blamed_nodes(why, position)));
         for _ in 0..MAX_EROSIONS {
             let corners = match self.erode(&old, &eroded, MAX_ERODED_FRACTION) {
-                Ok(went) => return went,
+                Ok(has_eroded) => return has_eroded,
                 Err(why) => stepless_nodes(&why, &self.engine.state().position),
             };
             if !mark_elements::<D>(&mut eroded, elements, [corners]) {
@@ -42,11 +43,11 @@ impl<const D: usize> GelModel<D> {
 }
 
 /// Returns true if an element's mass is negligible beside its lightest node, or negative. An element created outside
-/// the old gel overlaps it by round-off only; the masses of its nodes come from other elements.
+/// the old gel overlaps the old gel by round-off only; its nodes get their masses from adjacent elements.
 fn is_massless<const D: usize>(nodes: &Simplex, own: &[f64; 4], mass: &[f64]) -> bool {
-    const NOTHING: f64 = 1e-12;
+    const NEGLIGIBLE: f64 = 1e-12;
     let lightest = nodes[..=D].iter().map(|node| mass[node.index()]).fold(f64::INFINITY, f64::min);
-    own[..=D].iter().sum::<f64>() <= NOTHING * lightest
+    own[..=D].iter().sum::<f64>() <= NEGLIGIBLE * lightest
 }
 
 /// Marks the elements that have all nodes of one of these sets; returns true if one was not marked before.
@@ -55,13 +56,13 @@ fn mark_elements<const D: usize>(
     elements: &[Simplex],
     blamed: impl IntoIterator<Item = Vec<NodeId>>,
 ) -> bool {
-    let mut more = false;
+    let mut has_marked = false;
     for corners in blamed {
         for (_, eroded) in elements.iter().zip(&mut *eroded).filter(|(nodes, _)| has_nodes::<D>(nodes, &corners)) {
-            more |= !std::mem::replace(eroded, true);
+            has_marked |= !std::mem::replace(eroded, true);
         }
     }
-    more
+    has_marked
 }
 
 /// Sets of old nodes that a refusal blames: the ends of edges without a mesh, and the corners of elements that could

@@ -102,7 +102,7 @@ impl GelDefinition {
         self.kind == ElementKind::Patch || self.remesh.is_some()
     }
 
-    /// F-bar patches of a mesh with these neighbours; `position` is where its nodes are when it is new.
+    /// F-bar patches of a mesh with these neighbours; `position` holds its nodal positions when new.
     pub fn build_patches<const D: usize>(
         &self,
         mesh: &Mesh<D>,
@@ -120,7 +120,7 @@ impl GelDefinition {
         }
     }
 
-    /// Gel of these elements with these nodal masses; `position` is where the nodes of the mesh are when it is new.
+    /// Gel of these elements with these nodal masses; `position` holds the nodal positions of the mesh when new.
     pub fn build_gel<const D: usize>(
         &self,
         simplices: Simplices<D>,

@@ -99,7 +99,7 @@ pub(super) mod tests {
     use crate::simulation::patch_volume_share::measure;
     use crate::state::Birth;
 
-    /// A gel that flows, of parts of 1.
+    /// Viscoplastic gel of density 1.
     pub fn gel() -> Flowing {
         Flowing {
             shear_modulus: 4.8,

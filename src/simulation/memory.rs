@@ -26,8 +26,8 @@ const BASE: f64 = 2e6;
 const BUILDING: [f64; 2] = [390.0, 370.0];
 /// Additional bytes per element with history variables: 310 and 430 were measured.
 const BUILDING_MEMORY: [f64; 2] = [370.0, 480.0];
-/// Peak bytes per old element while a mesh is replaced, in the plane and in space: 680 and 510 were measured for a
-/// new mesh as large as the old one.
+/// Peak bytes per old element while a mesh is replaced, in the plane and in space. For a new mesh as large as the old
+/// one, 680 and 510 were measured.
 const REMESHING: [f64; 2] = [1000.0, 900.0];
 /// Additional bytes per element with history variables: 250 were measured in the plane.
 const REMESHING_MEMORY: [f64; 2] = [700.0, 900.0];

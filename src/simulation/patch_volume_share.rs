@@ -9,8 +9,8 @@ use crate::math::{Tensor, Vector, cube_root, det};
 use crate::mesh::{ElementId, Patches};
 use crate::remesh::Same;
 
-/// Ratio J/J̄ of each element to its patch: the factor of its rest measure outside of its patch. The sum over a patch
-/// is unchanged. 1 for a patch of one element, or where a patch is inverted.
+/// Ratio J/J̄ of each element to its patch: the factor of the element's rest measure outside of the patch. The
+/// factors leave the sum over a patch unchanged. The ratio is 1 for a patch of one element and in an inverted patch.
 pub(super) fn shares<const D: usize>(potential: &Simplices<D>, x: &[Vector<D>]) -> Vec<f64> {
     let mut shares = vec![1.0; potential.len()];
     let patches = potential.patches();

@@ -17,17 +17,17 @@ const MOST_GROWN: f64 = 0.1;
 /// times its energy by it.
 const MOST_SPREAD: f64 = 0.01;
 
-/// Fraction of an element that must lie over sources for them to determine its rest shape. With less, round-off once
-/// gave J = 3e30 and velocities of 1e30 m/s, and an element that fills a closed gap had J = 3.3 and gained 70 % of a
-/// shot's energy.
+/// Fraction of an element that must lie over sources for the sources to determine its rest shape. With less,
+/// round-off once gave J = 3e30 and velocities of 1e30 m/s. An element that filled a closed gap had J = 3.3 and
+/// gained 70 % of a shot's energy.
 const OVER: f64 = 0.5;
 
-/// Rest measure of each new element made of parts of old ones; 0 of the others.
+/// Rest measure of each new element made of parts of old ones; 0 for elements without sources.
 ///
 /// Every element gets the mean J of its sources. Measure that a new surface cuts off or adds is spread over all new
 /// elements: the bulk modulus exceeds the shear modulus or strength by hundreds. A twentieth of an element moved from
-/// one wall element to the next gave 2 MPa and 2 mJ at once. Masses cannot replace measures: their redistribution
-/// errors would act against the bulk modulus.
+/// one wall element to the next gave 2 MPa and 2 mJ at once. Masses cannot replace measures: the errors of their
+/// redistribution would act against the bulk modulus.
 ///
 /// `position` is where the old nodes are.
 pub(super) fn rests<const D: usize>(
@@ -70,9 +70,9 @@ pub(super) fn rests<const D: usize>(
     rests
 }
 
-/// Greatest relative error of J: one that stores as much energy as a shear of one. In a gel with K = 3900 μ, an
+/// Greatest relative error of J: the error that stores as much energy as a shear of 1. In a gel with K = 3900 μ, an
 /// element half outside the old gel had J = 1.7, and gained 70 % of a shot's energy at once. A viscoplastic gel
-/// limits tension, and with it the effect of such errors.
+/// limits tension, and thereby the effect of such errors.
 fn most_strained(material: &Material) -> f64 {
     if matches!(material, Material::Flowing(_)) { f64::INFINITY } else { material.slowness_of_shear() }
 }
@@ -100,7 +100,7 @@ mod tests {
     use crate::simulation::history::tests::gel;
     use crate::state::Birth;
 
-    /// A block of parts of 1, and memories of its elements.
+    /// Deformed block with corner masses of 1, and the history variables of its elements.
     fn body(n: usize, (section, material): (Section, Material)) -> (Simplices<2>, Birth<2>, Vec<Memory<2>>) {
         let axis = || crate::mesh::uniform(0.0, 1.0, 1.0 / n as f64);
         let mesh = block::<2>(Block { planes: [axis(), axis()], split: Split::Centred, faces: vec![] });

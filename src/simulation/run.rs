@@ -176,8 +176,8 @@ impl Simulation {
     /// the current time makes no step.
     ///
     /// # Panics
-    /// If inputs are missing, not finite, or move a body out of the plane or off the axis of the scene; if a dome is
-    /// invalid; or if `end` is after [`Simulation::latest`].
+    /// If inputs are missing or not finite, or move a body out of the plane or off the axis of the scene. If a dome
+    /// is invalid, or `end` is after [`Simulation::latest`].
     ///
     /// # Errors
     /// [`StepError`] when the mesh or the numbers fail. The state stays at the last consistent tick, and each later
@@ -253,8 +253,8 @@ impl Simulation {
 
     /// Velocity and angular velocity of a body after a step.
     ///
-    /// A prescribed motion is unaware of the impulse. Its velocities are then V₀ + J/M and Ω₀ + I⁻¹A, those of an
-    /// importer's body on which the contact acts alone.
+    /// A prescribed motion does not respond to the impulse. The velocities are then V₀ + J/M and Ω₀ + I⁻¹A, those of
+    /// an importer's body under contact alone.
     fn velocities_after_step(&self, i: usize, before: &Kinematics, exchange: &Exchange) -> (Vector3, Vector3) {
         let body = self.model.body(i).0;
         if body.motion != Motion::Prescribed {
@@ -349,8 +349,8 @@ impl Simulation {
 
     /// Replaces the state of a body at its own time and books the jump in the ledger.
     ///
-    /// The energy and momenta of a body that is activated or deactivated are external work. Those of a body that
-    /// stays active are the importer's.
+    /// Energy and momenta of an activated or deactivated body are booked as external, those of a continuously active
+    /// body as the importer's.
     fn replace_state(&mut self, i: usize, now: &BodyState) {
         let (body, was) = self.model.body(i);
         let energy = body.kinetic_energy(now) - body.kinetic_energy(was);
@@ -371,10 +371,10 @@ impl Simulation {
         comes.then(|| self.model.overlap(body, &self.state_from_inputs(body, inputs))).flatten()
     }
 
-    /// Returns true if these inputs put a body into the gel past its surface, where contact would not find it.
+    /// Returns true if these inputs put a body past the surface of the gel, where contact would not find the overlap.
     ///
-    /// The check applies to a body that is activated, or moves at once further than its centre is deep in itself.
-    /// Shorter moves cannot pass a surface.
+    /// The check applies to a body that is activated, or that moves at once further than the depth of its centre in
+    /// itself. Shorter moves cannot pass a surface.
     #[must_use]
     pub fn is_swallowed(&self, body: usize, inputs: &Inputs) -> bool {
         if !inputs.active {

@@ -36,8 +36,8 @@ struct ElementShare {
     fraction: f64,
 }
 
-/// Locates the sensors in the elements that contain them at rest. Where the rest positions of a new mesh have a gap
-/// there, the nearest element is taken.
+/// Locates each sensor in the element that contains its point at rest. If the rest positions of a new mesh have a gap
+/// at the point, the nearest element is taken.
 pub(super) fn locate_sensors<const D: usize>(
     engine: &Engine<D, Simplices<D>>,
     definition: &GelDefinition,

@@ -12,7 +12,7 @@ pub(super) struct SourceMesh<'a, const D: usize> {
     pub potential: &'a Simplices<D>,
     pub old: &'a Birth<D>,
     pub memory: &'a [Memory<D>],
-    /// Ratio of the J of each old element to that of its patch; 1 for a patch of one element.
+    /// Ratio J/J̄ of each old element to its patch; 1 for a patch of one element.
     pub shares: Vec<f64>,
 }
 

@@ -43,7 +43,8 @@ struct ElementStrain<const D: usize> {
 }
 
 impl<const D: usize> ElementStrain<D> {
-    /// Deformation of an old element, or its elastic part where it is viscoplastic; the identity if that is inverted.
+    /// Deformation of an old element, or its elastic part in a viscoplastic gel; the identity for an inverted elastic
+    /// part.
     fn of(past: &SourceMesh<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
         let (f, out) = match past.memory.get(element.index()) {
             Some(memory) => {
@@ -186,15 +187,15 @@ impl<const D: usize> StateAverage<D> {
             .map(|inverse| ElementStrain { f: now.edges * inverse, out })
     }
 
-    /// Rest shape with the rest measure of the sources and their mean distortion.
+    /// Rest shape with the rest measure of the sources and their mean distortion, found by bisection.
     ///
-    /// It lies on the path from the mean of F, whose distortion is smaller, to the deformation by the nodes' rest
-    /// positions; or, where theirs is smaller too, to a multiple of the mean. For sources rotated against each other
-    /// the mean is almost flat and its distortion larger; the shape is then a fraction of it. If the mean is
-    /// inverted, the shape is a fraction of the nodes' deformation.
+    /// The mean of F has less distortion than the sources. The shape lies between this mean and the deformation by
+    /// the nodes' rest positions. If the latter is less distorted, the shape lies between the mean and its cube. The
+    /// mean of sources rotated against each other is almost flat, with more distortion. The shape then lies between
+    /// the mean and its rotation. An inverted mean is replaced by the nodes' deformation.
     ///
-    /// The mean of F alone loses the differences between sources. A ball of 20 m/s lost 20 % of its energy by it on
-    /// its way into gel; the nodes' deformation alone, where upright, gained 6 % (h = R/2, 18 meshes).
+    /// The mean of F alone loses the differences between sources. A ball of 20 m/s lost 20 % of its energy by the
+    /// mean of F on its way into gel. The nodes' deformation alone, where upright, gained 6 % (h = R/2, 18 meshes).
     pub fn made(&self, told: &Reference<D>, now: &Reference<D>) -> Option<Reference<D>> {
         let mean = self.fitted(&self.strain, now);
         let holds = |fit: &(_, f64)| (fit.1 / self.distortion - 1.0).abs() <= HOLDS;

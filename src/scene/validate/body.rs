@@ -99,7 +99,7 @@ const TOUCHING: f64 = 0.1;
 /// Sine of a tilt up to which a body counts as upright.
 const UPRIGHT: f64 = 1e-9;
 
-/// Remedy of a body that starts in the gel or behind it, such as one whose height has the wrong sign.
+/// Remedy of a body that starts in the gel or behind it, for example by a height of the wrong sign.
 const ABOVE: &str = "a start outside the gel or just touching it; its surface is z = 0 and the gel is below it, all in metres, so that a \
                      projectile above it has a positive z";
 
