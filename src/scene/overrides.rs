@@ -60,8 +60,8 @@ impl OverrideError {
 /// Reads a scene text with overrides and the files that it names; returns the resolved text and the scene.
 ///
 /// # Errors
-/// [`OverrideError`] with the key, the value found and the values expected. It carries the line if the text has the same
-/// error without the overrides, otherwise the overrides that caused it.
+/// [`OverrideError`] with the key, the value found and the values expected. It carries the line if the text has the
+/// same error without the overrides, otherwise the overrides that caused it.
 pub fn read_with(text: &str, overrides: &[Override], files: &Files<'_>) -> Result<(String, Scene), OverrideError> {
     let resolved = resolve(text, overrides);
     let error = match resolved.and_then(|text| read_with_files(&text, files).map(|scene| (text, scene))) {

@@ -13,7 +13,7 @@ pub const MOST_BYTES: usize = 1 << 20;
 /// Reads and checks a scene that names no files.
 ///
 /// # Errors
-/// [`SceneError`] with the key, the line, what was found there and what was expected, for the first thing that is wrong.
+/// [`SceneError`] for the first invalid value, with key, line, value found and values expected.
 ///
 /// # Examples
 /// ```
