@@ -1,19 +1,19 @@
-//! The projectile and the fragments beside it: 0 is the projectile, from 1 on the fragments.
+//! Rigid bodies of a scene: index 0 is the projectile, the fragments follow from 1.
 
-use super::{Dimension, Projectile, Scene, Symmetry};
+use super::{Dimension, GelSymmetry, ProjectileSpec, Scene};
 use crate::geometry::SignedDistance;
 
-/// Most fragments of a scene: each has its own block of value references.
+/// Greatest number of fragments of a scene: each has its own block of value references.
 pub const MOST_FRAGMENTS: usize = 99;
 
 impl Scene {
-    /// The dimension in which its bodies are free to move: of a part of a spatial gel that of its symmetry.
+    /// Dimension of the motion of the bodies; with a symmetry of the gel that of the planes of symmetry.
     #[must_use]
     pub fn freedom(&self) -> Dimension {
         match self.gel.symmetry {
-            Symmetry::None => self.scene.dimension,
-            Symmetry::Half => Dimension::Planar,
-            Symmetry::Quarter => Dimension::Axisymmetric,
+            GelSymmetry::None => self.scene.dimension,
+            GelSymmetry::Half => Dimension::Planar,
+            GelSymmetry::Quarter => Dimension::Axisymmetric,
         }
     }
 
@@ -23,10 +23,10 @@ impl Scene {
         1 + self.fragment.len()
     }
 
-    /// The scene with one of its bodies alone, as its projectile.
+    /// Scene with a single body as its projectile.
     ///
     /// # Panics
-    /// If there is no such body.
+    /// If the body does not exist.
     #[must_use]
     pub fn alone(&self, body: usize) -> Self {
         Self { projectile: self.body(body).clone(), fragment: Vec::new(), ..self.clone() }
@@ -35,7 +35,7 @@ impl Scene {
     /// Volume of a body, m³, in `planar` of the thickness of the gel; `None` if it is unbounded.
     ///
     /// # Panics
-    /// As [`Scene::shape`].
+    /// Those of [`Scene::shape`].
     #[must_use]
     pub fn volume(&self, body: usize) -> Option<f64> {
         let shape = self.shape(body);
@@ -45,7 +45,7 @@ impl Scene {
         }
     }
 
-    /// The scene with the masses of its bodies where only their densities were given.
+    /// Computes the masses of the bodies that have only a density.
     pub(super) fn with_masses(mut self) -> Self {
         let mass = |body| Some(self.body(body).density? * self.volume(body)?);
         let masses: Vec<Option<f64>> = (0..self.n_bodies()).map(mass).collect();
@@ -55,27 +55,27 @@ impl Scene {
         self
     }
 
-    /// A body.
+    /// Body of an index.
     ///
     /// # Panics
-    /// If there is no such body.
+    /// If the body does not exist.
     #[must_use]
-    pub fn body(&self, body: usize) -> &Projectile {
+    pub fn body(&self, body: usize) -> &ProjectileSpec {
         if body == 0 { &self.projectile } else { &self.fragment[body - 1] }
     }
 
-    /// The bodies in order.
-    pub fn bodies(&self) -> impl Iterator<Item = &Projectile> {
+    /// Bodies in order.
+    pub fn bodies(&self) -> impl Iterator<Item = &ProjectileSpec> {
         std::iter::once(&self.projectile).chain(&self.fragment)
     }
 
-    /// The bodies in order.
-    pub(super) fn bodies_mut(&mut self) -> impl Iterator<Item = &mut Projectile> {
+    /// Mutable bodies in order.
+    pub(super) fn bodies_mut(&mut self) -> impl Iterator<Item = &mut ProjectileSpec> {
         std::iter::once(&mut self.projectile).chain(&mut self.fragment)
     }
 }
 
-/// `projectile` or `fragment[i]`, as keys and variables begin.
+/// Prefix of a body's keys and variables: `projectile` or `fragment[i]`.
 #[must_use]
 pub fn body_name(body: usize) -> String {
     if body == 0 { "projectile".to_owned() } else { format!("fragment[{body}]") }

@@ -1,4 +1,4 @@
-//! The scenes that come with the program.
+//! Built-in scenes.
 
 const BUILTINS: [(&str, &str); 16] = [
     ("fbi-bb", include_str!("../../scenes/fbi-bb.toml")),
@@ -19,7 +19,7 @@ const BUILTINS: [(&str, &str); 16] = [
     ("sphere-graded-16", include_str!("../../scenes/sphere-graded-16.toml")),
 ];
 
-/// The text of a built-in scene.
+/// Text of a built-in scene.
 #[must_use]
 pub fn builtin(name: &str) -> Option<&'static str> {
     builtins().find(|(known, _)| *known == name).map(|(_, text)| text)

@@ -1,24 +1,24 @@
-//! Doubts about a scene that can be told before it runs: it can be computed, but its figures may not mean what its author thinks.
+//! Warnings about a scene before it runs: it can be computed, but its figures may mislead.
 
 use super::preset::ShotRange;
-use super::{Dimension, MaterialModel, Projectile, Scene, body_name};
+use super::{Dimension, MaterialModel, ProjectileSpec, Scene, body_name};
 use crate::geometry::{Shape, SignedDistance};
 use crate::math::Vector3;
 
-/// Greatest density of a projectile that is a material, kg/m³: osmium, the densest, has 22 590.
+/// Greatest plausible density of a projectile, kg/m³: osmium, the densest material, has 22 590.
 const DENSEST: f64 = 25e3;
-/// A body is longer than wide from this ratio on.
+/// Ratio of length to width from which a body counts as long.
 const LONG: f64 = 1.05;
-/// Part by which speed and calibre may lie outside the range of a preset: its fits are no sharper.
+/// Relative margin around the speeds and calibres of a preset: its fits are no sharper.
 const MARGIN: f64 = 0.1;
 
-/// Reasons to doubt what a run of the scene will say, one sentence each.
+/// Reasons to doubt the results of the scene, one sentence each.
 #[must_use]
 pub fn doubts(scene: &Scene) -> Vec<String> {
     (0..scene.n_bodies()).flat_map(|body| doubts_of(scene, body)).collect()
 }
 
-/// Doubts about one body; none about one that is held or takes no part.
+/// Doubts about one body; none about a fixed or inactive body.
 fn doubts_of(scene: &Scene, body: usize) -> Vec<String> {
     let (projectile, shape) = (scene.body(body), scene.shape(body));
     if projectile.fixed || !projectile.active {
@@ -35,7 +35,7 @@ fn doubts_of(scene: &Scene, body: usize) -> Vec<String> {
     all.into_iter().flatten().collect()
 }
 
-/// Doubt about a density that no projectile has.
+/// Doubt about an implausible density.
 fn density(scene: &Scene, body: usize) -> Option<String> {
     let density = scene.body(body).mass? / scene.volume(body)?;
     let name = body_name(body);
@@ -51,7 +51,7 @@ fn density(scene: &Scene, body: usize) -> Option<String> {
 }
 
 /// Returns true if a body outside of a block or cylinder moves away from it.
-fn is_turned_away(scene: &Scene, body: &Projectile) -> bool {
+fn is_turned_away(scene: &Scene, body: &ProjectileSpec) -> bool {
     let (position, velocity) = (Vector3::from(body.position), Vector3::from(body.velocity));
     let approach = velocity - Vector3::from(scene.gel.velocity);
     let Some(gel) = scene.gel.shape.bounding_box() else { return false };
@@ -71,8 +71,8 @@ fn held_straight(scene: &Scene, shape: &Shape) -> Option<String> {
     })
 }
 
-/// Doubt about a shot that the preset of the gel was neither fitted to nor checked with.
-fn outside_range(scene: &Scene, body: &Projectile, shape: &Shape) -> Option<String> {
+/// Doubt about a shot outside the range that the preset was fitted to or checked with.
+fn outside_range(scene: &Scene, body: &ProjectileSpec, shape: &Shape) -> Option<String> {
     let preset = scene.gel.preset.filter(|_| scene.gel.material == MaterialModel::Flowing)?;
     shape.volume()?;
     let ShotRange { speed, calibre: sizes, source } = preset.shots();
@@ -115,7 +115,7 @@ mod tests {
         for (name, text) in builtins() {
             let found = doubts(&read(text).unwrap());
             let expected: &[&str] = match name {
-                // A ball that nothing slows; a rifle bullet, of which nothing was measured.
+                // A ball of extreme mass; a rifle bullet outside the measured range.
                 "hydro-drag" => &["projectile.mass"],
                 "bullet-yaw" => &["7.82 mm wide and comes at 840.0 m/s"],
                 _ => &[],
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_projectile_is_or_does_is_doubted_by_key() {
+    fn an_implausible_projectile_is_doubted_by_key() {
         for (name, change, part) in [
             ("fbi-bb", "projectile.mass=0.343", "more than any material has (25 g/cm³)"),
             ("fbi-bb", "projectile.mass=4e-5", "less than the gel has (1.030 g/cm³)"),

@@ -1,59 +1,59 @@
-//! What is wrong with a scene: which key, on which line, what was found, what was expected.
+//! Errors of a scene: key, line, value found and value expected.
 
 use std::fmt;
 
-/// A scene that cannot be used. Shows as `line 12: mesh.size: found -1.0, expected a positive length, m`.
+/// Invalid scene. Displays as `line 12: mesh.size: found -1.0, expected a positive length, m`.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{}{kind}", Place { key, line: *line })]
+#[error("{}{kind}", KeyPrefix { key, line: *line })]
 pub struct SceneError {
     /// Dotted key, such as `mesh.size`; the whole file if empty.
     pub key: String,
     /// Line of the scene text, from 1.
     pub line: Option<usize>,
-    /// What is wrong.
+    /// Kind of the error.
     pub kind: SceneErrorKind,
 }
 
-/// What is wrong with a key.
+/// Kind of a scene error.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneErrorKind {
-    /// The text is not TOML.
+    /// Text that is not TOML.
     #[error("found `{found}`, which is not TOML: {expected}")]
     Syntax {
-        /// The line as it stands.
+        /// Line of the scene text.
         found: String,
-        /// What the TOML reader expected there.
+        /// Syntax that the TOML reader expected there.
         expected: String,
     },
-    /// A key that no table of a scene has.
+    /// Key that no table of a scene has.
     #[error("found the unknown key `{found}`{hint}, expected {expected}")]
     UnknownKey {
-        /// The key.
+        /// Unknown key.
         found: String,
-        /// Question that names a known key that is near; may be empty.
+        /// Question that names a similar known key; may be empty.
         hint: String,
-        /// The keys that may be there.
+        /// Keys that the table may have.
         expected: String,
     },
-    /// A value, or its absence, outside the domain of the key.
+    /// Value, or missing value, outside the domain of the key.
     #[error("found {found}, expected {expected}")]
     Value {
-        /// What is there.
+        /// Value found.
         found: String,
-        /// What may be there.
+        /// Values allowed.
         expected: String,
     },
 }
 
 impl SceneError {
-    /// A value outside its domain, on a line yet to be found.
+    /// Error of a value outside its domain; its line is found later.
     pub(super) fn value(key: &str, found: impl Into<String>, expected: impl Into<String>) -> Self {
         let kind = SceneErrorKind::Value { found: found.into(), expected: expected.into() };
         Self { key: key.to_owned(), line: None, kind }
     }
 
-    /// The same value, but this was expected.
+    /// Replaces the expected values of a value error.
     pub(super) fn expecting(self, expected: &str) -> Self {
         match self.kind {
             SceneErrorKind::Value { found, .. } => Self::value(&self.key, found, expected),
@@ -62,12 +62,12 @@ impl SceneError {
     }
 }
 
-struct Place<'a> {
+struct KeyPrefix<'a> {
     key: &'a str,
     line: Option<usize>,
 }
 
-impl fmt::Display for Place<'_> {
+impl fmt::Display for KeyPrefix<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(line) = self.line {
             write!(f, "line {line}: ")?;

@@ -1,19 +1,19 @@
-//! Says in a scene's own words what the TOML reader and serde complain about.
+//! Translates the errors of the TOML reader and of serde into the terms of a scene.
 
-use super::places::{Places, join, line_at};
+use super::places::{KeyLocations, join, line_at};
 use super::{SceneError, SceneErrorKind, did_you_mean};
 use std::ops::Range;
 
-/// A text that is not TOML.
-pub(super) fn syntax(text: &str, span: Option<Range<usize>>, message: &str) -> SceneError {
+/// Error of a text that is not TOML.
+pub(super) fn syntax_error(text: &str, span: Option<Range<usize>>, message: &str) -> SceneError {
     let line = line_at(text, span.map_or(0, |span| span.start));
     let found = quote(text.lines().nth(line - 1).unwrap_or(""));
     let kind = SceneErrorKind::Syntax { found, expected: message.to_owned() };
     SceneError { key: String::new(), line: Some(line), kind }
 }
 
-/// TOML that is not a scene.
-pub(super) fn content(text: &str, places: &Places<'_>, error: &toml::de::Error) -> SceneError {
+/// Error of a TOML text that is not a scene.
+pub(super) fn content_error(text: &str, places: &KeyLocations<'_>, error: &toml::de::Error) -> SceneError {
     let span = error.span().unwrap_or(0..0);
     let whole_text = span.is_empty();
     let key = if whole_text { "" } else { places.key_at(&span) };
@@ -21,17 +21,21 @@ pub(super) fn content(text: &str, places: &Places<'_>, error: &toml::de::Error) 
     let message = error.message();
     if let Some(name) = quoted_after(message, "missing field ") {
         let found = "nothing".to_owned();
-        return SceneError { key: join(key, name), line, kind: SceneErrorKind::Value { found, expected: absent(key) } };
+        return SceneError {
+            key: join(key, name),
+            line,
+            kind: SceneErrorKind::Value { found, expected: missing_key_expectation(key) },
+        };
     }
-    SceneError { key: key.to_owned(), line, kind: kind(text, places, message, key, &span) }
+    SceneError { key: key.to_owned(), line, kind: error_kind(text, places, message, key, &span) }
 }
 
-/// The text between backquotes after a phrase.
+/// Text between backquotes after a phrase.
 fn quoted_after<'a>(message: &'a str, phrase: &str) -> Option<&'a str> {
     message.strip_prefix(phrase)?.split('`').nth(1)
 }
 
-fn absent(table: &str) -> String {
+fn missing_key_expectation(table: &str) -> String {
     if table.is_empty() {
         "a table of this name".to_owned()
     } else {
@@ -39,7 +43,7 @@ fn absent(table: &str) -> String {
     }
 }
 
-fn kind(text: &str, places: &Places<'_>, message: &str, key: &str, span: &Range<usize>) -> SceneErrorKind {
+fn error_kind(text: &str, places: &KeyLocations<'_>, message: &str, key: &str, span: &Range<usize>) -> SceneErrorKind {
     let found = quote(&text[span.clone()]);
     if let Some(rest) = message.strip_prefix("unexpected keys in table: ") {
         let (found, known) = rest.split_once(", available keys: ").unwrap_or((rest, "none"));
@@ -51,31 +55,31 @@ fn kind(text: &str, places: &Places<'_>, message: &str, key: &str, span: &Range<
         return unknown_key(name, expected);
     }
     if let Some(name) = quoted_after(complaint, "unknown variant ") {
-        let hint = did_you_mean(name, names_of(expected));
-        return SceneErrorKind::Value { found: found + &hint, expected: plain(expected) };
+        let hint = did_you_mean(name, quoted_names(expected));
+        return SceneErrorKind::Value { found: found + &hint, expected: translate_expectation(expected) };
     }
     if message.starts_with("wanted exactly 1 element") {
-        return one_of(&places.names_in(key));
+        return only_one_allowed(&places.names_in(key));
     }
-    SceneErrorKind::Value { found, expected: plain(expected) }
+    SceneErrorKind::Value { found, expected: translate_expectation(expected) }
 }
 
 fn unknown_key(name: &str, expected: &str) -> SceneErrorKind {
-    let hint = did_you_mean(name, names_of(expected));
+    let hint = did_you_mean(name, quoted_names(expected));
     SceneErrorKind::UnknownKey { found: name.to_owned(), hint, expected: expected.to_owned() }
 }
 
-/// The names between backquotes.
-fn names_of(expected: &str) -> impl Iterator<Item = &str> {
+/// Names between backquotes.
+fn quoted_names(expected: &str) -> impl Iterator<Item = &str> {
     expected.split('`').skip(1).step_by(2)
 }
 
-fn one_of(names: &[&str]) -> SceneErrorKind {
+fn only_one_allowed(names: &[&str]) -> SceneErrorKind {
     let found = if names.is_empty() { "an empty table".to_owned() } else { names.join(" and ") };
     SceneErrorKind::Value { found, expected: "only one of them".to_owned() }
 }
 
-/// A piece of the scene text, cut to fit a line.
+/// First line of a piece of scene text, cut to fit a line.
 fn quote(piece: &str) -> String {
     const LONGEST: usize = 60;
     let line = piece.lines().next().unwrap_or("").trim();
@@ -85,8 +89,8 @@ fn quote(piece: &str) -> String {
     line.chars().take(LONGEST).chain("...".chars()).collect()
 }
 
-/// What serde expects, without its Rust.
-fn plain(expected: &str) -> String {
+/// Translates serde's expectation from Rust types to words.
+fn translate_expectation(expected: &str) -> String {
     match expected {
         "f64" => "a number",
         "usize" => "a whole number, 0 or more",

@@ -1,9 +1,9 @@
-//! Extent of a gel at rest: its thickness, and the box that it fills or that holds it.
+//! Extent of a gel at rest: its thickness and its bounding box.
 
 use super::GelShape;
 use crate::math::Vector3;
 
-/// Bounding box of a gel at rest, m; infinite across the plane of a planar one.
+/// Bounding box of a gel at rest, m; infinite across the plane of a planar gel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GelBox {
     /// Lower corner.
@@ -13,7 +13,7 @@ pub struct GelBox {
 }
 
 impl GelShape {
-    /// Thickness from the entry surface to the back face at rest, m; none of a shape that has no flat face opposite to the entry surface.
+    /// Thickness from the entry surface to the back face at rest, m; `None` for a shape without a flat back face.
     #[must_use]
     pub fn thickness(&self) -> Option<f64> {
         match self {

@@ -1,59 +1,60 @@
-//! One knob for all that buys speed: what its levels write over a scene, and what was measured of them.
+//! Fidelity levels: overrides that trade accuracy for speed, and the measured error and cost of each level.
 
 use super::overrides::{Override, written};
 use super::{Scene, SceneError};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
-/// How accurate a run is, and how costly. `standard` is the scene as it stands.
+/// Accuracy level of a run, and with it the cost. `standard` is the scene without overrides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum Fidelity {
-    /// The cheapest.
+    /// Cheapest level.
     Draft,
-    /// Between `draft` and `standard`.
+    /// Level between `draft` and `standard`.
     Coarse,
-    /// The scene as it stands.
+    /// Scene without overrides.
     #[default]
     Standard,
-    /// Between `standard` and `reference`.
+    /// Level between `standard` and `reference`.
     Fine,
-    /// The most accurate that was measured.
+    /// Most accurate level that was measured.
     Reference,
 }
 
-/// What the levels of `scene.fidelity` are: `gelfmu trade` measures them and prints this table.
+/// Overrides and figures of the levels of `scene.fidelity`; `gelfmu trade` measures the figures and prints this
+/// table.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct Levels {
     /// Level 0.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub draft: Option<Level>,
+    pub draft: Option<FidelityLevel>,
     /// Level 1.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub coarse: Option<Level>,
+    pub coarse: Option<FidelityLevel>,
     /// Level 2, which sets nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub standard: Option<Level>,
+    pub standard: Option<FidelityLevel>,
     /// Level 3.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub fine: Option<Level>,
+    pub fine: Option<FidelityLevel>,
     /// Level 4.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub reference: Option<Level>,
+    pub reference: Option<FidelityLevel>,
 }
 
-/// A level: what it sets, and what a run then is expected to cost and to miss by. The figures hold for the scene as it stands; an
-/// override of it takes them away, and what it sets itself.
+/// Fidelity level: overrides, expected error and expected cost. The figures hold for the unmodified scene. An
+/// override of the scene removes the figures, and the level's own setting of the same key.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Level {
-    /// Keys and values written over the scene, such as "mesh.size=2e-3".
+pub struct FidelityLevel {
+    /// Overrides that the level writes over the scene, such as "mesh.size=2e-3".
     pub set: Vec<String>,
-    /// Greatest relative error of the motion of the projectile, from the limit of refinement.
+    /// Greatest relative error of the projectile's motion, from the limit of refinement.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
     /// Element updates of a run.
@@ -65,10 +66,10 @@ pub struct Level {
 }
 
 impl Fidelity {
-    /// From the cheapest to the most accurate.
+    /// All levels, from the cheapest to the most accurate.
     pub const ALL: [Self; 5] = [Self::Draft, Self::Coarse, Self::Standard, Self::Fine, Self::Reference];
 
-    /// As in a scene.
+    /// Name of the level in a scene file.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -93,9 +94,9 @@ impl FromStr for Fidelity {
 }
 
 impl Levels {
-    /// What is known of a level.
+    /// Overrides and figures of a level, if the scene has them.
     #[must_use]
-    pub fn get(&self, fidelity: Fidelity) -> Option<&Level> {
+    pub fn get(&self, fidelity: Fidelity) -> Option<&FidelityLevel> {
         match fidelity {
             Fidelity::Draft => self.draft.as_ref(),
             Fidelity::Coarse => self.coarse.as_ref(),
@@ -105,8 +106,8 @@ impl Levels {
         }
     }
 
-    /// Levels of which something is known, from the cheapest to the most accurate.
-    pub fn known(&self) -> impl Iterator<Item = (Fidelity, &Level)> {
+    /// Levels that the scene has, from the cheapest to the most accurate.
+    pub fn known(&self) -> impl Iterator<Item = (Fidelity, &FidelityLevel)> {
         Fidelity::ALL.into_iter().filter_map(|fidelity| Some((fidelity, self.get(fidelity)?)))
     }
 
@@ -115,8 +116,8 @@ impl Levels {
     }
 }
 
-/// The text of a scene with its level written over it; nothing if that changes nothing.
-pub(super) fn levelled(text: &str, scene: &Scene) -> Result<Option<String>, SceneError> {
+/// Scene text with its level written over it; `None` if the level changes nothing.
+pub(super) fn apply_level(text: &str, scene: &Scene) -> Result<Option<String>, SceneError> {
     let fidelity = scene.scene.fidelity;
     let name = fidelity.as_str();
     let Some(level) = scene.fidelity.get(fidelity) else {
@@ -136,16 +137,16 @@ pub(super) fn levelled(text: &str, scene: &Scene) -> Result<Option<String>, Scen
     }
     let parsed: Result<Vec<Override>, SceneError> = level.set.iter().map(|set| set.parse()).collect();
     let made = parsed.and_then(|overrides| written(text, &overrides));
-    made.map(|text| (!level.set.is_empty()).then_some(text)).map_err(|error| of_level(fidelity, level, &error))
+    made.map(|text| (!level.set.is_empty()).then_some(text)).map_err(|error| error_of_level(fidelity, level, &error))
 }
 
-/// A level that cannot be written over its scene.
-pub(super) fn misfit(scene: &Scene, error: &SceneError) -> SceneError {
+/// Error of a level whose overrides do not make a valid scene.
+pub(super) fn level_error(scene: &Scene, error: &SceneError) -> SceneError {
     let fidelity = scene.scene.fidelity;
-    of_level(fidelity, scene.fidelity.get(fidelity).unwrap_or(&Level::default()), error)
+    error_of_level(fidelity, scene.fidelity.get(fidelity).unwrap_or(&FidelityLevel::default()), error)
 }
 
-fn of_level(fidelity: Fidelity, level: &Level, error: &SceneError) -> SceneError {
+fn error_of_level(fidelity: Fidelity, level: &FidelityLevel, error: &SceneError) -> SceneError {
     let at = SceneError { line: None, ..error.clone() };
     let key = format!("fidelity.{}.set", fidelity.as_str());
     SceneError::value(&key, format!("{:?} ({at})", level.set), "values that this scene can have")
@@ -206,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_measured_holds_for_the_scene_as_it_stands_alone() {
+    fn measured_figures_hold_for_the_unmodified_scene_only() {
         let error = |set: &[&str]| with(set).unwrap().fidelity.draft.unwrap().error;
         assert_eq!(error(&["scene.fidelity=draft", "output.frames=1", "scene.communication_step=1e-5"]), Some(0.05));
         assert_eq!(error(&["projectile.velocity=[0, 0, -4]"]), None);

@@ -1,15 +1,15 @@
 //! Files that a scene names.
 
 use super::stl;
-use super::{BodyShape, Projectile, Scene, SceneError, Stl, body_name};
+use super::{BodyShape, ProjectileSpec, Scene, SceneError, StlSpec, body_name};
 use crate::geometry::{Solid, Surface, SurfaceError};
 use std::io;
 use std::sync::Arc;
 
-/// Gives the bytes of a file by the name that the scene has for it, or says why not.
+/// Function that returns the bytes of a file by its name in the scene, or an error.
 pub type Files<'a> = dyn Fn(&str) -> io::Result<Vec<u8>> + 'a;
 
-/// Has no file: for scenes that name none.
+/// File function for scenes that name no files.
 ///
 /// # Errors
 /// Always.
@@ -17,12 +17,12 @@ pub fn no_files(_name: &str) -> io::Result<Vec<u8>> {
     Err(io::Error::new(io::ErrorKind::Unsupported, "this scene is read without the folder that it is in"))
 }
 
-/// What is in an STL file.
+/// Content of an STL file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StlContent {
-    /// Hash of its bytes.
+    /// Hash of the bytes of the file.
     pub digest: u128,
-    /// The body, in metres.
+    /// Solid body, in metres.
     pub solid: Arc<Solid>,
 }
 
@@ -38,7 +38,7 @@ impl Scene {
 const FILE: &str = ".shape.stl.file";
 const SCALE: &str = ".shape.stl.scale";
 
-fn stl_of(body: &Projectile) -> Option<&Stl> {
+fn stl_of(body: &ProjectileSpec) -> Option<&StlSpec> {
     match &body.shape {
         BodyShape::Stl(stl) => Some(stl),
         BodyShape::Sphere { .. }
@@ -51,8 +51,8 @@ fn stl_of(body: &Projectile) -> Option<&Stl> {
     }
 }
 
-impl Stl {
-    /// The body, once the file is read.
+impl StlSpec {
+    /// Solid body; `None` before the file is read.
     #[must_use]
     pub fn solid(&self) -> Option<Arc<Solid>> {
         self.content.as_ref().map(|content| content.solid.clone())
@@ -60,18 +60,18 @@ impl Stl {
 }
 
 /// Reads the files that a scene names.
-pub(super) fn attach(scene: &mut Scene, files: &Files<'_>) -> Result<(), SceneError> {
+pub(super) fn attach_files(scene: &mut Scene, files: &Files<'_>) -> Result<(), SceneError> {
     for (i, body) in scene.bodies_mut().enumerate() {
         if let BodyShape::Stl(stl) = &mut body.shape {
             let named = |e: SceneError| SceneError { key: body_name(i) + &e.key, ..e };
-            stl.content = Some(content(stl, files).map_err(named)?);
+            stl.content = Some(read_stl(stl, files).map_err(named)?);
         }
     }
     Ok(())
 }
 
-/// What is in a file; keys of errors are those inside the table of the body.
-fn content(stl: &Stl, files: &Files<'_>) -> Result<StlContent, SceneError> {
+/// Reads and checks an STL file; the keys of errors are relative to the table of the body.
+fn read_stl(stl: &StlSpec, files: &Files<'_>) -> Result<StlContent, SceneError> {
     const PATH: &str = "the path of an STL file, relative to the folder of the scene";
     const LENGTH: &str = "a length from 1e-9 to 1e9, m per unit of the file, such as 1e-3";
     if !(1e-9..=1e9).contains(&stl.scale) {
@@ -85,7 +85,7 @@ fn content(stl: &Stl, files: &Files<'_>) -> Result<StlContent, SceneError> {
     Ok(StlContent { digest: xxhash_rust::xxh3::xxh3_128(&bytes), solid: Arc::new(solid) })
 }
 
-/// What was expected instead, and what helps. Places are in the units of the file.
+/// Expected property of the surface and a remedy. Coordinates are in the units of the file.
 fn remedy(error: &SurfaceError) -> String {
     match error {
         SurfaceError::TooFew { .. } => "a closed surface: four triangles or more".to_owned(),

@@ -1,4 +1,4 @@
-//! Keys of a gel that its text does not set: those of its preset, and what follows from others.
+//! Fills the keys of a gel that the text does not set: those of the preset, and derived moduli.
 
 use super::preset::{Fact, Preset};
 use super::{ConstantsSpec, TermSpec};
@@ -10,20 +10,21 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// What the preset of a scene gives to it: what its text does not say itself; nothing if it names none.
+/// Values that the preset of a scene fills in; empty without a preset.
 #[must_use]
 pub fn from_preset(text: &str) -> Vec<&'static Fact> {
     let parsed = DeTable::parse(text);
-    parsed.map_or_else(|_| vec![], |table| fill(&mut table.into_inner(), None))
+    parsed.map_or_else(|_| vec![], |table| fill_gel(&mut table.into_inner(), None))
 }
 
-/// Writes what the preset and `shear_modulus` give into a gel, where the text says nothing; returns what the preset gave.
+/// Writes the values of the preset and `shear_modulus` into keys of a gel that the text does not set. Returns the
+/// preset's values used.
 ///
-/// What is written stands where the name of the preset stands: a mistake in it is blamed on that.
-pub(super) fn fill<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a str>) -> Vec<&'static Fact> {
-    let Some(gel) = inner(scene.get_mut("gel")) else { return vec![] };
+/// Each written value takes the source location of the preset's name, so that an error refers to that name.
+pub(super) fn fill_gel<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a str>) -> Vec<&'static Fact> {
+    let Some(gel) = as_table(scene.get_mut("gel")) else { return vec![] };
     if let Some(modulus) = shear_modulus {
-        put(gel, (&["shear_modulus"], modulus), 0..0);
+        insert_at_path(gel, &["shear_modulus"], modulus, 0..0);
     }
     let preset = gel.get("preset").and_then(|name| Some((Preset::named(name.get_ref().as_str()?)?, name.span())));
     let Some((preset, place)) = preset else { return vec![] };
@@ -31,14 +32,14 @@ pub(super) fn fill<'a>(scene: &mut DeTable<'a>, shear_modulus: Option<&'a str>) 
     for fact in preset.facts() {
         let model = gel.get("material").and_then(|model| model.get_ref().as_str()).unwrap_or_default();
         let path: Vec<&'static str> = fact.key.split('.').skip(1).collect();
-        if fact.of.includes(model) && put(gel, (&path, fact.value), place.clone()) {
+        if fact.of.includes(model) && insert_at_path(gel, &path, fact.value, place.clone()) {
             given.push(fact);
         }
     }
     given
 }
 
-/// The shear modulus that follows from the constants of a gel which does not give one, as text.
+/// Shear modulus that follows from the constants of a gel, as text; `None` if the scene sets it.
 pub(super) fn shear_modulus(scene: &DeTable<'_>) -> Option<String> {
     let gel = scene.get("gel")?.get_ref().as_table()?;
     if gel.get("shear_modulus").is_some() {
@@ -52,7 +53,7 @@ pub(super) fn shear_modulus(scene: &DeTable<'_>) -> Option<String> {
             .map(|terms: Vec<TermSpec>| Ogden::shear_modulus_of(&terms.iter().map(Term::from).collect::<Vec<_>>())),
         _ => return None,
     };
-    // Without good constants it is those that are wrong, not the modulus.
+    // Invalid constants are reported as such, not as an invalid modulus.
     Some(modulus.filter(|modulus| !modulus.is_nan()).map_or_else(|| "nan".to_owned(), |modulus| format!("{modulus:?}")))
 }
 
@@ -60,8 +61,8 @@ fn value_of<T: for<'de> Deserialize<'de>>(table: &DeTable<'_>, key: &str) -> Opt
     T::deserialize(table.get(key)?.clone().into_deserializer()).ok()
 }
 
-/// Writes a value at a path below a table, unless there is one; whether it did.
-fn put<'a>(table: &mut DeTable<'a>, (path, value): (&[&'static str], &'a str), place: Range<usize>) -> bool {
+/// Writes a value at a path below a table, unless the table has one; returns true if the value was written.
+fn insert_at_path<'a>(table: &mut DeTable<'a>, path: &[&'static str], value: &'a str, place: Range<usize>) -> bool {
     let (first, rest) = path.split_first().expect("a key has a name");
     let name = || Spanned::new(place.clone(), Cow::Borrowed(*first));
     if rest.is_empty() {
@@ -75,10 +76,10 @@ fn put<'a>(table: &mut DeTable<'a>, (path, value): (&[&'static str], &'a str), p
     if table.get(*first).is_none() {
         table.insert(name(), Spanned::new(place.clone(), DeValue::Table(DeTable::new())));
     }
-    inner(table.get_mut(*first)).is_some_and(|below| put(below, (rest, value), place))
+    as_table(table.get_mut(*first)).is_some_and(|below| insert_at_path(below, rest, value, place))
 }
 
-fn inner<'t, 'a>(value: Option<&'t mut Spanned<DeValue<'a>>>) -> Option<&'t mut DeTable<'a>> {
+fn as_table<'t, 'a>(value: Option<&'t mut Spanned<DeValue<'a>>>) -> Option<&'t mut DeTable<'a>> {
     match value?.get_mut() {
         DeValue::Table(table) => Some(table),
         _ => None,

@@ -1,73 +1,75 @@
-//! The tables of a pressure on the surface of the gel. Field docs are the help an editor shows; units are SI.
+//! Tables of a pressure load on the surface of the gel. The field docs are the descriptions that an editor shows;
+//! units are SI.
 
 use serde::{Deserialize, Serialize};
 
-/// Loads of a scene at most: one bit each of the mark of a facet.
+/// Greatest number of loads of a scene: each takes one bit of a facet's load marker.
 pub const MOST_LOADS: usize = 8;
 
-/// A pressure on a part of the surface of the gel, chosen by where that is at rest. It follows the surface: always normal to
-/// it, on the area that it has now.
+/// Follower pressure on a part of the surface of the gel, selected by its position at rest. The pressure stays normal
+/// to the surface and acts on its current area.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Load {
-    /// The face of the gel; all of its surface if absent.
+pub struct LoadSpec {
+    /// Face of the gel; the whole surface if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub on: Option<Face>,
-    /// Only what is inside this box.
+    pub on: Option<GelFace>,
+    /// Box that contains the loaded facets at rest; no limit if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub within: Option<Region>,
-    /// Depth below z = 0 over which the pressure rises from nothing to all of it, m, where the surface is now; 0 is all of it
-    /// everywhere. Walls of a cavity bear it then, the surface around the hole does not.
+    pub within: Option<BoxRegion>,
+    /// Depth below z = 0 over which the pressure rises from 0 to its full value, by current position, m; 0 is full
+    /// pressure everywhere. A cavity wall then carries the pressure, the surface around the entry hole does not.
     #[serde(default)]
     pub depth: f64,
-    /// Pressure, Pa; positive pushes the surface inwards, negative draws it outwards.
+    /// Pressure, Pa; positive pushes the surface inwards, negative pulls it outwards.
     pub pressure: f64,
-    /// Time in which the pressure rises evenly from 0 at the start, s; 0 is at once.
+    /// Rise time of the pressure, linear from 0 at the start, s; 0 is a step.
     #[serde(default)]
     pub ramp: f64,
-    /// Instead of a ramp: times, s, ascending, and the part of the pressure that acts then, as [time, part]; straight in between,
-    /// constant before and after.
+    /// Time history instead of a ramp: rows [time, fraction] with ascending times, s, and the fraction of the
+    /// pressure. Linear in between, constant before and after.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub table: Vec<[f64; 2]>,
 }
 
-/// A face of the gel.
+/// Face of the gel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub enum Face {
-    /// The face of least x of a block.
+pub enum GelFace {
+    /// Face of least x of a block.
     XMin,
-    /// The face of greatest x of a block.
+    /// Face of greatest x of a block.
     XMax,
-    /// The face of least y of a spatial block.
+    /// Face of least y of a spatial block.
     YMin,
-    /// The face of greatest y of a spatial block.
+    /// Face of greatest y of a spatial block.
     YMax,
-    /// The bottom of a block or cylinder.
+    /// Back face (bottom) of a block or cylinder.
     ZMin,
-    /// The entry surface of a block or cylinder, the flat face of a shell.
+    /// Entry surface of a block or cylinder, flat face of a shell.
     ZMax,
-    /// The mantle of a cylinder, the outer surface of a shell.
+    /// Lateral surface of a cylinder, outer surface of a shell.
     Side,
-    /// The wall of a bore, the inner surface of a shell.
+    /// Wall of a bore, inner surface of a shell.
     Inner,
 }
 
-/// A box along the axes, at rest.
+/// Axis-aligned box in the rest configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-pub struct Region {
-    /// Its least coordinates, m.
+pub struct BoxRegion {
+    /// Lower corner, m.
     pub low: [f64; 3],
-    /// Its greatest coordinates, m.
+    /// Upper corner, m.
     pub high: [f64; 3],
 }
 
-impl Load {
-    /// Times, s, ascending, and the pressures then, Pa; straight in between, constant before and after.
+impl LoadSpec {
+    /// Time history of the pressure: pairs of a time, s, ascending, and a pressure, Pa. Linear in between, constant
+    /// before and after.
     #[must_use]
     pub fn history(&self) -> Vec<(f64, f64)> {
         match (self.table.as_slice(), self.ramp) {
@@ -78,8 +80,8 @@ impl Load {
     }
 }
 
-impl Face {
-    /// Its name in a scene.
+impl GelFace {
+    /// Name of the face in a scene file.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

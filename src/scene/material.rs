@@ -1,23 +1,23 @@
-//! The tables of what a gel is made of.
+//! Tables of the material parameters of a gel.
 
-use super::Gel;
+use super::GelSpec;
 use crate::constitutive::{Confinement, Strength, Term};
 use serde::{Deserialize, Serialize};
 
-/// Material model.
+/// Constitutive model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum MaterialModel {
     /// Compressible neo-Hookean with a C2 continuation below J = 0.2.
     NeoHookean,
-    /// Mooney-Rivlin: two constants.
+    /// Compressible Mooney-Rivlin: two constants.
     MooneyRivlin,
-    /// Ogden: one to three powers of the stretches.
+    /// Compressible Ogden: one to three powers of the principal stretches.
     Ogden,
-    /// Neo-Hookean in shear up to a strength that depends on the rate, pressure by an equation of state.
+    /// Viscoplastic: neo-Hookean in shear up to a rate-dependent yield stress, pressure by an equation of state.
     Flowing,
-    /// Neo-Hookean in the long run, with branches whose stress fades.
+    /// Viscoelastic: neo-Hookean in the long run, with Maxwell branches whose stress relaxes.
     Viscoelastic,
 }
 
@@ -26,76 +26,76 @@ pub enum MaterialModel {
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct ConstantsSpec {
-    /// C1, of |F|^2, Pa.
+    /// Constant C1 of |F|^2, Pa.
     pub c1: f64,
-    /// C2, of |cof F|^2, Pa; with 0 the gel is neo-Hookean.
+    /// Constant C2 of |cof F|^2, Pa; with 0 the gel is neo-Hookean.
     pub c2: f64,
 }
 
-/// A term modulus/exponent (l1^exponent + l2^exponent + l3^exponent - 3) of an Ogden gel: the shear modulus at rest is half the sum
-/// of modulus times exponent.
+/// Term modulus/exponent (l1^exponent + l2^exponent + l3^exponent - 3) of an Ogden gel. The shear modulus at rest is
+/// half the sum of modulus times exponent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct TermSpec {
-    /// mu, Pa, of the sign of the exponent.
+    /// Modulus mu, Pa, with the sign of the exponent.
     pub modulus: f64,
-    /// alpha, of a magnitude of 0.1 to 30.
+    /// Exponent alpha, of a magnitude of 0.1 to 30.
     pub exponent: f64,
 }
 
-/// A Maxwell branch of a viscoelastic gel.
+/// Maxwell branch of a viscoelastic gel.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct BranchSpec {
-    /// What it adds to the shear modulus of a fast strain, Pa.
+    /// Contribution to the instantaneous shear modulus, Pa.
     pub shear_modulus: f64,
-    /// Time in which its stress falls to 1/e at a held strain, s.
+    /// Relaxation time: at a held strain the stress of the branch falls to 1/e within it, s.
     pub time: f64,
 }
 
-/// Strength of a gel that flows: Y = Y0 times the rate of plastic strain by that of reference to a power, at least Y0 and at most
+/// Yield law of a viscoplastic gel: Y = Y0 (plastic strain rate / reference rate)^exponent, at least Y0 and at most
 /// the cap.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct StrengthSpec {
-    /// Y0, equivalent stress at the rate of reference and below, Pa.
+    /// Yield stress Y0 at the reference rate and below, as an equivalent stress, Pa.
     pub yield_stress: f64,
-    /// Rate up to which it bears Y0, 1/s: 1 if absent.
+    /// Reference rate of plastic strain, up to which the yield stress is Y0, 1/s; 1 if absent.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub reference_rate: f64,
-    /// Power of the rate, 0 to 1.
+    /// Exponent of the plastic strain rate, 0 to 1.
     #[serde(default)]
     pub rate_exponent: f64,
-    /// Most that it bears at any rate without pressure, Pa.
+    /// Greatest yield stress at any rate without pressure, Pa.
     pub cap: f64,
-    /// How much more it bears under pressure: nothing if absent.
+    /// Increase of the yield stress with pressure; none if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub confined: Option<ConfinedSpec>,
 }
 
-/// How much more a gel bears under pressure: `factor` times as much at `pressure` and above, in proportion below, of the pressure of
-/// the last `time`.
+/// Increase of the yield stress with pressure: `factor` times as much at `pressure` and above, in proportion below.
+/// The pressure is lagged by `time`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct ConfinedSpec {
-    /// Pressure from which on it bears most, Pa.
+    /// Pressure at and above which the yield stress is greatest, Pa.
     pub pressure: f64,
-    /// How many times as much, 1 to 1000.
+    /// Ratio of the greatest yield stress to that without pressure, 1 to 1000.
     pub factor: f64,
-    /// Time after which it feels a pressure, s: 0 if absent.
+    /// Time lag of the pressure that enters the yield stress, s; 0 if absent.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub time: f64,
 }
 
 impl StrengthSpec {
-    /// The law that it tells.
+    /// Yield law with these parameters.
     ///
     /// # Panics
-    /// Where the values are none that a scene is let through with.
+    /// If a value is outside its domain; those of a scene that was read are not.
     #[must_use]
     pub fn law(self) -> Strength {
         let strength = Strength::new(self.yield_stress, self.rate_exponent, self.cap).from_rate(self.reference_rate);
@@ -119,41 +119,41 @@ fn is_zero(number: &f64) -> bool {
     *number == 0.0
 }
 
-/// How gel that has flowed softens: of its shear modulus and its strength the part r + (1 - r)/(1 + (plastic strain/strain)^2)
-/// is left.
+/// Softening of a viscoplastic gel. Shear modulus and yield stress are multiplied by r + (1 - r)/(1 + (plastic
+/// strain/strain)^2).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct SofteningSpec {
-    /// Plastic strain at which half of what is lost in the end is lost.
+    /// Plastic strain at which half of the final loss has occurred.
     pub strain: f64,
-    /// r, what is left in the end: above 0, to 1.
+    /// Residual fraction r of stiffness and strength: above 0, to 1.
     pub residual: f64,
-    /// Time in which it is lost to 1/e, s: at once if absent.
+    /// Relaxation time of the loss (to 1/e), s; immediate if absent.
     #[serde(default)]
     pub time: f64,
 }
 
-/// How the pressure of a gel that flows follows its volume: p = K (1/J - 1), unless a shock speed is given.
+/// Equation of state of a viscoplastic gel: p = K (1/J - 1), unless a shock slope is given.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct VolumeSpec {
-    /// s of the shock speed c0 + s u; 0 for none.
+    /// Slope s of the Hugoniot line, shock speed = c0 + s u; 0 for none.
     pub hugoniot_slope: f64,
-    /// Tension that it bears before voids open, Pa; any if absent.
+    /// Tension at which voids open, Pa; unlimited if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tension_limit: Option<f64>,
 }
 
-/// Bulk viscosity of a gel that flows.
+/// Bulk viscosity of a viscoplastic gel.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct ViscositySpec {
-    /// Part of it that is linear in the rate.
+    /// Coefficient linear in the rate of volume change.
     pub linear: f64,
-    /// Part of it that is quadratic in the rate, in compression.
+    /// Coefficient quadratic in the rate of volume change, in compression.
     pub quadratic: f64,
 }
 
@@ -163,8 +163,8 @@ impl From<&TermSpec> for Term {
     }
 }
 
-impl Gel {
-    /// The terms of an Ogden gel.
+impl GelSpec {
+    /// Terms of an Ogden gel.
     #[must_use]
     pub fn ogden_terms(&self) -> Vec<Term> {
         self.terms.iter().map(Term::from).collect()

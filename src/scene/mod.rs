@@ -1,4 +1,4 @@
-//! A scene: what the user wrote, read, checked and given back with every default filled in.
+//! Scene: the user's input file, read, checked and returned with every default filled in.
 
 mod bodies;
 mod builtin;
@@ -32,15 +32,15 @@ pub use bodies::{MOST_FRAGMENTS, body_name};
 pub use builtin::{builtin, builtins};
 pub use doubts::doubts;
 pub use error::{SceneError, SceneErrorKind};
-pub use exit::{Never, StopAfterExit};
+pub use exit::{NeverKeyword, StopAfterExit};
 pub use extent::GelBox;
-pub use fidelity::{Fidelity, Level, Levels};
+pub use fidelity::{Fidelity, FidelityLevel as Level, Levels};
 pub use files::{Files, StlContent, no_files};
 pub use fill::from_preset;
 pub use load::*;
 pub use material::*;
 pub use nearest::{did_you_mean, nearest};
-pub use overrides::{Fault, Override, read_with, rebase, resolve, written};
+pub use overrides::{Override, OverrideError as Fault, read_with, rebase, resolve, written};
 pub use physics::{modelled, switched_off};
 pub(crate) use places::numbered;
 pub use preset::{Fact, Materials, Preset, ShotRange};
@@ -51,4 +51,5 @@ pub use remesh::{Remesh, RemeshMethod};
 pub use schema::schema;
 pub use sensor::*;
 pub use tables::*;
+pub use tables::{FaceSupport as Support, GelSymmetry as Symmetry, OctreeSpec as Tree};
 pub use validate::MOST_STEPS;

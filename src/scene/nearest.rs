@@ -1,10 +1,10 @@
-//! The known name that is nearest to a misspelt one.
+//! Nearest known name to a misspelt one, by Damerau–Levenshtein distance.
 
 use strsim::damerau_levenshtein;
 
-/// Longer words are no misspelt names, and comparing them takes time.
+/// Length of the longest word that is compared: longer words are not misspelt names, and take time.
 const LONGEST: usize = 64;
-/// Letters of a word for each of which one may be wrong, missing, too many or exchanged with the next: one in a short word.
+/// Letters per allowed mistake (wrong, missing, extra or transposed letter); a short word may have one mistake.
 const LETTERS_PER_MISTAKE: usize = 3;
 
 /// Returns the known name that a user may have meant by `word`, if one is near.
@@ -29,7 +29,7 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     (best.0 <= (length / LETTERS_PER_MISTAKE).max(1)).then_some(best.1)
 }
 
-/// The question after a name that is not known; nothing if no known name is near.
+/// Question that names the nearest known name; empty if none is near.
 #[must_use]
 pub fn did_you_mean<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     nearest(word, known).map_or(String::new(), |name| format!(" (did you mean `{name}`?)"))

@@ -1,10 +1,10 @@
-//! Single values written over those of a scene text.
+//! Overrides: single values written over those of a scene text.
 
 use super::{Fidelity, Files, Scene, SceneError, explain, read_with_files};
 use std::str::FromStr;
 use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
 
-/// One replaced value: dotted key and TOML value.
+/// Override of one value: dotted key and TOML value.
 ///
 /// # Examples
 /// ```
@@ -20,7 +20,7 @@ use toml_edit::{DocumentMut, Item, Key, Table, TableLike, Value};
 pub struct Override {
     /// Dotted key, such as `mesh.size` or `projectile.shape.sphere.radius`.
     pub key: String,
-    /// TOML text of the value, such as `1e-3` or `[0, 0, -2]`; a bare word that is not TOML stands for itself.
+    /// TOML text of the value, such as `1e-3` or `[0, 0, -2]`; a bare word that is not TOML is read as a string.
     pub value: String,
 }
 
@@ -35,75 +35,77 @@ impl FromStr for Override {
     }
 }
 
-/// A scene with overrides that cannot be used: what is wrong, and whose fault it is.
+/// Error of a scene with overrides, attributed to the text or to overrides.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fault {
-    /// What is wrong. It has a line only where the text is at fault.
+pub struct OverrideError {
+    /// Scene error. It has a line only where the text is at fault.
     pub error: Box<SceneError>,
-    /// The overrides at fault; none if the text is.
+    /// Overrides at fault; empty if the text is at fault.
     pub overrides: Vec<Override>,
 }
 
-impl Fault {
+impl OverrideError {
     fn of_text(error: SceneError) -> Self {
         Self { error: Box::new(error), overrides: Vec::new() }
     }
 
-    /// The overrides of the key that is wrong, or all of them if it is none of theirs.
+    /// Attributes the error to the overrides of the wrong key, or to all of them if none has that key.
     fn of_overrides(error: SceneError, overrides: &[Override]) -> Self {
-        let touching: Vec<Override> = overrides.iter().filter(|o| touches(&o.key, &error.key)).cloned().collect();
+        let touching: Vec<Override> = overrides.iter().filter(|o| keys_overlap(&o.key, &error.key)).cloned().collect();
         let overrides = if touching.is_empty() { overrides.to_vec() } else { touching };
         Self { error: Box::new(SceneError { line: None, ..error }), overrides }
     }
 }
 
-/// The scene text with the overrides written into it, and the scene that it is, with the files that it names.
+/// Reads a scene text with overrides and the files that it names; returns the resolved text and the scene.
 ///
 /// # Errors
-/// [`Fault`] with the key, what was found there and what was expected: with the line of the text that has the same fault
-/// without the overrides, else with the overrides that brought it.
-pub fn read_with(text: &str, overrides: &[Override], files: &Files<'_>) -> Result<(String, Scene), Fault> {
+/// [`OverrideError`] with the key, the value found and the values expected. It carries the line if the text has the
+/// same error without the overrides, otherwise the overrides that caused it.
+pub fn read_with(text: &str, overrides: &[Override], files: &Files<'_>) -> Result<(String, Scene), OverrideError> {
     let resolved = resolve(text, overrides);
     let error = match resolved.and_then(|text| read_with_files(&text, files).map(|scene| (text, scene))) {
         Ok(made) => return Ok(made),
         Err(error) => error,
     };
     if overrides.is_empty() {
-        return Err(Fault::of_text(error));
+        return Err(OverrideError::of_text(error));
     }
     match read_with_files(text, files) {
-        Err(own) if own.key == error.key && !overrides.iter().any(|o| touches(&o.key, &own.key)) => {
-            Err(Fault::of_text(own))
+        Err(own) if own.key == error.key && !overrides.iter().any(|o| keys_overlap(&o.key, &own.key)) => {
+            Err(OverrideError::of_text(own))
         }
-        Ok(_) | Err(_) => Err(Fault::of_overrides(error, overrides)),
+        Ok(_) | Err(_) => Err(OverrideError::of_overrides(error, overrides)),
     }
 }
 
-/// Whether one of two dotted keys is, or holds, the other.
-fn touches(a: &str, b: &str) -> bool {
+/// Returns true if one of two dotted keys is, or contains, the other.
+fn keys_overlap(a: &str, b: &str) -> bool {
     let holds = |a: &str, b: &str| b.strip_prefix(a).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
     holds(a, b) || holds(b, a)
 }
 
-/// The scene text with the overrides written into it; all other lines stay as they are.
+/// Writes the overrides into the scene text; all other lines stay unchanged.
 ///
-/// A key that no scene has is written too, and refused by [`read()`](super::read()).
+/// An unknown key is written too, and refused by [`read()`](super::read()).
 ///
 /// # Errors
 /// [`SceneError`] if the text is not TOML, or an override is not a dotted key and a TOML value.
 pub fn resolve(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
-    change(text, overrides, |document, override_| {
-        write(document, override_)?;
-        beat_levels(document, &override_.key);
+    edit_document(text, overrides, |document, override_| {
+        write_override(document, override_)?;
+        override_levels(document, &override_.key);
         Ok(())
     })
 }
 
-/// The scene text with the overrides as its new standard: the levels of `scene.fidelity` set what they set before, but nothing that
-/// was measured of them holds any more. An override of `scene.fidelity`, or a scene that has another level already, is resolved.
+/// Writes the overrides into the scene text as its new standard.
+///
+/// The levels of `scene.fidelity` keep their own overrides but lose their measured figures. The text is resolved
+/// instead if an override sets `scene.fidelity`, or the scene already has another level.
 ///
 /// # Errors
-/// As those of [`resolve`].
+/// Those of [`resolve`].
 pub fn rebase(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
     let is_level = |key: &str| key == "scene.fidelity" || key == "scene";
     let document = text.parse::<DocumentMut>().ok();
@@ -111,51 +113,51 @@ pub fn rebase(text: &str, overrides: &[Override]) -> Result<String, SceneError> 
     if own.is_some_and(|own| own != Fidelity::Standard.as_str()) || overrides.iter().any(|o| is_level(&o.key)) {
         return resolve(text, overrides);
     }
-    change(text, overrides, |document, override_| {
-        write(document, override_)?;
-        forget_figures(document, &override_.key, |_| {});
+    edit_document(text, overrides, |document, override_| {
+        write_override(document, override_)?;
+        remove_figures(document, &override_.key, |_| {});
         Ok(())
     })
 }
 
-/// The same where nothing changes that the levels of `scene.fidelity` were measured with, such as by another name of a file.
+/// Writes overrides that do not affect the measured figures of the fidelity levels, such as another file name.
 ///
 /// # Errors
-/// As those of [`resolve`].
+/// Those of [`resolve`].
 pub fn written(text: &str, overrides: &[Override]) -> Result<String, SceneError> {
-    change(text, overrides, write)
+    edit_document(text, overrides, write_override)
 }
 
-fn change(
+fn edit_document(
     text: &str,
     overrides: &[Override],
     each: impl Fn(&mut DocumentMut, &Override) -> Result<(), SceneError>,
 ) -> Result<String, SceneError> {
     let parsed = text.parse::<DocumentMut>();
-    let mut document = parsed.map_err(|error| explain::syntax(text, error.span(), error.message()))?;
+    let mut document = parsed.map_err(|error| explain::syntax_error(text, error.span(), error.message()))?;
     overrides.iter().try_for_each(|override_| each(&mut document, override_))?;
     Ok(document.to_string())
 }
 
-/// Keys that change neither what comes out nor what it costs, and those of the levels themselves.
-const HARMLESS: [&str; 6] =
+/// Keys that change neither results nor cost, and the keys of the levels themselves.
+const NEUTRAL_KEYS: [&str; 6] =
     ["fidelity", "output", "scene.fidelity", "scene.name", "scene.title", "scene.communication_step"];
 
-/// An override is stronger than a level, which must not set the key again; and what was measured no longer holds.
-fn beat_levels(document: &mut DocumentMut, key: &str) {
-    forget_figures(document, key, |level| {
+/// Removes the overridden key from the levels' own overrides, and the measured figures of the levels.
+fn override_levels(document: &mut DocumentMut, key: &str) {
+    remove_figures(document, key, |level| {
         if let Some(set) = level.get_mut("set").and_then(Item::as_array_mut) {
             set.retain(|entry| {
-                !entry.as_str().is_some_and(|entry| touches(entry.split('=').next().unwrap_or("").trim(), key))
+                !entry.as_str().is_some_and(|entry| keys_overlap(entry.split('=').next().unwrap_or("").trim(), key))
             });
         }
     });
 }
 
-/// Takes away what was measured of the levels before a key was overridden, and does something more to each of them.
-fn forget_figures(document: &mut DocumentMut, key: &str, more: impl Fn(&mut dyn TableLike)) {
+/// Removes the measured figures of the levels, unless the key is harmless, and applies `more` to each level.
+fn remove_figures(document: &mut DocumentMut, key: &str, more: impl Fn(&mut dyn TableLike)) {
     let levels = document.get_mut("fidelity").and_then(Item::as_table_like_mut);
-    if HARMLESS.iter().any(|harmless| *harmless == key || key.starts_with(&format!("{harmless}."))) {
+    if NEUTRAL_KEYS.iter().any(|harmless| *harmless == key || key.starts_with(&format!("{harmless}."))) {
         return;
     }
     for (_, level) in levels.into_iter().flat_map(|levels| levels.iter_mut()) {
@@ -167,7 +169,7 @@ fn forget_figures(document: &mut DocumentMut, key: &str, more: impl Fn(&mut dyn 
     }
 }
 
-fn write(document: &mut DocumentMut, change: &Override) -> Result<(), SceneError> {
+fn write_override(document: &mut DocumentMut, change: &Override) -> Result<(), SceneError> {
     let value = parse_value(change)?;
     let broken =
         |_| SceneError::value(&change.key, "a broken key", "a dotted key, such as mesh.size or fragment[1].mass");
@@ -186,23 +188,23 @@ fn write(document: &mut DocumentMut, change: &Override) -> Result<(), SceneError
         let inner = place.entry(name.get()).or_insert_with(implicit_table);
         let inner = if is_list(inner) {
             let number = names.next().map_or("", |(_, number)| number.get());
-            member(inner, number).map_err(|length| no_member(change, name, length))?
+            table_at(inner, number).map_err(|length| no_member(change, name, length))?
         } else {
             inner.as_table_like_mut().ok_or_else(|| not_a_table(change, &tables[..=depth]))?
         };
         place = inner;
     }
-    put(place, last, value);
+    replace_value(place, last, value);
     Ok(())
 }
 
-/// Whether it is a list of tables.
+/// Returns true if the item is a list of tables.
 fn is_list(item: &Item) -> bool {
     item.is_array_of_tables() || item.as_array().is_some_and(|list| list.iter().all(Value::is_inline_table))
 }
 
-/// The table of this number, from 1, of a list; else how many there are.
-fn member<'a>(list: &'a mut Item, number: &str) -> Result<&'a mut dyn TableLike, usize> {
+/// Table number `number`, from 1, of a list; otherwise the length of the list.
+fn table_at<'a>(list: &'a mut Item, number: &str) -> Result<&'a mut dyn TableLike, usize> {
     let at = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
     match list {
         Item::ArrayOfTables(tables) => {
@@ -253,7 +255,7 @@ fn not_a_table(change: &Override, path: &[Key]) -> SceneError {
 }
 
 /// Replaces a value and keeps the comment behind it.
-fn put(table: &mut dyn TableLike, name: &Key, mut value: Value) {
+fn replace_value(table: &mut dyn TableLike, name: &Key, mut value: Value) {
     if let Some(old) = table.get_mut(name.get()).and_then(Item::as_value_mut) {
         value.decor_mut().clone_from(old.decor());
         *old = value;

@@ -1,23 +1,23 @@
-//! What a scene models and what it does not: a scene models only what it asks for.
+//! Lists the physics that a scene models, and the physics that it leaves out.
 
 use super::{
-    BodyShape, ContactLaw, Dimension, ElementKind, Face, GelShape, Lattice, MaterialModel, RemeshMethod, Scene,
-    ScheduleKind, StrengthSpec, Support, Supports, Symmetry, body_name, numbered,
+    BodyShape, ContactLaw, Dimension, ElementKind, FaceSupport, GelFace, GelShape, GelSymmetry, Lattice, MaterialModel,
+    RemeshMethod, Scene, ScheduleKind, StrengthSpec, SupportSpec, body_name, numbered,
 };
 use crate::geometry::{Shape, SignedDistance, Solid};
 use crate::integrator::fixed;
 use crate::math::Vector3;
 
-/// Short sentences of the physics that a scene computes.
+/// Returns one short sentence for each piece of physics that a scene computes.
 #[must_use]
 pub fn modelled(scene: &Scene) -> Vec<String> {
     let general = [
-        space(scene.scene.dimension),
-        material(scene),
-        elements(scene),
-        volume(scene),
-        steps(scene),
-        contact(scene.contact.law),
+        describe_space(scene.scene.dimension),
+        describe_material(scene),
+        describe_elements(scene),
+        describe_volume(scene),
+        describe_steps(scene),
+        describe_contact(scene.contact.law),
     ];
     let renewed = scene.remesh.as_ref().map(|remesh| match remesh.method {
         RemeshMethod::Retained => "mesh: exchanged for a new one where it is worn, old nodes kept where they are good",
@@ -25,21 +25,29 @@ pub fn modelled(scene: &Scene) -> Vec<String> {
             "mesh: exchanged for a new one where it is worn, cut out of the triangulation of a quadtree"
         }
     });
-    let general = general.into_iter().chain(renewed).chain(flow(scene).into_iter().flatten());
-    let bodies = (0..scene.n_bodies()).flat_map(|body| body_lines(scene, body));
+    let general = general.into_iter().chain(renewed).chain(describe_flow(scene).into_iter().flatten());
+    let bodies = (0..scene.n_bodies()).flat_map(|body| describe_body(scene, body));
     let part = match scene.gel.symmetry {
-        Symmetry::None => None,
-        Symmetry::Half => Some("symmetry: the half at y >= 0 is computed and stands for all of the gel"),
-        Symmetry::Quarter => Some("symmetry: the quarter at x >= 0, y >= 0 is computed and stands for all of the gel"),
+        GelSymmetry::None => None,
+        GelSymmetry::Half => Some("symmetry: the half at y >= 0 is computed and stands for all of the gel"),
+        GelSymmetry::Quarter => {
+            Some("symmetry: the quarter at x >= 0, y >= 0 is computed and stands for all of the gel")
+        }
     };
     let general = general.chain(part);
-    general.map(str::to_owned).chain(loads(scene)).chain(damping(scene)).chain(bodies).chain(sensors(scene)).collect()
+    general
+        .map(str::to_owned)
+        .chain(describe_loads(scene))
+        .chain(describe_damping(scene))
+        .chain(bodies)
+        .chain(describe_sensors(scene))
+        .collect()
 }
 
-/// What presses on the gel, load by load.
-fn loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
+/// Describes each pressure load.
+fn describe_loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
     scene.load.iter().enumerate().map(|(i, load)| {
-        let face = load.on.map_or("the surface", Face::name);
+        let face = load.on.map_or("the surface", GelFace::name);
         let part = if load.within.is_some() { ", within a box" } else { "" };
         let depth =
             if load.depth > 0.0 { format!(", all of it {:?} m below z = 0", load.depth) } else { String::new() };
@@ -56,20 +64,20 @@ fn loads(scene: &Scene) -> impl Iterator<Item = String> + '_ {
     })
 }
 
-/// What is measured, sensor by sensor.
-fn sensors(scene: &Scene) -> impl Iterator<Item = String> + '_ {
+/// Describes each sensor.
+fn describe_sensors(scene: &Scene) -> impl Iterator<Item = String> + '_ {
     scene.sensor.iter().enumerate().map(|(i, sensor)| {
         let name = numbered("sensor", i);
         format!("{name}: pressure, displacement and velocity of the gel that is at {:?} m at rest", sensor.position)
     })
 }
 
-fn damping(scene: &Scene) -> Option<String> {
+fn describe_damping(scene: &Scene) -> Option<String> {
     let rate = scene.integrator.damping;
     (rate > 0.0).then(|| format!("damping: in proportion to mass, speeds fade as exp(-t/{:.3e} s)", 1.0 / rate))
 }
 
-fn body_lines(scene: &Scene, i: usize) -> Vec<String> {
+fn describe_body(scene: &Scene, i: usize) -> Vec<String> {
     let (name, body) = (body_name(i), scene.body(i));
     let motion = match scene.freedom() {
         _ if body.fixed => "rigid and held",
@@ -79,24 +87,25 @@ fn body_lines(scene: &Scene, i: usize) -> Vec<String> {
     };
     let grows = matches!(body.shape, BodyShape::Dome { .. }).then_some("a dome whose height and radius are inputs");
     let waits = (!body.active).then_some("takes no part until it is made active");
-    let lines = [Some(motion.to_owned()), grows.map(str::to_owned), waits.map(str::to_owned), balance(scene, i)];
+    let lines =
+        [Some(motion.to_owned()), grows.map(str::to_owned), waits.map(str::to_owned), describe_balance(scene, i)];
     lines.into_iter().flatten().map(|line| format!("{name}: {line}")).collect()
 }
 
-/// Volume, mass and density of a bounded body, and where the centre of mass of one with a tip is.
-fn balance(scene: &Scene, i: usize) -> Option<String> {
+/// Describes volume, mass and density of a bounded body; with a tip also the position of the centre of mass.
+fn describe_balance(scene: &Scene, i: usize) -> Option<String> {
     let volume = scene.volume(i)?;
     let mass = scene.body(i).mass.map(|mass| format!(", mass {mass:.4e} kg, {} kg/m3", fixed(mass / volume, 0)));
     let tip = match scene.shape(i) {
         Shape::Profile(profile) => format!(", centre of mass {:.6} m behind the tip", -profile.poles()[0].end.z),
-        Shape::Solid(solid) => surface(&solid),
+        Shape::Solid(solid) => describe_surface(&solid),
         Shape::Sphere(_) | Shape::Plate(_) | Shape::HalfSpace(_) | Shape::Dome(_) => String::new(),
     };
     Some(format!("volume {volume:.4e} m3{}{tip}", mass.unwrap_or_default()))
 }
 
-/// A surface from a file, by what tells whether it is the one that was meant.
-fn surface(solid: &Solid) -> String {
+/// Describes a surface from a file by its size and orientation, so that the user can recognise it.
+fn describe_surface(solid: &Solid) -> String {
     let [x, y, z] = solid.centre().into();
     let size: Vector3 =
         [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| solid.reach(&axis) + solid.reach(&-axis)).into();
@@ -110,7 +119,7 @@ fn surface(solid: &Solid) -> String {
     )
 }
 
-fn space(dimension: Dimension) -> &'static str {
+fn describe_space(dimension: Dimension) -> &'static str {
     match dimension {
         Dimension::Planar => "gel: plane strain in the x-z plane, large deformation",
         Dimension::Axisymmetric => "gel: a body of revolution about z, large deformation",
@@ -118,7 +127,7 @@ fn space(dimension: Dimension) -> &'static str {
     }
 }
 
-fn material(scene: &Scene) -> &'static str {
+fn describe_material(scene: &Scene) -> &'static str {
     match scene.gel.material {
         MaterialModel::NeoHookean => "material: compressible neo-Hookean, elastic waves in shear and pressure",
         MaterialModel::MooneyRivlin => "material: compressible Mooney-Rivlin, elastic in two constants",
@@ -128,14 +137,14 @@ fn material(scene: &Scene) -> &'static str {
     }
 }
 
-/// What a gel that flows does beside being elastic.
-fn flow(scene: &Scene) -> [Option<&'static str>; 7] {
+/// Describes the viscoplastic extras of a gel: yield, confinement, softening, equation of state, viscosity, erosion.
+fn describe_flow(scene: &Scene) -> [Option<&'static str>; 7] {
     let (gel, remesh) = (&scene.gel, scene.remesh.as_ref());
     let shocks = gel.volume.is_some_and(|volume| volume.hugoniot_slope > 0.0);
     let voids = gel.volume.is_some_and(|volume| volume.tension_limit.is_some());
     [
         gel.strength.is_some().then_some("strength: the gel flows where shear is more than it bears at its rate"),
-        gel.strength.and_then(confinement),
+        gel.strength.and_then(describe_confinement),
         gel.softening.is_some().then_some("softening: gel that has flowed loses stiffness and strength"),
         shocks.then_some("pressure: by the speed of shocks"),
         voids.then_some("tension: limited, the gel opens voids that close again"),
@@ -144,8 +153,9 @@ fn flow(scene: &Scene) -> [Option<&'static str>; 7] {
     ]
 }
 
-/// What pressure does to the strength, and whether it does so too steeply for a limit of refinement (numerics 6.2).
-fn confinement(strength: StrengthSpec) -> Option<&'static str> {
+/// Describes the pressure dependence of the yield stress. Warns where it is too steep for depths to converge under
+/// refinement (numerics 6.2).
+fn describe_confinement(strength: StrengthSpec) -> Option<&'static str> {
     strength.confined?;
     let law = strength.law();
     let is_steep = law.steepest_friction() > law.stable_friction();
@@ -153,7 +163,7 @@ fn confinement(strength: StrengthSpec) -> Option<&'static str> {
     Some(if is_steep { steep } else { "confinement: gel under pressure bears more shear" })
 }
 
-fn elements(scene: &Scene) -> &'static str {
+fn describe_elements(scene: &Scene) -> &'static str {
     if scene.mesh.tree.is_some() {
         return match scene.scene.dimension {
             Dimension::Spatial => "elements: linear tetrahedra between the middles of the cells of an octree",
@@ -170,7 +180,7 @@ fn elements(scene: &Scene) -> &'static str {
     }
 }
 
-fn volume(scene: &Scene) -> &'static str {
+fn describe_volume(scene: &Scene) -> &'static str {
     match (scene.mesh.element, scene.scene.dimension) {
         (ElementKind::Plain, _) => "volume: every element resists a change of its own",
         (ElementKind::Patch, Dimension::Spatial) => {
@@ -182,7 +192,7 @@ fn volume(scene: &Scene) -> &'static str {
     }
 }
 
-fn steps(scene: &Scene) -> &'static str {
+fn describe_steps(scene: &Scene) -> &'static str {
     match scene.integrator.schedule {
         ScheduleKind::Bins => {
             "time: every element at its own step, a power of two of the tick, eight patches of like steps together"
@@ -192,14 +202,14 @@ fn steps(scene: &Scene) -> &'static str {
     }
 }
 
-fn contact(law: ContactLaw) -> &'static str {
+fn describe_contact(law: ContactLaw) -> &'static str {
     match law {
         ContactLaw::Moreau => "contact: impulses between surface nodes and projectile, no penalty",
         ContactLaw::Reversal => "contact: reversal of the approaching momentum of surface nodes, no penalty",
     }
 }
 
-/// Short sentences of the physics that a scene does not compute.
+/// Returns one short sentence for each piece of physics that a scene does not compute.
 #[must_use]
 pub fn switched_off(scene: &Scene) -> Vec<String> {
     let flows = scene.gel.strength.is_some();
@@ -215,17 +225,17 @@ pub fn switched_off(scene: &Scene) -> Vec<String> {
         "air: none, neither around the gel nor in the cavity",
         "deformation of the bodies: none, they are rigid",
     ];
-    off.extend(viscosity(scene));
-    off.extend(pressure(scene).into_iter().flatten());
-    off.extend(depends_on_dimension(scene.scene.dimension));
-    off.extend(depends_on_tables(scene).into_iter().flatten());
-    let fixed = scene.bodies().enumerate().filter(|(_, body)| body.fixed).map(|(i, _)| name(i));
+    off.extend(omitted_viscosity(scene));
+    off.extend(omitted_pressure_effects(scene).into_iter().flatten());
+    off.extend(omitted_by_dimension(scene.scene.dimension));
+    off.extend(omitted_by_tables(scene).into_iter().flatten());
+    let fixed = scene.bodies().enumerate().filter(|(_, body)| body.fixed).map(|(i, _)| name_body(i));
     let still = fixed.map(|name| format!("motion of {name}: none, it is fixed"));
     off.into_iter().map(str::to_owned).chain(still).collect()
 }
 
-/// What a gel lacks whose stress does not depend on the rate.
-fn viscosity(scene: &Scene) -> Option<&'static str> {
+/// Names the missing viscosity of a gel whose stress does not depend on the rate.
+fn omitted_viscosity(scene: &Scene) -> Option<&'static str> {
     match scene.gel.material {
         MaterialModel::Viscoelastic => None,
         MaterialModel::NeoHookean | MaterialModel::MooneyRivlin | MaterialModel::Ogden | MaterialModel::Flowing => {
@@ -238,8 +248,8 @@ fn viscosity(scene: &Scene) -> Option<&'static str> {
     }
 }
 
-/// What the pressure of the gel, and its surface where that is exchanged, do not know.
-fn pressure(scene: &Scene) -> [Option<&'static str>; 4] {
+/// Names the missing effects of the pressure law, and missing erosion where the gel is remeshed.
+fn omitted_pressure_effects(scene: &Scene) -> [Option<&'static str>; 4] {
     let (gel, remesh) = (&scene.gel, scene.remesh.as_ref());
     let shocks = gel.volume.is_some_and(|volume| volume.hugoniot_slope > 0.0);
     let voids = gel.volume.is_some_and(|volume| volume.tension_limit.is_some());
@@ -252,12 +262,12 @@ fn pressure(scene: &Scene) -> [Option<&'static str>; 4] {
     ]
 }
 
-/// A body in a sentence.
-fn name(body: usize) -> String {
+/// Names a body in a sentence.
+fn name_body(body: usize) -> String {
     if body == 0 { "the projectile".to_owned() } else { body_name(body) }
 }
 
-fn depends_on_dimension(dimension: Dimension) -> Option<&'static str> {
+fn omitted_by_dimension(dimension: Dimension) -> Option<&'static str> {
     match dimension {
         Dimension::Planar => Some("motion out of the plane: none"),
         Dimension::Axisymmetric => Some("motion off the axis, spin and torsion: none"),
@@ -265,7 +275,7 @@ fn depends_on_dimension(dimension: Dimension) -> Option<&'static str> {
     }
 }
 
-fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 9] {
+fn omitted_by_tables(scene: &Scene) -> [Option<&'static str>; 9] {
     let fixed = scene.remesh.is_none().then_some("remeshing: none, the run stops where the mesh cannot follow");
     let plain = scene.mesh.element == ElementKind::Plain;
     let locking = plain.then_some("locking-free elements: none, plain elements are too stiff near incompressibility");
@@ -275,7 +285,7 @@ fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 9] {
     let smooth = (scene.contact.friction == 0.0).then_some("friction: none, the projectile slides freely");
     let unloaded = scene.load.is_empty().then_some("loads: none, only bodies and supports act on the gel");
     let undamped = (scene.integrator.damping == 0.0).then_some("damping: none, waves keep their energy");
-    let free = is_free(&scene.gel.supports) || matches!(scene.gel.shape, GelShape::LBeam { .. });
+    let free = has_no_supports(&scene.gel.supports) || matches!(scene.gel.shape, GelShape::LBeam { .. });
     let alone = scene.fragment.is_empty().then_some("fragments: none, the projectile is alone");
     [
         alone,
@@ -290,9 +300,9 @@ fn depends_on_tables(scene: &Scene) -> [Option<&'static str>; 9] {
     ]
 }
 
-fn is_free(supports: &Supports) -> bool {
-    let Supports { x_min, x_max, y_min, y_max, z_min, z_max, side } = *supports;
-    [x_min, x_max, y_min, y_max, z_min, z_max, side].iter().all(|&support| support == Support::Free)
+fn has_no_supports(supports: &SupportSpec) -> bool {
+    let SupportSpec { x_min, x_max, y_min, y_max, z_min, z_max, side } = *supports;
+    [x_min, x_max, y_min, y_max, z_min, z_max, side].iter().all(|&support| support == FaceSupport::Free)
 }
 
 #[cfg(test)]
@@ -305,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_scene_does_not_ask_for_is_listed() {
+    fn physics_without_a_key_is_listed_as_switched_off() {
         let off = off("sphere-block");
         for physics in ["friction", "viscosity", "strength and failure", "gravity", "remeshing", "locking-free"] {
             assert!(off.iter().any(|line| line.starts_with(physics)), "{physics} is not in {off:?}");
@@ -313,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_gel_has_is_not_switched_off() {
+    fn modelled_physics_is_not_listed_as_switched_off() {
         let visco = off("bounce-visco");
         assert!(!visco.iter().any(|line| line.starts_with("viscosity")), "{visco:?}");
         let (shot, block) = (off("fbi-bb"), off("sphere-block"));
@@ -333,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn what_two_dimensions_leave_out_is_listed_in_two_dimensions_only() {
+    fn motion_out_of_the_plane_is_listed_in_two_dimensions_only() {
         assert!(off("ball-square").contains(&"motion out of the plane: none".to_owned()));
         assert!(off("ball-bounce").contains(&"motion off the axis, spin and torsion: none".to_owned()));
         assert!(!off("sphere-block").iter().any(|line| line.starts_with("motion")));

@@ -1,19 +1,19 @@
-//! Scene text to checked scene.
+//! Reads a scene text into a checked scene.
 
-use super::fidelity::{levelled, misfit};
-use super::places::{Places, join, numbered};
+use super::fidelity::{apply_level, level_error};
+use super::places::{KeyLocations, join, numbered};
 use super::validate::validate;
 use super::{Files, Scene, SceneError, explain, files, fill, no_files};
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue, Deserializer};
 
-/// Bytes of the longest scene text that is read: the longest that is built in has a two-hundredth of it.
+/// Greatest size of a scene text, bytes: two hundred times that of the longest built-in scene.
 pub const MOST_BYTES: usize = 1 << 20;
 
 /// Reads and checks a scene that names no files.
 ///
 /// # Errors
-/// [`SceneError`] with the key, the line, what was found there and what was expected, for the first thing that is wrong.
+/// [`SceneError`] for the first invalid value, with key, line, value found and values expected.
 ///
 /// # Examples
 /// ```
@@ -33,38 +33,40 @@ pub fn read(text: &str) -> Result<Scene, SceneError> {
 /// Reads and checks a scene, with the files that it names.
 ///
 /// # Errors
-/// As [`read`]; also for the first file that cannot be read, or does not hold what it should.
+/// Those of [`read`], and an error for the first file that cannot be read or has invalid content.
 pub fn read_with_files(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
-    let scene = as_it_stands(text, files)?;
-    match levelled(text, &scene) {
+    let scene = read_without_level(text, files)?;
+    match apply_level(text, &scene) {
         Ok(None) => Ok(scene),
-        Ok(Some(other)) => as_it_stands(&other, files).map_err(|error| placed(text, misfit(&scene, &error))),
-        Err(error) => Err(placed(text, error)),
+        Ok(Some(other)) => {
+            read_without_level(&other, files).map_err(|error| with_line(text, level_error(&scene, &error)))
+        }
+        Err(error) => Err(with_line(text, error)),
     }
 }
 
-/// An error with the line on which its key is set.
-fn placed(text: &str, error: SceneError) -> SceneError {
+/// Adds to an error the line on which its key is set.
+fn with_line(text: &str, error: SceneError) -> SceneError {
     let table = DeTable::parse(text);
-    let line = table.ok().and_then(|table| Places::of(text, table.get_ref()).line_of(&error.key));
+    let line = table.ok().and_then(|table| KeyLocations::of(text, table.get_ref()).line_of(&error.key));
     SceneError { line, ..error }
 }
 
-/// Reads and checks a scene, whatever its level.
-fn as_it_stands(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
+/// Reads and checks a scene without applying its fidelity level.
+fn read_without_level(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
     if text.len() > MOST_BYTES {
         let found = format!("{} bytes", text.len());
         return Err(SceneError::value("", found, format!("the text of a scene, of at most {MOST_BYTES} bytes")));
     }
-    let table = DeTable::parse(text).map_err(|error| explain::syntax(text, error.span(), error.message()))?;
-    let places = Places::of(text, table.get_ref());
+    let table = DeTable::parse(text).map_err(|error| explain::syntax_error(text, error.span(), error.message()))?;
+    let places = KeyLocations::of(text, table.get_ref());
     let shear_modulus = fill::shear_modulus(table.get_ref());
     let mut whole = table.clone();
-    fill::fill(whole.get_mut(), shear_modulus.as_deref());
+    fill::fill_gel(whole.get_mut(), shear_modulus.as_deref());
     let scene = Scene::deserialize(Deserializer::from(whole));
-    let mut scene = scene.map_err(|error| explain::content(text, &places, &error))?;
-    let checked = same_lengths(table.get_ref(), &scene)
-        .and_then(|()| files::attach(&mut scene, files))
+    let mut scene = scene.map_err(|error| explain::content_error(text, &places, &error))?;
+    let checked = check_lengths(table.get_ref(), &scene)
+        .and_then(|()| files::attach_files(&mut scene, files))
         .and_then(|()| validate(&scene));
     match checked {
         Ok(()) => Ok(scene.with_masses()),
@@ -72,8 +74,8 @@ fn as_it_stands(text: &str, files: &Files<'_>) -> Result<Scene, SceneError> {
     }
 }
 
-/// Refuses lists of which serde read only the beginning, and tables written as lists.
-fn same_lengths(text: &DeTable<'_>, scene: &Scene) -> Result<(), SceneError> {
+/// Refuses lists that serde read only in part, and lists where a table is expected.
+fn check_lengths(text: &DeTable<'_>, scene: &Scene) -> Result<(), SceneError> {
     match toml::Table::try_from(scene) {
         Ok(read) => compare_tables("", text, &read),
         Err(error) => unreachable!("a scene that was read from TOML can be written as TOML: {error}"),

@@ -1,39 +1,40 @@
-//! The table of when and how the mesh is exchanged.
+//! Table of the criteria and sizes of remeshing.
 
 use serde::{Deserialize, Serialize};
 
-/// When the mesh is exchanged for a new one, how that is made, and how fine it is.
+/// Remeshing: criteria for a distorted mesh, method, and element sizes of the new mesh.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub struct Remesh {
-    /// How the new mesh is made.
+    /// Method that makes the new mesh.
     pub method: RemeshMethod,
-    /// An element shaped worse than this wears the mesh out: 1 is equilateral, 0 flat. With 0 only one that is turned inside out
-    /// does.
+    /// Least element quality: an element shaped worse triggers remeshing. 1 is equilateral, 0 flat. With 0 only an
+    /// inverted element does.
     pub quality: f64,
-    /// So does one that is compressed to less than this part of its volume.
+    /// Least ratio of current to rest volume: an element compressed further triggers remeshing.
     pub compression: f64,
-    /// Times at which the mesh is exchanged, worn or not, s, ascending.
+    /// Times at which the mesh is replaced whether distorted or not, s, ascending.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub times: Vec<f64>,
-    /// Whether a new mesh is fine where the fields bend and where a body is near, and coarse elsewhere; if not, it has
+    /// True for a mesh that is fine where the fields are curved and near bodies, and coarse elsewhere; false for
     /// `mesh.size` everywhere.
     pub adaptive: bool,
-    /// Shortest edge that is asked for, m; half of `mesh.size` if not given.
+    /// Least target edge length, m; half of `mesh.size` if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smallest: Option<f64>,
-    /// Edge at the ends of bodies on their axes and at their corners, m, from which it grows by `growth` as elsewhere: a nose that is
-    /// sharper than the mesh around the body; `mesh.size` there, too, if absent.
+    /// Target edge length at the axial ends and at the corners of bodies, m, for a nose sharper than the mesh around
+    /// the body. It grows by `growth` with the distance. `mesh.size` if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tip: Option<f64>,
-    /// Angle by which displacement or velocity, drawn over the gel, may bend between two elements beside each other, degrees;
-    /// at 180 their bends ask for nothing.
+    /// Curvature indicator: angle by which the graph of displacement or velocity over the gel may bend between
+    /// adjacent elements, degrees. 180 disables the indicator.
     pub bend: f64,
-    /// Edges may grow by so much per length of distance.
+    /// Greatest growth of the target edge length per distance.
     pub growth: f64,
-    /// Sheets of gel thinner than this break off when the mesh is exchanged, and fly on as drops that nothing meets again, m; if absent,
-    /// only what is thinner than a hundredth of the least edge or no mesh can follow, and only where no mesh is taken with it.
+    /// Thickness below which sheets of gel are eroded when the mesh is replaced, m; the eroded gel flies on as drops
+    /// without further contact. If absent, erosion is the last resort when every new mesh is refused. It then removes
+    /// gel thinner than a hundredth of the least edge, or gel that no mesh can follow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thinnest: Option<f64>,
 }
@@ -55,14 +56,14 @@ impl Default for Remesh {
     }
 }
 
-/// How a new mesh is made of an old one.
+/// Method that makes a new mesh from an old one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 pub enum RemeshMethod {
-    /// The old nodes and the old surface are kept where they are good, points of a quadtree fill the rest.
+    /// Local remeshing: good nodes and the old surface are retained, points of a quadtree fill the rest.
     Retained,
-    /// The paper's: the gel is immersed in the triangulation of a quadtree and cut out of it; only corners and the ends of
-    /// what is held are kept.
+    /// Immersed method of the original paper: the gel is cut out of the triangulation of a quadtree. Only corners and
+    /// the ends of supports are retained.
     Immersed,
 }

@@ -1,4 +1,4 @@
-//! JSON schema of a scene, with which editors complete and check.
+//! JSON schema of a scene, with which editors complete and check scene files.
 
 use super::Scene;
 use serde_json::json;
@@ -13,7 +13,7 @@ use serde_json::json;
 #[must_use]
 pub fn schema() -> serde_json::Value {
     let mut schema = schemars::schema_for!(Scene).to_value();
-    // All other keys of a gel may be those of its preset.
-    schema["$defs"]["Gel"]["required"] = json!(["shape"]);
+    // A preset may supply all other keys of a gel.
+    schema["$defs"]["GelSpec"]["required"] = json!(["shape"]);
     schema
 }

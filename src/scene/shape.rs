@@ -1,15 +1,15 @@
-//! The solids that a scene's bodies are.
+//! Solids of the bodies of a scene.
 
-use super::{BodyShape, Bullet, Dimension, Nose, Scene};
+use super::{BodyShape, BulletNose, BulletSpec, Dimension, Scene};
 use crate::geometry::{Dome, HalfSpace, Outline, Plate, Profile, Shape, Sphere, Sweep};
 use crate::math::Vector3;
 use std::sync::Arc;
 
 impl Scene {
-    /// The solid of a body, its origin the centre of mass: of the homogeneous body, in `planar` of its section.
+    /// Solid of a body. Its origin is the centre of mass of the homogeneous body, in `planar` that of the section.
     ///
     /// # Panics
-    /// If there is no such body, or the shape's lengths do not make a solid; those of a scene that was read do.
+    /// If the body does not exist, or its lengths make no solid; [`read()`](super::read()) refuses such lengths.
     #[must_use]
     pub fn shape(&self, body: usize) -> Shape {
         let sweep = match self.scene.dimension {
@@ -32,7 +32,8 @@ impl Scene {
     }
 }
 
-/// In the plane the nearest point of the surface is in the plane: across it, the prism has no end.
+/// Plate of a scene. In the plane the prism is made long across it, so that the nearest surface point lies in the
+/// plane.
 fn plate([x, y, z]: [f64; 3], edge_radius: f64, sweep: Sweep) -> Plate {
     let across = match sweep {
         Sweep::Prism => 2.0 * x.max(z),
@@ -49,30 +50,31 @@ fn capsule(radius: f64, length: f64) -> Outline {
     Outline::at_tip().arc(radius, radius, radius).line(radius, length - radius).arc(0.0, length, radius)
 }
 
-impl Bullet {
+impl BulletSpec {
     /// Length of the nose along the axis, m.
     pub(super) fn nose_length(&self) -> f64 {
         match self.nose {
-            Nose::Ogive { length, .. } | Nose::Cone { length, .. } => length,
-            Nose::Round => self.radius,
-            Nose::Flat => 0.0,
+            BulletNose::Ogive { length, .. } | BulletNose::Cone { length, .. } => length,
+            BulletNose::Round => self.radius,
+            BulletNose::Flat => 0.0,
         }
     }
 
-    /// What nose and tail leave of the length, m; negative if they leave less than nothing, but not by round-off.
+    /// Length of the cylindrical body between nose and tail, m; negative if they overlap by more than round-off.
     pub(super) fn mantle_length(&self) -> f64 {
         const ROUND_OFF: f64 = 1e-9;
         let rest = self.length - self.nose_length() - self.tail.map_or(0.0, |tail| tail.length);
         if rest.abs() <= ROUND_OFF * self.length { 0.0 } else { rest }
     }
 
-    /// (L² + d²)/2d, m: radius of the arc through the rims of meplat and mantle that is tangent to the mantle.
+    /// Arc radius (L² + d²)/2d of the tangent ogive, m: through the rims of meplat and cylinder, tangent to the
+    /// cylinder.
     pub(super) fn tangent_radius(&self, length: f64, meplat_radius: f64) -> f64 {
         let step = self.radius - meplat_radius;
         (length * length + step * step) / (2.0 * step)
     }
 
-    /// The outline with rounded rims; `None` if there is no room for the rounding.
+    /// Outline with rounded rims; `None` if there is no room for the rounding.
     pub(super) fn rounded(&self) -> Option<Outline> {
         self.outline().rounded(self.edge_radius)
     }
@@ -80,13 +82,13 @@ impl Bullet {
     fn outline(&self) -> Outline {
         let (radius, shoulder) = (self.radius, self.nose_length());
         let nose = match self.nose {
-            Nose::Ogive { length, arc_radius, meplat_radius } => {
+            BulletNose::Ogive { length, arc_radius, meplat_radius } => {
                 let arc = arc_radius.unwrap_or_else(|| self.tangent_radius(length, meplat_radius));
                 Outline::at_tip().line(meplat_radius, 0.0).arc(radius, shoulder, arc)
             }
-            Nose::Cone { meplat_radius, .. } => Outline::at_tip().line(meplat_radius, 0.0).line(radius, shoulder),
-            Nose::Round => Outline::at_tip().arc(radius, shoulder, radius),
-            Nose::Flat => Outline::at_tip().line(radius, 0.0),
+            BulletNose::Cone { meplat_radius, .. } => Outline::at_tip().line(meplat_radius, 0.0).line(radius, shoulder),
+            BulletNose::Round => Outline::at_tip().arc(radius, shoulder, radius),
+            BulletNose::Flat => Outline::at_tip().line(radius, 0.0),
         };
         let base = self.tail.map_or(radius, |tail| tail.radius);
         nose.line(radius, shoulder + self.mantle_length()).line(base, self.length).line(0.0, self.length)

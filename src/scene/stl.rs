@@ -1,9 +1,9 @@
-//! Bytes of an STL file to triangles.
+//! Parser of binary and ASCII STL files.
 
 use crate::geometry::Surface;
 use crate::math::Vector3;
 
-/// An STL file that cannot be read: where, what is there, and what was expected.
+/// Unreadable STL file: text found, with its location, and text expected.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct StlError {
     pub found: String,
@@ -15,8 +15,9 @@ const RECORD: usize = 50;
 /// Lines of the longest ASCII file that is read: seven to a triangle, and one more for comments and names of solids.
 const MOST_LINES: usize = 8 * Surface::MOST_TRIANGLES;
 
-/// The triangles of a binary or ASCII file, in its own units. A file as long as the number in its header says is binary,
-/// whatever word it begins with.
+/// Triangles of a binary or ASCII file, in its own units.
+///
+/// A file whose length matches the triangle count in its header is binary, whatever word it begins with.
 pub(super) fn triangles(bytes: &[u8]) -> Result<Vec<[Vector3; 3]>, StlError> {
     let count = bytes.get(HEADER..HEADER + 4).map(|count| u32::from_le_bytes(fixed(count)) as usize);
     let length = count.and_then(|count| count.checked_mul(RECORD)?.checked_add(HEADER + 4));
@@ -29,19 +30,19 @@ pub(super) fn triangles(bytes: &[u8]) -> Result<Vec<[Vector3; 3]>, StlError> {
             found: format!(
                 "{} bytes that are no STL: neither text that begins with solid nor {}",
                 bytes.len(),
-                told(count)
+                declared_triangles(count)
             ),
             expected: "a whole binary or ASCII STL file",
         }),
     }
 }
 
-/// A binary file may begin with the word too, but has zeros.
+/// Returns true if the text begins with `solid` and has no zero bytes: a binary header may begin with that word too.
 fn begins_with_solid(text: &str) -> bool {
     text.split_whitespace().next().is_some_and(|word| word.eq_ignore_ascii_case("solid")) && !text.contains('\0')
 }
 
-fn told(count: Option<usize>) -> String {
+fn declared_triangles(count: Option<usize>) -> String {
     match count {
         Some(count) => format!("the {count} triangles of {RECORD} bytes that a binary header promises"),
         None => "a binary header".to_owned(),
@@ -52,13 +53,13 @@ fn fixed<const N: usize>(bytes: &[u8]) -> [u8; N] {
     std::array::from_fn(|i| bytes[i])
 }
 
-/// Three corners after the normal, which is not needed.
+/// Triangle of a binary record: three corners after the normal, which is not needed.
 fn record(bytes: &[u8]) -> [Vector3; 3] {
     let number = |i: usize| f64::from(f32::from_le_bytes(fixed(&bytes[12 + 4 * i..])));
     [0, 3, 6].map(|i| Vector3::new(number(i), number(i + 1), number(i + 2)))
 }
 
-/// The lines that begin with `vertex`, three to an `outer loop`.
+/// Triangles of an ASCII file: the lines that begin with `vertex`, three to an `outer loop`.
 fn ascii(text: &str) -> Result<Vec<[Vector3; 3]>, StlError> {
     let (mut triangles, mut corners) = (Vec::new(), Vec::with_capacity(3));
     for (number, line) in (1..).zip(text.lines()) {
@@ -107,7 +108,7 @@ mod tests {
         vec![[Vector3::new(0.0, 0.0, -0.5), Vector3::new(1.0, 2.0, 3.0), Vector3::new(4.0, 5.0, 6.0)]]
     }
 
-    /// A binary file whose header begins like a text.
+    /// Binary file whose header begins like a text.
     fn binary() -> Vec<u8> {
         let mut bytes = b"solid, but binary".to_vec();
         bytes.resize(HEADER, b' ');

@@ -1,4 +1,4 @@
-//! Checks that every number of a scene is finite, in its domain, and fits the others.
+//! Validation of a scene: every number is finite, in its domain, and consistent with the others.
 
 mod body;
 mod domain;
@@ -10,19 +10,19 @@ mod sensor;
 mod shape;
 
 use super::{
-    Contact, ContactLaw, Dimension, GelShape, Grading, Header, Integrator, Lattice, Levels, MOST_FRAGMENTS, Output,
-    Remesh, RemeshMethod, Scene, SceneError, ScheduleKind, Tree, body_name,
+    Contact, ContactLaw, Dimension, GelShape, Grading, IntegratorSpec, Lattice, Levels, MOST_FRAGMENTS, OctreeSpec,
+    OutputSpec, Remesh, RemeshMethod, Scene, SceneError, SceneHeader, ScheduleKind, body_name,
 };
 use crate::geometry::SignedDistance;
-use domain::{Check, finite, positive, require, within};
+use domain::{CheckResult, finite, positive, require, within};
 
-/// Refuses the first thing in the scene that cannot be computed.
-pub(super) fn validate(scene: &Scene) -> Check {
-    header(&scene.scene)?;
+/// Refuses the first invalid value of the scene.
+pub(super) fn validate(scene: &Scene) -> CheckResult {
+    check_header(&scene.scene)?;
     gel::check(scene)?;
     load::check(scene)?;
     sensor::check(scene)?;
-    size(scene)?;
+    check_size(scene)?;
     check_body(scene)?;
     let most = format!("at most {MOST_FRAGMENTS}");
     require(
@@ -35,24 +35,24 @@ pub(super) fn validate(scene: &Scene) -> Check {
         let renamed = |key: &str| key.strip_prefix("projectile").map(|rest| body_name(i) + rest);
         check_body(&scene.alone(i)).map_err(|e| SceneError { key: renamed(&e.key).unwrap_or(e.key), ..e })?;
     }
-    mesh(scene)?;
-    remesh(scene)?;
-    integrator(&scene.integrator)?;
-    levels(&scene.fidelity)?;
-    contact(&scene.contact)?;
-    output(&scene.output, scene.scene.end_time)
+    check_mesh(scene)?;
+    check_remesh(scene)?;
+    check_integrator(&scene.integrator)?;
+    check_levels(&scene.fidelity)?;
+    check_contact(&scene.contact)?;
+    check_output(&scene.output, scene.scene.end_time)
 }
 
-/// The projectile of a scene.
-fn check_body(scene: &Scene) -> Check {
+/// Checks the projectile of a scene.
+fn check_body(scene: &Scene) -> CheckResult {
     body::check(scene)?;
     motion::check(scene)
 }
 
-/// Communication steps of the longest run: days of an importer that does nothing else, and rows that fill a disk.
+/// Greatest number of communication steps of a run: days of computing, and rows that fill a disk.
 pub const MOST_STEPS: f64 = 1e9;
 
-fn header(header: &Header) -> Check {
+fn check_header(header: &SceneHeader) -> CheckResult {
     let name = &header.name;
     let allowed = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     let good = !name.is_empty() && name.chars().all(allowed);
@@ -74,7 +74,7 @@ fn header(header: &Header) -> Check {
     require(step >= end / MOST_STEPS, "scene.communication_step", || format!("{step:?}"), &expected)
 }
 
-fn size(scene: &Scene) -> Check {
+fn check_size(scene: &Scene) -> CheckResult {
     let size = scene.mesh.size;
     positive("mesh.size", size, "a positive length, m")?;
     let smallest = gel::smallest_dimension(&scene.gel.shape);
@@ -82,21 +82,22 @@ fn size(scene: &Scene) -> Check {
     require(size <= smallest, "mesh.size", || format!("{size:?}"), &expected)
 }
 
-fn mesh(scene: &Scene) -> Check {
-    resolves(scene)?;
+fn check_mesh(scene: &Scene) -> CheckResult {
+    check_resolution(scene)?;
     let round = scene.scene.dimension == Dimension::Spatial && matches!(scene.gel.shape, GelShape::Cylinder { .. });
     let flat = round && scene.mesh.lattice == Lattice::Kuhn;
     let expected = "\"centred\": in a spatial cylinder Kuhn tetrahedra would lie flat on the mantle";
     require(!flat, "mesh.lattice", || "\"kuhn\"".to_owned(), expected)?;
-    scene.mesh.grading.map_or(Ok(()), |grading| graded(&grading, scene))?;
-    scene.mesh.tree.map_or(Ok(()), |tree| grown(&tree, scene))
+    scene.mesh.grading.map_or(Ok(()), |grading| check_grading(&grading, scene))?;
+    scene.mesh.tree.map_or(Ok(()), |tree| check_tree(&tree, scene))
 }
 
-/// By so much, relatively, a length may miss its bound.
+/// Relative round-off by which a length may miss its bound.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Contact is found at nodes: a body that fits between them would pass through unseen.
-fn resolves(scene: &Scene) -> Check {
+/// Checks that the mesh resolves every body. Contact is found at nodes: a body that fits between them would pass
+/// through unseen.
+fn check_resolution(scene: &Scene) -> CheckResult {
     let radii = (0..scene.n_bodies()).map(|body| (scene.shape(body).inner_radius(), body));
     let (radius, body) = radii.min_by(|a, b| a.0.total_cmp(&b.0)).expect("there is a projectile");
     let (size, name) = (scene.mesh.size, if body == 0 { "the projectile".to_owned() } else { body_name(body) });
@@ -105,9 +106,9 @@ fn resolves(scene: &Scene) -> Check {
     require(size <= radius * (1.0 + ROUND_OFF), "mesh.size", || format!("{size:?}"), &expected)
 }
 
-fn graded(grading: &Grading, scene: &Scene) -> Check {
+fn check_grading(grading: &Grading, scene: &Scene) -> CheckResult {
     let Grading { core, growth, largest } = *grading;
-    let expected = own_mesh(&scene.gel.shape);
+    let expected = fixed_mesh_reason(&scene.gel.shape);
     require(expected.is_empty(), "mesh.grading", || "a table".to_owned(), expected)?;
     finite("mesh.grading.core", core)?;
     require(core >= 0.0, "mesh.grading.core", || format!("{core:?}"), "a length of 0 or more, m")?;
@@ -119,8 +120,8 @@ fn graded(grading: &Grading, scene: &Scene) -> Check {
     require(largest >= size, "mesh.grading.largest", || format!("{largest:?}"), &expected)
 }
 
-/// Why cells of a shape cannot be asked to grow; empty where they can.
-fn own_mesh(shape: &GelShape) -> &'static str {
+/// Reason why a shape cannot have growing cells; empty where it can.
+fn fixed_mesh_reason(shape: &GelShape) -> &'static str {
     match shape {
         GelShape::LBeam { .. } => "nothing: an l-beam has a uniform mesh",
         GelShape::Shell { .. } => "nothing: the cells of a shell grow with the distance from its middle",
@@ -129,10 +130,10 @@ fn own_mesh(shape: &GelShape) -> &'static str {
     }
 }
 
-fn grown(tree: &Tree, scene: &Scene) -> Check {
-    let Tree { coarsest, core, slope } = *tree;
+fn check_tree(tree: &OctreeSpec, scene: &Scene) -> CheckResult {
+    let OctreeSpec { coarsest, core, slope } = *tree;
     let nothing = |good: bool, expected: &str| require(good, "mesh.tree", || "a table".to_owned(), expected);
-    let expected = own_mesh(&scene.gel.shape);
+    let expected = fixed_mesh_reason(&scene.gel.shape);
     nothing(expected.is_empty(), expected)?;
     nothing(scene.mesh.grading.is_none(), "nothing beside mesh.grading: cells grow in one way or the other")?;
     let centred = scene.mesh.lattice == Lattice::Centred;
@@ -154,7 +155,7 @@ fn grown(tree: &Tree, scene: &Scene) -> Check {
     positive("mesh.tree.slope", slope, "a positive ratio of length to distance")
 }
 
-fn remesh(scene: &Scene) -> Check {
+fn check_remesh(scene: &Scene) -> CheckResult {
     let Some(remesh) = &scene.remesh else { return Ok(()) };
     let Remesh { method, quality, compression, ref times, adaptive: _, smallest, tip, bend, growth, thinnest } =
         *remesh;
@@ -187,18 +188,18 @@ fn remesh(scene: &Scene) -> Check {
     within("remesh.thinnest", thinnest, 0.0..=size)
 }
 
-/// Least fraction of the stable step: with it a run costs a million times what it costs with 1, and nobody sees its end.
+/// Least fraction of the stable step: a run then costs a million times more than with 1.
 const LEAST_CFL: f64 = 1e-6;
 
-fn integrator(integrator: &Integrator) -> Check {
+fn check_integrator(integrator: &IntegratorSpec) -> CheckResult {
     let cfl = integrator.cfl();
     let expected = format!("a fraction from {LEAST_CFL:e} to 1");
     require((LEAST_CFL..=1.0).contains(&cfl), "integrator.cfl", || format!("{cfl:?}"), &expected)?;
     within("integrator.damping", integrator.damping, 0.0..=1e9)
 }
 
-/// The figures of the levels of fidelity are measured numbers.
-fn levels(levels: &Levels) -> Check {
+/// Checks that the figures of the fidelity levels are valid numbers.
+fn check_levels(levels: &Levels) -> CheckResult {
     for (fidelity, level) in levels.known() {
         let key = |name: &str| format!("fidelity.{}.{name}", fidelity.as_str());
         let error = level.error.unwrap_or(0.0);
@@ -215,7 +216,7 @@ fn levels(levels: &Levels) -> Check {
     Ok(())
 }
 
-fn contact(contact: &Contact) -> Check {
+fn check_contact(contact: &Contact) -> CheckResult {
     within("contact.restitution", contact.restitution, 0.0..=1.0)?;
     within("contact.bias", contact.bias, 0.0..=0.5)?;
     within("contact.friction", contact.friction, 0.0..=10.0)?;
@@ -227,9 +228,9 @@ fn contact(contact: &Contact) -> Check {
     Ok(())
 }
 
-fn output(output: &Output, end_time: f64) -> Check {
+fn check_output(output: &OutputSpec, end_time: f64) -> CheckResult {
     const MOST_FRAMES: usize = 10_000;
-    let Output { frames, report: _, force_window } = *output;
+    let OutputSpec { frames, report: _, force_window } = *output;
     let expected = format!("a number from 0, for none, to {MOST_FRAMES}");
     require(frames <= MOST_FRAMES, "output.frames", || frames.to_string(), &expected)?;
     let good = (0.0..=end_time).contains(&force_window);

@@ -1,10 +1,10 @@
-//! From a checked scene to an engine at time 0.
+//! Builds the engine of a checked scene at time 0.
 
-use super::driver::Renew;
-use super::gel_definition::Recipe;
+use super::driver::RemeshDriver;
+use super::gel_definition::GelDefinition;
 use super::loads;
-use super::model::{Erase, Gelatin, Model, is_swallowed, overlap};
-use super::sensors::seats;
+use super::model::{EraseDimension, ErasedModel, GelModel, is_centre_in_gel, overlap};
+use super::sensors::locate_sensors;
 use crate::contact::{Body, BodyState, Bulge, Freedom, Law, Motion};
 use crate::fem::Simplices;
 use crate::geometry::{Shape, SignedDistance};
@@ -12,35 +12,36 @@ use crate::integrator::{Engine, ExitRule, Gel, Kind, NoStep, Pool, Rules, order_
 use crate::math::{Tensor3, Vector, Vector3, restrict};
 use crate::mesh::{self, Block, Face, Hold, Mesh, NodeId, Split, neighbours};
 use crate::scene::{
-    self, Contact, ContactLaw, Dimension, GelShape, Lattice, Projectile, Scene, ScheduleKind, Support, body_name,
+    self, Contact, ContactLaw, Dimension, FaceSupport, GelShape, Lattice, ProjectileSpec, Scene, ScheduleKind,
+    body_name,
 };
 use crate::state::State;
 use nalgebra::{Quaternion, UnitQuaternion};
 
-/// Why a checked scene could not be built.
+/// Reason why a checked scene could not be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildError {
-    /// More elements than a process can hold.
+    /// Mesh with more cells than a process can hold.
     #[error(
         "mesh.size: the mesh would have about {cells:.2e} cells, more than {limit:.0e}; \
          raise mesh.size or add mesh.grading"
     )]
     TooLarge {
-        /// Cells asked for.
+        /// Cells of the mesh.
         cells: f64,
-        /// Most that are built.
+        /// Greatest number of cells.
         limit: f64,
     },
-    /// More edges along the gel than can be numbered.
+    /// Gel with more edges along an axis than can be numbered.
     #[error("mesh.size: the gel is {edges:.2e} edges long, more than {limit:.0e}; raise mesh.size")]
     TooFine {
-        /// Its length over the size.
+        /// Length of the gel over the edge length.
         edges: f64,
-        /// Most that there may be.
+        /// Greatest number of edges.
         limit: f64,
     },
-    /// More ticks than are exact.
+    /// Run with more ticks than are exact.
     #[error(
         "scene.end_time: {ticks:.2e} ticks are more than {limit:.0e}, the most that stay exact; \
          shorten the run, coarsen the mesh or raise integrator.cfl"
@@ -48,51 +49,51 @@ pub enum BuildError {
     TooLong {
         /// Ticks up to the end time.
         ticks: f64,
-        /// Most that are exact.
+        /// Greatest number of exact ticks.
         limit: f64,
     },
-    /// Steps that are no numbers.
+    /// Element without a finite stable step.
     #[error(
         "gel: the stable step of an element is {step:e} s; density, moduli and sizes are too far apart: bring gel.density, its moduli and mesh.size nearer to those of a gel"
     )]
     NoStep {
-        /// The step, s.
+        /// Stable step, s.
         step: f64,
     },
-    /// A load on nothing.
+    /// Load without a facet to act on.
     #[error(
         "{key}: no facet of the surface of the gel is on that face and, with all its corners, in that box; \
          widen {key}.within"
     )]
     Unloaded {
-        /// `load[i]`.
+        /// Key `load[i]`.
         key: String,
     },
-    /// A body is in the gel at the start.
+    /// Body whose centre is in the gel at the start.
     #[error("{body}.position: at the start the centre of that body is in the gel; move it out")]
     Swallowed {
-        /// `projectile` or `fragment[i]`.
+        /// Body: `projectile` or `fragment[i]`.
         body: String,
     },
-    /// Gel and a body overlap at the start.
+    /// Gel and body that overlap at the start.
     #[error("{body}.position: at the start the surface of the gel is {depth:.3e} m inside that body; move it out")]
     Overlap {
-        /// `projectile` or `fragment[i]`.
+        /// Body: `projectile` or `fragment[i]`.
         body: String,
         /// Depth of the deepest node, m.
         depth: f64,
     },
 }
 
-/// Cells of the largest mesh that is built: some 24 million tetrahedra in 10 GB.
+/// Greatest number of cells that is built: some 24 million tetrahedra in 10 GB.
 pub(super) const MOST_CELLS: f64 = 2e6;
-/// Cells along an axis if all had the least size.
+/// Greatest number of cells along an axis if all had the least size.
 const MOST_PLANES: f64 = 1e5;
-/// A tick times q ≤ 31 stays below 2⁵³ (numerics A3).
+/// Greatest number of ticks: a tick times q ≤ 31 stays below 2⁵³ (numerics A3).
 pub(super) const MOST_TICKS: f64 = 2.8e14;
 
-/// The engine of a scene. `prescribed` says that the motion of the bodies is given from outside.
-pub(super) fn build(scene: &Scene, prescribed: bool, threads: usize) -> Result<Box<dyn Model>, BuildError> {
+/// Builds the engine of a scene; `prescribed` if the importer gives the motion of the bodies.
+pub(super) fn build(scene: &Scene, prescribed: bool, threads: usize) -> Result<Box<dyn ErasedModel>, BuildError> {
     check_planes(scene)?;
     match scene.scene.dimension {
         Dimension::Planar => assemble(scene, plane_mesh(scene)?, prescribed, threads),
@@ -103,14 +104,14 @@ pub(super) fn build(scene: &Scene, prescribed: bool, threads: usize) -> Result<B
 
 /// Refuses more planes along an axis than can be numbered.
 pub(super) fn check_planes(scene: &Scene) -> Result<(), BuildError> {
-    let planes = longest(&scene.gel.shape) / scene.mesh.size;
+    let planes = longest_dimension(&scene.gel.shape) / scene.mesh.size;
     if planes > MOST_PLANES {
         return Err(BuildError::TooFine { edges: planes, limit: MOST_PLANES });
     }
     Ok(())
 }
 
-fn longest(shape: &GelShape) -> f64 {
+fn longest_dimension(shape: &GelShape) -> f64 {
     match shape {
         GelShape::Block { size } => size.iter().copied().fold(0.0, f64::max),
         GelShape::Cylinder { radius, height, .. } => height.max(2.0 * radius),
@@ -124,32 +125,32 @@ fn assemble<const D: usize>(
     mesh: Mesh<D>,
     prescribed: bool,
     threads: usize,
-) -> Result<Box<dyn Model>, BuildError>
+) -> Result<Box<dyn ErasedModel>, BuildError>
 where
-    State<D>: Erase,
-    Gelatin<D>: Renew,
+    State<D>: EraseDimension,
+    GelModel<D>: RemeshDriver,
 {
-    let recipe = Recipe::of(scene);
-    let mesh = Mesh { marks: loads::marks(scene, &mesh)?, ..mesh };
-    let across = if recipe.asks_for_neighbours() { neighbours::<D>(&mesh.elements) } else { vec![] };
-    let patches = recipe.patches((&mesh, &mesh.rest), &across);
+    let definition = GelDefinition::of(scene);
+    let mesh = Mesh { marks: loads::load_markers(scene, &mesh)?, ..mesh };
+    let adjacency = if definition.needs_adjacency() { neighbours::<D>(&mesh.elements) } else { vec![] };
+    let patches = definition.build_patches(&mesh, &mesh.rest, &adjacency);
     let gel_of = |mesh: &Mesh<D>| {
-        let simplices = recipe.simplices(mesh, patches.clone());
-        let mass = simplices.lumped_masses(mesh, recipe.density);
-        recipe.gel(simplices, (mesh, &mesh.rest), mass)
+        let simplices = definition.build_simplices(mesh, patches.clone());
+        let mass = simplices.lumped_masses(mesh, definition.density);
+        definition.build_gel(simplices, mesh, &mesh.rest, mass)
     };
-    let rules = rules(scene);
-    let (mesh, gel) = as_stepped(mesh, &rules, gel_of);
+    let rules = integration_rules(scene);
+    let (mesh, gel) = renumber_nodes(mesh, &rules, gel_of);
     let velocity = restrict::<D>(&Vector3::from(scene.gel.velocity));
     let moving = |held: &[bool; D]| Vector::<D>::from_fn(|i, _| if held[i] { 0.0 } else { velocity[i] });
     let nodes = mesh.rest.iter().zip(&mesh.held).map(|(x, held)| (*x, moving(held))).collect();
-    let bodies: Vec<_> = (0..scene.n_bodies()).map(|i| body(scene, i, prescribed)).collect();
+    let bodies: Vec<_> = (0..scene.n_bodies()).map(|i| build_body(scene, i, prescribed)).collect();
     for (i, (body, state)) in bodies.iter().enumerate() {
         let position = |node: NodeId| crate::math::embed(&mesh.rest[node.index()]);
-        if let Some(depth) = overlap(&gel, (body, state), (position, |_| 0.0)).filter(|_| state.active) {
+        if let Some(depth) = overlap(&gel, body, state, position, |_| 0.0).filter(|_| state.active) {
             return Err(BuildError::Overlap { body: body_name(i), depth });
         }
-        if state.active && is_swallowed((&mesh.rest, &mesh.elements), (body, state)) {
+        if state.active && is_centre_in_gel(&mesh.rest, &mesh.elements, body, state) {
             return Err(BuildError::Swallowed { body: body_name(i) });
         }
     }
@@ -159,32 +160,32 @@ where
     if ticks > MOST_TICKS {
         return Err(BuildError::TooLong { ticks, limit: MOST_TICKS });
     }
-    let shapes = recipe.shapes(&mesh.elements, &mesh.rest);
-    engine.set_wear(recipe.wear(&engine.gel().potential, &mesh.rest, &shapes));
+    let qualities = definition.element_qualities(&mesh.elements, &mesh.rest);
+    engine.set_wear(definition.distortion_limits(&engine.gel().potential, &mesh.rest, &qualities));
     engine.set_exits(exit_rule(scene));
     engine.set_exchanges(scene.remesh.as_ref().map_or(&[], |remesh| &remesh.times));
     let Mesh { facets, marks, .. } = mesh;
-    let seats = seats(&engine, &recipe);
-    Ok(Box::new(Gelatin {
+    let sensor_locations = locate_sensors(&engine, &definition);
+    Ok(Box::new(GelModel {
         engine,
         facets,
         marks,
-        seats,
-        across: recipe.remesh.as_ref().map(|_| across),
-        recipe,
-        first: None,
-        renewals: vec![],
-        refusals: vec![],
+        sensor_locations,
+        adjacency: definition.remesh.as_ref().map(|_| adjacency),
+        definition,
+        first_mesh: None,
+        remesh_records: vec![],
+        failed_remeshes: vec![],
     }))
 }
 
-/// The mesh with its nodes numbered as its elements meet them when they are stepped, and the gel on it.
-fn as_stepped<const D: usize>(
+/// Renumbers the nodes of a mesh in the order of the element loop, and builds the gel on it.
+fn renumber_nodes<const D: usize>(
     mesh: Mesh<D>,
     rules: &Rules,
     gel_of: impl Fn(&Mesh<D>) -> Gel<D, Simplices<D>>,
 ) -> (Mesh<D>, Gel<D, Simplices<D>>) {
-    // Of two gels one after the other only one is held.
+    // The first gel is dropped before the second is built: only one is in memory.
     let order = order_of_nodes(&gel_of(&mesh), rules);
     let mesh = match order {
         Some(order) => mesh.renumbered(&order),
@@ -194,7 +195,7 @@ fn as_stepped<const D: usize>(
     (mesh, gel)
 }
 
-fn rules(scene: &Scene) -> Rules {
+fn integration_rules(scene: &Scene) -> Rules {
     Rules {
         schedule: match scene.integrator.schedule {
             ScheduleKind::Bins => Kind::Bins,
@@ -214,8 +215,8 @@ fn rules(scene: &Scene) -> Rules {
     }
 }
 
-/// A body of a scene: what does not change, and its state at time 0.
-fn body(scene: &Scene, i: usize, prescribed: bool) -> (Body, BodyState) {
+/// Constants of a body of the scene, and its state at time 0.
+fn build_body(scene: &Scene, i: usize, prescribed: bool) -> (Body, BodyState) {
     let (projectile, shape) = (scene.body(i), scene.shape(i));
     let freedom = match scene.freedom() {
         Dimension::Planar => Freedom::PLANAR,
@@ -244,14 +245,14 @@ fn body(scene: &Scene, i: usize, prescribed: bool) -> (Body, BodyState) {
     (body, state)
 }
 
-/// The unit quaternion (w, x, y, z).
+/// Unit quaternion of the components (w, x, y, z).
 pub(super) fn orientation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
     let q = Quaternion::new(w, x, y, z);
     UnitQuaternion::new_unchecked(q / q.norm())
 }
 
-/// The inertia that a scene gives, or that of a homogeneous body, kg·m²; in the plane that of a prism about y.
-fn inertia(projectile: &Projectile, shape: &Shape, dimension: Dimension) -> Tensor3 {
+/// Inertia of the scene, or that of a homogeneous body, kg·m²; in the plane that of a prism about y.
+fn inertia(projectile: &ProjectileSpec, shape: &Shape, dimension: Dimension) -> Tensor3 {
     if let Some([xx, yy, zz, xy, xz, yz]) = projectile.inertia {
         return Tensor3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     }
@@ -263,7 +264,7 @@ fn inertia(projectile: &Projectile, shape: &Shape, dimension: Dimension) -> Tens
 }
 
 fn plane_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
-    let block = checked(plane_block(scene))?;
+    let block = check_cell_count(plane_block(scene))?;
     Ok(match &scene.gel.shape {
         GelShape::LBeam { thickness, angle, corner, .. } => {
             mesh::l_beam(block, *thickness, (*angle, Vector::<2>::new(corner[0], corner[2])))
@@ -272,17 +273,21 @@ fn plane_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
     })
 }
 
-/// The grid of a planar gel; of a beam that around its legs.
+/// Structured grid of a planar gel; that of the square around the legs of a beam.
 pub(super) fn plane_block(scene: &Scene) -> Block<2> {
     match &scene.gel.shape {
         GelShape::LBeam { leg, thickness, .. } => {
             let planes = leg_planes(scene, *leg, *thickness);
-            Block { planes: [planes.clone(), planes], split: split(scene), faces: vec![] }
+            Block { planes: [planes.clone(), planes], split: cell_division(scene), faces: vec![] }
         }
         GelShape::Block { size } => {
-            let planes = [across(scene, 0.5 * size[0]), down(scene, size[1])];
+            let planes = [centred_planes(scene, 0.5 * size[0]), depth_planes(scene, size[1])];
             let s = &scene.gel.supports;
-            Block { planes, split: split(scene), faces: faces([(0, s.x_min, s.x_max), (1, s.z_min, s.z_max)]) }
+            Block {
+                planes,
+                split: cell_division(scene),
+                faces: supported_faces([(0, s.x_min, s.x_max), (1, s.z_min, s.z_max)]),
+            }
         }
         GelShape::Cylinder { .. } | GelShape::Shell { .. } => {
             unreachable!("a planar gel is a block or an l-beam: the scene was checked")
@@ -291,24 +296,25 @@ pub(super) fn plane_block(scene: &Scene) -> Block<2> {
 }
 
 fn section_mesh(scene: &Scene) -> Result<Mesh<2>, BuildError> {
-    let block = checked(section_block(scene))?;
+    let block = check_cell_count(section_block(scene))?;
     Ok(if matches!(scene.gel.shape, GelShape::Shell { .. }) { mesh::shell(block) } else { mesh::block(block) })
 }
 
-/// The grid of the section of an axisymmetric gel; of a shell that of radius and angle.
+/// Structured grid of the section of an axisymmetric gel; in radius and angle for a shell.
 pub(super) fn section_block(scene: &Scene) -> Block<2> {
     let s = &scene.gel.supports;
     match scene.gel.shape {
         GelShape::Cylinder { radius, height, bore } => {
-            let across = bore.map_or_else(|| axis(scene, radius), |bore| mesh::uniform(bore, radius, scene.mesh.size));
-            let wall = if bore.is_none() { Support::Roller } else { Support::Free };
-            let faces = faces([(0, wall, s.side), (1, s.z_min, s.z_max)]);
-            Block { planes: [across, down(scene, height)], split: split(scene), faces }
+            let across =
+                bore.map_or_else(|| axis_planes(scene, radius), |bore| mesh::uniform(bore, radius, scene.mesh.size));
+            let wall = if bore.is_none() { FaceSupport::Roller } else { FaceSupport::Free };
+            let faces = supported_faces([(0, wall, s.side), (1, s.z_min, s.z_max)]);
+            Block { planes: [across, depth_planes(scene, height)], split: cell_division(scene), faces }
         }
         GelShape::Shell { inner, outer } => {
             let planes = mesh::rays([inner, outer], scene.mesh.size);
-            let faces = faces([(0, Support::Free, s.side), (1, Support::Roller, s.z_max)]);
-            Block { planes, split: split(scene), faces }
+            let faces = supported_faces([(0, FaceSupport::Free, s.side), (1, FaceSupport::Roller, s.z_max)]);
+            Block { planes, split: cell_division(scene), faces }
         }
         GelShape::Block { .. } | GelShape::LBeam { .. } => {
             unreachable!("an axisymmetric gel is a cylinder or a shell: the scene was checked")
@@ -317,7 +323,7 @@ pub(super) fn section_block(scene: &Scene) -> Block<2> {
 }
 
 fn space_mesh(scene: &Scene) -> Result<Mesh<3>, BuildError> {
-    let block = checked(space_block(scene))?;
+    let block = check_cell_count(space_block(scene))?;
     Ok(match &scene.gel.shape {
         GelShape::Block { .. } | GelShape::Shell { .. } => mesh::block(block),
         GelShape::Cylinder { radius, .. } => mesh::cylinder(*radius, block),
@@ -327,7 +333,7 @@ fn space_mesh(scene: &Scene) -> Result<Mesh<3>, BuildError> {
     })
 }
 
-/// The grid of a spatial gel; of a cylinder that of the square around it, of a beam that around its legs.
+/// Structured grid of a spatial gel; that of the square around a cylinder or around the legs of a beam.
 pub(super) fn space_block(scene: &Scene) -> Block<3> {
     let s = &scene.gel.supports;
     match &scene.gel.shape {
@@ -335,29 +341,34 @@ pub(super) fn space_block(scene: &Scene) -> Block<3> {
             let mirrored = |axis: usize| scene.gel.symmetry.mirrored().contains(&axis);
             let side = |i: usize, low, high| {
                 let half = 0.5 * size[i];
-                let planes = if mirrored(i) { axis(scene, half) } else { across(scene, half) };
-                (planes, (i, if mirrored(i) { Support::Roller } else { low }, high))
+                let planes = if mirrored(i) { axis_planes(scene, half) } else { centred_planes(scene, half) };
+                (planes, (i, if mirrored(i) { FaceSupport::Roller } else { low }, high))
             };
             let ((x, across), (y, along)) = (side(0, s.x_min, s.x_max), side(1, s.y_min, s.y_max));
-            let planes = [x, y, down(scene, size[2])];
-            Block { planes, split: split(scene), faces: faces([across, along, (2, s.z_min, s.z_max)]) }
+            let planes = [x, y, depth_planes(scene, size[2])];
+            Block {
+                planes,
+                split: cell_division(scene),
+                faces: supported_faces([across, along, (2, s.z_min, s.z_max)]),
+            }
         }
         GelShape::Shell { .. } => unreachable!("a spatial gel is no shell: the scene was checked"),
         GelShape::Cylinder { radius, height, .. } => {
-            let planes = [across(scene, *radius), across(scene, *radius), down(scene, *height)];
-            let faces = faces([(0, Support::Free, s.side), (2, s.z_min, s.z_max)]);
-            Block { planes, split: split(scene), faces }
+            let planes = [centred_planes(scene, *radius), centred_planes(scene, *radius), depth_planes(scene, *height)];
+            let faces = supported_faces([(0, FaceSupport::Free, s.side), (2, s.z_min, s.z_max)]);
+            Block { planes, split: cell_division(scene), faces }
         }
         GelShape::LBeam { leg, thickness, width, .. } => {
             let half = 0.5 * width.unwrap_or(*thickness);
             let planes = leg_planes(scene, *leg, *thickness);
             let width = mesh::uniform(-half, half, scene.mesh.size);
-            Block { planes: [planes.clone(), width, planes], split: split(scene), faces: vec![] }
+            Block { planes: [planes.clone(), width, planes], split: cell_division(scene), faces: vec![] }
         }
     }
 }
 
-/// Cells of a grid; of a tree before it is balanced, counted no further than the most that are built.
+/// Number of cells of a grid. A tree is counted before it is balanced, and no further than the greatest number that
+/// is built.
 pub(super) fn n_cells<const D: usize>(block: &Block<D>) -> f64 {
     match block.split {
         Split::Centred | Split::Kuhn => block.planes.iter().map(|p| p.len() as f64 - 1.0).product(),
@@ -365,7 +376,7 @@ pub(super) fn n_cells<const D: usize>(block: &Block<D>) -> f64 {
     }
 }
 
-fn checked<const D: usize>(block: Block<D>) -> Result<Block<D>, BuildError> {
+fn check_cell_count<const D: usize>(block: Block<D>) -> Result<Block<D>, BuildError> {
     let cells = n_cells(&block);
     if cells > MOST_CELLS {
         return Err(BuildError::TooLarge { cells, limit: MOST_CELLS });
@@ -373,27 +384,27 @@ fn checked<const D: usize>(block: Block<D>) -> Result<Block<D>, BuildError> {
     Ok(block)
 }
 
-fn split(scene: &Scene) -> Split {
+fn cell_division(scene: &Scene) -> Split {
     match (scene.mesh.tree, scene.mesh.lattice) {
-        (Some(scene::Tree { coarsest, core, slope }), _) => Split::Tree(mesh::Tree { coarsest, core, slope }),
+        (Some(scene::OctreeSpec { coarsest, core, slope }), _) => Split::Tree(mesh::Tree { coarsest, core, slope }),
         (None, Lattice::Centred) => Split::Centred,
         (None, Lattice::Kuhn) => Split::Kuhn,
     }
 }
 
-/// Low and high face of each axis.
-fn faces<const N: usize>(sides: [(usize, Support, Support); N]) -> Vec<Face> {
+/// Supports of the low and high face of each axis.
+fn supported_faces<const N: usize>(sides: [(usize, FaceSupport, FaceSupport); N]) -> Vec<Face> {
     let hold = |support| match support {
-        Support::Free => None,
-        Support::Roller => Some(Hold::Normal),
-        Support::Fixed => Some(Hold::All),
+        FaceSupport::Free => None,
+        FaceSupport::Roller => Some(Hold::Normal),
+        FaceSupport::Fixed => Some(Hold::All),
     };
     let ends = sides.into_iter().flat_map(|(axis, low, high)| [(axis, false, low), (axis, true, high)]);
     ends.filter_map(|(axis, high, support)| hold(support).map(|hold| Face { axis, high, hold })).collect()
 }
 
 /// Planes from 0 to `length`.
-fn axis(scene: &Scene, length: f64) -> Vec<f64> {
+fn axis_planes(scene: &Scene, length: f64) -> Vec<f64> {
     let size = scene.mesh.size;
     match (scene.mesh.grading, scene.mesh.tree) {
         (Some(grading), _) => mesh::graded(length, size, (grading.core, grading.growth, grading.largest)),
@@ -402,18 +413,18 @@ fn axis(scene: &Scene, length: f64) -> Vec<f64> {
     }
 }
 
-/// Planes from −`half` to `half`, a plane at 0 if graded.
-fn across(scene: &Scene, half: f64) -> Vec<f64> {
+/// Planes from −`half` to `half`, with a plane at 0 if graded.
+fn centred_planes(scene: &Scene, half: f64) -> Vec<f64> {
     if scene.mesh.grading.is_none() && scene.mesh.tree.is_none() {
         return mesh::uniform(-half, half, scene.mesh.size);
     }
-    let right = axis(scene, half);
+    let right = axis_planes(scene, half);
     right.iter().rev().map(|x| -x).chain(right.iter().skip(1).copied()).collect()
 }
 
 /// Planes from −`height` to the entry surface at 0.
-fn down(scene: &Scene, height: f64) -> Vec<f64> {
-    axis(scene, height).iter().rev().map(|z| -z).collect()
+fn depth_planes(scene: &Scene, height: f64) -> Vec<f64> {
+    axis_planes(scene, height).iter().rev().map(|z| -z).collect()
 }
 
 /// Planes along a leg, one of them at its thickness.
@@ -423,7 +434,7 @@ fn leg_planes(scene: &Scene, leg: f64, thickness: f64) -> Vec<f64> {
     planes
 }
 
-/// Rule of exits of a scene; none of a gel that has no back face, or that as a whole moves away from where that was.
+/// Exit rule of a scene; `None` for a gel without a back face, or one that moves as a whole.
 fn exit_rule(scene: &Scene) -> Option<ExitRule> {
     let gel = scene.gel.shape.bounding_box().filter(|_| scene.gel.velocity == [0.0; 3])?;
     Some(ExitRule {

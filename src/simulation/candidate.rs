@@ -1,9 +1,9 @@
-//! A mesh that may replace a worn one: sized, made, judged, and with all that it carries.
+//! Candidate mesh for remeshing: target sizes, mesh generation, acceptance and transfer of fields and state.
 
-use super::gel_definition::{Recipe, Sizes};
+use super::gel_definition::{GelDefinition, RemeshSizes};
 use super::history;
-use super::model::Gelatin;
-use super::source_mesh::{Made, Past};
+use super::model::GelModel;
+use super::source_mesh::{SourceMesh, TargetMesh};
 use crate::contact::{Body, BodyState};
 use crate::fem::{Memory, Potential, Section};
 use crate::geometry::Pole;
@@ -18,203 +18,228 @@ use crate::scene::RemeshMethod;
 use crate::state::Birth;
 use std::f64::consts::FRAC_PI_2;
 
-/// A mesh that may replace another one, and the velocities of its nodes.
+/// Accepted new mesh with its transferred fields and state.
 #[derive(Debug)]
-pub(super) struct Candidate<const D: usize> {
+pub(super) struct CandidateMesh<const D: usize> {
     pub birth: Birth<D>,
-    /// What its elements remember.
+    /// History variables of the elements.
     pub memory: Vec<Memory<D>>,
     pub velocity: Vec<Vector<D>>,
-    /// What it was judged to be.
+    /// Quality of the mesh.
     pub quality: Quality,
-    /// What the transfer changed.
+    /// Changes of mass, momentum and energy by the transfer.
     pub defects: Defects<D>,
-    /// What follows from the mesh.
-    pub known: Known,
-    /// The elements that are not old ones.
-    pub made: Vec<ElementId>,
+    /// Derived properties of the mesh.
+    pub properties: MeshProperties,
+    /// Elements that are not elements of the old mesh.
+    pub new_elements: Vec<ElementId>,
 }
 
-/// What follows from a mesh and the places of its nodes, and is found once.
+/// Derived properties of a mesh and its nodal positions, computed once.
 #[derive(Debug, Clone)]
-pub(super) struct Known {
+pub(super) struct MeshProperties {
     pub patches: Patches,
-    /// Quality of each element, infinite of those that are too good to matter.
-    pub shapes: Vec<f64>,
+    /// Quality of each element, infinite where it is too good to matter.
+    pub qualities: Vec<f64>,
     /// Neighbours of each element.
-    pub across: Neighbours,
+    pub adjacency: Neighbours,
 }
 
-/// Why a mesh may not replace another one.
+/// Data of the mesh to be replaced that every attempt needs.
+#[derive(Debug, Clone)]
+pub(super) struct OldMeshData {
+    /// Neighbours of each element.
+    pub adjacency: Neighbours,
+    /// Current quality of each element, infinite where it is too good to matter.
+    pub qualities: Vec<f64>,
+}
+
+/// Mesh to be replaced, and target sizes of the new one.
+pub(super) struct RemeshInput<'a, const D: usize> {
+    pub old: &'a Birth<D>,
+    /// Mesh with its current nodal positions.
+    pub moved: &'a Moved<'a, D>,
+    pub data: &'a OldMeshData,
+    /// Target sizes of the nodes, m.
+    pub size: &'a [f64],
+}
+
+/// Reason why a candidate mesh was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refused {
-    /// There is none.
+    /// Mesh generation failed.
     #[error(transparent)]
     Made(#[from] RemeshError),
-    /// It is not good enough.
+    /// Mesh quality is not acceptable.
     #[error(transparent)]
     Judged(#[from] Rejected),
-    /// Some of it is made of nothing.
+    /// Nodes of the new mesh have no mass.
     #[error("{nodes} nodes of the new mesh have no mass: no old element lies under theirs")]
     Massless {
-        /// How many.
+        /// Number of massless nodes.
         nodes: usize,
     },
-    /// Some of it is lost, or made of nothing.
+    /// Total mass is not conserved.
     #[error("the new mesh would have a mass of {after:e} kg instead of {before:e} kg")]
     Mass {
         /// Mass of the old mesh, kg.
         before: f64,
-        /// That of the new one, kg.
+        /// Mass of the new mesh, kg.
         after: f64,
     },
-    /// Velocities that nodes of hardly any mass cannot carry.
+    /// Kinetic energy has increased: nodes of hardly any mass have excessive velocities.
     #[error(
         "the gel would move with {after:.3e} J instead of {before:.3e} J: a node of the new mesh has hardly any mass"
     )]
     Gains {
         /// Kinetic energy of the old mesh, J.
         before: f64,
-        /// That of the new one, J.
+        /// Kinetic energy of the new mesh, J.
         after: f64,
     },
-    /// An element that cannot have been anything at rest.
+    /// Element without a valid rest shape.
     #[error("an element of the new mesh has no shape at rest: the old ones under it are inverted")]
     Restless,
-    /// It cannot be stepped.
+    /// Element without a finite stable step.
     #[error("in the new mesh {0}")]
     Steps(NoStep),
 }
 
-/// A way to make a mesh, one attempt after the other.
+/// Attempt to generate a mesh; a method has several, tried in order.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Way {
-    /// Nodes of the boundary are left out where it is within so many chords of the chord without them, and in space go along it, off it
-    /// by so many target lengths at most; and whether the gel has a surface at rest.
+pub(super) enum RemeshAttempt {
+    /// Local remeshing.
+    ///
+    /// A boundary node is removed where the boundary stays within `sag` chords of the chord without it. In space a
+    /// node may also slide along the boundary, off it by at most `slide` target lengths. `rests` is true if the gel
+    /// has a surface at rest.
     Retained { sag: f64, slide: f64, rests: bool },
-    /// With this part of the sizes.
-    Immersed { part: f64 },
+    /// Immersed mesh with target sizes scaled by `size_factor`.
+    Immersed { size_factor: f64 },
 }
 
-/// What makes a mesh of a dimension, new points of its surface where they are cleared of bodies: also by how much it may change
-/// the area or volume of the body.
-pub(super) type Mesher<const D: usize> =
-    fn(Way, &Moved<'_, D>, &[f64], Cleared<'_, D>) -> Result<(Proposal<D>, f64), RemeshError>;
-/// The place nearest to a point that is in no body.
-pub(super) type Cleared<'a, const D: usize> = &'a dyn Fn(&Vector<D>) -> Vector<D>;
+/// Mesh generator of a dimension: returns a proposal and its tolerance for the change of area or volume.
+pub(super) type MeshGenerator<const D: usize> =
+    fn(RemeshAttempt, &Moved<'_, D>, &[f64], BodyClearance<'_, D>) -> Result<(Proposal<D>, f64), RemeshError>;
+/// Function that returns the point nearest to a given one that is in no body.
+pub(super) type BodyClearance<'a, const D: usize> = &'a dyn Fn(&Vector<D>) -> Vector<D>;
 
-/// What the area or volume of the body may change by when nodes of its boundary are left out.
-const MEASURE: f64 = 1e-5;
-/// The same of a gel that flows. The wall of a wide cavity in cells that grow goes beyond the other: at 210 m/s nodes were left out no
-/// more then, a tenth of a micrometre apart on the axis, and the step fell to a thousandth.
-const MEASURE_IN_FLOW: f64 = 1e-4;
-/// An immersed mesh may be worse shaped than the old one, but no worse than this: what cutting leaves is above it except in corners that
-/// the sizes do not resolve (`smooth_bodies_of_any_size_and_place_are_cut_out_whole`).
-const FAIR: f64 = 0.1;
+/// Tolerance for the relative change of area or volume when boundary nodes are removed.
+const MEASURE_TOLERANCE: f64 = 1e-5;
+/// Tolerance for a viscoplastic gel. The wall of a wide cavity in coarsening cells exceeds
+/// [`MEASURE_TOLERANCE`]. At 210 m/s
+/// nodes were then no longer removed, came within 0.1 µm of each other on the axis, and cut the step to a thousandth.
+const VISCOPLASTIC_MEASURE_TOLERANCE: f64 = 1e-4;
+/// Quality that an immersed mesh must reach if the old mesh did. Cutting stays above it except in corners that the
+/// sizes do not resolve (`smooth_bodies_of_any_size_and_place_are_cut_out_whole`).
+const IMMERSED_QUALITY: f64 = 0.1;
 
-/// The mass of a new mesh is that of the old one to this part. Rounding leaves 2e-14 of all that a run with a hundred exchanges has.
-const SAME_MASS: f64 = 1e-12;
-/// A mesh may have so many times the kinetic energy of the old one at most: finer ones hold a few per cent more of short waves.
-const MOST_GAINED: f64 = 1.1;
-/// A node is light with less than this part of an even share of what its elements weigh. One of a seventh in front of the nose of
-/// `bullet-yaw` was thrown at twice the bullet's speed, and its step fell to a thousandth; of 15 runs of random scenes in the plane and in
-/// space (49, 162, 178, 190, 191 and two speeds beside each) three stopped without this, and none with it; one, with other last digits.
-const LIGHT: f64 = 0.25;
-/// No better than this need a mesh in the plane be, if the old one was: a needle of 10°.
-const WORN: f64 = 0.3;
-/// What the splitting of long edges may leave in space where nothing makes it better.
-const SPLIT: f64 = 0.2;
+/// Relative tolerance of mass conservation. Round-off leaves 2e-14 over a run with a hundred remeshings.
+const MASS_TOLERANCE: f64 = 1e-12;
+/// Greatest ratio of new to old kinetic energy: finer meshes hold a few per cent more of short waves.
+const MAX_KINETIC_RATIO: f64 = 1.1;
+/// Fraction of an even share of its elements' masses below which a node is light. A node of a seventh in front of the
+/// nose of `bullet-yaw` was thrown at twice the bullet's speed, which cut the step to a thousandth.
+const LIGHT_NODE_SHARE: f64 = 0.25;
+/// Quality that a local mesh in the plane must reach if the old mesh did: that of a needle of 10°.
+const PLANE_QUALITY: f64 = 0.3;
+/// Quality that a local mesh in space must reach if the old mesh did: splitting long edges may leave worse elements.
+const SPACE_QUALITY: f64 = 0.2;
 
-impl<const D: usize> Candidate<D> {
-    /// The elements that are not old ones, and their masses, kg.
-    pub fn made_with_masses(&self) -> Vec<(ElementId, f64)> {
-        self.made.iter().map(|e| (*e, self.birth.corner_mass[e.index()].iter().sum())).collect()
+impl<const D: usize> CandidateMesh<D> {
+    /// Elements that are not elements of the old mesh, and their masses, kg.
+    pub fn new_elements_with_masses(&self) -> Vec<(ElementId, f64)> {
+        self.new_elements.iter().map(|e| (*e, self.birth.corner_mass[e.index()].iter().sum())).collect()
     }
 }
 
-impl Way {
-    /// The attempts of a method in the plane, for a gel that flows or not.
-    pub fn of(method: RemeshMethod, flows: bool) -> [Self; 3] {
+impl RemeshAttempt {
+    /// Attempts of a method in the plane; `is_viscoplastic` for a viscoplastic gel.
+    pub fn of(method: RemeshMethod, is_viscoplastic: bool) -> [Self; 3] {
         match method {
-            RemeshMethod::Retained => [0.06, 0.02, 0.0].map(|sag| Self::Retained { sag, slide: 0.0, rests: !flows }),
-            RemeshMethod::Immersed => [1.0, 0.7, 0.5].map(|part| Self::Immersed { part }),
+            RemeshMethod::Retained => {
+                [0.06, 0.02, 0.0].map(|sag| Self::Retained { sag, slide: 0.0, rests: !is_viscoplastic })
+            }
+            RemeshMethod::Immersed => [1.0, 0.7, 0.5].map(|size_factor| Self::Immersed { size_factor }),
         }
     }
 
-    /// The attempts in space of a gel that does not flow: points of its surface go along it only where nothing else is taken.
-    pub const SOLID: [Self; 3] = [
+    /// Attempts in space for an elastic gel: nodes slide along the surface only where no other mesh is accepted.
+    pub const ELASTIC: [Self; 3] = [
         Self::Retained { sag: 0.06, slide: 0.0, rests: true },
         Self::Retained { sag: 0.02, slide: 0.05, rests: true },
         Self::Retained { sag: 0.2, slide: 0.1, rests: true },
     ];
 
-    /// The attempts in space of a gel that flows. Nothing tells any more how flat its surface was at rest, and a cavity in cells of a
-    /// quarter of the ball's radius is flat to no more than 0.13 of a cell. Where no point slides, an element of the calibration shot is
-    /// inverted after 11 µs.
-    pub const FLOWING: [Self; 3] = [
+    /// Attempts in space for a viscoplastic gel.
+    ///
+    /// Its surface has no rest shape that tells how flat it was. A cavity in cells of a quarter of the ball's radius
+    /// is flat to no more than 0.13 of a cell. Without sliding, an element of the calibration shot inverts after 11
+    /// µs.
+    pub const VISCOPLASTIC: [Self; 3] = [
         Self::Retained { sag: 0.2, slide: 0.1, rests: false },
         Self::Retained { sag: 0.06, slide: 0.05, rests: false },
         Self::Retained { sag: 0.0, slide: 0.0, rests: false },
     ];
 
-    /// The worst shape that a mesh made so may have, if the old one has this worst shape.
-    fn worst<const D: usize>(self, old: f64) -> f64 {
+    /// Least quality required of a new mesh, if `old` is that of the old one.
+    fn least_quality<const D: usize>(self, old: f64) -> f64 {
         match self {
-            Self::Retained { .. } => old.min(if D == 3 { SPLIT } else { WORN }),
-            Self::Immersed { .. } => old.min(FAIR),
+            Self::Retained { .. } => old.min(if D == 3 { SPACE_QUALITY } else { PLANE_QUALITY }),
+            Self::Immersed { .. } => old.min(IMMERSED_QUALITY),
         }
     }
 }
 
-/// The mesh that is made so in the plane; new points of an immersed one stay where the old boundary was.
-pub(super) fn in_plane(
-    way: Way,
+/// Generates a mesh in the plane; new boundary points of an immersed mesh lie on the old boundary.
+pub(super) fn mesh_in_plane(
+    attempt: RemeshAttempt,
     moved: &Moved<'_, 2>,
     size: &[f64],
-    cleared: Cleared<'_, 2>,
+    cleared: BodyClearance<'_, 2>,
 ) -> Result<(Proposal<2>, f64), RemeshError> {
-    match way {
-        Way::Retained { sag, rests, .. } => {
-            Ok((remesh::propose(moved, size, &Rules { sag, rests, ..Rules::default() }, cleared)?, MEASURE))
+    match attempt {
+        RemeshAttempt::Retained { sag, rests, .. } => {
+            Ok((remesh::propose(moved, size, &Rules { sag, rests, ..Rules::default() }, cleared)?, MEASURE_TOLERANCE))
         }
-        Way::Immersed { part } => {
-            let size: Vec<f64> = size.iter().map(|size| part * size).collect();
+        RemeshAttempt::Immersed { size_factor } => {
+            let size: Vec<f64> = size.iter().map(|size| size_factor * size).collect();
             let steps = remesh::immerse(moved, &size, &Rules::default())?;
-            Ok((steps.proposal, MEASURE + remesh::rounding(moved, &size)))
+            Ok((steps.proposal, MEASURE_TOLERANCE + remesh::rounding(moved, &size)))
         }
     }
 }
 
-/// The mesh that is made so in space; an immersed one, which a scene cannot ask for, is none.
-pub(super) fn in_space(
-    way: Way,
+/// Generates a mesh in space; the immersed method is available in the plane only.
+pub(super) fn mesh_in_space(
+    attempt: RemeshAttempt,
     moved: &Moved<'_, 3>,
     size: &[f64],
-    cleared: Cleared<'_, 3>,
+    cleared: BodyClearance<'_, 3>,
 ) -> Result<(Proposal<3>, f64), RemeshError> {
-    match way {
-        Way::Retained { sag, slide, rests } => {
+    match attempt {
+        RemeshAttempt::Retained { sag, slide, rests } => {
             let rules = Rules { sag, slide, rests, ..Rules::default() };
-            Ok((remesh::propose_in_space(moved, size, &rules, cleared)?, MEASURE))
+            Ok((remesh::propose_in_space(moved, size, &rules, cleared)?, MEASURE_TOLERANCE))
         }
-        Way::Immersed { .. } => Err(RemeshError::PlaneOnly),
+        RemeshAttempt::Immersed { .. } => Err(RemeshError::PlaneOnly),
     }
 }
 
-impl<const D: usize> Gelatin<D> {
-    /// Target sizes of the nodes: fine where displacement and velocity bend and where a body is near; those of the scene, if they
-    /// are not to adapt.
-    pub fn sizes(&self, moved: &Moved<'_, D>, (sizes, across): (&Sizes, &Neighbours)) -> Vec<f64> {
+impl<const D: usize> GelModel<D> {
+    /// Target sizes of the nodes: fine where displacement and velocity are curved and near bodies; uniform without
+    /// adaptivity.
+    pub fn target_sizes(&self, moved: &Moved<'_, D>, sizes: &RemeshSizes, adjacency: &Neighbours) -> Vec<f64> {
         if !sizes.rules.adaptive {
             return vec![sizes.usual; moved.position.len()];
         }
         let range = Range { least: sizes.least, greatest: sizes.longest };
-        // Sizes are halved or doubled at most.
+        // Sizes change by a factor of two at most.
         let angle = sizes.rules.bend.to_radians();
         let asked = [0.5 * angle, 2.0 * angle].map(|angle| angle.min(FRAC_PI_2));
         let displacement = displacement(moved);
-        let bends = remesh::bends_within(moved, &[&displacement, &self.engine.state().velocity], (across, asked));
+        let bends = remesh::bends_within(moved, &[&displacement, &self.engine.state().velocity], (adjacency, asked));
         let mut size = remesh::curved(moved, &bends, angle, &range);
         let bodies = self.active_bodies();
         for (size, x) in size.iter_mut().zip(moved.position) {
@@ -222,99 +247,104 @@ impl<const D: usize> Gelatin<D> {
             let gap = gaps.fold(f64::INFINITY, f64::min).max(0.0);
             *size = size.min(sizes.usual + sizes.rules.growth * gap);
         }
-        let mut size = remesh::thinned(moved, (&self.engine.gel().surface.facets, across), size, sizes.least);
+        let mut size = remesh::thinned(moved, (&self.engine.gel().surface.facets, adjacency), size, sizes.least);
         if let Some(tip) = sizes.rules.tip {
-            let ends = ends(&bodies);
+            let axial_ends = axial_ends(&bodies);
             for (size, x) in size.iter_mut().zip(moved.position) {
-                let near = ends.iter().map(|end| (embed(x) - end).norm()).fold(f64::INFINITY, f64::min);
+                let near = axial_ends.iter().map(|end| (embed(x) - end).norm()).fold(f64::INFINITY, f64::min);
                 *size = size.min(tip + sizes.rules.growth * near);
             }
         }
         remesh::graded(moved, size, sizes.rules.growth)
     }
 
-    /// The bodies that take part, where they are now.
+    /// Active bodies in their current states.
     fn active_bodies(&self) -> Vec<(&Body, BodyState)> {
         let time = self.engine.now();
         let all = self.engine.bodies().iter().zip(&self.engine.state().bodies);
         all.map(|(body, last)| (body, last.at(body, time))).filter(|(_, at)| at.active).collect()
     }
 
-    /// How far displacement and velocity bend at each element, rad.
-    pub fn bends(&self, moved: &Moved<'_, D>) -> Vec<f64> {
+    /// Curvature indicator of displacement and velocity at each element, rad.
+    pub fn curvatures(&self, moved: &Moved<'_, D>) -> Vec<f64> {
         remesh::bends(moved, &[&displacement(moved), &self.engine.state().velocity])
     }
 
-    /// The neighbours of each element of the mesh that there is, if these are not `known`, and its quality where the nodes are.
-    pub fn worn(&self, moved: &Moved<'_, D>, known: Option<Neighbours>) -> (Neighbours, Vec<f64>) {
-        let across = known.unwrap_or_else(|| neighbours::<D>(&moved.mesh.elements));
-        (across, self.recipe.shapes(&moved.mesh.elements, moved.position))
+    /// Data of the current mesh that every attempt needs; the neighbours are computed if they are not known.
+    pub fn old_mesh_data(&self, moved: &Moved<'_, D>, adjacency: Option<Neighbours>) -> OldMeshData {
+        let adjacency = adjacency.unwrap_or_else(|| neighbours::<D>(&moved.mesh.elements));
+        OldMeshData { adjacency, qualities: self.definition.element_qualities(&moved.mesh.elements, moved.position) }
     }
 
-    /// A new mesh with all that it carries; `worn` is what is known of the old one.
+    /// Generates a new mesh and transfers all fields and state to it.
     ///
     /// # Errors
-    /// [`Refused`] if there is none that may replace the old one.
-    pub fn candidate(
+    /// [`Refused`] if the mesh is not acceptable.
+    pub fn generate_candidate(
         &self,
-        (old, moved, (across, shapes)): (&Birth<D>, &Moved<'_, D>, &(Neighbours, Vec<f64>)),
-        (size, mesher): (&[f64], Mesher<D>),
-        way: Way,
-    ) -> Result<Candidate<D>, Refused> {
+        input: &RemeshInput<'_, D>,
+        generator: MeshGenerator<D>,
+        attempt: RemeshAttempt,
+    ) -> Result<CandidateMesh<D>, Refused> {
+        let RemeshInput { old, moved, data, size } = *input;
         let bodies = self.active_bodies();
-        let (proposal, measure) = mesher(way, moved, size, &|x| cleared(&bodies, x))?;
-        let worst = shapes.iter().copied().fold(f64::INFINITY, f64::min);
-        let measure = if self.flows() { measure.max(MEASURE_IN_FLOW) } else { measure };
-        let acceptance = Acceptance { measure, quality: way.worst::<D>(worst) };
+        let (proposal, measure) = generator(attempt, moved, size, &|x| clear_of_bodies(&bodies, x))?;
+        let worst = data.qualities.iter().copied().fold(f64::INFINITY, f64::min);
+        let measure = if self.is_viscoplastic() { measure.max(VISCOPLASTIC_MEASURE_TOLERANCE) } else { measure };
+        let acceptance = Acceptance { measure, quality: attempt.least_quality::<D>(worst) };
         let pairing = Pairing::of(&old.mesh, &proposal);
-        let shapes = pairing.carried(shapes, |e| self.recipe.shape(&proposal.position, &proposal.elements[e]));
-        let across = remesh::neighbours_after::<D>(&proposal.elements, &pairing, across);
-        let facets = outer::<D>(&proposal.elements, &across);
-        let known = remesh::Known { shapes: &shapes, facets: &facets };
+        let qualities = pairing
+            .carried(&data.qualities, |e| self.definition.element_quality(&proposal.position, &proposal.elements[e]));
+        let adjacency = remesh::neighbours_after::<D>(&proposal.elements, &pairing, &data.adjacency);
+        let facets = outer::<D>(&proposal.elements, &adjacency);
+        let known = remesh::Known { shapes: &qualities, facets: &facets };
         let quality = remesh::judge_known(moved, &proposal, (&acceptance, &known))?;
-        let new = self.transferred((old, moved), (&proposal, pairing));
-        bearable(&new.defects)?;
+        let new = self.transfer_fields(old, moved, &proposal, pairing);
+        check_conservation(&new.defects)?;
         let marks = remesh::marks(&old.mesh, (&facets, &new.rest), &proposal.origin);
         let (rest, held) = (new.rest.clone(), new.held.clone());
         let mesh = Mesh { rest, elements: proposal.elements.clone(), facets, held, marks };
-        let patches = self.recipe.patches((&mesh, &proposal.position), &across);
-        let past = (&self.engine.gel().potential, old, self.engine.state().memory.as_slice());
-        let past = Past::new(past, moved.position);
-        let inherited = history::inherited(&past, moved.position, (&Made::by(&proposal, &new), &patches));
+        let patches = self.definition.build_patches(&mesh, &proposal.position, &adjacency);
+        let source = (&self.engine.gel().potential, old, self.engine.state().memory.as_slice());
+        let source = SourceMesh::new(source, moved.position);
+        let inherited = history::inherited(&source, moved.position, (&TargetMesh::by(&proposal, &new), &patches));
         let (references, memory) = inherited.ok_or(Refused::Restless)?;
-        let made = (0..).map(ElementId).zip(&new.same).filter(|(_, same)| same.is_none()).map(|(e, _)| e).collect();
+        let new_elements =
+            (0..).map(ElementId).zip(&new.same).filter(|(_, same)| same.is_none()).map(|(e, _)| e).collect();
         let Transferred { mass, corner_mass, velocity, defects, .. } = new;
         let tick = self.engine.last_tick();
         let (position, steps) = (proposal.position, vec![]);
         let birth = Birth { tick, mesh, position, mass, corner_mass, references, steps };
-        let known = Known { patches, shapes, across };
-        Ok(Candidate { birth, memory, velocity, quality, defects, known, made })
+        let properties = MeshProperties { patches, qualities, adjacency };
+        Ok(CandidateMesh { birth, memory, velocity, quality, defects, properties, new_elements })
     }
 
-    /// Whether the gel is one that flows.
-    pub fn flows(&self) -> bool {
+    /// Returns true if the gel is viscoplastic.
+    pub fn is_viscoplastic(&self) -> bool {
         self.engine.gel().potential.remembers()
     }
 
-    /// What a new mesh takes over; where a node of it is in a corner in which the density is below nothing, or has hardly any mass, once
-    /// more without such corners.
-    fn transferred(
+    /// Transfers mass and momentum to the new mesh. The transfer is repeated without corners of negative density if a
+    /// node becomes massless or light.
+    fn transfer_fields(
         &self,
-        (old, moved): (&Birth<D>, &Moved<'_, D>),
-        (proposal, pairing): (&Proposal<D>, Pairing),
+        old: &Birth<D>,
+        moved: &Moved<'_, D>,
+        proposal: &Proposal<D>,
+        pairing: Pairing,
     ) -> Transferred<D> {
-        let carried = self.carried(old);
-        let new = remesh::transfer_paired(moved, &carried, (proposal, pairing.clone()));
-        let is_light = || remesh::lightest(&proposal.elements, &new) < LIGHT;
+        let fields = self.nodal_fields(old);
+        let new = remesh::transfer_paired(moved, &fields, (proposal, pairing.clone()));
+        let is_light = || remesh::lightest(&proposal.elements, &new) < LIGHT_NODE_SHARE;
         if new.defects.massless == 0 && !is_light() {
             return new;
         }
-        remesh::transfer_paired(moved, &Carried { is_level: true, ..carried }, (proposal, pairing))
+        remesh::transfer_paired(moved, &Carried { is_level: true, ..fields }, (proposal, pairing))
     }
 
-    fn carried<'a>(&'a self, old: &'a Birth<D>) -> Carried<'a, D> {
+    fn nodal_fields<'a>(&'a self, old: &'a Birth<D>) -> Carried<'a, D> {
         Carried {
-            symmetry: symmetry(&self.recipe),
+            symmetry: section_symmetry(&self.definition),
             mass: &old.mass,
             corner_mass: &old.corner_mass,
             velocity: &self.engine.state().velocity,
@@ -327,8 +357,8 @@ fn displacement<const D: usize>(moved: &Moved<'_, D>) -> Vec<Vector<D>> {
     moved.position.iter().zip(&moved.mesh.rest).map(|(x, rest)| x - rest).collect()
 }
 
-/// Ends of bodies on their axes, and their corners, m.
-fn ends(bodies: &[(&Body, BodyState)]) -> Vec<Vector3> {
+/// Axial ends and corners of the bodies, m.
+fn axial_ends(bodies: &[(&Body, BodyState)]) -> Vec<Vector3> {
     let of = |(body, at): &(&Body, BodyState)| -> Vec<Vector3> {
         let place = |pole: &Pole| at.position + at.orientation.transform_vector(&pole.end);
         body.shape.poles().iter().map(place).collect()
@@ -336,34 +366,34 @@ fn ends(bodies: &[(&Body, BodyState)]) -> Vec<Vector3> {
     bodies.iter().flat_map(of).collect()
 }
 
-/// The place on the surface of a body for one inside it: a new point of a facet that is drawn over a body would have to be
-/// pushed out of it later.
-fn cleared<const D: usize>(bodies: &[(&Body, BodyState)], x: &Vector<D>) -> Vector<D> {
+/// Projects a point inside a body onto its surface: contact would have to push a new boundary node out of the body
+/// later.
+fn clear_of_bodies<const D: usize>(bodies: &[(&Body, BodyState)], x: &Vector<D>) -> Vector<D> {
     bodies.iter().fold(*x, |x, (body, at)| {
         let gap = body.gap(at, &embed(&x));
         x - restrict::<D>(&gap.normal) * gap.distance.min(0.0)
     })
 }
 
-/// Whether a mesh to which a transfer did this may replace another one.
-fn bearable<const D: usize>(defects: &Defects<D>) -> Result<(), Refused> {
+/// Checks that a transfer has conserved mass, and not increased the kinetic energy.
+fn check_conservation<const D: usize>(defects: &Defects<D>) -> Result<(), Refused> {
     if defects.massless > 0 {
         return Err(Refused::Massless { nodes: defects.massless });
     }
     let (before, after) = (defects.before.mass, defects.after.mass);
-    if after.is_nan() || (after - before).abs() > SAME_MASS * before {
+    if after.is_nan() || (after - before).abs() > MASS_TOLERANCE * before {
         return Err(Refused::Mass { before, after });
     }
     let (before, after) = (defects.before.kinetic, defects.after.kinetic);
-    if after.is_nan() || after > MOST_GAINED * before {
+    if after.is_nan() || after > MAX_KINETIC_RATIO * before {
         return Err(Refused::Gains { before, after });
     }
     Ok(())
 }
 
-/// What a section is of.
-pub(super) fn symmetry(recipe: &Recipe) -> Symmetry {
-    match recipe.section {
+/// Symmetry of a section.
+pub(super) fn section_symmetry(definition: &GelDefinition) -> Symmetry {
+    match definition.section {
         Section::Planar { .. } => Symmetry::Planar,
         Section::Axisymmetric => Symmetry::Axisymmetric,
         Section::Spatial => Symmetry::Spatial,
@@ -376,7 +406,7 @@ mod tests {
     use crate::remesh::Books;
 
     #[test]
-    fn a_mesh_that_has_not_the_mass_of_the_old_one_is_refused() {
+    fn a_mesh_of_another_mass_is_refused() {
         let (momentum, angular) = (Vector::<2>::zeros(), Vector3::zeros());
         let books = |mass: f64| Books { mass, momentum, angular, kinetic: 1.0 };
         let defects = |mass: f64| Defects {
@@ -390,10 +420,10 @@ mod tests {
             misses: 0,
             massless: 0,
         };
-        assert_eq!(bearable(&defects(20.0 + 1e-12)), Ok(()));
+        assert_eq!(check_conservation(&defects(20.0 + 1e-12)), Ok(()));
         for after in [20.0 - 1e-4, 20.0 + 1e-10, 0.0] {
-            assert_eq!(bearable(&defects(after)), Err(Refused::Mass { before: 20.0, after }));
+            assert_eq!(check_conservation(&defects(after)), Err(Refused::Mass { before: 20.0, after }));
         }
-        assert!(matches!(bearable(&defects(f64::NAN)), Err(Refused::Mass { .. })));
+        assert!(matches!(check_conservation(&defects(f64::NAN)), Err(Refused::Mass { .. })));
     }
 }

@@ -1,15 +1,17 @@
-//! Doubts about a run that are told by what was seen of it.
+//! Warnings about a run by its results.
 
 use super::observe::Observation;
 use crate::geometry::SignedDistance;
 use crate::math::Vector3;
-use crate::scene::{MaterialModel, Scene, Support};
+use crate::scene::{FaceSupport, MaterialModel, Scene};
 
-/// Depth in radii of the projectile down to which an elastic gel whose mesh is exchanged keeps its energy (`docs/studies.md`, deep): the
-/// greatest depths on fixed and on exchanged meshes agree within 0.2 % up to 3 radii, and differ by 3 to 40 % from 4 radii on.
-const FAITHFUL: f64 = 3.0;
+/// Depth in radii of the projectile down to which an elastic gel with remeshing keeps its energy (`docs/studies.md`,
+/// deep). The greatest depths with and without remeshing agree within 0.2 % up to 3 radii, and differ by 3 to 40 %
+/// from 4 radii on.
+const FAITHFUL_DEPTH: f64 = 3.0;
 
-/// Reasons to doubt the figures of a run so far, one sentence each; those of [`crate::scene::doubts`] are not among them.
+/// Reasons to doubt the figures of a run so far, one sentence each; those of [`crate::scene::doubts`] are not
+/// included.
 #[must_use]
 pub fn doubts(scene: &Scene, seen: &Observation) -> Vec<String> {
     [seen.energy.doubt(), lost_elasticity(scene, seen), held_back(scene, seen)].into_iter().flatten().collect()
@@ -21,16 +23,16 @@ fn lost_elasticity(scene: &Scene, seen: &Observation) -> Option<String> {
     let is_elastic = matches!(scene.gel.material, NeoHookean | MooneyRivlin | Ogden);
     let radius = radius(scene);
     let (depth, _) = seen.projectile().contact.peak_depth;
-    (is_elastic && seen.cost.remeshes > 0 && depth > FAITHFUL * radius).then(|| {
+    (is_elastic && seen.cost.remeshes > 0 && depth > FAITHFUL_DEPTH * radius).then(|| {
         format!(
-            "the mesh of an elastic gel was exchanged while the projectile went {:.1} radii deep: below {FAITHFUL} radii exchanges take \
+            "the mesh of an elastic gel was exchanged while the projectile went {:.1} radii deep: below {FAITHFUL_DEPTH} radii exchanges take \
              energy from the gel as plastic flow would, and depth, time and rebound are not those of the gel",
             depth / radius
         )
     })
 }
 
-/// Doubt about a shot that comes to a back face that is held.
+/// Doubt about a shot that reaches a supported back face.
 fn held_back(scene: &Scene, seen: &Observation) -> Option<String> {
     let (support, thickness) = (scene.gel.supports.z_min, scene.gel.shape.thickness()?);
     let contact = &seen.projectile().contact;
@@ -38,8 +40,8 @@ fn held_back(scene: &Scene, seen: &Observation) -> Option<String> {
     // An unbounded body has no width.
     let is_near = depth > thickness - 2.0 * Some(radius(scene)).filter(|radius| radius.is_finite())?;
     let is_deep = contact.first.is_some() && depth > 0.5 * thickness;
-    (support != Support::Free && is_near && is_deep).then(|| {
-        let held = if support == Support::Roller { "roller" } else { "fixed" };
+    (support != FaceSupport::Free && is_near && is_deep).then(|| {
+        let held = if support == FaceSupport::Roller { "roller" } else { "fixed" };
         format!(
             "the projectile has come within its width of a back face that is held (gel.supports.z_min = \"{held}\"): from there on force, \
              depth and exit speed are those of a gel against a wall; \"free\" lets it open"

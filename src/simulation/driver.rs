@@ -1,14 +1,16 @@
-//! A worn mesh, and how the run goes on with another one.
+//! Remeshing driver: replaces a distorted mesh, and continues the run on the new one.
 
 use super::RestoreError;
-use super::candidate::{self, Known, Mesher, Refused, Way, symmetry};
-use super::gel_definition::{Recipe, Sizes};
+use super::candidate::{
+    self, MeshGenerator, MeshProperties, OldMeshData, Refused, RemeshAttempt, RemeshInput, section_symmetry,
+};
+use super::gel_definition::{GelDefinition, RemeshSizes};
 use super::history::inherited;
-use super::model::Gelatin;
+use super::model::GelModel;
 use super::observe::Frame;
 use super::preview::{Refusal, Rehearsal, Renewal};
-use super::sensors::seats;
-use super::source_mesh::{Made, Past};
+use super::sensors::locate_sensors;
+use super::source_mesh::{SourceMesh, TargetMesh};
 use crate::fem::{Memory, Potential, Simplices};
 use crate::integrator::{NoStep, StepError, Totals};
 use crate::math::Vector;
@@ -18,236 +20,262 @@ use crate::state::{Birth, State};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// What can be given another mesh.
-pub(super) trait Renew {
-    /// Goes on with a better mesh, or with the old one where there is none.
+/// Gel whose mesh can be replaced.
+pub(super) trait RemeshDriver {
+    /// Continues with a better mesh, or with the old one where no candidate is accepted.
     ///
     /// # Errors
-    /// [`StepError`] if not even the old mesh can go on.
-    fn renew(&mut self) -> Result<(), StepError>;
+    /// [`StepError`] if not even the old mesh can be stepped.
+    fn remesh(&mut self) -> Result<(), StepError>;
 
-    /// What an exchange would do now, in the plane and where meshes are exchanged; `frame` is the mesh as it is.
-    fn rehearsal(&self, frame: Frame) -> Option<Rehearsal>;
+    /// Preview of a remeshing now, in the plane and where the scene has remeshing; `frame` is the current mesh.
+    fn preview_now(&self, frame: Frame) -> Option<Rehearsal>;
 }
 
-impl Renew for Gelatin<2> {
-    fn renew(&mut self) -> Result<(), StepError> {
-        self.renew_by(candidate::in_plane)
+impl RemeshDriver for GelModel<2> {
+    fn remesh(&mut self) -> Result<(), StepError> {
+        self.remesh_with(candidate::mesh_in_plane)
     }
 
-    fn rehearsal(&self, frame: Frame) -> Option<Rehearsal> {
-        Some(self.rehearsed(frame, self.recipe.remesh.as_ref()?))
+    fn preview_now(&self, frame: Frame) -> Option<Rehearsal> {
+        Some(self.build_preview(frame, self.definition.remesh.as_ref()?))
     }
 }
 
-impl Renew for Gelatin<3> {
-    fn renew(&mut self) -> Result<(), StepError> {
-        self.renew_by(candidate::in_space)
+impl RemeshDriver for GelModel<3> {
+    fn remesh(&mut self) -> Result<(), StepError> {
+        self.remesh_with(candidate::mesh_in_space)
     }
 
-    fn rehearsal(&self, _: Frame) -> Option<Rehearsal> {
+    fn preview_now(&self, _: Frame) -> Option<Rehearsal> {
         None
     }
 }
 
-/// Gel thinner than this part of the least size breaks off where no mesh is taken with it, whatever the scene says: a wall pinched to
-/// nothing by the wall across, which no mesh makes thicker. One of 1e-10 m stopped a random scene (190).
-const PINCHED: f64 = 0.01;
-/// The part of the gel that may go so at once, and of what hangs on it: what is heavier stays.
-pub(super) const MOST_BROKEN: f64 = 0.01;
+/// Thickness, as a fraction of the least edge, below which gel is eroded when every new mesh is refused, regardless
+/// of the scene. Opposite walls may pinch gel to no thickness (1e-10 m has occurred), and remeshing does not thicken
+/// gel.
+const PINCH_FRACTION: f64 = 0.01;
+/// Greatest fraction of the gel that one such erosion may remove, detached parts included; heavier parts stay.
+pub(super) const MAX_ERODED_FRACTION: f64 = 0.01;
 
-/// How often gel breaks off at one time, so that a mesh is taken: each time what the next one was refused for, or what is left
-/// could not be stepped by.
-pub(super) const MOST_BREAKS: usize = 32;
+/// Greatest number of erosions at one time in search of an acceptable mesh. Each removes the elements for which the
+/// last mesh was refused, or which could not be stepped.
+pub(super) const MAX_EROSIONS: usize = 32;
 
-/// A run that has so many times the energy that it can have is none any more.
-const RUNAWAY: f64 = 10.0;
+/// Ratio of the energy to the energy provided, above which a run has diverged.
+const RUNAWAY_RATIO: f64 = 10.0;
 
-/// Neighbours and shapes of the elements of a worn mesh.
-type Worn = (Neighbours, Vec<f64>);
+/// Failed replacement of a mesh.
+struct FailedReplacement {
+    /// Reasons why each candidate was refused.
+    reasons: Vec<Refused>,
+    /// Data of the old mesh.
+    data: OldMeshData,
+}
 
-impl<const D: usize> Gelatin<D> {
-    fn renew_by(&mut self, mesher: Mesher<D>) -> Result<(), StepError> {
-        let Some(sizes) = self.recipe.remesh.clone() else { return Ok(()) };
+impl<const D: usize> GelModel<D> {
+    fn remesh_with(&mut self, generator: MeshGenerator<D>) -> Result<(), StepError> {
+        let Some(sizes) = self.definition.remesh.clone() else { return Ok(()) };
         let begun = Instant::now();
         if self.engine.state().birth.is_none() {
-            self.first = Some(self.present());
+            self.first_mesh = Some(self.current_mesh());
         }
-        if let Some(diverged) = self.diverged() {
+        if let Some(diverged) = self.check_divergence() {
             return Err(diverged);
         }
-        // A mesh that fails as soon as it is made: so does the next one with what is in it.
+        // A mesh that fails at once would be followed by one that fails for the same elements.
         if let Some(failure) = self.engine.early_failure().cloned()
-            && !self.break_off(&[])
+            && !self.erode_on_failure(&[])
         {
             return Err(failure);
         }
-        // What cannot be stepped without its sheets goes on with them.
+        // Thin sheets stay if the rest could not be stepped without them.
         if let Some(below) = sizes.rules.thinnest {
-            self.shed(below, 1.0);
+            self.erode_thin_gel(below, 1.0);
         }
-        let mut taken = self.exchange(mesher, (&sizes, begun));
-        if taken.is_err() && self.shed(PINCHED * sizes.least, MOST_BROKEN) {
-            taken = self.exchange(mesher, (&sizes, begun));
+        let mut outcome = self.replace_mesh(generator, &sizes, begun);
+        if outcome.is_err() && self.erode_thin_gel(PINCH_FRACTION * sizes.least, MAX_ERODED_FRACTION) {
+            outcome = self.replace_mesh(generator, &sizes, begun);
         }
-        for _ in 0..MOST_BREAKS {
-            match &taken {
-                Err((refused, _)) if self.break_off(refused) => taken = self.exchange(mesher, (&sizes, begun)),
+        for _ in 0..MAX_EROSIONS {
+            match &outcome {
+                Err(failed) if self.erode_on_failure(&failed.reasons) => {
+                    outcome = self.replace_mesh(generator, &sizes, begun);
+                }
                 _ => break,
             }
         }
-        let Err((refused, worn)) = taken else { return Ok(()) };
+        let Err(FailedReplacement { reasons, data }) = outcome else { return Ok(()) };
         let time = self.engine.now();
-        self.refusals.push(Refusal { time, why: refused });
-        // Of the gel as it is now: what failed may have been shed.
+        self.failed_remeshes.push(Refusal { time, why: reasons });
+        // The failure of the gel after erosion: failed elements may have been eroded.
         if let Some(failure) = self.engine.failure() {
             return Err(failure.clone());
         }
-        self.keep(&self.present(), worn).map_err(|NoStep { step, .. }| StepError::Worn { time, step })
+        self.keep_mesh(&self.current_mesh(), data).map_err(|NoStep { step, .. }| StepError::Worn { time, step })
     }
 
-    /// Whether there is far more energy than there was at the start and came in since: a ball at 23 m/s once went on so to 1e223 m, every
-    /// new mesh refused at length.
-    fn diverged(&self) -> Option<StepError> {
+    /// Error of a run whose energy far exceeds the initial energy and the work done on it. Without this check a
+    /// diverging run refuses new meshes at length: a ball of 23 m/s once reached 1e223 m.
+    fn check_divergence(&self) -> Option<StepError> {
         let time = self.engine.now();
         let Totals { energies, ledger, initial_energy, .. } = self.engine.totals(time);
         let provided = ledger.energy.provided(initial_energy);
         let part = energies.discrete() / provided;
-        (provided > self.recipe.noise(self.gel_mass()) && part > RUNAWAY).then_some(StepError::Diverged { time, part })
+        (provided > self.definition.energy_round_off(self.gel_mass()) && part > RUNAWAY_RATIO)
+            .then_some(StepError::Diverged { time, part })
     }
 
-    /// Goes on with a better mesh of what there is, begun then.
+    /// Continues with a better mesh of the current gel; `begun` is when the remeshing began.
     ///
     /// # Errors
-    /// Why each was refused, if all were, and what is known of the mesh that there is.
-    fn exchange(&mut self, mesher: Mesher<D>, (sizes, begun): (&Sizes, Instant)) -> Result<(), (Vec<Refused>, Worn)> {
-        let old = self.present();
+    /// [`FailedReplacement`] if every candidate was refused.
+    fn replace_mesh(
+        &mut self,
+        generator: MeshGenerator<D>,
+        sizes: &RemeshSizes,
+        begun: Instant,
+    ) -> Result<(), FailedReplacement> {
+        let old = self.current_mesh();
         let position = self.engine.state().position.clone();
         let moved = Moved { mesh: &old.mesh, position: &position };
-        // Whatever mesh goes on tells it again.
-        let across = self.across.take();
-        let worn = self.worn(&moved, across);
-        let size = self.sizes(&moved, (sizes, &worn.0));
-        let mut refused = vec![];
-        let ways = match D {
-            3 if self.flows() => Way::FLOWING,
-            3 => Way::SOLID,
-            _ => Way::of(sizes.rules.method, self.flows()),
+        // The mesh that the run continues on sets it again.
+        let adjacency = self.adjacency.take();
+        let data = self.old_mesh_data(&moved, adjacency);
+        let size = self.target_sizes(&moved, sizes, &data.adjacency);
+        let mut reasons = vec![];
+        let attempts = match D {
+            3 if self.is_viscoplastic() => RemeshAttempt::VISCOPLASTIC,
+            3 => RemeshAttempt::ELASTIC,
+            _ => RemeshAttempt::of(sizes.rules.method, self.is_viscoplastic()),
         };
-        for (way, attempt) in ways.into_iter().zip(1..) {
-            let candidate = match self.candidate((&old, &moved, &worn), (&size, mesher), way) {
+        for (attempt, number) in attempts.into_iter().zip(1..) {
+            let input = RemeshInput { old: &old, moved: &moved, data: &data, size: &size };
+            let candidate = match self.generate_candidate(&input, generator, attempt) {
                 Ok(candidate) => candidate,
                 Err(why) => {
-                    refused.push(why);
+                    reasons.push(why);
                     continue;
                 }
             };
-            let renewal = Renewal::of(&candidate, self.engine.now(), attempt);
+            let record = Renewal::of(&candidate, self.engine.now(), number);
             let booked = self.engine.state().ledger.energy.remesh;
-            let made = candidate.made_with_masses();
-            if let Err(why) = self.go_on(candidate.birth, (candidate.memory, candidate.velocity), candidate.known) {
-                refused.push(Refused::Steps(why));
+            let new_elements = candidate.new_elements_with_masses();
+            if let Err(why) =
+                self.install_mesh(candidate.birth, candidate.memory, candidate.velocity, candidate.properties)
+            {
+                reasons.push(Refused::Steps(why));
                 continue;
             }
             self.engine.count_exchange();
-            if self.flows() {
-                self.engine.refund(&made, booked - self.engine.state().ledger.energy.remesh);
+            if self.is_viscoplastic() {
+                self.engine.refund(&new_elements, booked - self.engine.state().ledger.energy.remesh);
             }
             let energy = self.engine.state().ledger.energy.remesh - booked;
-            self.renewals.push(Renewal { energy, seconds: begun.elapsed().as_secs_f64(), ..renewal });
+            self.remesh_records.push(Renewal { energy, seconds: begun.elapsed().as_secs_f64(), ..record });
             return Ok(());
         }
-        Err((refused, worn))
+        Err(FailedReplacement { reasons, data })
     }
 
-    /// Goes on with the old mesh, its elements in patches anew, as after an exchange that has made nothing.
-    fn keep(&mut self, old: &Birth<D>, (across, shapes): Worn) -> Result<(), NoStep> {
+    /// Continues with the old mesh and new patches, as after a remeshing that leaves every element unchanged.
+    fn keep_mesh(&mut self, old: &Birth<D>, data: OldMeshData) -> Result<(), NoStep> {
+        let OldMeshData { adjacency, qualities } = data;
         let state = self.engine.state();
         let mut birth = Birth { tick: self.engine.last_tick(), position: state.position.clone(), ..old.clone() };
-        let patches = self.recipe.patches((&birth.mesh, &birth.position), &across);
-        let past = Past::new((&self.engine.gel().potential, old, &state.memory), &state.position);
+        let patches = self.definition.build_patches(&birth.mesh, &birth.position, &adjacency);
+        let source = SourceMesh::new((&self.engine.gel().potential, old, &state.memory), &state.position);
         let Mesh { rest, elements, .. } = &birth.mesh;
         let same: Vec<_> = (0..elements.len() as u32).map(|element| Some(Same::in_order(ElementId(element)))).collect();
-        let made = Made { position: &birth.position, rest, elements, same: &same, sources: &[], is_kept: true };
+        let target = TargetMesh { position: &birth.position, rest, elements, same: &same, sources: &[], is_kept: true };
         let (velocity, mut memory) = (state.velocity.clone(), state.memory.clone());
-        if let Some((references, recalled)) = inherited(&past, &state.position, (&made, &patches)) {
+        if let Some((references, recalled)) = inherited(&source, &state.position, (&target, &patches)) {
             (birth.references, memory) = (references, recalled);
         }
-        self.go_on(birth, (memory, velocity), Known { patches, shapes, across })
+        self.install_mesh(birth, memory, velocity, MeshProperties { patches, qualities, adjacency })
     }
 
-    /// Goes on with a mesh of which that is known.
-    pub(super) fn go_on(
+    /// Continues the run on a mesh with these properties.
+    pub(super) fn install_mesh(
         &mut self,
         birth: Birth<D>,
-        (memory, velocity): (Vec<Memory<D>>, Vec<Vector<D>>),
-        known: Known,
+        memory: Vec<Memory<D>>,
+        velocity: Vec<Vector<D>>,
+        properties: MeshProperties,
     ) -> Result<(), NoStep> {
-        let Known { patches, shapes, across } = known;
-        let gel = self.gel_of(&birth, patches);
+        let MeshProperties { patches, qualities, adjacency } = properties;
+        let gel = self.gel_on_mesh(&birth, patches);
         let nodes = birth.position.iter().copied().zip(velocity).collect();
         self.engine = self.engine.renewed((gel, Some(memory)), nodes, Some(birth))?;
-        self.dress(&self.present(), (&shapes, across));
+        self.adopt_mesh(&self.current_mesh(), &qualities, adjacency);
         Ok(())
     }
 }
 
-impl<const D: usize> Gelatin<D> {
-    /// What follows from a mesh of this gel with these neighbours, whose nodes are there when it is new.
-    pub fn known(&self, mesh: &Mesh<D>, position: &[Vector<D>], across: Neighbours) -> Known {
-        let shapes = self.recipe.shapes(&mesh.elements, position);
-        Known { patches: self.recipe.patches((mesh, position), &across), shapes, across }
+impl<const D: usize> GelModel<D> {
+    /// Derived properties of a mesh of this gel: patches, element qualities and neighbours. `position` is where the
+    /// nodes of the new mesh are.
+    pub fn mesh_properties(&self, mesh: &Mesh<D>, position: &[Vector<D>], adjacency: Neighbours) -> MeshProperties {
+        let qualities = self.definition.element_qualities(&mesh.elements, position);
+        MeshProperties { patches: self.definition.build_patches(mesh, position, &adjacency), qualities, adjacency }
     }
 
-    pub fn gel_of(&self, birth: &Birth<D>, patches: Patches) -> crate::integrator::Gel<D, Simplices<D>> {
-        let simplices = self.recipe.simplices(&birth.mesh, patches).with_references(&birth.references);
-        self.recipe.gel(simplices, (&birth.mesh, &birth.position), birth.mass.clone())
+    /// Gel of the integrator on this mesh.
+    pub fn gel_on_mesh(&self, birth: &Birth<D>, patches: Patches) -> crate::integrator::Gel<D, Simplices<D>> {
+        let simplices = self.definition.build_simplices(&birth.mesh, patches).with_references(&birth.references);
+        self.definition.build_gel(simplices, &birth.mesh, &birth.position, birth.mass.clone())
     }
 
     /// Continues from a state of this run.
     ///
     /// # Errors
-    /// If it is none; nothing is changed then.
-    pub fn go_back(&mut self, state: &State<D>) -> Result<(), RestoreError> {
-        let wrong = |what| RestoreError::Inconsistent { what };
+    /// [`RestoreError`] if the state is not one of this run; nothing is changed then.
+    pub fn restore_state(&mut self, state: &State<D>) -> Result<(), RestoreError> {
+        let inconsistent = |what| RestoreError::Inconsistent { what };
         let own = &self.engine.state().birth;
-        let is_here = match (own, &state.birth) {
+        let is_current = match (own, &state.birth) {
             (Some(own), Some(its)) => Arc::ptr_eq(own, its) || own == its,
             (own, its) => own.is_none() && its.is_none(),
         };
-        if is_here {
-            return self.engine.restore(state).map_err(wrong);
+        if is_current {
+            return self.engine.restore(state).map_err(inconsistent);
         }
-        if self.recipe.remesh.is_none() {
-            return Err(wrong("its mesh was exchanged, and that of this scene never is"));
+        if self.definition.remesh.is_none() {
+            return Err(inconsistent("its mesh was exchanged, and that of this scene never is"));
         }
-        let first = if own.is_none() { Some(self.present()) } else { self.first.clone() };
-        let birth = state.birth.as_ref().or(first.as_ref()).map(Arc::clone).ok_or(RestoreError::Foreign)?;
-        if !self.recipe.holds(&birth) {
-            return Err(wrong("an element of its mesh is on the axis or beyond it"));
+        let first_mesh = if own.is_none() { Some(self.current_mesh()) } else { self.first_mesh.clone() };
+        let birth = state.birth.as_ref().or(first_mesh.as_ref()).map(Arc::clone).ok_or(RestoreError::Foreign)?;
+        if !self.definition.has_positive_radii(&birth) {
+            return Err(inconsistent("an element of its mesh is on the axis or beyond it"));
         }
-        let across = neighbours::<D>(&birth.mesh.elements);
-        let Known { patches, shapes, across } = self.known(&birth.mesh, &birth.position, across);
-        let other = self.engine.on_mesh(self.gel_of(&birth, patches), &birth.position, state.birth.clone());
-        let mut other = other.map_err(|NoStep { .. }| wrong("its mesh cannot be stepped"))?;
-        other.restore(state).map_err(wrong)?;
+        let adjacency = neighbours::<D>(&birth.mesh.elements);
+        let MeshProperties { patches, qualities, adjacency } =
+            self.mesh_properties(&birth.mesh, &birth.position, adjacency);
+        let other = self.engine.on_mesh(self.gel_on_mesh(&birth, patches), &birth.position, state.birth.clone());
+        let mut other = other.map_err(|NoStep { .. }| inconsistent("its mesh cannot be stepped"))?;
+        other.restore(state).map_err(inconsistent)?;
         self.engine = other.with_pool(self.engine.take_pool());
-        self.first = first;
-        self.dress(&birth, (&shapes, across));
+        self.first_mesh = first_mesh;
+        self.adopt_mesh(&birth, &qualities, adjacency);
         Ok(())
     }
 
-    /// Takes over what is kept of a mesh beside the engine; its elements were of these shapes when it was new.
-    pub fn dress(&mut self, birth: &Birth<D>, (shapes, across): (&[f64], Neighbours)) {
-        self.across = Some(across);
+    /// Takes over the data that is kept beside the engine; `qualities` are those of the elements when the mesh was new.
+    pub fn adopt_mesh(&mut self, birth: &Birth<D>, qualities: &[f64], adjacency: Neighbours) {
+        self.adjacency = Some(adjacency);
         self.facets.clone_from(&birth.mesh.facets);
         self.marks.clone_from(&birth.mesh.marks);
-        self.seats = seats(&self.engine, &self.recipe);
-        self.engine.set_wear(self.recipe.wear(&self.engine.gel().potential, &birth.position, shapes));
+        self.sensor_locations = locate_sensors(&self.engine, &self.definition);
+        self.engine.set_wear(self.definition.distortion_limits(
+            &self.engine.gel().potential,
+            &birth.position,
+            qualities,
+        ));
     }
 
-    /// The mesh of the engine as it was when it was new.
-    pub fn present(&self) -> Arc<Birth<D>> {
+    /// Mesh of the engine as it was when it was new.
+    pub fn current_mesh(&self) -> Arc<Birth<D>> {
         if let Some(birth) = &self.engine.state().birth {
             return Arc::clone(birth);
         }
@@ -256,7 +284,7 @@ impl<const D: usize> Gelatin<D> {
         let elements = gel.potential.elements().to_vec();
         let held = (0..rest.len()).map(|node| gel.held(node)).collect();
         let mesh = Mesh { rest, elements, facets: self.facets.clone(), held, marks: self.marks.clone() };
-        let corner_mass = corner_masses(&gel.potential, &self.recipe);
+        let corner_mass = rest_corner_masses(&gel.potential, &self.definition);
         Arc::new(Birth {
             tick: 0,
             position: mesh.rest.clone(),
@@ -269,9 +297,9 @@ impl<const D: usize> Gelatin<D> {
     }
 }
 
-/// Those of the elements at rest.
-fn corner_masses<const D: usize>(potential: &Simplices<D>, recipe: &Recipe) -> Vec<[f64; 4]> {
-    let mass = |element| recipe.density * potential.volume(ElementId(element));
+/// Masses of the corners of the elements at rest, kg.
+fn rest_corner_masses<const D: usize>(potential: &Simplices<D>, definition: &GelDefinition) -> Vec<[f64; 4]> {
+    let mass = |element| definition.density * potential.volume(ElementId(element));
     let masses: Vec<f64> = (0..potential.len() as u32).map(mass).collect();
-    remesh::corner_masses(potential.rest(), potential.elements(), &masses, symmetry(recipe))
+    remesh::corner_masses(potential.rest(), potential.elements(), &masses, section_symmetry(definition))
 }

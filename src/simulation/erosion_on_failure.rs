@@ -1,38 +1,40 @@
-//! What no mesh can follow: it breaks off before the run ends by it.
+//! Erosion on failure: removes elements that no mesh can follow before the run ends by them.
 
 use super::candidate::Refused;
-use super::driver::{MOST_BREAKS, MOST_BROKEN};
-use super::model::Gelatin;
+use super::driver::{MAX_ERODED_FRACTION, MAX_EROSIONS};
+use super::model::GelModel;
 use crate::integrator::{NoStep, StepError};
 use crate::math::{Vector, Vector3, embed};
 use crate::mesh::{NodeId, Simplex, signed_volume};
 use crate::remesh::RemeshError;
 
-impl<const D: usize> Gelatin<D> {
-    /// Lets go of the elements that are turned inside out, of those that [weigh nothing](weighs_nothing), of the stiffest around each
-    /// node that has no stable step, of one behind a facet that leaks, of those at whose sides meshes were refused because the boundary
-    /// crosses or touches itself there, and of those by which new meshes, or what is left, could not be stepped, with what hangs on
-    /// them. Whether something went.
-    pub fn break_off(&mut self, refused: &[Refused]) -> bool {
-        let old = self.present();
+impl<const D: usize> GelModel<D> {
+    /// Erodes the elements that stop the run, and the parts that detach; returns true if elements were removed.
+    ///
+    /// The elements are:
+    /// - inverted or [massless](is_massless) elements;
+    /// - the stiffest element around each node without a stable step, and the element behind a leaking facet;
+    /// - elements at edges where a mesh was refused because the boundary crosses or touches itself;
+    /// - elements by which a new mesh, or the remaining one, could not be stepped.
+    pub fn erode_on_failure(&mut self, refused: &[Refused]) -> bool {
+        let old = self.current_mesh();
         let position = &self.engine.state().position;
         let elements = &old.mesh.elements;
-        let is_lost =
-            |(nodes, own)| signed_volume(position, nodes) <= 0.0 || weighs_nothing::<D>(nodes, own, &old.mass);
-        let mut gone: Vec<bool> = elements.iter().zip(&old.corner_mass).map(is_lost).collect();
-        self.engine.stepless().for_each(|element| gone[element.index()] = true);
-        // What has collapsed by the sums of its blocks may not have by its own; a leak is told by nothing else.
+        let is_lost = |(nodes, own)| signed_volume(position, nodes) <= 0.0 || is_massless::<D>(nodes, own, &old.mass);
+        let mut eroded: Vec<bool> = elements.iter().zip(&old.corner_mass).map(is_lost).collect();
+        self.engine.stepless().for_each(|element| eroded[element.index()] = true);
+        // An element may have collapsed by the sums of its block, not by its own; only the failure reports a leak.
         if let Some(StepError::StepCollapsed { element, .. } | StepError::Leak { element, .. }) = self.engine.failure()
         {
-            gone[*element] = true;
+            eroded[*element] = true;
         }
-        mark::<D>(&mut gone, elements, refused.iter().flat_map(|why| blamed(why, position)));
-        for _ in 0..MOST_BREAKS {
-            let corners = match self.let_go(&old, &gone, MOST_BROKEN) {
-                Ok(went) => return went,
-                Err(why) => stepless(&why, &self.engine.state().position),
+        mark_elements::<D>(&mut eroded, elements, refused.iter().flat_map(|why| blamed_nodes(why, position)));
+        for _ in 0..MAX_EROSIONS {
+            let corners = match self.erode(&old, &eroded, MAX_ERODED_FRACTION) {
+                Ok(has_eroded) => return has_eroded,
+                Err(why) => stepless_nodes(&why, &self.engine.state().position),
             };
-            if !mark::<D>(&mut gone, elements, [corners]) {
+            if !mark_elements::<D>(&mut eroded, elements, [corners]) {
                 break;
             }
         }
@@ -40,38 +42,38 @@ impl<const D: usize> Gelatin<D> {
     }
 }
 
-/// Whether an element with these corners weighs next to nothing beside its lightest node, or less than nothing; its nodes have their mass from
-/// others then. One that was made over nothing touches old gel by rounding.
-fn weighs_nothing<const D: usize>(nodes: &Simplex, own: &[f64; 4], mass: &[f64]) -> bool {
-    const NOTHING: f64 = 1e-12;
+/// Returns true if an element's mass is negligible beside its lightest node, or negative. An element created outside
+/// the old gel overlaps the old gel by round-off only; its nodes get their masses from adjacent elements.
+fn is_massless<const D: usize>(nodes: &Simplex, own: &[f64; 4], mass: &[f64]) -> bool {
+    const NEGLIGIBLE: f64 = 1e-12;
     let lightest = nodes[..=D].iter().map(|node| mass[node.index()]).fold(f64::INFINITY, f64::min);
-    own[..=D].iter().sum::<f64>() <= NOTHING * lightest
+    own[..=D].iter().sum::<f64>() <= NEGLIGIBLE * lightest
 }
 
-/// Marks the elements that have all nodes of one of these; whether there was one that was not marked.
-fn mark<const D: usize>(
-    gone: &mut [bool],
+/// Marks the elements that have all nodes of one of these sets; returns true if one was not marked before.
+fn mark_elements<const D: usize>(
+    eroded: &mut [bool],
     elements: &[Simplex],
     blamed: impl IntoIterator<Item = Vec<NodeId>>,
 ) -> bool {
-    let mut more = false;
+    let mut has_marked = false;
     for corners in blamed {
-        for (_, gone) in elements.iter().zip(&mut *gone).filter(|(nodes, _)| has::<D>(nodes, &corners)) {
-            more |= !std::mem::replace(gone, true);
+        for (_, eroded) in elements.iter().zip(&mut *eroded).filter(|(nodes, _)| has_nodes::<D>(nodes, &corners)) {
+            has_marked |= !std::mem::replace(eroded, true);
         }
     }
-    more
+    has_marked
 }
 
-/// The old nodes at the ends of each edge for which there is no mesh, and those of each element for which a mesh could not be stepped, if
-/// that is made of old ones.
-fn blamed<const D: usize>(why: &Refused, position: &[Vector<D>]) -> Vec<Vec<NodeId>> {
+/// Sets of old nodes that a refusal blames: the ends of edges without a mesh, and the corners of elements that could
+/// not be stepped.
+fn blamed_nodes<const D: usize>(why: &Refused, position: &[Vector<D>]) -> Vec<Vec<NodeId>> {
     let at = |place: &[f64; 2]| {
         let there = position.iter().position(|x| x[0] == place[0] && x[1] == place[1]);
         there.map(|node| NodeId(node as u32))
     };
     match why {
-        Refused::Steps(why) => vec![stepless(why, position)],
+        Refused::Steps(why) => vec![stepless_nodes(why, position)],
         Refused::Made(RemeshError::Crossing { edges }) => edges.map(Vec::from).into(),
         Refused::Made(RemeshError::Blocked { edge }) => vec![edge.iter().filter_map(at).collect()],
         Refused::Made(RemeshError::Coincident { place }) => vec![at(place).into_iter().collect()],
@@ -79,14 +81,14 @@ fn blamed<const D: usize>(why: &Refused, position: &[Vector<D>]) -> Vec<Vec<Node
     }
 }
 
-/// The nodes of the element by which a mesh could not be stepped; none if it is not made of these.
-fn stepless<const D: usize>(why: &NoStep, position: &[Vector<D>]) -> Vec<NodeId> {
+/// Nodes of the element by which a mesh could not be stepped; empty if not all of them are old nodes.
+fn stepless_nodes<const D: usize>(why: &NoStep, position: &[Vector<D>]) -> Vec<NodeId> {
     let corner = |place: &Vector3| position.iter().position(|x| embed(x) == *place).map(|node| NodeId(node as u32));
     why.corners.iter().map(corner).collect::<Option<Vec<_>>>().unwrap_or_default()
 }
 
-/// Whether an element has all of these nodes, if there are any.
-fn has<const D: usize>(element: &Simplex, nodes: &[NodeId]) -> bool {
+/// Returns true if an element has all of these nodes, and there are any.
+fn has_nodes<const D: usize>(element: &Simplex, nodes: &[NodeId]) -> bool {
     !nodes.is_empty() && nodes.iter().all(|node| element[..=D].contains(node))
 }
 
@@ -95,33 +97,35 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_made_over_nothing_weighs_nothing_by_rounding_or_by_none() {
+    fn an_element_outside_the_old_gel_is_massless_up_to_round_off() {
         let nodes = [0, 1, 2, 3].map(NodeId);
-        let weighs = |own: [f64; 4], lightest: f64| !weighs_nothing::<3>(&nodes, &own, &[1.0, lightest, 2.0, 3.0]);
+        let weighs = |own: [f64; 4], lightest: f64| !is_massless::<3>(&nodes, &own, &[1.0, lightest, 2.0, 3.0]);
         assert!(weighs([1e-6, -2e-7, 0.0, 1e-6], 1.0) && weighs([1e-15; 4], 1e-3));
         assert!(
             !weighs([1e-57, 2e-57, 0.0, 1e-57], 1.0) && !weighs([0.0; 4], 1.0) && !weighs([1e-3, -2e-3, 0.0, 0.0], 1.0)
         );
-        // A fourth corner in the plane is none.
-        assert!(weighs_nothing::<2>(&nodes, &[0.0, 0.0, 0.0, 1.0], &[1.0; 4]));
+        // In the plane the fourth corner is ignored.
+        assert!(is_massless::<2>(&nodes, &[0.0, 0.0, 0.0, 1.0], &[1.0; 4]));
     }
 
     #[test]
-    fn elements_break_off_at_old_ends_of_edges_that_no_mesh_has() {
+    fn elements_erode_at_old_ends_of_edges_without_a_mesh() {
         let position = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Vector::<2>::from);
-        let of = |why: RemeshError| blamed(&Refused::Made(why), &position);
+        let of = |why: RemeshError| blamed_nodes(&Refused::Made(why), &position);
         let [a, b, c, d] = [0, 1, 2, 3].map(NodeId);
         assert_eq!(of(RemeshError::Crossing { edges: [[a, c], [b, d]] }), [vec![a, c], vec![b, d]]);
         assert_eq!(of(RemeshError::Blocked { edge: [[1.0, 0.0], [0.5, 0.5]] }), [vec![b]]);
         assert_eq!(of(RemeshError::Coincident { place: [0.2, 0.3] }), [vec![]; 1]);
-        assert!(blamed(&Refused::Massless { nodes: 1 }, &position).is_empty());
+        assert!(blamed_nodes(&Refused::Massless { nodes: 1 }, &position).is_empty());
         let stepless = |corners: [[f64; 3]; 3]| {
             let corners = corners.map(Vector3::from).into();
-            blamed(&Refused::Steps(NoStep { step: 1e-12, corners }), &position)
+            blamed_nodes(&Refused::Steps(NoStep { step: 1e-12, corners }), &position)
         };
         assert_eq!(stepless([[1.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), [vec![c, a, d]]);
         assert_eq!(stepless([[1.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.5, 0.0, 1.0]]), [vec![]; 1]);
         let element = [a, b, c, NodeId(0)];
-        assert!(has::<2>(&element, &[a, c]) && !has::<2>(&element, &[a, d]) && !has::<2>(&element, &[]));
+        assert!(
+            has_nodes::<2>(&element, &[a, c]) && !has_nodes::<2>(&element, &[a, d]) && !has_nodes::<2>(&element, &[])
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! Perforation of the gel: exits, the end of a run after them, and bodies that are brought back to a gel at rest.
+//! Perforation of the gel: exits, the end of a run after them, and bodies that return to a gel at rest.
 
 use super::observe::ExitReport;
 use super::{CouplingMode, Inputs, Simulation};
@@ -6,13 +6,13 @@ use crate::contact::{Body, BodyState, Motion};
 use crate::math::Vector3;
 use crate::scene::GelBox;
 
-/// A body rests in the gel below this part of the exit speed of the projectile.
-const RESTING: f64 = 0.01;
-/// Straight pieces in which the path of a body over a step is looked at.
-const PIECES: u32 = 16;
+/// Fraction of the exit speed of the projectile below which another body counts as at rest in the gel.
+const RESTING_SPEED: f64 = 0.01;
+/// Straight segments in which the path of a body over a step is checked.
+const PATH_SEGMENTS: u32 = 16;
 
-/// Returns true if a body meets the box of the gel between two places on its path.
-fn is_met(gel: &GelBox, body: &Body, from: &BodyState, to: &BodyState) -> bool {
+/// Returns true if a body meets the box of the gel between two points of its path.
+fn meets_box(gel: &GelBox, body: &Body, from: &BodyState, to: &BodyState) -> bool {
     (0..3).all(|axis| {
         let mut out = Vector3::zeros();
         out[axis] = 1.0;
@@ -23,7 +23,7 @@ fn is_met(gel: &GelBox, body: &Body, from: &BodyState, to: &BodyState) -> bool {
 }
 
 impl Simulation {
-    /// Exit of a body at the back face of the gel; none of a body that has not left there.
+    /// Exit of a body at the back face of the gel; `None` for a body that has not left there.
     #[must_use]
     pub fn exit(&self, body: usize) -> Option<ExitReport> {
         self.model.record().contacts[body].exit.map(|exit| ExitReport {
@@ -40,62 +40,66 @@ impl Simulation {
         contact.exit.map_or(-contact.work, |exit| exit.energy_deposited) + 0.0
     }
 
-    /// Returns true if `scene.stop_after_exit` has passed since the exit of the projectile and every other body has left the gel or come to
-    /// rest: `gelfmu run` ends at the first communication point at which it is so. Where all bodies have left, the gel is at rest from a
-    /// tick on, so that the state does not depend on where that point is.
+    /// Returns true if `scene.stop_after_exit` has passed since the projectile's exit, and every other body has left
+    /// the gel or come to rest.
+    ///
+    /// `gelfmu run` ends at the first communication point after that. Where all bodies have left, the gel is at rest
+    /// from a tick on, so that the state does not depend on that point.
     #[must_use]
     pub fn is_over(&self) -> bool {
         let Some(exit) = self.exit(0).filter(|_| !self.is_at_rest()) else { return self.is_at_rest() };
         let is_away = |body: &usize| !self.now(*body).active || self.model.is_away(*body, &self.now(*body));
-        let is_still = |body: usize| self.now(body).velocity.norm() < RESTING * exit.velocity.norm();
+        let is_still = |body: usize| self.now(body).velocity.norm() < RESTING_SPEED * exit.velocity.norm();
         let mut inside = (1..self.n_bodies()).filter(|body| !is_away(body)).peekable();
-        let is_late = self.time - exit.time >= self.facts.stop_after_exit && is_away(&0);
+        let is_late = self.time - exit.time >= self.constants.stop_after_exit && is_away(&0);
         is_late && inside.peek().is_some() && inside.all(is_still)
     }
 
-    /// Returns true if the gel is no longer integrated: the projectile left it `scene.stop_after_exit` ago, and all other bodies are away.
+    /// Returns true if the gel is no longer integrated: the projectile left it `scene.stop_after_exit` ago, and all
+    /// other bodies are away.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
         self.model.is_at_rest()
     }
 
-    /// Returns true if these inputs bring an active body back to a gel at rest in a step of this length, s, which then would not feel it.
+    /// Returns true if these inputs bring an active body back to a gel at rest in a step of this length, s; contact
+    /// would not act on it.
     #[must_use]
     pub fn comes_back(&self, body: usize, inputs: &Inputs, duration: f64) -> bool {
-        let (fixed, Some(gel)) = (self.model.body(body).0, &self.facts.gel_box) else { return false };
+        let (fixed, Some(gel)) = (self.model.body(body).0, &self.constants.gel_box) else { return false };
         if !self.is_at_rest() || !inputs.active || fixed.motion == Motion::Fixed {
             return false;
         }
-        let start = self.departure(body, inputs);
-        let at = |piece: u32| start.at(fixed, self.time + duration * f64::from(piece) / f64::from(PIECES));
-        (0..PIECES).any(|piece| is_met(gel, fixed, &at(piece), &at(piece + 1)))
+        let start = self.state_at_start(body, inputs);
+        let at = |piece: u32| start.at(fixed, self.time + duration * f64::from(piece) / f64::from(PATH_SEGMENTS));
+        (0..PATH_SEGMENTS).any(|piece| meets_box(gel, fixed, &at(piece), &at(piece + 1)))
     }
 
-    /// A body at the start of a step under these inputs, as the step takes it.
-    fn departure(&self, body: usize, inputs: &Inputs) -> BodyState {
+    /// State of a body at the start of a step under these inputs.
+    fn state_at_start(&self, body: usize, inputs: &Inputs) -> BodyState {
         let (now, mass) = (self.now(body), self.model.body(body).0.mass);
         match self.mode {
             CouplingMode::Integrated if now.active => BodyState { wrench: inputs.wrench, ..now },
             CouplingMode::Integrated | CouplingMode::Corrected => {
-                BodyState { wrench: inputs.wrench, ..self.given(body, inputs) }
+                BodyState { wrench: inputs.wrench, ..self.state_from_inputs(body, inputs) }
             }
             CouplingMode::Prescribed => {
-                let mut given = self.given(body, inputs);
+                let mut given = self.state_from_inputs(body, inputs);
                 given.wrench.force = inputs.acceleration * mass;
                 given
             }
         }
     }
 
-    /// Greatest depth of a body, m, which ends at the back face, and when it was reached, s.
+    /// Greatest depth of a body, m, at most that of the back face, and the time at which it was reached, s.
     pub(super) fn peak_depth(&self, body: usize) -> (f64, f64) {
         let (now, record) = (self.now(body), self.model.record().contacts[body].peak_depth);
         let depth = self.depth(body);
-        let thickness = self.facts.gel_box.map_or(f64::INFINITY, |gel| -gel.lower.z);
+        let thickness = self.constants.gel_box.map_or(f64::INFINITY, |gel| -gel.lower.z);
         if depth.min(thickness) <= record.0 {
             return record;
         }
-        // A body that met nothing at the back face got there before now.
+        // A body that met nothing at the back face reached it before now.
         let beyond = (depth - thickness).max(0.0);
         let since = if now.velocity.z < 0.0 { -beyond / now.velocity.z } else { 0.0 };
         (depth.min(thickness), (self.time - since).max(0.0))

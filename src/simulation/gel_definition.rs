@@ -1,4 +1,4 @@
-//! What a gel is made of, whatever its mesh: what is needed to make it again on another one.
+//! Mesh-independent definition of a gel, from which it can be rebuilt on another mesh.
 
 use super::loads;
 use crate::constitutive::{
@@ -10,48 +10,47 @@ use crate::math::{Vector, Vector3};
 use crate::mesh::{ElementId, Facet, Mesh, NodeId, Patches, Simplex, facet_measure, poor_quality};
 use crate::remesh::Neighbours;
 use crate::scene::{
-    ConstantsSpec, Dimension, ElementKind, Gel as GelTable, GelShape, MaterialModel, Remesh, Scene, StrengthSpec,
-    Symmetry,
+    ConstantsSpec, Dimension, ElementKind, GelShape, GelSpec, GelSymmetry, MaterialModel, Remesh, Scene, StrengthSpec,
 };
 use crate::state::Birth;
 
-/// What a gel is made of.
+/// Mesh-independent definition of a gel: material, section, symmetry, loads, sensors and remeshing rules.
 #[derive(Debug, Clone)]
-pub(super) struct Recipe {
+pub(super) struct GelDefinition {
     pub section: Section,
     material: Material,
     kind: ElementKind,
-    /// kg/m³, of all that the gel stands for.
+    /// Mass density, kg/m³, scaled by the number of symmetric copies.
     pub density: f64,
-    /// Which part of it is computed.
-    pub symmetry: Symmetry,
-    /// What acts on its surface.
+    /// Part of the gel that is computed.
+    pub symmetry: GelSymmetry,
+    /// Pressures on the surface.
     pressures: Vec<Pressure>,
-    /// Where its sensors are at rest, m.
+    /// Positions of the sensors at rest, m.
     pub sensors: Vec<Vector3>,
-    /// When and how its mesh is exchanged.
-    pub remesh: Option<Sizes>,
+    /// Remeshing rules and edge lengths; `None` without remeshing.
+    pub remesh: Option<RemeshSizes>,
 }
 
-/// How fine meshes are, and when they are worn.
+/// Remeshing rules and target edge lengths.
 #[derive(Debug, Clone)]
-pub(super) struct Sizes {
+pub(super) struct RemeshSizes {
     pub rules: Remesh,
-    /// Edges: the least asked for, that of the scene, and the longest, m.
+    /// Least edge, edge of the scene, and longest edge, m.
     pub least: f64,
     pub usual: f64,
     pub longest: f64,
 }
 
-/// An element is worn when it is so many times worse than when it was new: what the shape of the body imposes would otherwise wear
-/// a mesh out at once.
-const AGED: f64 = 0.6;
-/// No new mesh need be of better quality than this.
-const FAIR: f64 = 0.35;
+/// Ratio of an element's quality to its quality when new, below which the mesh counts as distorted. Without this
+/// ratio, a shape imposed by a body would trigger remeshing at once.
+const AGED_RATIO: f64 = 0.6;
+/// Element quality that is sufficient in any new mesh.
+const SUFFICIENT_QUALITY: f64 = 0.35;
 
-impl Recipe {
+impl GelDefinition {
     pub fn of(scene: &Scene) -> Self {
-        let (usual, part) = (scene.mesh.size, part(&scene.gel));
+        let (usual, scaled) = (scene.mesh.size, scale_by_copies(&scene.gel));
         let graded = scene.mesh.grading.map(|grading| grading.largest);
         let doubled = scene.mesh.tree.map(|tree| usual * tree.coarsest as f64);
         let round = match scene.gel.shape {
@@ -59,16 +58,16 @@ impl Recipe {
             GelShape::Block { .. } | GelShape::Cylinder { .. } | GelShape::LBeam { .. } => None,
         };
         let longest = graded.or(doubled).or(round).unwrap_or(usual).max(usual);
-        let sizes = |rules: Remesh| Sizes { least: rules.smallest.unwrap_or(0.5 * usual), usual, longest, rules };
+        let sizes = |rules: Remesh| RemeshSizes { least: rules.smallest.unwrap_or(0.5 * usual), usual, longest, rules };
         Self {
             section: match scene.scene.dimension {
                 Dimension::Planar => Section::Planar { thickness: scene.thickness() },
                 Dimension::Axisymmetric => Section::Axisymmetric,
                 Dimension::Spatial => Section::Spatial,
             },
-            material: material(&part),
+            material: build_material(&scaled),
             kind: scene.mesh.element,
-            density: part.density,
+            density: scaled.density,
             symmetry: scene.gel.symmetry,
             pressures: loads::pressures(scene),
             sensors: scene.sensor.iter().map(|sensor| sensor.position.into()).collect(),
@@ -76,64 +75,72 @@ impl Recipe {
         }
     }
 
-    /// What rounding leaves of the energy of so much gel at rest, J.
-    pub fn noise(&self, mass: f64) -> f64 {
-        /// Of a strain of one; a real one is a millionth of that or more.
+    /// Round-off of the energy of this mass of gel at rest, J.
+    pub fn energy_round_off(&self, mass: f64) -> f64 {
+        /// Round-off relative to the energy of a strain of one; real strains are a millionth of that or more.
         const ROUND_OFF: f64 = 1e-14;
         ROUND_OFF * self.material.wave_modulus() * mass / self.density
     }
 
-    /// μ V of so much gel, J: the torque that stresses of the size of the shear modulus have.
+    /// Shear modulus times volume of this mass of gel, J: the torque of stresses of the size of the shear modulus.
     pub fn shear_torque(&self, mass: f64) -> f64 {
         self.material.wave_modulus() * self.material.slowness_of_shear().powi(2) * mass / self.density
     }
 
-    /// How many parts like the one that is computed make all of the gel.
+    /// Number of copies of the computed part that make the whole gel.
     pub fn copies(&self) -> f64 {
         self.symmetry.copies()
     }
 
-    /// The elements of a mesh in these patches.
-    pub fn simplices<const D: usize>(&self, mesh: &Mesh<D>, patches: Patches) -> Simplices<D> {
+    /// Finite elements of a mesh in these patches.
+    pub fn build_simplices<const D: usize>(&self, mesh: &Mesh<D>, patches: Patches) -> Simplices<D> {
         Simplices::in_patches(mesh, patches, (self.material, self.section))
     }
 
-    /// Whether neighbours of elements are asked for at all.
-    pub fn asks_for_neighbours(&self) -> bool {
+    /// Returns true if the neighbours of elements are needed.
+    pub fn needs_adjacency(&self) -> bool {
         self.kind == ElementKind::Patch || self.remesh.is_some()
     }
 
-    /// Which elements of a mesh, whose nodes are there when it is new, with these neighbours share their change of volume.
-    pub fn patches<const D: usize>(&self, (mesh, position): (&Mesh<D>, &[Vector<D>]), across: &Neighbours) -> Patches {
+    /// F-bar patches of a mesh with these neighbours; `position` holds its nodal positions when new.
+    pub fn build_patches<const D: usize>(
+        &self,
+        mesh: &Mesh<D>,
+        position: &[Vector<D>],
+        adjacency: &Neighbours,
+    ) -> Patches {
         match (self.kind, &self.material) {
             (ElementKind::Plain, _) => Patches::alone(mesh.elements.len()),
             (
                 ElementKind::Patch,
                 Material::NeoHookean(_) | Material::MooneyRivlin(_) | Material::Ogden(_) | Material::Viscoelastic(_),
-            ) => Patches::among((&mesh.rest, &mesh.elements), across),
-            // Of what has flowed the nodes do not say any more what was near what at rest.
-            (ElementKind::Patch, Material::Flowing(_)) => Patches::among((position, &mesh.elements), across),
+            ) => Patches::among((&mesh.rest, &mesh.elements), adjacency),
+            // After plastic flow the rest positions no longer tell which elements are neighbours in space.
+            (ElementKind::Patch, Material::Flowing(_)) => Patches::among((position, &mesh.elements), adjacency),
         }
     }
 
-    /// The gel of these elements, the nodes of whose mesh are there when it is new, with these masses.
-    pub fn gel<const D: usize>(
+    /// Gel of these elements with these nodal masses; `position` holds the nodal positions of the mesh when new.
+    pub fn build_gel<const D: usize>(
         &self,
         simplices: Simplices<D>,
-        (mesh, position): (&Mesh<D>, &[Vector<D>]),
+        mesh: &Mesh<D>,
+        position: &[Vector<D>],
         mass: Vec<f64>,
     ) -> Gel<D, Simplices<D>> {
-        let gel = Gel::new(simplices, mass, &mesh.held, self.surface(mesh, position)).mirrored(self.mirrored());
-        loads::loaded(gel, mesh, (self.section, &self.pressures))
+        let gel = Gel::new(simplices, mass, &mesh.held, self.build_surface(mesh, position)).mirrored(self.mirrored());
+        loads::apply_pressures(gel, mesh, self.section, &self.pressures)
     }
 
-    /// The axes across which it meets its image: those of the planes of symmetry, or the first about an axis of revolution.
+    /// Axes across which the gel may touch its mirror image: normals of the planes of symmetry, or the radius about
+    /// an axis of revolution.
     fn mirrored(&self) -> &'static [usize] {
         if self.section == Section::Axisymmetric { &[0] } else { self.symmetry.mirrored() }
     }
 
-    /// All of the boundary but the axis of revolution and the planes of symmetry: areas at rest, sizes where the nodes are.
-    fn surface<const D: usize>(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Surface {
+    /// Contact surface: the boundary without the axis of revolution and the planes of symmetry. Areas are those at
+    /// rest, sizes those of the current facets.
+    fn build_surface<const D: usize>(&self, mesh: &Mesh<D>, position: &[Vector<D>]) -> Surface {
         let rest = |facet: &Facet, i: usize| mesh.rest[facet[i].index()];
         let is_image = |facet: &Facet| self.mirrored().iter().any(|i| (0..D).all(|node| rest(facet, node)[*i] == 0.0));
         let facets = mesh.facets.iter().copied().filter(|facet| !is_image(facet)).collect();
@@ -151,78 +158,78 @@ impl Recipe {
         surface.mirrored(planes)
     }
 
-    /// Whether all elements of a mesh are at rest on the side of the axis where matter is, if there is one.
-    pub fn holds<const D: usize>(&self, birth: &Birth<D>) -> bool {
+    /// Returns true if all elements lie at rest at a positive radius, where there is an axis.
+    pub fn has_positive_radii<const D: usize>(&self, birth: &Birth<D>) -> bool {
         if self.section != Section::Axisymmetric {
             return true;
         }
         let mesh = &birth.mesh;
         let radius = |nodes: &Simplex| Reference::of(&mesh.rest, nodes).radius;
         let mut own = birth.references.iter().peekable();
-        let outside = |(element, nodes): (ElementId, &Simplex)| {
+        let has_positive_radius = |(element, nodes): (ElementId, &Simplex)| {
             let reference = own.next_if(|(own, _)| *own == element);
             reference.map_or_else(|| radius(nodes), |(_, reference)| reference.radius) > 0.0
         };
-        (0..).map(ElementId).zip(&mesh.elements).all(outside)
+        (0..).map(ElementId).zip(&mesh.elements).all(has_positive_radius)
     }
 
-    /// The quality of an element of a mesh that is exchanged, infinite if it is too good to matter: to when a mesh is worn, or to how bad
-    /// a new one may be.
-    pub fn shape<const D: usize>(&self, x: &[Vector<D>], nodes: &Simplex) -> f64 {
-        let worn = self.remesh.as_ref().map_or(0.0, |sizes| sizes.rules.quality / AGED);
-        poor_quality(x, nodes, worn.max(FAIR))
+    /// Quality of an element for the distortion monitor and for acceptance; infinite if it is too good to matter for
+    /// either.
+    pub fn element_quality<const D: usize>(&self, x: &[Vector<D>], nodes: &Simplex) -> f64 {
+        let distortion_quality = self.remesh.as_ref().map_or(0.0, |sizes| sizes.rules.quality / AGED_RATIO);
+        poor_quality(x, nodes, distortion_quality.max(SUFFICIENT_QUALITY))
     }
 
-    /// Those of all elements.
-    pub fn shapes<const D: usize>(&self, elements: &[Simplex], x: &[Vector<D>]) -> Vec<f64> {
-        elements.iter().map(|nodes| self.shape(x, nodes)).collect()
+    /// Qualities of all elements.
+    pub fn element_qualities<const D: usize>(&self, elements: &[Simplex], x: &[Vector<D>]) -> Vec<f64> {
+        elements.iter().map(|nodes| self.element_quality(x, nodes)).collect()
     }
 
-    /// When a mesh is worn whose nodes are there when it is new, and whose elements have these qualities then; never, if it is not
-    /// exchanged.
-    pub fn wear<const D: usize>(
+    /// Limits of the distortion monitor: least qualities and volumes of the elements. `position` and `qualities` are
+    /// those of the new mesh; `None` without remeshing.
+    pub fn distortion_limits<const D: usize>(
         &self,
         potential: &Simplices<D>,
         position: &[Vector<D>],
-        shapes: &[f64],
+        qualities: &[f64],
     ) -> Option<Wear> {
         let Remesh { quality, compression, .. } = self.remesh.as_ref()?.rules;
         let least = |(element, nodes): (ElementId, &Simplex)| {
             let new = potential.measure(&nodes.map(|node| position[node.index()]));
-            (compression * potential.rest_measure(element)).min(AGED * new)
+            (compression * potential.rest_measure(element)).min(AGED_RATIO * new)
         };
         Some(Wear {
-            quality: shapes.iter().map(|shape| quality.min(AGED * shape)).collect(),
+            quality: qualities.iter().map(|shape| quality.min(AGED_RATIO * shape)).collect(),
             least: (0..).map(ElementId).zip(potential.elements()).map(least).collect(),
         })
     }
 }
 
-/// What stands for so many parts that move alike: as many times as heavy, as stiff and as strong (numerics A1).
-fn part(gel: &GelTable) -> GelTable {
+/// Scales density, moduli and stresses of a gel by its number of symmetric copies (numerics A1).
+fn scale_by_copies(gel: &GelSpec) -> GelSpec {
     let copies = gel.symmetry.copies();
-    let mut part = gel.clone();
-    part.density *= copies;
-    part.shear_modulus *= copies;
-    part.bulk_modulus *= copies;
-    if let Some(strength) = &mut part.strength {
+    let mut scaled = gel.clone();
+    scaled.density *= copies;
+    scaled.shear_modulus *= copies;
+    scaled.bulk_modulus *= copies;
+    if let Some(strength) = &mut scaled.strength {
         strength.yield_stress *= copies;
         strength.cap *= copies;
         strength.confined.iter_mut().for_each(|confined| confined.pressure *= copies);
     }
-    if let Some(tension) = part.volume.as_mut().and_then(|volume| volume.tension_limit.as_mut()) {
+    if let Some(tension) = scaled.volume.as_mut().and_then(|volume| volume.tension_limit.as_mut()) {
         *tension *= copies;
     }
-    part.branches.iter_mut().for_each(|branch| branch.shear_modulus *= copies);
-    part.terms.iter_mut().for_each(|term| term.modulus *= copies);
-    if let Some(constants) = &mut part.constants {
+    scaled.branches.iter_mut().for_each(|branch| branch.shear_modulus *= copies);
+    scaled.terms.iter_mut().for_each(|term| term.modulus *= copies);
+    if let Some(constants) = &mut scaled.constants {
         (constants.c1, constants.c2) = (copies * constants.c1, copies * constants.c2);
     }
-    part
+    scaled
 }
 
-/// What a gel is made of.
-pub(super) fn material(gel: &GelTable) -> Material {
+/// Constitutive model of a gel.
+pub(super) fn build_material(gel: &GelSpec) -> Material {
     match gel.material {
         MaterialModel::NeoHookean => NeoHookean::new(gel.shear_modulus, gel.bulk_modulus).into(),
         MaterialModel::MooneyRivlin => {
@@ -261,11 +268,11 @@ mod tests {
     use crate::scene::{ConfinedSpec, builtin, read};
 
     #[test]
-    fn what_stands_for_four_parts_bears_four_times_as_much_at_four_times_the_pressure() {
+    fn four_copies_have_four_times_the_strength_and_confining_pressure() {
         let mut gel = read(builtin("fbi-bb-3d").unwrap()).unwrap().gel;
         let strength = gel.strength.as_mut().unwrap();
         strength.confined = Some(ConfinedSpec { pressure: 7.5e6, factor: 6.0, time: 2e-6 });
-        let (one, four) = (strength.yield_stress, part(&gel).strength.unwrap());
+        let (one, four) = (strength.yield_stress, scale_by_copies(&gel).strength.unwrap());
         assert_eq!((four.yield_stress, four.cap), (4.0 * one, 4.0 * gel.strength.unwrap().cap));
         assert_eq!(four.confined, Some(ConfinedSpec { pressure: 30e6, factor: 6.0, time: 2e-6 }));
     }

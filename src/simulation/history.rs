@@ -1,41 +1,42 @@
-//! What the elements of a new mesh were at rest: what their nodes say where that is true, else what the old elements that they are made of
-//! make of them (numerics 4.6).
+//! Transfer of rest shapes and history variables to a new mesh: from the nodes' rest positions where these are
+//! compatible, otherwise from the source elements (numerics 4.6).
 
 use super::patch_volume_share::stays;
 use super::rest_volumes::rests;
-use super::source_mesh::{Made, Past};
-use super::state_averaging::{Mean, Strains};
+use super::source_mesh::{SourceMesh, TargetMesh};
+use super::state_averaging::{SourceStrains, StateAverage};
 use crate::fem::{Memory, Potential, Reference, Section};
 use crate::math::{Tensor, Vector, det};
 use crate::mesh::{ElementId, Patches};
 use crate::remesh::Same;
 
-/// What new elements are at rest where their nodes do not say it.
-type References<const D: usize> = Vec<(ElementId, Reference<D>)>;
+/// Rest shapes of the new elements whose nodes' rest positions do not give them.
+type RestShapes<const D: usize> = Vec<(ElementId, Reference<D>)>;
 
-/// The elements of a new mesh that are at rest not what their nodes say, and what all remember; `None` if one can be nothing.
+/// Rest shapes of the incompatible elements of a new mesh, and the history variables of all; `None` if an element has
+/// no valid rest shape.
 ///
-/// Of a gel that flows no node knows what an element is at rest: each is made of the elastic part of what it is made of, and
-/// remembers how far that has flowed, but not in which direction.
+/// In a viscoplastic gel nodal rest positions do not give an element's rest shape. Each new element gets the mean
+/// elastic strain of its sources, and the amount of their plastic strain, but not its direction.
 pub(super) fn inherited<const D: usize>(
-    past: &Past<'_, D>,
+    past: &SourceMesh<'_, D>,
     position: &[Vector<D>],
-    (new, patches): (&Made<'_, D>, &Patches),
-) -> Option<(References<D>, Vec<Memory<D>>)> {
+    (new, patches): (&TargetMesh<'_, D>, &Patches),
+) -> Option<(RestShapes<D>, Vec<Memory<D>>)> {
     let flows = past.potential.remembers();
     let mut memory = vec![Memory::default(); if flows { new.elements.len() } else { 0 }];
     let mut all = vec![];
     let stays = stays(past.potential.patches(), patches, new.same);
     let again = (0..).map(ElementId).zip(new.same).filter_map(|(element, same)| Some((element, (*same)?)));
     for (element, same) in again {
-        // What stands in the patch that it stood in goes on as it is; of what flows in the plane, whose shots are calibrated so, all
-        // takes the J of its patch at an exchange.
+        // Elements unchanged *and* in an unchanged patch keep their reference. Exception: in a viscoplastic gel in the
+        // plane every element takes the J of its patch at a remeshing, because its shots are calibrated that way.
         let goes_on = stays[element.index()] && (new.is_kept || !(D == 2 && flows));
         let share = if goes_on { 1.0 } else { past.shares[same.element.index()] };
         if flows {
             let now = Reference::of(new.position, &new.elements[element.index()]);
-            let made = if goes_on { None } else { Mean::alone(past, position, same.element).again(&now) };
-            // What goes on, and what is inside out, of which nothing can be made.
+            let made = if goes_on { None } else { StateAverage::alone(past, position, same.element).again(&now) };
+            // Elements that keep their reference, and inverted ones, which have no average.
             let as_it_is = || (turned(&past.potential.reference(same.element), same).scaled(share), past.memory(same));
             let (reference, recalled) = made.unwrap_or_else(as_it_is);
             all.push((element, reference));
@@ -46,13 +47,13 @@ pub(super) fn inherited<const D: usize>(
             all.push((element, turned(&past.potential.reference(same.element), same).scaled(share)));
         }
     }
-    let strains = Strains::of(past, position, new.sources);
+    let strains = SourceStrains::of(past, position, new.sources);
     let rests = rests(past, position, new);
     let is_there = |element: ElementId| rests[element.index()] > 0.0;
     for sources in new.sources.chunk_by(|a, b| a.new == b.new).filter(|sources| is_there(sources[0].new)) {
         let (element, nodes) = (sources[0].new, &new.elements[sources[0].new.index()]);
         let [told, now] = [new.rest, new.position].map(|x| Reference::of(x, nodes));
-        let mean = Mean::of(past, (position, &strains), (sources, rests[element.index()]));
+        let mean = StateAverage::of(past, (position, &strains), (sources, rests[element.index()]));
         if !mean.is_told(&told, &now) {
             all.push((element, mean.made(&told, &now)?));
         }
@@ -60,7 +61,7 @@ pub(super) fn inherited<const D: usize>(
             memory[element.index()] = mean.recalled();
         }
     }
-    // What is made of nothing rests as it is.
+    // Elements without sources are at rest in their current shape.
     for (element, nodes) in
         (0..).map(ElementId).zip(new.elements).filter(|(e, _)| new.same[e.index()].is_none() && !is_there(*e))
     {
@@ -73,12 +74,12 @@ pub(super) fn inherited<const D: usize>(
         let out = if is_ring { now.radius / reference.radius } else { 1.0 };
         memory.jacobian = det(&now.edges) / det(&reference.edges) * out;
     }
-    // A ring of no radius is none.
+    // A ring needs a positive radius.
     let stands = |(_, reference): &(ElementId, Reference<D>)| !is_ring || reference.radius > 0.0;
     all.iter().all(stands).then_some((all, memory))
 }
 
-/// The reference of an old element whose nodes may stand in another order now.
+/// Reference of an old element whose nodes may be permuted now.
 fn turned<const D: usize>(reference: &Reference<D>, same: Same) -> Reference<D> {
     if same == Same::in_order(same.element) {
         return *reference;
@@ -98,7 +99,7 @@ pub(super) mod tests {
     use crate::simulation::patch_volume_share::measure;
     use crate::state::Birth;
 
-    /// A gel that flows, of parts of 1.
+    /// Viscoplastic gel of density 1.
     pub fn gel() -> Flowing {
         Flowing {
             shear_modulus: 4.8,
@@ -111,13 +112,13 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn an_element_that_is_inside_out_goes_on_as_it_is() {
+    fn an_inverted_element_keeps_its_reference() {
         let mesh = block::<2>(Block { planes: [[0.0, 1.0]; 2].map(Vec::from), split: Split::Centred, faces: vec![] });
         let n = mesh.elements.len();
         let material = (Material::Flowing(gel()), Section::Planar { thickness: 1.0 });
         let simplices = Simplices::in_patches(&mesh, Patches::alone(n), material);
         let memory: Vec<_> = (0..n).map(|e| Memory { plastic: e as f64, jacobian: 1.0, ..Memory::default() }).collect();
-        // The middle is pushed out through a side: the element there is turned over.
+        // The centre node is pushed out through a side: the element there is inverted.
         let middle = Vector::<2>::new(0.5, 0.5);
         let out = Vector::<2>::new(0.5, -0.2);
         let position: Vec<_> = mesh.rest.iter().map(|x| if *x == middle { out } else { *x }).collect();
@@ -132,10 +133,16 @@ pub(super) mod tests {
             steps: vec![],
             mesh,
         };
-        let past = Past::new((&simplices, &birth, &memory), &position);
+        let past = SourceMesh::new((&simplices, &birth, &memory), &position);
         let same: Vec<_> = (0..n as u32).map(|e| Some(Same::in_order(ElementId(e)))).collect();
-        let new =
-            Made { position: &position, rest: &rest, elements: &elements, same: &same, sources: &[], is_kept: false };
+        let new = TargetMesh {
+            position: &position,
+            rest: &rest,
+            elements: &elements,
+            same: &same,
+            sources: &[],
+            is_kept: false,
+        };
         let (references, recalled) = inherited(&past, &position, (&new, &Patches::alone(n))).unwrap();
         let turned: Vec<_> = (0..n).filter(|e| measure(&Reference::of(&position, &elements[*e]).edges) < 0.0).collect();
         assert_eq!(turned.len(), 1);
@@ -151,7 +158,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn what_is_made_of_nothing_rests_as_it_is_and_remembers_nothing() {
+    fn an_element_without_sources_rests_in_its_current_shape_without_history() {
         let solid = Material::NeoHookean(crate::constitutive::NeoHookean::new(20e3, 2e6));
         let (plane, ring) = (Section::Planar { thickness: 1.0 }, Section::Axisymmetric);
         let flowing = Material::Flowing(gel());
@@ -160,7 +167,7 @@ pub(super) mod tests {
             let mesh = block::<2>(Block { planes: [axis(), axis()], split: Split::Centred, faces: vec![] });
             let simplices = Simplices::in_patches(&mesh, Patches::alone(4), (material, section));
             let memory = vec![Memory { plastic: 0.7, left: 0.4, felt: -3.0, ..Memory::default() }; 4];
-            // Stretched and sheared and let out.
+            // Stretch, shear and expansion.
             let position: Vec<_> =
                 mesh.rest.iter().map(|x| Vector::<2>::new(1.1 * x[0] + 0.3 * x[1], 1.2 * x[1])).collect();
             let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
@@ -174,10 +181,10 @@ pub(super) mod tests {
                 references: vec![],
                 steps: vec![],
             };
-            let past = Past::new((&simplices, &birth, &memory), &position);
+            let past = SourceMesh::new((&simplices, &birth, &memory), &position);
             let same = [None, Some(1), Some(2), Some(3)].map(|e| e.map(|e| Same::in_order(ElementId(e))));
             let sources = [Source { new: ElementId(0), old: ElementId(0), mass: 0.3, part: 0.3 }];
-            let new = Made {
+            let new = TargetMesh {
                 position: &position,
                 rest: &rest,
                 elements: &elements,

@@ -1,20 +1,20 @@
-//! Where the loads of a scene act: which facets of the first mesh they mark, and what the engine knows of them.
+//! Pressure loads: marks the facets of the first mesh, and passes the loads to the engine.
 
 use super::BuildError;
 use crate::fem::{Section, Simplices};
 use crate::integrator::{Gel, Loaded, Loads, Pressure};
 use crate::math::{Vector3, embed};
 use crate::mesh::{Facet, Mesh};
-use crate::scene::{Dimension, Face, GelShape, Load, Scene, numbered};
+use crate::scene::{Dimension, GelFace, GelShape, LoadSpec, Scene, numbered};
 
-/// A node is on a round face if it is that near to it, relatively: what mapping leaves of its bits.
+/// Relative distance from a round face within which a node lies on it: the round-off of the mapping.
 const ROUND: f64 = 1e-9;
 
-/// The marks of the facets of the first mesh of a scene; none if nothing acts.
+/// Load markers of the facets of the first mesh of a scene; empty without loads.
 ///
 /// # Errors
-/// [`BuildError::Unloaded`] if no facet is where a load is.
-pub(super) fn marks<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Result<Vec<u8>, BuildError> {
+/// [`BuildError::Unloaded`] if a load selects no facet.
+pub(super) fn load_markers<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Result<Vec<u8>, BuildError> {
     if scene.load.is_empty() {
         return Ok(vec![]);
     }
@@ -23,7 +23,7 @@ pub(super) fn marks<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Result<Vec
         let before: u32 = marks.iter().copied().map(u8::count_ones).sum();
         for (facet, mark) in mesh.facets.iter().zip(&mut marks) {
             let corners: Vec<Vector3> = facet[..D].iter().map(|node| embed(&mesh.rest[node.index()])).collect();
-            *mark |= u8::from(is_on(scene, load, &corners)) << i;
+            *mark |= u8::from(is_loaded(scene, load, &corners)) << i;
         }
         if marks.iter().copied().map(u8::count_ones).sum::<u32>() == before {
             return Err(BuildError::Unloaded { key: numbered("load", i) });
@@ -32,35 +32,36 @@ pub(super) fn marks<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Result<Vec
     Ok(marks)
 }
 
-/// Whether a facet with these corners is one that a load acts on.
-fn is_on(scene: &Scene, load: &Load, corners: &[Vector3]) -> bool {
+/// Returns true if the load acts on a facet with these corners.
+fn is_loaded(scene: &Scene, load: &LoadSpec, corners: &[Vector3]) -> bool {
     let is_inside = load
         .within
         .is_none_or(|region| corners.iter().all(|x| (0..3).all(|i| (region.low[i]..=region.high[i]).contains(&x[i]))));
     is_inside && load.on.is_none_or(|face| is_face(scene, face, corners)) && !is_axis(scene, corners)
 }
 
-/// Whether a facet of a section is on its axis.
+/// Returns true if a facet of a section lies on the axis of revolution.
 fn is_axis(scene: &Scene, corners: &[Vector3]) -> bool {
     scene.scene.dimension == Dimension::Axisymmetric && corners.iter().all(|x| x.x == 0.0)
 }
 
-fn is_face(scene: &Scene, face: Face, corners: &[Vector3]) -> bool {
+fn is_face(scene: &Scene, face: GelFace, corners: &[Vector3]) -> bool {
     let all = |is_there: &dyn Fn(&Vector3) -> bool| corners.iter().all(is_there);
     let shape = &scene.gel.shape;
     match face {
-        Face::XMin => all(&|x| x.x == -half(shape, 0)),
-        Face::XMax => all(&|x| x.x == half(shape, 0)),
-        Face::YMin => all(&|x| x.y == -half(shape, 1)),
-        Face::YMax => all(&|x| x.y == half(shape, 1)),
-        Face::ZMin => all(&|x| x.z == -height(shape)),
-        Face::ZMax => all(&|x| x.z == 0.0),
-        Face::Side => is_round(shape, outer(shape), corners),
-        Face::Inner => is_round(shape, inner(shape), corners),
+        GelFace::XMin => all(&|x| x.x == -half_width(shape, 0)),
+        GelFace::XMax => all(&|x| x.x == half_width(shape, 0)),
+        GelFace::YMin => all(&|x| x.y == -half_width(shape, 1)),
+        GelFace::YMax => all(&|x| x.y == half_width(shape, 1)),
+        GelFace::ZMin => all(&|x| x.z == -height(shape)),
+        GelFace::ZMax => all(&|x| x.z == 0.0),
+        GelFace::Side => is_round(shape, outer_radius(shape), corners),
+        GelFace::Inner => is_round(shape, inner_radius(shape), corners),
     }
 }
 
-/// Whether corners are on the mantle of a cylinder or on a sphere of this radius; those of an end face are at one height.
+/// Returns true if corners lie on the lateral surface of a cylinder or on a sphere of this radius. The corners of an
+/// end face have one height.
 fn is_round(shape: &GelShape, radius: f64, corners: &[Vector3]) -> bool {
     let is_sphere = matches!(shape, GelShape::Shell { .. });
     let distance = |x: &Vector3| if is_sphere { x.norm() } else { x.xy().norm() };
@@ -69,7 +70,7 @@ fn is_round(shape: &GelShape, radius: f64, corners: &[Vector3]) -> bool {
 }
 
 /// Half the edge of a block along x or y, m.
-fn half(shape: &GelShape, axis: usize) -> f64 {
+fn half_width(shape: &GelShape, axis: usize) -> f64 {
     match shape {
         GelShape::Block { size } => 0.5 * size[axis],
         GelShape::Cylinder { .. } | GelShape::Shell { .. } | GelShape::LBeam { .. } => f64::NAN,
@@ -81,7 +82,7 @@ fn height(shape: &GelShape) -> f64 {
     shape.thickness().unwrap_or(f64::NAN)
 }
 
-fn outer(shape: &GelShape) -> f64 {
+fn outer_radius(shape: &GelShape) -> f64 {
     match shape {
         GelShape::Cylinder { radius, .. } => *radius,
         GelShape::Shell { outer, .. } => *outer,
@@ -89,7 +90,7 @@ fn outer(shape: &GelShape) -> f64 {
     }
 }
 
-fn inner(shape: &GelShape) -> f64 {
+fn inner_radius(shape: &GelShape) -> f64 {
     match shape {
         GelShape::Cylinder { bore, .. } => bore.unwrap_or(f64::NAN),
         GelShape::Shell { inner, .. } => *inner,
@@ -97,16 +98,17 @@ fn inner(shape: &GelShape) -> f64 {
     }
 }
 
-/// The pressures of a scene.
+/// Pressures of a scene.
 pub(super) fn pressures(scene: &Scene) -> Vec<Pressure> {
     scene.load.iter().map(|load| Pressure::new(load.history()).below(load.depth)).collect()
 }
 
-/// The gel of a mesh under these pressures.
-pub(super) fn loaded<const D: usize>(
+/// Applies pressures to the gel of a mesh.
+pub(super) fn apply_pressures<const D: usize>(
     gel: Gel<D, Simplices<D>>,
     mesh: &Mesh<D>,
-    (section, pressures): (Section, &[Pressure]),
+    section: Section,
+    pressures: &[Pressure],
 ) -> Gel<D, Simplices<D>> {
     if mesh.marks.is_empty() {
         return gel;

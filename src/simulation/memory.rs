@@ -1,47 +1,48 @@
-//! Memory that a scene needs, estimated from the grid of its mesh before any element is made.
+//! Memory estimate of a scene from the grid of its mesh, before any element is made.
 //!
-//! The figures are upper bounds for the peak of a phase. `tests/shortage.rs` holds them against an allocator that counts: no phase
-//! takes more, and building and remeshing take at least half.
+//! The figures are upper bounds for the peak of a phase. `tests/shortage.rs` checks them with a counting allocator:
+//! no phase exceeds its bound, and building and remeshing take at least half.
 
 use super::build::{BuildError, MOST_CELLS, check_planes, n_cells, plane_block, section_block, space_block};
 use super::{Saved, Simulation};
 use crate::mesh::{Block, Split};
 use crate::scene::{Dimension, GelShape, MaterialModel, Scene};
 
-/// Memory that a scene needs, bytes.
+/// Estimated memory of a scene, bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MemoryEstimate {
-    /// Elements of its first mesh.
+    /// Elements of the first mesh.
     pub elements: u64,
-    /// Peak while it is built; a third to a half of it is kept.
+    /// Peak while the first mesh is built; a third to a half of it is kept.
     pub building: u64,
-    /// Peak that an exchange of that mesh adds; 0 where meshes are never exchanged. A finer mesh takes more.
+    /// Additional peak while that mesh is replaced; 0 without remeshing. A finer mesh takes more.
     pub remeshing: u64,
 }
 
-/// Bytes that any scene takes.
+/// Bytes of any scene.
 const BASE: f64 = 2e6;
-/// Peak of the bytes per element while a mesh is made and laid out, in the plane and in space: 332 and 313 were found of plain gels.
+/// Peak bytes per element while a mesh is built, in the plane and in space: 332 and 313 were measured for elastic
+/// gels.
 const BUILDING: [f64; 2] = [390.0, 370.0];
-/// More of an element that remembers: 310 and 430 were found.
+/// Additional bytes per element with history variables: 310 and 430 were measured.
 const BUILDING_MEMORY: [f64; 2] = [370.0, 480.0];
-/// Peak of the bytes per old element in an exchange of the mesh, in the plane and in space: 680 and 510 were found where the new mesh was as
-/// large as the old one.
+/// Peak bytes per old element while a mesh is replaced, in the plane and in space. For a new mesh as large as the old
+/// one, 680 and 510 were measured.
 const REMESHING: [f64; 2] = [1000.0, 900.0];
-/// More of an element that remembers: 250 were found in the plane.
+/// Additional bytes per element with history variables: 250 were measured in the plane.
 const REMESHING_MEMORY: [f64; 2] = [700.0, 900.0];
-/// What going to another mesh takes beside building it: of two meshes both are held.
+/// Ratio of the memory to restore another mesh to that of building it: two meshes are held at once.
 const RESTORING: f64 = 1.5;
-/// Bytes of the pictures of a frame and of the report whatever the mesh, and per element: 28 MB and 270 were found.
+/// Bytes of the pictures of a frame and of the report for any mesh, and per element: 28 MB and 270 were measured.
 const PICTURES: f64 = 32e6;
 const WRITING: f64 = 400.0;
-/// Elements per cell of a tree, which is not balanced yet when its cells are counted, in the plane and in space.
+/// Elements per cell of a tree counted before it is balanced, in the plane and in space.
 const PER_LEAF: [f64; 2] = [6.0, 20.0];
 
 /// Estimates the memory that a scene needs, without building it.
 ///
 /// # Errors
-/// [`BuildError`] if its mesh is larger than any that is built.
+/// [`BuildError`] if its mesh exceeds the greatest size.
 pub fn memory_estimate(scene: &Scene) -> Result<MemoryEstimate, BuildError> {
     check_planes(scene)?;
     let elements = match scene.scene.dimension {
@@ -50,8 +51,8 @@ pub fn memory_estimate(scene: &Scene) -> Result<MemoryEstimate, BuildError> {
         Dimension::Spatial => n_elements(&space_block(scene))?,
     };
     let elements = elements * filled_part(scene);
-    let (is_spatial, remembers) = (scene.scene.dimension == Dimension::Spatial, remembers(scene.gel.material));
-    let size = MeshSize { elements, is_spatial, remembers };
+    let (is_spatial, has_history) = (scene.scene.dimension == Dimension::Spatial, has_history(scene.gel.material));
+    let size = MeshSize { elements, is_spatial, has_history };
     Ok(MemoryEstimate {
         elements: elements as u64,
         building: size.building() as u64,
@@ -60,13 +61,13 @@ pub fn memory_estimate(scene: &Scene) -> Result<MemoryEstimate, BuildError> {
 }
 
 impl Simulation {
-    /// Bytes that an exchange of the mesh takes at most beside what is held; 0 where meshes are never exchanged.
+    /// Additional bytes of a remeshing at most; 0 without remeshing.
     #[must_use]
     pub fn memory_of_remeshing(&self) -> u64 {
         if self.model.can_remesh() && !self.is_at_rest() { self.model.mesh_size().remeshing() as u64 } else { 0 }
     }
 
-    /// Bytes that a frame of the results, or the report at the end, takes at most beside what is held.
+    /// Additional bytes of a frame of the results, or of the final report, at most.
     #[must_use]
     pub fn memory_of_writing(&self) -> u64 {
         (PICTURES + self.model.mesh_size().elements * WRITING) as u64
@@ -78,7 +79,7 @@ impl Simulation {
         self.model.state_bytes() as u64
     }
 
-    /// Bytes that going to a state takes at most beside what is held: a mesh that is not the present one is laid out again.
+    /// Additional bytes of restoring a state at most: a mesh other than the current one is laid out again.
     #[must_use]
     pub fn memory_of_restoring(&self, saved: &Saved) -> u64 {
         let own = self.model.mesh_size();
@@ -87,38 +88,38 @@ impl Simulation {
     }
 }
 
-/// The size of a mesh, by which it takes memory.
+/// Size of a mesh as far as memory depends on it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MeshSize {
     pub elements: f64,
     pub is_spatial: bool,
-    /// Whether its elements remember how they were deformed.
-    pub remembers: bool,
+    /// True if its elements have history variables.
+    pub has_history: bool,
 }
 
 impl MeshSize {
     fn building(self) -> f64 {
-        self.taken(BUILDING, BUILDING_MEMORY)
+        self.bytes(BUILDING, BUILDING_MEMORY)
     }
 
     fn remeshing(self) -> f64 {
-        self.taken(REMESHING, REMESHING_MEMORY)
+        self.bytes(REMESHING, REMESHING_MEMORY)
     }
 
-    fn taken(self, plain: [f64; 2], memory: [f64; 2]) -> f64 {
+    fn bytes(self, plain: [f64; 2], memory: [f64; 2]) -> f64 {
         let space = usize::from(self.is_spatial);
-        BASE + self.elements * (plain[space] + if self.remembers { memory[space] } else { 0.0 })
+        BASE + self.elements * (plain[space] + if self.has_history { memory[space] } else { 0.0 })
     }
 }
 
-fn remembers(material: MaterialModel) -> bool {
+fn has_history(material: MaterialModel) -> bool {
     match material {
         MaterialModel::NeoHookean | MaterialModel::MooneyRivlin | MaterialModel::Ogden => false,
         MaterialModel::Flowing | MaterialModel::Viscoelastic => true,
     }
 }
 
-/// Elements that fill a grid.
+/// Number of elements that fill a grid.
 fn n_elements<const D: usize>(block: &Block<D>) -> Result<f64, BuildError> {
     let cells = n_cells(block);
     if cells > MOST_CELLS {
@@ -128,7 +129,7 @@ fn n_elements<const D: usize>(block: &Block<D>) -> Result<f64, BuildError> {
         (Split::Kuhn, 2) => 2.0 * cells,
         (Split::Kuhn, _) => 6.0 * cells,
         (Split::Centred, 2) => 4.0 * cells,
-        // Four at each face of a cell.
+        // Four tetrahedra at each face of a cell.
         (Split::Centred, _) => {
             let counts = block.planes.iter().map(|planes| planes.len() as f64 - 1.0);
             4.0 * counts.map(|n| cells + cells / n).sum::<f64>()
@@ -137,10 +138,10 @@ fn n_elements<const D: usize>(block: &Block<D>) -> Result<f64, BuildError> {
     })
 }
 
-/// Elements of a beam beside those of as many cells of a block: its legs have more boundary.
+/// Ratio of the elements of a beam to those of a block of as many cells: its legs have more boundary.
 const BEAM: f64 = 1.1;
 
-/// Part of the grid that is filled: of the square around the legs of a beam, those.
+/// Fraction of the grid that the gel fills: less than 1 for the square around the legs of a beam.
 fn filled_part(scene: &Scene) -> f64 {
     match scene.gel.shape {
         GelShape::LBeam { leg, thickness, .. } => {

@@ -1,6 +1,7 @@
-//! The composition root: builds a simulation from a scene, advances it, and shows what it holds.
+//! Simulation: builds a gel and its bodies from a scene, steps them in time, and reports on them.
 //!
-//! This is the only place that erases the dimension. Nothing here reads a file or the environment, and the clock only to tell how long an exchange of the mesh took.
+//! This module alone erases the dimension. Nothing here reads a file or the environment; the clock is read only to
+//! time a remeshing.
 
 mod build;
 mod candidate;
@@ -37,8 +38,8 @@ pub use candidate::Refused;
 pub use doubts::doubts;
 pub use memory::{MemoryEstimate, memory_estimate};
 pub use observe::{
-    BodyReport, Books, ContactReport, CostReport, EnergyReport, ExitReport, Frame, FrameCells, Observation, Place,
-    SensorReport,
+    BalanceReport as Books, BodyPose as Place, BodyReport, ContactReport, CostReport, EnergyReport, ExitReport, Frame,
+    FrameCells, Observation, SensorReport,
 };
 pub use preview::{Refusal, Rehearsal, Renewal, Successor};
 pub use run::{RestoreError, Simulation};
@@ -58,8 +59,8 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// Angle of yaw, rad: between the axis of a body from its rear to its tip, −z of its frame, and its velocity. 0 is nose first,
-    /// π rear first; 0 of a body at rest, too.
+    /// Yaw angle, rad: between the body's axis from rear to tip (−z of its frame) and its velocity. 0 is nose first,
+    /// π rear first; also 0 for a body at rest.
     #[must_use]
     pub fn yaw(&self) -> f64 {
         let [w, x, y, z] = self.orientation;
@@ -71,17 +72,17 @@ impl Kinematics {
     }
 }
 
-/// What the importer hands over of a body at the start of a communication step.
+/// Inputs of a body from the importer at the start of a communication step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Inputs {
     /// Motion at the start of the step (`prescribed`, `corrected`).
     pub kinematics: Kinematics,
     /// First derivative of the velocity input, m/s2 (`prescribed`).
     pub acceleration: Vector3,
-    /// Everything else that acts on the body (`integrated`, `corrected`).
+    /// Force and torque on the body apart from contact (`integrated`, `corrected`).
     pub wrench: Wrench,
     /// Height and base radius of a dome with their rates, in every mode.
     pub bulge: Option<Bulge>,
-    /// Whether the body takes part.
+    /// True if the body takes part.
     pub active: bool,
 }

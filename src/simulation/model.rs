@@ -1,12 +1,12 @@
-//! A gel of either dimension behind one interface.
+//! Gel of either dimension behind one interface.
 
 use super::build::MOST_TICKS;
-use super::driver::Renew;
-use super::gel_definition::Recipe;
+use super::driver::RemeshDriver;
+use super::gel_definition::GelDefinition;
 use super::memory::MeshSize;
-use super::observe::{Frame, FrameCells, Place, SensorReport};
+use super::observe::{BodyPose, Frame, FrameCells, SensorReport};
 use super::preview::{Refusal, Rehearsal, Renewal};
-use super::sensors::Seat;
+use super::sensors::SensorLocation;
 use super::{RestoreError, SavedState};
 use crate::contact::{Body, BodyState, Exchange};
 use crate::fem::{Potential, Simplices};
@@ -18,27 +18,42 @@ use crate::remesh::{self, Neighbours};
 use crate::state::{Birth, Clock, Record, State, Tick};
 use std::sync::Arc;
 
-/// Reach of the contact now.
+/// Current extent of the contact with a body.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Reach {
-    /// Area of the nodes within a tenth of their size of a body, m².
+pub(super) struct ContactReach {
+    /// Area of the surface nodes within a tenth of their size of the body, m².
     pub area: f64,
     /// Deepest penetration, m.
     pub penetration: f64,
-    /// Longest step of a patch of those nodes, s.
+    /// Longest step of a patch at those nodes, s.
     pub longest_step: f64,
 }
 
-/// What the simulation asks of a gel, whatever its dimension.
-pub(super) trait Model: Send {
+/// Numbers of elements and nodes of a mesh.
+pub(super) struct MeshCounts {
+    pub elements: usize,
+    pub nodes: usize,
+    /// Elements compressed below the start of the continuation.
+    pub crushed: usize,
+}
+
+/// Range of element steps, s.
+pub(super) struct StepRange {
+    pub smallest: f64,
+    pub largest: f64,
+}
+
+/// Gel independent of its dimension, as the simulation drives and observes it.
+pub(super) trait ErasedModel: Send {
     fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<(), StepError>;
-    /// The same up to the first exchange of the mesh from time `from` on, shown before it is made, if there is one.
-    fn rehearse(&mut self, from: f64, t: f64, exchanges: &mut [Exchange]) -> Result<Option<Rehearsal>, StepError>;
-    /// Exchanges of the mesh since it was built.
-    fn renewals(&self) -> &[Renewal];
-    fn refusals(&self) -> &[Refusal];
+    /// Advances to the first remeshing from time `from` on and returns its preview, or to time `t` if there is none.
+    fn preview_remesh(&mut self, from: f64, t: f64, exchanges: &mut [Exchange])
+    -> Result<Option<Rehearsal>, StepError>;
+    /// Remeshings since the gel was built.
+    fn remesh_records(&self) -> &[Renewal];
+    fn failed_remeshes(&self) -> &[Refusal];
     fn n_bodies(&self) -> usize;
-    /// What does not change of a body, and its last event.
+    /// Constants of a body, and its state at its last event.
     fn body(&self, i: usize) -> (&Body, &BodyState);
     fn rebase_body(&mut self, i: usize, t: f64);
     fn set_body(&mut self, i: usize, state: &BodyState);
@@ -49,88 +64,92 @@ pub(super) trait Model: Send {
     /// Returns true if a body at this state no longer meets the gel.
     fn is_away(&self, i: usize, at: &BodyState) -> bool;
     fn totals(&self, t: f64) -> Totals;
-    /// Reach of the contact with a body at time `t`.
-    fn reach(&self, i: usize, t: f64) -> Reach;
-    /// How deep the surface of the gel would be, m, inside a body that comes to be there, until the gel looks again; if that is
-    /// more than it may be.
+    /// Extent of the contact with a body at time `t`.
+    fn reach(&self, i: usize, t: f64) -> ContactReach;
+    /// Depth of the gel's surface, m, inside a body placed in this state, until the next contact query of the gel;
+    /// `None` if the depth is tolerable.
     fn overlap(&self, i: usize, at: &BodyState) -> Option<f64>;
-    /// Whether a body so would have the gel around its centre.
-    fn swallows(&self, i: usize, at: &BodyState) -> bool;
-    /// What rounding leaves of the energy of the gel at rest, J.
-    fn noise(&self) -> f64;
-    /// μ V, the torque of stresses of the size of the shear modulus, N·m.
+    /// Returns true if a body in this state would have gel around its centre.
+    fn is_centre_in_gel(&self, i: usize, at: &BodyState) -> bool;
+    /// Round-off of the energy of the gel at rest, J.
+    fn energy_round_off(&self) -> f64;
+    /// Shear modulus times volume: the torque of stresses of the size of the shear modulus, N·m.
     fn shear_torque(&self) -> f64;
-    /// Elements, nodes, elements below the continuation.
-    fn counts(&self) -> (usize, usize, usize);
-    /// Part of the elements that are at rest not what their nodes say.
+    /// Numbers of elements and nodes.
+    fn counts(&self) -> MeshCounts;
+    /// Fraction of the elements whose rest shape is not that of their nodes' rest positions.
     fn fallback(&self) -> f64;
-    /// Smallest and largest step, s.
-    fn steps(&self) -> (f64, f64);
+    /// Range of the current element steps.
+    fn steps(&self) -> StepRange;
     fn synchronous_updates(&self, t: f64) -> f64;
     fn frame(&self, t: f64) -> Frame;
-    /// What the sensors measure at time `t`.
+    /// Reports of the sensors at time `t`.
     fn sensors(&self, t: f64) -> Vec<SensorReport>;
-    /// Writes the state over another one, in its memory if it is of the same dimension.
+    /// Writes the state over another one, reusing its memory if it is of the same dimension.
     fn save(&self, to: &mut SavedState);
-    /// Continues from a saved state that has come to `time`, s.
+    /// Continues from a saved state that has reached `time`, s.
     fn restore(&mut self, saved: &SavedState, time: f64) -> Result<(), RestoreError>;
-    /// Until when ticks are exact, s.
+    /// Latest time whose ticks are exact, s.
     fn latest(&self) -> f64;
     fn digest(&self) -> u128;
     fn bytes(&self) -> usize;
-    /// Bytes of its state, as a copy takes them.
+    /// Bytes of a copy of the state.
     fn state_bytes(&self) -> usize;
     fn mesh_size(&self) -> MeshSize;
-    /// Returns true if its meshes are exchanged.
+    /// Returns true if the scene has remeshing.
     fn can_remesh(&self) -> bool;
     fn runs(&self) -> Vec<Run<'_>>;
 }
 
-/// A gel of simplices.
-pub(super) struct Gelatin<const D: usize> {
+/// Gel of simplices: its engine, and the data that remeshing and reports need beside it.
+pub(super) struct GelModel<const D: usize> {
     pub engine: Engine<D, Simplices<D>>,
-    /// The boundary of its mesh.
+    /// Boundary facets of the mesh.
     pub facets: Vec<Facet>,
-    /// Which loads act on them; empty where there are none.
+    /// Load markers of the facets; empty without loads.
     pub marks: Vec<u8>,
-    /// Where the sensors are in its mesh.
-    pub seats: Vec<Seat<D>>,
-    /// The neighbours of its elements, where meshes are exchanged; none while one is, or after that has failed.
-    pub across: Option<Neighbours>,
-    /// What it is made of.
-    pub recipe: Recipe,
-    /// The mesh of the start, if it is not that of the engine.
-    pub first: Option<Arc<Birth<D>>>,
-    /// Its exchanges since it was built.
-    pub renewals: Vec<Renewal>,
-    /// When no mesh was taken, and why not, by attempt.
-    pub refusals: Vec<Refusal>,
+    /// Locations of the sensors in the mesh.
+    pub sensor_locations: Vec<SensorLocation<D>>,
+    /// Neighbours of the elements where the scene has remeshing; `None` during a remeshing, or after one has failed.
+    pub adjacency: Option<Neighbours>,
+    /// Mesh-independent definition of the gel.
+    pub definition: GelDefinition,
+    /// Mesh of the start, if the engine has another one.
+    pub first_mesh: Option<Arc<Birth<D>>>,
+    /// Remeshings since the gel was built.
+    pub remesh_records: Vec<Renewal>,
+    /// Failed remeshings since the gel was built.
+    pub failed_remeshes: Vec<Refusal>,
 }
 
-/// Overlap at the start that contact can take, in element sizes.
-const OVERLAP: f64 = 0.1;
+/// Overlap at the start that contact tolerates, in element sizes.
+const OVERLAP_TOLERANCE: f64 = 0.1;
 
-/// Depth of the deepest node of the surface, m, inside a body that goes on for the node's `wait`, s, if that is more than
-/// contact can take.
+/// Depth of the deepest surface node, m, inside a body that moves on for the node's `wait`, s; `None` if contact
+/// tolerates it.
 pub(super) fn overlap<const D: usize, P>(
     gel: &Gel<D, P>,
-    (body, at): (&Body, &BodyState),
-    (position, wait): (impl Fn(NodeId) -> Vector3, impl Fn(NodeId) -> f64),
+    body: &Body,
+    at: &BodyState,
+    position: impl Fn(NodeId) -> Vector3,
+    wait: impl Fn(NodeId) -> f64,
 ) -> Option<f64> {
     let too_deep = |surface: &SurfaceNode| {
         let x = position(surface.node);
-        let way = body.velocity_at(at, &x).norm() * wait(surface.node);
-        let depth = way - body.gap(at, &x).distance;
-        (depth > OVERLAP * surface.size).then_some(depth)
+        let travel = body.velocity_at(at, &x).norm() * wait(surface.node);
+        let depth = travel - body.gap(at, &x).distance;
+        (depth > OVERLAP_TOLERANCE * surface.size).then_some(depth)
     };
     gel.surface.nodes.iter().filter_map(too_deep).reduce(f64::max)
 }
 
-/// Whether the centre of a body is in the gel, and in the body too: then the gel is where the body is, and its surface need not be anywhere
-/// near, so that no contact would say so.
-pub(super) fn is_swallowed<const D: usize>(
-    (x, elements): (&[Vector<D>], &[Simplex]),
-    (body, at): (&Body, &BodyState),
+/// Returns true if the centre of a body lies in the gel and in the body itself. The gel's surface may then be too far
+/// away for contact to find the overlap.
+pub(super) fn is_centre_in_gel<const D: usize>(
+    x: &[Vector<D>],
+    elements: &[Simplex],
+    body: &Body,
+    at: &BodyState,
 ) -> bool {
     let centre = restrict::<D>(&at.position);
     body.gap(at, &at.position).distance < 0.0 && remesh::is_inside(x, elements, &centre)
@@ -139,7 +158,7 @@ pub(super) fn is_swallowed<const D: usize>(
 /// Fraction of an element's size within which a node counts as in contact.
 const TOUCHING: f64 = 0.1;
 
-impl<const D: usize> Gelatin<D> {
+impl<const D: usize> GelModel<D> {
     /// Mass of the gel, kg.
     pub fn gel_mass(&self) -> f64 {
         let mass = &self.engine.gel().mass;
@@ -153,7 +172,7 @@ impl<const D: usize> Gelatin<D> {
             let elements = potential.patches().of(patch);
             let volume: f64 = elements.iter().map(|element| potential.volume(*element)).sum();
             for element in elements {
-                energy_density[element.index()] = energy / (volume * self.recipe.copies());
+                energy_density[element.index()] = energy / (volume * self.definition.copies());
             }
         }
         FrameCells {
@@ -171,23 +190,28 @@ impl<const D: usize> Gelatin<D> {
     }
 }
 
-impl<const D: usize> Model for Gelatin<D>
+impl<const D: usize> ErasedModel for GelModel<D>
 where
-    State<D>: Erase,
-    Self: Renew,
+    State<D>: EraseDimension,
+    Self: RemeshDriver,
 {
     fn advance_to(&mut self, t: f64, exchanges: &mut [Exchange]) -> Result<(), StepError> {
         while self.engine.advance_to(t, exchanges)? == Reached::Worn {
-            self.renew()?;
+            self.remesh()?;
         }
         Ok(())
     }
 
-    fn rehearse(&mut self, from: f64, t: f64, exchanges: &mut [Exchange]) -> Result<Option<Rehearsal>, StepError> {
+    fn preview_remesh(
+        &mut self,
+        from: f64,
+        t: f64,
+        exchanges: &mut [Exchange],
+    ) -> Result<Option<Rehearsal>, StepError> {
         while self.engine.advance_to(t, exchanges)? == Reached::Worn {
             let time = self.engine.now();
-            let shown = if time >= from { self.rehearsal(self.frame(time)) } else { None };
-            self.renew()?;
+            let shown = if time >= from { self.preview_now(self.frame(time)) } else { None };
+            self.remesh()?;
             if shown.is_some() {
                 return Ok(shown);
             }
@@ -195,12 +219,12 @@ where
         Ok(None)
     }
 
-    fn refusals(&self) -> &[Refusal] {
-        &self.refusals
+    fn failed_remeshes(&self) -> &[Refusal] {
+        &self.failed_remeshes
     }
 
-    fn renewals(&self) -> &[Renewal] {
-        &self.renewals
+    fn remesh_records(&self) -> &[Renewal] {
+        &self.remesh_records
     }
 
     fn n_bodies(&self) -> usize {
@@ -239,10 +263,10 @@ where
         self.engine.totals(t)
     }
 
-    fn reach(&self, i: usize, t: f64) -> Reach {
+    fn reach(&self, i: usize, t: f64) -> ContactReach {
         let (body, last) = self.body(i);
         let at = last.at(body, t);
-        let mut reach = Reach::default();
+        let mut reach = ContactReach::default();
         if !at.active || self.engine.is_at_rest() {
             return reach;
         }
@@ -260,26 +284,26 @@ where
     fn overlap(&self, i: usize, at: &BodyState) -> Option<f64> {
         let gel = self.engine.gel();
         let position = |node| embed(&self.engine.position_at(node, self.engine.gel_time(at.time)));
-        overlap(gel, (self.body(i).0, at), (position, |node| self.longest_step(node)))
+        overlap(gel, self.body(i).0, at, position, |node| self.longest_step(node))
     }
 
-    fn swallows(&self, i: usize, at: &BodyState) -> bool {
+    fn is_centre_in_gel(&self, i: usize, at: &BodyState) -> bool {
         let (gel, time) = (self.engine.gel(), self.engine.gel_time(at.time));
         let x: Vec<_> = (0..gel.mass.len() as u32).map(|n| self.engine.position_at(NodeId(n), time)).collect();
-        is_swallowed((&x, gel.potential.elements()), (self.body(i).0, at))
+        is_centre_in_gel(&x, gel.potential.elements(), self.body(i).0, at)
     }
 
-    fn noise(&self) -> f64 {
-        self.recipe.noise(self.gel_mass())
+    fn energy_round_off(&self) -> f64 {
+        self.definition.energy_round_off(self.gel_mass())
     }
 
     fn shear_torque(&self) -> f64 {
-        self.recipe.shear_torque(self.gel_mass())
+        self.definition.shear_torque(self.gel_mass())
     }
 
-    fn counts(&self) -> (usize, usize, usize) {
+    fn counts(&self) -> MeshCounts {
         let crushed = self.engine.state().clocks.iter().map(|clock| clock.crushed as usize).sum();
-        (self.engine.gel().potential.len(), self.engine.gel().mass.len(), crushed)
+        MeshCounts { elements: self.engine.gel().potential.len(), nodes: self.engine.gel().mass.len(), crushed }
     }
 
     fn fallback(&self) -> f64 {
@@ -287,15 +311,18 @@ where
         own as f64 / self.engine.gel().potential.len() as f64
     }
 
-    fn steps(&self) -> (f64, f64) {
+    fn steps(&self) -> StepRange {
         let state = self.engine.state();
         if state.now.is_none() {
-            let wider = |(least, most): (f64, f64), step: &f64| (least.min(*step), most.max(*step));
-            return self.engine.steps().iter().fold((f64::INFINITY, 0.0), wider);
+            let steps = self.engine.steps();
+            return StepRange {
+                smallest: steps.iter().copied().fold(f64::INFINITY, f64::min),
+                largest: steps.iter().copied().fold(0.0, f64::max),
+            };
         }
         let wider = |(least, most): (Tick, Tick), clock: &Clock| (least.min(clock.step), most.max(clock.step));
         let (least, most) = state.clocks.iter().fold((Tick::MAX, 0), wider);
-        (self.engine.grid().time(least), self.engine.grid().time(most))
+        StepRange { smallest: self.engine.grid().time(least), largest: self.engine.grid().time(most) }
     }
 
     fn synchronous_updates(&self, t: f64) -> f64 {
@@ -310,7 +337,7 @@ where
         let place = |i: usize| {
             let (body, last) = self.body(i);
             let at = last.at(body, t);
-            Place { kinematics: super::Kinematics::of(body, &at), bulge: at.bulge, active: at.active }
+            BodyPose { kinematics: super::Kinematics::of(body, &at), bulge: at.bulge, active: at.active }
         };
         Frame {
             time: t,
@@ -325,20 +352,20 @@ where
     }
 
     fn sensors(&self, t: f64) -> Vec<SensorReport> {
-        self.measured(t)
+        self.sensor_reports(t)
     }
 
     fn save(&self, to: &mut SavedState) {
-        match State::<D>::recall_mut(to) {
+        match State::<D>::downcast_mut(to) {
             Some(state) => state.clone_from(self.engine.state()),
             None => *to = self.engine.state().clone().erase(),
         }
     }
 
     fn restore(&mut self, saved: &SavedState, time: f64) -> Result<(), RestoreError> {
-        let state = State::<D>::recall(saved).ok_or(RestoreError::Foreign)?;
+        let state = State::<D>::downcast(saved).ok_or(RestoreError::Foreign)?;
         self.engine.check_time(state, time).map_err(|what| RestoreError::Inconsistent { what })?;
-        self.go_back(state)
+        self.restore_state(state)
     }
 
     fn latest(&self) -> f64 {
@@ -359,11 +386,11 @@ where
 
     fn mesh_size(&self) -> MeshSize {
         let potential = &self.engine.gel().potential;
-        MeshSize { elements: potential.len() as f64, is_spatial: D == 3, remembers: potential.remembers() }
+        MeshSize { elements: potential.len() as f64, is_spatial: D == 3, has_history: potential.remembers() }
     }
 
     fn can_remesh(&self) -> bool {
-        self.recipe.remesh.is_some()
+        self.definition.remesh.is_some()
     }
 
     fn runs(&self) -> Vec<Run<'_>> {
@@ -371,28 +398,28 @@ where
     }
 }
 
-/// Into and out of [`SavedState`].
-pub(super) trait Erase: Sized {
+/// Conversion of a state into and out of [`SavedState`].
+pub(super) trait EraseDimension: Sized {
     fn erase(self) -> SavedState;
-    /// The state, unless it is of the other dimension.
-    fn recall(saved: &SavedState) -> Option<&Self>;
-    /// The same, to be written over.
-    fn recall_mut(saved: &mut SavedState) -> Option<&mut Self>;
+    /// State of this dimension; `None` if the saved state has the other dimension.
+    fn downcast(saved: &SavedState) -> Option<&Self>;
+    /// Mutable state of this dimension; `None` if the saved state has the other dimension.
+    fn downcast_mut(saved: &mut SavedState) -> Option<&mut Self>;
 }
 
-impl Erase for State<2> {
+impl EraseDimension for State<2> {
     fn erase(self) -> SavedState {
         SavedState::Flat(self)
     }
 
-    fn recall(saved: &SavedState) -> Option<&Self> {
+    fn downcast(saved: &SavedState) -> Option<&Self> {
         match saved {
             SavedState::Flat(state) => Some(state),
             SavedState::Solid(_) => None,
         }
     }
 
-    fn recall_mut(saved: &mut SavedState) -> Option<&mut Self> {
+    fn downcast_mut(saved: &mut SavedState) -> Option<&mut Self> {
         match saved {
             SavedState::Flat(state) => Some(state),
             SavedState::Solid(_) => None,
@@ -400,19 +427,19 @@ impl Erase for State<2> {
     }
 }
 
-impl Erase for State<3> {
+impl EraseDimension for State<3> {
     fn erase(self) -> SavedState {
         SavedState::Solid(self)
     }
 
-    fn recall(saved: &SavedState) -> Option<&Self> {
+    fn downcast(saved: &SavedState) -> Option<&Self> {
         match saved {
             SavedState::Solid(state) => Some(state),
             SavedState::Flat(_) => None,
         }
     }
 
-    fn recall_mut(saved: &mut SavedState) -> Option<&mut Self> {
+    fn downcast_mut(saved: &mut SavedState) -> Option<&mut Self> {
         match saved {
             SavedState::Solid(state) => Some(state),
             SavedState::Flat(_) => None,

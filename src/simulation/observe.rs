@@ -1,18 +1,18 @@
-//! What can be seen of a simulation. Reads drifted positions; never writes.
+//! Reports of a simulation: read-only, at positions drifted to the report time.
 
 use super::{Bulge, Exchange, Kinematics};
 use crate::integrator::fixed;
 use crate::ledger::EnergyAccounts;
 use crate::math::Vector3;
 
-/// Everything an importer, a table or a page shows of one instant.
+/// Complete report of one instant, for importers, tables and pages.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observation {
     /// Time since the start of the simulation, s.
     pub time: f64,
-    /// The projectile, then the fragments.
+    /// Projectile, then the fragments.
     pub bodies: Vec<BodyReport>,
-    /// The sensors.
+    /// Sensors.
     pub sensors: Vec<SensorReport>,
     /// Energy by account.
     pub energy: EnergyReport,
@@ -20,68 +20,68 @@ pub struct Observation {
     pub momentum_closure: Vector3,
     /// Angular momentum about the origin that no account explains, N·m·s.
     pub angular_momentum_closure: Vector3,
-    /// |momentum closure| / momentum throughput.
+    /// Ratio |momentum closure| / momentum throughput.
     pub momentum_error: f64,
-    /// |angular momentum closure| / angular momentum throughput; or 2.2e-4 μ V t, if that is more.
+    /// Ratio |angular momentum closure| / angular momentum throughput, the latter at least 2.2e-4 μ V t.
     pub angular_momentum_error: f64,
-    /// What it cost.
+    /// Cost of the run.
     pub cost: CostReport,
-    /// Tells that `scene.stop_after_exit` ends the run: the projectile has left the gel, and no other body moves in it.
+    /// True if `scene.stop_after_exit` ends the run: the projectile has left the gel, and no other body moves in it.
     pub is_over: bool,
 }
 
-/// The books of one instant and how well they close; the fields are those of [`Observation`].
+/// Energy and momentum balance of one instant; the fields are those of [`Observation`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Books {
+pub struct BalanceReport {
     /// Energy by account.
     pub energy: EnergyReport,
     /// Linear momentum that no account explains, N·s.
     pub momentum_closure: Vector3,
     /// Angular momentum about the origin that no account explains, N·m·s.
     pub angular_momentum_closure: Vector3,
-    /// |momentum closure| / momentum throughput.
+    /// Ratio |momentum closure| / momentum throughput.
     pub momentum_error: f64,
-    /// |angular momentum closure| / angular momentum throughput; or 2.2e-4 μ V t, if that is more.
+    /// Ratio |angular momentum closure| / angular momentum throughput, the latter at least 2.2e-4 μ V t.
     pub angular_momentum_error: f64,
 }
 
-/// A body and what it has to do with the gel.
+/// Motion of a body and its interaction with the gel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyReport {
-    /// Where it is and how it moves.
+    /// Position and motion.
     pub kinematics: Kinematics,
-    /// Whether it takes part.
+    /// True if the body takes part.
     pub active: bool,
     /// Height and base radius of a dome.
     pub bulge: Option<Bulge>,
-    /// Depth of its foremost point below z = 0, m (negative above).
+    /// Depth of the body's foremost point below z = 0, m (negative above).
     pub depth: f64,
-    /// What the last communication step exchanged.
+    /// Contact exchange over the last communication step.
     pub exchange: Exchange,
     /// Contact since the start.
     pub contact: ContactReport,
-    /// Exit at the back face of the gel, if it has perforated the gel.
+    /// Exit at the back face of the gel, if the body has perforated the gel.
     pub exit: Option<ExitReport>,
     /// Energy given to the gel, J, up to the exit if there is one.
     pub energy_deposited: f64,
 }
 
-/// The exit of a body: its rear end has passed the undisturbed back face of the gel.
+/// Exit of a body: its rear end has passed the undisturbed back face of the gel.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ExitReport {
     /// Time, s.
     pub time: f64,
-    /// Velocity then, m/s.
+    /// Velocity at the exit, m/s.
     pub velocity: Vector3,
-    /// Kinetic energy then, J.
+    /// Kinetic energy at the exit, J.
     pub residual_energy: f64,
 }
 
 impl Observation {
-    /// The books.
+    /// Energy and momentum balance.
     #[must_use]
-    pub fn books(&self) -> Books {
-        Books {
+    pub fn books(&self) -> BalanceReport {
+        BalanceReport {
             energy: self.energy,
             momentum_closure: self.momentum_closure,
             angular_momentum_closure: self.angular_momentum_closure,
@@ -90,40 +90,40 @@ impl Observation {
         }
     }
 
-    /// The projectile.
+    /// Report of the projectile.
     #[must_use]
     pub fn projectile(&self) -> &BodyReport {
         &self.bodies[0]
     }
 }
 
-/// What a sensor measures.
+/// Measurements of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorReport {
-    /// Where its gel is, m.
+    /// Current position of the material point, m.
     pub position: Vector3,
-    /// How far that is from where it is at rest, m.
+    /// Displacement of the material point from rest, m.
     pub displacement: Vector3,
-    /// Its velocity, m/s.
+    /// Velocity of the material point, m/s.
     pub velocity: Vector3,
-    /// p = −tr σ/3, Pa.
+    /// Pressure p = −tr σ/3, Pa.
     pub pressure: f64,
 }
 
-/// The contact between gel and a body.
+/// Contact between gel and a body.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ContactReport {
     /// Impulse on the body since the start, N·s.
     pub total_impulse: Vector3,
-    /// Whether an impulse acted in the last communication step.
+    /// True if an impulse acted in the last communication step.
     pub active: bool,
     /// Area of the surface nodes within reach of the body, m².
     pub area: f64,
     /// Deepest penetration of a surface node, m.
     pub penetration: f64,
-    /// k ≈ 2 E* a of a flat punch of the contact area, N/m.
+    /// Contact stiffness k ≈ 2 E* a of a flat punch of the contact area, N/m.
     pub stiffness: f64,
-    /// Z = ρ c A, N·s/m.
+    /// Acoustic impedance Z = ρ c A, N·s/m.
     pub impedance: f64,
     /// Direction of the last impulse on the body; zero before the first.
     pub direction: Vector3,
@@ -133,15 +133,15 @@ pub struct ContactReport {
     pub last: Option<f64>,
     /// Greatest mean force over a window of `output.force_window`, N.
     pub peak_force: f64,
-    /// Greatest depth seen at an impulse or an observation, m, and when, s.
+    /// Greatest depth at an impulse or a report, m, and its time, s.
     pub peak_depth: (f64, f64),
     /// Mean |g| of touching nodes over the run, in element sizes.
     pub mean_standing_penetration: f64,
     /// Greatest |g| of a touching node over the run, in element sizes.
     pub deepest_penetration: f64,
-    /// Communication step to take next, s.
+    /// Recommended length of the next communication step, s.
     pub step_advice: f64,
-    /// Below which mean forces chatter, s.
+    /// Communication step below which mean forces chatter, s.
     pub step_min: f64,
 }
 
@@ -166,17 +166,17 @@ pub struct EnergyReport {
     pub external: f64,
     /// Jumps of the bodies' states made by the importer.
     pub importer: f64,
-    /// What kinetic and stored energy change by when the mesh is exchanged.
+    /// Change of kinetic and stored energy by remeshing.
     pub remesh: f64,
-    /// Work of the pressures on faces.
+    /// Work of the pressure loads.
     pub load: f64,
     /// Work of the damping: negative is dissipated.
     pub damping: f64,
-    /// Lost to plastic flow: negative.
+    /// Dissipation by plastic flow: negative.
     pub plastic: f64,
-    /// Lost to bulk viscosity: negative.
+    /// Dissipation by bulk viscosity: negative.
     pub viscous: f64,
-    /// Taken along by what has broken off.
+    /// Energy of eroded gel: negative if it has left with energy.
     pub splash: f64,
     /// Stored energy lost to softening: negative.
     pub damage: f64,
@@ -184,25 +184,25 @@ pub struct EnergyReport {
     pub closure: f64,
     /// Energy at the start.
     pub initial: f64,
-    /// |closure| / throughput.
+    /// Ratio |closure| / throughput.
     pub energy_error: f64,
-    /// (|integration| + |contact bias| + |importer| + |remesh|) / (energy at the start + |external| + |load|).
+    /// Ratio (|integration| + |contact bias| + |importer| + |remesh|) / (energy at the start + |external| + |load|).
     pub energy_defect: f64,
 }
 
 impl EnergyReport {
-    /// Part of the energy that integration, the removal of penetration and exchanges may change before a run is doubted.
-    const BEARABLE: f64 = 0.05;
+    /// Fraction of the energy that integration, bias and remeshing may change before a run is doubted.
+    const TOLERATED_FRACTION: f64 = 0.05;
 
-    /// Why figures of the run may be far off: the method itself has changed the energy by more than a twentieth of what was there at
-    /// the start and came in since. Nothing if it has not.
+    /// Reason to doubt the run: the numerical method has changed the energy by more than a twentieth of the energy
+    /// provided. `None` if it has not.
     #[must_use]
     pub fn doubt(&self) -> Option<String> {
         let accounts =
             [("integration", self.integration), ("contact_bias", self.contact_bias), ("remesh", self.remesh)];
         let provided = self.provided();
         let part = accounts.iter().map(|(_, value)| value.abs()).sum::<f64>() / provided;
-        let is_doubtful = self.energy_defect > Self::BEARABLE && part > Self::BEARABLE;
+        let is_doubtful = self.energy_defect > Self::TOLERATED_FRACTION && part > Self::TOLERATED_FRACTION;
         let sign = |value: f64| if value < 0.0 { "" } else { "+" };
         let told = accounts
             .map(|(name, value)| format!("{name} {}{} %", sign(value), fixed(100.0 * value / provided, 1)))
@@ -216,14 +216,14 @@ impl EnergyReport {
         })
     }
 
-    /// What was there at the start and came in since, J.
+    /// Energy provided: that at the start and the work done since, J.
     fn provided(&self) -> f64 {
         let Self { external, load, importer, initial, .. } = *self;
         EnergyAccounts { external, importer, load, ..EnergyAccounts::default() }.provided(initial)
     }
 }
 
-/// What a run costs.
+/// Cost of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CostReport {
     /// Element updates since the start.
@@ -238,19 +238,19 @@ pub struct CostReport {
     pub elements: usize,
     /// Nodes.
     pub nodes: usize,
-    /// Smallest J = det F seen since the start.
+    /// Smallest J = det F since the start.
     pub min_jacobian: f64,
-    /// Elements whose J is below the start of the continuation now.
+    /// Elements whose J is now below the start of the continuation.
     pub crushed_elements: usize,
-    /// Exchanges of the mesh.
+    /// Remeshings since the start.
     pub remeshes: u64,
-    /// Mass of what has broken off, kg.
+    /// Mass of eroded gel, kg.
     pub splashed: f64,
-    /// Part of the elements that are at rest not what their nodes say.
+    /// Fraction of the elements whose rest shape is not that of their nodes' rest positions.
     pub fallback: f64,
 }
 
-/// The mesh at one instant, in world coordinates, for files and pictures.
+/// Mesh at one instant, in world coordinates, for files and pictures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
     /// Time, s.
@@ -259,37 +259,37 @@ pub struct Frame {
     pub dimension: usize,
     /// Mass of the gel, kg.
     pub mass: f64,
-    /// Node positions, m; y = 0 in two dimensions.
+    /// Nodal positions, m; y = 0 in two dimensions.
     pub points: Vec<Vector3>,
-    /// Node velocities, m/s.
+    /// Nodal velocities, m/s.
     pub velocities: Vec<Vector3>,
-    /// Node displacements, m.
+    /// Nodal displacements, m.
     pub displacements: Vec<Vector3>,
-    /// The elements.
+    /// Elements.
     pub cells: FrameCells,
-    /// The projectile, then the fragments.
-    pub bodies: Vec<Place>,
+    /// Projectile, then the fragments.
+    pub bodies: Vec<BodyPose>,
 }
 
-/// Where a body is in a [`Frame`].
+/// Position and motion of a body in a [`Frame`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct BodyPose {
     /// Position and motion.
     pub kinematics: Kinematics,
     /// Height and base radius of a dome.
     pub bulge: Option<Bulge>,
-    /// Whether it takes part.
+    /// True if the body takes part.
     pub active: bool,
 }
 
-/// The elements of a [`Frame`], one entry each.
+/// Elements of a [`Frame`], one entry each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameCells {
     /// Node indices, `dimension + 1` used.
     pub nodes: Vec<[u32; 4]>,
     /// Step, s.
     pub step: Vec<f64>,
-    /// J = det F.
+    /// Volume ratio J = det F.
     pub jacobian: Vec<f64>,
     /// Stored energy density, J/m³ of rest volume.
     pub energy_density: Vec<f64>,
@@ -302,7 +302,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_whose_method_makes_energy_is_doubted_and_no_other() {
+    fn only_a_run_whose_method_changes_the_energy_is_doubted() {
         let report = |remesh: f64, importer: f64, initial: f64| {
             let energy_defect = (0.01 + remesh.abs() + importer.abs()) / if initial > 1e-12 { initial } else { 1.0 };
             EnergyReport { remesh, importer, initial, integration: -0.01, energy_defect, ..EnergyReport::default() }
@@ -312,7 +312,7 @@ mod tests {
             doubt.contains("by 26 %") && doubt.contains("integration -0.5 %") && doubt.contains("remesh -25.0 %"),
             "{doubt}"
         );
-        // What the importer adds is no error of the method; where there is no energy nothing can be told.
+        // Energy from the importer is no error of the method; without energy there is no ratio.
         for sound in [report(0.08, 0.0, 2.0), report(0.0, 1.0, 2.0), report(0.0, 1.0, 0.0), report(0.001, 0.0, 1e-13)] {
             assert_eq!(sound.doubt(), None, "{sound:?}");
         }

@@ -1,15 +1,16 @@
-//! What a patch of elements has in common is its change of volume: what of it each element stands for when the mesh is exchanged.
+//! Share of an element in the change of volume of its F-bar patch (de Souza Neto et al. 2005), for transfer to a new
+//! mesh.
 //!
-//! In a patch the elements are free to change their volumes against each other; only J̄ resists. Other elements that are made
-//! of parts of them must get J̄ as their own: the part J of each would be a strain that the bulk modulus never saw.
+//! In a patch the elements may exchange volume freely; only J̄ is resisted. New elements made of parts of them must
+//! therefore get J̄: the part J of each would be a strain that the bulk modulus never saw.
 
 use crate::fem::{Potential, Reference, Simplices};
 use crate::math::{Tensor, Vector, cube_root, det};
 use crate::mesh::{ElementId, Patches};
 use crate::remesh::Same;
 
-/// By element, J/J̄ of its patch where the nodes are: the part of its measure at rest that it stands for outside of its patch.
-/// Over a patch it leaves the sum as it is. 1 of an element by itself, or where a patch is inside out.
+/// Ratio J/J̄ of each element to its patch: the factor of the element's rest measure outside of the patch. The
+/// factors leave the sum over a patch unchanged. The ratio is 1 for a patch of one element and in an inverted patch.
 pub(super) fn shares<const D: usize>(potential: &Simplices<D>, x: &[Vector<D>]) -> Vec<f64> {
     let mut shares = vec![1.0; potential.len()];
     let patches = potential.patches();
@@ -30,7 +31,7 @@ pub(super) fn shares<const D: usize>(potential: &Simplices<D>, x: &[Vector<D>]) 
     shares
 }
 
-/// By new element, whether it is an old one that stands in the patch that it stood in.
+/// Returns for each new element true if it is an old one in an unchanged patch.
 pub(super) fn stays(old: &Patches, new: &Patches, same: &[Option<Same>]) -> Vec<bool> {
     let most = (0..old.len()).flat_map(|patch| old.of(patch)).map(|element| element.index() + 1).max().unwrap_or(0);
     let mut patch_of = vec![0; most];
@@ -61,7 +62,7 @@ impl<const D: usize> Reference<D> {
         measure(&self.edges) * if is_ring { self.radius } else { 1.0 }
     }
 
-    /// The same shape with this part of the measure.
+    /// Scales the measure of the reference by `part`, at constant shape.
     pub(super) fn scaled(&self, part: f64) -> Self {
         if part == 1.0 {
             return *self;

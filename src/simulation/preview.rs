@@ -1,22 +1,21 @@
-//! An exchange of the mesh, shown step by step before it is made.
+//! Records of remeshings, and the preview of a remeshing before it is made.
 
-use super::candidate::{Candidate, Refused, Way, in_plane};
-use super::gel_definition::Sizes;
-use super::model::Gelatin;
+use super::candidate::{CandidateMesh, Refused, RemeshAttempt, RemeshInput, mesh_in_plane};
+use super::gel_definition::RemeshSizes;
+use super::model::GelModel;
 use super::observe::Frame;
 use crate::math::Vector;
 use crate::mesh::{Simplex, shape_quality};
-use crate::remesh::{self, Defects, Moved, Neighbours, Quality, RemeshError, Rules, Steps};
+use crate::remesh::{self, Defects, Moved, Quality, RemeshError, Rules, Steps};
 use crate::scene::RemeshMethod;
-use crate::state::Birth;
 use std::fmt::{self, Display, Formatter};
 
-/// An exchange of the mesh that was tried in vain: the old one went on, or the run ended with it.
+/// Failed remeshing: the old mesh was kept, or the run ended with it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refusal {
-    /// When, s.
+    /// Time, s.
     pub time: f64,
-    /// Why, attempt by attempt.
+    /// Reasons, attempt by attempt.
     pub why: Vec<Refused>,
 }
 
@@ -28,34 +27,34 @@ impl Display for Refusal {
     }
 }
 
-/// An exchange of the mesh that was made.
+/// Record of a remeshing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Renewal {
-    /// When, s.
+    /// Time, s.
     pub time: f64,
-    /// Which of the attempts succeeded, from 1.
+    /// Number of the successful attempt, from 1.
     pub attempt: usize,
-    /// What the new mesh was judged to be.
+    /// Quality of the new mesh.
     pub quality: Quality,
-    /// Mass that was laid down where nothing lay over it, as a share of all.
+    /// Fraction of the mass that was deposited where no new element covers the old ones.
     pub mass: f64,
-    /// Momentum that appeared before any correction and that no held node gave, N·s.
+    /// Momentum defect before any correction, apart from held nodes, N·s.
     pub momentum: f64,
     /// Kinetic energy before and after, J.
     pub kinetic: [f64; 2],
-    /// What kinetic and stored energy changed by, J.
+    /// Change of kinetic and stored energy, J.
     pub energy: f64,
     /// Elements of the new mesh.
     pub elements: usize,
-    /// Part of them that are old ones.
+    /// Fraction of the new elements that are elements of the old mesh.
     pub unchanged: f64,
-    /// How long it took, all attempts, s.
+    /// Wall-clock time of all attempts, s.
     pub seconds: f64,
 }
 
 impl Renewal {
-    pub(super) fn of<const D: usize>(candidate: &Candidate<D>, time: f64, attempt: usize) -> Self {
-        let Candidate { birth, quality, defects, .. } = candidate;
+    pub(super) fn of<const D: usize>(candidate: &CandidateMesh<D>, time: f64, attempt: usize) -> Self {
+        let CandidateMesh { birth, quality, defects, .. } = candidate;
         Self {
             time,
             attempt,
@@ -71,55 +70,56 @@ impl Renewal {
     }
 }
 
-/// An exchange of the mesh with all its steps, by either method.
+/// Preview of a remeshing with all its steps, by either method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rehearsal {
-    /// The mesh that ends.
+    /// Mesh to be replaced.
     pub frame: Frame,
-    /// Quality of each of its elements, q = 4√3 A/Σl².
+    /// Quality of each element, q = 4√3 A/Σl².
     pub shapes: Vec<f64>,
-    /// How far displacement and velocity bend at each of its elements, rad.
+    /// Curvature indicator of displacement and velocity at each element, rad.
     pub bend: Vec<f64>,
-    /// Target sizes of its nodes, m.
+    /// Target sizes of the nodes, m.
     pub size: Vec<f64>,
-    /// The steps to the immersed mesh.
+    /// Steps of the immersed method.
     pub steps: Result<Steps, RemeshError>,
-    /// The mesh that each method makes of it.
+    /// New mesh by each method.
     pub successors: [(RemeshMethod, Result<Successor, Refused>); 2],
 }
 
-/// A mesh that can replace another one.
+/// New mesh of a preview.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Successor {
-    /// Where its nodes are, m.
+    /// Nodal positions, m.
     pub points: Vec<Vector<2>>,
-    /// Its elements.
+    /// Elements.
     pub elements: Vec<Simplex>,
-    /// The velocities of its nodes, m/s.
+    /// Nodal velocities, m/s.
     pub velocity: Vec<Vector<2>>,
-    /// Which of the attempts made it, from 1.
+    /// Number of the successful attempt, from 1.
     pub attempt: usize,
-    /// What it was judged to be.
+    /// Quality of the mesh.
     pub quality: Quality,
-    /// What the transfer changed.
+    /// Changes of mass, momentum and energy by the transfer.
     pub defects: Defects<2>,
-    /// Energy stored in the old mesh and in this one, J.
+    /// Stored energy of the old mesh and of this one, J.
     pub stored: [f64; 2],
 }
 
-impl Gelatin<2> {
-    /// What an exchange would do now.
-    pub fn rehearsed(&self, frame: Frame, sizes: &Sizes) -> Rehearsal {
-        let old = self.present();
+impl GelModel<2> {
+    /// Builds the preview of a remeshing now.
+    pub fn build_preview(&self, frame: Frame, sizes: &RemeshSizes) -> Rehearsal {
+        let old = self.current_mesh();
         let position = self.engine.state().position.clone();
         let moved = Moved { mesh: &old.mesh, position: &position };
-        let worn = self.worn(&moved, self.across.clone());
-        let size = self.sizes(&moved, (sizes, &worn.0));
+        let data = self.old_mesh_data(&moved, self.adjacency.clone());
+        let size = self.target_sizes(&moved, sizes, &data.adjacency);
+        let input = RemeshInput { old: &old, moved: &moved, data: &data, size: &size };
         let successors = [RemeshMethod::Immersed, RemeshMethod::Retained]
-            .map(|method| (method, self.successor((&old, &moved, &worn), &size, method)));
+            .map(|method| (method, self.first_accepted(&input, method)));
         Rehearsal {
             shapes: old.mesh.elements.iter().map(|element| shape_quality(&position, element)).collect(),
-            bend: self.bends(&moved),
+            bend: self.curvatures(&moved),
             steps: remesh::immerse(&moved, &size, &Rules::default()),
             frame,
             size,
@@ -127,27 +127,22 @@ impl Gelatin<2> {
         }
     }
 
-    /// The mesh of the first attempt that is not refused; why the last was, if all are.
-    fn successor(
-        &self,
-        (old, moved, worn): (&Birth<2>, &Moved<'_, 2>, &(Neighbours, Vec<f64>)),
-        size: &[f64],
-        method: RemeshMethod,
-    ) -> Result<Successor, Refused> {
+    /// Mesh of the first accepted attempt; the reason of the last refusal if there is none.
+    fn first_accepted(&self, input: &RemeshInput<'_, 2>, method: RemeshMethod) -> Result<Successor, Refused> {
         let mut refused = None;
-        for (way, attempt) in Way::of(method, self.flows()).into_iter().zip(1..) {
-            match self.candidate((old, moved, worn), (size, in_plane), way) {
-                Ok(candidate) => return Ok(self.shown(candidate, moved, attempt)),
+        for (attempt, number) in RemeshAttempt::of(method, self.is_viscoplastic()).into_iter().zip(1..) {
+            match self.generate_candidate(input, mesh_in_plane, attempt) {
+                Ok(candidate) => return Ok(self.preview_mesh(candidate, input.moved, number)),
                 Err(why) => refused = Some(why),
             }
         }
         Err(refused.expect("a method has attempts"))
     }
 
-    fn shown(&self, candidate: Candidate<2>, moved: &Moved<'_, 2>, attempt: usize) -> Successor {
-        let Candidate { birth, memory, velocity, quality, defects, known, .. } = candidate;
+    fn preview_mesh(&self, candidate: CandidateMesh<2>, moved: &Moved<'_, 2>, attempt: usize) -> Successor {
+        let CandidateMesh { birth, memory, velocity, quality, defects, properties, .. } = candidate;
         let before = self.engine.gel().stored_energy(moved.position, &self.engine.state().memory);
-        let stored = [before, self.gel_of(&birth, known.patches).stored_energy(&birth.position, &memory)];
+        let stored = [before, self.gel_on_mesh(&birth, properties.patches).stored_energy(&birth.position, &memory)];
         Successor { points: birth.position, elements: birth.mesh.elements, velocity, attempt, quality, defects, stored }
     }
 }

@@ -1,17 +1,19 @@
-//! Looking at a simulation: each report by itself, because what they cost differs by orders of magnitude.
+//! Report queries of a simulation, one by one: their costs differ by orders of magnitude.
 
-use super::observe::{BodyReport, Books, ContactReport, CostReport, EnergyReport, Observation, SensorReport};
+use super::model::{MeshCounts, StepRange};
+use super::observe::{BalanceReport, BodyReport, ContactReport, CostReport, EnergyReport, Observation, SensorReport};
 use super::{CouplingMode, Simulation};
 use crate::integrator::Totals;
 use crate::math::Vector3;
 
-/// Part of μ V t below which a throughput of angular momentum is not told from the round-off of stresses. A stress is symmetric to the
-/// round-off ε of the shear modulus, however small it is, so that its torques may leave ε μ V t: 1e-12 of this. Measured are 0.02 of it under
-/// a body of 1e-9 kg (test `light_bodies_leave_the_books_closed`).
-const TURNING: f64 = f64::EPSILON / 1e-12;
+/// Fraction of μ V t below which a throughput of angular momentum counts as round-off of stresses.
+///
+/// Round-off ε of the shear modulus breaks the symmetry of stresses, so that their torques may leave ε μ V t: 1e-12
+/// of this. A body of 1e-9 kg leaves 0.02 of it (test `light_bodies_leave_the_books_closed`).
+const ANGULAR_ROUND_OFF: f64 = f64::EPSILON / 1e-12;
 
 impl Simulation {
-    /// Everything there is to see. It looks at the whole mesh: who wants less asks for less.
+    /// Complete report; it visits the whole mesh, so that single queries are cheaper.
     #[must_use]
     pub fn observe(&self) -> Observation {
         let books = self.books();
@@ -29,21 +31,21 @@ impl Simulation {
         }
     }
 
-    /// The books and how well they close; adds up the gel.
+    /// Energy and momentum balance; sums over the gel.
     #[must_use]
-    pub fn books(&self) -> Books {
+    pub fn books(&self) -> BalanceReport {
         let totals = self.model.totals(self.time);
-        Books {
-            energy: energy(&totals, self.facts.noise),
+        BalanceReport {
+            energy: energy_report(&totals, self.constants.energy_round_off),
             momentum_closure: totals.momentum_closure.0,
             angular_momentum_closure: totals.angular_momentum_closure.0,
             momentum_error: totals.momentum_closure.1,
             angular_momentum_error: totals.angular_momentum_closure.0.norm()
-                / totals.angular_momentum_scale.max(TURNING * self.facts.shear_torque * self.time),
+                / totals.angular_momentum_scale.max(ANGULAR_ROUND_OFF * self.constants.shear_torque * self.time),
         }
     }
 
-    /// A body and its contact.
+    /// Report of a body and its contact.
     fn report(&self, i: usize) -> BodyReport {
         let now = self.now(i);
         BodyReport {
@@ -64,7 +66,7 @@ impl Simulation {
         self.model.body(body).0.depth(&self.now(body))
     }
 
-    /// What the sensors measure, in their order.
+    /// Reports of the sensors, in the order of the scene.
     #[must_use]
     pub fn sensors(&self) -> Vec<SensorReport> {
         self.model.sensors(self.time)
@@ -82,17 +84,17 @@ impl Simulation {
         self.model.record().updates as f64
     }
 
-    /// Contact of a body since the start, and its reach now; goes over the surface of the gel.
+    /// Contact of a body since the start, and its current reach; visits the surface of the gel.
     #[must_use]
     pub fn contact(&self, i: usize) -> ContactReport {
         let (record, reach) = (&self.model.record().contacts[i], self.model.reach(i, self.time));
         let mass = self.model.body(i).0.mass;
-        let stiffness = 2.0 * self.facts.contact_modulus * (reach.area / std::f64::consts::PI).sqrt();
-        let impedance = self.facts.specific_impedance * reach.area;
+        let stiffness = 2.0 * self.constants.contact_modulus * (reach.area / std::f64::consts::PI).sqrt();
+        let impedance = self.constants.specific_impedance * reach.area;
         let stable = (0.3 * mass / impedance).min(0.2 * (mass / stiffness).sqrt());
         let limited = self.mode == CouplingMode::Prescribed && reach.area > 0.0;
         let mean = |(sum, n): (f64, u64)| if n > 0 { sum / n as f64 } else { 0.0 };
-        let longest = if reach.area > 0.0 { reach.longest_step } else { self.model.steps().0 };
+        let longest = if reach.area > 0.0 { reach.longest_step } else { self.model.steps().smallest };
         ContactReport {
             total_impulse: record.impulse,
             active: self.exchanges[i].is_contact(),
@@ -103,32 +105,33 @@ impl Simulation {
             direction: record.direction,
             first: record.touched.map(|touched| touched.0),
             last: record.touched.map(|touched| touched.1),
-            peak_force: record.window.2 / self.facts.force_window,
+            peak_force: record.window.2 / self.constants.force_window,
             peak_depth: self.peak_depth(i),
             mean_standing_penetration: mean(record.standing),
             deepest_penetration: record.deepest,
-            step_advice: if limited { stable.min(self.facts.end_time) } else { self.facts.end_time },
+            step_advice: if limited { stable.min(self.constants.end_time) } else { self.constants.end_time },
             step_min: 4.0 * longest,
         }
     }
 
-    /// Exchanges of the mesh since the start.
+    /// Number of remeshings since the start.
     #[must_use]
     pub fn remeshes(&self) -> u64 {
         self.model.record().remeshes
     }
 
-    /// Part of the elements that are at rest not what their nodes say: what is left of the meshes before.
+    /// Fraction of the elements whose rest shape is not that of their nodes' rest positions, as remeshing leaves
+    /// them.
     #[must_use]
     pub fn fallback(&self) -> f64 {
         self.model.fallback()
     }
 
-    /// What it cost so far; goes over the groups of elements.
+    /// Cost of the run so far; visits the groups of elements.
     #[must_use]
     pub fn cost(&self) -> CostReport {
-        let ((smallest_step, largest_step), (elements, nodes, crushed_elements)) =
-            (self.model.steps(), self.model.counts());
+        let StepRange { smallest: smallest_step, largest: largest_step } = self.model.steps();
+        let MeshCounts { elements, nodes, crushed: crushed_elements } = self.model.counts();
         CostReport {
             element_updates: self.updates(),
             synchronous_updates: self.model.synchronous_updates(self.time),
@@ -145,11 +148,11 @@ impl Simulation {
     }
 }
 
-fn energy(totals: &Totals, noise: f64) -> EnergyReport {
+fn energy_report(totals: &Totals, energy_round_off: f64) -> EnergyReport {
     let (books, energies) = (&totals.ledger.energy, &totals.energies);
     let defect = books.integration.abs() + books.contact_bias.abs() + books.importer.abs() + books.remesh.abs();
     let scale = books.worked(totals.initial_energy);
-    let scale = if scale > noise { scale } else { 1.0 };
+    let scale = if scale > energy_round_off { scale } else { 1.0 };
     EnergyReport {
         kinetic: energies.gel_kinetic + energies.body_kinetic,
         projectile: energies.body_kinetic,

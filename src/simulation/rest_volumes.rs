@@ -1,35 +1,40 @@
-//! What the elements that an exchange makes measure at rest (numerics 4.6): area or volume, or area times radius of a ring.
+//! Rest measures of the elements that remeshing creates (numerics 4.6): area or volume, or area times radius of a
+//! ring.
 
-use super::source_mesh::{Made, Past};
+use super::source_mesh::{SourceMesh, TargetMesh};
 use crate::constitutive::Material;
 use crate::fem::{Potential, Reference, Section};
 use crate::math::Vector;
 use crate::mesh::{ElementId, Simplex};
 use crate::remesh::{Same, Source};
 
-/// By which part an element may measure more or less at rest than the old ones under it, to have their J: what goes beyond changes J, as far as
-/// the gel bears it. Over nothing it has less mass than it has stiffness, and would be thrown about: of 15 runs of random scenes (49, 162, 178,
-/// 190, 191 and two speeds beside each) five stopped without a limit, and none with it; one, with other last digits.
+/// Greatest relative difference between the rest measure of a new element and that of its sources, at which it keeps
+/// their J; the excess changes J. An element created outside the old gel has less mass than stiffness, and without
+/// this limit it is thrown about.
 const MOST_GROWN: f64 = 0.1;
-/// The part by which what an exchange makes anew is compressed or let out at most, so that the measure at rest is in all what it was: what
-/// goes beyond is lost. Where few elements are made anew and a loop was cut off beside them, a tenth was a blow: a scene drawn at random
-/// (121), whose bulk modulus is two thousand times its shear modulus, gained fifteen times its energy by what followed it.
+/// Greatest relative volume correction of new elements that conserves the total rest measure; a further excess is
+/// lost. Where few elements are new beside a removed loop, 10 % was a shock: a gel with K = 2000 μ gained fifteen
+/// times its energy by it.
 const MOST_SPREAD: f64 = 0.01;
 
-/// The part of an element that lies over old ones, below which it is made of nothing: these say nothing of it then. Of one that kept what
-/// it lay over J was 3e30 by rounding, and its nodes went off at 1e30 m/s when it was turned inside out; of one that fills a gap that
-/// has closed J was 3.3, and a shot (111) gained 70 % of its energy when it was drawn together.
+/// Fraction of an element that must lie over sources for the sources to determine its rest shape. With less,
+/// round-off once gave J = 3e30 and velocities of 1e30 m/s. An element that filled a closed gap had J = 3.3 and
+/// gained 70 % of a shot's energy.
 const OVER: f64 = 0.5;
 
-/// By new element, its measure at rest, of those that are made of parts of old ones; nothing of the others.
+/// Rest measure of each new element made of parts of old ones; 0 for elements without sources.
 ///
-/// Every element gets the mean J of the gel under it, though a new surface cuts gel off or goes around what is none, and what that takes
-/// or gives in all is spread over all that are made anew. The bulk modulus is hundreds of times the shear modulus or the strength: a
-/// twentieth of an element that was cut off a wall and laid on the next one was 2 MPa there, and 2 mJ at once. Not by masses either, which
-/// are laid out on nodes anew: what they are off would be pressed against the bulk modulus.
+/// Every element gets the mean J of its sources. Measure that a new surface cuts off or adds is spread over all new
+/// elements: the bulk modulus exceeds the shear modulus or strength by hundreds. A twentieth of an element moved from
+/// one wall element to the next gave 2 MPa and 2 mJ at once. Masses cannot replace measures: the errors of their
+/// redistribution would act against the bulk modulus.
 ///
 /// `position` is where the old nodes are.
-pub(super) fn rests<const D: usize>(past: &Past<'_, D>, position: &[Vector<D>], new: &Made<'_, D>) -> Vec<f64> {
+pub(super) fn rests<const D: usize>(
+    past: &SourceMesh<'_, D>,
+    position: &[Vector<D>],
+    new: &TargetMesh<'_, D>,
+) -> Vec<f64> {
     let is_ring = past.potential.section() == Section::Axisymmetric;
     let size = |x: &[Vector<D>], nodes: &Simplex| Reference::of(x, nodes).size(is_ring);
     let (mut rests, mut covered) = (vec![0.0; new.same.len()], vec![0.0; new.same.len()]);
@@ -37,7 +42,7 @@ pub(super) fn rests<const D: usize>(past: &Past<'_, D>, position: &[Vector<D>], 
         rests[source.new.index()] += rest_of(past, source);
         covered[source.new.index()] += source.part * size(position, &past.old.mesh.elements[source.old.index()]);
     }
-    // A ring that an axis goes through may measure anything.
+    // A ring that the axis intersects has no meaningful measure.
     for rest in rests.iter_mut().filter(|rest| !rest.is_finite()) {
         *rest = 0.0;
     }
@@ -65,24 +70,24 @@ pub(super) fn rests<const D: usize>(past: &Past<'_, D>, position: &[Vector<D>], 
     rests
 }
 
-/// By which part J may be off: by what stores as much as a shear of one does. An element half over nothing, of a gel whose bulk modulus is 3900
-/// times its shear modulus, had J = 1.7, and a shot (403) gained 70 % of its energy in that one exchange. The tension that a gel bears which
-/// flows is limited, and what is off in it as well.
+/// Greatest relative error of J: the error that stores as much energy as a shear of 1. In a gel with K = 3900 μ, an
+/// element half outside the old gel had J = 1.7, and gained 70 % of a shot's energy at once. A viscoplastic gel
+/// limits tension, and thereby the effect of such errors.
 fn most_strained(material: &Material) -> f64 {
     if matches!(material, Material::Flowing(_)) { f64::INFINITY } else { material.slowness_of_shear() }
 }
 
-/// What the old elements that are gone were at rest, in all.
-fn gone<const D: usize>(past: &Past<'_, D>, same: &[Option<Same>]) -> f64 {
+/// Total rest measure of the old elements that were removed.
+fn gone<const D: usize>(past: &SourceMesh<'_, D>, same: &[Option<Same>]) -> f64 {
     let mut is_gone = vec![true; past.potential.len()];
     same.iter().flatten().for_each(|same| is_gone[same.element.index()] = false);
     let old = (0..).map(ElementId).zip(&past.shares).zip(is_gone).filter(|(_, is_gone)| *is_gone);
     old.map(|((old, share), _)| past.rest(old) * share).sum()
 }
 
-/// The part of an old element at rest that is in a new one. Where pressure is that of a patch, its elements hand on what they would
-/// be at rest with the J of the patch.
-pub(super) fn rest_of<const D: usize>(past: &Past<'_, D>, source: &Source) -> f64 {
+/// Rest measure of the part of an old element in a new one. In a patch, an element contributes its measure at the J
+/// of the patch.
+pub(super) fn rest_of<const D: usize>(past: &SourceMesh<'_, D>, source: &Source) -> f64 {
     source.part * past.rest(source.old) * past.shares[source.old.index()]
 }
 
@@ -95,7 +100,7 @@ mod tests {
     use crate::simulation::history::tests::gel;
     use crate::state::Birth;
 
-    /// A block of parts of 1, and memories of its elements.
+    /// Deformed block with corner masses of 1, and the history variables of its elements.
     fn body(n: usize, (section, material): (Section, Material)) -> (Simplices<2>, Birth<2>, Vec<Memory<2>>) {
         let axis = || crate::mesh::uniform(0.0, 1.0, 1.0 / n as f64);
         let mesh = block::<2>(Block { planes: [axis(), axis()], split: Split::Centred, faces: vec![] });
@@ -117,14 +122,14 @@ mod tests {
     }
 
     #[test]
-    fn pressures_stay_alike_and_the_measure_in_all_what_it_was_where_a_surface_is_made_anew() {
+    fn a_new_surface_keeps_pressures_equal_and_the_total_rest_measure() {
         let [soft, stiff] = [10.0, 4000.0].map(|bulk| Material::NeoHookean(NeoHookean::new(1.0, bulk)));
         for material in [Material::Flowing(gel()), soft, stiff] {
             let (simplices, birth, memory) = body(1, (Section::Planar { thickness: 1.0 }, material));
             let (elements, position) = (&birth.mesh.elements[..2], &birth.position);
             let same: Vec<_> = (2..4).map(|e| Some(Same::in_order(ElementId(e)))).collect();
             let same = [vec![None; 2], same].concat();
-            let past = Past::new((&simplices, &birth, &memory), position);
+            let past = SourceMesh::new((&simplices, &birth, &memory), position);
             let tip = elements[0][..3].iter().find(|node| !elements[1][..3].contains(node)).unwrap().index();
             let others = elements[0][..3].iter().filter(|node| node.index() != tip);
             let foot = others.map(|node| position[node.index()] * 0.5).sum::<Vector<2>>();
@@ -133,10 +138,10 @@ mod tests {
                 now[tip] += (position[tip] - foot) * pulled;
                 let (rest, sources) = (&birth.mesh.rest, [whole(0, 0), whole(1, 1)]);
                 let elements = &birth.mesh.elements;
-                let new = Made { position: &now, rest, elements, same: &same, sources: &sources, is_kept: false };
+                let new = TargetMesh { position: &now, rest, elements, same: &same, sources: &sources, is_kept: false };
                 let rests = rests(&past, position, &new);
                 let [first, second] = [0, 1].map(|e| Reference::of(&now, &elements[e]).size(false) / rests[e]);
-                // As far as it may grow, but for what it cannot bear, and all may be spread.
+                // Limits of growth and of strain, and of the spread correction.
                 let most = 1.0 + most_strained(&material);
                 let grown = (1.0 + pulled.clamp(-MOST_GROWN, MOST_GROWN)).max((1.0 + pulled) / most);
                 let apart = (1.0 + pulled) / grown;
@@ -151,32 +156,32 @@ mod tests {
     }
 
     #[test]
-    fn what_is_less_than_half_over_the_gel_is_made_of_nothing() {
+    fn an_element_less_than_half_over_the_gel_has_no_sources() {
         let (simplices, birth, memory) = body(1, (Section::Planar { thickness: 1.0 }, Material::Flowing(gel())));
         let (position, rest) = (&birth.position, &birth.mesh.rest);
         let elements = &birth.mesh.elements[..2];
-        let past = Past::new((&simplices, &birth, &memory), position);
+        let past = SourceMesh::new((&simplices, &birth, &memory), position);
         let of = |part: f64| {
             let sources = [Source { part, ..whole(0, 0) }, whole(1, 1)];
-            let new = Made { position, rest, elements, same: &[None; 2], sources: &sources, is_kept: false };
+            let new = TargetMesh { position, rest, elements, same: &[None; 2], sources: &sources, is_kept: false };
             rests(&past, position, &new)[0]
         };
         assert_eq!([1e-14, 0.4].map(of), [0.0; 2]);
         assert!(of(0.6) > 0.0);
     }
 
-    /// One element is cut off, one is made of nothing, half of the others are made anew, some of whose patches stay in part.
+    /// Removes one element, adds one without sources, and replaces half of the others; some patches stay in part.
     #[test]
-    fn an_exchange_keeps_the_measure_at_rest() {
+    fn remeshing_conserves_the_total_rest_measure() {
         let plane = Section::Planar { thickness: 1.0 };
         let solid = Material::NeoHookean(NeoHookean::new(20e3, 2e6));
         let flowing = Material::Flowing(gel());
         for (section, material) in [(plane, flowing), (Section::Axisymmetric, flowing), (plane, solid)] {
             let (simplices, birth, memory) = body(6, (section, material));
             let position = &birth.position;
-            let past = Past::new((&simplices, &birth, &memory), position);
+            let past = SourceMesh::new((&simplices, &birth, &memory), position);
             let (n, is_ring) = (birth.mesh.elements.len() as u32, section == Section::Axisymmetric);
-            // The element 0 is gone, and the second one is there once more, of nothing.
+            // Element 0 is removed, and the second one is duplicated without sources.
             let old: Vec<u32> = (1..n).chain([1]).collect();
             let elements: Vec<_> = old.iter().map(|e| birth.mesh.elements[*e as usize]).collect();
             let stays = |e: u32| e % 7 > 3;
@@ -184,7 +189,8 @@ mod tests {
             let same: Vec<_> = old[..old.len() - 1].iter().map(again).chain([None]).collect();
             let sources: Vec<_> = (1..n).filter(|e| !stays(*e)).map(|e| whole(e, e - 1)).collect();
             let rest = &birth.mesh.rest;
-            let new = Made { position, rest, elements: &elements, same: &same, sources: &sources, is_kept: false };
+            let new =
+                TargetMesh { position, rest, elements: &elements, same: &same, sources: &sources, is_kept: false };
             let made: f64 = rests(&past, position, &new).iter().sum();
             let handed = |e: u32| past.rest(ElementId(e)) * past.shares[e as usize];
             let kept: f64 = (1..n).filter(|e| stays(*e)).map(handed).sum();

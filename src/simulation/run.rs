@@ -1,8 +1,8 @@
-//! A simulation in time: what an importer steps.
+//! Simulation in time, as an importer steps it.
 
 use super::build::{BuildError, build, orientation};
-use super::gel_definition::material;
-use super::model::Model;
+use super::gel_definition::build_material;
+use super::model::ErasedModel;
 use super::observe::Frame;
 use super::preview::{Refusal, Rehearsal, Renewal};
 use super::saved::Saved;
@@ -13,22 +13,22 @@ use crate::ledger::Ledger;
 use crate::math::Vector3;
 use crate::scene::{GelBox, Scene};
 
-/// A saved state that cannot be used here.
+/// Saved state that this simulation cannot restore.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RestoreError {
-    /// It does not belong to this simulation.
+    /// State of another simulation.
     #[error("the state is of another scene, another file that the scene names, or another coupling mode")]
     Foreign,
-    /// Its arrays or clocks contradict each other.
+    /// State whose arrays or clocks contradict each other.
     #[error("the state contradicts itself: {what}")]
     Inconsistent {
-        /// What is wrong.
+        /// Description of the contradiction.
         what: &'static str,
     },
 }
 
-/// A gel and rigid bodies in time.
+/// Gel and rigid bodies in time.
 ///
 /// ```
 /// use ballistic_gel::scene;
@@ -41,46 +41,46 @@ pub enum RestoreError {
 /// assert!(simulation.observe().energy.energy_error < 1e-10);
 /// ```
 pub struct Simulation {
-    pub(super) model: Box<dyn Model>,
+    pub(super) model: Box<dyn ErasedModel>,
     pub(super) mode: CouplingMode,
-    pub(super) facts: Facts,
+    pub(super) constants: SceneConstants,
     pub(super) time: f64,
     pub(super) exchanges: Vec<Exchange>,
     failure: Option<StepError>,
-    /// The bodies at the start of the step under way; kept for its memory.
+    /// Kinematics of the bodies at the start of the current step; kept to reuse its memory.
     before: Vec<Kinematics>,
 }
 
 /// Constants of the scene that reports need.
-pub(super) struct Facts {
+pub(super) struct SceneConstants {
     /// Hash of the scene and the coupling mode.
     origin: u64,
     pub(super) end_time: f64,
     pub(super) force_window: f64,
-    /// E* = E/(1 − ν²), Pa.
+    /// Contact modulus E* = E/(1 − ν²), Pa.
     pub(super) contact_modulus: f64,
-    /// ρ c, Pa·s/m.
+    /// Specific acoustic impedance ρ c, Pa·s/m.
     pub(super) specific_impedance: f64,
-    /// What rounding leaves of the energy of a gel at rest, J.
-    pub(super) noise: f64,
-    /// μ V, N·m.
+    /// Round-off of the energy of the gel at rest, J.
+    pub(super) energy_round_off: f64,
+    /// Shear modulus times volume, μ V, N·m.
     pub(super) shear_torque: f64,
-    /// Box of the gel at rest; none of a shape without a back face.
+    /// Bounding box of the gel at rest; `None` for a shape without a back face.
     pub(super) gel_box: Option<GelBox>,
     /// Time from the exit of the projectile to the end of the run, s.
     pub(super) stop_after_exit: f64,
 }
 
-impl Facts {
-    fn of(scene: &Scene, mode: CouplingMode, model: &dyn Model) -> Self {
-        let material = material(&scene.gel);
+impl SceneConstants {
+    fn of(scene: &Scene, mode: CouplingMode, model: &dyn ErasedModel) -> Self {
+        let material = build_material(&scene.gel);
         Self {
             origin: xxhash_rust::xxh3::xxh3_64(format!("{scene:?} {mode:?}").as_bytes()),
             end_time: scene.scene.end_time,
             force_window: scene.force_window(),
             contact_modulus: material.contact_modulus(),
             specific_impedance: (scene.gel.density * material.wave_modulus()).sqrt(),
-            noise: model.noise(),
+            energy_round_off: model.energy_round_off(),
             shear_torque: model.shear_torque(),
             gel_box: scene.gel.shape.bounding_box(),
             stop_after_exit: scene.scene.stop_after_exit.time(),
@@ -101,14 +101,15 @@ impl Kinematics {
 }
 
 impl Simulation {
-    /// Builds the mesh and the initial state. `threads` 0 is all cores; results do not depend on it.
+    /// Builds the mesh and the initial state. `threads` 0 uses all cores; results do not depend on it.
     ///
     /// # Errors
-    /// [`BuildError`] if the scene asks for what cannot be built.
+    /// [`BuildError`] if the scene cannot be built.
     pub fn new(scene: &Scene, mode: CouplingMode, threads: usize) -> Result<Self, BuildError> {
         let model = build(scene, mode == CouplingMode::Prescribed, threads)?;
-        let (facts, exchanges) = (Facts::of(scene, mode, &*model), vec![Exchange::default(); model.n_bodies()]);
-        Ok(Self { model, mode, facts, time: 0.0, exchanges, failure: None, before: vec![] })
+        let (constants, exchanges) =
+            (SceneConstants::of(scene, mode, &*model), vec![Exchange::default(); model.n_bodies()]);
+        Ok(Self { model, mode, constants, time: 0.0, exchanges, failure: None, before: vec![] })
     }
 
     /// Time since the start, s.
@@ -117,7 +118,7 @@ impl Simulation {
         self.time
     }
 
-    /// Time since the start up to which it can be stepped, s: the ticks of later ones would not be exact.
+    /// Latest time that can be stepped to, s: later ticks would not be exact.
     #[must_use]
     pub fn latest(&self) -> f64 {
         self.model.latest()
@@ -129,26 +130,27 @@ impl Simulation {
         self.model.n_bodies()
     }
 
-    /// A body now.
+    /// Current motion of a body.
     #[must_use]
     pub fn kinematics(&self, body: usize) -> Kinematics {
         let (fixed, _) = self.model.body(body);
         Kinematics::of(fixed, &self.now(body))
     }
 
+    /// Current state of a body.
     pub(super) fn now(&self, body: usize) -> BodyState {
         let (fixed, last) = self.model.body(body);
         last.at(fixed, self.time)
     }
 
-    /// What the last communication step exchanged, by body.
+    /// Contact exchange of each body over the last communication step.
     #[must_use]
     pub fn exchanges(&self) -> &[Exchange] {
         &self.exchanges
     }
 
-    /// Mass, kg, and inertia about the centre of mass in the frame of the body, kg·m²: xx, yy, zz, xy, xz, yz. The mass
-    /// of a fixed body is infinite.
+    /// Mass, kg, and inertia about the centre of mass in the frame of the body, kg·m²: xx, yy, zz, xy, xz, yz. The
+    /// mass of a fixed body is infinite.
     #[must_use]
     pub fn inertia(&self, body: usize) -> (f64, [f64; 6]) {
         let body = self.model.body(body).0;
@@ -156,13 +158,13 @@ impl Simulation {
         (body.mass, [i(0, 0), i(1, 1), i(2, 2), i(0, 1), i(0, 2), i(1, 2)])
     }
 
-    /// Inputs that change nothing, by body: each as it is, under no wrench.
+    /// Inputs of all bodies that change nothing: current motion, no wrench.
     #[must_use]
     pub fn inputs(&self) -> Vec<Inputs> {
         (0..self.n_bodies()).map(|body| self.unchanged(body)).collect()
     }
 
-    /// Inputs that change nothing of one body.
+    /// Inputs of one body that change nothing.
     #[must_use]
     pub fn unchanged(&self, body: usize) -> Inputs {
         let now = self.now(body);
@@ -170,15 +172,15 @@ impl Simulation {
         Inputs { kinematics, acceleration, wrench, bulge: now.bulge, active: now.active }
     }
 
-    /// One communication step from now to `end`, s since the start, under the inputs of each body; an `end` that is not after
-    /// now is no step.
+    /// Performs a communication step to `end`, s since the start, under the inputs of each body. An `end` not after
+    /// the current time makes no step.
     ///
     /// # Panics
-    /// If inputs are missing, not finite, or move a body out of the plane or off the axis of the scene, or a dome is none; or if
-    /// `end` is after [`Simulation::latest`].
+    /// If inputs are missing or not finite, or move a body out of the plane or off the axis of the scene. If a dome
+    /// is invalid, or `end` is after [`Simulation::latest`].
     ///
     /// # Errors
-    /// [`StepError`] when the mesh or the numbers fail; the state stays at the last consistent tick, and each later
+    /// [`StepError`] when the mesh or the numbers fail. The state stays at the last consistent tick, and each later
     /// call returns the same error.
     pub fn step(&mut self, inputs: &[Inputs], end: f64) -> Result<(), StepError> {
         if let Some(failure) = &self.failure {
@@ -188,8 +190,8 @@ impl Simulation {
         assert!(end <= self.latest(), "a step ends no later than the ticks are exact");
         let end = end.max(self.time);
         for (body, inputs) in inputs.iter().enumerate() {
-            self.check(body, inputs, end - self.time);
-            self.take(body, inputs);
+            self.check_inputs(body, inputs, end - self.time);
+            self.apply_inputs(body, inputs);
         }
         self.before.clear();
         for body in 0..self.n_bodies() {
@@ -203,14 +205,14 @@ impl Simulation {
             Err(failure) => failure.time().clamp(self.time, end),
         };
         for body in 0..self.n_bodies() {
-            self.exchanges[body].energy_residual += self.bond(body);
+            self.exchanges[body].energy_residual += self.contact_work(body);
         }
         self.failure = result.clone().err();
         result
     }
 
-    /// Goes on with nothing changed from outside to the first exchange of the mesh from time `from` on, s, and shows it before it is
-    /// made; to `end`, s, if there is none.
+    /// Advances with unchanged inputs to the first remeshing from time `from` on, s, and returns its preview; to
+    /// `end`, s, if there is none.
     ///
     /// # Errors
     /// [`StepError`] as [`Simulation::step`].
@@ -219,7 +221,7 @@ impl Simulation {
             return Err(failure.clone());
         }
         self.exchanges.fill(Exchange::default());
-        let result = self.model.rehearse(from, end, &mut self.exchanges);
+        let result = self.model.preview_remesh(from, end, &mut self.exchanges);
         self.time = match &result {
             Ok(Some(shown)) => shown.frame.time.max(self.time),
             Ok(None) => end.max(self.time),
@@ -229,30 +231,31 @@ impl Simulation {
         result
     }
 
-    /// The exchanges of the mesh that this simulation has made since it was built; what came before a state that was restored is
-    /// not among them.
+    /// Remeshings since this simulation was built; those before a restored state are not included.
     #[must_use]
     pub fn renewals(&self) -> &[Renewal] {
-        self.model.renewals()
+        self.model.remesh_records()
     }
 
-    /// When a worn mesh went on because no other was taken, s, and why each attempt was refused; not kept in states.
+    /// Failed remeshings since this simulation was built, with the reason for each attempt; not kept in states.
     #[must_use]
     pub fn refusals(&self) -> &[Refusal] {
-        self.model.refusals()
+        self.model.failed_remeshes()
     }
 
-    /// J·(V₀ + V₁)/2 + A·(Ω₀ + Ω₁)/2 of the last step, J.
-    fn bond(&self, body: usize) -> f64 {
+    /// Work of contact in the energy bond of the last step, J·(V₀ + V₁)/2 + A·(Ω₀ + Ω₁)/2, J.
+    fn contact_work(&self, body: usize) -> f64 {
         let (before, exchange) = (&self.before[body], &self.exchanges[body]);
-        let (velocity, spin) = self.moved(body, before, exchange);
+        let (velocity, spin) = self.velocities_after_step(body, before, exchange);
         exchange.impulse.dot(&(before.velocity + velocity)) / 2.0
             + exchange.angular_impulse.dot(&(before.angular_velocity + spin)) / 2.0
     }
 
-    /// Velocity and angular velocity of a body after a step. A prescribed motion knows nothing of the impulse: there
-    /// V₀ + J/M and Ω₀ + I⁻¹A, what it makes of an importer's body that feels the contact alone.
-    fn moved(&self, i: usize, before: &Kinematics, exchange: &Exchange) -> (Vector3, Vector3) {
+    /// Velocity and angular velocity of a body after a step.
+    ///
+    /// A prescribed motion does not respond to the impulse. The velocities are then V₀ + J/M and Ω₀ + I⁻¹A, those of
+    /// an importer's body under contact alone.
+    fn velocities_after_step(&self, i: usize, before: &Kinematics, exchange: &Exchange) -> (Vector3, Vector3) {
         let body = self.model.body(i).0;
         if body.motion != Motion::Prescribed {
             let after = self.kinematics(i);
@@ -262,8 +265,8 @@ impl Simulation {
         (before.velocity + exchange.impulse / body.mass, before.angular_velocity + turned)
     }
 
-    /// Inputs are numbers, and stay in the plane or on the axis.
-    fn check(&self, body: usize, inputs: &Inputs, duration: f64) {
+    /// Checks that inputs are finite, and stay in the plane or on the axis.
+    fn check_inputs(&self, body: usize, inputs: &Inputs, duration: f64) {
         let (freedom, moved) = (self.model.body(body).0.freedom, &inputs.kinematics);
         let along =
             [moved.position, moved.velocity, inputs.acceleration, inputs.wrench.force, inputs.wrench.force_rate];
@@ -280,8 +283,9 @@ impl Simulation {
         }
     }
 
-    /// Takes over what the importer says at the start of a step (numerics A4, A5). What is not changed is no event.
-    fn take(&mut self, body: usize, inputs: &Inputs) {
+    /// Applies the importer's inputs of a body at the start of a step (numerics A4, A5). Unchanged inputs are no
+    /// event.
+    fn apply_inputs(&mut self, body: usize, inputs: &Inputs) {
         let (fixed, now) = (self.model.body(body).0, self.now(body));
         let (motion, mass) = (fixed.motion, fixed.mass);
         if motion == Motion::Fixed {
@@ -292,26 +296,26 @@ impl Simulation {
             return;
         }
         match self.mode {
-            _ if !inputs.active => self.retire(body),
-            CouplingMode::Integrated if now.active => self.push(body, inputs),
-            CouplingMode::Integrated | CouplingMode::Corrected => self.jump(body, inputs, inputs.wrench),
+            _ if !inputs.active => self.deactivate(body),
+            CouplingMode::Integrated if now.active => self.set_wrench(body, inputs),
+            CouplingMode::Integrated | CouplingMode::Corrected => self.replace_motion(body, inputs, inputs.wrench),
             CouplingMode::Prescribed => {
-                self.jump(body, inputs, Wrench { force: inputs.acceleration * mass, ..Wrench::default() });
+                self.replace_motion(body, inputs, Wrench { force: inputs.acceleration * mass, ..Wrench::default() });
             }
         }
     }
 
-    /// A body that takes no part stays where it is.
-    fn retire(&mut self, i: usize) {
+    /// Deactivates a body where it is.
+    fn deactivate(&mut self, i: usize) {
         if self.now(i).active {
             self.model.rebase_body(i, self.time);
             let there = *self.model.body(i).1;
-            self.replace(i, &BodyState { active: false, ..there });
+            self.replace_state(i, &BodyState { active: false, ..there });
         }
     }
 
-    /// Puts a free body under another wrench and gives its dome another size, if they are others.
-    fn push(&mut self, body: usize, inputs: &Inputs) {
+    /// Sets wrench and dome of a free body, if they change.
+    fn set_wrench(&mut self, body: usize, inputs: &Inputs) {
         let (last, now) = (self.model.body(body).1, self.now(body));
         let bulge = now.bulge.and(inputs.bulge);
         if last.wrench != inputs.wrench || !inputs.wrench.is_constant() || bulge != now.bulge {
@@ -321,15 +325,16 @@ impl Simulation {
         }
     }
 
-    /// Replaces a body's state by the importer's.
-    fn jump(&mut self, i: usize, inputs: &Inputs, wrench: Wrench) {
+    /// Replaces the state of a body by the importer's.
+    fn replace_motion(&mut self, i: usize, inputs: &Inputs, wrench: Wrench) {
         self.model.rebase_body(i, self.time);
-        let now = self.given(i, inputs);
-        self.replace(i, &BodyState { wrench, ..now });
+        let now = self.state_from_inputs(i, inputs);
+        self.replace_state(i, &BodyState { wrench, ..now });
     }
 
-    /// A body as these inputs have it now, active and under no wrench; a fixed one where it is.
-    pub(super) fn given(&self, i: usize, inputs: &Inputs) -> BodyState {
+    /// Current state of a body with the motion of these inputs, active and without a wrench; a fixed body stays in
+    /// place.
+    pub(super) fn state_from_inputs(&self, i: usize, inputs: &Inputs) -> BodyState {
         let (body, was) = (self.model.body(i).0, self.now(i));
         let bulge = was.bulge.and(inputs.bulge);
         let mut now = BodyState { bulge, active: true, wrench: Wrench::default(), ..was };
@@ -342,9 +347,11 @@ impl Simulation {
         now
     }
 
-    /// Replaces a body's state at its own time, and books the jump: of one that comes or goes, what it brings or takes is work
-    /// from outside; of one that goes on, the importer's.
-    fn replace(&mut self, i: usize, now: &BodyState) {
+    /// Replaces the state of a body at its own time and books the jump in the ledger.
+    ///
+    /// Energy and momenta of an activated or deactivated body are booked as external, those of a continuously active
+    /// body as the importer's.
+    fn replace_state(&mut self, i: usize, now: &BodyState) {
         let (body, was) = self.model.body(i);
         let energy = body.kinetic_energy(now) - body.kinetic_energy(was);
         let momentum = body.momentum(now) - body.momentum(was);
@@ -357,48 +364,50 @@ impl Simulation {
         *(if goes_on { &mut l.importer } else { &mut l.external }) += turning;
     }
 
-    /// How deep the surface of the gel would be, m, inside a body that these inputs make active, if that is too deep.
+    /// Depth of the gel's surface, m, inside a body that these inputs activate; `None` if contact tolerates it.
     #[must_use]
     pub fn overlap(&self, body: usize, inputs: &Inputs) -> Option<f64> {
         let comes = inputs.active && !self.now(body).active;
-        comes.then(|| self.model.overlap(body, &self.given(body, inputs))).flatten()
+        comes.then(|| self.model.overlap(body, &self.state_from_inputs(body, inputs))).flatten()
     }
 
-    /// Whether these inputs put a body into the gel that has not come through its surface, so that nothing of that would touch it. Looked
-    /// for where a body comes, or goes further at once than its centre is deep in itself: less is no way through a surface.
+    /// Returns true if these inputs put a body past the surface of the gel, where contact would not find the overlap.
+    ///
+    /// The check applies to a body that is activated, or that moves at once further than the depth of its centre in
+    /// itself. Shorter moves cannot pass a surface.
     #[must_use]
     pub fn is_swallowed(&self, body: usize, inputs: &Inputs) -> bool {
         if !inputs.active {
             return false;
         }
-        let (was, there) = (self.now(body), self.given(body, inputs));
-        let way = (there.position - was.position).norm();
-        let jumps = || way > 0.0 && way > -self.model.body(body).0.gap(&there, &there.position).distance;
-        (!was.active || jumps()) && self.model.swallows(body, &there)
+        let (was, there) = (self.now(body), self.state_from_inputs(body, inputs));
+        let distance = (there.position - was.position).norm();
+        let jumps = || distance > 0.0 && distance > -self.model.body(body).0.gap(&there, &there.position).distance;
+        (!was.active || jumps()) && self.model.is_centre_in_gel(body, &there)
     }
 
-    /// Why a simulation cannot go on.
+    /// Error that ended the simulation, if any.
     #[must_use]
     pub fn failure(&self) -> Option<&StepError> {
         self.failure.as_ref()
     }
 
-    /// The same in words, and why its last mesh was not exchanged, if that was tried.
+    /// Description of that error, and the reason why the last mesh was not replaced, if remeshing was tried.
     #[must_use]
     pub fn diagnosis(&self) -> Option<String> {
         let failure = self.failure.as_ref()?;
-        let exchanged = self.renewals().last().map_or(0.0, |renewal| renewal.time);
-        let tried = self.refusals().last().filter(|last| (exchanged..=failure.time()).contains(&last.time));
+        let last_remesh = self.renewals().last().map_or(0.0, |renewal| renewal.time);
+        let tried = self.refusals().last().filter(|last| (last_remesh..=failure.time()).contains(&last.time));
         Some(tried.map_or_else(|| failure.to_string(), |refusal| format!("{failure}. {refusal}")))
     }
 
-    /// The mesh now.
+    /// Current mesh.
     #[must_use]
     pub fn frame(&self) -> Frame {
         self.model.frame(self.time)
     }
 
-    /// The state, to be restored later, also by another process that built the same scene.
+    /// Saves the state, to be restored later, also by another process that built the same scene.
     #[must_use]
     pub fn save(&self) -> Saved {
         let mut saved = Saved::empty();
@@ -406,9 +415,9 @@ impl Simulation {
         saved
     }
 
-    /// The same in the memory of an older state.
+    /// Saves the state into the memory of an older one.
     pub fn save_into(&self, saved: &mut Saved) {
-        (saved.origin, saved.time) = (self.facts.origin, self.time);
+        (saved.origin, saved.time) = (self.constants.origin, self.time);
         saved.exchanges.clone_from(&self.exchanges);
         saved.failure.clone_from(&self.failure);
         self.model.save(&mut saved.state);
@@ -419,7 +428,7 @@ impl Simulation {
     /// # Errors
     /// [`RestoreError`] if the state is of another scene; this simulation is then unchanged.
     pub fn restore(&mut self, saved: &Saved) -> Result<(), RestoreError> {
-        if saved.origin != self.facts.origin {
+        if saved.origin != self.constants.origin {
             return Err(RestoreError::Foreign);
         }
         if saved.exchanges.len() != self.n_bodies() {
@@ -438,13 +447,13 @@ impl Simulation {
         self.model.digest()
     }
 
-    /// Bytes that the gel takes in the engine.
+    /// Bytes of the gel in the engine.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.model.bytes()
     }
 
-    /// How the element work is laid out, for measurements.
+    /// Layout of the element work, for measurements.
     #[must_use]
     pub fn runs(&self) -> Vec<Run<'_>> {
         self.model.runs()

@@ -1,11 +1,11 @@
-//! The state of a simulation as a value and as bytes.
+//! State of a simulation as a value and as bytes.
 
 use super::Exchange;
 use crate::integrator::StepError;
 use crate::state::State;
 use xxhash_rust::xxh3::Xxh3;
 
-/// The stored state of a gel of either dimension.
+/// Stored state of a gel of either dimension.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SavedState {
     /// Planar or axisymmetric.
@@ -14,26 +14,26 @@ pub enum SavedState {
     Solid(State<3>),
 }
 
-/// The whole dynamic state as a value.
+/// Complete dynamic state as a value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Saved {
     /// Hash of the scene and the coupling mode.
     pub origin: u64,
     /// Time reached, s.
     pub time: f64,
-    /// What the last communication step exchanged, by body.
+    /// Contact exchange of each body over the last communication step.
     pub exchanges: Vec<Exchange>,
-    /// Why it cannot go on.
+    /// Error that ended the simulation, if any.
     pub failure: Option<StepError>,
-    /// Gel, bodies, books and record.
+    /// Gel, bodies, ledger and record.
     pub state: SavedState,
 }
 
-/// All but the state of the gel: origin, time, exchanges, failure, dimension.
-type Head = (u64, f64, Vec<Exchange>, Option<StepError>, u8);
+/// Header of the bytes: origin, time, exchanges, failure and dimension.
+type StateHeader = (u64, f64, Vec<Exchange>, Option<StepError>, u8);
 
 impl SavedState {
-    /// A state of nothing in a gel of this dimension, if there is one.
+    /// Empty state of a gel of this dimension; `None` for other dimensions than 2 and 3.
     fn empty(dimension: u8) -> Option<Self> {
         match dimension {
             2 => Some(Self::Flat(State::empty())),
@@ -65,7 +65,7 @@ impl SavedState {
 }
 
 impl Saved {
-    /// A state of nothing, to be written over.
+    /// Empty state, to be written over.
     #[must_use]
     pub fn empty() -> Self {
         Self { origin: 0, time: 0.0, exchanges: vec![], failure: None, state: SavedState::Solid(State::empty()) }
@@ -80,7 +80,7 @@ impl Saved {
         }
     }
 
-    /// Elements of its mesh.
+    /// Number of elements of the mesh.
     pub(super) fn n_elements(&self) -> usize {
         match &self.state {
             SavedState::Flat(state) => state.stiffness.len(),
@@ -93,7 +93,7 @@ impl Saved {
         postcard::to_stdvec(&head).expect("a state is plain values")
     }
 
-    /// Number of bytes that [`Saved::write`] hands over.
+    /// Number of bytes that [`Saved::write`] emits.
     #[must_use]
     pub fn size(&self) -> usize {
         let state = match &self.state {
@@ -103,7 +103,7 @@ impl Saved {
         self.head().len() + state
     }
 
-    /// Hands its bytes to `sink`, run by run, and gives the digest, found on the way.
+    /// Emits the bytes to `sink`, run by run, and returns the digest.
     pub fn write(&self, sink: &mut impl FnMut(&[u8])) -> u128 {
         sink(&self.head());
         let mut hash = Xxh3::new();
@@ -114,10 +114,11 @@ impl Saved {
         hash.digest128()
     }
 
-    /// Becomes the state of these bytes, in the memory that it has. Bytes that are none of a state change nothing.
+    /// Reads the state from bytes into the memory that it has; returns false, and changes nothing, if the bytes are
+    /// no state.
     #[must_use]
     pub fn read(&mut self, bytes: &[u8]) -> bool {
-        let Ok((head, rest)) = postcard::take_from_bytes::<Head>(bytes) else { return false };
+        let Ok((head, rest)) = postcard::take_from_bytes::<StateHeader>(bytes) else { return false };
         let (origin, time, exchanges, failure, dimension) = head;
         if dimension == self.state.dimension() {
             if !self.state.read(rest) {
@@ -146,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_give_the_same_value_back_also_over_one_of_the_other_dimension() {
+    fn bytes_restore_the_value_also_over_a_state_of_the_other_dimension() {
         let mut bytes = Vec::new();
         let digest = saved().write(&mut |run| bytes.extend_from_slice(run));
         assert_eq!((digest, bytes.len()), (saved().digest(), saved().size()));
@@ -157,11 +158,11 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_are_none_of_a_state_change_nothing() {
+    fn invalid_bytes_change_nothing() {
         let mut bytes = Vec::new();
         saved().write(&mut |run| bytes.extend_from_slice(run));
         let mut another = bytes.clone();
-        // The dimension is the last byte of the head.
+        // The dimension is the last byte of the header.
         another[saved().head().len() - 1] = 4;
         for bytes in [&bytes[..bytes.len() - 1], &another, b""] {
             for mut other in [Saved::empty(), Saved { time: 1.0, ..saved() }] {

@@ -1,7 +1,7 @@
-//! What sensors measure: pressure, displacement and velocity of the gel that was at a point at rest (numerics 7).
+//! Sensors: pressure, displacement and velocity at material points of the gel (numerics 7).
 
-use super::gel_definition::Recipe;
-use super::model::Gelatin;
+use super::gel_definition::GelDefinition;
+use super::model::GelModel;
 use super::observe::SensorReport;
 use crate::fem::{Potential, Simplices};
 use crate::integrator::Engine;
@@ -9,76 +9,92 @@ use crate::math::{Vector, Vector3, embed, restrict};
 use crate::mesh::{ElementId, NodeId};
 use crate::remesh;
 
-/// Where a sensor is in the mesh.
-pub(super) struct Seat<const D: usize> {
-    /// Its point at rest, or the image of it in the part that is computed, m.
+/// Location of a sensor in the mesh.
+pub(super) struct SensorLocation<const D: usize> {
+    /// Material point at rest, or its image in the computed part, m.
     rest: Vector<D>,
-    /// -1 along the axes across which that is mirrored, 1 along the others.
-    side: Vector3,
-    /// The corners of the element that holds it.
-    corners: Vec<Corner>,
+    /// Sign of each axis: −1 where the point is mirrored, 1 elsewhere.
+    mirror: Vector3,
+    /// Corners of the element that contains the point.
+    corners: Vec<SensorCorner>,
 }
 
-/// A corner of the element that holds a sensor.
-struct Corner {
+/// Corner of the element that contains a sensor.
+struct SensorCorner {
     node: NodeId,
-    /// Its part in what is measured.
+    /// Barycentric weight.
     weight: f64,
-    /// The elements around it, each with its patch and its part of their volume at rest.
-    around: Vec<(ElementId, usize, f64)>,
+    /// Elements around the node.
+    shares: Vec<ElementShare>,
 }
 
-/// Where points of the gel at rest are in the mesh: in the element that holds them at rest, or where the rest of an exchanged mesh has
-/// none, in the nearest.
-pub(super) fn seats<const D: usize>(engine: &Engine<D, Simplices<D>>, recipe: &Recipe) -> Vec<Seat<D>> {
-    let points = &recipe.sensors;
+/// Share of an element in the volume around a node.
+struct ElementShare {
+    element: ElementId,
+    patch: usize,
+    /// Fraction of the rest volume of all elements around the node.
+    fraction: f64,
+}
+
+/// Locates each sensor in the element that contains its point at rest. If the rest positions of a new mesh have a gap
+/// at the point, the nearest element is taken.
+pub(super) fn locate_sensors<const D: usize>(
+    engine: &Engine<D, Simplices<D>>,
+    definition: &GelDefinition,
+) -> Vec<SensorLocation<D>> {
+    let points = &definition.sensors;
     if points.is_empty() {
         return vec![];
     }
     let potential = &engine.gel().potential;
     let patch_of = potential.patches().patch_of_elements();
-    let around = |node: NodeId| {
+    let shares_at = |node: NodeId| {
         let elements = engine.gel().star.of(node);
         let whole: f64 = elements.iter().map(|element| potential.volume(*element)).sum();
-        let part = |element: ElementId| (element, patch_of[element.index()].index(), potential.volume(element) / whole);
-        elements.iter().map(|element| part(*element)).collect()
+        let share = |element: &ElementId| ElementShare {
+            element: *element,
+            patch: patch_of[element.index()].index(),
+            fraction: potential.volume(*element) / whole,
+        };
+        elements.iter().map(share).collect()
     };
-    let seat = |point: &Vector3| {
-        let is_image = |axis: usize| recipe.symmetry.mirrored().contains(&axis) && point[axis] < 0.0;
-        let side = Vector3::from_fn(|axis, _| if is_image(axis) { -1.0 } else { 1.0 });
-        let rest = restrict::<D>(&point.component_mul(&side));
+    let locate = |point: &Vector3| {
+        let is_image = |axis: usize| definition.symmetry.mirrored().contains(&axis) && point[axis] < 0.0;
+        let mirror = Vector3::from_fn(|axis, _| if is_image(axis) { -1.0 } else { 1.0 });
+        let rest = restrict::<D>(&point.component_mul(&mirror));
         let (element, weights) =
             remesh::nearest(potential.rest(), potential.elements(), &rest).expect("a gel has elements");
-        let corner = |(node, weight): (&NodeId, f64)| Corner { node: *node, weight, around: around(*node) };
-        Seat { rest, side, corners: potential.nodes(element).iter().zip(weights).map(corner).collect() }
+        let corner = |(node, weight): (&NodeId, f64)| SensorCorner { node: *node, weight, shares: shares_at(*node) };
+        SensorLocation { rest, mirror, corners: potential.nodes(element).iter().zip(weights).map(corner).collect() }
     };
-    points.iter().map(seat).collect()
+    points.iter().map(locate).collect()
 }
 
-impl<const D: usize> Gelatin<D> {
-    /// What the sensors measure at time `t`, s.
-    pub(super) fn measured(&self, t: f64) -> Vec<SensorReport> {
+impl<const D: usize> GelModel<D> {
+    /// Reports of the sensors at time `t`, s.
+    pub(super) fn sensor_reports(&self, t: f64) -> Vec<SensorReport> {
         let t = self.engine.gel_time(t);
-        self.seats.iter().map(|seat| self.measure(seat, t)).collect()
+        self.sensor_locations.iter().map(|location| self.interpolate_report(location, t)).collect()
     }
 
-    /// Straight between the corners, whose pressure is the mean of the elements around them by volume at rest: that of one element
-    /// jumps to the next. A part that stands for all of a gel is as many times as stiff.
-    fn measure(&self, seat: &Seat<D>, t: f64) -> SensorReport {
+    /// Interpolates linearly between the corners. The pressure at a corner is the mean of the elements around it by
+    /// rest volume, since element pressures jump. It is divided by the number of symmetric copies, which scale the
+    /// stiffness.
+    fn interpolate_report(&self, location: &SensorLocation<D>, t: f64) -> SensorReport {
         let (gel, velocities) = (&self.engine.gel().potential, &self.engine.state().velocity);
         let x = |node: NodeId| self.engine.position_at(node, t);
         let (mut position, mut velocity, mut pressure) = (Vector::<D>::zeros(), Vector::<D>::zeros(), 0.0);
-        for corner in seat.corners.iter().filter(|corner| corner.weight > 0.0) {
+        for corner in location.corners.iter().filter(|corner| corner.weight > 0.0) {
             position += x(corner.node) * corner.weight;
             velocity += velocities[corner.node.index()] * corner.weight;
-            let part = |(element, patch, part): &(ElementId, usize, f64)| part * gel.pressure(*element, *patch, x);
-            pressure += corner.weight * corner.around.iter().map(part).sum::<f64>();
+            let weighted = |share: &ElementShare| share.fraction * gel.pressure(share.element, share.patch, x);
+            pressure += corner.weight * corner.shares.iter().map(weighted).sum::<f64>();
         }
         SensorReport {
-            position: embed(&position).component_mul(&seat.side),
-            displacement: embed(&(position - seat.rest)).component_mul(&seat.side),
-            velocity: embed(&velocity).component_mul(&seat.side),
-            pressure: pressure / self.recipe.copies(),
+            position: embed(&position).component_mul(&location.mirror),
+            displacement: embed(&(position - location.rest)).component_mul(&location.mirror),
+            velocity: embed(&velocity).component_mul(&location.mirror),
+            pressure: pressure / self.definition.copies(),
         }
     }
 }

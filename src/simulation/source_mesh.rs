@@ -1,4 +1,4 @@
-//! What the elements of an old mesh were, and what those of a new one are made of.
+//! Source and target of a history transfer: the old elements, and the composition of the new ones.
 
 use super::patch_volume_share::shares;
 use crate::fem::{Memory, Section, Simplices};
@@ -7,22 +7,22 @@ use crate::mesh::{ElementId, Simplex};
 use crate::remesh::{Proposal, Same, Source, Transferred};
 use crate::state::Birth;
 
-/// What the elements of an old mesh were, and what they remember.
-pub(super) struct Past<'a, const D: usize> {
+/// Source mesh of a transfer, with the history variables of its elements.
+pub(super) struct SourceMesh<'a, const D: usize> {
     pub potential: &'a Simplices<D>,
     pub old: &'a Birth<D>,
     pub memory: &'a [Memory<D>],
-    /// J of each old element as a part of that of its patch, 1 of one by itself.
+    /// Ratio J/J̄ of each old element to its patch; 1 for a patch of one element.
     pub shares: Vec<f64>,
 }
 
-impl<'a, const D: usize> Past<'a, D> {
-    /// With the nodes at these positions.
+impl<'a, const D: usize> SourceMesh<'a, D> {
+    /// Source mesh with the nodes at `x`.
     pub fn new((potential, old, memory): (&'a Simplices<D>, &'a Birth<D>, &'a [Memory<D>]), x: &[Vector<D>]) -> Self {
         Self { potential, old, memory, shares: shares(potential, x) }
     }
 
-    /// What an old element remembers.
+    /// History variables of an old element.
     pub fn memory(&self, same: Same) -> Memory<D> {
         self.memory[same.element.index()]
     }
@@ -33,23 +33,24 @@ impl<'a, const D: usize> Past<'a, D> {
     }
 }
 
-/// The elements of a new mesh, and what they are made of.
+/// Target mesh of a transfer, and the composition of its elements.
 #[derive(Clone, Copy)]
-pub(super) struct Made<'a, const D: usize> {
-    /// Where its nodes are, and where their matter was at rest.
+pub(super) struct TargetMesh<'a, const D: usize> {
+    /// Current nodal positions, and rest positions of the same matter.
     pub position: &'a [Vector<D>],
     pub rest: &'a [Vector<D>],
     pub elements: &'a [Simplex],
-    /// The old element that each is, if it is one.
+    /// Old element that each element is, if unchanged.
     pub same: &'a [Option<Same>],
-    /// What the others are made of, in their order.
+    /// Sources of the other elements, in order.
     pub sources: &'a [Source],
-    /// Whether it is the old mesh itself, where no other was taken: what stands in its patch goes on as it is.
+    /// True for the old mesh itself, kept where no other was accepted: elements unchanged in their patch keep their
+    /// state.
     pub is_kept: bool,
 }
 
-impl<'a, const D: usize> Made<'a, D> {
-    /// By an exchange.
+impl<'a, const D: usize> TargetMesh<'a, D> {
+    /// Target mesh of a remeshing.
     pub fn by(proposal: &'a Proposal<D>, new: &'a Transferred<D>) -> Self {
         let Transferred { rest, same, sources, .. } = new;
         Self { position: &proposal.position, elements: &proposal.elements, rest, same, sources, is_kept: false }

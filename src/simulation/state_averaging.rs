@@ -1,48 +1,51 @@
-//! What old elements make a new one of: means, and the shape at rest that has their measure and distortion (numerics 4.6).
+//! Averages of source elements for a new element, and the rest shape with their measure and distortion (numerics
+//! 4.6).
 
 use super::patch_volume_share::measure;
 use super::rest_volumes::rest_of;
-use super::source_mesh::Past;
+use super::source_mesh::SourceMesh;
 use crate::fem::{Memory, Potential, Reference, Section};
 use crate::math::{Tensor, Vector, cofactor, cube_root, det};
 use crate::mesh::ElementId;
 use crate::remesh::Source;
 
-/// The nodes say what an element is if measure and distortion at rest are within this part of those of what it is made of.
+/// Relative tolerance of measure and distortion at rest, within which an element is compatible with its nodes' rest
+/// positions.
 const HOLDS: f64 = 1e-9;
-/// Ī₁ of what is not distorted.
+/// Invariant Ī₁ of an undistorted element.
 const UNDISTORTED: f64 = 3.0;
-/// Halvings that find the deformation with the distortion of the old elements, and a rotation.
+/// Bisection steps for the deformation with the sources' distortion, and for a rotation.
 const HALVINGS: usize = 40;
 
-/// What old elements make a new one of: means by mass, and the measure that they had at rest.
-pub(super) struct Mean<const D: usize> {
-    strain: Strain<D>,
-    /// Ī₁, whose mean the mean of F does not have.
+/// Mass-weighted averages of the sources of a new element, and their measure at rest.
+pub(super) struct StateAverage<const D: usize> {
+    strain: ElementStrain<D>,
+    /// Mean of Ī₁, which the mean of F does not preserve.
     distortion: f64,
     /// Area or volume, or area times radius of a ring, at rest.
     rest: f64,
-    /// ε_p.
+    /// Equivalent plastic strain ε_p.
     plastic: f64,
-    /// g.
+    /// Damage factor g.
     left: f64,
-    /// U′ as the strength feels it.
+    /// Lagged pressure U′ that enters the yield stress.
     felt: f64,
     is_ring: bool,
-    /// Whether it is of a gel that flows: F is the elastic part then.
+    /// True for a viscoplastic gel: F is then the elastic part.
     flows: bool,
 }
 
-/// F and the stretch out of the plane.
+/// Deformation gradient F and the stretch out of the plane.
 #[derive(Clone, Copy)]
-struct Strain<const D: usize> {
+struct ElementStrain<const D: usize> {
     f: Tensor<D>,
     out: f64,
 }
 
-impl<const D: usize> Strain<D> {
-    /// Of an old element, or the elastic part where it flows; none of one that is inside out then.
-    fn of(past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
+impl<const D: usize> ElementStrain<D> {
+    /// Deformation of an old element, or its elastic part in a viscoplastic gel; the identity for an inverted elastic
+    /// part.
+    fn of(past: &SourceMesh<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
         let (f, out) = match past.memory.get(element.index()) {
             Some(memory) => {
                 past.potential.elastic(element, x, memory).unwrap_or_else(|| (Tensor::<D>::identity(), 1.0))
@@ -64,17 +67,17 @@ impl<const D: usize> Strain<D> {
         Self { f: self.f + other.f * part, out: self.out + other.out * part }
     }
 
-    /// From this one to another.
+    /// Linear interpolation from this strain to another.
     fn between(&self, other: &Self, part: f64) -> Self {
         Self::zero().plus(self, 1.0 - part).plus(other, part)
     }
 
-    /// F C, λ³: along the same axes, but stretched three times as far.
+    /// Strain (F Fᵀ F, λ³): the same axes with cubed stretches.
     fn thrice(&self) -> Self {
         Self { f: self.f * self.f.transpose() * self.f, out: self.out * self.out * self.out }
     }
 
-    /// Ī₁ = tr(FᵀF)/J^⅔: what a distortion costs, whatever the volume.
+    /// Invariant Ī₁ = tr(FᵀF)/J^⅔, which measures distortion independently of volume.
     fn distortion(&self) -> f64 {
         let across = if D == 2 { self.out * self.out } else { 0.0 };
         let root = cube_root(det(&self.f) * self.out);
@@ -82,17 +85,17 @@ impl<const D: usize> Strain<D> {
     }
 }
 
-/// Strains and distortions of old elements that are in new ones, found once: most are in several.
+/// Strains and distortions of source elements, computed once: most have several targets.
 #[derive(Default)]
-pub(super) struct Strains<const D: usize> {
-    /// By old element, which of them is its own, if any.
+pub(super) struct SourceStrains<const D: usize> {
+    /// Index of each old element among these, if it is a source.
     place: Vec<Option<u32>>,
-    all: Vec<(Strain<D>, f64)>,
+    all: Vec<(ElementStrain<D>, f64)>,
 }
 
-impl<const D: usize> Strains<D> {
-    /// Of what new elements are made of, with the nodes at `x`.
-    pub fn of(past: &Past<'_, D>, x: &[Vector<D>], sources: &[Source]) -> Self {
+impl<const D: usize> SourceStrains<D> {
+    /// Strains of the sources, with the nodes at `x`.
+    pub fn of(past: &SourceMesh<'_, D>, x: &[Vector<D>], sources: &[Source]) -> Self {
         let mut strains = Self { place: vec![None; past.potential.len()], all: vec![] };
         for old in sources.iter().map(|source| source.old) {
             if strains.place[old.index()].is_none() {
@@ -103,41 +106,42 @@ impl<const D: usize> Strains<D> {
         strains
     }
 
-    fn found(past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> (Strain<D>, f64) {
-        let strain = Strain::of(past, x, element);
+    /// Strain and distortion of an old element.
+    fn found(past: &SourceMesh<'_, D>, x: &[Vector<D>], element: ElementId) -> (ElementStrain<D>, f64) {
+        let strain = ElementStrain::of(past, x, element);
         (strain, strain.distortion())
     }
 
-    /// That of an old element.
-    fn at(&self, past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> (Strain<D>, f64) {
+    /// Strain of an old element.
+    fn at(&self, past: &SourceMesh<'_, D>, x: &[Vector<D>], element: ElementId) -> (ElementStrain<D>, f64) {
         let place = self.place.get(element.index()).copied().flatten();
         place.map_or_else(|| Self::found(past, x, element), |place| self.all[place as usize])
     }
 }
 
-impl<const D: usize> Mean<D> {
-    /// Of one old element.
-    pub fn alone(past: &Past<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
+impl<const D: usize> StateAverage<D> {
+    /// Average of one old element alone.
+    pub fn alone(past: &SourceMesh<'_, D>, x: &[Vector<D>], element: ElementId) -> Self {
         let mass = past.old.corner_mass[element.index()].iter().sum();
         let source = Source { new: element, old: element, mass, part: 1.0 };
         let rest = rest_of(past, &source);
-        Self::of(past, (x, &Strains::default()), (&[source], rest))
+        Self::of(past, (x, &SourceStrains::default()), (&[source], rest))
     }
 
-    /// Of parts of old elements, with this measure at rest.
+    /// Average of parts of old elements, with this measure at rest.
     pub fn of(
-        past: &Past<'_, D>,
-        (x, strains): (&[Vector<D>], &Strains<D>),
+        past: &SourceMesh<'_, D>,
+        (x, strains): (&[Vector<D>], &SourceStrains<D>),
         (sources, rest): (&[Source], f64),
     ) -> Self {
         let is_ring = past.potential.section() == Section::Axisymmetric;
-        let (mut strain, mut distortion, mut mass) = (Strain::zero(), 0.0, 0.0);
+        let (mut strain, mut distortion, mut mass) = (ElementStrain::zero(), 0.0, 0.0);
         let (mut plastic, mut left, mut felt, mut stored) = (0.0, 0.0, 0.0, 0.0);
         let is_massive = sources.iter().any(|source| source.mass > 0.0);
         for source in sources {
             let (own, own_distortion) = strains.at(past, x, source.old);
             let memory = past.memory.get(source.old.index()).copied().unwrap_or_default();
-            // What was made of nothing in the mesh before has no mass: its mean is by volume.
+            // Sources created outside the gel have no mass: their average is by volume.
             let weight = if is_massive { source.mass } else { source.part * past.rest(source.old) };
             plastic += memory.plastic * weight;
             left += memory.left * weight;
@@ -149,23 +153,23 @@ impl<const D: usize> Mean<D> {
         }
         let flows = past.potential.remembers();
         let left = left / mass;
-        // By what is stored, not by mass: where patches hand on volumes that their elements did not have, the two differ.
+        // Average by stored energy, not by mass: the two differ where patches hand on volumes other than the elements'.
         let distortion = if flows { UNDISTORTED + (stored / rest / left).max(0.0) } else { distortion / mass };
-        let strain = Strain::zero().plus(&strain, 1.0 / mass);
+        let strain = ElementStrain::zero().plus(&strain, 1.0 / mass);
         Self { strain, distortion, plastic: plastic / mass, left, felt: felt / mass, rest, is_ring, flows }
     }
 
-    /// An element of its own shape now, and what it remembers.
+    /// Rest shape for the current shape, and history variables.
     pub fn again(&self, now: &Reference<D>) -> Option<(Reference<D>, Memory<D>)> {
         Some((self.made(now, now)?, self.recalled()))
     }
 
-    /// What its element remembers.
+    /// History variables of the new element.
     pub fn recalled(&self) -> Memory<D> {
         Memory { plastic: self.plastic, left: self.left, felt: self.felt, ..Memory::default() }
     }
 
-    /// Whether the nodes say how much matter there is, and how it is distorted.
+    /// Returns true if the nodes' rest positions give the sources' measure and distortion.
     pub fn is_told(&self, told: &Reference<D>, now: &Reference<D>) -> bool {
         let holds = |found: f64, wanted: f64| (found - wanted).abs() < HOLDS * wanted;
         let strain = self.said(told, now);
@@ -174,52 +178,59 @@ impl<const D: usize> Mean<D> {
             && strain.is_some_and(|strain| holds(strain.distortion(), self.distortion))
     }
 
-    /// The deformation that the nodes say, if they stand upright at rest.
-    fn said(&self, told: &Reference<D>, now: &Reference<D>) -> Option<Strain<D>> {
+    /// Deformation by the nodes' rest positions, if these are not inverted.
+    fn said(&self, told: &Reference<D>, now: &Reference<D>) -> Option<ElementStrain<D>> {
         let out = if self.is_ring { now.radius / told.radius } else { 1.0 };
         let outside = out > 0.0 && out.is_finite();
-        inverse(&told.edges).filter(|_| outside && !self.flows).map(|inverse| Strain { f: now.edges * inverse, out })
+        inverse(&told.edges)
+            .filter(|_| outside && !self.flows)
+            .map(|inverse| ElementStrain { f: now.edges * inverse, out })
     }
 
-    /// What has the measure at rest of what it is made of, and its distortion: on the way from the mean of F, which has less, to what
-    /// the nodes say, or where they say less, to more of the same. Of what is turned against each other the mean is all but flat, and has
-    /// more: there it is less of the same. A mean that is turned inside out says nothing, and it is less of what the nodes say then.
+    /// Rest shape with the rest measure of the sources and their mean distortion, found by bisection.
     ///
-    /// The mean of F alone forgets how old elements differ. A ball of 20 m/s lost 20 % of its energy by it on its way into gel,
-    /// and what the nodes say alone, where they stood upright, gained 6 % (h = R/2, 18 meshes).
+    /// The mean of F has less distortion than the sources. The shape lies between this mean and the deformation by
+    /// the nodes' rest positions. If the latter is less distorted, the shape lies between the mean and its cube. The
+    /// mean of sources rotated against each other is almost flat, with more distortion. The shape then lies between
+    /// the mean and its rotation. An inverted mean is replaced by the nodes' deformation.
+    ///
+    /// The mean of F alone loses the differences between sources. A ball of 20 m/s lost 20 % of its energy by the
+    /// mean of F on its way into gel. The nodes' deformation alone, where upright, gained 6 % (h = R/2, 18 meshes).
     pub fn made(&self, told: &Reference<D>, now: &Reference<D>) -> Option<Reference<D>> {
         let mean = self.fitted(&self.strain, now);
         let holds = |fit: &(_, f64)| (fit.1 / self.distortion - 1.0).abs() <= HOLDS;
         if let Some(fit) = mean.filter(holds) {
             return Some(fit.0);
         }
-        // What lies between two that stand upright need not.
+        // A deformation between two upright ones may be inverted.
         let told = self.said(told, now).filter(|told| self.reaches(told, now));
         let (from, aim) = match mean {
             Some(fit) if fit.1 > self.distortion => (self.undistorted(&self.strain), self.strain),
             Some(_) => (self.strain, told.unwrap_or_else(|| self.strain.thrice())),
-            None => told.map_or((Strain::rest(), Strain::rest()), |told| (self.undistorted(&told), told)),
+            None => told.map_or((ElementStrain::rest(), ElementStrain::rest()), |told| (self.undistorted(&told), told)),
         };
         let (mut less, mut more) = (0.0, 1.0);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (less + more);
             if self.reaches(&from.between(&aim, middle), now) { more = middle } else { less = middle }
         }
-        // Of which nothing is known, that rests in the shape that it has.
-        let fit = self.fitted(&from.between(&aim, less), now).or_else(|| self.fitted(&Strain::rest(), now));
+        // Without information the current shape is at rest.
+        let fit = self.fitted(&from.between(&aim, less), now).or_else(|| self.fitted(&ElementStrain::rest(), now));
         fit.map(|fit| fit.0)
     }
 
-    /// What is turned as this is, and not distorted. The elastic part of a gel that flows is triangular, and taken as if not turned.
-    fn undistorted(&self, strain: &Strain<D>) -> Strain<D> {
-        if self.flows { Strain::rest() } else { Strain { f: rotation(&strain.f), out: 1.0 } }
+    /// Rotation of this strain without its distortion. The elastic part of a viscoplastic gel is triangular, and its
+    /// rotation is taken as the identity.
+    fn undistorted(&self, strain: &ElementStrain<D>) -> ElementStrain<D> {
+        if self.flows { ElementStrain::rest() } else { ElementStrain { f: rotation(&strain.f), out: 1.0 } }
     }
 
-    /// Whether an element with this F, but for the change of volume, and the measure at rest is distorted so far or further, or is none.
+    /// Returns true if an element with this F, scaled to the measure at rest, has at least the mean distortion, or is
+    /// inverted.
     ///
-    /// What [`Self::fitted`] finds, cubed and without its roots: F stretched by 1/s has det F/s^D = w/w₀, so that s drops out of Ī₁ in space
-    /// and is s² = w₀ det F/w in the plane.
-    fn reaches(&self, strain: &Strain<D>, now: &Reference<D>) -> bool {
+    /// The test is that of [`Self::fitted`], cubed to avoid the roots. F stretched by 1/s has det F/s^D = w/w₀: s
+    /// cancels from Ī₁ in space, and is s² = w₀ det F/w in the plane.
+    fn reaches(&self, strain: &ElementStrain<D>, now: &Reference<D>) -> bool {
         let (whole, turned) = (measure(&now.edges), det(&strain.f));
         let rest = if self.is_ring { self.rest * strain.out / now.radius } else { self.rest };
         let grown = whole / rest;
@@ -232,8 +243,8 @@ impl<const D: usize> Mean<D> {
         !is_upright || cube(square) >= cube(self.distortion) * volume * volume
     }
 
-    /// An element with this F, but for the change of volume, and the measure at rest; and its distortion.
-    fn fitted(&self, strain: &Strain<D>, now: &Reference<D>) -> Option<(Reference<D>, f64)> {
+    /// Reference of an element with this F, scaled to the measure at rest, and its distortion.
+    fn fitted(&self, strain: &ElementStrain<D>, now: &Reference<D>) -> Option<(Reference<D>, f64)> {
         let radius = if self.is_ring { now.radius / strain.out } else { now.radius };
         let rest = if self.is_ring { self.rest / radius } else { self.rest };
         let edges = inverse(&strain.f)? * now.edges;
@@ -241,17 +252,17 @@ impl<const D: usize> Mean<D> {
         let edges = edges * if D == 2 { scale.sqrt() } else { cube_root(scale) };
         let f = now.edges * inverse(&edges)?;
         let whole = edges.norm().is_finite() && radius.is_finite() && (!self.is_ring || radius > 0.0);
-        whole.then(|| (Reference { edges, radius }, Strain { f, out: strain.out }.distortion()))
+        whole.then(|| (Reference { edges, radius }, ElementStrain { f, out: strain.out }.distortion()))
     }
 }
 
-/// The rotation in what is upright, F = VR, by Newton's way: halfway between a tensor and the transpose of its inverse both have the same
-/// R, and every stretch λ is (λ + 1/λ)/2, half of what it was or less, and soon 1.
+/// Rotation R of an upright F = VR, by Newton's iteration for the polar decomposition: F ← (F + F⁻ᵀ)/2. Both terms
+/// have the same R; each stretch λ becomes (λ + 1/λ)/2, which converges to 1.
 fn rotation<const D: usize>(f: &Tensor<D>) -> Tensor<D> {
     (0..HALVINGS).fold(*f, |f, _| (f + cofactor(&f) / det(&f)) * 0.5)
 }
 
-/// The inverse of what is upright.
+/// Inverse of an upright tensor; `None` if its determinant is not positive.
 fn inverse<const D: usize>(a: &Tensor<D>) -> Option<Tensor<D>> {
     let det = det(a);
     (det > 0.0).then(|| cofactor(a).transpose() / det)
@@ -267,7 +278,7 @@ mod tests {
     use crate::state::Birth;
 
     #[test]
-    fn what_is_made_of_elements_turned_against_each_other_is_distorted_as_they_are() {
+    fn an_average_of_rotated_sources_keeps_their_distortion() {
         let planes = [[0.0, 1.0]; 2].map(Vec::from);
         let mesh = block::<2>(Block { planes, split: Split::Centred, faces: vec![] });
         let n = mesh.elements.len();
@@ -277,28 +288,28 @@ mod tests {
         let (mass, corner_mass) = (vec![1.0; position.len()], vec![[1.0; 4]; n]);
         let birth =
             Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], steps: vec![], mesh };
-        let past = Past::new((&simplices, &birth, &[]), &position);
+        let past = SourceMesh::new((&simplices, &birth, &[]), &position);
         let sources = [0, 1].map(|old| Source { new: ElementId(2), old: ElementId(old), mass: 1.0, part: 0.5 });
         let there = Reference::of(&position, &elements[2]);
         let mut upright = None;
         for angle in [0.0, 1.0, 2.0, 3.0] {
             let turn = Tensor::<2>::new(f64::cos(angle), -f64::sin(angle), f64::sin(angle), f64::cos(angle));
-            // Half a turn apart, and one of them wider.
-            let turned = |x: f64, y: f64| Strain { f: turn * Tensor::<2>::new(x, 0.0, 0.2 * x, y), out: 1.0 };
+            // Two sources half a turn apart, one of them wider.
+            let turned = |x: f64, y: f64| ElementStrain { f: turn * Tensor::<2>::new(x, 0.0, 0.2 * x, y), out: 1.0 };
             let all = [turned(1.5, 0.67), turned(-1.0, -0.66)].map(|strain| (strain, strain.distortion()));
             let [less, most] = [all[1].1, all[0].1];
-            let strains = Strains { place: vec![Some(0), Some(1), None, None], all: all.to_vec() };
-            let mean = Mean::of(&past, (&position, &strains), (&sources, 0.25));
+            let strains = SourceStrains { place: vec![Some(0), Some(1), None, None], all: all.to_vec() };
+            let mean = StateAverage::of(&past, (&position, &strains), (&sources, 0.25));
             let now = Reference { edges: turn * there.edges, ..there };
             let (_, flat) = mean.fitted(&mean.strain, &now).unwrap();
             assert!(flat > 10.0 * most && less < mean.distortion && mean.distortion < most, "{less} {most} {flat}");
 
             let made = mean.made(&there, &now).unwrap();
 
-            let found = Strain { f: now.edges * inverse(&made.edges).unwrap(), out: 1.0 };
+            let found = ElementStrain { f: now.edges * inverse(&made.edges).unwrap(), out: 1.0 };
             assert!((found.distortion() / mean.distortion - 1.0).abs() < HOLDS, "{angle}: {}", found.distortion());
             assert!((measure(&made.edges) / 0.25 - 1.0).abs() < HOLDS, "{made:?}");
-            // However it is turned it is the same at rest, and stretched along the axes of the mean.
+            // The rest shape does not depend on the rotation, and is stretched along the axes of the mean.
             let first: Tensor<2> = *upright.get_or_insert(made.edges);
             assert!((made.edges - first).amax() < 1e-9, "{angle}: {made:?}");
             let [squares, of_mean] = [found.f, mean.strain.f].map(|f| f * f.transpose());
@@ -308,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rotation_is_what_is_left_of_a_deformation_without_its_stretch() {
+    fn the_polar_decomposition_recovers_the_rotation() {
         let turn = nalgebra::Rotation3::from_euler_angles(0.3, 2.0, -1.2).into_inner();
         let other = nalgebra::Rotation3::from_euler_angles(1.0, 0.5, 0.1).into_inner();
         let stretch = other * Tensor::<3>::from_diagonal(&Vector::<3>::new(4.0, 0.3, 1e-6)) * other.transpose();
@@ -316,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn an_element_that_was_made_of_nothing_hands_on_what_it_is() {
+    fn an_element_without_sources_passes_on_its_own_state() {
         let planes = [[0.0, 1.0]; 3].map(Vec::from);
         let mesh = block::<3>(Block { planes, split: Split::Centred, faces: vec![] });
         let material = (Material::Flowing(gel()), Section::Spatial);
@@ -326,10 +337,10 @@ mod tests {
         let mass = vec![0.0; position.len()];
         let birth =
             Birth { tick: 0, position: position.clone(), mass, corner_mass, references: vec![], steps: vec![], mesh };
-        let past = Past::new((&simplices, &birth, &memory), &position);
+        let past = SourceMesh::new((&simplices, &birth, &memory), &position);
         let source = Source { new: ElementId(0), old: ElementId(3), mass: 0.0, part: 1.0 };
         let rest = rest_of(&past, &source);
-        let mean = Mean::of(&past, (&position, &Strains::default()), (&[source], rest));
+        let mean = StateAverage::of(&past, (&position, &SourceStrains::default()), (&[source], rest));
         assert!(
             (mean.plastic - 0.7).abs() < 1e-15 && (mean.left - 0.4).abs() < 1e-15 && (mean.felt + 3.0).abs() < 1e-14,
             "{} {}",

@@ -1,34 +1,34 @@
-//! The projectile: shape, mass, inertia and place of the start.
+//! Validation of a projectile: shape, mass, inertia and initial position.
 
-use super::domain::{Check, all_finite, positive, require};
+use super::domain::{CheckResult, all_finite, positive, require};
 use super::shape;
 use crate::geometry::SignedDistance;
 use crate::math::{Tensor3, Vector3};
-use crate::scene::{BodyShape, GelShape, Projectile, Scene, SceneError};
+use crate::scene::{BodyShape, GelShape, ProjectileSpec, Scene, SceneError};
 use nalgebra::{Quaternion, UnitQuaternion};
 
-pub(super) fn check(scene: &Scene) -> Check {
+pub(super) fn check(scene: &Scene) -> CheckResult {
     let body = &scene.projectile;
     shape::check(&body.shape, scene.scene.dimension)?;
     all_finite("projectile.position", &body.position)?;
     all_finite("projectile.velocity", &body.velocity)?;
     all_finite("projectile.angular_velocity", &body.angular_velocity)?;
-    orientation(body.orientation)?;
+    check_orientation(body.orientation)?;
     if body.fixed {
-        held(body)?;
+        check_fixed(body)?;
     } else {
-        moving(body)?;
+        check_moving(body)?;
     }
-    outside(scene)
+    check_position(scene)
 }
 
 /// Rotation from the frame of the body to the world.
-pub(super) fn rotation(body: &Projectile) -> UnitQuaternion<f64> {
+pub(super) fn rotation(body: &ProjectileSpec) -> UnitQuaternion<f64> {
     let [w, x, y, z] = body.orientation;
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
 }
 
-fn orientation(q: [f64; 4]) -> Check {
+fn check_orientation(q: [f64; 4]) -> CheckResult {
     const SLACK: f64 = 1e-3;
     let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
     let good = (norm - 1.0).abs() <= SLACK;
@@ -36,7 +36,7 @@ fn orientation(q: [f64; 4]) -> Check {
     require(good, "projectile.orientation", found, "a quaternion [w, x, y, z] of norm 1, within 1e-3")
 }
 
-fn held(body: &Projectile) -> Check {
+fn check_fixed(body: &ProjectileSpec) -> CheckResult {
     const EXPECTED: &str = "nothing: the body is fixed";
     let absent =
         |given: Option<String>, key| given.map_or(Ok(()), |found| Err(SceneError::value(key, found, EXPECTED)));
@@ -48,7 +48,7 @@ fn held(body: &Projectile) -> Check {
     still(body.angular_velocity, "projectile.angular_velocity")
 }
 
-fn moving(body: &Projectile) -> Check {
+fn check_moving(body: &ProjectileSpec) -> CheckResult {
     const EXPECTED: &str = "a positive mass, kg, or fixed = true";
     let unbounded = matches!(body.shape, BodyShape::HalfSpace { .. } | BodyShape::Dome { .. });
     body.density.map_or(Ok(()), |density| positive("projectile.density", density, "a positive density, kg/m3"))?;
@@ -58,7 +58,7 @@ fn moving(body: &Projectile) -> Check {
         (None, _) => return Err(SceneError::value("projectile.mass", "nothing", EXPECTED)),
     }
     match (body.inertia, &body.shape) {
-        (Some(inertia), _) => physical(&inertia),
+        (Some(inertia), _) => check_inertia(&inertia),
         (None, BodyShape::HalfSpace { .. } | BodyShape::Dome { .. }) => {
             let expected = "six numbers, [xx, yy, zz, xy, xz, yz], kg m2: an unbounded body has no inertia of its own";
             Err(SceneError::value("projectile.inertia", "nothing", expected))
@@ -75,10 +75,10 @@ fn moving(body: &Projectile) -> Check {
     }
 }
 
-/// An inertia is that of some body if its principal moments are positive and none exceeds the sum of the others.
-fn physical(inertia: &[f64; 6]) -> Check {
+/// Checks an inertia tensor: its principal moments are positive, and none exceeds the sum of the others.
+fn check_inertia(inertia: &[f64; 6]) -> CheckResult {
     const ROUND_OFF: f64 = 1e-9;
-    /// The inverse, and what it is multiplied by, must stay numbers.
+    /// Least principal moment, kg·m²: its inverse and the products with that must stay finite.
     const SMALLEST: f64 = 1e-30;
     let key = "projectile.inertia";
     all_finite(key, inertia)?;
@@ -92,18 +92,20 @@ fn physical(inertia: &[f64; 6]) -> Check {
     require(most <= (sum - most) * (1.0 + ROUND_OFF), key, found, expected)
 }
 
-/// Depth at which a projectile that starts inside the gel is refused, in cells: what the contact allows in passing.
+/// Depth at which a projectile that starts inside the gel is refused, in cells: the transient penetration that
+/// contact allows.
 const TOUCHING: f64 = 0.1;
 
-/// Sine of a tilt that is none.
+/// Sine of a tilt up to which a body counts as upright.
 const UPRIGHT: f64 = 1e-9;
 
-/// Remedy of a body that starts in the gel or behind it, such as one whose height has the wrong sign.
+/// Remedy of a body that starts in the gel or behind it, for example by a height of the wrong sign.
 const ABOVE: &str = "a start outside the gel or just touching it; its surface is z = 0 and the gel is below it, all in metres, so that a \
                      projectile above it has a positive z";
 
-/// A bounded body starts above the gel, touching it, or beside it; under the gel it may only be fixed.
-fn outside(scene: &Scene) -> Check {
+/// Checks that a bounded body starts above the gel, touching it, or beside it; only a fixed body may be under the
+/// gel.
+fn check_position(scene: &Scene) -> CheckResult {
     let body = &scene.projectile;
     if !body.active || matches!(body.shape, BodyShape::HalfSpace { .. } | BodyShape::Dome { .. }) {
         return Ok(());
@@ -113,7 +115,7 @@ fn outside(scene: &Scene) -> Check {
     let beyond = || format!("{:?}, at or below the back face of the gel, z = {:?}", body.position, column.bottom);
     require(height > column.bottom || body.fixed, "projectile.position", beyond, ABOVE)?;
     let down = rotation(body).inverse_transform_vector(&-Vector3::z());
-    // The foremost point of a body that is tilted may be beside the gel: that is checked node by node once there is a mesh.
+    // The foremost point of a tilted body may be beside the gel: the mesh is checked node by node later.
     if column.is_hollow || down.x.hypot(down.y) > UPRIGHT {
         return Ok(());
     }
@@ -123,7 +125,7 @@ fn outside(scene: &Scene) -> Check {
     require(!inside, "projectile.position", found, ABOVE)
 }
 
-/// The undisturbed gel above and below a place.
+/// Undisturbed gel above and below a point.
 struct GelColumn {
     /// Height of the back face, m.
     bottom: f64,
@@ -131,7 +133,7 @@ struct GelColumn {
     is_hollow: bool,
 }
 
-/// The gel of a block, a cylinder or a shell whose outline holds `position`, seen along z.
+/// Column of gel along z through `position`; `None` outside the outline of a block, a cylinder or a shell.
 fn column_at(gel: &GelShape, [x, y, _]: [f64; 3]) -> Option<GelColumn> {
     match gel {
         GelShape::Block { size } => {

@@ -1,25 +1,25 @@
-//! The gel: shape, material and supports fit the dimension and each other.
+//! Validation of the gel: shape, material and supports are consistent with the dimension and each other.
 
-use super::domain::{Check, all_finite, finite, positive, require, within};
+use super::domain::{CheckResult, all_finite, finite, positive, require, within};
 use super::hyperelastic;
 use crate::constitutive::Viscoelastic;
-use crate::scene::{Dimension, Gel, GelShape, MaterialModel, Scene, SceneError, Support, Symmetry};
+use crate::scene::{Dimension, FaceSupport, GelShape, GelSpec, GelSymmetry, MaterialModel, Scene, SceneError};
 
 const LENGTH: &str = "a positive length, m";
 
-pub(super) fn check(scene: &Scene) -> Check {
+pub(super) fn check(scene: &Scene) -> CheckResult {
     let (gel, dimension) = (&scene.gel, scene.scene.dimension);
-    shape(&gel.shape, dimension)?;
-    material(gel)?;
-    branches(gel)?;
-    exchange(scene)?;
-    supports(gel, dimension)?;
-    symmetry(scene)?;
-    thickness(gel.thickness, dimension)?;
+    check_shape(&gel.shape, dimension)?;
+    check_material(gel)?;
+    check_branches(gel)?;
+    check_remeshing(scene)?;
+    check_supports(gel, dimension)?;
+    check_symmetry(scene)?;
+    check_thickness(gel.thickness, dimension)?;
     all_finite("gel.velocity", &gel.velocity)
 }
 
-/// The smallest length of a shape, m.
+/// Smallest length of a shape, m.
 pub(super) fn smallest_dimension(shape: &GelShape) -> f64 {
     match shape {
         GelShape::Block { size } => size.iter().copied().fold(f64::INFINITY, f64::min),
@@ -29,7 +29,7 @@ pub(super) fn smallest_dimension(shape: &GelShape) -> f64 {
     }
 }
 
-/// The shortest way from the z axis or the entry surface of a block or cylinder to a face, m.
+/// Shortest distance from the z axis or the entry surface of a block or cylinder to a face, m.
 pub(super) fn shortest_way(shape: &GelShape) -> f64 {
     let (height, sides) = match shape {
         GelShape::Block { size } => size.split_last().expect("a block was checked to have edges"),
@@ -39,12 +39,12 @@ pub(super) fn shortest_way(shape: &GelShape) -> f64 {
     sides.iter().map(|side| 0.5 * side).fold(*height, f64::min)
 }
 
-fn shape(shape: &GelShape, dimension: Dimension) -> Check {
+fn check_shape(shape: &GelShape, dimension: Dimension) -> CheckResult {
     match shape {
-        GelShape::Block { size } => block(size, dimension),
-        GelShape::Cylinder { radius, height, bore } => cylinder((*radius, *height), *bore, dimension),
-        GelShape::Shell { inner, outer } => shell(*inner, *outer, dimension),
-        GelShape::LBeam { .. } => l_beam(shape, dimension),
+        GelShape::Block { size } => check_block(size, dimension),
+        GelShape::Cylinder { radius, height, bore } => check_cylinder(*radius, *height, *bore, dimension),
+        GelShape::Shell { inner, outer } => check_shell(*inner, *outer, dimension),
+        GelShape::LBeam { .. } => check_l_beam(shape, dimension),
     }
 }
 
@@ -57,7 +57,7 @@ fn in_a_scene(what: &str, dimension: Dimension) -> String {
     format!("{what} in {dimension} scene")
 }
 
-fn block(size: &[f64], dimension: Dimension) -> Check {
+fn check_block(size: &[f64], dimension: Dimension) -> CheckResult {
     let (n, expected) = match dimension {
         Dimension::Planar => (2, "two positive lengths, [x, z], m"),
         Dimension::Spatial => (3, "three positive lengths, [x, y, z], m"),
@@ -71,7 +71,7 @@ fn block(size: &[f64], dimension: Dimension) -> Check {
     size.iter().try_for_each(|edge| positive("gel.shape.block.size", *edge, LENGTH))
 }
 
-fn cylinder((radius, height): (f64, f64), bore: Option<f64>, dimension: Dimension) -> Check {
+fn check_cylinder(radius: f64, height: f64, bore: Option<f64>, dimension: Dimension) -> CheckResult {
     let expected = "a block or an l-beam: a cylinder is axisymmetric or spatial";
     let in_scene = || in_a_scene("a cylinder", dimension);
     require(dimension != Dimension::Planar, "gel.shape.cylinder", in_scene, expected)?;
@@ -85,7 +85,7 @@ fn cylinder((radius, height): (f64, f64), bore: Option<f64>, dimension: Dimensio
     require(bore < radius, key, found, &format!("less than the radius, {radius:?} m"))
 }
 
-fn shell(inner: f64, outer: f64, dimension: Dimension) -> Check {
+fn check_shell(inner: f64, outer: f64, dimension: Dimension) -> CheckResult {
     let expected = "a block, a cylinder or an l-beam: a shell is axisymmetric";
     let in_scene = || in_a_scene("a shell", dimension);
     require(dimension == Dimension::Axisymmetric, "gel.shape.shell", in_scene, expected)?;
@@ -95,7 +95,7 @@ fn shell(inner: f64, outer: f64, dimension: Dimension) -> Check {
     require(outer > inner, "gel.shape.shell.outer", || format!("{outer:?}"), &expected)
 }
 
-fn l_beam(shape: &GelShape, dimension: Dimension) -> Check {
+fn check_l_beam(shape: &GelShape, dimension: Dimension) -> CheckResult {
     let &GelShape::LBeam { leg, thickness, width, angle, corner } = shape else {
         unreachable!("only an l-beam is checked as one");
     };
@@ -107,12 +107,12 @@ fn l_beam(shape: &GelShape, dimension: Dimension) -> Check {
     positive("gel.shape.l-beam.thickness", thickness, LENGTH)?;
     let expected = format!("less than the leg, {leg:?} m");
     require(thickness < leg, "gel.shape.l-beam.thickness", || format!("{thickness:?}"), &expected)?;
-    beam_width(width, dimension)?;
+    check_beam_width(width, dimension)?;
     finite("gel.shape.l-beam.angle", angle)?;
     all_finite("gel.shape.l-beam.corner", &corner)
 }
 
-fn beam_width(width: Option<f64>, dimension: Dimension) -> Check {
+fn check_beam_width(width: Option<f64>, dimension: Dimension) -> CheckResult {
     let key = "gel.shape.l-beam.width";
     match (width, dimension) {
         (Some(width), Dimension::Spatial) => positive(key, width, LENGTH),
@@ -124,11 +124,11 @@ fn beam_width(width: Option<f64>, dimension: Dimension) -> Check {
     }
 }
 
-fn material(gel: &Gel) -> Check {
+fn check_material(gel: &GelSpec) -> CheckResult {
     positive("gel.density", gel.density, "a positive density, kg/m3")?;
-    hyperelastic::belongs(gel)?;
+    hyperelastic::check_belonging(gel)?;
     if gel.material == MaterialModel::Flowing {
-        return flowing(gel);
+        return check_viscoplastic(gel);
     }
     let tables = [
         ("strength", gel.strength.is_some()),
@@ -148,7 +148,7 @@ fn material(gel: &Gel) -> Check {
     require(gel.bulk_modulus > least, "gel.bulk_modulus", || format!("{:?}", gel.bulk_modulus), &expected)
 }
 
-fn branches(gel: &Gel) -> Check {
+fn check_branches(gel: &GelSpec) -> CheckResult {
     let (n, most) = (gel.branches.len(), Viscoelastic::MOST_BRANCHES);
     let found = || format!("{n} of them");
     if gel.material != MaterialModel::Viscoelastic {
@@ -166,15 +166,15 @@ fn branches(gel: &Gel) -> Check {
     require(gel.bulk_modulus > 2.0 / 3.0 * fast, "gel.bulk_modulus", || format!("{:?}", gel.bulk_modulus), &expected)
 }
 
-fn exchange(scene: &Scene) -> Check {
+fn check_remeshing(scene: &Scene) -> CheckResult {
     let exchanged = scene.remesh.is_some() && scene.gel.material == MaterialModel::Viscoelastic;
     let expected =
         "no such table: a new mesh cannot take over what the branches of a gel of material \"viscoelastic\" remember";
     require(!exchanged, "remesh", || "a table".to_owned(), expected)
 }
 
-/// A gel that flows: it may be a fluid, without a shear modulus and a strength.
-fn flowing(gel: &Gel) -> Check {
+/// Checks a viscoplastic gel; it may be a fluid, without a shear modulus and a yield stress.
+fn check_viscoplastic(gel: &GelSpec) -> CheckResult {
     let fluid = gel.shear_modulus == 0.0;
     require(
         fluid || gel.shear_modulus > 0.0 && gel.shear_modulus.is_finite(),
@@ -217,7 +217,7 @@ fn flowing(gel: &Gel) -> Check {
     within("gel.viscosity.quadratic", viscosity.quadratic, 0.0..=10.0)
 }
 
-fn supports(gel: &Gel, dimension: Dimension) -> Check {
+fn check_supports(gel: &GelSpec, dimension: Dimension) -> CheckResult {
     let s = &gel.supports;
     let faces = [("x_min", s.x_min), ("x_max", s.x_max), ("y_min", s.y_min), ("y_max", s.y_max)].into_iter().chain([
         ("z_min", s.z_min),
@@ -225,26 +225,26 @@ fn supports(gel: &Gel, dimension: Dimension) -> Check {
         ("side", s.side),
     ]);
     let (held, expected) = held_faces(&gel.shape, dimension);
-    for (face, support) in faces.filter(|(_, support)| *support != Support::Free) {
+    for (face, support) in faces.filter(|(_, support)| *support != FaceSupport::Free) {
         let key = format!("gel.supports.{face}");
         require(held.contains(&face), &key, || format!("{:?}", name(support)), expected)?;
     }
     let is_shell = matches!(gel.shape, GelShape::Shell { .. });
     let expected = "\"free\" or \"fixed\": the outer surface of a shell is round";
-    let slides = s.side == Support::Roller && is_shell;
+    let slides = s.side == FaceSupport::Roller && is_shell;
     require(!slides, "gel.supports.side", || "\"roller\"".to_owned(), expected)?;
-    let slides = s.side == Support::Roller && dimension == Dimension::Spatial;
+    let slides = s.side == FaceSupport::Roller && dimension == Dimension::Spatial;
     let expected = "\"free\" or \"fixed\": a mantle slides on rollers only in axisymmetric scenes";
     require(!slides, "gel.supports.side", || "\"roller\"".to_owned(), expected)
 }
 
-/// Part of a gel stands for all of it if the rest is its mirror image.
-fn symmetry(scene: &Scene) -> Check {
+/// Checks that the rest of the gel is the mirror image of the computed part.
+fn check_symmetry(scene: &Scene) -> CheckResult {
     let (gel, key) = (&scene.gel, "gel.symmetry");
     let found = || match gel.symmetry {
-        Symmetry::None => "\"none\"".to_owned(),
-        Symmetry::Half => "\"half\"".to_owned(),
-        Symmetry::Quarter => "\"quarter\"".to_owned(),
+        GelSymmetry::None => "\"none\"".to_owned(),
+        GelSymmetry::Half => "\"half\"".to_owned(),
+        GelSymmetry::Quarter => "\"quarter\"".to_owned(),
     };
     let is_whole = gel.symmetry.is_none();
     let is_block = scene.scene.dimension == Dimension::Spatial && matches!(gel.shape, GelShape::Block { .. });
@@ -252,7 +252,7 @@ fn symmetry(scene: &Scene) -> Check {
     require(is_whole || scene.load.is_empty(), key, found, "\"none\": loads act on whole gels only")?;
     let (s, expected) = (&gel.supports, "nothing: the mirror is there (gel.symmetry)");
     for (axis, face, support) in [(0, "x_min", s.x_min), (1, "y_min", s.y_min)] {
-        let good = support == Support::Free || !gel.symmetry.mirrored().contains(&axis);
+        let good = support == FaceSupport::Free || !gel.symmetry.mirrored().contains(&axis);
         require(good, &format!("gel.supports.{face}"), || format!("{:?}", name(support)), expected)?;
     }
     Ok(())
@@ -276,15 +276,15 @@ fn held_faces(shape: &GelShape, dimension: Dimension) -> (&'static [&'static str
     }
 }
 
-fn name(support: Support) -> &'static str {
+fn name(support: FaceSupport) -> &'static str {
     match support {
-        Support::Free => "free",
-        Support::Roller => "roller",
-        Support::Fixed => "fixed",
+        FaceSupport::Free => "free",
+        FaceSupport::Roller => "roller",
+        FaceSupport::Fixed => "fixed",
     }
 }
 
-fn thickness(thickness: Option<f64>, dimension: Dimension) -> Check {
+fn check_thickness(thickness: Option<f64>, dimension: Dimension) -> CheckResult {
     let Some(thickness) = thickness else { return Ok(()) };
     let planar = dimension == Dimension::Planar;
     let expected = "nothing: only a planar gel has a thickness";

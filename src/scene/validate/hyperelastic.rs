@@ -1,14 +1,14 @@
-//! The constants of a Mooney–Rivlin or Ogden gel: whether it is stable at every strain.
+//! Validation of the constants of a Mooney–Rivlin or Ogden gel: stability at every strain.
 
-use super::domain::{Check, finite, positive, require};
+use super::domain::{CheckResult, finite, positive, require};
 use crate::constitutive::{MooneyRivlin, Ogden};
-use crate::scene::{ConstantsSpec, Gel, MaterialModel, SceneError, TermSpec};
+use crate::scene::{ConstantsSpec, GelSpec, MaterialModel, SceneError, TermSpec};
 
-/// By so much, relatively, a shear modulus that is given may miss that of the constants.
+/// Relative tolerance of a given shear modulus against the one that follows from the constants.
 const ROUND_OFF: f64 = 1e-9;
 
-/// That only the gels that have constants are given any.
-pub(super) fn belongs(gel: &Gel) -> Check {
+/// Refuses constants of a gel whose model has none.
+pub(super) fn check_belonging(gel: &GelSpec) -> CheckResult {
     let constants = gel.constants.is_none() || gel.material == MaterialModel::MooneyRivlin;
     let expected = "nothing: only a gel of material \"mooney-rivlin\" has constants";
     require(constants, "gel.constants", || "a table".to_owned(), expected)?;
@@ -17,8 +17,8 @@ pub(super) fn belongs(gel: &Gel) -> Check {
     require(terms, "gel.terms", || format!("{} of them", gel.terms.len()), expected)
 }
 
-/// Stability, and that the shear modulus is theirs.
-pub(super) fn check(gel: &Gel) -> Check {
+/// Checks stability, and that the shear modulus follows from the constants.
+pub(super) fn check(gel: &GelSpec) -> CheckResult {
     let shear_modulus = match gel.material {
         MaterialModel::MooneyRivlin => mooney_rivlin(gel)?,
         MaterialModel::Ogden => ogden(gel)?,
@@ -29,7 +29,7 @@ pub(super) fn check(gel: &Gel) -> Check {
     require(own, "gel.shear_modulus", || format!("{:?}", gel.shear_modulus), &expected)
 }
 
-fn mooney_rivlin(gel: &Gel) -> Result<f64, SceneError> {
+fn mooney_rivlin(gel: &GelSpec) -> Result<f64, SceneError> {
     let Some(ConstantsSpec { c1, c2 }) = gel.constants else {
         let expected = "the constants of a gel of material \"mooney-rivlin\", { c1 = ..., c2 = ... }, Pa";
         return Err(SceneError::value("gel.constants", "nothing", expected));
@@ -44,7 +44,7 @@ fn mooney_rivlin(gel: &Gel) -> Result<f64, SceneError> {
     Ok(MooneyRivlin::shear_modulus_of([c1, c2]))
 }
 
-fn ogden(gel: &Gel) -> Result<f64, SceneError> {
+fn ogden(gel: &GelSpec) -> Result<f64, SceneError> {
     let (n, most) = (gel.terms.len(), Ogden::MOST_TERMS);
     let expected = format!("1 to {most} tables {{ modulus, exponent }}");
     require((1..=most).contains(&n), "gel.terms", || format!("{n} of them"), &expected)?;
@@ -52,7 +52,7 @@ fn ogden(gel: &Gel) -> Result<f64, SceneError> {
     Ok(Ogden::shear_modulus_of(&gel.ogden_terms()))
 }
 
-fn term(term: &TermSpec) -> Check {
+fn term(term: &TermSpec) -> CheckResult {
     let TermSpec { modulus, exponent } = *term;
     let (least, most) = (Ogden::EXPONENTS.start(), Ogden::EXPONENTS.end());
     let expected = format!("a number of a magnitude from {least:?} to {most:?}");

@@ -1,15 +1,15 @@
-//! Loads act on faces that the gel has, with pressures that are numbers at times that ascend.
+//! Validation of loads: existing faces, finite pressures, ascending times.
 
-use super::domain::{Check, all_finite, finite, require};
-use crate::scene::{Dimension, GelShape, Load, MOST_LOADS, Region, Scene, numbered};
+use super::domain::{CheckResult, all_finite, finite, require};
+use crate::scene::{BoxRegion, Dimension, GelShape, LoadSpec, MOST_LOADS, Scene, numbered};
 
-pub(super) fn check(scene: &Scene) -> Check {
+pub(super) fn check(scene: &Scene) -> CheckResult {
     let most = format!("at most {MOST_LOADS}");
     require(scene.load.len() <= MOST_LOADS, "load", || format!("{} loads", scene.load.len()), &most)?;
     scene.load.iter().enumerate().try_for_each(|(i, load)| check_load(scene, load, &numbered("load", i)))
 }
 
-fn check_load(scene: &Scene, load: &Load, key: &str) -> Check {
+fn check_load(scene: &Scene, load: &LoadSpec, key: &str) -> CheckResult {
     let inside = |name: &str| format!("{key}.{name}");
     if let Some(face) = load.on {
         let (faces, expected) = faces(&scene.gel.shape, scene.scene.dimension);
@@ -28,7 +28,7 @@ fn check_load(scene: &Scene, load: &Load, key: &str) -> Check {
     require(ascending, &inside("table"), || format!("{:?}", load.table), "ascending times, s, each with a part")
 }
 
-fn check_region(region: &Region, key: &str) -> Check {
+fn check_region(region: &BoxRegion, key: &str) -> CheckResult {
     all_finite(&format!("{key}.low"), &region.low)?;
     all_finite(&format!("{key}.high"), &region.high)?;
     let good = region.low.iter().zip(region.high).all(|(low, high)| *low <= high);

@@ -1,9 +1,9 @@
-//! Nothing of a two-dimensional scene leaves its plane or its axis.
+//! Validation of motion: bodies and gel of a two-dimensional scene stay in its plane or on its axis.
 
 use super::body::rotation;
-use super::domain::{Check, require};
+use super::domain::{CheckResult, require};
 use crate::math::Vector3;
-use crate::scene::{BodyShape, Dimension, GelShape, Projectile, Scene, SceneError, Symmetry};
+use crate::scene::{BodyShape, Dimension, GelShape, GelSymmetry, ProjectileSpec, Scene, SceneError};
 
 const IN_PLANE: &str = "no motion out of the plane: a planar scene has y = 0; use dimension = \"spatial\"";
 const ON_AXIS: &str = "no motion off the axis: an axisymmetric scene has x = y = 0; use dimension = \"spatial\"";
@@ -13,21 +13,21 @@ const IN_PART: &str = "what gel.symmetry mirrors onto itself: in \"half\" of a g
                        move along z; or gel.symmetry = \"none\"";
 const STILL: &str = "no rotation: an axisymmetric scene has none; use dimension = \"spatial\"";
 
-/// Below this a component of a rotated unit vector is round-off.
+/// Round-off of a component of a rotated unit vector.
 const ROUND_OFF: f64 = 1e-9;
 
-pub(super) fn check(scene: &Scene) -> Check {
+pub(super) fn check(scene: &Scene) -> CheckResult {
     let mirrored = |e: SceneError| e.expecting(IN_PART);
     match (scene.scene.dimension, scene.gel.symmetry) {
-        (Dimension::Planar, _) => planar(scene),
-        (Dimension::Axisymmetric, _) => axisymmetric(scene),
-        (Dimension::Spatial, Symmetry::None) => Ok(()),
-        (Dimension::Spatial, Symmetry::Half) => planar(scene).map_err(mirrored),
-        (Dimension::Spatial, Symmetry::Quarter) => axisymmetric(scene).map_err(mirrored),
+        (Dimension::Planar, _) => check_planar(scene),
+        (Dimension::Axisymmetric, _) => check_axisymmetric(scene),
+        (Dimension::Spatial, GelSymmetry::None) => Ok(()),
+        (Dimension::Spatial, GelSymmetry::Half) => check_planar(scene).map_err(mirrored),
+        (Dimension::Spatial, GelSymmetry::Quarter) => check_axisymmetric(scene).map_err(mirrored),
     }
 }
 
-fn planar(scene: &Scene) -> Check {
+fn check_planar(scene: &Scene) -> CheckResult {
     let body = &scene.projectile;
     let in_plane = |v: [f64; 3], key| require(v[1] == 0.0, key, || format!("{v:?}"), IN_PLANE);
     in_plane(scene.gel.velocity, "gel.velocity")?;
@@ -39,10 +39,10 @@ fn planar(scene: &Scene) -> Check {
     let turn = body.angular_velocity;
     let good = turn[0] == 0.0 && turn[2] == 0.0;
     require(good, "projectile.angular_velocity", || format!("{turn:?}"), TURN_IN_PLANE)?;
-    planar_body(body)
+    check_planar_body(body)
 }
 
-fn planar_body(body: &Projectile) -> Check {
+fn check_planar_body(body: &ProjectileSpec) -> CheckResult {
     let [_, x, _, z] = body.orientation;
     let q = || format!("{:?}", body.orientation);
     require(x.abs() <= ROUND_OFF && z.abs() <= ROUND_OFF, "projectile.orientation", q, TURN_IN_PLANE)?;
@@ -58,7 +58,7 @@ fn planar_body(body: &Projectile) -> Check {
     Ok(())
 }
 
-fn axisymmetric(scene: &Scene) -> Check {
+fn check_axisymmetric(scene: &Scene) -> CheckResult {
     let body = &scene.projectile;
     let on_axis = |v: [f64; 3], key| require(v[0] == 0.0 && v[1] == 0.0, key, || format!("{v:?}"), ON_AXIS);
     on_axis(scene.gel.velocity, "gel.velocity")?;
@@ -66,10 +66,10 @@ fn axisymmetric(scene: &Scene) -> Check {
     on_axis(body.velocity, "projectile.velocity")?;
     let turn = body.angular_velocity;
     require(turn == [0.0; 3], "projectile.angular_velocity", || format!("{turn:?}"), STILL)?;
-    upright(body)
+    check_upright(body)
 }
 
-fn upright(body: &Projectile) -> Check {
+fn check_upright(body: &ProjectileSpec) -> CheckResult {
     let along_z = |v: Vector3| v.x.abs() <= ROUND_OFF && v.y.abs() <= ROUND_OFF;
     let axis = rotation(body) * Vector3::z();
     require(along_z(axis), "projectile.orientation", || format!("{:?}", body.orientation), UPRIGHT)?;

@@ -1,12 +1,12 @@
-//! Sensors are in the gel at rest.
+//! Validation of sensors: each lies in the gel at rest.
 
-use super::domain::{Check, all_finite, require};
+use super::domain::{CheckResult, all_finite, require};
 use crate::scene::{Dimension, GelShape, MOST_SENSORS, Scene, numbered};
 
-/// A point may be this far outside, as a part of the size of the gel: what rounding does to lengths.
+/// Relative round-off by which a sensor may lie outside the gel.
 const ROUND_OFF: f64 = 1e-9;
 
-pub(super) fn check(scene: &Scene) -> Check {
+pub(super) fn check(scene: &Scene) -> CheckResult {
     let most = format!("at most {MOST_SENSORS}");
     require(scene.sensor.len() <= MOST_SENSORS, "sensor", || format!("{} sensors", scene.sensor.len()), &most)?;
     scene.sensor.iter().enumerate().try_for_each(|(i, sensor)| {
@@ -18,7 +18,7 @@ pub(super) fn check(scene: &Scene) -> Check {
     })
 }
 
-/// Whether a point is in the gel at rest, and where that is.
+/// Returns true if a point is in the gel at rest, and a description of the region of the gel.
 fn place(scene: &Scene, [x, y, z]: [f64; 3]) -> (bool, String) {
     let (flat, dimension) = (y == 0.0, scene.scene.dimension);
     match &scene.gel.shape {
@@ -54,7 +54,7 @@ fn place(scene: &Scene, [x, y, z]: [f64; 3]) -> (bool, String) {
     }
 }
 
-/// Whether a length is no longer than another, but for rounding.
+/// Returns true if a length is at most `most`, within round-off.
 fn is_within(length: f64, most: f64) -> bool {
     length <= most + ROUND_OFF * most.abs().max(length.abs()).max(1e-3)
 }

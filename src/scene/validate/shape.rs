@@ -1,14 +1,14 @@
-//! The lengths of the projectile make a body.
+//! Validation of the dimensions of a projectile.
 
-use super::domain::{Check, positive, require, within};
+use super::domain::{CheckResult, positive, require, within};
 use crate::math::Vector3;
-use crate::scene::{BodyShape, Bullet, Dimension, Nose, SceneError};
+use crate::scene::{BodyShape, BulletNose, BulletSpec, Dimension, SceneError};
 
 const LENGTH: &str = "a positive length, m";
 const IN_SPACE: &str = "another shape: only a scene with dimension = \"spatial\" takes any closed surface";
 const NOT_ROUND: &str = "another shape: a plate is no body of revolution; use dimension = \"spatial\" or \"planar\"";
 
-pub(super) fn check(shape: &BodyShape, dimension: Dimension) -> Check {
+pub(super) fn check(shape: &BodyShape, dimension: Dimension) -> CheckResult {
     match shape {
         BodyShape::Sphere { radius } => positive("projectile.shape.sphere.radius", *radius, LENGTH),
         &BodyShape::Cylinder { radius, length, edge_radius } => {
@@ -46,7 +46,7 @@ pub(super) fn check(shape: &BodyShape, dimension: Dimension) -> Check {
     }
 }
 
-fn check_plate(size: &[f64; 3], edge_radius: f64, dimension: Dimension) -> Check {
+fn check_plate(size: &[f64; 3], edge_radius: f64, dimension: Dimension) -> CheckResult {
     let key = "projectile.shape.plate.size";
     require(dimension != Dimension::Axisymmetric, "projectile.shape.plate", || format!("size = {size:?}"), NOT_ROUND)?;
     size.iter().try_for_each(|length| positive(key, *length, "three positive lengths, m"))?;
@@ -54,19 +54,19 @@ fn check_plate(size: &[f64; 3], edge_radius: f64, dimension: Dimension) -> Check
     within("projectile.shape.plate.edge_radius", edge_radius, 0.0..=0.5 * size[0].min(size[2]).min(across))
 }
 
-fn check_bullet(bullet: &Bullet) -> Check {
+fn check_bullet(bullet: &BulletSpec) -> CheckResult {
     positive("projectile.shape.bullet.radius", bullet.radius, LENGTH)?;
     positive("projectile.shape.bullet.length", bullet.length, LENGTH)?;
     match bullet.nose {
-        Nose::Ogive { length, arc_radius, meplat_radius } => {
-            meplat("projectile.shape.bullet.nose.ogive.meplat_radius", meplat_radius, bullet)?;
-            ogive(bullet, (length, meplat_radius), arc_radius)?;
+        BulletNose::Ogive { length, arc_radius, meplat_radius } => {
+            check_meplat("projectile.shape.bullet.nose.ogive.meplat_radius", meplat_radius, bullet)?;
+            check_ogive(bullet, length, meplat_radius, arc_radius)?;
         }
-        Nose::Cone { length, meplat_radius } => {
-            meplat("projectile.shape.bullet.nose.cone.meplat_radius", meplat_radius, bullet)?;
+        BulletNose::Cone { length, meplat_radius } => {
+            check_meplat("projectile.shape.bullet.nose.cone.meplat_radius", meplat_radius, bullet)?;
             positive("projectile.shape.bullet.nose.cone.length", length, LENGTH)?;
         }
-        Nose::Round | Nose::Flat => {}
+        BulletNose::Round | BulletNose::Flat => {}
     }
     if let Some(tail) = bullet.tail {
         positive("projectile.shape.bullet.tail.length", tail.length, LENGTH)?;
@@ -76,17 +76,17 @@ fn check_bullet(bullet: &Bullet) -> Check {
     let least = length - bullet.mantle_length();
     let expected = format!("at least the nose and the tail, {least:?} m");
     require(bullet.mantle_length() >= 0.0, key, || format!("{length:?}"), &expected)?;
-    edge(bullet)
+    check_edge(bullet)
 }
 
-fn meplat(key: &str, radius: f64, bullet: &Bullet) -> Check {
+fn check_meplat(key: &str, radius: f64, bullet: &BulletSpec) -> CheckResult {
     let expected = format!("0 or more, less than the mantle, {:?} m", bullet.radius);
     require((0.0..bullet.radius).contains(&radius), key, || format!("{radius:?}"), &expected)
 }
 
-/// A convex ogive: neither blunter than a sphere nor wider than the mantle.
-fn ogive(bullet: &Bullet, (length, meplat_radius): (f64, f64), arc_radius: Option<f64>) -> Check {
-    /// An arc of this many lengths rises by less than a thousandth of the length over its chord.
+/// Checks a convex ogive: neither blunter than a sphere nor wider than the bullet.
+fn check_ogive(bullet: &BulletSpec, length: f64, meplat_radius: f64, arc_radius: Option<f64>) -> CheckResult {
+    /// Greatest arc radius in lengths: its arc rises by less than a thousandth of the length over its chord.
     const STRAIGHT: f64 = 100.0;
     let key = "projectile.shape.bullet.nose.ogive.length";
     positive(key, length, LENGTH)?;
@@ -104,7 +104,7 @@ fn ogive(bullet: &Bullet, (length, meplat_radius): (f64, f64), arc_radius: Optio
     require((tangent..=most.max(tangent)).contains(&arc_radius), key, || format!("{arc_radius:?}"), &expected)
 }
 
-fn edge(bullet: &Bullet) -> Check {
+fn check_edge(bullet: &BulletSpec) -> CheckResult {
     let (key, edge) = ("projectile.shape.bullet.edge_radius", bullet.edge_radius);
     within(key, edge, 0.0..=bullet.length)?;
     if bullet.rounded().is_some() {
@@ -114,12 +114,12 @@ fn edge(bullet: &Bullet) -> Check {
     Err(SceneError::value(key, format!("{edge:?}"), expected))
 }
 
-/// The greatest rounding that has room, m, by bisection; a little less, so that its printed digits have room too.
-fn most_edge(bullet: &Bullet) -> f64 {
+/// Greatest rounding that has room, m, by bisection; reduced by 0.1 % so that its printed digits have room too.
+fn most_edge(bullet: &BulletSpec) -> f64 {
     let (mut fits, mut fails) = (0.0, bullet.edge_radius);
     for _ in 0..40 {
         let middle = 0.5 * (fits + fails);
-        let tried = Bullet { edge_radius: middle, ..*bullet };
+        let tried = BulletSpec { edge_radius: middle, ..*bullet };
         if tried.rounded().is_some() { fits = middle } else { fails = middle }
     }
     0.999 * fits
