@@ -31,7 +31,8 @@ pub use facet_pressure::{FacetPressure, push};
 pub use history::Recall;
 pub use layout::{DEPTH, ElementCorner, GroupAnswer, Kick, Kicks, Lanes, Power, SweepInput, SweepOutput, places};
 pub use node_cache::{Accumulated, At, Held, Local, MOST_LOCAL_NODES, Row, Whereabouts, rounding};
-pub use simplices::{Reference, Section, Simplices};
+pub use simplex::{Reference, Section};
+pub use simplices::Simplices;
 pub use viscoplastic::{Memory, Spent};
 
 /// Inversion margin: a step may take J at most this far below 0, by extrapolation of the rate at its start.

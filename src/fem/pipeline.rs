@@ -42,7 +42,7 @@ struct Pipeline<const D: usize, V> {
 
 /// Output of the force stage for one group.
 struct GroupOutput<'a> {
-    /// Whether to sum the power of the group.
+    /// Request for the power of the group.
     power: Power,
     /// κ of each slot, N/m.
     stiffness: &'a mut [f64],

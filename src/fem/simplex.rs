@@ -2,13 +2,39 @@
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::{MAX_NODES, Memory, Reference, Section};
+use super::{MAX_NODES, Memory};
 use crate::constitutive::NeoHookean;
 use crate::math::{Number, Tensor, Vector, cofactor, cube_root, det};
+use crate::mesh::{Simplex, edges};
 
 /// Most Newton iterations for a unit determinant; a ninefold stretch takes 12 (from θ = 27 the first ones each remove
 /// a third).
 const MAX_ITERATIONS: usize = 64;
+
+/// Kinematic model of the gel: plane strain, axisymmetric or three-dimensional.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Section {
+    /// Plane strain in (x, z), for a thickness, m.
+    Planar {
+        /// Thickness, m.
+        thickness: f64,
+    },
+    /// Axisymmetry in (r, z), for the full revolution.
+    Axisymmetric,
+    /// Three dimensions.
+    Spatial,
+}
+
+/// Reference shape of an incompatible element.
+///
+/// After a remesh the rest positions of the nodes need not be the rest shape of the elements between them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reference<const D: usize> {
+    /// Edges from the first node at rest, as columns, m.
+    pub edges: Tensor<D>,
+    /// R̄ of a ring, m.
+    pub radius: f64,
+}
 
 /// Rest geometry of an element.
 #[derive(Debug, Clone, Copy)]
@@ -57,6 +83,15 @@ pub(super) struct ElasticCauchyGreen<const D: usize> {
     pub out: f64,
 }
 
+impl<const D: usize> Reference<D> {
+    /// Returns the shape of an element with its nodes at these rest positions.
+    #[must_use]
+    pub fn of(rest: &[Vector<D>], nodes: &Simplex) -> Self {
+        let radius = nodes[..=D].iter().map(|n| rest[n.index()][0]).sum::<f64>() / (D + 1) as f64;
+        Self { edges: edges(rest, nodes), radius }
+    }
+}
+
 impl<const D: usize> RestElement<D> {
     /// Computes the rest geometry from a reference shape.
     pub fn new(reference: &Reference<D>, section: Section) -> Self {
@@ -103,6 +138,13 @@ impl<const D: usize> DeformationGradient<D> {
     /// Returns J = λ det F.
     pub fn jacobian(&self) -> f64 {
         self.det_f * self.out
+    }
+
+    /// Returns the sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|.
+    pub fn two_largest_stretches(&self) -> f64 {
+        let (square, area) = (self.f.norm_squared(), 2.0 * self.det_f.abs());
+        let (sum, difference) = ((square + area).sqrt(), (square - area).max(0.0).sqrt());
+        sum.max(0.5 * (sum + difference) + self.out.abs())
     }
 }
 

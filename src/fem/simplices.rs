@@ -1,23 +1,9 @@
-use super::simplex::{DeformationGradient, RestElement};
+use super::simplex::{DeformationGradient, Reference, RestElement, Section};
 use super::viscoplastic::patch_history;
 use super::{Answer, DEPTH, Lanes, MAX_NODES, Measured, Memory, Potential, Spent, inversion_time, places};
 use crate::constitutive::{Hyperelastic, Material, NeoHookean, ShearResponse, Volume, VolumetricResponse};
 use crate::math::{Tensor, Vector, cofactor, det};
-use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex, edges};
-
-/// Kinematic model of the gel: plane strain, axisymmetric or three-dimensional.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Section {
-    /// Plane strain in (x, z), for a thickness, m.
-    Planar {
-        /// Thickness, m.
-        thickness: f64,
-    },
-    /// Axisymmetry in (r, z), for the full revolution.
-    Axisymmetric,
-    /// Three dimensions.
-    Spatial,
-}
+use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex};
 
 /// Constant-strain triangles or tetrahedra of a hyperelastic gel (numerics A1, A2, 1.3e).
 ///
@@ -31,12 +17,14 @@ pub enum Section {
 /// V_P = Σ w [ψ_s(F) − m ln J] + W Λ/2 (ln J̄)², W = Σ w, J̄ = Σ w J/W; neo-Hookean ψ_s = μ/2 (|F|² − 3), m = μ, Λ = λ.
 /// A patch of one element is a standard element, J̄ = J.
 ///
-/// Stiffness bound (rigorous, 1.3e and A2): κ = w {[a + |U′| s] Σ_a |∇N_a|² + b Σ_a |F∇N_a|² + max(U″, 0) Σ_a
-/// |b_a|²}, where δ²ψ_s ≤ a |δF|² + b (F:δF)² (neo-Hookean: a = μ, b = 0). s bounds the second-order determinant
-/// terms, |2 det δF| ≤ s |δF|² in the plane: s = 1 in the plane, √2 |F| ≥ s₁ + s₂ in space, the sum of the two
-/// largest of s₁, s₂, |λ| for a ring; b_a = ∂J/∂x_a. For a ring |∇N_a|² is extended by 1/(9R̄²), F∇N_a by λ/(3R̄)
-/// along r. In a patch U′ and U″ are the sums of the element part and the patch part: the square of the mean volume
-/// change is at most the mean of the squares.
+/// Stiffness bound (rigorous, 1.3e and A2):
+///
+/// κ = w {[a + |U′| s] Σ_a |∇N_a|² + b Σ_a |F∇N_a|² + max(U″, 0) Σ_a |b_a|²}, b_a = ∂J/∂x_a,
+///
+/// where δ²ψ_s ≤ a |δF|² + b (F:δF)²; neo-Hookean a = μ, b = 0. The factor s bounds the second-order terms of J, such as
+/// |2 det δF| ≤ s |δF|²: s = 1 in the plane, √2 |F| ≥ s₁ + s₂ in space, the sum of the two largest of s₁, s₂, |λ| for a
+/// ring. For a ring |∇N_a|² is extended by 1/(9R̄²), F∇N_a by λ/(3R̄) along r. In a patch U′ and U″ are the sums of the
+/// element part and the patch part: the square of the mean volume change is at most the mean of the squares.
 ///
 /// This is the scalar reference implementation, element by element; [`Lanes`] is the SIMD form.
 #[derive(Debug, Clone)]
@@ -51,17 +39,6 @@ pub struct Simplices<const D: usize> {
     patches: Patches,
     /// Rest geometry of all elements, for a material with history variables; else empty.
     pub(super) rest_elements: Vec<RestElement<D>>,
-}
-
-/// Reference shape of an incompatible element.
-///
-/// After a remesh the rest positions of the nodes need not be the rest shape of the elements between them.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reference<const D: usize> {
-    /// Edges from the first node at rest, as columns, m.
-    pub edges: Tensor<D>,
-    /// R̄ of a ring, m.
-    pub radius: f64,
 }
 
 impl<const D: usize> Simplices<D> {
@@ -79,17 +56,9 @@ impl<const D: usize> Simplices<D> {
     pub fn in_patches(mesh: &Mesh<D>, patches: Patches, (material, section): (impl Into<Material>, Section)) -> Self {
         assert!(patches.largest() <= places(D), "a patch has at most {} elements", places(D));
         let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
-        Self {
-            material: material.into(),
-            section,
-            elements,
-            rest,
-            reference_index: vec![],
-            references: vec![],
-            patches,
-            rest_elements: vec![],
-        }
-        .with_rest_elements()
+        let (material, reference_index, references, rest_elements) = (material.into(), vec![], vec![], vec![]);
+        Self { material, section, elements, rest, reference_index, references, patches, rest_elements }
+            .with_rest_elements()
     }
 
     /// Returns the elements with the reference shapes of the incompatible elements.
@@ -208,7 +177,7 @@ impl<const D: usize> Simplices<D> {
         RestElement { rest_f, rest_stretch, ..element }
     }
 
-    /// Computes the deformation gradient of an element at the nodal positions `x`.
+    /// Computes the deformation gradient at the nodal positions `x`.
     pub(super) fn element_deformation(
         &self,
         id: ElementId,
@@ -250,7 +219,7 @@ impl<const D: usize> Simplices<D> {
         let s = match self.section {
             Section::Planar { .. } => 1.0,
             Section::Spatial => (2.0 * strain.f.norm_squared()).sqrt(),
-            Section::Axisymmetric => two_largest(strain),
+            Section::Axisymmetric => strain.two_largest_stretches(),
         };
         let volumetric: f64 = element.gradients[..=D]
             .iter()
@@ -319,22 +288,6 @@ impl<const D: usize> Simplices<D> {
             energy += element.volume * (sheared.energy + own.energy);
         }
         energy
-    }
-}
-
-/// Returns the sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|.
-fn two_largest<const D: usize>(strain: &DeformationGradient<D>) -> f64 {
-    let (square, area) = (strain.f.norm_squared(), 2.0 * strain.det_f.abs());
-    let (sum, difference) = ((square + area).sqrt(), (square - area).max(0.0).sqrt());
-    sum.max(0.5 * (sum + difference) + strain.out.abs())
-}
-
-impl<const D: usize> Reference<D> {
-    /// Returns the shape of an element with its nodes at these rest positions.
-    #[must_use]
-    pub fn of(rest: &[Vector<D>], nodes: &Simplex) -> Self {
-        let radius = nodes[..=D].iter().map(|n| rest[n.index()][0]).sum::<f64>() / (D + 1) as f64;
-        Self { edges: edges(rest, nodes), radius }
     }
 }
 

@@ -1,5 +1,4 @@
-//! Viscoplastic elements, F = F_e F_p: radial return mapping onto the rate-dependent yield surface (Simo & Hughes
-//! 1998, numerics A16).
+//! Viscoplastic elements, F = F_e F_p: radial return onto the yield surface (Simo & Hughes 1998, numerics A16).
 
 use super::simplex::{DeformationGradient, ElasticCauchyGreen, ElementKinematics};
 use super::{Answer, DEPTH, Section, Simplices};
@@ -81,8 +80,7 @@ pub(super) fn patch_history<const D: usize>(memory: &[Memory<D>], ids: &[Element
 impl<const D: usize> Simplices<D> {
     /// Evaluates a patch: its energy, J, its dissipation, and the responses of its elements.
     ///
-    /// A step above 0 s makes the elements flow and updates their history. At step 0 the viscous part of U′ of each
-    /// element is `held`, Pa.
+    /// A step above 0 s updates the history. At step 0 the viscous part of U′ of each element is `held`, Pa.
     pub(super) fn evaluate_viscoplastic(
         &self,
         (gel, ids): (&Flowing, &[ElementId]),
@@ -128,9 +126,8 @@ impl<const D: usize> Simplices<D> {
 
     /// Returns κ, a bound of the stiffness eigenvalues of an element, raised for the stable step lost to viscosity.
     ///
-    /// To that of the shear ([`ElementKinematics::shear_bound`]) comes δ²U = U″J² (tr L)² + U′J [(tr L)² − tr(LL)],
-    /// the bracket being at most s|L|² with s = 1 in the plane, else 2. The return, and what it softens, only take
-    /// stiffness away. μ is what is left of it.
+    /// The volumetric part is δ²U = U″J² (tr L)² + U′J [(tr L)² − tr(LL)], the bracket at most s|L|² with s = 1 in the
+    /// plane, else 2. Return mapping and damage only reduce the stiffness. `mu` is the damaged modulus.
     fn bound(
         &self,
         (flow, elastic): (&ViscoplasticElement<'_, D>, &ElasticCauchyGreen<D>),
@@ -151,13 +148,11 @@ impl<const D: usize> Simplices<D> {
         flow.damped(flow.at.element.volume * (shear + volumetric), dilated, rate)
     }
 
-    /// Returns the isochoric elastic stretch of an element as the Cholesky factor L, LLᵀ = b̄, with the out-of-plane
-    /// stretch.
+    /// Returns the isochoric elastic stretch as the Cholesky factor L, LLᵀ = b̄, with the out-of-plane stretch.
     ///
     /// None for an inverted element and for a fluid. L stands for F_e without its rotation in means over elements.
     ///
-    /// Means of such triangles of determinant 1 have a determinant of 1 or more, and so never more distortion than
-    /// the mean of it.
+    /// A mean of unit-determinant factors has a determinant of 1 or more, so no more than the mean distortion.
     #[must_use]
     pub fn elastic(&self, id: ElementId, x: &[Vector<D>], memory: &Memory<D>) -> Option<(Tensor<D>, f64)> {
         let element = self.rest_element(id);
@@ -177,8 +172,7 @@ impl<const D: usize> Simplices<D> {
 impl<const D: usize> ViscoplasticElement<'_, D> {
     /// Radial return mapping of b̄ after a step, s; returns b̄ and the dissipation, J/m³.
     ///
-    /// In the stress of the sound gel: softening takes the same part of stress and strength (numerics 6.2). `slope`
-    /// is U′, Pa.
+    /// Stresses are those of the undamaged material: damage scales stress and yield stress alike (numerics 6.2).
     fn returned(&self, (step, slope): (f64, f64), memory: &mut Memory<D>) -> (ElasticCauchyGreen<D>, f64) {
         let (strain, scale, mu) = (self.at.strain, self.at.scale, self.gel.shear_modulus);
         let trial = self.at.elastic(memory);
@@ -201,9 +195,8 @@ impl<const D: usize> ViscoplasticElement<'_, D> {
         memory.out = if D == 2 { elastic.out / (strain.out * strain.out * scale) } else { 1.0 };
         memory.plastic += flown;
         (memory.rate, memory.stress) = (flown / step, left);
-        // What is set free at the mean of the stress at the last tick and now, which is what the nodes feel in
-        // between, not of now and the trial; q Δε_p forgets that Ī₁ is no quadratic form, and misses 8 % at q = μ/3
-        // in tension.
+        // Dissipation at the mean of the last and the present stress, the one that acts on the nodes in between. q Δε_p
+        // would neglect that Ī₁ is no quadratic form, and miss 8 % at q = μ/3 in tension.
         (elastic, mu * (trial.trace() - elastic.trace()) * 0.5 * (before + left) / (left + stress))
     }
 
@@ -224,9 +217,9 @@ impl<const D: usize> ViscoplasticElement<'_, D> {
 
     /// Returns the undamped stiffness with the stable step of κ with viscosity, N/m.
     ///
-    /// The viscous forces are −C v with |C| ≤ c = w η J Σ|b|², twice that of a part that grows with the square of the
-    /// rate; with the velocity of half a step before, a node of mass m is stable up to (2/ω)(√(1 + ξ²) − ξ), ω² =
-    /// κ/m, ξ = c/(2mω) (numerics 1.3g), which is 2√m/(√(κ + s²) + s) with s = c/(2√m).
+    /// The viscous forces are −C v with |C| ≤ c = w η J Σ|b|², twice that of the quadratic part. With the velocity
+    /// of half a step before, a node of mass m is stable up to (2/ω)(√(1 + ξ²) − ξ), ω² = κ/m, ξ = c/(2mω) (numerics
+    /// 1.3g), which is 2√m/(√(κ + s²) + s) with s = c/(2√m).
     fn damped(&self, kappa: f64, dilated: f64, rate: f64) -> f64 {
         let c = self.at.element.volume * self.resistance(2.0 * rate) * self.at.jacobian * dilated;
         let mass = self.gel.density * self.at.element.volume / (D + 1) as f64;
