@@ -22,15 +22,15 @@ impl Softening {
     /// Unless ε_s > 0, 0 < r ≤ 1 and τ ≥ 0.
     #[must_use]
     pub fn new(strain: f64, residual: f64, time: f64) -> Self {
-        let sound = strain > 0.0 && residual > 0.0 && residual <= 1.0 && time >= 0.0;
-        assert!(sound, "softening needs a strain > 0, 0 < residual <= 1 and a time >= 0");
+        let is_valid = strain > 0.0 && residual > 0.0 && residual <= 1.0 && time >= 0.0;
+        assert!(is_valid, "softening needs a strain > 0, 0 < residual <= 1 and a time >= 0");
         Self { strain, residual, time }
     }
 
     /// Returns the limit g∞ of the damage factor, from 1 down to r.
     #[must_use]
     #[inline(always)]
-    pub fn end<T: Number>(&self, plastic: T) -> T {
+    pub fn limit<T: Number>(&self, plastic: T) -> T {
         let strained = plastic * (1.0 / self.strain);
         plastic.constant(1.0 - self.residual) / (strained * strained + 1.0) + self.residual
     }
@@ -38,13 +38,13 @@ impl Softening {
     /// Returns g after a step, s, at the plastic strain of its end; exact for a constant plastic strain.
     #[must_use]
     #[inline(always)]
-    pub fn left<T: Number>(&self, before: T, plastic: T, step: f64) -> T {
+    pub fn after_step<T: Number>(&self, before: T, plastic: T, step: f64) -> T {
         if step <= 0.0 {
             return before;
         }
-        let end = self.end(plastic);
-        let over = before - end;
-        over.choose(end + over * exp(-step / self.time), before)
+        let limit = self.limit(plastic);
+        let excess = before - limit;
+        excess.choose(limit + excess * exp(-step / self.time), before)
     }
 }
 
@@ -55,20 +55,20 @@ mod tests {
     #[test]
     fn the_limit_falls_from_one_to_the_residual() {
         let law = Softening::new(0.5, 0.02, 0.0);
-        assert_eq!(law.end(0.0), 1.0);
-        assert!((law.end(0.5) - 0.51).abs() < 1e-15 && (law.end(1e9) - 0.02).abs() < 1e-15);
-        assert!((0..400).all(|i| law.end(0.01 * f64::from(i + 1)) < law.end(0.01 * f64::from(i))));
+        assert_eq!(law.limit(0.0), 1.0);
+        assert!((law.limit(0.5) - 0.51).abs() < 1e-15 && (law.limit(1e9) - 0.02).abs() < 1e-15);
+        assert!((0..400).all(|i| law.limit(0.01 * f64::from(i + 1)) < law.limit(0.01 * f64::from(i))));
     }
 
     #[test]
     fn damage_relaxes_in_its_time_for_any_step_and_never_heals() {
         let law = Softening::new(0.5, 0.02, 1e-4);
-        let (whole, end) = (law.left(1.0, 0.5, 2e-4), law.end(0.5));
+        let (whole, end) = (law.after_step(1.0, 0.5, 2e-4), law.limit(0.5));
         assert!((whole - end - (1.0 - end) * (-2.0_f64).exp()).abs() < 1e-15);
-        let sliced = (0..50).fold(1.0, |left, _| law.left(left, 0.5, 4e-6));
+        let sliced = (0..50).fold(1.0, |left, _| law.after_step(left, 0.5, 4e-6));
         assert!((sliced - whole).abs() < 1e-14);
-        assert_eq!(law.left(0.3, 0.5, 1.0), 0.3);
-        assert_eq!(law.left(0.8, 0.5, 0.0), 0.8);
-        assert_eq!(Softening::new(0.5, 0.02, 0.0).left(1.0, 0.5, 1e-9), end);
+        assert_eq!(law.after_step(0.3, 0.5, 1.0), 0.3);
+        assert_eq!(law.after_step(0.8, 0.5, 0.0), 0.8);
+        assert_eq!(Softening::new(0.5, 0.02, 0.0).after_step(1.0, 0.5, 1e-9), end);
     }
 }

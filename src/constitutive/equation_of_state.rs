@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn energy_and_pressure_have_no_jump_anywhere() {
+    fn energy_and_pressure_are_continuous() {
         for law in laws() {
             let mut before = law.volumetric(-0.5);
             for i in 1..4000 {

@@ -80,7 +80,7 @@ impl Flowing {
 
     /// Returns the stabilisation modulus k, Pa.
     #[inline(always)]
-    fn sharing(&self) -> f64 {
+    fn stabilisation_modulus(&self) -> f64 {
         Self::SHARING * self.shear_modulus.max(Self::SOFTEST * self.state.bulk_modulus())
     }
 }
@@ -94,13 +94,14 @@ impl Volume for Flowing {
     /// Element part, −k ln J.
     #[inline(always)]
     fn own<T: Number>(&self, j: T) -> VolumetricResponse<T> {
-        equation_of_state::logarithmic(-self.sharing(), j)
+        equation_of_state::logarithmic(-self.stabilisation_modulus(), j)
     }
 
     /// Patch part, U(J̄) + k ln J̄: the sum with the element parts is U or more, and U where all J equal J̄.
     #[inline(always)]
     fn shared<T: Number>(&self, mean: T) -> VolumetricResponse<T> {
-        let (state, own) = (self.state.volumetric(mean), equation_of_state::logarithmic(self.sharing(), mean));
+        let (state, own) =
+            (self.state.volumetric(mean), equation_of_state::logarithmic(self.stabilisation_modulus(), mean));
         VolumetricResponse {
             energy: state.energy + own.energy,
             slope: state.slope + own.slope,

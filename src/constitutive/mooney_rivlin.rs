@@ -36,8 +36,8 @@ impl MooneyRivlin {
     #[must_use]
     pub fn new([first, second]: [f64; 2], bulk_modulus: f64) -> Self {
         let lambda = bulk_modulus - Self::least_bulk_modulus([first, second]);
-        let sound = first > 0.0 && second >= 0.0 && lambda >= 0.0;
-        assert!(sound, "a stable Mooney-Rivlin solid needs C1 > 0, C2 >= 0 and K >= 4/3 C1 + 16/3 C2");
+        let is_valid = first > 0.0 && second >= 0.0 && lambda >= 0.0;
+        assert!(is_valid, "a stable Mooney-Rivlin solid needs C1 > 0, C2 >= 0 and K >= 4/3 C1 + 16/3 C2");
         Self { first, second, lambda }
     }
 

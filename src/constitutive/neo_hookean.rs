@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn moduli_are_those_of_young_and_poisson() {
+    fn moduli_agree_with_young_and_poisson() {
         let (e, nu) = (200e3, 0.45);
         let gel = NeoHookean::new(e / (2.0 * (1.0 + nu)), e / (3.0 * (1.0 - 2.0 * nu)));
         assert!((gel.wave_modulus() / (e * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))) - 1.0).abs() < 1e-12);

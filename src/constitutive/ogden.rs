@@ -60,8 +60,8 @@ impl Ogden {
     pub fn new(terms: &[Term], bulk_modulus: f64) -> Self {
         let n_terms = terms.len();
         let known = (1..=Self::MOST_TERMS).contains(&n_terms);
-        let sound = |t: &Term| t.modulus * t.exponent > 0.0 && Self::EXPONENTS.contains(&t.exponent.abs());
-        assert!(known && terms.iter().all(sound), "an Ogden solid has 1 to 3 terms of mu alpha > 0");
+        let is_valid = |t: &Term| t.modulus * t.exponent > 0.0 && Self::EXPONENTS.contains(&t.exponent.abs());
+        assert!(known && terms.iter().all(is_valid), "an Ogden solid has 1 to 3 terms of mu alpha > 0");
         let lambda = bulk_modulus - 2.0 / 3.0 * Self::shear_modulus_of(terms);
         assert!(lambda >= 0.0, "a stable solid needs K >= 2/3 mu");
         let mut own = [terms[0]; Self::MOST_TERMS];

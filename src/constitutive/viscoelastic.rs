@@ -16,7 +16,7 @@ impl Branch {
     /// With x = Δt/τ the product is e^(−x), exact for a constant strain. The second factor (1 − e^(−x))/x is exact
     /// for a strain that grows linearly: a branch with τ far below the step acts as a dashpot.
     #[must_use]
-    pub fn left(&self, step: f64) -> [f64; 2] {
+    pub fn relaxation_factors(&self, step: f64) -> [f64; 2] {
         let x = step / self.time;
         let now = if x > 0.0 { -exp_less_one(-x) / x } else { 1.0 };
         [exp(-x) / now, now]
@@ -49,8 +49,11 @@ impl Viscoelastic {
     pub fn new(equilibrium: NeoHookean, branches: &[Branch]) -> Self {
         let n_branches = branches.len();
         let known = (1..=Self::MOST_BRANCHES).contains(&n_branches);
-        let sound = |branch: &Branch| branch.shear_modulus > 0.0 && branch.time > 0.0;
-        assert!(known && branches.iter().all(sound), "a viscoelastic gel has 1 to 3 branches with mu > 0 and tau > 0");
+        let is_valid = |branch: &Branch| branch.shear_modulus > 0.0 && branch.time > 0.0;
+        assert!(
+            known && branches.iter().all(is_valid),
+            "a viscoelastic gel has 1 to 3 branches with mu > 0 and tau > 0"
+        );
         let mut own = [branches[0]; Self::MOST_BRANCHES];
         own[..n_branches].copy_from_slice(branches);
         Self { equilibrium, branches: own, n_branches }
@@ -83,9 +86,9 @@ mod tests {
     #[test]
     fn relaxation_of_two_steps_is_that_of_their_sum() {
         let branch = Branch { shear_modulus: 1.0, time: 3e-3 };
-        let left = |step: f64| branch.left(step).iter().product::<f64>();
+        let left = |step: f64| branch.relaxation_factors(step).iter().product::<f64>();
         assert!((left(1e-3) * left(4e-3) / left(5e-3) - 1.0).abs() < 1e-15);
-        assert_eq!(branch.left(0.0), [1.0; 2]);
+        assert_eq!(branch.relaxation_factors(0.0), [1.0; 2]);
     }
 
     #[test]

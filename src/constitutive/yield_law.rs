@@ -37,7 +37,7 @@ pub struct Confinement {
 impl Confinement {
     /// Returns the filtered U′ = −p, Pa, after a step, s, with `slope` at its end (implicit Euler).
     #[inline(always)]
-    fn felt<T: Number>(&self, before: T, slope: T, step: f64) -> T {
+    fn filtered_slope<T: Number>(&self, before: T, slope: T, step: f64) -> T {
         before + (slope - before) * (step / (self.time + step))
     }
 
@@ -72,8 +72,8 @@ impl Strength {
     /// Unless Y₀ > 0, 0 ≤ m < 1 and the cap is Y₀ or more.
     #[must_use]
     pub fn new(yield_stress: f64, exponent: f64, cap: f64) -> Self {
-        let sound = yield_stress > 0.0 && (0.0..1.0).contains(&exponent) && cap >= yield_stress;
-        assert!(sound, "a strength needs Y > 0, 0 <= m < 1 and a cap of at least Y");
+        let is_valid = yield_stress > 0.0 && (0.0..1.0).contains(&exponent) && cap >= yield_stress;
+        assert!(is_valid, "a strength needs Y > 0, 0 <= m < 1 and a cap of at least Y");
         let fastest = if exponent > 0.0 { libm::pow(cap / yield_stress, 1.0 / exponent) } else { f64::INFINITY };
         Self { yield_stress, exponent, cap, reference: 1.0, fastest, confinement: None }
     }
@@ -95,8 +95,8 @@ impl Strength {
     #[must_use]
     pub fn confined(self, confinement: Confinement) -> Self {
         let Confinement { pressure, factor, time } = confinement;
-        let sound = pressure > 0.0 && factor >= 1.0 && time >= 0.0;
-        assert!(sound, "a confined strength needs a pressure > 0, a factor >= 1 and a time >= 0");
+        let is_valid = pressure > 0.0 && factor >= 1.0 && time >= 0.0;
+        assert!(is_valid, "a confined strength needs a pressure > 0, a factor >= 1 and a time >= 0");
         Self { confinement: Some(confinement), ..self }
     }
 
@@ -120,11 +120,11 @@ impl Strength {
     /// Returns the filtered U′, Pa, after a step, s, with `slope` at its end.
     #[must_use]
     #[inline(always)]
-    pub fn felt<T: Number>(&self, before: T, slope: T, step: f64) -> T {
+    pub fn filtered_slope<T: Number>(&self, before: T, slope: T, step: f64) -> T {
         if step <= 0.0 {
             return before;
         }
-        self.confinement.map_or(slope, |confinement| confinement.felt(before, slope, step))
+        self.confinement.map_or(slope, |confinement| confinement.filtered_slope(before, slope, step))
     }
 
     /// Returns Y at zero pressure at a rate of equivalent plastic strain, 1/s.
@@ -150,10 +150,10 @@ impl Strength {
     /// not change.
     #[must_use]
     #[inline(always)]
-    pub fn returned<T: Number>(&self, trial: T, stiffness: T, felt: T, step: f64, rate: T) -> StressReturn<T> {
+    pub fn return_stress<T: Number>(&self, trial: T, stiffness: T, filtered: T, step: f64, rate: T) -> StressReturn<T> {
         let strain = match &self.confinement {
             Some(confinement) => {
-                let multiplier = confinement.multiplier(felt);
+                let multiplier = confinement.multiplier(filtered);
                 self.plastic_increment(trial / multiplier, stiffness / multiplier, step, rate)
             }
             None => self.plastic_increment(trial, stiffness, step, rate),
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn the_power_law_holds_between_its_ends() {
+    fn the_power_law_holds_between_yield_stress_and_cap() {
         let gel = gel();
         assert_eq!((gel.at(0.0), gel.at(1.0)), (0.133e6, 0.133e6));
         assert!((gel.at(1e3) / (0.133e6 * 1e3_f64.powf(0.23)) - 1.0).abs() < 1e-14);
@@ -247,25 +247,25 @@ mod tests {
         for (gel, step) in [1e-9, 1e-7, 1e-5, 1e-2, 10.0].iter().flat_map(|step| laws.map(|law| (law, *step))) {
             for rate in [0.0, 1e3, 1e9] {
                 for trial in [0.14e6, 0.5e6, 1.5e6, 1.7e6, 5e6, 5e7] {
-                    let StressReturn { stress, strain } = gel.returned(trial, stiffness, 0.0, step, rate);
+                    let StressReturn { stress, strain } = gel.return_stress(trial, stiffness, 0.0, step, rate);
                     assert!((stress - gel.at(strain / step)).abs() < 2e-13 * trial, "{step} {trial}");
                     assert!((trial - stiffness * strain - stress).abs() < 1e-12 * trial && strain > 0.0);
                 }
             }
         }
         let borne = StressReturn { stress: 0.13e6, strain: 0.0 };
-        assert_eq!(gel().returned(0.13e6, stiffness, 0.0, 1e-6, 0.0), borne);
+        assert_eq!(gel().return_stress(0.13e6, stiffness, 0.0, 1e-6, 0.0), borne);
     }
 
     #[test]
     fn the_pressure_filter_follows_its_time_and_is_off_without() {
-        let feels = |time: f64| gel().confined(Confinement { pressure: 0.4e6, factor: 3.0, time });
-        let sliced = |n: i32| (0..n).fold(0.0, |felt, _| feels(2e-6).felt(felt, -1e6, 3e-6 / f64::from(n)));
+        let law = |time: f64| gel().confined(Confinement { pressure: 0.4e6, factor: 3.0, time });
+        let sliced = |n: i32| (0..n).fold(0.0, |slope, _| law(2e-6).filtered_slope(slope, -1e6, 3e-6 / f64::from(n)));
         let exact = -1e6 * (1.0 - (-1.5_f64).exp());
         let [coarse, fine] = [100, 1000].map(|n| (sliced(n) / exact - 1.0).abs());
         assert!(coarse < 5e-3 && fine < 0.11 * coarse, "{coarse:e}, {fine:e}");
-        assert_eq!((feels(0.0).felt(7.0, -1e6, 1e-9), feels(2e-6).felt(7.0, -1e6, 0.0)), (-1e6, 7.0));
-        assert_eq!(gel().felt(7.0, -1e6, 1e-9), -1e6);
+        assert_eq!((law(0.0).filtered_slope(7.0, -1e6, 1e-9), law(2e-6).filtered_slope(7.0, -1e6, 0.0)), (-1e6, 7.0));
+        assert_eq!(gel().filtered_slope(7.0, -1e6, 1e-9), -1e6);
     }
 
     #[test]
@@ -274,7 +274,7 @@ mod tests {
         let (gel, stiffness, step) = (gel().confined(confinement), 3.0 * 4.8e6, 1e-7);
         for (slope, times) in [(1e6, 1.0), (0.0, 1.0), (-0.2e6, 2.0), (-0.4e6, 3.0), (-7e6, 3.0)] {
             for trial in [0.5e6, 1.5e6, 5e6, 5e7] {
-                let StressReturn { stress, strain } = gel.returned(trial, stiffness, slope, step, 1e3);
+                let StressReturn { stress, strain } = gel.return_stress(trial, stiffness, slope, step, 1e3);
                 let bears = times * gel.at(strain / step);
                 let stays = strain == 0.0 && stress == trial && trial <= bears;
                 assert!(stays || (stress - bears).abs() < 4e-13 * trial, "{slope}, {trial}: {stress} for {bears}");

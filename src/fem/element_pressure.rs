@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn pressure_is_that_of_the_forces_on_the_nodes() {
+    fn pressure_agrees_with_the_virial_of_the_nodal_forces() {
         let flat = [[0.8, 0.1], [1.9, 0.3], [1.1, 1.2]].map(Vector::<2>::from);
         check(flat.to_vec(), Section::Axisymmetric);
         let solid = [[0.0, 0.1, 0.0], [1.2, 0.0, 0.1], [0.2, 0.9, -0.1], [0.1, 0.3, 1.1]].map(Vector::<3>::from);
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_patch_that_is_compressed_evenly_has_the_pressure_of_its_elements_by_themselves() {
+    fn a_uniformly_compressed_patch_has_the_pressure_of_its_elements() {
         let corners = [[0.8, 0.1], [1.9, 0.3], [1.1, 1.2], [2.1, 1.4]].map(Vector::<2>::from);
         let mesh = Mesh::new(corners.to_vec(), vec![[0, 1, 2, 0].map(NodeId), [1, 3, 2, 0].map(NodeId)]);
         let squeeze = Tensor::<2>::new(0.97, 0.02, 0.01, 0.95);

@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn eight_patches_are_measured_as_one_after_the_other() {
+    fn lanes_agree_with_the_scalar_elements() {
         let flowing = Flowing {
             shear_modulus: 4.8,
             state: EquationOfState::new(60.0, 0.0, 20.0),

@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn forces_on_a_closed_line_are_the_derivative_of_what_it_encloses() {
+    fn forces_on_a_closed_line_are_the_derivative_of_its_area() {
         for section in AXIS {
             let x = polygon();
             let mut forces = vec![Vector::<2>::zeros(); x.len()];
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn no_motion_of_the_nodes_changes_the_forces_by_more_than_the_bound() {
+    fn the_stiffness_bounds_the_change_of_the_forces() {
         fn ratio<const D: usize>(
             section: Section,
             corners: [Vector<D>; 3],

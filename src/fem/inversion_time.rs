@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ring_closes_also_by_its_radius() {
+    fn the_closing_rate_of_a_ring_includes_its_radius() {
         let (edges, rates) = ([[1.0, 0.2], [0.0, 1.0]], [[0.0, 1.0], [0.0, 0.0]]);
         let [out, inwards] = [3.0, -6.0]
             .map(|outward| closing_rate(1.0, &edges, &rates, Some(RadialSums { radii: 3.0, rates: outward })));
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn the_plane_is_that_of_a_prism() {
+    fn the_closing_rate_in_the_plane_is_that_of_a_prism() {
         let plane: f64 = closing_rate(1.0, &[[1.0, 0.4], [0.1, 0.3]], &[[2.0, 0.5], [0.7, -1.5]], None);
         let space = closing_rate(
             1.0,

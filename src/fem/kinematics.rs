@@ -164,8 +164,8 @@ impl<const D: usize, V: Number> BatchKinematics<'_, D, V> {
     /// Returns b̄ = J^(−2/3) F C̄⁻¹ Fᵀ from F C̄⁻¹ and the out-of-plane component of C̄⁻¹.
     #[inline(always)]
     pub fn elastic(&self, pulled: &[[V; D]; D], out: V) -> SymmetricTensor<D, V> {
-        let (f, none) = (&self.strain.f, self.scale.constant(0.0));
-        let mut inner = [[none; D]; D];
+        let (f, zero) = (&self.strain.f, self.scale.constant(0.0));
+        let mut inner = [[zero; D]; D];
         for i in 0..D {
             for j in i..D {
                 let mut sum = pulled[i][0] * f[j][0];
@@ -175,7 +175,7 @@ impl<const D: usize, V: Number> BatchKinematics<'_, D, V> {
                 inner[i][j] = sum * self.scale;
             }
         }
-        let out = if D == 2 { self.strain.out * self.strain.out * out * self.scale } else { none };
+        let out = if D == 2 { self.strain.out * self.strain.out * out * self.scale } else { zero };
         SymmetricTensor { inner, out }
     }
 
@@ -183,9 +183,9 @@ impl<const D: usize, V: Number> BatchKinematics<'_, D, V> {
     #[inline(always)]
     pub fn pull_back(&self, elastic: &SymmetricTensor<D, V>) -> SymmetricTensor<D, V> {
         let (c, s) = (&self.cofactor, self.strain);
-        let none = self.scale.constant(0.0);
+        let zero = self.scale.constant(0.0);
         let over = self.scale.constant(1.0) / (s.det_f * s.det_f * self.scale);
-        let (mut half, mut inner) = ([[none; D]; D], [[none; D]; D]);
+        let (mut half, mut inner) = ([[zero; D]; D], [[zero; D]; D]);
         for i in 0..D {
             for j in 0..D {
                 half[i][j] = c[0][i] * elastic.of(0, j);
@@ -203,7 +203,7 @@ impl<const D: usize, V: Number> BatchKinematics<'_, D, V> {
                 inner[i][j] = sum * over;
             }
         }
-        let out = if D == 2 { elastic.out / (s.out * s.out * self.scale) } else { none };
+        let out = if D == 2 { elastic.out / (s.out * s.out * self.scale) } else { zero };
         SymmetricTensor { inner, out }
     }
 }

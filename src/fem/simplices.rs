@@ -468,7 +468,7 @@ mod tests {
     }
 
     #[test]
-    fn the_stiffness_bound_is_an_upper_bound_and_not_idle() {
+    fn the_stiffness_bound_is_an_upper_bound_and_tight() {
         for section in [Section::Planar { thickness: 0.7 }, Section::Axisymmetric] {
             let (mesh, simplices) = triangle(section);
             check_stiffness(&mesh, &simplices);

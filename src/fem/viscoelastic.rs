@@ -116,7 +116,7 @@ impl<const D: usize> Simplices<D> {
         for (branch, own) in gel.branches().iter().zip(rest) {
             if step > 0.0 {
                 let before = (last.jacobian >= NeoHookean::FLOOR).then_some(&*last);
-                let lost = relax_branch(own, [before, now.as_ref()], branch.left(step));
+                let lost = relax_branch(own, [before, now.as_ref()], branch.relaxation_factors(step));
                 spent.viscous += element.volume * 0.5 * branch.shear_modulus * lost;
             }
             spent.energy += element.volume * sum.add(branch, own);
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn forces_are_minus_the_gradient_of_the_energy_while_nothing_is_forgotten() {
+    fn forces_are_minus_the_gradient_of_the_energy_without_relaxation() {
         everywhere!(check_forces, gel());
     }
 
@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn the_stiffness_bound_is_an_upper_bound_and_not_idle() {
+    fn the_stiffness_bound_is_an_upper_bound_and_tight() {
         everywhere!(check_stiffness, gel());
     }
 
@@ -385,12 +385,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_forgotten_at_a_held_strain_is_what_was_stored() {
+    fn dissipation_at_constant_strain_is_the_loss_of_stored_energy() {
         everywhere!(check_losses, gel());
     }
 
     #[test]
-    fn a_loss_is_what_the_work_on_the_branches_exceeds_what_they_store_by() {
+    fn dissipation_of_the_branches_is_the_work_that_is_not_stored() {
         let (rest, simplices) = simplex::<3>(Section::Spatial, gel());
         for step in [1e-5, 1e-3, 1.0] {
             let mut memory = fresh(&simplices);
@@ -412,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ramp_is_followed_exactly_where_strains_are_small() {
+    fn a_small_strain_ramp_is_exact() {
         let (rest, simplices) = simplex::<3>(Section::Spatial, gel());
         let end = |n: u32| {
             let mut memory = fresh(&simplices);
@@ -428,7 +428,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_turned_inside_out_comes_back_with_its_memory() {
+    fn an_inverted_element_keeps_its_history() {
         let (rest, simplices) = simplex::<3>(Section::Spatial, gel());
         let mut memory = bent(&rest, &simplices, 0.2);
         let before = memory.clone();

@@ -25,7 +25,7 @@ struct IsochoricShape<const D: usize, V> {
 }
 
 /// Relaxation of a branch at a constant strain: dev(C̄ C̄_i⁻¹) before it, with its out-of-plane component and square.
-struct BranchRelaxation<const D: usize, V> {
+struct BatchRelaxation<const D: usize, V> {
     inner: [[V; D]; D],
     out: V,
     square: V,
@@ -101,7 +101,7 @@ impl<const D: usize> SimdMaterial<D> for Viscoelastic {
         for (branch, rows) in self.branches().iter().zip(branches.chunks_exact_mut(shape_rows::<D>())) {
             let mut own = SymmetricTensor::load(simd, rows);
             if kick.elapsed > 0.0 {
-                let fall = relax_branch(&mut own, [&before, &now], branch.left(kick.elapsed));
+                let fall = relax_branch(&mut own, [&before, &now], branch.relaxation_factors(kick.elapsed));
                 lost += fall * (0.5 * branch.shear_modulus);
                 own.store(rows);
             }
@@ -134,8 +134,8 @@ fn relax_branch<const D: usize, V: Number>(
     // (d_b − s_a d_a):[(1 − s_b) d_b − (1 − s_a) d_a].
     let (left, gone) = (parts[0], parts.map(|part| 1.0 - part));
     let excess = second.square * gone[1] - both * (gone[0] + left * gone[1]) + first.square * (left * gone[0]);
-    let none = excess.constant(0.0);
-    first.fall + second.fall - before.above_floor.choose(now.above_floor, none).choose(excess * 0.5, none)
+    let zero = excess.constant(0.0);
+    first.fall + second.fall - before.above_floor.choose(now.above_floor, zero).choose(excess * 0.5, zero)
 }
 
 impl<const D: usize, V: Number> IsochoricShape<D, V> {
@@ -148,13 +148,13 @@ impl<const D: usize, V: Number> IsochoricShape<D, V> {
     /// Returns the present shapes.
     #[inline(always)]
     fn now(at: &BatchKinematics<'_, D, V>) -> Self {
-        let (s, none) = (at.strain, at.scale.constant(0.0));
+        let (s, zero) = (at.strain, at.scale.constant(0.0));
         let over = at.scale.constant(1.0) / (s.det_f * s.det_f * at.scale);
         let square = s.out * s.out * at.scale;
         let mut now = Self {
-            inverse: SymmetricTensor::diagonal(none, if D == 2 { square.constant(1.0) / square } else { none }),
-            shape: SymmetricTensor::diagonal(none, if D == 2 { square } else { none }),
-            above_floor: s.det_f.choose(at.above_floor, none),
+            inverse: SymmetricTensor::diagonal(zero, if D == 2 { square.constant(1.0) / square } else { zero }),
+            shape: SymmetricTensor::diagonal(zero, if D == 2 { square } else { zero }),
+            above_floor: s.det_f.choose(at.above_floor, zero),
         };
         for i in 0..D {
             for j in i..D {
@@ -171,10 +171,10 @@ impl<const D: usize, V: Number> IsochoricShape<D, V> {
 
     /// Relaxes dev b̄ of a branch to its part `left` at this constant shape.
     #[inline(always)]
-    fn relax(&self, branch: &mut SymmetricTensor<D, V>, left: f64) -> BranchRelaxation<D, V> {
-        let none = branch.out.constant(0.0);
-        let mut inner = [[none; D]; D];
-        let mut out = if D == 2 { self.shape.out * branch.out } else { none };
+    fn relax(&self, branch: &mut SymmetricTensor<D, V>, left: f64) -> BatchRelaxation<D, V> {
+        let zero = branch.out.constant(0.0);
+        let mut inner = [[zero; D]; D];
+        let mut out = if D == 2 { self.shape.out * branch.out } else { zero };
         let mut trace = out;
         for i in 0..D {
             for j in 0..D {
@@ -202,7 +202,7 @@ impl<const D: usize, V: Number> IsochoricShape<D, V> {
         let after = isochoric_mean(before, square * (0.5 * left * left), determinant * (left * left * left));
         let relaxed = branch.combined(left, &self.inverse, after - before * left);
         *branch = relaxed.where_positive(self.above_floor, branch);
-        BranchRelaxation { inner, out, square, fall: self.above_floor.choose((before - after) * 3.0, none) }
+        BatchRelaxation { inner, out, square, fall: self.above_floor.choose((before - after) * 3.0, zero) }
     }
 }
 
@@ -217,7 +217,7 @@ impl<const D: usize, V: Number> SpringForces<D, V> {
     /// Creates the sums with the equilibrium spring alone.
     #[inline(always)]
     fn new(gel: &NeoHookean, s: &BatchDeformation<D, V>, slope: V) -> Self {
-        let (mu, none) = (gel.shear_modulus(), slope.constant(0.0));
+        let (mu, zero) = (gel.shear_modulus(), slope.constant(0.0));
         let mut pulled = s.f;
         for i in 0..D {
             for j in 0..D {
@@ -225,7 +225,7 @@ impl<const D: usize, V: Number> SpringForces<D, V> {
             }
         }
         let square = if D == 2 { s.out * s.out + square(&s.f) } else { square(&s.f) };
-        Self { pulled, out: none + mu, slope, stored: (square - 3.0) * (0.5 * mu), curvature: none }
+        Self { pulled, out: zero + mu, slope, stored: (square - 3.0) * (0.5 * mu), curvature: zero }
     }
 
     /// Adds a branch of modulus `mu`, Pa, and rest shape `own`.
@@ -240,7 +240,7 @@ impl<const D: usize, V: Number> SpringForces<D, V> {
         nodes: &GradientSums<D, V>,
         still: &GradientSums<D, V>,
     ) {
-        let (pulled, part, none) = (at.times_inverse_shape(own), at.scale * mu, at.scale.constant(0.0));
+        let (pulled, part, zero) = (at.times_inverse_shape(own), at.scale * mu, at.scale.constant(0.0));
         let elastic = at.elastic(&pulled, own.out);
         let trace = elastic.trace();
         for i in 0..D {
@@ -249,7 +249,7 @@ impl<const D: usize, V: Number> SpringForces<D, V> {
             }
         }
         self.out = self.out + own.out * part;
-        self.slope = self.slope - at.above_floor.choose(trace * (1.0 / 3.0) * mu / at.jacobian, none);
+        self.slope = self.slope - at.above_floor.choose(trace * (1.0 / 3.0) * mu / at.jacobian, zero);
         self.stored = self.stored + (trace - 3.0) * (0.5 * mu);
         let mut curvature = nodes.shear_bound(&elastic);
         if (-at.above_floor).any_positive() {

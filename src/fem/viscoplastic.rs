@@ -107,7 +107,7 @@ impl<const D: usize> Simplices<D> {
             let sound = memory.left;
             let slope = own.slope + shared.slope;
             let (elastic, lost) = flow.returned((step, slope), memory);
-            let left = gel.softening.map_or(sound, |softening| softening.left(sound, memory.plastic, step));
+            let left = gel.softening.map_or(sound, |softening| softening.after_step(sound, memory.plastic, step));
             memory.left = left;
             let sheared = 0.5 * gel.shear_modulus * (elastic.trace() - 3.0);
             spent.plastic += element.volume * lost * (0.5 * (sound + left));
@@ -180,12 +180,12 @@ impl<const D: usize> ViscoplasticElement<'_, D> {
         let deviator = trial.deviator();
         let stress = mu * (1.5 * deviator.norm_squared()).sqrt();
         let before = std::mem::replace(&mut memory.stress, stress);
-        memory.felt = strength.felt(memory.felt, slope, step);
+        memory.felt = strength.filtered_slope(memory.felt, slope, step);
         if step <= 0.0 || !self.at.is_above_floor() {
             return (trial, 0.0);
         }
         let StressReturn { stress: left, strain: flown } =
-            strength.returned(stress, mu * trial.trace(), memory.felt, step, memory.rate);
+            strength.return_stress(stress, mu * trial.trace(), memory.felt, step, memory.rate);
         if flown == 0.0 {
             return (trial, 0.0);
         }
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn forces_are_minus_the_gradient_of_the_energy_that_is_stored_after_any_flow() {
+    fn forces_are_minus_the_gradient_of_the_energy_after_plastic_flow() {
         check_forces::<2>(Section::Planar { thickness: 0.7 });
         check_forces::<2>(Section::Axisymmetric);
         check_forces::<3>(Section::Spatial);
@@ -371,14 +371,14 @@ mod tests {
     }
 
     #[test]
-    fn the_stiffness_bound_holds_after_any_flow() {
+    fn the_stiffness_bound_holds_after_plastic_flow() {
         check_stiffness::<2>(Section::Planar { thickness: 0.7 });
         check_stiffness::<2>(Section::Axisymmetric);
         check_stiffness::<3>(Section::Spatial);
     }
 
     #[test]
-    fn flow_keeps_the_volume_and_leaves_the_stress_that_the_gel_bears() {
+    fn plastic_flow_is_isochoric_and_ends_on_the_yield_surface() {
         let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
         let mut memory = flown(&mesh, &simplices);
         let x = waved(&mesh, 0.21);
@@ -395,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_pressed_together_bears_more_and_what_is_drawn_apart_no_more() {
+    fn pressure_raises_the_yield_stress_and_tension_does_not() {
         let (mesh, _) = pair::<3>(Section::Spatial);
         let mesh = Mesh::new(mesh.rest, mesh.elements[..1].to_vec());
         let (strength, plain) = (gel().strength.unwrap(), gel());
@@ -456,7 +456,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gel_that_is_strained_there_and_back_softens_and_never_heals() {
+    fn damage_grows_under_cyclic_strain_and_never_heals() {
         let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
         let (mut memory, mut left) = (vec![Memory::default(); 2], [1.0; 2]);
         for step in 1..=200 {
@@ -469,7 +469,7 @@ mod tests {
     }
 
     #[test]
-    fn softening_takes_the_same_part_of_all_stress_in_shear_and_moves_no_flow() {
+    fn damage_scales_all_shear_stress_and_no_plastic_flow() {
         let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
         let memory = flown(&mesh, &simplices);
         let sound: Vec<Memory<2>> = memory.iter().map(|memory| Memory { left: 1.0, ..*memory }).collect();
@@ -484,7 +484,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_lost_is_the_work_that_is_not_stored() {
+    fn dissipation_is_the_work_that_is_not_stored() {
         let felt = |time: f64| {
             let strength = gel().strength.map(|own| own.confined(Confinement { pressure: 3.0, factor: 5.0, time }));
             Flowing { strength, ..gel() }

@@ -93,7 +93,7 @@ impl<const D: usize> SimdMaterial<D> for Flowing {
         let sound = own.left;
         let (elastic, lost) = returned(self, &at, (kick.elapsed, u.slope), &mut own);
         if let Some(softening) = &self.softening {
-            own.left = softening.left(sound, own.plastic, kick.elapsed);
+            own.left = softening.after_step(sound, own.plastic, kick.elapsed);
         }
         let stored = (elastic.trace() - 3.0) * (0.5 * self.shear_modulus);
         let nodes = at.gradient_sums(rest);
@@ -139,11 +139,12 @@ fn returned<const D: usize, V: Number>(
     let square = deviator.dot(&deviator);
     let stress = (square * 1.5).root() * mu;
     let before = std::mem::replace(&mut memory.stress, stress);
-    memory.felt = strength.felt(memory.felt, slope, step);
+    memory.felt = strength.filtered_slope(memory.felt, slope, step);
     if step <= 0.0 {
         return (trial, none);
     }
-    let StressReturn { stress: left, strain } = strength.returned(stress, trace * mu, memory.felt, step, memory.rate);
+    let StressReturn { stress: left, strain } =
+        strength.return_stress(stress, trace * mu, memory.felt, step, memory.rate);
     let flown = at.above_floor.choose(strain, none);
     if !flown.any_positive() {
         return (trial, none);

@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tensor_is_what_its_eigenvalues_and_eigenvectors_make_of_it() {
+    fn eigenvalues_and_eigenvectors_reconstruct_the_tensor() {
         let sets = [
             [1.0, 1.0, 1.0],
             [1.0, 1.0 + 1e-15, 2.0],
