@@ -162,7 +162,7 @@ mod tests {
             for i in 1..4000 {
                 let now = law.volumetric(-0.5 + 1e-3 * f64::from(i));
                 let slope = 0.5 * (before.slope + now.slope);
-                // A jump would be no less where the steps are finer: these bounds are of their first and second order.
+                // A jump would not fall with the step; these bounds are of first and second order in it.
                 let stiffest = before.curvature.max(now.curvature).max(law.bulk_modulus());
                 assert!((now.energy - before.energy - 1e-3 * slope).abs() <= 1e-6 * stiffest, "{i}");
                 assert!((now.slope - before.slope).abs() <= 1.1e-3 * stiffest, "{i}");

@@ -30,17 +30,17 @@ impl<const D: usize> Simplices<D> {
             (0..self.patches().len()).for_each(|patch| measured.record_patch(self, patch, x, memory));
             return measured;
         };
-        let (mut local, mut remembered) = (Local::new(rounding(self.rest())), lanes.memory());
+        let (mut cache, mut history) = (Local::new(rounding(self.rest())), lanes.memory());
         for first in (0..self.patches().len()).step_by(LANES) {
             let ids =
                 |lane: usize| if first + lane < self.patches().len() { self.patches().of(first + lane) } else { &[] };
             lanes.clear_incompatible();
             for k in 0..depth {
                 let slots = std::array::from_fn(|lane| ids(lane).get(k).copied());
-                self.fill_batch(&mut lanes, k, &slots, x, &mut local);
-                self.fill_history(&lanes, k, &slots, memory, &mut remembered);
+                self.fill_batch(&mut lanes, k, &slots, x, &mut cache);
+                self.fill_history(&lanes, k, &slots, memory, &mut history);
             }
-            let states = lanes.evaluate_held(&local, &mut remembered);
+            let states = lanes.evaluate_held(&cache, &mut history);
             for lane in 0..LANES.min(self.patches().len() - first) {
                 measured.energy[first + lane] = states.energy[lane];
                 for (k, id) in ids(lane).iter().enumerate() {
@@ -59,7 +59,7 @@ impl<const D: usize> Simplices<D> {
         k: usize,
         slots: &[Option<ElementId>; LANES],
         x: &[Vector<D>],
-        local: &mut Local,
+        cache: &mut Local,
     ) {
         let number = |lane: usize, a: usize| (k * LANES + lane) * (D + 1) + a;
         let numbers = std::array::from_fn(|lane| {
@@ -73,7 +73,7 @@ impl<const D: usize> Simplices<D> {
                 lanes.mark_incompatible(k * LANES + lane);
             }
             let numbered = self.nodes(*element).iter().enumerate().map(|(a, node)| (number(lane, a), *node));
-            local.load(Level::new(), &Held::new(x, self.rest()), numbered);
+            cache.load(Level::new(), &Held::new(x, self.rest()), numbered);
         }
     }
 
@@ -84,35 +84,35 @@ impl<const D: usize> Simplices<D> {
         k: usize,
         slots: &[Option<ElementId>; LANES],
         memory: &[Memory<D>],
-        remembered: &mut [Recall],
+        history: &mut [Recall],
     ) {
         let (rows, n) = (lanes.rows(), self.memories());
         for (lane, element) in slots.iter().enumerate().filter(|_| n > 0) {
             let Some(element) = element else { continue };
-            lanes.remember(&mut remembered[k * rows..(k + 1) * rows], lane, &memory[element.index() * n..][..n]);
+            lanes.remember(&mut history[k * rows..(k + 1) * rows], lane, &memory[element.index() * n..][..n]);
         }
     }
 }
 
 impl<const D: usize> Lanes<D> {
     /// Evaluates the first group with all nodes held.
-    fn evaluate_held(&self, local: &Local, memory: &mut [Recall]) -> BatchStates {
+    fn evaluate_held(&self, cache: &Local, memory: &mut [Recall]) -> BatchStates {
         // Not generic, like [`Self::sweep`].
         let lanes: &dyn Any = self;
         if let Some(lanes) = lanes.downcast_ref() {
-            evaluate_plane(lanes, local, memory)
+            evaluate_plane(lanes, cache, memory)
         } else {
-            evaluate_space(lanes.downcast_ref().expect("the gel has two or three dimensions"), local, memory)
+            evaluate_space(lanes.downcast_ref().expect("the gel has two or three dimensions"), cache, memory)
         }
     }
 
     /// Dispatches on the material, for patches of one or `N` elements.
     #[inline(always)]
-    fn evaluate_by_law<const N: usize>(&self, local: &Local, memory: &mut [Recall]) -> BatchStates {
+    fn evaluate_by_law<const N: usize>(&self, cache: &Local, memory: &mut [Recall]) -> BatchStates {
         match self.law() {
-            BatchLaw::NeoHookean(gel, rest) => self.evaluate_by_depth::<N, _>(gel, rest, local, memory),
-            BatchLaw::Viscoplastic(gel, rest) => self.evaluate_by_depth::<N, _>(gel, rest, local, memory),
-            BatchLaw::Viscoelastic(gel, rest) => self.evaluate_by_depth::<N, _>(gel, rest, local, memory),
+            BatchLaw::NeoHookean(gel, rest) => self.evaluate_by_depth::<N, _>(gel, rest, cache, memory),
+            BatchLaw::Viscoplastic(gel, rest) => self.evaluate_by_depth::<N, _>(gel, rest, cache, memory),
+            BatchLaw::Viscoelastic(gel, rest) => self.evaluate_by_depth::<N, _>(gel, rest, cache, memory),
         }
     }
 
@@ -121,13 +121,13 @@ impl<const D: usize> Lanes<D> {
         &self,
         gel: &G,
         rest: &[G::Rest],
-        local: &Local,
+        cache: &Local,
         memory: &mut [Recall],
     ) -> BatchStates {
         if self.depth() == 1 {
-            on!(Level::new(), simd => self.evaluate_group::<1, _, _>(simd, gel, rest, local, memory))
+            on!(Level::new(), simd => self.evaluate_group::<1, _, _>(simd, gel, rest, cache, memory))
         } else {
-            on!(Level::new(), simd => self.evaluate_group::<N, _, _>(simd, gel, rest, local, memory))
+            on!(Level::new(), simd => self.evaluate_group::<N, _, _>(simd, gel, rest, cache, memory))
         }
     }
 
@@ -138,13 +138,13 @@ impl<const D: usize> Lanes<D> {
         simd: S,
         gel: &G,
         rest: &[G::Rest],
-        local: &Local,
+        cache: &Local,
         memory: &mut [Recall],
     ) -> BatchStates {
         let (batches, rest) = (self.batches_of::<N>(0), rest.first_chunk().expect("a group is whole"));
         let zero = f64x8::splat(simd, 0.0);
         let mut strains = [BatchDeformation::at_rest(zero); N];
-        let strained = self.strain_group::<N, G, S>(0, batches, rest, local.motion()[0], &mut strains);
+        let strained = self.strain_group::<N, G, S>(0, batches, rest, cache.motion()[0], &mut strains);
         let mut slopes = [VolumetricSlopes { slope: zero, curvature: zero }; N];
         let mut energy = evaluate_volumetric::<D, N, S>(gel, batches, &strains, &mut slopes);
         let (mut states, rows, kick) = (BatchStates::default(), gel.rows(), Kick { length: 0.0, elapsed: 0.0 });
@@ -162,13 +162,13 @@ impl<const D: usize> Lanes<D> {
 }
 
 #[inline(never)]
-fn evaluate_plane(lanes: &Lanes<2>, local: &Local, memory: &mut [Recall]) -> BatchStates {
-    lanes.evaluate_by_law::<{ places(2) }>(local, memory)
+fn evaluate_plane(lanes: &Lanes<2>, cache: &Local, memory: &mut [Recall]) -> BatchStates {
+    lanes.evaluate_by_law::<{ places(2) }>(cache, memory)
 }
 
 #[inline(never)]
-fn evaluate_space(lanes: &Lanes<3>, local: &Local, memory: &mut [Recall]) -> BatchStates {
-    lanes.evaluate_by_law::<{ places(3) }>(local, memory)
+fn evaluate_space(lanes: &Lanes<3>, cache: &Local, memory: &mut [Recall]) -> BatchStates {
+    lanes.evaluate_by_law::<{ places(3) }>(cache, memory)
 }
 
 #[cfg(test)]

@@ -63,7 +63,7 @@ impl<const D: usize> HistoryLayout<D> for NeoHookean {}
 
 impl<const D: usize> SimdMaterial<D> for NeoHookean {
     type Rest = ShearStiffness<D>;
-    const REMEMBERS: bool = false;
+    const HAS_HISTORY: bool = false;
 
     #[inline(always)]
     fn rest<S: Simd>(&self, of: &RestGeometry<D, f64x8<S>>) -> ShearStiffness<D> {

@@ -322,7 +322,7 @@ impl<const D: usize> Lanes<D> {
             s.hoop = batch.hoop(simd);
             s.out = away.select((rows[0][0] + rows[1][0] + rows[2][0]) * s.hoop, one);
         }
-        s.strained = if G::REMEMBERS { one } else { strained };
+        s.strained = if G::HAS_HISTORY { one } else { strained };
     }
 }
 

@@ -210,34 +210,34 @@ impl Local {
         whereabouts: &impl Whereabouts<D>,
         nodes: impl Iterator<Item = (usize, NodeId)> + Clone,
     ) -> bool {
-        let places: &mut [Row] = &mut self.positions.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
-        let speeds: &mut [Row] = &mut self.velocities.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
+        let positions: &mut [Row] = &mut self.positions.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
+        let velocities: &mut [Row] = &mut self.velocities.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
         let sums: &mut [Accumulated] = &mut self.accumulated.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
-        let (none, still) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, self.still));
-        // Its own: what is written here can't change it.
+        let (zero, still) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, self.still));
+        // Local copy, which no write below can alias.
         let whereabouts = *whereabouts;
-        // Sums of what has no sign: they are zero only where all of it is.
-        let (mut far, mut fast) = (none, none);
+        // Sums of absolute values: zero only if every term is zero.
+        let (mut displaced, mut moving) = (zero, zero);
         let (mut max_squared_speed, mut ahead) = (self.max_squared_speed, nodes.clone().skip(PREFETCH_DISTANCE));
         for (number, node) in nodes {
-            if let Some((_, later)) = ahead.next() {
-                whereabouts.fetch(later);
+            if let Some((_, next)) = ahead.next() {
+                whereabouts.fetch(next);
             }
             let At { position, velocity, rest, passed } = whereabouts.of(node);
-            let speed = padded(simd, velocity);
-            let place = padded(simd, position) + speed * passed;
-            let away = place - padded(simd, rest);
-            place.store_slice(&mut places[number]);
-            let has_moved = simd.to_bitmask_mask64x4(away.abs().simd_gt(still)) != 0;
-            places[number][3] = if has_moved { 1.0 } else { 0.0 };
-            speed.store_slice(&mut speeds[number]);
-            none.store_slice(&mut sums[number]);
-            (far, fast) = (far + away.abs(), fast + speed.abs());
+            let rate = padded(simd, velocity);
+            let present = padded(simd, position) + rate * passed;
+            let displacement = present - padded(simd, rest);
+            present.store_slice(&mut positions[number]);
+            let has_moved = simd.to_bitmask_mask64x4(displacement.abs().simd_gt(still)) != 0;
+            positions[number][3] = if has_moved { 1.0 } else { 0.0 };
+            rate.store_slice(&mut velocities[number]);
+            zero.store_slice(&mut sums[number]);
+            (displaced, moving) = (displaced + displacement.abs(), moving + rate.abs());
             let square = velocity.norm_squared();
             max_squared_speed = if square > max_squared_speed { square } else { max_squared_speed };
         }
         self.max_squared_speed = max_squared_speed;
-        let rests = far.simd_eq(none) & fast.simd_eq(none);
+        let rests = displaced.simd_eq(zero) & moving.simd_eq(zero);
         simd.to_bitmask_mask64x4(rests) != 0b1111
     }
 

@@ -25,19 +25,19 @@ const ROUNDING: f64 = 1.001;
 /// Batches per pipeline stage: one group of patches of four elements, several groups of smaller patches.
 ///
 /// One batch: 15.2 ns per tetrahedron; four: 14.1; 8 and 16 are no faster than four.
-const ABREAST: usize = 4;
+const BATCHES_PER_STAGE: usize = 4;
 
 /// Groups in the pipeline; the batches of the g-th group begin at g times the batches of a group.
 struct Pipeline<const D: usize, V> {
     /// Index and kick of each group.
-    groups: [(usize, Kick); ABREAST],
+    groups: [(usize, Kick); BATCHES_PER_STAGE],
     n_groups: usize,
-    strains: [BatchDeformation<D, V>; ABREAST],
-    slopes: [VolumetricSlopes<V>; ABREAST],
+    strains: [BatchDeformation<D, V>; BATCHES_PER_STAGE],
+    slopes: [VolumetricSlopes<V>; BATCHES_PER_STAGE],
     /// Mask of each group: 1 in the lanes of strained patches, else 0.
-    strained: [V; ABREAST],
+    strained: [V; BATCHES_PER_STAGE],
     /// Volumetric energy of each group, J.
-    energy: [V; ABREAST],
+    energy: [V; BATCHES_PER_STAGE],
 }
 
 /// Output of the force stage for one group.
@@ -54,22 +54,22 @@ impl<const D: usize, V: Number> Pipeline<D, V> {
     #[inline(always)]
     fn new(zero: V) -> Self {
         Self {
-            groups: [(0, Kick { length: 0.0, elapsed: 0.0 }); ABREAST],
+            groups: [(0, Kick { length: 0.0, elapsed: 0.0 }); BATCHES_PER_STAGE],
             n_groups: 0,
-            strains: [BatchDeformation::at_rest(zero); ABREAST],
-            slopes: [VolumetricSlopes { slope: zero, curvature: zero }; ABREAST],
-            strained: [zero; ABREAST],
-            energy: [zero; ABREAST],
+            strains: [BatchDeformation::at_rest(zero); BATCHES_PER_STAGE],
+            slopes: [VolumetricSlopes { slope: zero, curvature: zero }; BATCHES_PER_STAGE],
+            strained: [zero; BATCHES_PER_STAGE],
+            energy: [zero; BATCHES_PER_STAGE],
         }
     }
 
     /// Fills the pipeline with the next active groups of `N` batches each; returns the first group not considered.
     #[inline(always)]
     fn fill<const N: usize>(&mut self, first: usize, end: usize, kicks: Kicks<'_>) -> usize {
-        const { assert!(N <= ABREAST, "a group goes through the stages as a whole") };
+        const { assert!(N <= BATCHES_PER_STAGE, "a group goes through the stages as a whole") };
         let mut next = first;
         self.n_groups = 0;
-        while next < end && self.n_groups < ABREAST / N {
+        while next < end && self.n_groups < BATCHES_PER_STAGE / N {
             let kick = match kicks {
                 Kicks::Same(kick) => Some(kick),
                 Kicks::Each(kick) => kick(next),
@@ -182,7 +182,7 @@ impl<const D: usize> Lanes<D> {
     #[inline(always)]
     fn prefetch_groups<const N: usize, G: SimdMaterial<D>>(&self, rest: &[G::Rest], first: usize) {
         let rest = rest.get(first * N..).unwrap_or_default();
-        for (batch, rest) in self.batches_from(first * N).iter().zip(rest).take(ABREAST) {
+        for (batch, rest) in self.batches_from(first * N).iter().zip(rest).take(BATCHES_PER_STAGE) {
             batch.prefetch();
             rest.prefetch();
         }
@@ -233,15 +233,22 @@ impl<const D: usize> Lanes<D> {
         let (batches, rest) = (self.batches_of::<N>(group), rest_of_group::<N, _>(rest, group));
         let (simd, rows) = (energy.simd, gel.rows());
         let zero = f64x8::splat(simd, 0.0);
-        let (mut given, mut lost) = (zero, [zero; 3]);
+        let (mut power, mut lost) = (zero, [zero; 3]);
         let mut answer = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
         for k in 0..N {
             let (strains, slopes) = (&pipeline.strains[g * N + k], &pipeline.slopes[g * N + k]);
             let history = &mut output.memory[k * rows..(k + 1) * rows];
             let batch = BatchInput { batch: &batches[k], rest: &rest[k], kick, history };
             let forces = gel.evaluate(self.section(), batch, strains, slopes);
-            let (jacobian, resists) = (strains.jacobian(), load_lanes(simd, &batches[k].volume) * slopes.curvature);
-            if may_invert::<D, S>(forces.stiffness, resists, jacobian, kick.elapsed, nodes.max_squared_speed) {
+            let (jacobian, volumetric_stiffness) =
+                (strains.jacobian(), load_lanes(simd, &batches[k].volume) * slopes.curvature);
+            if may_invert::<D, S>(
+                forces.stiffness,
+                volumetric_stiffness,
+                jacobian,
+                kick.elapsed,
+                nodes.max_squared_speed,
+            ) {
                 answer.closing = answer.closing.max(max_lane(self.closing_rate(jacobian, &batches[k], nodes.motion)));
             }
             energy = multiply_add(forces.energy, strained, energy);
@@ -249,13 +256,13 @@ impl<const D: usize> Lanes<D> {
                 lost[i] += forces.lost[i];
             }
             if output.power == Power::Told {
-                given = multiply_add(forces.power(&batches[k].nodes, nodes.motion[1]), strained, given);
+                power = multiply_add(forces.power(&batches[k].nodes, nodes.motion[1]), strained, power);
             }
             scatter::<D, S>(&batches[k].nodes, &forces.nodal_kicks(strained * kick.length), nodes.accumulated);
             forces.stiffness.store_slice(&mut output.stiffness[k * LANES..(k + 1) * LANES]);
             record_jacobian(&mut answer, k, jacobian);
         }
-        (answer.energy, answer.power) = (sum_lanes(energy), sum_lanes(given));
+        (answer.energy, answer.power) = (sum_lanes(energy), sum_lanes(power));
         let [plastic, viscous, damage] = [sum_lanes(lost[0]), sum_lanes(lost[1]), sum_lanes(lost[2])];
         (answer, Spent { energy: answer.energy, plastic, viscous, damage })
     }
@@ -307,7 +314,7 @@ fn sweep_space(lanes: &Lanes<3>, level: Level, input: SweepInput<'_>, cache: &mu
 #[inline(always)]
 fn may_invert<const D: usize, S: Simd>(
     stiffness: f64x8<S>,
-    resists: f64x8<S>,
+    volumetric_stiffness: f64x8<S>,
     jacobian: f64x8<S>,
     step: f64,
     max_squared_speed: f64,
@@ -315,7 +322,7 @@ fn may_invert<const D: usize, S: Simd>(
     let within = FORESEEN * step;
     let most = (D + 1) as f64 * max_squared_speed * within * within * ROUNDING;
     let from = jacobian + TURNED;
-    step == 0.0 || (stiffness * most - resists * from * from).any_positive()
+    step == 0.0 || (stiffness * most - volumetric_stiffness * from * from).any_positive()
 }
 
 /// Returns the greatest lane.

@@ -31,7 +31,7 @@ pub(super) trait SimdMaterial<const D: usize>: HistoryLayout<D> + Copy {
     /// Rest data of eight elements.
     type Rest: RestOperator<D>;
     /// True if elements may be strained at the rest positions of their nodes.
-    const REMEMBERS: bool;
+    const HAS_HISTORY: bool;
     /// Computes the rest data of eight elements; 0 in empty lanes.
     fn rest<S: Simd>(&self, shape: &RestGeometry<D, f64x8<S>>) -> Self::Rest;
     /// Returns the volumetric energy law.

@@ -69,7 +69,7 @@ impl<const D: usize> HistoryLayout<D> for Viscoelastic {
 
 impl<const D: usize> SimdMaterial<D> for Viscoelastic {
     type Rest = ShapeGradients<D>;
-    const REMEMBERS: bool = true;
+    const HAS_HISTORY: bool = true;
 
     #[inline(always)]
     fn rest<S: Simd>(&self, shape: &RestGeometry<D, f64x8<S>>) -> ShapeGradients<D> {

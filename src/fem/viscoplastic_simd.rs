@@ -65,7 +65,7 @@ fn numbers<const D: usize>(rows: &mut [Recall]) -> &mut [Recall; NUMBERS] {
 
 impl<const D: usize> SimdMaterial<D> for Flowing {
     type Rest = ShapeGradients<D>;
-    const REMEMBERS: bool = true;
+    const HAS_HISTORY: bool = true;
 
     #[inline(always)]
     fn rest<S: Simd>(&self, shape: &RestGeometry<D, f64x8<S>>) -> ShapeGradients<D> {
