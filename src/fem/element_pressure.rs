@@ -10,10 +10,10 @@ impl<const D: usize> Simplices<D> {
     /// Returns the pressure p = −tr σ/3 of an element of a patch, Pa, at the nodal positions `x`; positive in
     /// compression.
     ///
-    /// U′ is the sum of the patch part at J̄ and the element part at J. A hyperelastic material has σ = ∂ψ_s/∂F Fᵀ/J
-    /// + U′ 1, so p = −U′ − ∂ψ_s/∂F:F/(3J), neo-Hookean −U′ − μ I₁/(3J). Viscoplastic shear is deviatoric, so p =
-    /// −U′; Maxwell branches are deviatoric, so p is that of the equilibrium solid. Bulk viscosity, which only
-    /// spreads shocks, is left out.
+    /// U′ is the sum of the patch part at J̄ and the element part at J. A hyperelastic material has
+    /// σ = ∂ψ_s/∂F Fᵀ/J + U′ 1, so p = −U′ − ∂ψ_s/∂F:F/(3J), neo-Hookean −U′ − μ I₁/(3J). Viscoplastic shear is
+    /// deviatoric, so p = −U′. Maxwell branches are deviatoric, so p is the pressure of the equilibrium solid. Bulk
+    /// viscosity, which only spreads shocks, is left out.
     #[must_use]
     pub fn pressure(&self, element: ElementId, patch: usize, x: impl Fn(NodeId) -> Vector<D> + Copy) -> f64 {
         let strained = |id: ElementId| {

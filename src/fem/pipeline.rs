@@ -169,8 +169,8 @@ impl<const D: usize> Lanes<D> {
                 let at = pipeline.groups[g].0 - groups.start;
                 let stiffness = &mut stiffness[at * LANES * N..][..LANES * N];
                 let memory = &mut memory[at * rows..][..rows];
-                let output = GroupOutput { power, stiffness, memory };
-                let (answer, lost) = self.evaluate_forces::<N, G, S>(gel, rest, &pipeline, g, &mut nodes, output);
+                let mut output = GroupOutput { power, stiffness, memory };
+                let (answer, lost) = self.evaluate_forces::<N, G, S>(gel, rest, &pipeline, g, &mut nodes, &mut output);
                 answers[at] = answer;
                 dissipation += lost;
             }
@@ -227,7 +227,7 @@ impl<const D: usize> Lanes<D> {
         pipeline: &Pipeline<D, f64x8<S>>,
         g: usize,
         nodes: &mut NodeAccess<'_>,
-        output: GroupOutput<'_>,
+        output: &mut GroupOutput<'_>,
     ) -> (GroupAnswer, Spent) {
         let ((group, kick), strained, mut energy) = (pipeline.groups[g], pipeline.strained[g], pipeline.energy[g]);
         let (batches, rest) = (self.batches_of::<N>(group), rest_of_group::<N, _>(rest, group));
