@@ -5,10 +5,10 @@ use crate::math::{Number, ln};
 
 /// Equation of state p = −U′(J), a function of the volume alone; U is the energy per rest volume.
 ///
-/// Compression, χ = 1 − J > 0, follows the measured shock speed U_s = c₀ + s u_p (Hugoniot of the Rankine–Hugoniot
-/// relations, taken as a function of volume only): p = K χ/(1 − sχ)², K = ρc₀², whence U = K/s² [ln(1 − sχ) + 1/(1 −
-/// sχ) − 1]. With s = 0, and always in tension, p = K (1/J − 1): U = K (J − 1 − ln J). Both have the bulk modulus K
-/// at rest, and only the slope of U″ jumps there, by (4s − 2) K.
+/// Compression, χ = 1 − J > 0, follows the measured shock speed U_s = c₀ + s u_p. The Rankine–Hugoniot relations,
+/// taken as a function of volume only, give p = K χ/(1 − sχ)², K = ρc₀², whence U = K/s² [ln(1 − sχ) + 1/(1 − sχ) −
+/// 1]. With s = 0, and always in tension, p = K (1/J − 1): U = K (J − 1 − ln J). Both have the bulk modulus K at
+/// rest, and only the slope of U″ jumps there, by (4s − 2) K.
 ///
 /// In tension the pressure falls no further than to −`tension`: beyond, a reversible void opens (tension cut-off).
 /// Where 1 − sχ falls below [`Self::LEAST`], or J below [`NeoHookean::FLOOR`], U continues as its second-order Taylor

@@ -12,10 +12,10 @@ use crate::math::{Tensor, det};
 /// other (Hill's inequality, Drucker's postulate at large strain), and ψ is polyconvex. C₂ < 0 loses stability in
 /// equibiaxial tension.
 ///
-/// **Curvature.** F is diag(s_i) without its rotations. Then d²I₂ along H is, of the components off the diagonal, at
-/// most 2(s_k² + |s_i s_j|)(H_ij² + H_ji²) ≤ 2|F|² of their squares, and of those on it 2{|F|²Σh² + 2(Σy)² − 3Σy²},
-/// y_i = s_i h_i, at most 2{|F|²Σh² + (Σy)²}, since (Σy)² ≤ 3Σy²; Σy = F:H. Together d²ψ_s ≤ (2C₁ + 2C₂|F|²)|H|² +
-/// 2C₂(F:H)².
+/// **Curvature.** F is diag(s_i) without its rotations. The off-diagonal components of H contribute to d²I₂ at most
+/// 2(s_k² + |s_i s_j|)(H_ij² + H_ji²) ≤ 2|F|² of their squares. The diagonal ones contribute 2{|F|²Σh² + 2(Σy)² −
+/// 3Σy²}, y_i = s_i h_i, at most 2{|F|²Σh² + (Σy)²}, since (Σy)² ≤ 3Σy²; Σy = F:H. Together d²ψ_s ≤ (2C₁ +
+/// 2C₂|F|²)|H|² + 2C₂(F:H)².
 ///
 /// **Domain.** Two constants fit rubber and gels in tension and shear to about twice their length. They do not
 /// describe the stiffening near the limit of chain extension. One pair rarely fits tension and compression at once:

@@ -34,9 +34,9 @@ pub struct Term {
 /// **Powers** come from the crate `libm`, within an ulp and of exact operations only; eigenvalues from Jacobi
 /// rotations.
 ///
-/// **Domain.** One term fits gelatin up to its fracture (Czerner and others 2013, porcine and bovine) and pig skin,
-/// where a higher rate raises μ and not α (Shergold and others 2006). Their constants are not shipped; take them from
-/// your own test.
+/// **Domain.** One term fits gelatin up to its fracture (Czerner and others 2013, porcine and bovine). It also fits
+/// pig skin, where a higher rate raises μ and not α (Shergold and others 2006). Their constants are not shipped; take
+/// them from your own test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ogden {
     terms: [Term; Self::MOST_TERMS],

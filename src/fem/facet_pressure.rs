@@ -14,11 +14,11 @@ pub struct FacetPressure<const D: usize> {
 
 /// Computes the forces of a pressure of 1 Pa on an outward oriented facet: f_a = −∫ N_a n dA over the deformed facet.
 ///
-/// The forces are −∂v/∂x_a of the enclosed volume v, up to terms that cancel between neighbours, on an axis and where
-/// the boundary of a loaded face is held along its normal. There p v is a potential; elsewhere the pressure is a
-/// follower load. n dA = (Δz, −Δx) ds in the plane, times the thickness, or times 2πr about an axis, and ½ (x₁ − x₀)
-/// × (x₂ − x₀) in space. Hence f_a = −½ t (Δz, −Δx); f_a = −π (Δz, −Δr) (2 r_a + r_b)/3; f_a = −⅙ (x₁ − x₀) × (x₂ −
-/// x₀).
+/// The forces are −∂v/∂x_a of the enclosed volume v, up to boundary terms. These cancel between neighbours, on an
+/// axis, and where the boundary of a loaded face is held along its normal. There p v is a potential; elsewhere the
+/// pressure is a follower load. n dA = (Δz, −Δx) ds in the plane, times the thickness, or times 2πr about an axis,
+/// and ½ (x₁ − x₀) × (x₂ − x₀) in space. Hence f_a = −½ t (Δz, −Δx); f_a = −π (Δz, −Δr) (2 r_a + r_b)/3; f_a = −⅙ (x₁
+/// − x₀) × (x₂ − x₀).
 ///
 /// κ bounds |δf| ≤ κ |δx| over all nodes of the facet: |(Δz, −Δx)| changes by √2 |δx| at most, the mean radius by
 /// √5/3 |δx|, the product by |δx| times the root of the sum of the squared edges.

@@ -38,10 +38,10 @@ pub use viscoplastic::{Memory, Spent};
 /// Inversion margin: a step may take J at most this far below 0, by extrapolation of the rate at its start.
 ///
 /// A stiffness bound at the start of the step does not see inversion. A strip of a wall, 0.1 mm thick, whose sides
-/// met at 50 m/s, had J = −2.3 after one step and 9000 times its κ, and returned many times the energy that had
-/// closed it. The margin is half of the J at which the continuation begins, since the resistance grows no further
-/// there. Halving J per step is no alternative: J → 0 in ever shorter steps, and `ball-square` at 30 m/s, which
-/// reaches J = 0.01 on its fixed mesh, ended there.
+/// met at 50 m/s, had J = −2.3 and 9000 times its κ after one step. It returned many times the energy of its closing.
+/// The margin is half of the J at which the continuation begins, since the resistance grows no further there. Halving
+/// J per step is no alternative: J → 0 in ever shorter steps, and `ball-square` at 30 m/s, which reaches J = 0.01 on
+/// its fixed mesh, ended there.
 pub const TURNED: f64 = 0.1;
 /// Look-ahead of the inversion check, in steps of the last length.
 ///

@@ -21,10 +21,10 @@ use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex};
 ///
 /// κ = w {[a + |U′| s] Σ_a |∇N_a|² + b Σ_a |F∇N_a|² + max(U″, 0) Σ_a |b_a|²}, b_a = ∂J/∂x_a,
 ///
-/// where δ²ψ_s ≤ a |δF|² + b (F:δF)²; neo-Hookean a = μ, b = 0. The factor s bounds the second-order terms of J, such as
-/// |2 det δF| ≤ s |δF|²: s = 1 in the plane, √2 |F| ≥ s₁ + s₂ in space, the sum of the two largest of s₁, s₂, |λ| for a
-/// ring. For a ring |∇N_a|² is extended by 1/(9R̄²), F∇N_a by λ/(3R̄) along r. In a patch U′ and U″ are the sums of the
-/// element part and the patch part: the square of the mean volume change is at most the mean of the squares.
+/// where δ²ψ_s ≤ a |δF|² + b (F:δF)²; neo-Hookean a = μ, b = 0. The factor s bounds the second-order terms of J, as in
+/// |2 det δF| ≤ s |δF|²: s = 1 in the plane, √2 |F| ≥ s₁ + s₂ in space, the sum of the two largest of s₁, s₂, |λ| for
+/// a ring. For a ring |∇N_a|² is extended by 1/(9R̄²), F∇N_a by λ/(3R̄) along r. In a patch U′ and U″ are the sums of
+/// the element part and the patch part: the square of the mean volume change is at most the mean of the squares.
 ///
 /// This is the scalar reference implementation, element by element; [`Lanes`] is the SIMD form.
 #[derive(Debug, Clone)]

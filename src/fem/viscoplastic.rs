@@ -217,9 +217,9 @@ impl<const D: usize> ViscoplasticElement<'_, D> {
 
     /// Returns the undamped stiffness with the stable step of κ with viscosity, N/m.
     ///
-    /// The viscous forces are −C v with |C| ≤ c = w η J Σ|b|², twice that of the quadratic part. With the velocity
-    /// of half a step before, a node of mass m is stable up to (2/ω)(√(1 + ξ²) − ξ), ω² = κ/m, ξ = c/(2mω) (numerics
-    /// 1.3g), which is 2√m/(√(κ + s²) + s) with s = c/(2√m).
+    /// The viscous forces are −C v with |C| ≤ c = w η J Σ|b|², twice that of the quadratic part. With the velocity of
+    /// half a step before, a node of mass m is stable up to (2/ω)(√(1 + ξ²) − ξ), ω² = κ/m, ξ = c/(2mω) (numerics
+    /// 1.3g). This limit is 2√m/(√(κ + s²) + s) with s = c/(2√m).
     fn damped(&self, kappa: f64, dilated: f64, rate: f64) -> f64 {
         let c = self.at.element.volume * self.resistance(2.0 * rate) * self.at.jacobian * dilated;
         let mass = self.gel.density * self.at.element.volume / (D + 1) as f64;
