@@ -9,19 +9,19 @@ mod spectral;
 pub use number::{Number, exp, exp_less_one, ln, power};
 pub use spectral::spectral;
 
-/// A vector of the gel's space.
+/// Vector of the gel's space.
 pub type Vector<const D: usize> = nalgebra::SVector<f64, D>;
-/// A second-order tensor of the gel's space.
+/// Second-order tensor of the gel's space.
 pub type Tensor<const D: usize> = nalgebra::SMatrix<f64, D, D>;
-/// A vector of the world.
+/// Vector of the world.
 pub type Vector3 = nalgebra::Vector3<f64>;
-/// A tensor of the world.
+/// Tensor of the world.
 pub type Tensor3 = nalgebra::Matrix3<f64>;
 
-/// Squares, or tangents squared, that are closer than this, as a part, may be those of numbers in either order.
+/// Relative tolerance of a comparison of squares or squared tangents: closer values have no reliable order.
 pub(crate) const CLOSE: f64 = 1e-9;
 
-/// Determinant.
+/// Returns the determinant.
 #[must_use]
 #[inline]
 pub fn det<const D: usize>(a: &Tensor<D>) -> f64 {
@@ -36,7 +36,7 @@ pub fn det<const D: usize>(a: &Tensor<D>) -> f64 {
     }
 }
 
-/// Cofactor tensor, cof A = ∂det A/∂A = det(A) A⁻ᵀ, defined also where det A = 0.
+/// Returns the cofactor tensor, cof A = ∂det A/∂A = det(A) A⁻ᵀ, defined also where det A = 0.
 #[must_use]
 #[inline]
 pub fn cofactor<const D: usize>(a: &Tensor<D>) -> Tensor<D> {
@@ -61,30 +61,30 @@ pub fn cofactor<const D: usize>(a: &Tensor<D>) -> Tensor<D> {
     c
 }
 
-/// The world vector of a gel vector: (x, z) ↦ (x, 0, z), and the identity in three dimensions.
+/// Embeds a gel vector in the world: (x, z) ↦ (x, 0, z), and the identity in three dimensions.
 #[must_use]
 #[inline]
 pub fn embed<const D: usize>(v: &Vector<D>) -> Vector3 {
     Vector3::new(v[0], if D == 3 { v[1] } else { 0.0 }, v[D - 1])
 }
 
-/// The gel vector of a world vector: (x, y, z) ↦ (x, z), and the identity in three dimensions.
+/// Restricts a world vector to the gel's space: (x, y, z) ↦ (x, z), and the identity in three dimensions.
 #[must_use]
 #[inline]
 pub fn restrict<const D: usize>(v: &Vector3) -> Vector<D> {
     Vector::<D>::from_fn(|i, _| if i == D - 1 { v[2] } else { v[i] })
 }
 
-/// √(a² + b²) from exact operations only, so that it has the same bits on every platform.
+/// Returns √(a² + b²) from exact operations only: the same bits on every platform.
 #[must_use]
 #[inline]
 pub fn hypotenuse(a: f64, b: f64) -> f64 {
     (a * a + b * b).sqrt()
 }
 
-/// ∛x of x ≥ 0 from exact operations only, within a few roundings, so that it has the same bits on every platform.
+/// Returns ∛x of x ≥ 0 from exact operations only, within a few roundings: the same bits on every platform.
 ///
-/// Newton's steps from a third of the exponent, which is within 2⅔ of the root.
+/// Newton iterations start from a third of the exponent, within a factor 2⅔ of the root.
 #[must_use]
 pub fn cube_root(x: f64) -> f64 {
     if x <= 0.0 || !x.is_finite() {
@@ -97,7 +97,8 @@ pub fn cube_root(x: f64) -> f64 {
     root
 }
 
-/// Sum that depends on the order of the terms only: blocks of 1024, then pairwise over the blocks (numerics A9).
+/// Returns a sum whose bits depend on the order of the terms only: blocks of 1024, then pairwise over the blocks
+/// (numerics A9).
 #[must_use]
 pub fn ordered_sum<T>(n: usize, zero: T, term: impl Fn(usize) -> T) -> T
 where

@@ -1,17 +1,18 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::{NeoHookean, Volumetric};
+use super::{NeoHookean, VolumetricResponse};
 use crate::math::{Number, ln};
 
-/// Pressure by volume alone: U(J) per volume at rest, p = −U′.
+/// Equation of state p = −U′(J), a function of the volume alone; U is the energy per rest volume.
 ///
-/// Compression, χ = 1 − J > 0, by the shock speed U_s = c₀ + s u_p that experiments find (Hugoniot of the Rankine–Hugoniot
-/// relations, taken as a function of volume only): p = K χ/(1 − sχ)², K = ρc₀², whence U = K/s² [ln(1 − sχ) + 1/(1 − sχ) − 1].
-/// With s = 0, and always in tension, p = K (1/J − 1): U = K (J − 1 − ln J). Both have the bulk modulus K at rest, and only the slope of U″ jumps
-/// there, by (4s − 2) K.
+/// Compression, χ = 1 − J > 0, follows the measured shock speed U_s = c₀ + s u_p. The Rankine–Hugoniot relations,
+/// taken as a function of volume only, give p = K χ/(1 − sχ)², K = ρc₀², whence U = K/s² [ln(1 − sχ) + 1/(1 − sχ) −
+/// 1]. With s = 0, and always in tension, p = K (1/J − 1): U = K (J − 1 − ln J). Both have the bulk modulus K at
+/// rest, and only the slope of U″ jumps there, by (4s − 2) K.
 ///
-/// In tension the pressure falls no further than to −`tension`: what is drawn apart more is a void that closes as it has opened.
-/// Where 1 − sχ falls below [`Self::LEAST`], or J below [`NeoHookean::FLOOR`], U goes on as its second-order Taylor polynomial.
+/// In tension the pressure falls no further than to −`tension`: beyond, a reversible void opens (tension cut-off).
+/// Where 1 − sχ falls below [`Self::LEAST`], or J below [`NeoHookean::FLOOR`], U continues as its second-order Taylor
+/// polynomial.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EquationOfState {
     bulk: f64,
@@ -20,11 +21,13 @@ pub struct EquationOfState {
 }
 
 impl EquationOfState {
-    /// Least 1 − sχ that is not continued: there p is 10 K for s = 2, far above any shot into gel.
+    /// Least 1 − sχ before the continuation: there p is 10 K for s = 2, far above any shot into gel.
     pub const LEAST: f64 = 0.2;
 
-    /// From the bulk modulus K, Pa, the slope s of the shock speed, 0 for none, and the greatest tension, Pa, infinite if it
-    /// bears any.
+    /// Creates the equation of state from the bulk modulus K, Pa, the slope s of the shock speed, and the tension
+    /// limit, Pa.
+    ///
+    /// s = 0 means no shock term; an infinite tension limit means no cut-off.
     ///
     /// # Panics
     /// If K or the tension is not positive, or s negative.
@@ -34,35 +37,36 @@ impl EquationOfState {
         Self { bulk: bulk_modulus, slope, tension }
     }
 
-    /// K at rest, Pa.
+    /// Returns K at rest, Pa.
     #[must_use]
     pub fn bulk_modulus(&self) -> f64 {
         self.bulk
     }
 
-    /// U and its derivatives at J; written without a branch, for vector units.
+    /// Returns U and its derivatives at J; branch-free, for vector units.
     #[must_use]
     #[inline(always)]
-    pub fn volumetric<T: Number>(&self, j: T) -> Volumetric<T> {
+    pub fn volumetric<T: Number>(&self, j: T) -> VolumetricResponse<T> {
         let floor = self.floor();
         continued(&self.regular(j.at_least(floor)), (j - floor).at_most(0.0))
     }
 
-    /// J below which U is continued.
+    /// Returns the J below which the continuation of U begins.
     #[inline(always)]
     fn floor(&self) -> f64 {
         let shock = if self.slope > 0.0 { 1.0 - (1.0 - Self::LEAST) / self.slope } else { 0.0 };
         shock.max(NeoHookean::FLOOR)
     }
 
+    /// U and its derivatives above the floor.
     #[inline(always)]
-    fn regular<T: Number>(&self, j: T) -> Volumetric<T> {
-        // In tension J stays where it is torn, and U goes on as its tangent.
-        let torn = 1.0 - self.tension / self.bulk;
-        let at = if torn > 0.0 { j.at_most(1.0 / torn) } else { j };
+    fn regular<T: Number>(&self, j: T) -> VolumetricResponse<T> {
+        // At the tension cut-off J is clamped, and U continues as its tangent.
+        let limit = 1.0 - self.tension / self.bulk;
+        let at = if limit > 0.0 { j.at_most(1.0 / limit) } else { j };
         let beyond = j - at;
         let soft = self.soft(at);
-        let drawn = Volumetric {
+        let drawn = VolumetricResponse {
             energy: beyond.choose(soft.energy + beyond * self.tension, soft.energy),
             slope: beyond.choose(j.constant(self.tension), soft.slope),
             curvature: beyond.choose(j.constant(0.0), soft.curvature),
@@ -71,32 +75,36 @@ impl EquationOfState {
             return drawn;
         }
         let (strained, shocked) = (-(j - 1.0), self.shocked((-(j - 1.0)).at_least(0.0)));
-        Volumetric {
+        VolumetricResponse {
             energy: strained.choose(shocked.energy, drawn.energy),
             slope: strained.choose(shocked.slope, drawn.slope),
             curvature: strained.choose(shocked.curvature, drawn.curvature),
         }
     }
 
-    /// p = K (1/J − 1).
+    /// Tension branch, p = K (1/J − 1).
     #[inline(always)]
-    fn soft<T: Number>(&self, j: T) -> Volumetric<T> {
+    fn soft<T: Number>(&self, j: T) -> VolumetricResponse<T> {
         let (k, inverse) = (self.bulk, j.constant(1.0) / j);
-        Volumetric { energy: (j - 1.0 - ln(j)) * k, slope: -((inverse - 1.0) * k), curvature: inverse * inverse * k }
+        VolumetricResponse {
+            energy: (j - 1.0 - ln(j)) * k,
+            slope: -((inverse - 1.0) * k),
+            curvature: inverse * inverse * k,
+        }
     }
 
-    /// p = K χ/(1 − sχ)².
+    /// Shock branch, p = K χ/(1 − sχ)².
     #[inline(always)]
-    fn shocked<T: Number>(&self, x: T) -> Volumetric<T> {
+    fn shocked<T: Number>(&self, x: T) -> VolumetricResponse<T> {
         let (k, s) = (self.bulk, self.slope);
         let strained = x * s;
         let rest = -(strained - 1.0);
         let inverse = x.constant(1.0) / rest;
-        // ln r + 1/r − 1 loses all digits at small strains, where it is (sχ)²/2 + 2(sχ)³/3 + 3(sχ)⁴/4.
+        // ln r + 1/r − 1 loses all digits at small strains; its series there is (sχ)²/2 + 2(sχ)³/3 + 3(sχ)⁴/4.
         let small = x * x * (strained * (strained * 0.75 + 2.0 / 3.0) + 0.5);
         let large = (ln(rest) + inverse - 1.0) * (1.0 / (s * s));
         let square = inverse * inverse * k;
-        Volumetric {
+        VolumetricResponse {
             energy: (strained - 1e-3).choose(large, small) * k,
             slope: -(x * square),
             curvature: (strained + 1.0) * square * inverse,
@@ -104,10 +112,10 @@ impl EquationOfState {
     }
 }
 
-/// U + U′d + U″d²/2.
+/// Second-order Taylor polynomial U + U′d + U″d²/2 and its derivatives.
 #[inline(always)]
-fn continued<T: Number>(at: &Volumetric<T>, d: T) -> Volumetric<T> {
-    Volumetric {
+fn continued<T: Number>(at: &VolumetricResponse<T>, d: T) -> VolumetricResponse<T> {
+    VolumetricResponse {
         energy: at.energy + d * (at.slope + d * 0.5 * at.curvature),
         slope: at.slope + d * at.curvature,
         curvature: at.curvature,
@@ -116,11 +124,11 @@ fn continued<T: Number>(at: &Volumetric<T>, d: T) -> Volumetric<T> {
 
 /// k ln J and its derivatives, continued below [`NeoHookean::FLOOR`].
 #[inline(always)]
-pub(super) fn logarithmic<T: Number>(k: f64, j: T) -> Volumetric<T> {
+pub(super) fn logarithmic<T: Number>(k: f64, j: T) -> VolumetricResponse<T> {
     let at = j.at_least(NeoHookean::FLOOR);
     let inverse = j.constant(1.0) / at;
     let (slope, curvature) = (inverse * k, -(inverse * inverse * k));
-    continued(&Volumetric { energy: ln(at) * k, slope, curvature }, j - at)
+    continued(&VolumetricResponse { energy: ln(at) * k, slope, curvature }, j - at)
 }
 
 #[cfg(test)]
@@ -148,13 +156,13 @@ mod tests {
     }
 
     #[test]
-    fn energy_and_pressure_have_no_jump_anywhere() {
+    fn energy_and_pressure_are_continuous() {
         for law in laws() {
             let mut before = law.volumetric(-0.5);
             for i in 1..4000 {
                 let now = law.volumetric(-0.5 + 1e-3 * f64::from(i));
                 let slope = 0.5 * (before.slope + now.slope);
-                // A jump would be no less where the steps are finer: these bounds are of their first and second order.
+                // A jump would not fall with the step; these bounds are of first and second order in it.
                 let stiffest = before.curvature.max(now.curvature).max(law.bulk_modulus());
                 assert!((now.energy - before.energy - 1e-3 * slope).abs() <= 1e-6 * stiffest, "{i}");
                 assert!((now.slope - before.slope).abs() <= 1.1e-3 * stiffest, "{i}");
@@ -164,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shock_has_the_speed_that_it_is_made_of() {
+    fn the_shock_speed_is_that_of_the_hugoniot() {
         // Mass and momentum across a shock: 1 − J = u/U, p = ρ U u.
         let (density, sound, slope) = (1030.0, 1520.0, 2.0);
         let law = EquationOfState::new(density * sound * sound, slope, f64::INFINITY);
@@ -176,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn tension_falls_no_further_than_it_may() {
+    fn tension_stays_within_its_limit() {
         let law = EquationOfState::new(1e9, 2.0, 5e6);
         assert_eq!(law.volumetric(1.5).slope, 5e6);
         assert!(law.volumetric(1.004).slope < 5e6);

@@ -1,67 +1,70 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
 use super::neo_hookean::continued;
-use super::{Volume, Volumetric};
+use super::{Volume, VolumetricResponse};
 use crate::math::{Number, Tensor};
 
-/// An elastic gel without a memory: ψ = ψ_s(F) + U(J), an isotropic energy of the stretches that is defined for every F, turned inside
-/// out or not, and one of the volume that keeps it upright.
+/// Hyperelastic material, ψ = ψ_s(F) + U(J).
+///
+/// ψ_s is an isotropic energy of the principal stretches, defined for every F, inverted elements included; U resists
+/// inversion.
 pub trait Hyperelastic {
-    /// U.
-    fn volume(&self) -> Logarithmic;
-    /// ψ_s at F, and at the stretch out of the plane, which is 1 in the plane and not looked at in space.
-    fn sheared<const D: usize>(&self, f: &Tensor<D>, out: f64) -> Sheared<D>;
+    /// Returns the volumetric energy U.
+    fn volume(&self) -> LogarithmicEnergy;
+    /// Evaluates ψ_s at F and the out-of-plane stretch `out`: 1 in plane strain, ignored in space.
+    fn sheared<const D: usize>(&self, f: &Tensor<D>, out: f64) -> ShearResponse<D>;
 }
 
-/// What the energy of the stretches of a gel is at one of its states.
+/// Energy ψ_s of the principal stretches, its stress and a bound of its curvature at one deformation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sheared<const D: usize> {
+pub struct ShearResponse<const D: usize> {
     /// ψ_s, J/m³.
     pub energy: f64,
     /// ∂ψ_s/∂F, Pa.
     pub stress: Tensor<D>,
-    /// The same by the stretch out of the plane, Pa; not looked at in space.
+    /// Derivative of ψ_s by the out-of-plane stretch, Pa; ignored in space.
     pub out: f64,
-    /// a and b of a bound of the curvature, Pa: d²ψ_s(F + tH)/dt² ≤ a|H|² + b(F:H)² for every H.
+    /// Constants a and b of a curvature bound, Pa: d²ψ_s(F + tH)/dt² ≤ a|H|² + b(F:H)² for every H.
     pub curvature: [f64; 2],
 }
 
-/// U(J) = −m ln J + Λ/2 (ln J)², continued below [`NeoHookean::FLOOR`](super::NeoHookean::FLOOR) by its second-order Taylor polynomial.
+/// Logarithmic volumetric energy U(J) = −m ln J + Λ/2 (ln J)².
 ///
-/// m is what takes the stress of ψ_s from a gel at rest: ∂ψ_s/∂F = m 1 there.
+/// Below [`NeoHookean::FLOOR`](super::NeoHookean::FLOOR) U continues as its second-order Taylor polynomial. m cancels
+/// the rest stress of ψ_s, ∂ψ_s/∂F = m 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Logarithmic {
+pub struct LogarithmicEnergy {
     /// m, Pa.
     pub rest: f64,
     /// Λ, Pa.
     pub lambda: f64,
 }
 
-impl Volume for Logarithmic {
+impl Volume for LogarithmicEnergy {
     #[inline(always)]
-    fn volumetric<T: Number>(&self, j: T) -> Volumetric<T> {
+    fn volumetric<T: Number>(&self, j: T) -> VolumetricResponse<T> {
         continued(self.rest, self.lambda, j)
     }
 
-    /// −m ln J.
+    /// Element part, −m ln J.
     #[inline(always)]
-    fn own<T: Number>(&self, j: T) -> Volumetric<T> {
+    fn own<T: Number>(&self, j: T) -> VolumetricResponse<T> {
         continued(self.rest, 0.0, j)
     }
 
-    /// Λ/2 (ln J̄)².
+    /// Patch part, Λ/2 (ln J̄)².
     #[inline(always)]
-    fn shared<T: Number>(&self, mean: T) -> Volumetric<T> {
+    fn shared<T: Number>(&self, mean: T) -> VolumetricResponse<T> {
         continued(0.0, self.lambda, mean)
     }
 }
 
-/// C = FᵀF.
-pub(super) fn right<const D: usize>(f: &Tensor<D>) -> Tensor<D> {
+/// Returns the right Cauchy–Green tensor C = FᵀF.
+pub(super) fn right_cauchy_green<const D: usize>(f: &Tensor<D>) -> Tensor<D> {
     f.transpose() * f
 }
 
-/// The square of a stretch out of the plane; none in space.
-pub(super) fn across<const D: usize>(out: f64) -> f64 {
+/// Returns the square of the out-of-plane stretch; 0 in space.
+pub(super) fn squared_stretch<const D: usize>(out: f64) -> f64 {
     if D == 2 { out * out } else { 0.0 }
 }

@@ -17,85 +17,92 @@ use crate::math::Number;
 
 pub use damage::Softening;
 pub use equation_of_state::EquationOfState;
-pub use hyperelastic::{Hyperelastic, Logarithmic, Sheared};
+pub use hyperelastic::{Hyperelastic, LogarithmicEnergy, ShearResponse};
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::NeoHookean;
 pub use ogden::{Ogden, Term};
 pub use viscoelastic::{Branch, Viscoelastic};
 pub use viscosity::BulkViscosity;
-pub use volume::{Volume, Volumetric};
-pub use yield_law::{Confinement, Returned, Strength};
+pub use volume::{Volume, VolumetricResponse};
+pub use yield_law::{Confinement, Strength, StressReturn};
 
-/// What a gel is made of.
+/// Material model of a gel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Material {
-    /// Elastic at every strain and rate.
+    /// Compressible neo-Hookean solid.
     NeoHookean(NeoHookean),
-    /// Elastic at every strain and rate, in two constants.
+    /// Compressible Mooney–Rivlin solid of two constants.
     MooneyRivlin(MooneyRivlin),
-    /// Elastic at every strain and rate, in powers of the stretches.
+    /// Compressible Ogden solid, powers of the principal stretches.
     Ogden(Ogden),
-    /// Elastic up to a strength that depends on the rate, then it flows.
+    /// Viscoplastic solid with a rate-dependent yield stress.
     Flowing(Flowing),
-    /// Elastic in the long run, stiffer the faster it is strained.
+    /// Neo-Hookean solid with Maxwell branches.
     Viscoelastic(Viscoelastic),
 }
 
-/// A gel that flows: neo-Hookean in shear, pressure by an equation of state, a strength, bulk viscosity (numerics A16, 5b).
+/// Viscoplastic material: neo-Hookean shear, equation of state, yield law, damage and bulk viscosity (numerics A16,
+/// 5b).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Flowing {
-    /// μ, Pa; 0 of a fluid.
+    /// μ, Pa; 0 for a fluid.
     pub shear_modulus: f64,
-    /// Pressure of a change of volume.
+    /// Equation of state: the pressure as a function of J.
     pub state: EquationOfState,
-    /// What it bears in shear; none of one that never flows.
+    /// Yield law; none for a material that never yields.
     pub strength: Option<Strength>,
-    /// What flow leaves of both; all if none.
+    /// Damage by plastic flow, of shear modulus and yield stress; none for an undamaged material.
     pub softening: Option<Softening>,
-    /// What spreads shocks over elements and damps their ringing.
+    /// Bulk viscosity, which spreads shocks over elements and damps their ringing.
     pub viscosity: BulkViscosity,
     /// ρ at rest, kg/m³.
     pub density: f64,
 }
 
 impl Flowing {
-    /// Part of the shear modulus with which elements of a patch resist that one of them gives its volume to another: without it an
-    /// element in a splash is turned inside out while its patch keeps its volume (numerics A16).
+    /// Part of the shear modulus with which the elements of a patch resist an exchange of volume between each other.
+    ///
+    /// Without this stabilisation an element near eroded material inverts while its patch keeps its volume (numerics
+    /// A16).
     pub const SHARING: f64 = 0.4;
-    /// Part of the bulk modulus that stands for the shear modulus there, if that is less: a fluid has none. Its drag on a sphere of
-    /// 180 m/s is the same with 0.003 and 0.01 of it; with none the elements of the splash are turned inside out at 0.08 ms.
+    /// Part of the bulk modulus that is the lower limit of the shear modulus in the stabilisation; a fluid has no
+    /// shear modulus.
+    ///
+    /// The drag on a sphere of 180 m/s is the same with 0.003 and 0.01; with 0 the splashing elements invert at 0.08
+    /// ms.
     pub const SOFTEST: f64 = 0.003;
 
-    /// Speed of the pressure wave at rest without shear, √(K/ρ), m/s.
+    /// Returns the bulk sound speed at rest, √(K/ρ), m/s.
     #[must_use]
     pub fn sound_speed(&self) -> f64 {
         (self.state.bulk_modulus() / self.density).sqrt()
     }
 
-    /// k, Pa.
+    /// Returns the stabilisation modulus k, Pa.
     #[inline(always)]
-    fn sharing(&self) -> f64 {
+    fn stabilisation_modulus(&self) -> f64 {
         Self::SHARING * self.shear_modulus.max(Self::SOFTEST * self.state.bulk_modulus())
     }
 }
 
 impl Volume for Flowing {
     #[inline(always)]
-    fn volumetric<T: Number>(&self, j: T) -> Volumetric<T> {
+    fn volumetric<T: Number>(&self, j: T) -> VolumetricResponse<T> {
         self.state.volumetric(j)
     }
 
-    /// −k ln J.
+    /// Element part, −k ln J.
     #[inline(always)]
-    fn own<T: Number>(&self, j: T) -> Volumetric<T> {
-        equation_of_state::logarithmic(-self.sharing(), j)
+    fn own<T: Number>(&self, j: T) -> VolumetricResponse<T> {
+        equation_of_state::logarithmic(-self.stabilisation_modulus(), j)
     }
 
-    /// U(J̄) + k ln J̄: with what its elements have of their own never negative, and nothing more where all J are J̄.
+    /// Patch part, U(J̄) + k ln J̄: the sum with the element parts is U or more, and U where all J equal J̄.
     #[inline(always)]
-    fn shared<T: Number>(&self, mean: T) -> Volumetric<T> {
-        let (state, own) = (self.state.volumetric(mean), equation_of_state::logarithmic(self.sharing(), mean));
-        Volumetric {
+    fn shared<T: Number>(&self, mean: T) -> VolumetricResponse<T> {
+        let (state, own) =
+            (self.state.volumetric(mean), equation_of_state::logarithmic(self.stabilisation_modulus(), mean));
+        VolumetricResponse {
             energy: state.energy + own.energy,
             slope: state.slope + own.slope,
             curvature: state.curvature + own.curvature,
@@ -110,7 +117,7 @@ impl From<NeoHookean> for Material {
 }
 
 impl Material {
-    /// E/(1 − ν²), modulus of a plane contact at rest, Pa: 4μ (K + μ/3)/(K + 4μ/3).
+    /// Returns the plane contact modulus E/(1 − ν²) at rest, Pa: 4μ (K + μ/3)/(K + 4μ/3).
     #[must_use]
     pub fn contact_modulus(&self) -> f64 {
         match self {
@@ -122,8 +129,9 @@ impl Material {
         }
     }
 
-    /// √(μ/(λ + 2μ)), speed of a wave of shear at rest as a part of that of one of pressure: a change of volume by as much stores what a shear of
-    /// one does.
+    /// Returns the ratio √(μ/(λ + 2μ)) of the shear wave speed to the pressure wave speed at rest.
+    ///
+    /// A volume change of this size stores the energy of a unit shear.
     #[must_use]
     pub fn slowness_of_shear(&self) -> f64 {
         let shear = match self {
@@ -136,7 +144,7 @@ impl Material {
         (shear / self.wave_modulus()).sqrt()
     }
 
-    /// λ + 2μ, modulus of the pressure wave at rest, Pa.
+    /// Returns the pressure wave modulus λ + 2μ at rest, Pa.
     #[must_use]
     pub fn wave_modulus(&self) -> f64 {
         match self {
@@ -149,7 +157,7 @@ impl Material {
     }
 }
 
-/// E/(1 − ν²) of K and μ.
+/// Returns the plane contact modulus E/(1 − ν²) for K and μ.
 fn contact_modulus(k: f64, mu: f64) -> f64 {
     4.0 * mu * (k + mu / 3.0) / (k + 4.0 / 3.0 * mu)
 }

@@ -1,23 +1,26 @@
-use super::hyperelastic::{Hyperelastic, Logarithmic, Sheared, across, right};
+use super::hyperelastic::{Hyperelastic, LogarithmicEnergy, ShearResponse, right_cauchy_green, squared_stretch};
 use crate::math::{Tensor, det};
 
-/// Compressible Mooney–Rivlin solid (Mooney 1940, Rivlin 1948), with the volumetric energy of the neo-Hookean one.
+/// Compressible Mooney–Rivlin solid (Mooney 1940, Rivlin 1948), with the neo-Hookean volumetric energy.
 ///
-/// ψ = C₁(I₁ − 3) + C₂(I₂ − 3) + U(J), I₁ = |F|², I₂ = |cof F|², U = −(2C₁ + 4C₂) ln J + Λ/2 (ln J)²; hence
-/// P = F [2C₁ + 2C₂(I₁ − C)] + U′(J) cof F, C = FᵀF. Small strains give μ = 2(C₁ + C₂) and K = Λ + 4C₁/3 + 16C₂/3. With C₂ = 0 it is
-/// the neo-Hookean solid of μ = 2C₁. I₁ and I₂ are polynomials: only U needs a continuation below J₀ = 0.2.
+/// ψ = C₁(I₁ − 3) + C₂(I₂ − 3) + U(J), I₁ = |F|², I₂ = |cof F|², U = −(2C₁ + 4C₂) ln J + Λ/2 (ln J)²; hence P = F
+/// [2C₁ + 2C₂(I₁ − C)] + U′(J) cof F, C = FᵀF. Small strains give μ = 2(C₁ + C₂) and K = Λ + 4C₁/3 + 16C₂/3. C₂ = 0
+/// gives the neo-Hookean solid of μ = 2C₁. I₁ and I₂ are polynomials: only U needs a continuation below J₀ = 0.2.
 ///
-/// **Stable** for C₁ > 0, C₂ ≥ 0 and Λ ≥ 0. Of the logarithmic strains e_i, ψ is C₁ Σ exp 2e_i + C₂ Σ exp 2(e_i + e_j) − m Σ e_i +
-/// Λ/2 (Σ e_i)², each part convex: Kirchhoff stress and logarithmic strain never work against each other (Hill's inequality, Drucker's
-/// postulate at large strain), and ψ is polyconvex besides. With C₂ < 0 a sheet drawn out alike in both directions loses that.
+/// **Stable** for C₁ > 0, C₂ ≥ 0 and Λ ≥ 0. Of the logarithmic strains e_i, ψ is C₁ Σ exp 2e_i + C₂ Σ exp 2(e_i +
+/// e_j) − m Σ e_i + Λ/2 (Σ e_i)², each part convex: Kirchhoff stress and logarithmic strain never work against each
+/// other (Hill's inequality, Drucker's postulate at large strain), and ψ is polyconvex. C₂ < 0 loses stability in
+/// equibiaxial tension.
 ///
-/// **Curvature.** F is diag(s_i) without its rotations. Then d²I₂ along H is, of the components off the diagonal, at most
-/// 2(s_k² + |s_i s_j|)(H_ij² + H_ji²) ≤ 2|F|² of their squares, and of those on it 2{|F|²Σh² + 2(Σy)² − 3Σy²}, y_i = s_i h_i, at most
-/// 2{|F|²Σh² + (Σy)²}, since (Σy)² ≤ 3Σy²; Σy = F:H. Together d²ψ_s ≤ (2C₁ + 2C₂|F|²)|H|² + 2C₂(F:H)².
+/// **Curvature.** F is diag(s_i) without its rotations. The off-diagonal components of H contribute to d²I₂ at most
+/// 2(s_k² + |s_i s_j|)(H_ij² + H_ji²) ≤ 2|F|² of their squares. The diagonal ones contribute 2{|F|²Σh² + 2(Σy)² −
+/// 3Σy²}, y_i = s_i h_i, at most 2{|F|²Σh² + (Σy)²}, since (Σy)² ≤ 3Σy²; Σy = F:H. Together d²ψ_s ≤ (2C₁ +
+/// 2C₂|F|²)|H|² + 2C₂(F:H)².
 ///
-/// **Domain.** Two constants follow rubber and gels in tension and shear to about twice their length. They do not stiffen towards the
-/// end of the chains, and one pair rarely fits tension and compression at once: pig skin is not fitted (Shergold and others 2006).
-/// For gelatin no constants are known to us that could be shipped: they are those of your own test.
+/// **Domain.** Two constants fit rubber and gels in tension and shear to about twice their length. They do not
+/// describe the stiffening near the limit of chain extension. One pair rarely fits tension and compression at once:
+/// pig skin is not fitted (Shergold and others 2006). No constants of gelatin are shipped; take them from your own
+/// test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MooneyRivlin {
     first: f64,
@@ -26,37 +29,37 @@ pub struct MooneyRivlin {
 }
 
 impl MooneyRivlin {
-    /// From C₁, C₂ and the bulk modulus K, Pa.
+    /// Creates the solid from C₁, C₂ and the bulk modulus K, Pa.
     ///
     /// # Panics
     /// Unless C₁ > 0, C₂ ≥ 0 and K is at least [`Self::least_bulk_modulus`].
     #[must_use]
     pub fn new([first, second]: [f64; 2], bulk_modulus: f64) -> Self {
         let lambda = bulk_modulus - Self::least_bulk_modulus([first, second]);
-        let sound = first > 0.0 && second >= 0.0 && lambda >= 0.0;
-        assert!(sound, "a stable Mooney-Rivlin solid needs C1 > 0, C2 >= 0 and K >= 4/3 C1 + 16/3 C2");
+        let is_valid = first > 0.0 && second >= 0.0 && lambda >= 0.0;
+        assert!(is_valid, "a stable Mooney-Rivlin solid needs C1 > 0, C2 >= 0 and K >= 4/3 C1 + 16/3 C2");
         Self { first, second, lambda }
     }
 
-    /// K of Λ = 0, Pa.
+    /// Returns the bulk modulus of Λ = 0, Pa.
     #[must_use]
     pub fn least_bulk_modulus([first, second]: [f64; 2]) -> f64 {
         2.0 / 3.0 * (2.0 * first) + 16.0 / 3.0 * second
     }
 
-    /// μ at rest of such constants, Pa: 2(C₁ + C₂).
+    /// Returns the shear modulus at rest of C₁ and C₂, Pa: 2(C₁ + C₂).
     #[must_use]
     pub fn shear_modulus_of([first, second]: [f64; 2]) -> f64 {
         2.0 * (first + second)
     }
 
-    /// μ at rest, Pa.
+    /// Returns μ at rest, Pa.
     #[must_use]
     pub fn shear_modulus(&self) -> f64 {
         Self::shear_modulus_of([self.first, self.second])
     }
 
-    /// K at rest, Pa.
+    /// Returns K at rest, Pa.
     #[must_use]
     pub fn bulk_modulus(&self) -> f64 {
         self.lambda + Self::least_bulk_modulus([self.first, self.second])
@@ -64,19 +67,19 @@ impl MooneyRivlin {
 }
 
 impl Hyperelastic for MooneyRivlin {
-    fn volume(&self) -> Logarithmic {
-        Logarithmic { rest: 2.0 * self.first + 4.0 * self.second, lambda: self.lambda }
+    fn volume(&self) -> LogarithmicEnergy {
+        LogarithmicEnergy { rest: 2.0 * self.first + 4.0 * self.second, lambda: self.lambda }
     }
 
-    fn sheared<const D: usize>(&self, f: &Tensor<D>, out: f64) -> Sheared<D> {
-        let (c, across) = (right(f), across::<D>(out));
+    fn sheared<const D: usize>(&self, f: &Tensor<D>, out: f64) -> ShearResponse<D> {
+        let (c, square) = (right_cauchy_green(f), squared_stretch::<D>(out));
         let (inner, minor) = (c.trace(), det(&c));
-        let first = inner + across;
-        // Of diag(C, λ²) the sum of the minors; in space that of C, with no difference of large numbers.
-        let second = if D == 2 { minor + inner * across } else { minors(&c) };
+        let first = inner + square;
+        // Sum of the principal minors of diag(C, λ²), or of C in space: no difference of large numbers.
+        let second = if D == 2 { minor + inner * square } else { minors(&c) };
         let (one, two) = (2.0 * self.first, 2.0 * self.second);
         let pull = Tensor::<D>::identity() * one + (Tensor::<D>::identity() * first - c) * two;
-        Sheared {
+        ShearResponse {
             energy: self.first * (first - 3.0) + self.second * (second - 3.0),
             stress: f * pull,
             out: if D == 2 { out * (one + two * inner) } else { 0.0 },
@@ -85,7 +88,7 @@ impl Hyperelastic for MooneyRivlin {
     }
 }
 
-/// I₂ of a tensor in space.
+/// Returns the second invariant I₂ of a tensor in space.
 fn minors<const D: usize>(c: &Tensor<D>) -> f64 {
     (0..D).map(|k| ((k + 1) % D, (k + 2) % D)).map(|(i, j)| c[(i, i)] * c[(j, j)] - c[(i, j)] * c[(j, i)]).sum()
 }

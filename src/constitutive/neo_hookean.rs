@@ -1,17 +1,17 @@
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::Volumetric;
-use super::hyperelastic::{Hyperelastic, Logarithmic, Sheared, across};
+use super::VolumetricResponse;
+use super::hyperelastic::{Hyperelastic, LogarithmicEnergy, ShearResponse, squared_stretch};
 use crate::math::{Number, Tensor, ln};
 
 /// Compressible neo-Hookean solid whose volumetric energy is continued below J₀.
 ///
-/// ψ(F) = μ/2 (|F|² − 3) + U(J), U(J) = −μ ln J + λ/2 (ln J)², hence P = μ F + U′(J) cof F. Small strains give the shear
-/// modulus μ and the bulk modulus K = λ + 2μ/3.
+/// ψ(F) = μ/2 (|F|² − 3) + U(J), U(J) = −μ ln J + λ/2 (ln J)², hence P = μ F + U′(J) cof F. Small strains give the
+/// shear modulus μ and the bulk modulus K = λ + 2μ/3.
 ///
-/// U blows up as J → 0: one missed event would end a run. Below J₀ it is continued by its own second-order Taylor
-/// polynomial (C², numerics 6.1): ψ and P stay closed forms, exact for J ≥ J₀ and defined for every J, with a bounded
-/// U″ and so a bounded step. The energy stored at J < J₀ is that of the continuation.
+/// U diverges as J → 0: one missed event would end a run. Below J₀ U continues as its second-order Taylor polynomial
+/// (C², numerics 6.1): ψ and P stay closed forms, exact for J ≥ J₀ and defined for every J, with a bounded U″ and so
+/// a bounded step. The energy stored at J < J₀ is that of the continuation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NeoHookean {
     shear: f64,
@@ -19,11 +19,13 @@ pub struct NeoHookean {
 }
 
 impl NeoHookean {
-    /// J₀, where the continuation begins. At 0.2 it leaves every state of a gel that a mesh can follow untouched; at 0.4
-    /// it would soften real compression, at 0.1 the stable step at J₀ falls to a sixteenth (numerics 6.1).
+    /// Volume ratio J₀ below which the continuation begins.
+    ///
+    /// 0.2 leaves every state of a gel that a mesh can resolve untouched. 0.4 would soften real compression; 0.1
+    /// reduces the stable step at J₀ to a sixteenth (numerics 6.1).
     pub const FLOOR: f64 = 0.2;
 
-    /// From the shear modulus μ and the bulk modulus K, Pa.
+    /// Creates the solid from the shear modulus μ and the bulk modulus K, Pa.
     ///
     /// # Panics
     /// If μ ≤ 0 or K < 2μ/3.
@@ -34,19 +36,19 @@ impl NeoHookean {
         Self { shear: shear_modulus, lambda }
     }
 
-    /// μ, Pa.
+    /// Returns μ, Pa.
     #[must_use]
     pub fn shear_modulus(&self) -> f64 {
         self.shear
     }
 
-    /// λ + 2μ, modulus of the pressure wave at rest, Pa.
+    /// Returns the pressure wave modulus λ + 2μ at rest, Pa.
     #[must_use]
     pub fn wave_modulus(&self) -> f64 {
         self.lambda + 2.0 * self.shear
     }
 
-    /// E/(1 − ν²), modulus of a plane contact at rest, Pa.
+    /// Returns the plane contact modulus E/(1 − ν²) at rest, Pa.
     #[must_use]
     pub fn contact_modulus(&self) -> f64 {
         4.0 * self.shear * (self.lambda + self.shear) / (self.lambda + 2.0 * self.shear)
@@ -54,14 +56,14 @@ impl NeoHookean {
 }
 
 impl Hyperelastic for NeoHookean {
-    fn volume(&self) -> Logarithmic {
-        Logarithmic { rest: self.shear, lambda: self.lambda }
+    fn volume(&self) -> LogarithmicEnergy {
+        LogarithmicEnergy { rest: self.shear, lambda: self.lambda }
     }
 
-    fn sheared<const D: usize>(&self, f: &Tensor<D>, out: f64) -> Sheared<D> {
+    fn sheared<const D: usize>(&self, f: &Tensor<D>, out: f64) -> ShearResponse<D> {
         let mu = self.shear;
-        Sheared {
-            energy: 0.5 * mu * (f.norm_squared() + across::<D>(out) - 3.0),
+        ShearResponse {
+            energy: 0.5 * mu * (f.norm_squared() + squared_stretch::<D>(out) - 3.0),
             stress: f * mu,
             out: mu * out,
             curvature: [mu, 0.0],
@@ -69,19 +71,19 @@ impl Hyperelastic for NeoHookean {
     }
 }
 
-/// The logarithmic energy, continued below J₀; written without a branch, for vector units.
+/// Logarithmic energy −μ ln J + λ/2 (ln J)², continued below J₀; branch-free, for vector units.
 #[inline(always)]
-pub(super) fn continued<T: Number>(mu: f64, lambda: f64, j: T) -> Volumetric<T> {
-    let Volumetric { energy, slope, curvature } = logarithmic(mu, lambda, j.at_least(NeoHookean::FLOOR));
+pub(super) fn continued<T: Number>(mu: f64, lambda: f64, j: T) -> VolumetricResponse<T> {
+    let VolumetricResponse { energy, slope, curvature } = logarithmic(mu, lambda, j.at_least(NeoHookean::FLOOR));
     let d = (j - NeoHookean::FLOOR).at_most(0.0);
-    Volumetric { energy: energy + d * (slope + d * 0.5 * curvature), slope: slope + d * curvature, curvature }
+    VolumetricResponse { energy: energy + d * (slope + d * 0.5 * curvature), slope: slope + d * curvature, curvature }
 }
 
-/// −μ ln J + λ/2 (ln J)² and its derivatives.
+/// Logarithmic energy −μ ln J + λ/2 (ln J)² and its derivatives.
 #[inline(always)]
-fn logarithmic<T: Number>(mu: f64, lambda: f64, j: T) -> Volumetric<T> {
+fn logarithmic<T: Number>(mu: f64, lambda: f64, j: T) -> VolumetricResponse<T> {
     let (log, inverse) = (ln(j), j.constant(1.0) / j);
-    Volumetric {
+    VolumetricResponse {
         energy: log * (log * (0.5 * lambda) - mu),
         slope: (log * lambda - mu) * inverse,
         curvature: (log * -lambda + (lambda + mu)) * (inverse * inverse),
@@ -114,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn moduli_are_those_of_young_and_poisson() {
+    fn moduli_agree_with_young_and_poisson() {
         let (e, nu) = (200e3, 0.45);
         let gel = NeoHookean::new(e / (2.0 * (1.0 + nu)), e / (3.0 * (1.0 - 2.0 * nu)));
         assert!((gel.wave_modulus() / (e * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))) - 1.0).abs() < 1e-12);

@@ -1,8 +1,8 @@
 use crate::math::Number;
 
-/// Volumetric energy density and its derivatives by J.
+/// Volumetric energy density U and its derivatives by J.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Volumetric<T = f64> {
+pub struct VolumetricResponse<T = f64> {
     /// U, J/m³.
     pub energy: T,
     /// U′, Pa.
@@ -11,15 +11,15 @@ pub struct Volumetric<T = f64> {
     pub curvature: T,
 }
 
-/// What a change of volume stores, of one element or of eight side by side.
+/// Volumetric energy of a material, for one element or for eight in vector lanes.
 pub trait Volume {
-    /// U of an element that is a patch by itself.
+    /// Evaluates U of an element without a patch.
     #[must_use]
-    fn volumetric<T: Number>(&self, j: T) -> Volumetric<T>;
-    /// The part of U that stays with each element of a patch that shares its volume change.
+    fn volumetric<T: Number>(&self, j: T) -> VolumetricResponse<T>;
+    /// Evaluates the element part of U, at the J of the element, in an F-bar patch.
     #[must_use]
-    fn own<T: Number>(&self, j: T) -> Volumetric<T>;
-    /// The part of U that acts on the volume change J̄ of a patch.
+    fn own<T: Number>(&self, j: T) -> VolumetricResponse<T>;
+    /// Evaluates the patch part of U, at the volume ratio J̄ of an F-bar patch.
     #[must_use]
-    fn shared<T: Number>(&self, mean: T) -> Volumetric<T>;
+    fn shared<T: Number>(&self, mean: T) -> VolumetricResponse<T>;
 }

@@ -1,23 +1,24 @@
-//! The pressure in an element: what its material says where its nodes are.
+//! Pressure of an element from its material law.
 
-use super::simplex::Strain;
+use super::simplex::DeformationGradient;
 use super::{Potential, Simplices};
 use crate::constitutive::{Hyperelastic, Material, NeoHookean, Volume};
 use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId};
 
 impl<const D: usize> Simplices<D> {
-    /// p = −tr σ/3 of an element of this patch, Pa, with the nodes where `x` says; positive in compression.
+    /// Returns the pressure p = −tr σ/3 of an element of a patch, Pa, at the nodal positions `x`; positive in
+    /// compression.
     ///
-    /// With U′ at J̄ of the patch and the element's own part at J, a hyperelastic gel has σ = ∂ψ_s/∂F Fᵀ/J + U′ 1: p = −U′ − ∂ψ_s/∂F:F/(3J),
-    /// neo-Hookean −U′ − μ I₁/(3J). The shear of a gel that flows and the branches of a viscoelastic one are without a trace: p = −U′ of the
-    /// first, and that of what the second is in the long run. What bulk viscosity adds, which is there to spread shocks over elements, is
-    /// left out.
+    /// U′ is the sum of the patch part at J̄ and the element part at J. A hyperelastic material has
+    /// σ = ∂ψ_s/∂F Fᵀ/J + U′ 1, so p = −U′ − ∂ψ_s/∂F:F/(3J), neo-Hookean −U′ − μ I₁/(3J). Viscoplastic shear is
+    /// deviatoric, so p = −U′. Maxwell branches are deviatoric, so p is the pressure of the equilibrium solid. Bulk
+    /// viscosity, which only spreads shocks, is left out.
     #[must_use]
     pub fn pressure(&self, element: ElementId, patch: usize, x: impl Fn(NodeId) -> Vector<D> + Copy) -> f64 {
         let strained = |id: ElementId| {
-            let element = self.element(id);
-            (element.volume, self.strain_where((id, &element), x))
+            let element = self.rest_element(id);
+            (element.volume, self.element_deformation_by(id, &element, x))
         };
         let ids = self.patches().of(patch);
         let (rest, now) = ids.iter().fold((0.0, 0.0), |(rest, now), id| {
@@ -26,28 +27,32 @@ impl<const D: usize> Simplices<D> {
         });
         let (strain, mean) = (strained(element).1, now / rest);
         let (jacobian, alone) = (strain.jacobian(), ids.len() == 1);
-        let volumes = (jacobian, (!alone).then_some(mean));
+        let shared = (!alone).then_some(mean);
         match &self.material {
-            Material::NeoHookean(gel) => elastic(gel, &strain, volumes),
-            Material::MooneyRivlin(gel) => elastic(gel, &strain, volumes),
-            Material::Ogden(gel) => elastic(gel, &strain, volumes),
-            Material::Viscoelastic(gel) => elastic(gel.equilibrium(), &strain, volumes),
+            Material::NeoHookean(gel) => hyperelastic_pressure(gel, &strain, shared),
+            Material::MooneyRivlin(gel) => hyperelastic_pressure(gel, &strain, shared),
+            Material::Ogden(gel) => hyperelastic_pressure(gel, &strain, shared),
+            Material::Viscoelastic(gel) => hyperelastic_pressure(gel.equilibrium(), &strain, shared),
             Material::Flowing(gel) if alone => -gel.volumetric(jacobian).slope,
             Material::Flowing(gel) => -(gel.own(jacobian).slope + gel.shared(mean).slope),
         }
     }
 }
 
-/// p of an element without a memory, at J and, in a patch with others, J̄.
-fn elastic<const D: usize>(gel: &impl Hyperelastic, strain: &Strain<D>, (jacobian, mean): (f64, Option<f64>)) -> f64 {
-    let volume = gel.volume();
+/// Returns the pressure of a hyperelastic element, Pa; `mean` is J̄ in a patch of several elements.
+fn hyperelastic_pressure<const D: usize>(
+    gel: &impl Hyperelastic,
+    strain: &DeformationGradient<D>,
+    mean: Option<f64>,
+) -> f64 {
+    let (volume, jacobian) = (gel.volume(), strain.jacobian());
     let slope = mean.map_or_else(
         || volume.volumetric(jacobian).slope,
         |mean| volume.own(jacobian).slope + volume.shared(mean).slope,
     );
     let sheared = gel.sheared(&strain.f, strain.out);
-    let across = if D == 2 { sheared.out * strain.out } else { 0.0 };
-    -slope - (sheared.stress.dot(&strain.f) + across) / (3.0 * jacobian.max(NeoHookean::FLOOR))
+    let out_of_plane = if D == 2 { sheared.out * strain.out } else { 0.0 };
+    -slope - (sheared.stress.dot(&strain.f) + out_of_plane) / (3.0 * jacobian.max(NeoHookean::FLOOR))
 }
 
 #[cfg(test)]
@@ -81,7 +86,7 @@ mod tests {
         ]
     }
 
-    /// The virial Σ f_a·x_a = −∫ tr σ dv of one element by itself says the same, in space and about an axis.
+    /// Compares the pressure with the virial Σ f_a·x_a = −∫ tr σ dv of one element.
     fn check<const D: usize>(rest: Vec<Vector<D>>, section: Section) {
         let nodes = if D == 2 { [0, 1, 2, 0] } else { [0, 1, 2, 3] };
         let mesh = Mesh::new(rest, vec![nodes.map(NodeId)]);
@@ -102,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn pressure_is_that_of_the_forces_on_the_nodes() {
+    fn pressure_agrees_with_the_virial_of_the_nodal_forces() {
         let flat = [[0.8, 0.1], [1.9, 0.3], [1.1, 1.2]].map(Vector::<2>::from);
         check(flat.to_vec(), Section::Axisymmetric);
         let solid = [[0.0, 0.1, 0.0], [1.2, 0.0, 0.1], [0.2, 0.9, -0.1], [0.1, 0.3, 1.1]].map(Vector::<3>::from);
@@ -110,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_patch_that_is_compressed_evenly_has_the_pressure_of_its_elements_by_themselves() {
+    fn a_uniformly_compressed_patch_has_the_pressure_of_its_elements() {
         let corners = [[0.8, 0.1], [1.9, 0.3], [1.1, 1.2], [2.1, 1.4]].map(Vector::<2>::from);
         let mesh = Mesh::new(corners.to_vec(), vec![[0, 1, 2, 0].map(NodeId), [1, 3, 2, 0].map(NodeId)]);
         let squeeze = Tensor::<2>::new(0.97, 0.02, 0.01, 0.95);

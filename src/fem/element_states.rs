@@ -1,168 +1,174 @@
-//! What all elements answer where they are, eight patches at a time, in lanes that are filled again and again: what a mesh that is new is
-//! made ready by.
+//! States of all elements at one configuration, eight patches at a time in reused lanes; prepares a new mesh.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{LANES, Wide, fused, on};
-use super::layout::{Law, volumetric};
+use super::batch::{LANES, LaneArray, multiply_add, on};
+use super::layout::{BatchLaw, evaluate_volumetric};
 use super::node_cache::{Held, Local, rounding};
-use super::simd_material::{Slopes, Solid, Strains};
+use super::simd_material::{BatchDeformation, BatchInput, SimdMaterial, VolumetricSlopes};
 use super::{DEPTH, Kick, Lanes, Measured, Memory, Potential, Recall, Simplices, places};
 use crate::math::Vector;
 use crate::mesh::ElementId;
 use fearless_simd::{Level, Simd, SimdBase, f64x8};
 use std::any::Any;
 
-/// V, J, of eight patches, and κ, N/m, and J of their elements.
+/// States of eight patches: V, J, and of their elements κ, N/m, and J.
 #[derive(Default)]
-struct Answers {
-    energy: Wide,
-    stiffness: [Wide; DEPTH],
-    jacobian: [Wide; DEPTH],
+struct BatchStates {
+    energy: LaneArray,
+    stiffness: [LaneArray; DEPTH],
+    jacobian: [LaneArray; DEPTH],
 }
 
 impl<const D: usize> Simplices<D> {
-    /// [`Potential::measure_all`]: in lanes, where there are any.
-    pub(super) fn measured_at(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
-        let mut measured = Measured::of(self.len(), self.patches().len());
+    /// Evaluates all elements, [`Potential::measure_all`], in lanes if the material has a SIMD form.
+    pub(super) fn evaluate_all(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
+        let mut measured = Measured::at_rest(self.len(), self.patches().len());
         let depth = if self.patches().largest() > 1 { places(D) } else { 1 };
-        let Some(mut lanes) = Lanes::empty(LANES * depth, depth, (&self.material, self.section)) else {
-            (0..self.patches().len()).for_each(|patch| measured.take(self, patch, (x, memory)));
+        let Some(mut lanes) = Lanes::empty(LANES * depth, depth, &self.material, self.section) else {
+            (0..self.patches().len()).for_each(|patch| measured.record_patch(self, patch, x, memory));
             return measured;
         };
-        let (mut local, mut remembered) = (Local::new(rounding(self.rest())), lanes.memory());
+        let (mut cache, mut history) = (Local::new(rounding(self.rest())), lanes.memory());
         for first in (0..self.patches().len()).step_by(LANES) {
             let ids =
                 |lane: usize| if first + lane < self.patches().len() { self.patches().of(first + lane) } else { &[] };
-            lanes.forget();
+            lanes.clear_incompatible();
             for k in 0..depth {
                 let slots = std::array::from_fn(|lane| ids(lane).get(k).copied());
-                self.fill(&mut lanes, (k, &slots), x, &mut local);
-                self.remind(&lanes, (k, &slots), memory, &mut remembered);
+                self.fill_batch(&mut lanes, k, &slots, x, &mut cache);
+                self.fill_history(&lanes, k, &slots, memory, &mut history);
             }
-            let answers = lanes.answers(&local, &mut remembered);
+            let states = lanes.evaluate_held(&cache, &mut history);
             for lane in 0..LANES.min(self.patches().len() - first) {
-                measured.energy[first + lane] = answers.energy[lane];
+                measured.energy[first + lane] = states.energy[lane];
                 for (k, id) in ids(lane).iter().enumerate() {
-                    measured.stiffness[id.index()] = answers.stiffness[k][lane];
-                    measured.jacobian[id.index()] = answers.jacobian[k][lane];
+                    measured.stiffness[id.index()] = states.stiffness[k][lane];
+                    measured.jacobian[id.index()] = states.jacobian[k][lane];
                 }
             }
         }
         measured
     }
 
-    /// Puts these elements into the k-th batch, with nodes of their own.
-    fn fill(
+    /// Fills the k-th batch with elements, each with nodes of its own.
+    fn fill_batch(
         &self,
         lanes: &mut Lanes<D>,
-        (k, slots): (usize, &[Option<ElementId>; LANES]),
+        k: usize,
+        slots: &[Option<ElementId>; LANES],
         x: &[Vector<D>],
-        local: &mut Local,
+        cache: &mut Local,
     ) {
         let number = |lane: usize, a: usize| (k * LANES + lane) * (D + 1) + a;
         let numbers = std::array::from_fn(|lane| {
             let of = |a: usize| if a <= D { number(lane, a) as u16 } else { 0 };
             [0, 1, 2, 3].map(of)
         });
-        lanes.put(k, &self.rest_of(slots), &numbers);
+        lanes.set_batch(k, &self.reference_batch(slots), &numbers);
         for (lane, element) in slots.iter().enumerate() {
             let Some(element) = element else { continue };
             if !self.is_compatible(*element) {
-                lanes.tell(k * LANES + lane);
+                lanes.mark_incompatible(k * LANES + lane);
             }
             let numbered = self.nodes(*element).iter().enumerate().map(|(a, node)| (number(lane, a), *node));
-            local.load(Level::new(), &Held::new(x, self.rest()), numbered);
+            cache.load(Level::new(), &Held::new(x, self.rest()), numbered);
         }
     }
 
-    /// Puts what they remember into its rows.
-    fn remind(
+    /// Stores the history variables of the elements in the rows of the k-th batch.
+    fn fill_history(
         &self,
         lanes: &Lanes<D>,
-        (k, slots): (usize, &[Option<ElementId>; LANES]),
+        k: usize,
+        slots: &[Option<ElementId>; LANES],
         memory: &[Memory<D>],
-        remembered: &mut [Recall],
+        history: &mut [Recall],
     ) {
         let (rows, n) = (lanes.rows(), self.memories());
         for (lane, element) in slots.iter().enumerate().filter(|_| n > 0) {
             let Some(element) = element else { continue };
-            lanes.remember(&mut remembered[k * rows..(k + 1) * rows], lane, &memory[element.index() * n..][..n]);
+            lanes.remember(&mut history[k * rows..(k + 1) * rows], lane, &memory[element.index() * n..][..n]);
         }
     }
 }
 
 impl<const D: usize> Lanes<D> {
-    /// What its first group answers at hold.
-    fn answers(&self, local: &Local, memory: &mut [Recall]) -> Answers {
-        // Not generic, as [`Self::sweep`].
+    /// Evaluates the first group with all nodes held.
+    fn evaluate_held(&self, cache: &Local, memory: &mut [Recall]) -> BatchStates {
+        // Not generic, like [`Self::sweep`].
         let lanes: &dyn Any = self;
         if let Some(lanes) = lanes.downcast_ref() {
-            answers_in_plane(lanes, local, memory)
+            evaluate_plane(lanes, cache, memory)
         } else {
-            answers_in_space(lanes.downcast_ref().expect("the gel has two or three dimensions"), local, memory)
+            evaluate_space(lanes.downcast_ref().expect("the gel has two or three dimensions"), cache, memory)
         }
     }
 
-    /// With patches of one or `N` places.
+    /// Dispatches on the material, for patches of one or `N` elements.
     #[inline(always)]
-    fn answers_of<const N: usize>(&self, local: &Local, memory: &mut [Recall]) -> Answers {
+    fn evaluate_by_law<const N: usize>(&self, cache: &Local, memory: &mut [Recall]) -> BatchStates {
         match self.law() {
-            Law::Elastic(gel, rest) => self.answers_by::<N, _>((gel, rest), local, memory),
-            Law::Flowing(gel, rest) => self.answers_by::<N, _>((gel, rest), local, memory),
-            Law::Relaxing(gel, rest) => self.answers_by::<N, _>((gel, rest), local, memory),
+            BatchLaw::NeoHookean(gel, rest) => self.evaluate_by_depth::<N, _>(gel, rest, cache, memory),
+            BatchLaw::Viscoplastic(gel, rest) => self.evaluate_by_depth::<N, _>(gel, rest, cache, memory),
+            BatchLaw::Viscoelastic(gel, rest) => self.evaluate_by_depth::<N, _>(gel, rest, cache, memory),
         }
     }
 
-    fn answers_by<const N: usize, G: Solid<D>>(
+    /// Dispatches on the vector unit and the patch depth.
+    fn evaluate_by_depth<const N: usize, G: SimdMaterial<D>>(
         &self,
-        (gel, rest): (&G, &[G::Rest]),
-        local: &Local,
+        gel: &G,
+        rest: &[G::Rest],
+        cache: &Local,
         memory: &mut [Recall],
-    ) -> Answers {
+    ) -> BatchStates {
         if self.depth() == 1 {
-            on!(Level::new(), simd => self.hold::<1, _, _>((simd, gel, rest), local, memory))
+            on!(Level::new(), simd => self.evaluate_group::<1, _, _>(simd, gel, rest, cache, memory))
         } else {
-            on!(Level::new(), simd => self.hold::<N, _, _>((simd, gel, rest), local, memory))
+            on!(Level::new(), simd => self.evaluate_group::<N, _, _>(simd, gel, rest, cache, memory))
         }
     }
 
-    /// As a sweep in no time, but for what is given to the nodes.
+    /// Runs the stages of a sweep of zero duration, without the nodal sums.
     #[inline(always)]
-    fn hold<const N: usize, G: Solid<D>, S: Simd>(
+    fn evaluate_group<const N: usize, G: SimdMaterial<D>, S: Simd>(
         &self,
-        (simd, gel, rest): (S, &G, &[G::Rest]),
-        local: &Local,
+        simd: S,
+        gel: &G,
+        rest: &[G::Rest],
+        cache: &Local,
         memory: &mut [Recall],
-    ) -> Answers {
+    ) -> BatchStates {
         let (batches, rest) = (self.batches_of::<N>(0), rest.first_chunk().expect("a group is whole"));
         let zero = f64x8::splat(simd, 0.0);
-        let mut strains = [Strains::at_rest(zero); N];
-        let strained = self.strain_group::<N, G, S>((0, batches, rest), local.motion()[0], &mut strains);
-        let mut slopes = [Slopes { slope: zero, curvature: zero }; N];
-        let mut energy = volumetric::<D, N, S>(gel, batches, &strains, &mut slopes);
-        let (mut answers, rows, kick) = (Answers::default(), gel.rows(), Kick { length: 0.0, elapsed: 0.0 });
+        let mut strains = [BatchDeformation::at_rest(zero); N];
+        let strained = self.strain_group::<N, G, S>(0, batches, rest, cache.motion()[0], &mut strains);
+        let mut slopes = [VolumetricSlopes { slope: zero, curvature: zero }; N];
+        let mut energy = evaluate_volumetric::<D, N, S>(gel, batches, &strains, &mut slopes);
+        let (mut states, rows, kick) = (BatchStates::default(), gel.rows(), Kick { length: 0.0, elapsed: 0.0 });
         for k in 0..N {
-            let own = &mut memory[k * rows..(k + 1) * rows];
-            let pull = gel.pull(self.section(), (&batches[k], &rest[k], kick, own), (&strains[k], &slopes[k]));
-            energy = fused(pull.energy, strained, energy);
-            pull.stiffness.store_slice(&mut answers.stiffness[k]);
-            strains[k].jacobian().store_slice(&mut answers.jacobian[k]);
+            let history = &mut memory[k * rows..(k + 1) * rows];
+            let input = BatchInput { batch: &batches[k], rest: &rest[k], kick, history };
+            let forces = gel.evaluate(self.section(), input, &strains[k], &slopes[k]);
+            energy = multiply_add(forces.energy, strained, energy);
+            forces.stiffness.store_slice(&mut states.stiffness[k]);
+            strains[k].jacobian().store_slice(&mut states.jacobian[k]);
         }
-        energy.store_slice(&mut answers.energy);
-        answers
+        energy.store_slice(&mut states.energy);
+        states
     }
 }
 
 #[inline(never)]
-fn answers_in_plane(lanes: &Lanes<2>, local: &Local, memory: &mut [Recall]) -> Answers {
-    lanes.answers_of::<{ places(2) }>(local, memory)
+fn evaluate_plane(lanes: &Lanes<2>, cache: &Local, memory: &mut [Recall]) -> BatchStates {
+    lanes.evaluate_by_law::<{ places(2) }>(cache, memory)
 }
 
 #[inline(never)]
-fn answers_in_space(lanes: &Lanes<3>, local: &Local, memory: &mut [Recall]) -> Answers {
-    lanes.answers_of::<{ places(3) }>(local, memory)
+fn evaluate_space(lanes: &Lanes<3>, cache: &Local, memory: &mut [Recall]) -> BatchStates {
+    lanes.evaluate_by_law::<{ places(3) }>(cache, memory)
 }
 
 #[cfg(test)]
@@ -173,7 +179,7 @@ mod tests {
     use crate::math::Tensor;
     use crate::mesh::{Block, Mesh, Patches, Split, block, uniform};
 
-    /// All but the last three, no multiple of eight, in patches or each by itself, and some of them not what their nodes say.
+    /// Returns a mesh of elements, not a multiple of eight, some of them incompatible, with or without patches.
     fn simplices<const D: usize>(material: &Material, section: Section, is_grouped: bool) -> Simplices<D> {
         let planes = std::array::from_fn(|_| uniform(0.5, 1.5, 0.25));
         let mut mesh = block::<D>(Block { planes, split: Split::Centred, faces: vec![] });
@@ -200,8 +206,8 @@ mod tests {
             let wave = |i: usize, a: usize| size * ((7 * a + 3 * i) as f64).sin();
             let moved = |(a, x): (usize, &Vector<D>)| x + Vector::<D>::from_fn(|i, _| wave(i, a));
             let x: Vec<Vector<D>> = all.rest().iter().enumerate().map(moved).collect();
-            let mut one = Measured::of(all.len(), all.patches().len());
-            (0..all.patches().len()).for_each(|patch| one.take(&all, patch, (&x, &memory)));
+            let mut one = Measured::at_rest(all.len(), all.patches().len());
+            (0..all.patches().len()).for_each(|patch| one.record_patch(&all, patch, &x, &memory));
             let eight = all.measure_all(&x, &memory);
             let close = |found: &[f64], wanted: &[f64], part: f64| {
                 let scale = wanted.iter().map(|w| w.abs()).fold(0.0, f64::max);
@@ -210,11 +216,11 @@ mod tests {
             assert!(close(&eight.jacobian, &one.jacobian, 1e-14), "{section:?} {size}");
             assert!(close(&eight.energy, &one.energy, 1e-13), "{section:?} {size}");
             for ids in (0..all.patches().len()).map(|patch| all.patches().of(patch)) {
-                // What is alone among patches has the sum of two bounds in lanes, not that of the sum.
+                // In lanes a single element among patches has the sum of two bounds, not the bound of the sum.
                 let room = if ids.len() < all.patches().largest() { f64::INFINITY } else { 1e-8 };
                 for e in ids.iter().map(|id| id.index()) {
                     let more = eight.stiffness[e] / one.stiffness[e] - 1.0;
-                    // Of a ring the root of what rounding leaves of the difference of its stretches is in it.
+                    // For a ring the bound contains the root of a rounded difference of stretches.
                     assert!((-1e-8..=room).contains(&more), "{section:?} {size}: {more}");
                 }
             }
@@ -222,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn eight_patches_are_measured_as_one_after_the_other() {
+    fn lanes_agree_with_the_scalar_elements() {
         let flowing = Flowing {
             shear_modulus: 4.8,
             state: EquationOfState::new(60.0, 0.0, 20.0),

@@ -1,52 +1,52 @@
-//! A pressure on a facet: the forces that do its exact virtual work.
+//! Follower pressure on a facet: consistent nodal forces.
 
 use super::Section;
 use crate::math::{Vector, embed, restrict};
 
-/// What a pressure of 1 Pa on a facet does where its nodes are.
+/// Nodal forces of a pressure of 1 Pa on a facet, and the bound of their stiffness.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Push<const D: usize> {
-    /// On each of its nodes, N; of an edge of the plane the third is zero.
+pub struct FacetPressure<const D: usize> {
+    /// Force on each node, N; zero for the third node of an edge in the plane.
     pub forces: [Vector<D>; 3],
-    /// κ, bound of the norm of their derivative, N/m.
+    /// Bound κ of the norm of the force derivative, N/m.
     pub stiffness: f64,
 }
 
-/// Forces of a pressure of 1 Pa on an outward oriented facet: f_a = −∫ N_a n dA over it where it is.
+/// Computes the forces of a pressure of 1 Pa on an outward oriented facet: f_a = −∫ N_a n dA over the deformed facet.
 ///
-/// They are −∂v/∂x_a of the volume v that the facets enclose, up to terms that cancel between neighbours, on an axis and where
-/// the boundary of a loaded face is held along its normal: there p v is a potential, elsewhere the pressure follows the face.
-/// With n dA = (Δz, −Δx) ds in the plane, times the thickness, or times 2πr about an axis, and ½ (x₁ − x₀) × (x₂ − x₀) in
-/// space:
-/// f_a = −½ t (Δz, −Δx); f_a = −π (Δz, −Δr) (2 r_a + r_b)/3; f_a = −⅙ (x₁ − x₀) × (x₂ − x₀).
+/// The forces are −∂v/∂x_a of the enclosed volume v, up to boundary terms. These cancel between neighbours, on an
+/// axis, and where the boundary of a loaded face is held along its normal. There p v is a potential; elsewhere the
+/// pressure is a follower load. n dA = (Δz, −Δx) ds in the plane, times the thickness, or times 2πr about an axis,
+/// and ½ (x₁ − x₀) × (x₂ − x₀) in space. Hence f_a = −½ t (Δz, −Δx); f_a = −π (Δz, −Δr) (2 r_a + r_b)/3; f_a = −⅙ (x₁
+/// − x₀) × (x₂ − x₀).
 ///
-/// κ bounds |δf| ≤ κ |δx| over all nodes of the facet: |(Δz, −Δx)| changes by √2 |δx| at most, the mean radius by √5/3 |δx|,
-/// the product by |δx| times the root of the sum of the squared edges.
+/// κ bounds |δf| ≤ κ |δx| over all nodes of the facet: |(Δz, −Δx)| changes by √2 |δx| at most, the mean radius by
+/// √5/3 |δx|, the product by |δx| times the root of the sum of the squared edges.
 #[must_use]
-pub fn push<const D: usize>(section: Section, corners: &[Vector<D>; 3]) -> Push<D> {
+pub fn push<const D: usize>(section: Section, corners: &[Vector<D>; 3]) -> FacetPressure<D> {
     match section {
         Section::Planar { thickness } => {
-            let side = -across(corners) * (0.5 * thickness);
-            Push { forces: [side, side, Vector::zeros()], stiffness: thickness }
+            let side = -edge_normal(corners) * (0.5 * thickness);
+            FacetPressure { forces: [side, side, Vector::zeros()], stiffness: thickness }
         }
         Section::Axisymmetric => {
-            let (side, [a, b, _]) = (-across(corners) * std::f64::consts::PI, *corners);
+            let (side, [a, b, _]) = (-edge_normal(corners) * std::f64::consts::PI, *corners);
             let radii = [2.0 * a[0] + b[0], a[0] + 2.0 * b[0]].map(|radius| radius / 3.0);
             let (length, most) = ((b - a).norm(), radii[0].abs().max(radii[1].abs()));
             let stiffness = std::f64::consts::PI * (10.0_f64.sqrt() / 3.0 * length + 2.0 * most);
-            Push { forces: [side * radii[0], side * radii[1], Vector::zeros()], stiffness }
+            FacetPressure { forces: [side * radii[0], side * radii[1], Vector::zeros()], stiffness }
         }
         Section::Spatial => {
             let [u, v] = [1, 2].map(|k| embed(&(corners[k] - corners[0])));
             let force = restrict::<D>(&(u.cross(&v) / -6.0));
             let edges = u.norm_squared() + v.norm_squared() + (v - u).norm_squared();
-            Push { forces: [force; 3], stiffness: (3.0 * edges).sqrt() / 6.0 }
+            FacetPressure { forces: [force; 3], stiffness: (3.0 * edges).sqrt() / 6.0 }
         }
     }
 }
 
-/// Length times the outward normal of an edge with the body on its left.
-fn across<const D: usize>(corners: &[Vector<D>; 3]) -> Vector<D> {
+/// Returns the outward normal of an edge times its length, the body on its left.
+fn edge_normal<const D: usize>(corners: &[Vector<D>; 3]) -> Vector<D> {
     let along = corners[1] - corners[0];
     Vector::<D>::from_fn(|i, _| if i == 0 { along[1] } else { -along[0] })
 }
@@ -58,12 +58,12 @@ mod tests {
 
     const AXIS: [Section; 2] = [Section::Planar { thickness: 0.3 }, Section::Axisymmetric];
 
-    /// A closed polygon in the right half plane, or about the axis.
+    /// Returns a closed polygon in the right half plane, or about the axis.
     fn polygon() -> Vec<Vector<2>> {
         [[0.0, -1.0], [1.1, -0.9], [1.4, 0.2], [0.6, 0.9], [0.0, 0.7]].map(|[r, z]| Vector::<2>::new(r, z)).into()
     }
 
-    /// Area times thickness, or volume of revolution: Σ ½ t (x₀z₁ − x₁z₀), Σ π Δz (r₀² + r₀r₁ + r₁²)/3.
+    /// Returns the area times thickness, or the volume of revolution: Σ ½ t (x₀z₁ − x₁z₀), Σ π Δz (r₀² + r₀r₁ + r₁²)/3.
     fn volume(section: Section, x: &[Vector<2>]) -> f64 {
         let edge = |i: usize| [x[i], x[(i + 1) % x.len()]];
         let part = |[a, b]: [Vector<2>; 2]| match section {
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn forces_on_a_closed_line_are_the_derivative_of_what_it_encloses() {
+    fn forces_on_a_closed_line_are_the_derivative_of_its_area() {
         for section in AXIS {
             let x = polygon();
             let mut forces = vec![Vector::<2>::zeros(); x.len()];
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn no_motion_of_the_nodes_changes_the_forces_by_more_than_the_bound() {
+    fn the_stiffness_bounds_the_change_of_the_forces() {
         fn ratio<const D: usize>(
             section: Section,
             corners: [Vector<D>; 3],

@@ -1,40 +1,40 @@
-//! Elements of an elastic gel in lanes: what they answer once they are strained.
+//! Neo-Hookean elements in vector lanes.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
 use super::Section;
-use super::batch::{LANES, Wide, cofactors, fetch, fused, wide};
-use super::history::Remembering;
-use super::rest_geometry::Shape;
-use super::simd_material::{Eight, Pull, Slopes, Solid, Strains, Undeformed};
+use super::batch::{LANES, LaneArray, cofactors, load_lanes, multiply_add, prefetch};
+use super::history::HistoryLayout;
+use super::rest_geometry::RestGeometry;
+use super::simd_material::{BatchDeformation, BatchInput, ElementForces, RestOperator, SimdMaterial, VolumetricSlopes};
 use crate::constitutive::{Hyperelastic, NeoHookean, Volume};
 use crate::math::Number;
 use fearless_simd::{Simd, SimdBase, f64x8};
 
-/// How eight elements resist shear, from the gradients ∇N_a at rest: with it forces follow from edges, and F is not asked for.
+/// Shear stiffness of eight elements from ∇N_a: forces follow from the edges without F.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
-pub(super) struct Metric<const D: usize> {
+pub(super) struct ShearStiffness<const D: usize> {
     /// w μ |∇N_a|² for a = 1..=D, N/m.
-    diagonal: [Wide; D],
-    /// w μ ∇N_a·∇N_b, N/m: in space without 1, without 2 and without 3; in the plane that of 1 and 2 alone.
-    mixed: [Wide; D],
-    /// w Σ_a |∇N_a|², without the share of a ring, m.
-    spread: Wide,
+    diagonal: [LaneArray; D],
+    /// w μ ∇N_a·∇N_b, N/m: in space for the pairs without node 1, 2 and 3; in the plane for nodes 1 and 2 alone.
+    mixed: [LaneArray; D],
+    /// w Σ_a |∇N_a|² without the hoop part, m.
+    spread: LaneArray,
 }
 
-impl<const D: usize> Default for Metric<D> {
+impl<const D: usize> Default for ShearStiffness<D> {
     fn default() -> Self {
         let none = [0.0; LANES];
         Self { diagonal: [none; D], mixed: [none; D], spread: none }
     }
 }
 
-impl<const D: usize> Metric<D> {
-    /// w μ ∇N_a·∇N_b for a, b from 0 as edges are counted.
+impl<const D: usize> ShearStiffness<D> {
+    /// Returns w μ ∇N_a·∇N_b, with a and b from 0 as indices of edges.
     #[inline(always)]
-    fn of(&self, a: usize, b: usize) -> &Wide {
+    fn of(&self, a: usize, b: usize) -> &LaneArray {
         match (a == b, D) {
             (true, _) => &self.diagonal[a],
             (false, 3) => &self.mixed[3 - a - b],
@@ -43,31 +43,31 @@ impl<const D: usize> Metric<D> {
     }
 }
 
-impl<const D: usize> Undeformed<D> for Metric<D> {
+impl<const D: usize> RestOperator<D> for ShearStiffness<D> {
     #[inline(always)]
-    fn fetch(&self) {
+    fn prefetch(&self) {
         for eight in self.diagonal.iter().chain(&self.mixed) {
-            fetch(eight);
+            prefetch(eight);
         }
-        fetch(&self.spread);
+        prefetch(&self.spread);
     }
 
-    /// The edges themselves: F of the simplex whose edges are of length 1 and at right angles, with its volume.
+    /// Keeps the edges: they are F relative to the unit right-angled simplex; the scale corrects the determinant.
     #[inline(always)]
-    fn deform<S: Simd>(&self, (_, scale): (f64x8<S>, f64x8<S>), _: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {
+    fn deform<S: Simd>(&self, _strained: f64x8<S>, scale: f64x8<S>, _edges: &mut [[f64x8<S>; D]; D]) -> f64x8<S> {
         scale
     }
 }
 
-impl<const D: usize> Remembering<D> for NeoHookean {}
+impl<const D: usize> HistoryLayout<D> for NeoHookean {}
 
-impl<const D: usize> Solid<D> for NeoHookean {
-    type Rest = Metric<D>;
-    const REMEMBERS: bool = false;
+impl<const D: usize> SimdMaterial<D> for NeoHookean {
+    type Rest = ShearStiffness<D>;
+    const HAS_HISTORY: bool = false;
 
     #[inline(always)]
-    fn rest<S: Simd>(&self, of: &Shape<D, f64x8<S>>) -> Metric<D> {
-        let (mut rest, zero) = (Metric::default(), of.volume.constant(0.0));
+    fn rest<S: Simd>(&self, of: &RestGeometry<D, f64x8<S>>) -> ShearStiffness<D> {
+        let (mut rest, zero) = (ShearStiffness::default(), of.volume.constant(0.0));
         let (shape, gradients) = (of.volume * self.shear_modulus(), &of.gradients);
         let (mut first, mut spread) = ([zero; D], zero);
         for a in 0..D {
@@ -91,60 +91,62 @@ impl<const D: usize> Solid<D> for NeoHookean {
         Hyperelastic::volume(self)
     }
 
-    /// f_a = −Σ_b w μ ∇N_a·∇N_b e_b − w U′ ∂J/∂x_a, w μ/2 (|F|² + λ² − 3), and κ as [`super::Simplices`] has it.
+    /// Computes f_a = −Σ_b w μ ∇N_a·∇N_b e_b − w U′ ∂J/∂x_a, w μ/2 (|F|² + λ² − 3), and κ of [`super::Simplices`].
     #[inline(always)]
-    fn pull<S: Simd>(
+    fn evaluate<S: Simd>(
         &self,
         section: Section,
-        (batch, rest, _, _): Eight<'_, Metric<D>>,
-        (s, u): (&Strains<D, f64x8<S>>, &Slopes<f64x8<S>>),
-    ) -> Pull<D, f64x8<S>> {
-        let (simd, mu) = (s.inner.simd, self.shear_modulus());
+        input: BatchInput<'_, ShearStiffness<D>>,
+        s: &BatchDeformation<D, f64x8<S>>,
+        u: &VolumetricSlopes<f64x8<S>>,
+    ) -> ElementForces<D, f64x8<S>> {
+        let BatchInput { batch, rest, .. } = input;
+        let (simd, mu) = (s.det_f.simd, self.shear_modulus());
         let zero = f64x8::splat(simd, 0.0);
-        let (volume, scale) = (wide(simd, &batch.volume), wide(simd, &batch.scale));
+        let (volume, scale) = (load_lanes(simd, &batch.volume), load_lanes(simd, &batch.scale));
         let squeeze = if D == 2 { scale * s.out } else { scale };
         let (pressure, shape) = (-(volume * u.slope), volume * mu);
-        let (push, beside) = (pressure * squeeze, s.inner * s.hoop);
-        let around = fused(pressure, s.inner, -(shape * s.out)) * s.hoop;
+        let (push, beside) = (pressure * squeeze, s.det_f * s.hoop);
+        let hoop_force = multiply_add(pressure, s.det_f, -(shape * s.out)) * s.hoop;
         let (cofactor, mut square, mut volumetric) = (cofactors(&s.f), zero, zero);
         let mut forces = [[zero; D]; D];
         for i in 0..D {
             let ring = if i == 0 { beside } else { zero };
             let mut first = zero;
             for a in 0..D {
-                let mut shear = s.f[i][0] * wide(simd, rest.of(a, 0));
+                let mut shear = s.f[i][0] * load_lanes(simd, rest.of(a, 0));
                 for b in 1..D {
-                    shear = fused(s.f[i][b], wide(simd, rest.of(a, b)), shear);
+                    shear = multiply_add(s.f[i][b], load_lanes(simd, rest.of(a, b)), shear);
                 }
-                square = fused(s.f[i][a], shear, square);
-                forces[a][i] = fused(push, cofactor[i][a], -shear);
+                square = multiply_add(s.f[i][a], shear, square);
+                forces[a][i] = multiply_add(push, cofactor[i][a], -shear);
                 first -= cofactor[i][a];
-                let b = if D == 2 { fused(cofactor[i][a], squeeze, ring) } else { cofactor[i][a] };
-                volumetric = fused(b, b, volumetric);
+                let b = if D == 2 { multiply_add(cofactor[i][a], squeeze, ring) } else { cofactor[i][a] };
+                volumetric = multiply_add(b, b, volumetric);
             }
-            let b = if D == 2 { fused(first, squeeze, ring) } else { first };
-            volumetric = fused(b, b, volumetric);
+            let b = if D == 2 { multiply_add(first, squeeze, ring) } else { first };
+            volumetric = multiply_add(b, b, volumetric);
         }
         let volumetric = if D == 2 { volumetric } else { volumetric * (squeeze * squeeze) };
         let turn = match section {
-            // Said by D, so that nobody need look.
+            // Decided by D, a constant, so no branch remains.
             _ if D == 3 => (square * scale * (12.0 / mu)).root(),
             Section::Planar { .. } | Section::Spatial => zero + 1.0,
             Section::Axisymmetric => {
                 let strain = square * (s.hoop * scale) * (3.0 / (std::f64::consts::PI * mu));
-                two_largest(strain, s.inner, s.out)
+                two_largest(strain, s.det_f, s.out)
             }
         };
-        let spread = wide(simd, &rest.spread);
-        let spread = if D == 2 { fused(volume * 3.0, s.hoop * s.hoop, spread) } else { spread };
-        let turning = fused(u.slope.absolute(), turn, zero + mu);
-        let stiffness = fused(volume * u.curvature, volumetric, turning * spread);
-        let square = if D == 2 { fused(shape * s.out, s.out, square) } else { square };
-        Pull { forces, around, stiffness, energy: (square - shape * 3.0) * 0.5, lost: [zero; 3] }
+        let spread = load_lanes(simd, &rest.spread);
+        let spread = if D == 2 { multiply_add(volume * 3.0, s.hoop * s.hoop, spread) } else { spread };
+        let turning = multiply_add(u.slope.absolute(), turn, zero + mu);
+        let stiffness = multiply_add(volume * u.curvature, volumetric, turning * spread);
+        let square = if D == 2 { multiply_add(shape * s.out, s.out, square) } else { square };
+        ElementForces { forces, hoop_force, stiffness, energy: (square - shape * 3.0) * 0.5, lost: [zero; 3] }
     }
 }
 
-/// Scalar products, the first components first.
+/// Returns the scalar products, summed from the first component.
 #[inline(always)]
 fn dot<const D: usize, S: Simd>(a: &[f64x8<S>; D], b: &[f64x8<S>; D]) -> f64x8<S> {
     let mut sum = a[0] * b[0];
@@ -154,7 +156,7 @@ fn dot<const D: usize, S: Simd>(a: &[f64x8<S>; D], b: &[f64x8<S>; D]) -> f64x8<S
     sum
 }
 
-/// Sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|, from Σ s², s₁s₂ and λ.
+/// Returns the sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|, from Σ s², s₁s₂ and λ.
 #[inline(always)]
 pub(super) fn two_largest<V: Number>(square: V, inner: V, out: V) -> V {
     let area = inner.absolute() * 2.0;

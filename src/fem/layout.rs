@@ -1,20 +1,20 @@
-//! Elements laid out for vector units: eight patches side by side, every quantity of the eight in one vector.
+//! SIMD layout of the elements: eight patches in vector lanes, each quantity of the eight in one vector.
 //!
-//! The arithmetic is that of [`super::Simplices`] written per lane, so that every instruction set gives the same bits: products are
-//! fused into sums where they are written so and nowhere else (numerics A9). AVX2 and AVX-512 have an instruction for that; a
-//! processor that has neither calls a function, and is slow. What is gathered and scattered goes through rows of four numbers per
-//! node, turned four by four.
+//! The arithmetic is that of [`super::Simplices`], lane by lane, with the same bits on every instruction set.
+//! Products are fused into sums only where the source says so (numerics A9): AVX2 and AVX-512 have an instruction for
+//! it, other processors call a slow function. Gather and scatter use rows of four numbers per node, transposed four
+//! by four.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{Batch, LANES, Wide, determinant, on, wide};
-use super::history::{Recall, Remembering};
-use super::hyperelastic_simd::Metric;
-use super::kinematics::Gradients;
-use super::node_cache::{Accumulated, Rows, number_of, row_of};
-use super::rest_geometry::{References, put_in};
-use super::simd_material::{Slopes, Solid, Strains, Undeformed};
+use super::batch::{ElementBatch, LANES, LaneArray, determinant, load_lanes, on};
+use super::history::{HistoryLayout, Recall};
+use super::hyperelastic_simd::ShearStiffness;
+use super::kinematics::ShapeGradients;
+use super::node_cache::{Accumulated, NodeRows, number_of, row_of};
+use super::rest_geometry::{ReferenceBatch, store_rest_geometry};
+use super::simd_material::{BatchDeformation, RestOperator, SimdMaterial, VolumetricSlopes};
 use super::transpose::gather;
 use super::viscoelastic::MOST_MEMORIES;
 use super::{MAX_NODES, Memory, Section};
@@ -26,182 +26,186 @@ use std::ops::Range;
 /// Most elements of a patch.
 pub const DEPTH: usize = places(3);
 
-/// Places of a patch of more than one element: pairs in the plane, fours in space.
+/// Returns the most elements of a patch: pairs in the plane, fours in space.
 #[must_use]
 pub const fn places(dimensions: usize) -> usize {
     2 * (dimensions - 1)
 }
 
-/// What a group of patches answers.
+/// Response of a group of eight patches.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct GroupAnswer {
     /// Σ V, J.
     pub energy: f64,
     /// Σ f·v, W.
     pub power: f64,
-    /// Least J.
+    /// Least J of the elements.
     pub least_jacobian: f64,
-    /// How fast its elements close at most, 1/s; where none is turned over within [`super::FORESEEN`] steps, anything less.
+    /// Greatest closing rate of the elements, 1/s; may be too small if no element inverts within [`super::FORESEEN`]
+    /// steps.
     pub closing: f64,
-    /// Which elements have J ≤ 0: bit 8k + l for the k-th element of the patch in lane l.
+    /// Bit set of the elements with J ≤ 0: bit 8k + l for the k-th element of the patch in lane l.
     pub inverted: u32,
-    /// How many elements are below the continuation.
+    /// Number of elements below the floor of J.
     pub crushed: u32,
 }
 
-/// A corner of an element.
+/// Corner of an element in a slot.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Corner {
-    /// The slot of the element, from that of the first group on.
+pub struct ElementCorner {
+    /// Slot of the element, counted from the first slot of the first group.
     pub slot: u16,
-    /// The number of the node within the block.
+    /// Number of the node within the block.
     pub node: u16,
 }
 
-/// The kick of a group.
+/// Velocity kick of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kick {
-    /// Its length, s.
+    /// Duration of the impulse, s.
     pub length: f64,
-    /// From the tick before of the group until now, s.
+    /// Time since the previous tick of the group, s.
     pub elapsed: f64,
 }
 
-/// Whether the power of a group, Σ f·v, is asked for.
+/// Request for the power Σ f·v of the groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Power {
-    /// Of each group.
+    /// Report the power of each group.
     Told,
-    /// Of none: the velocities of the nodes are not looked up.
+    /// Report no power; nodal velocities are not loaded.
     Untold,
 }
 
-/// Where a sweep leaves κ of each slot, the answer of each group, and what its elements remember.
-pub type Found<'a> = (&'a mut [f64], &'a mut [GroupAnswer], &'a mut [Recall]);
+/// Output of a sweep: κ of each slot, the response of each group, and the history variables.
+pub type SweepOutput<'a> = (&'a mut [f64], &'a mut [GroupAnswer], &'a mut [Recall]);
 
-/// The kicks of the groups of a run.
+/// Kicks of the groups of a run.
 #[derive(Clone, Copy)]
 pub enum Kicks<'a> {
-    /// One for all of them.
+    /// One kick for all groups.
     Same(Kick),
-    /// That of each group that is swept.
+    /// Kick of each group; none for a group outside the sweep.
     Each(&'a dyn Fn(usize) -> Option<Kick>),
 }
 
-/// A run of groups, their kicks, and whether their power is asked for.
-pub type Asked<'a> = (Range<usize>, Kicks<'a>, Power);
+/// Input of a sweep: a run of groups, their kicks, and the request for their power.
+pub type SweepInput<'a> = (Range<usize>, Kicks<'a>, Power);
 
-/// What elements in lanes are made of, and what that knows of each at rest, batch by batch.
+/// Material of the elements in lanes, with the rest data of each batch.
 #[derive(Debug, Clone)]
-pub(super) enum Law<const D: usize> {
-    Elastic(NeoHookean, Vec<Metric<D>>),
-    Flowing(Flowing, Vec<Gradients<D>>),
-    Relaxing(Viscoelastic, Vec<Gradients<D>>),
+pub(super) enum BatchLaw<const D: usize> {
+    NeoHookean(NeoHookean, Vec<ShearStiffness<D>>),
+    Viscoplastic(Flowing, Vec<ShapeGradients<D>>),
+    Viscoelastic(Viscoelastic, Vec<ShapeGradients<D>>),
 }
 
-impl<const D: usize> Law<D> {
-    fn gel(&self) -> &dyn Remembering<D> {
+impl<const D: usize> BatchLaw<D> {
+    /// Returns the layout of the history variables.
+    fn history_layout(&self) -> &dyn HistoryLayout<D> {
         match self {
-            Self::Elastic(gel, _) => gel,
-            Self::Flowing(gel, _) => gel,
-            Self::Relaxing(gel, _) => gel,
+            Self::NeoHookean(gel, _) => gel,
+            Self::Viscoplastic(gel, _) => gel,
+            Self::Viscoelastic(gel, _) => gel,
         }
     }
 }
 
-/// Elements in lanes.
+/// Elements in vector lanes, in batches of eight.
 #[derive(Debug, Clone)]
 pub struct Lanes<const D: usize> {
-    batches: Vec<Batch>,
-    /// Of each batch 1 in the lanes of elements that are not at rest where their nodes are; none at all if there is no such element.
-    told: Vec<Wide>,
+    batches: Vec<ElementBatch>,
+    /// Mask of each batch: 1 in the lanes of incompatible elements; empty if all elements are compatible.
+    incompatible: Vec<LaneArray>,
     depth: usize,
-    law: Law<D>,
+    law: BatchLaw<D>,
     section: Section,
 }
 
 impl<const D: usize> Lanes<D> {
-    /// Empty lanes for so many slots, `depth` elements to a patch; none of a material that has no such form.
+    /// Creates empty lanes for `n_slots` elements, `depth` to a patch; none for a material without a SIMD form.
     ///
     /// # Panics
     /// If the slots do not fill their batches, or `depth` is neither 1 nor [`places`].
-    pub(super) fn empty(n_slots: usize, depth: usize, (material, section): (&Material, Section)) -> Option<Self> {
+    pub(super) fn empty(n_slots: usize, depth: usize, material: &Material, section: Section) -> Option<Self> {
         assert!(n_slots.is_multiple_of(LANES * depth), "slots fill whole groups");
         assert!(depth == 1 || depth == places(D), "a patch has one place, or two in the plane and four in space");
         let n = n_slots / LANES;
         let law = match material {
-            Material::NeoHookean(gel) => Law::Elastic(*gel, vec![Metric::default(); n]),
-            Material::Flowing(gel) => Law::Flowing(*gel, vec![Gradients::default(); n]),
-            Material::Viscoelastic(gel) => Law::Relaxing(*gel, vec![Gradients::default(); n]),
+            Material::NeoHookean(gel) => BatchLaw::NeoHookean(*gel, vec![ShearStiffness::default(); n]),
+            Material::Flowing(gel) => BatchLaw::Viscoplastic(*gel, vec![ShapeGradients::default(); n]),
+            Material::Viscoelastic(gel) => BatchLaw::Viscoelastic(*gel, vec![ShapeGradients::default(); n]),
             Material::MooneyRivlin(_) | Material::Ogden(_) => return None,
         };
-        Some(Self { batches: vec![Batch::default(); n], told: vec![], depth, law, section })
+        Some(Self { batches: vec![ElementBatch::default(); n], incompatible: vec![], depth, law, section })
     }
 
-    /// Puts eight elements, as they are at rest, into a batch, with the numbers of their nodes.
-    pub(super) fn put(&mut self, at: usize, rest: &References<D>, nodes: &[[u16; MAX_NODES]; LANES]) {
+    /// Fills a batch with the rest shapes of eight elements and the numbers of their nodes.
+    pub(super) fn set_batch(&mut self, at: usize, rest: &ReferenceBatch<D>, nodes: &[[u16; MAX_NODES]; LANES]) {
         let (batch, section) = (&mut self.batches[at], self.section);
         for (lane, nodes) in nodes.iter().enumerate() {
             batch.nodes.iter_mut().zip(nodes).for_each(|(wide, node)| wide[lane] = row_of(*node));
         }
         match &mut self.law {
-            Law::Elastic(gel, law) => {
-                on!(Level::new(), simd => put_in((simd, gel), (batch, &mut law[at]), (rest, section)));
+            BatchLaw::NeoHookean(gel, law) => {
+                on!(Level::new(), simd => store_rest_geometry(simd, gel, batch, &mut law[at], rest, section));
             }
-            Law::Flowing(gel, law) => {
-                on!(Level::new(), simd => put_in((simd, gel), (batch, &mut law[at]), (rest, section)));
+            BatchLaw::Viscoplastic(gel, law) => {
+                on!(Level::new(), simd => store_rest_geometry(simd, gel, batch, &mut law[at], rest, section));
             }
-            Law::Relaxing(gel, law) => {
-                on!(Level::new(), simd => put_in((simd, gel), (batch, &mut law[at]), (rest, section)));
+            BatchLaw::Viscoelastic(gel, law) => {
+                on!(Level::new(), simd => store_rest_geometry(simd, gel, batch, &mut law[at], rest, section));
             }
         }
     }
 
-    /// Of an element in a slot, that its nodes do not say what it is at rest.
-    pub(super) fn tell(&mut self, slot: usize) {
-        self.told.resize(self.batches.len(), [0.0; LANES]);
-        self.told[slot / LANES][slot % LANES] = 1.0;
+    /// Marks an element whose rest shape is not that of the rest positions of its nodes.
+    pub(super) fn mark_incompatible(&mut self, slot: usize) {
+        self.incompatible.resize(self.batches.len(), [0.0; LANES]);
+        self.incompatible[slot / LANES][slot % LANES] = 1.0;
     }
 
-    /// Takes all elements for what their nodes say.
-    pub(super) fn forget(&mut self) {
-        self.told.clear();
+    /// Marks all elements as compatible.
+    pub(super) fn clear_incompatible(&mut self) {
+        self.incompatible.clear();
     }
 
-    pub(super) fn law(&self) -> &Law<D> {
+    /// Returns the material and its rest data.
+    pub(super) fn law(&self) -> &BatchLaw<D> {
         &self.law
     }
 
+    /// Returns the kinematic model.
     pub(super) fn section(&self) -> Section {
         self.section
     }
 
-    /// The batches from one on.
+    /// Returns the batches from the given one on.
     #[inline(always)]
-    pub(super) fn batches_from(&self, first: usize) -> &[Batch] {
+    pub(super) fn batches_from(&self, first: usize) -> &[ElementBatch] {
         self.batches.get(first..).unwrap_or_default()
     }
 
-    /// The batches of a group.
+    /// Returns the batches of a group.
     #[inline(always)]
-    pub(super) fn batches_of<const N: usize>(&self, group: usize) -> &[Batch; N] {
+    pub(super) fn batches_of<const N: usize>(&self, group: usize) -> &[ElementBatch; N] {
         self.batches[group * N..].first_chunk().expect("a group is whole")
     }
 
-    /// Elements to a patch.
+    /// Returns the elements per patch.
     #[must_use]
     pub fn depth(&self) -> usize {
         self.depth
     }
 
-    /// Shows the numbers, within the block, of the nodes of the elements of a group, again and again where they share them.
+    /// Visits the node numbers of the elements of a group; shared nodes repeatedly.
     pub fn nodes(&self, group: usize, mut see: impl FnMut(u16)) {
         for batch in &self.batches[group * self.depth..(group + 1) * self.depth] {
-            batch.filled().for_each(|lane| batch.nodes[..=D].iter().for_each(|wide| see(number_of(wide[lane]))));
+            batch.filled_lanes().for_each(|lane| batch.nodes[..=D].iter().for_each(|wide| see(number_of(wide[lane]))));
         }
     }
 
-    /// Σ κ at the nodes of a block, in the order of a sweep over all its groups: the same bits.
+    /// Sums κ at the nodes of a block in the order of a sweep, with the same bits.
     pub fn sum_stiffness(&self, groups: Range<usize>, stiffness: &[f64], part: &mut [Accumulated]) {
         for sum in part.iter_mut() {
             sum[3] = 0.0;
@@ -209,37 +213,37 @@ impl<const D: usize> Lanes<D> {
         self.corners(groups, |corner| part[usize::from(corner.node)][3] += stiffness[usize::from(corner.slot)]);
     }
 
-    /// Shows the corners of the elements of these groups in the order of a sweep; empty slots are at the first node.
+    /// Visits the corners of the elements of a run of groups in the order of a sweep; empty slots use node 0.
     #[inline(always)]
-    pub fn corners(&self, groups: Range<usize>, mut see: impl FnMut(Corner)) {
+    pub fn corners(&self, groups: Range<usize>, mut see: impl FnMut(ElementCorner)) {
         let batches = &self.batches[groups.start * self.depth..groups.end * self.depth];
         for (batch, first) in batches.iter().zip((0..).step_by(LANES)) {
-            // Loops: as a chain of iterators this takes six times as long.
+            // Loops: a chain of iterators is six times slower.
             for a in 0..=D {
                 for lane in 0..LANES {
-                    see(Corner { slot: first + lane as u16, node: number_of(batch.nodes[a][lane]) });
+                    see(ElementCorner { slot: first + lane as u16, node: number_of(batch.nodes[a][lane]) });
                 }
             }
         }
     }
 
-    /// Bytes held.
+    /// Returns the allocated size, bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let of_law = match &self.law {
-            Law::Elastic(_, rest) => size_of_val(rest.as_slice()),
-            Law::Flowing(_, rest) | Law::Relaxing(_, rest) => size_of_val(rest.as_slice()),
+        let law_size = match &self.law {
+            BatchLaw::NeoHookean(_, rest) => size_of_val(rest.as_slice()),
+            BatchLaw::Viscoplastic(_, rest) | BatchLaw::Viscoelastic(_, rest) => size_of_val(rest.as_slice()),
         };
-        of_law + size_of_val(self.batches.as_slice()) + size_of_val(self.told.as_slice())
+        law_size + size_of_val(self.batches.as_slice()) + size_of_val(self.incompatible.as_slice())
     }
 
-    /// Numbers that an element remembers, each a row of its batch.
+    /// Returns the number of history rows of a batch.
     #[must_use]
     pub fn rows(&self) -> usize {
-        self.law.gel().rows()
+        self.law.history_layout().rows()
     }
 
-    /// What fresh elements remember, batch by batch; nothing of those that remember nothing.
+    /// Creates the initial history variables of all batches; empty for a material without history.
     #[must_use]
     pub fn memory(&self) -> Vec<Recall> {
         let mut batch = vec![Recall::default(); self.rows()];
@@ -247,33 +251,37 @@ impl<const D: usize> Lanes<D> {
         batch.repeat(self.batches.len())
     }
 
-    /// Puts what an element remembers into a lane of the rows of its batch.
+    /// Stores the history variables of an element in a lane of the rows of its batch.
     pub fn remember(&self, batch: &mut [Recall], lane: usize, memory: &[Memory<D>]) {
-        self.law.gel().put_memory(batch, lane, memory);
+        self.law.history_layout().store_history(batch, lane, memory);
     }
 
-    /// Takes it from there.
+    /// Loads the history variables of an element from a lane of the rows of its batch.
     pub fn recall(&self, batch: &[Recall], lane: usize, memory: &mut [Memory<D>]) {
-        self.law.gel().take_memory(batch, lane, memory);
+        self.law.history_layout().load_history(batch, lane, memory);
     }
 
-    /// What viscosity added to U′ of the element in a lane at its last own tick, Pa.
+    /// Returns the viscous part of U′ of the element in a lane at its last tick, Pa.
     #[must_use]
     pub fn viscous(&self, batch: &[Recall], lane: usize) -> f64 {
-        self.law.gel().viscous(batch, lane)
+        self.law.history_layout().viscous(batch, lane)
     }
 
-    /// The strains of all elements of a group; 1 in the lanes of patches of which one is strained, as the pressure of all is then, else 0.
+    /// Computes the deformation of all elements of a group.
+    ///
+    /// Returns 1 in the lanes of patches with a strained element, since its pressure acts on all of them, else 0.
     #[inline(always)]
-    pub(super) fn strain_group<const N: usize, G: Solid<D>, S: Simd>(
+    pub(super) fn strain_group<const N: usize, G: SimdMaterial<D>, S: Simd>(
         &self,
-        (group, batches, rest): (usize, &[Batch; N], &[G::Rest; N]),
-        positions: &Rows,
-        strains: &mut [Strains<D, f64x8<S>>],
+        group: usize,
+        batches: &[ElementBatch; N],
+        rest: &[G::Rest; N],
+        positions: &NodeRows,
+        strains: &mut [BatchDeformation<D, f64x8<S>>],
     ) -> f64x8<S> {
-        let told: &[Wide] = self.told.get(group * N..(group + 1) * N).unwrap_or_default();
+        let incompatible: &[LaneArray] = self.incompatible.get(group * N..(group + 1) * N).unwrap_or_default();
         for k in 0..N {
-            self.strain::<G, S>((&batches[k], told.get(k), &rest[k]), positions, &mut strains[k]);
+            self.strain_batch::<G, S>(&batches[k], incompatible.get(k), &rest[k], positions, &mut strains[k]);
         }
         let mut strained = strains[0].strained;
         for k in 1..N {
@@ -282,58 +290,62 @@ impl<const D: usize> Lanes<D> {
         strained
     }
 
-    /// F from the edges x_a − x_0, and what follows from it. Where all nodes are at rest J is 1, not what rounding makes of it; so it is in
-    /// empty lanes.
+    /// Computes F of a batch from the edges x_a − x_0, with J and λ.
+    ///
+    /// J is exactly 1, without rounding, for elements at rest and in empty lanes.
     #[inline(always)]
-    fn strain<G: Solid<D>, S: Simd>(
+    fn strain_batch<G: SimdMaterial<D>, S: Simd>(
         &self,
-        (batch, told, rest): (&Batch, Option<&Wide>, &G::Rest),
-        positions: &Rows,
-        s: &mut Strains<D, f64x8<S>>,
+        batch: &ElementBatch,
+        incompatible: Option<&LaneArray>,
+        rest: &G::Rest,
+        positions: &NodeRows,
+        s: &mut BatchDeformation<D, f64x8<S>>,
     ) {
-        let simd = s.inner.simd;
+        let simd = s.det_f.simd;
         let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
         let rows = gather::<D, S>(simd, &batch.nodes, positions);
         let mut moved = rows[0][3].or_greater(rows[1][3]).or_greater(rows[2][3].or_greater(rows[3][3]));
-        if let Some(told) = told {
-            moved = moved.or_greater(wide(simd, told));
+        if let Some(incompatible) = incompatible {
+            moved = moved.or_greater(load_lanes(simd, incompatible));
         }
-        let away = (moved * wide(simd, &batch.volume)).simd_gt(zero);
+        let away = (moved * load_lanes(simd, &batch.volume)).simd_gt(zero);
         let strained = away.select(one, zero);
         for a in 0..D {
             for i in 0..D {
                 s.f[i][a] = rows[a + 1][i] - rows[0][i];
             }
         }
-        let unit = rest.deform((strained, wide(simd, &batch.scale)), &mut s.f);
-        s.inner = away.select(determinant(&s.f) * unit, one);
+        let unit = rest.deform(strained, load_lanes(simd, &batch.scale), &mut s.f);
+        s.det_f = away.select(determinant(&s.f) * unit, one);
         if D == 2 && self.section == Section::Axisymmetric {
             s.hoop = batch.hoop(simd);
             s.out = away.select((rows[0][0] + rows[1][0] + rows[2][0]) * s.hoop, one);
         }
-        s.strained = if G::REMEMBERS { one } else { strained };
+        s.strained = if G::HAS_HISTORY { one } else { strained };
     }
 }
 
-/// Volumetric energy, J, and slope and curvature of each element: U(J) of an element that is a patch by itself; else
-/// U_s(J) of each and U_v(J̄) of the patch (numerics 5).
+/// Evaluates the volumetric energy, J, with the slope and curvature of each element (numerics 5).
+///
+/// The energy is U(J) for a patch of one element, else the element part at each J plus the patch part at J̄.
 #[inline(always)]
-pub(super) fn volumetric<const D: usize, const N: usize, S: Simd>(
-    gel: &impl Solid<D>,
-    batches: &[Batch; N],
-    strains: &[Strains<D, f64x8<S>>],
-    slopes: &mut [Slopes<f64x8<S>>],
+pub(super) fn evaluate_volumetric<const D: usize, const N: usize, S: Simd>(
+    gel: &impl SimdMaterial<D>,
+    batches: &[ElementBatch; N],
+    strains: &[BatchDeformation<D, f64x8<S>>],
+    slopes: &mut [VolumetricSlopes<f64x8<S>>],
 ) -> f64x8<S> {
-    let simd = strains[0].inner.simd;
+    let simd = strains[0].det_f.simd;
     if N == 1 {
         let u = gel.volume().volumetric(strains[0].jacobian());
-        slopes[0] = Slopes { slope: u.slope, curvature: u.curvature.at_least(0.0) };
-        return wide(simd, &batches[0].volume) * u.energy;
+        slopes[0] = VolumetricSlopes { slope: u.slope, curvature: u.curvature.at_least(0.0) };
+        return load_lanes(simd, &batches[0].volume) * u.energy;
     }
-    let mut volume = wide(simd, &batches[0].volume);
+    let mut volume = load_lanes(simd, &batches[0].volume);
     let mut now = volume * strains[0].jacobian();
     for k in 1..N {
-        let own = wide(simd, &batches[k].volume);
+        let own = load_lanes(simd, &batches[k].volume);
         (volume, now) = (volume + own, now + own * strains[k].jacobian());
     }
     // An empty lane has no volume; the smallest number keeps it from 0/0.
@@ -341,7 +353,7 @@ pub(super) fn volumetric<const D: usize, const N: usize, S: Simd>(
     let mut energy = volume * shared.energy;
     for k in 0..N {
         let own = gel.volume().own(strains[k].jacobian());
-        energy += wide(simd, &batches[k].volume) * own.energy;
+        energy += load_lanes(simd, &batches[k].volume) * own.energy;
         slopes[k].slope = own.slope + shared.slope;
         slopes[k].curvature = own.curvature.at_least(0.0) + shared.curvature.at_least(0.0);
     }

@@ -1,4 +1,4 @@
-//! Potential energies made of elements, in patches that share a volume change: what the integrator steps.
+//! Finite elements: the potential energy of simplices in F-bar patches, scalar and SIMD.
 
 mod batch;
 mod element_pressure;
@@ -26,34 +26,38 @@ use crate::math::Vector;
 use crate::mesh::{ElementId, NodeId, Patches};
 
 pub(crate) use batch::on;
-pub use batch::{Batch, LANES};
-pub use facet_pressure::{Push, push};
+pub use batch::{ElementBatch, LANES};
+pub use facet_pressure::{FacetPressure, push};
 pub use history::Recall;
-pub use layout::{Asked, Corner, DEPTH, Found, GroupAnswer, Kick, Kicks, Lanes, Power, places};
+pub use layout::{DEPTH, ElementCorner, GroupAnswer, Kick, Kicks, Lanes, Power, SweepInput, SweepOutput, places};
 pub use node_cache::{Accumulated, At, Held, Local, MOST_LOCAL_NODES, Row, Whereabouts, rounding};
-pub use simplices::{Reference, Section, Simplices};
+pub use simplex::{Reference, Section};
+pub use simplices::Simplices;
 pub use viscoplastic::{Memory, Spent};
 
-/// How far J may come below nothing within a step, the element closing as it does at its beginning.
+/// Inversion margin: a step may take J at most this far below 0, by extrapolation of the rate at its start.
 ///
-/// A bound of the stiffness there does not see that: a strip of a wall, 0.1 mm thick, whose sides met at 50 m/s, had J = −2.3 after one step
-/// and 9000 times its κ, and gave back many times the energy that had closed it. Half of where the continuation begins: in it, what resists
-/// grows no more. Of 40 speeds around a random scene (191) two stopped without this, and none does with it. No half of J in a step instead:
-/// J → 0 in ever shorter steps then, and `ball-square` at 30 m/s, which comes to J = 0.01 on its fixed mesh, ended there.
+/// A stiffness bound at the start of the step does not see inversion. A strip of a wall, 0.1 mm thick, whose sides
+/// met at 50 m/s, had J = −2.3 and 9000 times its κ after one step. It returned many times the energy of its closing.
+/// The margin is half of the J at which the continuation begins, since the resistance grows no further there. Halving
+/// J per step is no alternative: J → 0 in ever shorter steps, and `ball-square` at 30 m/s, which reaches J = 0.01 on
+/// its fixed mesh, ended there.
 pub const TURNED: f64 = 0.1;
-/// How fast elements close is told where one would be [`TURNED`] within so many of the steps behind: then a step may be doubled without it
-/// being asked once more.
+/// Look-ahead of the inversion check, in steps of the last length.
+///
+/// The closing rate is reported if an element would reach the margin [`TURNED`] within the look-ahead: a step may
+/// then be doubled without another check.
 pub const FORESEEN: f64 = 2.0;
 
-/// Most nodes that an element may have.
+/// Most nodes of an element.
 pub const MAX_NODES: usize = 4;
 
-/// What an element answers at one position of its nodes.
+/// Response of an element at one position of its nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Answer<const D: usize> {
-    /// −∂V/∂x of its nodes, N; V is the energy of its patch, of which this element's share is meant.
+    /// Nodal forces −∂V/∂x, N: the share of this element in the energy V of its patch.
     pub forces: [Vector<D>; MAX_NODES],
-    /// κ, upper bound of the greatest eigenvalue of the element's share of the stiffness matrix ∂²V/∂x∂x, N/m.
+    /// Upper bound κ of the greatest eigenvalue of the element's share of the stiffness matrix ∂²V/∂x∂x, N/m.
     pub stiffness: f64,
     /// J = det F.
     pub jacobian: f64,
@@ -65,7 +69,7 @@ impl<const D: usize> Default for Answer<D> {
     }
 }
 
-/// What all elements answer at some positions.
+/// Responses of all elements at one position of the nodes, without the forces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
     /// κ of each element, N/m.
@@ -77,17 +81,18 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Of so many elements in so many patches, and nothing known of them.
-    fn of(n_elements: usize, n_patches: usize) -> Self {
+    /// Creates the states of `n_elements` elements in `n_patches` patches, all at rest.
+    fn at_rest(n_elements: usize, n_patches: usize) -> Self {
         Self { stiffness: vec![0.0; n_elements], jacobian: vec![1.0; n_elements], energy: vec![0.0; n_patches] }
     }
 
-    /// Takes down what those of a patch answer.
-    fn take<const D: usize, P: Potential<D> + ?Sized>(
+    /// Evaluates a patch and records the states of its elements.
+    fn record_patch<const D: usize, P: Potential<D> + ?Sized>(
         &mut self,
         potential: &P,
         patch: usize,
-        (x, memory): (&[Vector<D>], &[Memory<D>]),
+        x: &[Vector<D>],
+        memory: &[Memory<D>],
     ) {
         let mut answers = [Answer::default(); DEPTH];
         self.energy[patch] = potential.evaluate(patch, x, memory, &mut answers);
@@ -98,22 +103,24 @@ impl Measured {
     }
 }
 
-/// An elastic energy V = Σ_P V_P(x) of patches P of elements.
+/// Potential energy V = Σ_P V_P(x) of patches P of elements.
 pub trait Potential<const D: usize>: Send + Sync {
-    /// Number of elements.
+    /// Returns the number of elements.
     fn len(&self) -> usize;
-    /// Whether there are no elements.
+    /// Returns true if there are no elements.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
-    /// The nodes of an element, at most [`MAX_NODES`].
+    /// Returns the nodes of an element, at most [`MAX_NODES`].
     fn nodes(&self, element: ElementId) -> &[NodeId];
-    /// Which elements share an energy, at most [`DEPTH`] each.
+    /// Returns the patches of elements with a common energy, at most [`DEPTH`] elements each.
     fn patches(&self) -> &Patches;
-    /// Energy of a patch at the positions `x` of all nodes, J; `answers` receives what its elements answer, in their order. `memory`
-    /// is what all elements remember, [`Self::memories`] of each, one element after the other.
+    /// Evaluates the energy of a patch, J, at the positions `x` of all nodes.
+    ///
+    /// `answers` receives the responses of the elements of the patch, in their order. `memory` holds the history
+    /// variables of all elements, element by element, [`Self::memories`] of each.
     fn evaluate(&self, patch: usize, x: &[Vector<D>], memory: &[Memory<D>], answers: &mut [Answer<D>; DEPTH]) -> f64;
-    /// The same at the next own tick of the patch, `step` s after the last: what it remembers goes on.
+    /// Evaluates a patch at its next tick, `step` s after the last, and updates its history variables.
     fn advance(
         &self,
         patch: usize,
@@ -123,7 +130,9 @@ pub trait Potential<const D: usize>: Send + Sync {
     ) -> Spent {
         Spent { energy: self.evaluate(patch, x, memory, answers), ..Spent::default() }
     }
-    /// The same at a tick at which the patch has been advanced already; `viscous` is what viscosity has added to U′ of each element then.
+    /// Evaluates a patch again at a tick to which it has been advanced.
+    ///
+    /// `viscous` is the part of U′ that viscosity added in each element at that tick, Pa.
     fn again(
         &self,
         patch: usize,
@@ -133,42 +142,46 @@ pub trait Potential<const D: usize>: Send + Sync {
     ) -> f64 {
         self.evaluate(patch, x, memory, answers)
     }
-    /// How many memories each element has of how it has come where it is.
+    /// Returns the number of [`Memory`] records of an element.
     fn memories(&self) -> usize {
         0
     }
-    /// Whether its elements have any.
+    /// Returns true if the elements have history variables.
     fn remembers(&self) -> bool {
         self.memories() > 0
     }
-    /// Whether an element is crushed beyond what its material law means (below the continuation).
+    /// Returns true if J is below the floor of the material law, in its continuation.
     fn is_crushed(&self, jacobian: f64) -> bool;
-    /// Area or volume of an element with its corners there times a constant, of a ring that remembers all around the axis; of a
-    /// potential that has meshes.
+    /// Returns a multiple of the area or volume of an element with these corners.
+    ///
+    /// A ring with history variables has its full volume of revolution. Only for a potential with meshes.
     fn measure(&self, _corners: &[Vector<D>; MAX_NODES]) -> f64 {
         1.0
     }
-    /// Whether that is so of them.
+    /// Returns true if [`Self::measure`] is a volume of revolution.
     fn measures_rings(&self) -> bool {
         false
     }
-    /// What all elements answer at these positions, but for their forces: what [`Self::evaluate`] gives, but for rounding.
+    /// Evaluates the states of all elements, without forces; agrees with [`Self::evaluate`] up to rounding.
     fn measure_all(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
-        let mut measured = Measured::of(self.len(), self.patches().len());
-        (0..self.patches().len()).for_each(|patch| measured.take(self, patch, (x, memory)));
+        let mut measured = Measured::at_rest(self.len(), self.patches().len());
+        (0..self.patches().len()).for_each(|patch| measured.record_patch(self, patch, x, memory));
         measured
     }
-    /// How fast an element of this J closes with all nodes there, so fast: 1 over the time after which it is [`TURNED`], 1/s; 0 if it
-    /// does not.
+    /// Returns the closing rate of an element, 1/s: 1 over the time until J reaches the margin [`TURNED`], 0 if never.
+    ///
+    /// Arguments are its J and the positions, m, and velocities, m/s, of all nodes.
     fn closing(&self, _element: ElementId, _jacobian: f64, (_x, _v): (&[Vector<D>], &[Vector<D>])) -> f64 {
         0.0
     }
-    /// The positions of all nodes at which nothing is stored; of a potential that has lanes.
+    /// Returns the rest positions of all nodes; only for a potential with a SIMD form.
     fn rest(&self) -> &[Vector<D>] {
         &[]
     }
-    /// The same elements laid out for vector units, if there is such a form: lane by lane in the order of `slots`, `None`
-    /// where a lane is empty; `local` gives the number of each node of the element in a slot.
+    /// Builds the SIMD form of the elements, if the material has one.
+    ///
+    /// Lanes follow the order of `slots`, `None` in an empty lane; `local` numbers the nodes of the element in each
+    /// slot.
     fn lanes(&self, _slots: &[Option<ElementId>], _depth: usize, _local: &[[u16; MAX_NODES]]) -> Option<Lanes<D>> {
         None
     }

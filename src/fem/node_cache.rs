@@ -1,4 +1,5 @@
-//! The nodes of a run of elements, numbered by themselves, while it is swept: small enough for the nearest cache.
+//! Node cache of a block: positions, velocities and sums of its nodes during a sweep, small enough for the nearest
+//! cache.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
@@ -8,76 +9,79 @@ use crate::math::Vector;
 use crate::mesh::NodeId;
 use fearless_simd::{Level, Simd, SimdBase, f64x4};
 
-/// Most nodes that a block may number for itself.
+/// Most nodes of a block.
 pub const MOST_LOCAL_NODES: usize = 4096;
 
-/// Where a node is (up to three components), m, or how fast, m/s; of where it is last whether it has moved: 1 or 0.
+/// Row of a node: up to three components of the position, m, or velocity, m/s.
+///
+/// The last number of a position row is 1 for a moved node, else 0.
 pub type Row = [f64; 4];
-/// Impulse of a node (three components), N·s, and Σ κ of the elements around it, N/m.
+/// Sums at a node: the impulse (three components), N·s, and Σ κ of the adjacent elements, N/m.
 pub type Accumulated = [f64; 4];
 
-/// Numbers of a row, and of a line of the cache.
+/// Numbers of a row.
 const ROW: usize = 4;
+/// Numbers of a cache line.
 const LINE: usize = 8;
-/// Where the row of a node begins is a `u16`, and so many rows there are that nobody need look whether it is one of them: what a
-/// block has not is never touched.
+/// Numbers of all rows: every `u16` offset is in bounds, so no access needs a bounds check; unused rows are never
+/// touched.
 const NUMBERS: usize = (1 << 16) + ROW;
 
-/// Four numbers of each node of a block, node by node.
-pub(super) type Rows = [f64; NUMBERS];
+/// Rows of all nodes of a block, node by node.
+pub(super) type NodeRows = [f64; NUMBERS];
 
-/// Where the row of a node begins, by its number within the block.
+/// Returns the first number of the row of a node, from its number within the block.
 ///
 /// # Panics
-/// If no block has so many nodes.
+/// If the number is not below [`MOST_LOCAL_NODES`].
 #[must_use]
 pub(super) fn row_of(number: u16) -> u16 {
     assert!(usize::from(number) < MOST_LOCAL_NODES, "a block numbers no more nodes");
     number * ROW as u16
 }
 
-/// The number of the node whose row begins there.
+/// Returns the node number of the row at an offset.
 #[inline]
 #[must_use]
 pub(super) fn number_of(first: u16) -> u16 {
     first / ROW as u16
 }
 
-/// The row that begins there.
+/// Returns the row at an offset.
 #[inline(always)]
-pub(super) fn row(rows: &Rows, first: u16) -> &[f64] {
+pub(super) fn row(rows: &NodeRows, first: u16) -> &[f64] {
     &rows[usize::from(first)..usize::from(first) + ROW]
 }
 
-/// The same, to be changed.
+/// Returns the row at an offset, mutable.
 #[inline(always)]
-pub(super) fn row_mut(rows: &mut Rows, first: u16) -> &mut [f64] {
+pub(super) fn row_mut(rows: &mut NodeRows, first: u16) -> &mut [f64] {
     &mut rows[usize::from(first)..usize::from(first) + ROW]
 }
 
-/// A node as it was at its last tick.
+/// State of a node at its last tick.
 #[derive(Debug, Clone, Copy)]
 pub struct At<'a, const D: usize> {
-    /// Where it was, m.
+    /// Position, m.
     pub position: &'a Vector<D>,
-    /// How fast it is since, m/s.
+    /// Velocity since then, m/s.
     pub velocity: &'a Vector<D>,
-    /// Where it rests, m.
+    /// Rest position, m.
     pub rest: &'a Vector<D>,
-    /// How long ago its last tick was, s.
+    /// Time since the last tick, s.
     pub passed: f64,
 }
 
-/// Who knows where nodes are.
+/// Source of nodal states.
 pub trait Whereabouts<const D: usize>: Copy {
-    /// A node as it was at its last tick.
+    /// Returns the state of a node at its last tick.
     fn of(&self, node: NodeId) -> At<'_, D>;
 
-    /// Asks for what belongs to a node before it is needed.
+    /// Prefetches the state of a node.
     fn fetch(&self, _node: NodeId) {}
 }
 
-/// Nodes that are held where they are.
+/// Nodes at given positions, with zero velocity.
 #[derive(Debug, Clone, Copy)]
 pub struct Held<'a, const D: usize> {
     position: &'a [Vector<D>],
@@ -87,7 +91,7 @@ pub struct Held<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Held<'a, D> {
-    /// Where they are and where they rest, m.
+    /// Creates the source from positions and rest positions, m.
     #[must_use]
     pub fn new(position: &'a [Vector<D>], rest: &'a [Vector<D>]) -> Self {
         Self { position, rest, velocity: Vector::<D>::zeros() }
@@ -101,83 +105,95 @@ impl<const D: usize> Whereabouts<D> for Held<'_, D> {
     }
 }
 
-/// How many nodes before it is loaded a node is asked for, where it is asked for at all; of whole blocks 12 to 96 are as good.
-const AHEAD: usize = 24;
+/// Prefetch distance in nodes; 12 to 96 perform alike on whole blocks.
+const PREFETCH_DISTANCE: usize = 24;
 
-/// The nodes of one block while it is swept.
+/// Node cache of one block during a sweep.
 #[derive(Debug)]
 pub struct Local {
-    /// Up to which component of its displacement a node is where it is at rest, m.
+    /// Greatest component of a displacement that counts as rest, m.
     still: f64,
-    /// Greatest |v|² of the nodes that were loaded, m²/s².
-    pub(super) fastest: f64,
-    /// What those that were swept last store, and what they have lost.
+    /// Greatest |v|² of the loaded nodes, m²/s².
+    max_squared_speed: f64,
+    /// Energy and dissipation of the last sweep.
     pub(super) spent: Spent,
-    positions: Aligned,
-    velocities: Aligned,
-    accumulated: Aligned,
+    positions: AlignedRows,
+    velocities: AlignedRows,
+    accumulated: AlignedRows,
 }
 
-/// Rows, none of which lies in two lines of the cache.
+/// Access to the nodes of a block for a sweep.
+pub(super) struct NodeAccess<'a> {
+    /// Rows of positions, m, and velocities, m/s.
+    pub motion: [&'a NodeRows; 2],
+    /// Greatest |v|² of the nodes, m²/s².
+    pub max_squared_speed: f64,
+    /// Rows of [`Accumulated`] sums.
+    pub accumulated: &'a mut NodeRows,
+}
+
+/// Rows aligned to cache lines, so no row spans two lines.
 #[derive(Debug)]
-struct Aligned {
+struct AlignedRows {
     numbers: Vec<f64>,
     first: usize,
 }
 
-impl Aligned {
-    /// All zero: of that the system gives as much as is touched.
+impl AlignedRows {
+    /// Allocates zeroed rows; the system provides only the touched pages.
     fn new() -> Self {
         let numbers = vec![0.0; NUMBERS + LINE];
-        // Where it can't be told, some rows lie in two lines.
+        // Without a known offset some rows span two lines.
         let first = numbers.as_ptr().align_offset(LINE * size_of::<f64>());
         Self { first: if first < LINE { first } else { 0 }, numbers }
     }
 
     #[inline]
-    fn rows(&self) -> &Rows {
+    fn rows(&self) -> &NodeRows {
         self.numbers[self.first..].first_chunk().expect("there is a line more")
     }
 
     #[inline]
-    fn rows_mut(&mut self) -> &mut Rows {
+    fn rows_mut(&mut self) -> &mut NodeRows {
         self.numbers[self.first..].first_chunk_mut().expect("there is a line more")
     }
 }
 
-/// With zeros.
+/// Pads a vector with zeros to four numbers.
 #[inline(always)]
-fn four<const D: usize, S: Simd>(simd: S, v: &Vector<D>) -> f64x4<S> {
+fn padded<const D: usize, S: Simd>(simd: S, v: &Vector<D>) -> f64x4<S> {
     let of = |i: usize| if i < D { v[i] } else { 0.0 };
     f64x4::from_slice(simd, &[of(0), of(1), of(2), 0.0])
 }
 
-/// To what the greatest of these positions is rounded, m.
+/// Returns the rounding unit of the greatest coordinate, m.
 #[must_use]
 pub fn rounding<const D: usize>(positions: &[Vector<D>]) -> f64 {
     f64::EPSILON * positions.iter().map(Vector::<D>::amax).fold(0.0, f64::max)
 }
 
 impl Local {
-    /// Room for the nodes of any block of a gel whose positions are rounded to `still`, m: what stands no farther from where it rests
-    /// is taken to rest, as its force would be one of rounding.
+    /// Creates a cache for any block of a gel with positions rounded to `still`, m.
+    ///
+    /// A node displaced by no more than `still` counts as at rest, since its force would be rounding.
     #[must_use]
     pub fn new(still: f64) -> Self {
-        let [positions, velocities, accumulated] = [Aligned::new(), Aligned::new(), Aligned::new()];
-        Self { still, fastest: 0.0, spent: Spent::default(), positions, velocities, accumulated }
+        let [positions, velocities, accumulated] = [AlignedRows::new(), AlignedRows::new(), AlignedRows::new()];
+        Self { still, max_squared_speed: 0.0, spent: Spent::default(), positions, velocities, accumulated }
     }
 
-    /// Another block begins.
+    /// Resets the cache for another block.
     pub fn begin(&mut self) {
-        self.fastest = 0.0;
-        // Empty lanes name node 0; what another block left there must not come in.
+        self.max_squared_speed = 0.0;
+        // Empty lanes use node 0, so values of another block must be cleared there.
         for all in [&mut self.positions, &mut self.velocities, &mut self.accumulated] {
             row_mut(all.rows_mut(), 0).fill(0.0);
         }
     }
 
-    /// Loads nodes of a block that has [begun](Self::begin), each with its number: where it is now, how fast, and nothing accumulated. Whether
-    /// one of them has moved or moves.
+    /// Loads the present positions and velocities of numbered nodes and zeroes their sums, after [`Self::begin`].
+    ///
+    /// Returns true if a node is displaced or moves.
     pub fn load<const D: usize>(
         &mut self,
         level: Level,
@@ -194,68 +210,72 @@ impl Local {
         whereabouts: &impl Whereabouts<D>,
         nodes: impl Iterator<Item = (usize, NodeId)> + Clone,
     ) -> bool {
-        let places: &mut [Row] = &mut self.positions.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
-        let speeds: &mut [Row] = &mut self.velocities.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
+        let positions: &mut [Row] = &mut self.positions.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
+        let velocities: &mut [Row] = &mut self.velocities.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
         let sums: &mut [Accumulated] = &mut self.accumulated.rows_mut().as_chunks_mut().0[..MOST_LOCAL_NODES];
-        let (none, still) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, self.still));
-        // Its own: what is written here can't change it.
+        let (zero, still) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, self.still));
+        // Local copy, which no write below can alias.
         let whereabouts = *whereabouts;
-        // Sums of what has no sign: they are zero only where all of it is.
-        let (mut far, mut fast) = (none, none);
-        let (mut fastest, mut ahead) = (self.fastest, nodes.clone().skip(AHEAD));
+        // Sums of absolute values: zero only if every term is zero.
+        let (mut displaced, mut moving) = (zero, zero);
+        let (mut max_squared_speed, mut ahead) = (self.max_squared_speed, nodes.clone().skip(PREFETCH_DISTANCE));
         for (number, node) in nodes {
-            if let Some((_, later)) = ahead.next() {
-                whereabouts.fetch(later);
+            if let Some((_, next)) = ahead.next() {
+                whereabouts.fetch(next);
             }
             let At { position, velocity, rest, passed } = whereabouts.of(node);
-            let speed = four(simd, velocity);
-            let place = four(simd, position) + speed * passed;
-            let away = place - four(simd, rest);
-            place.store_slice(&mut places[number]);
-            let has_moved = simd.to_bitmask_mask64x4(away.abs().simd_gt(still)) != 0;
-            places[number][3] = if has_moved { 1.0 } else { 0.0 };
-            speed.store_slice(&mut speeds[number]);
-            none.store_slice(&mut sums[number]);
-            (far, fast) = (far + away.abs(), fast + speed.abs());
+            let rate = padded(simd, velocity);
+            let present = padded(simd, position) + rate * passed;
+            let displacement = present - padded(simd, rest);
+            present.store_slice(&mut positions[number]);
+            let has_moved = simd.to_bitmask_mask64x4(displacement.abs().simd_gt(still)) != 0;
+            positions[number][3] = if has_moved { 1.0 } else { 0.0 };
+            rate.store_slice(&mut velocities[number]);
+            zero.store_slice(&mut sums[number]);
+            (displaced, moving) = (displaced + displacement.abs(), moving + rate.abs());
             let square = velocity.norm_squared();
-            fastest = if square > fastest { square } else { fastest };
+            max_squared_speed = if square > max_squared_speed { square } else { max_squared_speed };
         }
-        self.fastest = fastest;
-        let rests = far.simd_eq(none) & fast.simd_eq(none);
+        self.max_squared_speed = max_squared_speed;
+        let rests = displaced.simd_eq(zero) & moving.simd_eq(zero);
         simd.to_bitmask_mask64x4(rests) != 0b1111
     }
 
-    /// Where the nodes are, and how fast.
+    /// Returns the rows of positions and velocities.
     #[inline]
-    pub(super) fn motion(&self) -> [&Rows; 2] {
+    pub(super) fn motion(&self) -> [&NodeRows; 2] {
         [self.positions.rows(), self.velocities.rows()]
     }
 
-    /// The same, and what is accumulated at them.
+    /// Returns access to the nodes for a sweep.
     #[inline]
-    pub(super) fn at_work(&mut self) -> ([&Rows; 2], &mut Rows) {
-        ([self.positions.rows(), self.velocities.rows()], self.accumulated.rows_mut())
+    pub(super) fn access(&mut self) -> NodeAccess<'_> {
+        NodeAccess {
+            motion: [self.positions.rows(), self.velocities.rows()],
+            max_squared_speed: self.max_squared_speed,
+            accumulated: self.accumulated.rows_mut(),
+        }
     }
 
-    /// What the sweep left at the first nodes.
+    /// Returns the sums that the sweep left at the first nodes.
     ///
     /// # Panics
-    /// If no block has so many nodes.
+    /// If `n_nodes` exceeds [`MOST_LOCAL_NODES`].
     #[must_use]
     pub fn accumulated(&self, n_nodes: usize) -> &[Accumulated] {
         &self.accumulated.rows().as_chunks().0[..MOST_LOCAL_NODES][..n_nodes]
     }
 
-    /// What the groups that the last sweep has gone through store, and what they have lost since the tick before of each.
+    /// Returns the energy and dissipation of the groups of the last sweep, each since its previous tick.
     #[must_use]
     pub fn spent(&self) -> Spent {
         self.spent
     }
 
-    /// Σ p·v over the first nodes of what the sweep left there, J.
+    /// Returns the work Σ p·v of the impulses at the first nodes, J.
     ///
     /// # Panics
-    /// If no block has so many nodes.
+    /// If `n_nodes` exceeds [`MOST_LOCAL_NODES`].
     #[must_use]
     pub fn work(&self, n_nodes: usize) -> f64 {
         let mut sums = [0.0; 3];
@@ -272,7 +292,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_block_left_at_node_0_does_not_come_into_the_next_one() {
+    fn sums_at_node_0_do_not_carry_over_to_the_next_block() {
         let none = vec![Vector::<3>::from_element(f64::NAN); 2];
         let rest = vec![Vector::<3>::zeros(), Vector::<3>::new(1.0, 2.0, 3.0)];
         let mut local = Local::new(1e-15);

@@ -1,15 +1,17 @@
-//! A sweep over groups of patches, some of them abreast: each stage for all of them before the next, as every group by itself is one long
-//! chain of operations, from its positions to ln J to its forces, and a processor that has only one of them waits.
+//! Software-pipelined SIMD element loop over groups of patches.
+//!
+//! Several batches pass each stage (strain, pressure, force) together: a single group is one long dependency chain,
+//! from the positions through ln J to the forces, whose latency the other batches hide.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{Batch, LANES, fused, on, sum, wide};
+use super::batch::{ElementBatch, LANES, load_lanes, multiply_add, on, sum_lanes};
 use super::history::Recall;
-use super::inversion_time::closing;
-use super::layout::{Asked, Found, GroupAnswer, Kick, Kicks, Law, Power, volumetric};
-use super::node_cache::{Local, Rows};
-use super::simd_material::{Slopes, Solid, Strains, Undeformed};
+use super::inversion_time::{RadialSums, closing_rate};
+use super::layout::{BatchLaw, GroupAnswer, Kick, Kicks, Power, SweepInput, SweepOutput, evaluate_volumetric};
+use super::node_cache::{Local, NodeAccess, NodeRows};
+use super::simd_material::{BatchDeformation, BatchInput, RestOperator, SimdMaterial, VolumetricSlopes};
 use super::transpose::{gather, scatter};
 use super::{FORESEEN, Lanes, Section, Spent, TURNED, places};
 use crate::constitutive::NeoHookean;
@@ -17,45 +19,57 @@ use crate::math::Number;
 use fearless_simd::{Level, Simd, SimdBase, SimdSplit, f64x8};
 use std::any::Any;
 
-/// More than rounding makes of a bound.
+/// Safety factor of a bound against rounding.
 const ROUNDING: f64 = 1.001;
 
-/// Batches abreast: one group in patches of four places, several of others. One after the other a plain tetrahedron takes 15.2 ns in the
-/// place of 14.1; with 8 or 16 it takes as long as with 4.
-const ABREAST: usize = 4;
+/// Batches per pipeline stage: one group of patches of four elements, several groups of smaller patches.
+///
+/// One batch: 15.2 ns per tetrahedron; four: 14.1; 8 and 16 are no faster than four.
+const BATCHES_PER_STAGE: usize = 4;
 
-/// Groups on their way through the stages: batches of the g-th from g times those of a group on.
-struct Together<const D: usize, V> {
-    /// Which groups these are, and their kicks.
-    groups: [(usize, Kick); ABREAST],
+/// Groups in the pipeline; the batches of the g-th group begin at g times the batches of a group.
+struct Pipeline<const D: usize, V> {
+    /// Index and kick of each group.
+    groups: [(usize, Kick); BATCHES_PER_STAGE],
     n_groups: usize,
-    strains: [Strains<D, V>; ABREAST],
-    slopes: [Slopes<V>; ABREAST],
-    /// Of each group 1 in the lanes of patches that are strained, else 0, and what a change of volume stores, J.
-    strained: [V; ABREAST],
-    energy: [V; ABREAST],
+    strains: [BatchDeformation<D, V>; BATCHES_PER_STAGE],
+    slopes: [VolumetricSlopes<V>; BATCHES_PER_STAGE],
+    /// Mask of each group: 1 in the lanes of strained patches, else 0.
+    strained: [V; BATCHES_PER_STAGE],
+    /// Volumetric energy of each group, J.
+    energy: [V; BATCHES_PER_STAGE],
 }
 
-impl<const D: usize, V: Number> Together<D, V> {
+/// Output of the force stage for one group.
+struct GroupOutput<'a> {
+    /// Request for the power of the group.
+    power: Power,
+    /// κ of each slot, N/m.
+    stiffness: &'a mut [f64],
+    /// History variables.
+    memory: &'a mut [Recall],
+}
+
+impl<const D: usize, V: Number> Pipeline<D, V> {
     #[inline(always)]
     fn new(zero: V) -> Self {
         Self {
-            groups: [(0, Kick { length: 0.0, elapsed: 0.0 }); ABREAST],
+            groups: [(0, Kick { length: 0.0, elapsed: 0.0 }); BATCHES_PER_STAGE],
             n_groups: 0,
-            strains: [Strains::at_rest(zero); ABREAST],
-            slopes: [Slopes { slope: zero, curvature: zero }; ABREAST],
-            strained: [zero; ABREAST],
-            energy: [zero; ABREAST],
+            strains: [BatchDeformation::at_rest(zero); BATCHES_PER_STAGE],
+            slopes: [VolumetricSlopes { slope: zero, curvature: zero }; BATCHES_PER_STAGE],
+            strained: [zero; BATCHES_PER_STAGE],
+            energy: [zero; BATCHES_PER_STAGE],
         }
     }
 
-    /// Takes the next of these groups that are swept, of `N` batches each; the first that is left.
+    /// Fills the pipeline with the next active groups of `N` batches each; returns the first group not considered.
     #[inline(always)]
-    fn take<const N: usize>(&mut self, (first, end): (usize, usize), kicks: Kicks<'_>) -> usize {
-        const { assert!(N <= ABREAST, "a group goes through the stages as a whole") };
+    fn fill<const N: usize>(&mut self, first: usize, end: usize, kicks: Kicks<'_>) -> usize {
+        const { assert!(N <= BATCHES_PER_STAGE, "a group goes through the stages as a whole") };
         let mut next = first;
         self.n_groups = 0;
-        while next < end && self.n_groups < ABREAST / N {
+        while next < end && self.n_groups < BATCHES_PER_STAGE / N {
             let kick = match kicks {
                 Kicks::Same(kick) => Some(kick),
                 Kicks::Each(kick) => kick(next),
@@ -71,158 +85,196 @@ impl<const D: usize, V: Number> Together<D, V> {
 }
 
 impl<const D: usize> Lanes<D> {
-    /// Sweeps over those groups of a run that have a kick: accumulates Σ length · f and Σ κ at the nodes of the block, and
-    /// writes κ of each slot, the answer of each group, and what its elements remember then, all from the first group on.
+    /// Sweeps over the groups of a run that have a kick.
+    ///
+    /// Accumulates Σ length · f and Σ κ at the nodes of the block. Writes κ of each slot, the response of each group
+    /// and the history variables of its elements, indexed from the first group of the run.
     ///
     /// # Panics
-    /// In neither two nor three dimensions.
-    pub fn sweep(&self, level: Level, asked: Asked<'_>, local: &mut Local, found: Found<'_>) {
-        // Not generic, so that the kernels are compiled here and not again by all who step an engine of their own.
+    /// Unless D is 2 or 3.
+    pub fn sweep(&self, level: Level, input: SweepInput<'_>, cache: &mut Local, output: SweepOutput<'_>) {
+        // Not generic: the kernels are compiled here once and not in every dependent crate.
         let lanes: &dyn Any = self;
         if let Some(lanes) = lanes.downcast_ref() {
-            sweep_plane(lanes, level, asked, local, found);
+            sweep_plane(lanes, level, input, cache, output);
         } else {
-            sweep_space(lanes.downcast_ref().expect("the gel has two or three dimensions"), level, asked, local, found);
+            sweep_space(
+                lanes.downcast_ref().expect("the gel has two or three dimensions"),
+                level,
+                input,
+                cache,
+                output,
+            );
         }
     }
 
-    /// With patches of one or `N` places.
+    /// Dispatches on the material, for patches of one or `N` elements.
     #[inline(always)]
-    fn sweep_laws<const N: usize>(&self, level: Level, asked: Asked<'_>, local: &mut Local, found: Found<'_>) {
+    fn sweep_by_law<const N: usize>(
+        &self,
+        level: Level,
+        input: SweepInput<'_>,
+        cache: &mut Local,
+        output: SweepOutput<'_>,
+    ) {
         match self.law() {
-            Law::Elastic(gel, rest) => self.sweep_of::<N, _>((level, gel, rest), asked, local, found),
-            Law::Flowing(gel, rest) => self.sweep_of::<N, _>((level, gel, rest), asked, local, found),
-            Law::Relaxing(gel, rest) => self.sweep_of::<N, _>((level, gel, rest), asked, local, found),
+            BatchLaw::NeoHookean(gel, rest) => self.sweep_by_depth::<N, _>(level, gel, rest, input, cache, output),
+            BatchLaw::Viscoplastic(gel, rest) => self.sweep_by_depth::<N, _>(level, gel, rest, input, cache, output),
+            BatchLaw::Viscoelastic(gel, rest) => self.sweep_by_depth::<N, _>(level, gel, rest, input, cache, output),
         }
     }
 
-    fn sweep_of<const N: usize, G: Solid<D>>(
+    /// Dispatches on the vector unit and the patch depth.
+    fn sweep_by_depth<const N: usize, G: SimdMaterial<D>>(
         &self,
-        (level, gel, rest): (Level, &G, &[G::Rest]),
-        asked: Asked<'_>,
-        local: &mut Local,
-        found: Found<'_>,
+        level: Level,
+        gel: &G,
+        rest: &[G::Rest],
+        input: SweepInput<'_>,
+        cache: &mut Local,
+        output: SweepOutput<'_>,
     ) {
         if self.depth() == 1 {
-            on!(level, simd => self.sweep_in::<1, _, _>((simd, gel, rest), asked, local, found));
+            on!(level, simd => self.sweep_groups::<1, _, _>(simd, gel, rest, input, cache, output));
         } else {
-            on!(level, simd => self.sweep_in::<N, _, _>((simd, gel, rest), asked, local, found));
+            on!(level, simd => self.sweep_groups::<N, _, _>(simd, gel, rest, input, cache, output));
         }
     }
 
+    /// Runs all stages for the groups of a run.
     #[inline(always)]
-    fn sweep_in<const N: usize, G: Solid<D>, S: Simd>(
+    fn sweep_groups<const N: usize, G: SimdMaterial<D>, S: Simd>(
         &self,
-        (simd, gel, rest): (S, &G, &[G::Rest]),
-        (groups, kicks, power): Asked<'_>,
-        local: &mut Local,
-        (stiffness, answers, memory): Found<'_>,
+        simd: S,
+        gel: &G,
+        rest: &[G::Rest],
+        input: SweepInput<'_>,
+        cache: &mut Local,
+        output: SweepOutput<'_>,
     ) {
-        // Loops, here and below: a closure is not compiled for the vector unit that its caller is compiled for.
-        let (mut next, rows, fastest) = (groups.start, N * gel.rows(), local.fastest);
-        let (motion, accumulated) = local.at_work();
-        // Their own: what is written elsewhere can't change them.
-        let (gel, mut spent) = (&{ *gel }, Spent::default());
-        let mut all = Together::new(f64x8::splat(simd, 0.0));
+        // Loops, here and below: a closure is not compiled for the vector unit of its caller.
+        let (groups, kicks, power) = input;
+        let (stiffness, answers, memory) = output;
+        let (mut next, rows) = (groups.start, N * gel.rows());
+        let mut nodes = cache.access();
+        // Local copies, which no other write can alias.
+        let (gel, mut dissipation) = (&{ *gel }, Spent::default());
+        let mut pipeline = Pipeline::new(f64x8::splat(simd, 0.0));
         while next < groups.end {
-            next = all.take::<N>((next, groups.end), kicks);
-            self.fetch::<N, G>(rest, next);
-            self.strain_all::<N, G, S>(rest, motion[0], &mut all);
-            self.press_all::<N, G, S>(gel, &mut all);
-            for g in 0..all.n_groups {
-                let at = all.groups[g].0 - groups.start;
-                let (stiffness, memory) =
-                    (&mut stiffness[at * LANES * N..][..LANES * N], &mut memory[at * rows..][..rows]);
-                let (answer, its) = self.pull_group::<N, G, S>(
-                    (gel, rest, power),
-                    (&all, g),
-                    ((motion, fastest), &mut *accumulated),
-                    (stiffness, memory),
-                );
+            next = pipeline.fill::<N>(next, groups.end, kicks);
+            self.prefetch_groups::<N, G>(rest, next);
+            self.strain_groups::<N, G, S>(rest, nodes.motion[0], &mut pipeline);
+            self.evaluate_pressures::<N, G, S>(gel, &mut pipeline);
+            for g in 0..pipeline.n_groups {
+                let at = pipeline.groups[g].0 - groups.start;
+                let stiffness = &mut stiffness[at * LANES * N..][..LANES * N];
+                let memory = &mut memory[at * rows..][..rows];
+                let mut output = GroupOutput { power, stiffness, memory };
+                let (answer, lost) = self.evaluate_forces::<N, G, S>(gel, rest, &pipeline, g, &mut nodes, &mut output);
                 answers[at] = answer;
-                spent += its;
+                dissipation += lost;
             }
         }
-        local.spent = spent;
+        cache.spent = dissipation;
     }
 
-    /// Asks for as many of the groups from this one on as go abreast, while those before them are on their way; also for what is of
-    /// another run.
+    /// Prefetches the next groups for the pipeline while the present ones are computed, also beyond the run.
     #[inline(always)]
-    fn fetch<const N: usize, G: Solid<D>>(&self, rest: &[G::Rest], first: usize) {
+    fn prefetch_groups<const N: usize, G: SimdMaterial<D>>(&self, rest: &[G::Rest], first: usize) {
         let rest = rest.get(first * N..).unwrap_or_default();
-        for (batch, rest) in self.batches_from(first * N).iter().zip(rest).take(ABREAST) {
-            batch.fetch();
-            rest.fetch();
+        for (batch, rest) in self.batches_from(first * N).iter().zip(rest).take(BATCHES_PER_STAGE) {
+            batch.prefetch();
+            rest.prefetch();
         }
     }
 
-    /// The strains and J of every element.
+    /// First stage: the deformation gradient and J of every element.
     #[inline(always)]
-    fn strain_all<const N: usize, G: Solid<D>, S: Simd>(
+    fn strain_groups<const N: usize, G: SimdMaterial<D>, S: Simd>(
         &self,
         rest: &[G::Rest],
-        positions: &Rows,
-        all: &mut Together<D, f64x8<S>>,
+        positions: &NodeRows,
+        pipeline: &mut Pipeline<D, f64x8<S>>,
     ) {
-        for g in 0..all.n_groups {
-            let group = all.groups[g].0;
-            let of_group = (group, self.batches_of::<N>(group), own::<N, _>(rest, group));
-            all.strained[g] = self.strain_group::<N, G, S>(of_group, positions, &mut all.strains[g * N..][..N]);
+        for g in 0..pipeline.n_groups {
+            let group = pipeline.groups[g].0;
+            let (batches, rest) = (self.batches_of::<N>(group), rest_of_group::<N, _>(rest, group));
+            let strains = &mut pipeline.strains[g * N..][..N];
+            pipeline.strained[g] = self.strain_group::<N, G, S>(group, batches, rest, positions, strains);
         }
     }
 
-    /// J̄ of every patch, and the pressures that follow from it.
+    /// Second stage: J̄ of every patch and the pressures U′.
     #[inline(always)]
-    fn press_all<const N: usize, G: Solid<D>, S: Simd>(&self, gel: &G, all: &mut Together<D, f64x8<S>>) {
-        for g in 0..all.n_groups {
-            let (batches, at) = (self.batches_of::<N>(all.groups[g].0), g * N..(g + 1) * N);
-            all.energy[g] = volumetric::<D, N, S>(gel, batches, &all.strains[at.clone()], &mut all.slopes[at]);
-        }
-    }
-
-    /// The forces of a group, and what it stores and has lost.
-    #[inline(always)]
-    fn pull_group<const N: usize, G: Solid<D>, S: Simd>(
+    fn evaluate_pressures<const N: usize, G: SimdMaterial<D>, S: Simd>(
         &self,
-        (gel, rest, power): (&G, &[G::Rest], Power),
-        (all, g): (&Together<D, f64x8<S>>, usize),
-        ((motion, fastest), accumulated): (([&Rows; 2], f64), &mut Rows),
-        (stiffness, memory): (&mut [f64], &mut [Recall]),
+        gel: &G,
+        pipeline: &mut Pipeline<D, f64x8<S>>,
+    ) {
+        for g in 0..pipeline.n_groups {
+            let (batches, at) = (self.batches_of::<N>(pipeline.groups[g].0), g * N..(g + 1) * N);
+            let (strains, slopes) = (&pipeline.strains[at.clone()], &mut pipeline.slopes[at]);
+            pipeline.energy[g] = evaluate_volumetric::<D, N, S>(gel, batches, strains, slopes);
+        }
+    }
+
+    /// Third stage: forces, stiffness bounds, energy and dissipation of the g-th group in the pipeline.
+    #[inline(always)]
+    fn evaluate_forces<const N: usize, G: SimdMaterial<D>, S: Simd>(
+        &self,
+        gel: &G,
+        rest: &[G::Rest],
+        pipeline: &Pipeline<D, f64x8<S>>,
+        g: usize,
+        nodes: &mut NodeAccess<'_>,
+        output: &mut GroupOutput<'_>,
     ) -> (GroupAnswer, Spent) {
-        let ((group, kick), strained, mut energy) = (all.groups[g], all.strained[g], all.energy[g]);
-        let (batches, rest) = (self.batches_of::<N>(group), own::<N, _>(rest, group));
+        let ((group, kick), strained, mut energy) = (pipeline.groups[g], pipeline.strained[g], pipeline.energy[g]);
+        let (batches, rest) = (self.batches_of::<N>(group), rest_of_group::<N, _>(rest, group));
         let (simd, rows) = (energy.simd, gel.rows());
         let zero = f64x8::splat(simd, 0.0);
-        let (mut given, mut lost) = (zero, [zero; 3]);
+        let (mut power, mut lost) = (zero, [zero; 3]);
         let mut answer = GroupAnswer { least_jacobian: f64::INFINITY, ..GroupAnswer::default() };
         for k in 0..N {
-            let (strains, slopes) = (&all.strains[g * N + k], &all.slopes[g * N + k]);
-            let own = &mut memory[k * rows..(k + 1) * rows];
-            let pull = gel.pull(self.section(), (&batches[k], &rest[k], kick, own), (strains, slopes));
-            let (jacobian, resists) = (strains.jacobian(), wide(simd, &batches[k].volume) * slopes.curvature);
-            if may_close::<D, S>((pull.stiffness, resists), jacobian, (kick.elapsed, fastest)) {
-                answer.closing = answer.closing.max(greatest(self.closing(jacobian, &batches[k], motion)));
+            let (strains, slopes) = (&pipeline.strains[g * N + k], &pipeline.slopes[g * N + k]);
+            let history = &mut output.memory[k * rows..(k + 1) * rows];
+            let batch = BatchInput { batch: &batches[k], rest: &rest[k], kick, history };
+            let forces = gel.evaluate(self.section(), batch, strains, slopes);
+            let (jacobian, volumetric_stiffness) =
+                (strains.jacobian(), load_lanes(simd, &batches[k].volume) * slopes.curvature);
+            if may_invert::<D, S>(
+                forces.stiffness,
+                volumetric_stiffness,
+                jacobian,
+                kick.elapsed,
+                nodes.max_squared_speed,
+            ) {
+                answer.closing = answer.closing.max(max_lane(self.closing_rate(jacobian, &batches[k], nodes.motion)));
             }
-            energy = fused(pull.energy, strained, energy);
+            energy = multiply_add(forces.energy, strained, energy);
             for i in 0..3 {
-                lost[i] += pull.lost[i];
+                lost[i] += forces.lost[i];
             }
-            if power == Power::Told {
-                given = fused(pull.power(&batches[k].nodes, motion[1]), strained, given);
+            if output.power == Power::Told {
+                power = multiply_add(forces.power(&batches[k].nodes, nodes.motion[1]), strained, power);
             }
-            scatter::<D, S>(&batches[k].nodes, &pull.kicks(strained * kick.length), accumulated);
-            pull.stiffness.store_slice(&mut stiffness[k * LANES..(k + 1) * LANES]);
-            note(&mut answer, k, jacobian);
+            scatter::<D, S>(&batches[k].nodes, &forces.nodal_kicks(strained * kick.length), nodes.accumulated);
+            forces.stiffness.store_slice(&mut output.stiffness[k * LANES..(k + 1) * LANES]);
+            record_jacobian(&mut answer, k, jacobian);
         }
-        (answer.energy, answer.power) = (sum(energy), sum(given));
-        let [plastic, viscous, damage] = [sum(lost[0]), sum(lost[1]), sum(lost[2])];
+        (answer.energy, answer.power) = (sum_lanes(energy), sum_lanes(power));
+        let [plastic, viscous, damage] = [sum_lanes(lost[0]), sum_lanes(lost[1]), sum_lanes(lost[2])];
         (answer, Spent { energy: answer.energy, plastic, viscous, damage })
     }
 
-    /// How fast eight elements of these J close, 1/s.
+    /// Returns the closing rates of eight elements at their J, 1/s.
     #[inline(always)]
-    fn closing<S: Simd>(&self, jacobian: f64x8<S>, batch: &Batch, [positions, velocities]: [&Rows; 2]) -> f64x8<S> {
+    fn closing_rate<S: Simd>(
+        &self,
+        jacobian: f64x8<S>,
+        batch: &ElementBatch,
+        [positions, velocities]: [&NodeRows; 2],
+    ) -> f64x8<S> {
         let simd = jacobian.simd;
         let x = gather::<D, S>(simd, &batch.nodes, positions);
         let v = gather::<D, S>(simd, &batch.nodes, velocities);
@@ -233,58 +285,62 @@ impl<const D: usize> Lanes<D> {
                 (edges[i][a], rates[i][a]) = (x[a + 1][i] - x[0][i], v[a + 1][i] - v[0][i]);
             }
         }
-        let radial = (x[0][0] + x[1][0] + x[2][0], v[0][0] + v[1][0] + v[2][0]);
+        let radial = RadialSums { radii: x[0][0] + x[1][0] + x[2][0], rates: v[0][0] + v[1][0] + v[2][0] };
         let ring = if self.section() == Section::Axisymmetric { Some(radial) } else { None };
-        closing(jacobian, (&edges, &rates), ring)
+        closing_rate(jacobian, &edges, &rates, ring)
     }
 }
 
-/// Those of a group.
+/// Returns the rest data of the batches of a group.
 #[inline(always)]
-fn own<const N: usize, R>(rest: &[R], group: usize) -> &[R; N] {
+fn rest_of_group<const N: usize, R>(rest: &[R], group: usize) -> &[R; N] {
     rest[group * N..].first_chunk().expect("a group is whole")
 }
 
 #[inline(never)]
-fn sweep_plane(lanes: &Lanes<2>, level: Level, asked: Asked<'_>, local: &mut Local, found: Found<'_>) {
-    lanes.sweep_laws::<{ places(2) }>(level, asked, local, found);
+fn sweep_plane(lanes: &Lanes<2>, level: Level, input: SweepInput<'_>, cache: &mut Local, output: SweepOutput<'_>) {
+    lanes.sweep_by_law::<{ places(2) }>(level, input, cache, output);
 }
 
 #[inline(never)]
-fn sweep_space(lanes: &Lanes<3>, level: Level, asked: Asked<'_>, local: &mut Local, found: Found<'_>) {
-    lanes.sweep_laws::<{ places(3) }>(level, asked, local, found);
+fn sweep_space(lanes: &Lanes<3>, level: Level, input: SweepInput<'_>, cache: &mut Local, output: SweepOutput<'_>) {
+    lanes.sweep_by_law::<{ places(3) }>(level, input, cache, output);
 }
 
-/// Whether one of eight elements with these κ and w U″, N/m and J, can be [`TURNED`] within [`FORESEEN`] of these steps, s, where no node
-/// has a greater |v|², m²/s²: |J′| ≤ (Σ |∂J/∂x_a|² Σ |v_a|²)^½, and κ ≥ w U″ Σ |∂J/∂x_a|². Of a mesh that begins no step is known.
+/// Returns true if one of eight elements may reach the margin [`TURNED`] within [`FORESEEN`] steps of `step`, s.
+///
+/// Arguments are κ, N/m, w U″, J, and the greatest |v|² of the nodes, m²/s²; the bound follows from
+/// |J′| ≤ (Σ |∂J/∂x_a|² Σ |v_a|²)^½ and κ ≥ w U″ Σ |∂J/∂x_a|². The step is 0, and the check always done, on a new mesh.
 #[inline(always)]
-fn may_close<const D: usize, S: Simd>(
-    (stiffness, resists): (f64x8<S>, f64x8<S>),
+fn may_invert<const D: usize, S: Simd>(
+    stiffness: f64x8<S>,
+    volumetric_stiffness: f64x8<S>,
     jacobian: f64x8<S>,
-    (step, fastest): (f64, f64),
+    step: f64,
+    max_squared_speed: f64,
 ) -> bool {
     let within = FORESEEN * step;
-    let most = (D + 1) as f64 * fastest * within * within * ROUNDING;
+    let most = (D + 1) as f64 * max_squared_speed * within * within * ROUNDING;
     let from = jacobian + TURNED;
-    step == 0.0 || (stiffness * most - resists * from * from).any_positive()
+    step == 0.0 || (stiffness * most - volumetric_stiffness * from * from).any_positive()
 }
 
-/// The greatest of eight.
+/// Returns the greatest lane.
 #[inline(always)]
-fn greatest<S: Simd>(eight: f64x8<S>) -> f64 {
+fn max_lane<S: Simd>(eight: f64x8<S>) -> f64 {
     let (low, high) = eight.split();
     let (low, high) = low.max(high).split();
     let [a, b] = low.max(high).into();
     if a > b { a } else { b }
 }
 
-/// Enters J of the k-th elements.
+/// Records the least J and the inverted and crushed elements of the k-th batch.
 #[inline(always)]
-fn note<S: Simd>(answer: &mut GroupAnswer, k: usize, jacobian: f64x8<S>) {
+fn record_jacobian<S: Simd>(answer: &mut GroupAnswer, k: usize, jacobian: f64x8<S>) {
     let simd = jacobian.simd;
     let inverted = simd.to_bitmask_mask64x8(jacobian.simd_le(f64x8::splat(simd, 0.0))) as u32;
     let crushed = simd.to_bitmask_mask64x8(jacobian.simd_lt(f64x8::splat(simd, NeoHookean::FLOOR)));
-    let least = -greatest(-jacobian);
+    let least = -max_lane(-jacobian);
     answer.least_jacobian = if least < answer.least_jacobian { least } else { answer.least_jacobian };
     answer.inverted |= inverted << (k * LANES);
     answer.crushed += crushed.count_ones();

@@ -1,45 +1,45 @@
-//! Eight elements at rest side by side, with the bits that one after the other has ([`super::simplex`]): what a mesh that is new is made
-//! ready by.
+//! Rest geometry of eight elements in vector lanes, bit-identical to the scalar form ([`super::simplex`]); prepares a
+//! new mesh.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::{Batch, LANES, Wide, wide};
-use super::simd_material::Solid;
+use super::batch::{ElementBatch, LANES, LaneArray, load_lanes};
+use super::simd_material::SimdMaterial;
 use super::{Lanes, MAX_NODES, Section, Simplices};
 use crate::math::Number;
 use crate::mesh::ElementId;
 use fearless_simd::{Simd, SimdBase, f64x8};
 
-/// Eight elements as they are at rest.
-pub(super) struct References<const D: usize> {
-    /// Their edges, as columns, m; 1 where there is no element.
-    edges: [[Wide; D]; D],
+/// Reference shapes of eight elements.
+pub(super) struct ReferenceBatch<const D: usize> {
+    /// Edges as columns, m; the identity in an empty lane.
+    edges: [[LaneArray; D]; D],
     /// R̄ of rings, m.
-    radius: Wide,
-    /// 1 where there is an element, else 0.
-    filled: Wide,
+    radius: LaneArray,
+    /// 1 in a filled lane, else 0.
+    filled: LaneArray,
 }
 
-/// What follows from the edges of eight elements.
+/// Gradients and volumes of eight elements at rest.
 #[derive(Clone, Copy)]
-pub(super) struct Shape<const D: usize, V> {
+pub(super) struct RestGeometry<const D: usize, V> {
     /// ∇N_a for a = 1..=D, 1/m.
     pub gradients: [[V; D]; D],
-    /// w, rest volume, m³.
+    /// Rest volume w, m³.
     pub volume: V,
 }
 
-impl<const D: usize> References<D> {
-    /// Gradients and volumes; 0 where there is no element.
+impl<const D: usize> ReferenceBatch<D> {
+    /// Computes the gradients and volumes; 0 in an empty lane.
     #[inline(always)]
-    pub fn shape<S: Simd>(&self, simd: S, section: Section) -> Shape<D, f64x8<S>> {
-        let edges = loaded(simd, &self.edges);
-        let (det, cofactor, filled) = (det(&edges), cofactor(&edges), wide(simd, &self.filled));
+    pub fn geometry<S: Simd>(&self, simd: S, section: Section) -> RestGeometry<D, f64x8<S>> {
+        let edges = load_tensor(simd, &self.edges);
+        let (det, cofactor, filled) = (det(&edges), cofactor(&edges), load_lanes(simd, &self.filled));
         let measure = det / det.constant(if D == 2 { 2.0 } else { 6.0 });
         let volume = match section {
             Section::Planar { thickness } => measure * thickness,
-            Section::Axisymmetric => wide(simd, &self.radius) * std::f64::consts::TAU * measure,
+            Section::Axisymmetric => load_lanes(simd, &self.radius) * std::f64::consts::TAU * measure,
             Section::Spatial => measure,
         };
         let mut gradients = edges;
@@ -48,14 +48,14 @@ impl<const D: usize> References<D> {
                 gradients[a][i] = cofactor[i][a] / det * filled;
             }
         }
-        Shape { gradients, volume: volume * filled }
+        RestGeometry { gradients, volume: volume * filled }
     }
 }
 
 impl<const D: usize> Simplices<D> {
-    /// Those elements at rest.
-    pub(super) fn rest_of(&self, elements: &[Option<ElementId>; LANES]) -> References<D> {
-        let mut rest = References { edges: [[[0.0; LANES]; D]; D], radius: [1.0; LANES], filled: [0.0; LANES] };
+    /// Collects the reference shapes of eight elements.
+    pub(super) fn reference_batch(&self, elements: &[Option<ElementId>; LANES]) -> ReferenceBatch<D> {
+        let mut rest = ReferenceBatch { edges: [[[0.0; LANES]; D]; D], radius: [1.0; LANES], filled: [0.0; LANES] };
         for (lane, element) in elements.iter().enumerate() {
             let Some(element) = element else {
                 (0..D).for_each(|i| rest.edges[i][i][lane] = 1.0);
@@ -72,19 +72,19 @@ impl<const D: usize> Simplices<D> {
         rest
     }
 
-    /// [`Potential::lanes`].
-    pub(super) fn in_lanes(
+    /// Builds the SIMD form, [`super::Potential::lanes`].
+    pub(super) fn build_batches(
         &self,
         slots: &[Option<ElementId>],
         depth: usize,
         local: &[[u16; MAX_NODES]],
     ) -> Option<Lanes<D>> {
-        let mut lanes = Lanes::empty(slots.len(), depth, (&self.material, self.section))?;
+        let mut lanes = Lanes::empty(slots.len(), depth, &self.material, self.section)?;
         for (at, (slots, local)) in slots.as_chunks::<LANES>().0.iter().zip(local.as_chunks::<LANES>().0).enumerate() {
-            lanes.put(at, &self.rest_of(slots), local);
+            lanes.set_batch(at, &self.reference_batch(slots), local);
             for (lane, element) in slots.iter().enumerate() {
                 if element.is_some_and(|element| !self.is_compatible(element)) {
-                    lanes.tell(at * LANES + lane);
+                    lanes.mark_incompatible(at * LANES + lane);
                 }
             }
         }
@@ -92,25 +92,29 @@ impl<const D: usize> Simplices<D> {
     }
 }
 
+/// Loads a tensor of eight elements.
 #[inline(always)]
-fn loaded<const D: usize, S: Simd>(simd: S, rows: &[[Wide; D]; D]) -> [[f64x8<S>; D]; D] {
+fn load_tensor<const D: usize, S: Simd>(simd: S, rows: &[[LaneArray; D]; D]) -> [[f64x8<S>; D]; D] {
     let mut all = [[f64x8::splat(simd, 0.0); D]; D];
     for i in 0..D {
         for j in 0..D {
-            all[i][j] = wide(simd, &rows[i][j]);
+            all[i][j] = load_lanes(simd, &rows[i][j]);
         }
     }
     all
 }
 
-/// Notes eight elements.
+/// Stores the rest geometry and the rest data of eight elements in a batch.
 #[inline(always)]
-pub(super) fn put_in<const D: usize, G: Solid<D>, S: Simd>(
-    (simd, gel): (S, &G),
-    (batch, law): (&mut Batch, &mut G::Rest),
-    (rest, section): (&References<D>, Section),
+pub(super) fn store_rest_geometry<const D: usize, G: SimdMaterial<D>, S: Simd>(
+    simd: S,
+    gel: &G,
+    batch: &mut ElementBatch,
+    law: &mut G::Rest,
+    rest: &ReferenceBatch<D>,
+    section: Section,
 ) {
-    let shape = rest.shape(simd, section);
+    let shape = rest.geometry(simd, section);
     let mut columns = shape.gradients;
     for a in 0..D {
         for i in 0..D {
@@ -121,7 +125,7 @@ pub(super) fn put_in<const D: usize, G: Solid<D>, S: Simd>(
     *law = gel.rest(&shape);
 }
 
-/// [`crate::math::det`].
+/// Returns the determinant, as [`crate::math::det`].
 #[inline(always)]
 pub(super) fn det<const D: usize, V: Number>(a: &[[V; D]; D]) -> V {
     if D == 2 {
@@ -133,7 +137,7 @@ pub(super) fn det<const D: usize, V: Number>(a: &[[V; D]; D]) -> V {
         + first[2 % D] * (second[0] * third[1] - second[1] * third[0])
 }
 
-/// [`crate::math::cofactor`].
+/// Returns the cofactor tensor, as [`crate::math::cofactor`].
 #[inline(always)]
 fn cofactor<const D: usize, V: Number>(a: &[[V; D]; D]) -> [[V; D]; D] {
     let mut c = *a;
@@ -160,17 +164,18 @@ mod tests {
 
     #[test]
     #[cfg(target_arch = "x86_64")]
-    fn every_instruction_set_makes_ready_the_same_bits() {
+    fn every_instruction_set_gives_the_same_rest_geometry() {
         let planes = std::array::from_fn(|_| uniform(0.0, 1.0, 0.3));
         let mesh = block::<3>(Block { planes, split: Split::Centred, faces: vec![] });
         let gel = NeoHookean::new(3.0, 40.0);
         let all = Simplices::in_patches(&mesh, Patches::alone(mesh.elements.len()), (gel, Section::Spatial));
         // One lane is empty.
         let elements = std::array::from_fn(|lane| (lane < 7).then_some(ElementId(3 * lane as u32)));
-        let rest = all.rest_of(&elements);
+        let rest = all.reference_batch(&elements);
         let made = |level: Level| {
-            let (mut batch, mut law) = (Batch::default(), crate::fem::hyperelastic_simd::Metric::<3>::default());
-            on!(level, simd => put_in((simd, &gel), (&mut batch, &mut law), (&rest, Section::Spatial)));
+            let (mut batch, mut law) =
+                (ElementBatch::default(), crate::fem::hyperelastic_simd::ShearStiffness::<3>::default());
+            on!(level, simd => store_rest_geometry(simd, &gel, &mut batch, &mut law, &rest, Section::Spatial));
             format!("{batch:?} {law:?}")
         };
         let widest = Level::new();

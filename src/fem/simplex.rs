@@ -1,59 +1,99 @@
-//! One triangle or tetrahedron: at rest, strained, and where its material remembers how it has flowed, what of that is elastic.
+//! Kinematics of one triangle or tetrahedron: rest geometry, deformation gradient and elastic strain.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
-use super::{MAX_NODES, Memory, Reference, Section};
+use super::{MAX_NODES, Memory};
 use crate::constitutive::NeoHookean;
 use crate::math::{Number, Tensor, Vector, cofactor, cube_root, det};
+use crate::mesh::{Simplex, edges};
 
-/// Newton's steps to the determinant of 1 at most; stretched ninefold it takes 12 (from θ = 27 each of the first takes a third off).
-const NEWTON: usize = 64;
+/// Most Newton iterations for a unit determinant; a ninefold stretch takes 12 (from θ = 27 the first ones each remove
+/// a third).
+const MAX_ITERATIONS: usize = 64;
 
-/// An element at rest.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Element<const D: usize> {
-    pub gradients: [Vector<D>; MAX_NODES],
-    /// w, rest volume, m³.
-    pub volume: f64,
-    /// 1/(3R̄) of a ring, 0 otherwise, 1/m.
-    pub hoop: f64,
-    /// Σ_a |∇N_a|², extended for a ring, 1/m².
-    pub spread: f64,
-    /// F and λ where its nodes are at rest: 1 if they say what it is.
-    pub base: (Tensor<D>, f64),
+/// Kinematic model of the gel: plane strain, axisymmetric or three-dimensional.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Section {
+    /// Plane strain in (x, z), for a thickness, m.
+    Planar {
+        /// Thickness, m.
+        thickness: f64,
+    },
+    /// Axisymmetry in (r, z), for the full revolution.
+    Axisymmetric,
+    /// Three dimensions.
+    Spatial,
 }
 
-/// F, λ and J of an element.
+/// Reference shape of an incompatible element.
+///
+/// After a remesh the rest positions of the nodes need not be the rest shape of the elements between them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reference<const D: usize> {
+    /// Edges from the first node at rest, as columns, m.
+    pub edges: Tensor<D>,
+    /// R̄ of a ring, m.
+    pub radius: f64,
+}
+
+/// Rest geometry of an element.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RestElement<const D: usize> {
+    /// Shape function gradients ∇N_a, 1/m.
+    pub gradients: [Vector<D>; MAX_NODES],
+    /// Rest volume w, m³.
+    pub volume: f64,
+    /// Hoop gradient 1/(3R̄) of a ring, 0 otherwise, 1/m.
+    pub hoop: f64,
+    /// Σ_a |∇N_a|², with the hoop part of a ring, 1/m².
+    pub spread: f64,
+    /// F at the rest positions of the nodes: 1 for a compatible element.
+    pub rest_f: Tensor<D>,
+    /// λ at the rest positions of the nodes: 1 for a compatible element.
+    pub rest_stretch: f64,
+}
+
+/// Deformation gradient F of an element, with its cofactor, the out-of-plane stretch λ and det F.
 #[derive(Clone, Copy)]
-pub(super) struct Strain<const D: usize> {
+pub(super) struct DeformationGradient<const D: usize> {
     pub f: Tensor<D>,
     pub cofactor: Tensor<D>,
-    /// λ, stretch out of the plane.
+    /// Out-of-plane stretch λ.
     pub out: f64,
-    /// det F in the plane or in space.
-    pub inner: f64,
+    /// det F in the plane or in space, without λ.
+    pub det_f: f64,
 }
 
-/// A strained element of a material whose isochoric part has J^(−2/3) held below the continuation of its volumetric one.
-pub(super) struct Placed<'a, const D: usize> {
-    pub element: &'a Element<D>,
-    pub strain: &'a Strain<D>,
-    /// J, no less than where the material law is continued.
+/// Kinematics of a deformed element for isochoric–volumetric materials; J^(−2/3) is constant below the floor of J.
+pub(super) struct ElementKinematics<'a, const D: usize> {
+    pub element: &'a RestElement<D>,
+    pub strain: &'a DeformationGradient<D>,
+    /// J, clamped to the floor of the material law.
     pub jacobian: f64,
     /// J^(−2/3).
     pub scale: f64,
-    /// ∇N_a where the element is now, 1/m.
+    /// Spatial gradients ∇N_a, 1/m.
     gradients: [Vector<D>; MAX_NODES],
 }
 
-/// The elastic part of an isochoric deformation: b̄ = J^(−2/3) F C̄_p⁻¹ Fᵀ, and its component out of the plane.
+/// Isochoric elastic left Cauchy–Green tensor b̄ = J^(−2/3) F C̄_p⁻¹ Fᵀ, with its out-of-plane component.
 #[derive(Clone, Copy)]
-pub(super) struct Elastic<const D: usize> {
-    pub inner: Tensor<D>,
+pub(super) struct ElasticCauchyGreen<const D: usize> {
+    pub tensor: Tensor<D>,
     pub out: f64,
 }
 
-impl<const D: usize> Element<D> {
+impl<const D: usize> Reference<D> {
+    /// Returns the shape of an element with its nodes at these rest positions.
+    #[must_use]
+    pub fn of(rest: &[Vector<D>], nodes: &Simplex) -> Self {
+        let radius = nodes[..=D].iter().map(|n| rest[n.index()][0]).sum::<f64>() / (D + 1) as f64;
+        Self { edges: edges(rest, nodes), radius }
+    }
+}
+
+impl<const D: usize> RestElement<D> {
+    /// Computes the rest geometry from a reference shape.
     pub fn new(reference: &Reference<D>, section: Section) -> Self {
         let measure = det(&reference.edges) / if D == 2 { 2.0 } else { 6.0 };
         let radius = reference.radius;
@@ -64,10 +104,10 @@ impl<const D: usize> Element<D> {
         };
         let gradients = shape_gradients(&reference.edges);
         let spread = gradients[..=D].iter().map(|g| g.norm_squared() + hoop * hoop).sum();
-        Self { gradients, volume, hoop, spread, base: (Tensor::<D>::identity(), 1.0) }
+        Self { gradients, volume, hoop, spread, rest_f: Tensor::<D>::identity(), rest_stretch: 1.0 }
     }
 
-    /// f_a = −w P ∇N_a, and −w P_θθ/(3R̄) along r of a ring; `hoop` is P_θθ, Pa.
+    /// Returns the nodal forces f_a = −w P ∇N_a, with −w P_θθ/(3R̄) along r for a ring; `hoop` is P_θθ, Pa.
     pub fn forces(&self, p: &Tensor<D>, hoop: f64) -> [Vector<D>; MAX_NODES] {
         let mut forces = [Vector::zeros(); MAX_NODES];
         for (force, gradient) in forces.iter_mut().zip(&self.gradients[..=D]) {
@@ -78,7 +118,7 @@ impl<const D: usize> Element<D> {
     }
 }
 
-/// ∇N_a at rest: the rows of the inverse of the edge matrix, and minus their sum for the first node.
+/// Computes ∇N_a at rest: the rows of the inverse edge matrix, and minus their sum for the first node.
 fn shape_gradients<const D: usize>(edges: &Tensor<D>) -> [Vector<D>; MAX_NODES] {
     let inverse_transpose = cofactor(edges) / det(edges);
     let mut gradients = [Vector::<D>::zeros(); MAX_NODES];
@@ -89,19 +129,28 @@ fn shape_gradients<const D: usize>(edges: &Tensor<D>) -> [Vector<D>; MAX_NODES] 
     gradients
 }
 
-impl<const D: usize> Strain<D> {
-    /// Of no element.
+impl<const D: usize> DeformationGradient<D> {
+    /// Placeholder for an absent element.
     pub fn none() -> Self {
-        Self { f: Tensor::<D>::zeros(), cofactor: Tensor::<D>::zeros(), out: 0.0, inner: 0.0 }
+        Self { f: Tensor::<D>::zeros(), cofactor: Tensor::<D>::zeros(), out: 0.0, det_f: 0.0 }
     }
 
+    /// Returns J = λ det F.
     pub fn jacobian(&self) -> f64 {
-        self.inner * self.out
+        self.det_f * self.out
+    }
+
+    /// Returns the sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|.
+    pub fn two_largest_stretches(&self) -> f64 {
+        let (square, area) = (self.f.norm_squared(), 2.0 * self.det_f.abs());
+        let (sum, difference) = ((square + area).sqrt(), (square - area).max(0.0).sqrt());
+        sum.max(0.5 * (sum + difference) + self.out.abs())
     }
 }
 
-impl<'a, const D: usize> Placed<'a, D> {
-    pub fn new(element: &'a Element<D>, strain: &'a Strain<D>) -> Self {
+impl<'a, const D: usize> ElementKinematics<'a, D> {
+    /// Computes the kinematics from the rest geometry and the deformation gradient.
+    pub fn new(element: &'a RestElement<D>, strain: &'a DeformationGradient<D>) -> Self {
         let jacobian = strain.jacobian().max(NeoHookean::FLOOR);
         let root = cube_root(jacobian);
         let push = strain.cofactor * (strain.out / jacobian);
@@ -110,77 +159,82 @@ impl<'a, const D: usize> Placed<'a, D> {
         Self { element, strain, jacobian, scale: 1.0 / (root * root), gradients }
     }
 
-    pub fn is_upright(&self) -> bool {
+    /// Returns true if J is at or above the floor of the material law.
+    pub fn is_above_floor(&self) -> bool {
         self.strain.jacobian() >= NeoHookean::FLOOR
     }
 
-    /// b̄ with what is remembered.
-    pub fn elastic(&self, memory: &Memory<D>) -> Elastic<D> {
+    /// Returns b̄ for the rest shape C̄_p⁻¹ of the history variables.
+    pub fn elastic(&self, memory: &Memory<D>) -> ElasticCauchyGreen<D> {
         let (f, squared) = (&self.strain.f, self.strain.out * self.strain.out);
         let out = if D == 2 { squared * memory.out * self.scale } else { 1.0 };
-        Elastic { inner: f * memory.inverse * f.transpose() * self.scale, out }
+        ElasticCauchyGreen { tensor: f * memory.inverse * f.transpose() * self.scale, out }
     }
 
-    /// ∇N_a where the element is now, 1/m.
+    /// Returns the spatial gradients ∇N_a, 1/m.
     pub fn gradients(&self) -> &[Vector<D>] {
         &self.gradients[..=D]
     }
 
-    /// 1/(3r̄) of a ring where it is now, 1/m.
+    /// Returns the spatial hoop gradient 1/(3r̄) of a ring, 1/m.
     pub fn hoop(&self) -> f64 {
         self.element.hoop / self.strain.out
     }
 
-    /// Bound of the curvature of ½(tr b̄ − 3) in the places of the nodes, 1/m².
+    /// Returns an upper bound of the second derivative of ½(tr b̄ − 3) by the nodal positions, 1/m².
     ///
-    /// With L = δF F⁻¹ = Σ δx_a ⊗ g_a, the gradients g_a being those where the element is now (of a ring with their hoop parts), it is
-    /// L:Lb̄ − 4/3 tr L b̄:L + 2/9 Ī₁ (tr L)² + Ī₁/3 tr(LL), and the terms with tr L are together at most 2 (d:L)²/Ī₁, d = dev b̄. Each is a
-    /// square of a sum over the nodes, so at most the sum of their squares.
-    pub fn shear_bound(&self, elastic: &Elastic<D>) -> f64 {
+    /// With L = δF F⁻¹ = Σ δx_a ⊗ g_a, g_a the spatial gradients (with the hoop parts of a ring), the second
+    /// derivative is L:Lb̄ − 4/3 tr L b̄:L + 2/9 Ī₁ (tr L)² + Ī₁/3 tr(LL). The terms with tr L are together at most 2
+    /// (d:L)²/Ī₁, d = dev b̄. Each term is a square of a sum over the nodes, so at most the sum of the squares.
+    pub fn shear_bound(&self, elastic: &ElasticCauchyGreen<D>) -> f64 {
         let (deviator, trace, hoop) = (elastic.deviator(), elastic.trace(), self.hoop());
         let (mut sheared, mut spread) = (0.0, 0.0);
         for gradient in self.gradients() {
-            sheared += gradient.dot(&(elastic.inner * gradient)) + hoop * hoop * elastic.out;
-            let (inner, out) = ((deviator.inner * gradient).norm_squared(), hoop * deviator.out);
-            sheared += 2.0 / trace * (inner + out * out);
+            sheared += gradient.dot(&(elastic.tensor * gradient)) + hoop * hoop * elastic.out;
+            let (in_plane, out) = ((deviator.tensor * gradient).norm_squared(), hoop * deviator.out);
+            sheared += 2.0 / trace * (in_plane + out * out);
             spread += gradient.norm_squared() + hoop * hoop;
         }
         sheared + trace / 3.0 * spread
     }
 }
 
-impl<const D: usize> Elastic<D> {
+impl<const D: usize> ElasticCauchyGreen<D> {
+    /// Returns tr b̄.
     pub fn trace(&self) -> f64 {
-        self.inner.trace() + if D == 2 { self.out } else { 0.0 }
+        self.tensor.trace() + if D == 2 { self.out } else { 0.0 }
     }
 
-    /// b̄ − tr b̄/3.
+    /// Returns the deviator b̄ − tr b̄/3.
     pub fn deviator(&self) -> Self {
         let mean = self.trace() / 3.0;
-        Self { inner: self.inner - Tensor::<D>::identity() * mean, out: if D == 2 { self.out - mean } else { 0.0 } }
+        Self { tensor: self.tensor - Tensor::<D>::identity() * mean, out: if D == 2 { self.out - mean } else { 0.0 } }
     }
 
+    /// Returns the squared Frobenius norm.
     pub fn norm_squared(&self) -> f64 {
-        self.inner.norm_squared() + if D == 2 { self.out * self.out } else { 0.0 }
+        self.tensor.norm_squared() + if D == 2 { self.out * self.out } else { 0.0 }
     }
 
-    /// θ + s d of determinant 1 for a deviator d, which is this one; sought from a θ above.
-    pub fn isochoric(&self, part: f64, above: f64) -> Self {
-        let determinant = det(&self.inner) * if D == 2 { self.out } else { 1.0 };
-        let mean = isochoric(above, (0.5 * part * part * self.norm_squared(), part * part * part * determinant));
-        let whole = Tensor::<D>::identity() * mean + self.inner * part;
-        Self { inner: whole, out: if D == 2 { mean + self.out * part } else { 1.0 } }
+    /// Returns θ + s d of unit determinant for the deviator d = `self` and s = `part`; `above` is an upper bound of θ.
+    pub fn with_unit_determinant(&self, part: f64, above: f64) -> Self {
+        let determinant = det(&self.tensor) * if D == 2 { self.out } else { 1.0 };
+        let mean = isochoric_mean(above, 0.5 * part * part * self.norm_squared(), part * part * part * determinant);
+        let whole = Tensor::<D>::identity() * mean + self.tensor * part;
+        Self { tensor: whole, out: if D == 2 { mean + self.out * part } else { 1.0 } }
     }
 }
 
-/// The greatest root θ of θ³ − aθ + c = 1, det(θ + s d) with a = s²|d|²/2 and c = s³ det d, from above: there Newton's steps only fall.
+/// Returns the greatest root θ of det(θ + s d) = θ³ − aθ + c = 1, with a = s²|d|²/2 and c = s³ det d.
+///
+/// Newton iterations from above fall monotonically to the root.
 #[inline(always)]
-pub(super) fn isochoric<T: Number>(above: T, (a, c): (T, T)) -> T {
+pub(super) fn isochoric_mean<T: Number>(above: T, a: T, c: T) -> T {
     let mut mean = above;
-    for _ in 0..NEWTON {
-        let less = (mean * (mean * mean - a) + c - 1.0) / (mean * 3.0 * mean - a);
-        mean = mean - less;
-        if !(less.absolute() - mean * f64::EPSILON).any_positive() {
+    for _ in 0..MAX_ITERATIONS {
+        let decrement = (mean * (mean * mean - a) + c - 1.0) / (mean * 3.0 * mean - a);
+        mean = mean - decrement;
+        if !(decrement.absolute() - mean * f64::EPSILON).any_positive() {
             break;
         }
     }

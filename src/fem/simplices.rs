@@ -1,76 +1,54 @@
-use super::simplex::{Element, Strain};
-use super::viscoplastic::recalled;
+use super::simplex::{DeformationGradient, Reference, RestElement, Section};
+use super::viscoplastic::patch_history;
 use super::{Answer, DEPTH, Lanes, MAX_NODES, Measured, Memory, Potential, Spent, inversion_time, places};
-use crate::constitutive::{Hyperelastic, Material, NeoHookean, Sheared, Volume, Volumetric};
+use crate::constitutive::{Hyperelastic, Material, NeoHookean, ShearResponse, Volume, VolumetricResponse};
 use crate::math::{Tensor, Vector, cofactor, det};
-use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex, edges};
-
-/// What the gel's plane or space stands for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Section {
-    /// Plane strain in (x, z), for a thickness, m.
-    Planar {
-        /// Thickness, m.
-        thickness: f64,
-    },
-    /// A body of revolution, (r, z), for the full revolution.
-    Axisymmetric,
-    /// Three dimensions.
-    Spatial,
-}
+use crate::mesh::{ElementId, Mesh, NodeId, Patches, Simplex};
 
 /// Constant-strain triangles or tetrahedra of a hyperelastic gel (numerics A1, A2, 1.3e).
 ///
-/// F = Σ x_a ⊗ ∇N_a; of an element that has a [`Reference`] of its own, which is never at rest where its nodes are, 1 below is what F
-/// is there. The stretch out of the plane is λ = 1 in `planar` and r̄/R̄ (mean radii of the three nodes) in
-/// `axisymmetric`; J = λ det F. Forces f_a = −w P ∇N_a with the rest volume w (2πR̄A for a ring), in `axisymmetric` with
-/// −w P_θθ/(3R̄) added along r. Strains come from displacements, so that a gel at rest has no force at all, not one of
-/// rounding: F = 1 + Σ (x_a − X_a) ⊗ ∇N_a.
+/// F = Σ x_a ⊗ ∇N_a. The out-of-plane stretch is λ = 1 in `planar` and r̄/R̄ (mean radii of the three nodes) in
+/// `axisymmetric`; J = λ det F. The nodal forces are f_a = −w P ∇N_a with the rest volume w (2πR̄A for a ring), in
+/// `axisymmetric` with −w P_θθ/(3R̄) added along r. Strains come from displacements, F = 1 + Σ (x_a − X_a) ⊗ ∇N_a, so
+/// a gel at rest has zero forces, without rounding. For an incompatible element, with a [`Reference`] of its own, the
+/// 1 is replaced by F at the rest positions of the nodes.
 ///
-/// The elements of a patch share their volume change (numerics 5): V_P = Σ w [ψ_s(F) − m ln J] + W Λ/2 (ln J̄)², neo-Hookean
-/// ψ_s = μ/2 (|F|² − 3), m = μ, Λ = λ,
-/// with W = Σ w and J̄ = Σ w J/W. An element that is a patch by itself is the plain one, J̄ = J.
+/// The elements of an F-bar patch (de Souza Neto et al. 2005) share their volume change (numerics 5):
+/// V_P = Σ w [ψ_s(F) − m ln J] + W Λ/2 (ln J̄)², W = Σ w, J̄ = Σ w J/W; neo-Hookean ψ_s = μ/2 (|F|² − 3), m = μ, Λ = λ.
+/// A patch of one element is a standard element, J̄ = J.
 ///
 /// Stiffness bound (rigorous, 1.3e and A2):
-/// κ = w {[a + |U′| s] Σ_a |∇N_a|² + b Σ_a |F∇N_a|² + max(U″, 0) Σ_a |b_a|²}, where δ²ψ_s ≤ a |δF|² + b (F:δF)² (neo-Hookean: a = μ,
-/// b = 0), and |2 det δF| and its kin are bounded by s |δF|²:
-/// s = 1 in the plane, √2 |F| ≥ s₁ + s₂ in space, the sum of the two largest of s₁, s₂, |λ| for a ring; b_a = ∂J/∂x_a.
-/// For a ring |∇N_a|² is extended by 1/(9R̄²), F∇N_a by λ/(3R̄) along r. In a patch U′ and U″ are the sums of the element's own and the patch's:
-/// the patch's volume change is a mean, and the square of a mean is at most the mean of the squares.
 ///
-/// This is the reference: one element after the other, its gradients found anew. [`Lanes`] is the fast form.
+/// κ = w {[a + |U′| s] Σ_a |∇N_a|² + b Σ_a |F∇N_a|² + max(U″, 0) Σ_a |b_a|²}, b_a = ∂J/∂x_a,
+///
+/// where δ²ψ_s ≤ a |δF|² + b (F:δF)²; neo-Hookean a = μ, b = 0. The factor s bounds the second-order terms of J, as in
+/// |2 det δF| ≤ s |δF|²: s = 1 in the plane, √2 |F| ≥ s₁ + s₂ in space, the sum of the two largest of s₁, s₂, |λ| for
+/// a ring. For a ring |∇N_a|² is extended by 1/(9R̄²), F∇N_a by λ/(3R̄) along r. In a patch U′ and U″ are the sums of
+/// the element part and the patch part: the square of the mean volume change is at most the mean of the squares.
+///
+/// This is the scalar reference implementation, element by element; [`Lanes`] is the SIMD form.
 #[derive(Debug, Clone)]
 pub struct Simplices<const D: usize> {
     pub(crate) material: Material,
     pub(super) section: Section,
     elements: Vec<Simplex>,
     rest: Vec<Vector<D>>,
-    /// Which of the references is that of an element that is not what its nodes say; empty if there are none.
-    own: Vec<Option<u32>>,
+    /// Index into `references` of each incompatible element; empty if all elements are compatible.
+    reference_index: Vec<Option<u32>>,
     references: Vec<Reference<D>>,
     patches: Patches,
-    /// The elements at rest, of a gel that remembers; else none.
-    pub(super) kept: Vec<Element<D>>,
-}
-
-/// An element at rest, if its nodes do not say it: where a new mesh takes the place of a worn one, nodes that were told where
-/// their matter was need not enclose the matter between them.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reference<const D: usize> {
-    /// Edges from the first node at rest, as columns, m.
-    pub edges: Tensor<D>,
-    /// R̄ of a ring, m.
-    pub radius: f64,
+    /// Rest geometry of all elements, for a material with history variables; else empty.
+    pub(super) rest_elements: Vec<RestElement<D>>,
 }
 
 impl<const D: usize> Simplices<D> {
-    /// The elements of a mesh, each by itself.
+    /// Creates the elements of a mesh, each a patch of its own.
     #[must_use]
     pub fn new(mesh: &Mesh<D>, material: impl Into<Material>, section: Section) -> Self {
         Self::in_patches(mesh, Patches::alone(mesh.elements.len()), (material.into(), section))
     }
 
-    /// The elements of a mesh, those of a patch with one volume change.
+    /// Creates the elements of a mesh, grouped in F-bar patches.
     ///
     /// # Panics
     /// If a patch has more than [`places`].
@@ -78,83 +56,86 @@ impl<const D: usize> Simplices<D> {
     pub fn in_patches(mesh: &Mesh<D>, patches: Patches, (material, section): (impl Into<Material>, Section)) -> Self {
         assert!(patches.largest() <= places(D), "a patch has at most {} elements", places(D));
         let (elements, rest) = (mesh.elements.clone(), mesh.rest.clone());
-        let (own, references) = (vec![], vec![]);
-        Self { material: material.into(), section, elements, rest, own, references, patches, kept: vec![] }.prepared()
+        let (material, reference_index, references, rest_elements) = (material.into(), vec![], vec![], vec![]);
+        Self { material, section, elements, rest, reference_index, references, patches, rest_elements }
+            .with_rest_elements()
     }
 
-    /// The same where some elements are at rest what these say, not what their nodes do.
+    /// Returns the elements with the reference shapes of the incompatible elements.
     ///
     /// # Panics
-    /// If there is no such element or one is turned inside out.
+    /// If an element does not exist or a reference shape is inverted.
     #[must_use]
     pub fn with_references(mut self, references: &[(ElementId, Reference<D>)]) -> Self {
         if !references.is_empty() {
-            (self.own, self.references) = (vec![None; self.elements.len()], vec![]);
+            (self.reference_index, self.references) = (vec![None; self.elements.len()], vec![]);
         }
-        for (place, (element, reference)) in (0..).zip(references) {
+        for (index, (element, reference)) in (0..).zip(references) {
             let outside = self.section != Section::Axisymmetric || reference.radius > 0.0;
             assert!(det(&reference.edges) > 0.0 && outside, "an element is upright at rest, and beside its axis");
-            self.own[element.index()] = Some(place);
+            self.reference_index[element.index()] = Some(index);
             self.references.push(*reference);
         }
-        self.prepared()
+        self.with_rest_elements()
     }
 
-    /// With what its elements are at rest at hand, if they are asked for it at every update.
-    fn prepared(self) -> Self {
+    /// Caches the rest geometry for a material with history variables, which needs it at every update.
+    fn with_rest_elements(self) -> Self {
         let n = if self.remembers() { self.elements.len() as u32 } else { 0 };
-        let kept = (0..n).map(|e| self.made(ElementId(e))).collect();
-        Self { kept, ..self }
+        let rest_elements = (0..n).map(|e| self.rest_element_of(ElementId(e))).collect();
+        Self { rest_elements, ..self }
     }
 
-    /// What the plane or space stands for.
+    /// Returns the kinematic model.
     #[must_use]
     pub fn section(&self) -> Section {
         self.section
     }
 
-    /// What an element is at rest.
+    /// Returns the reference shape of an element.
     #[must_use]
     pub fn reference(&self, element: ElementId) -> Reference<D> {
-        let own = self.own_reference(element).copied();
-        own.unwrap_or_else(|| Reference::of(&self.rest, &self.elements[element.index()]))
+        let stored = self.stored_reference(element).copied();
+        stored.unwrap_or_else(|| Reference::of(&self.rest, &self.elements[element.index()]))
     }
 
-    /// That of an element which is not what its nodes say.
-    fn own_reference(&self, element: ElementId) -> Option<&Reference<D>> {
-        let place = self.own.get(element.index()).copied().flatten()?;
-        Some(&self.references[place as usize])
+    /// Returns the stored reference shape of an incompatible element.
+    fn stored_reference(&self, element: ElementId) -> Option<&Reference<D>> {
+        let index = self.reference_index.get(element.index()).copied().flatten()?;
+        Some(&self.references[index as usize])
     }
 
-    /// [`Potential::measure`] of an element at rest.
+    /// Returns [`Potential::measure`] of an element at rest.
     #[must_use]
     pub fn rest_measure(&self, element: ElementId) -> f64 {
-        self.measured(&self.reference(element))
+        self.measure_shape(&self.reference(element))
     }
 
-    fn measured(&self, at: &Reference<D>) -> f64 {
-        det(&at.edges) * if self.measures_rings() { at.radius } else { 1.0 }
+    /// Returns [`Potential::measure`] of a shape.
+    fn measure_shape(&self, shape: &Reference<D>) -> f64 {
+        det(&shape.edges) * if self.measures_rings() { shape.radius } else { 1.0 }
     }
 
-    /// Whether the nodes of an element say what it is at rest.
+    /// Returns true if the rest positions of the nodes are the rest shape of the element.
     #[must_use]
     pub fn is_compatible(&self, element: ElementId) -> bool {
-        self.own.get(element.index()).is_none_or(Option::is_none)
+        self.reference_index.get(element.index()).is_none_or(Option::is_none)
     }
 
-    /// F of an element and λ, the stretch out of the plane, with its nodes there.
+    /// Returns F and the out-of-plane stretch λ of an element at the nodal positions `x`.
     #[must_use]
     pub fn deformation(&self, element: ElementId, x: &[Vector<D>]) -> (Tensor<D>, f64) {
-        let strain = self.strain((element, &self.element(element)), x);
+        let strain = self.element_deformation(element, &self.rest_element(element), x);
         (strain.f, strain.out)
     }
 
-    /// Lumped nodal masses for the rest density, kg: ρ w/(D + 1), and 2πρA (R_a + 3R̄)/12 for a ring (A1).
+    /// Returns the lumped nodal masses for the rest density, kg/m³, in kg: ρ w/(D + 1), and 2πρA (R_a + 3R̄)/12 for a
+    /// ring (A1).
     #[must_use]
     pub fn lumped_masses(&self, mesh: &Mesh<D>, density: f64) -> Vec<f64> {
         let mut mass = vec![0.0; mesh.rest.len()];
         for id in (0..self.elements.len() as u32).map(ElementId) {
-            let element = self.element(id);
+            let element = self.rest_element(id);
             for node in self.nodes(id) {
                 let share = match self.section {
                     Section::Planar { .. } | Section::Spatial => 1.0 / (D + 1) as f64,
@@ -166,44 +147,53 @@ impl<const D: usize> Simplices<D> {
         mass
     }
 
-    /// The nodes of the elements.
+    /// Returns the nodes of all elements.
     #[must_use]
     pub fn elements(&self) -> &[Simplex] {
         &self.elements
     }
 
-    /// Rest volume, m³.
+    /// Returns the rest volume of an element, m³.
     #[must_use]
     pub fn volume(&self, element: ElementId) -> f64 {
-        self.element(element).volume
+        self.rest_element(element).volume
     }
 
-    pub(super) fn element(&self, id: ElementId) -> Element<D> {
-        self.kept.get(id.index()).copied().unwrap_or_else(|| self.made(id))
+    /// Returns the rest geometry of an element, cached or computed.
+    pub(super) fn rest_element(&self, id: ElementId) -> RestElement<D> {
+        self.rest_elements.get(id.index()).copied().unwrap_or_else(|| self.rest_element_of(id))
     }
 
-    /// An element at rest, from its reference.
-    fn made(&self, id: ElementId) -> Element<D> {
+    /// Computes the rest geometry of an element from its reference shape.
+    fn rest_element_of(&self, id: ElementId) -> RestElement<D> {
         let nodes = &self.elements[id.index()];
-        let element = Element::new(&self.reference(id), self.section);
+        let element = RestElement::new(&self.reference(id), self.section);
         if self.is_compatible(id) {
             return element;
         }
-        let told = Reference::of(&self.rest, nodes);
+        let nodal = Reference::of(&self.rest, nodes);
         let inverse = Tensor::<D>::from_fn(|i, j| element.gradients[i + 1][j]);
-        Element { base: (told.edges * inverse, told.radius * 3.0 * element.hoop), ..element }
+        let (rest_f, rest_stretch) = (nodal.edges * inverse, nodal.radius * 3.0 * element.hoop);
+        RestElement { rest_f, rest_stretch, ..element }
     }
 
-    pub(super) fn strain(&self, placed: (ElementId, &Element<D>), x: &[Vector<D>]) -> Strain<D> {
-        self.strain_where(placed, |node| x[node.index()])
-    }
-
-    /// The same, with the nodes where `x` says.
-    pub(super) fn strain_where(
+    /// Computes the deformation gradient at the nodal positions `x`.
+    pub(super) fn element_deformation(
         &self,
-        (id, element): (ElementId, &Element<D>),
+        id: ElementId,
+        element: &RestElement<D>,
+        x: &[Vector<D>],
+    ) -> DeformationGradient<D> {
+        self.element_deformation_by(id, element, |node| x[node.index()])
+    }
+
+    /// Computes the deformation gradient of an element, with a function for the nodal positions.
+    pub(super) fn element_deformation_by(
+        &self,
+        id: ElementId,
+        element: &RestElement<D>,
         x: impl Fn(NodeId) -> Vector<D>,
-    ) -> Strain<D> {
+    ) -> DeformationGradient<D> {
         let moved = |node: &NodeId| x(*node) - self.rest[node.index()];
         let nodes = self.nodes(id);
         let first = moved(&nodes[0]);
@@ -213,44 +203,58 @@ impl<const D: usize> Simplices<D> {
             f += (u - first) * gradient.transpose();
             radii += u[0];
         }
-        f += element.base.0;
-        let out = if self.section == Section::Axisymmetric { element.base.1 + radii * element.hoop } else { 1.0 };
-        Strain { f, cofactor: cofactor(&f), out, inner: det(&f) }
+        f += element.rest_f;
+        let out = if self.section == Section::Axisymmetric { element.rest_stretch + radii * element.hoop } else { 1.0 };
+        DeformationGradient { f, cofactor: cofactor(&f), out, det_f: det(&f) }
     }
 
-    fn stiffness(&self, [even, along]: [f64; 2], (element, strain): (&Element<D>, &Strain<D>), u: Volumetric) -> f64 {
+    /// Returns the stiffness bound κ, N/m, from the curvature bound `[a, b]` of ψ_s and the volumetric response.
+    fn stiffness_bound(
+        &self,
+        [a, b]: [f64; 2],
+        element: &RestElement<D>,
+        strain: &DeformationGradient<D>,
+        u: VolumetricResponse,
+    ) -> f64 {
         let s = match self.section {
             Section::Planar { .. } => 1.0,
             Section::Spatial => (2.0 * strain.f.norm_squared()).sqrt(),
-            Section::Axisymmetric => two_largest(strain),
+            Section::Axisymmetric => strain.two_largest_stretches(),
         };
         let volumetric: f64 = element.gradients[..=D]
             .iter()
             .map(|gradient| {
                 let mut b = strain.cofactor * gradient * strain.out;
-                b[0] += strain.inner * element.hoop;
+                b[0] += strain.det_f * element.hoop;
                 b.norm_squared()
             })
             .sum();
         let mut stretched = 0.0;
-        if along > 0.0 {
+        if b > 0.0 {
             for gradient in &element.gradients[..=D] {
                 let mut pull = strain.f * gradient;
                 pull[0] += strain.out * element.hoop;
-                stretched += along * pull.norm_squared();
+                stretched += b * pull.norm_squared();
             }
         }
-        element.volume * ((even + u.slope.abs() * s) * element.spread + stretched + u.curvature * volumetric)
+        element.volume * ((a + u.slope.abs() * s) * element.spread + stretched + u.curvature * volumetric)
     }
 
-    fn answer(&self, s: &Sheared<D>, (element, strain): (&Element<D>, &Strain<D>), u: Volumetric) -> Answer<D> {
+    /// Returns the forces, stiffness bound and J of an element.
+    fn response(
+        &self,
+        s: &ShearResponse<D>,
+        element: &RestElement<D>,
+        strain: &DeformationGradient<D>,
+        u: VolumetricResponse,
+    ) -> Answer<D> {
         let p = s.stress + strain.cofactor * (u.slope * strain.out);
-        let forces = element.forces(&p, s.out + u.slope * strain.inner);
-        Answer { forces, stiffness: self.stiffness(s.curvature, (element, strain), u), jacobian: strain.jacobian() }
+        let forces = element.forces(&p, s.out + u.slope * strain.det_f);
+        Answer { forces, stiffness: self.stiffness_bound(s.curvature, element, strain, u), jacobian: strain.jacobian() }
     }
 
-    /// Energy of a patch of an elastic gel, and what its elements answer.
-    pub(super) fn stretch(
+    /// Evaluates a patch of a hyperelastic material: its energy, J, and the responses of its elements.
+    pub(super) fn evaluate_hyperelastic(
         &self,
         gel: &impl Hyperelastic,
         ids: &[ElementId],
@@ -259,15 +263,15 @@ impl<const D: usize> Simplices<D> {
     ) -> f64 {
         let volume = gel.volume();
         let strained = |id: &ElementId| {
-            let element = self.element(*id);
-            let strain = self.strain((*id, &element), x);
+            let element = self.rest_element(*id);
+            let strain = self.element_deformation(*id, &element, x);
             (element, strain)
         };
         if let [id] = ids {
             let (element, strain) = strained(id);
             let (u, sheared) = (volume.volumetric(strain.jacobian()), gel.sheared(&strain.f, strain.out));
-            let safe = Volumetric { curvature: u.curvature.max(0.0), ..u };
-            answers[0] = self.answer(&sheared, (&element, &strain), safe);
+            let convex = VolumetricResponse { curvature: u.curvature.max(0.0), ..u };
+            answers[0] = self.response(&sheared, &element, &strain, convex);
             return element.volume * (sheared.energy + u.energy);
         }
         let sums = ids.iter().map(strained).fold((0.0, 0.0), |(whole, now), (element, strain)| {
@@ -279,27 +283,11 @@ impl<const D: usize> Simplices<D> {
             let (element, strain) = strained(id);
             let (own, sheared) = (volume.own(strain.jacobian()), gel.sheared(&strain.f, strain.out));
             let curvature = own.curvature.max(0.0) + shared.curvature.max(0.0);
-            let both = Volumetric { energy: 0.0, slope: own.slope + shared.slope, curvature };
-            *answer = self.answer(&sheared, (&element, &strain), both);
+            let both = VolumetricResponse { energy: 0.0, slope: own.slope + shared.slope, curvature };
+            *answer = self.response(&sheared, &element, &strain, both);
             energy += element.volume * (sheared.energy + own.energy);
         }
         energy
-    }
-}
-
-/// Sum of the two largest of the singular values s₁ ≥ s₂ of the plane part and |λ|.
-fn two_largest<const D: usize>(strain: &Strain<D>) -> f64 {
-    let (square, area) = (strain.f.norm_squared(), 2.0 * strain.inner.abs());
-    let (sum, difference) = ((square + area).sqrt(), (square - area).max(0.0).sqrt());
-    sum.max(0.5 * (sum + difference) + strain.out.abs())
-}
-
-impl<const D: usize> Reference<D> {
-    /// What the nodes of an element say.
-    #[must_use]
-    pub fn of(rest: &[Vector<D>], nodes: &Simplex) -> Self {
-        let radius = nodes[..=D].iter().map(|n| rest[n.index()][0]).sum::<f64>() / (D + 1) as f64;
-        Self { edges: edges(rest, nodes), radius }
     }
 }
 
@@ -319,11 +307,11 @@ impl<const D: usize> Potential<D> for Simplices<D> {
     fn evaluate(&self, patch: usize, x: &[Vector<D>], memory: &[Memory<D>], answers: &mut [Answer<D>; DEPTH]) -> f64 {
         let ids = self.patches.of(patch);
         match &self.material {
-            Material::NeoHookean(gel) => self.stretch(gel, ids, x, answers),
-            Material::MooneyRivlin(gel) => self.stretch(gel, ids, x, answers),
-            Material::Ogden(gel) => self.stretch(gel, ids, x, answers),
+            Material::NeoHookean(gel) => self.evaluate_hyperelastic(gel, ids, x, answers),
+            Material::MooneyRivlin(gel) => self.evaluate_hyperelastic(gel, ids, x, answers),
+            Material::Ogden(gel) => self.evaluate_hyperelastic(gel, ids, x, answers),
             Material::Flowing(_) => self.again(patch, x, (memory, &[0.0; DEPTH]), answers),
-            Material::Viscoelastic(gel) => self.at_hold(gel, (ids, x), memory, answers),
+            Material::Viscoelastic(gel) => self.evaluate_viscoelastic(gel, ids, x, memory, answers),
         }
     }
 
@@ -340,12 +328,12 @@ impl<const D: usize> Potential<D> for Simplices<D> {
                 Spent { energy: self.evaluate(patch, x, memory, answers), ..Spent::default() }
             }
             Material::Flowing(gel) => {
-                let mut own = recalled(memory, ids);
-                let spent = self.flow((gel, ids), x, (step, &mut own, &[0.0; DEPTH]), answers);
+                let mut own = patch_history(memory, ids);
+                let spent = self.evaluate_viscoplastic((gel, ids), x, (step, &mut own, &[0.0; DEPTH]), answers);
                 ids.iter().zip(own).for_each(|(id, own)| memory[id.index()] = own);
                 spent
             }
-            Material::Viscoelastic(gel) => self.relaxed(gel, (ids, x), (step, memory), answers),
+            Material::Viscoelastic(gel) => self.advance_viscoelastic(gel, ids, x, step, memory, answers),
         }
     }
 
@@ -358,7 +346,7 @@ impl<const D: usize> Potential<D> for Simplices<D> {
     ) -> f64 {
         let Material::Flowing(gel) = &self.material else { return self.evaluate(patch, x, memory, answers) };
         let ids = self.patches.of(patch);
-        self.flow((gel, ids), x, (0.0, &mut recalled(memory, ids), viscous), answers).energy
+        self.evaluate_viscoplastic((gel, ids), x, (0.0, &mut patch_history(memory, ids), viscous), answers).energy
     }
 
     fn memories(&self) -> usize {
@@ -374,11 +362,11 @@ impl<const D: usize> Potential<D> for Simplices<D> {
     }
 
     fn closing(&self, element: ElementId, jacobian: f64, now: (&[Vector<D>], &[Vector<D>])) -> f64 {
-        inversion_time::of_one(jacobian, (&self.elements[element.index()], self.section), now)
+        inversion_time::closing_rate_of_element(jacobian, &self.elements[element.index()], self.section, now.0, now.1)
     }
 
     fn measure(&self, corners: &[Vector<D>; MAX_NODES]) -> f64 {
-        self.measured(&Reference::of(corners, &[0, 1, 2, 3].map(NodeId)))
+        self.measure_shape(&Reference::of(corners, &[0, 1, 2, 3].map(NodeId)))
     }
 
     fn measures_rings(&self) -> bool {
@@ -390,11 +378,11 @@ impl<const D: usize> Potential<D> for Simplices<D> {
     }
 
     fn lanes(&self, slots: &[Option<ElementId>], depth: usize, local: &[[u16; MAX_NODES]]) -> Option<Lanes<D>> {
-        self.in_lanes(slots, depth, local)
+        self.build_batches(slots, depth, local)
     }
 
     fn measure_all(&self, x: &[Vector<D>], memory: &[Memory<D>]) -> Measured {
-        self.measured_at(x, memory)
+        self.evaluate_all(x, memory)
     }
 }
 
@@ -428,7 +416,7 @@ mod tests {
         (energy, answers[0])
     }
 
-    /// Energy with node `a` moved by `s` along axis `i`.
+    /// Returns the energy with node `a` moved by `s` along axis `i`.
     fn moved_energy<const D: usize>(simplices: &Simplices<D>, x: &[Vector<D>], (a, i): (usize, usize), s: f64) -> f64 {
         let mut moved = x.to_vec();
         moved[a][i] += s;
@@ -480,7 +468,7 @@ mod tests {
     }
 
     #[test]
-    fn the_stiffness_bound_is_an_upper_bound_and_not_idle() {
+    fn the_stiffness_bound_is_an_upper_bound_and_tight() {
         for section in [Section::Planar { thickness: 0.7 }, Section::Axisymmetric] {
             let (mesh, simplices) = triangle(section);
             check_stiffness(&mesh, &simplices);

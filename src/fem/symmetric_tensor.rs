@@ -1,22 +1,22 @@
-//! Symmetric tensors of eight elements, side by side.
+//! Symmetric tensors of eight elements in vector lanes.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 #![allow(clippy::needless_range_loop, reason = "indices of vectors side by side, as in the equations")]
 
-use super::batch::wide;
-use super::history::{Recall, rows_of_shape};
+use super::batch::load_lanes;
+use super::history::{Recall, shape_rows};
 use crate::math::Number;
 use fearless_simd::{Simd, SimdBase, f64x8};
 
-/// Components of i ≤ j, and that out of the plane, 0 in space.
+/// Symmetric tensor: the components i ≤ j, and the out-of-plane component, 0 in space.
 #[derive(Clone, Copy)]
-pub(super) struct Symmetric<const D: usize, V> {
+pub(super) struct SymmetricTensor<const D: usize, V> {
     pub inner: [[V; D]; D],
     pub out: V,
 }
 
-impl<const D: usize, V: Number> Symmetric<D, V> {
-    /// The same number `inner` in the diagonal and `out` out of the plane.
+impl<const D: usize, V: Number> SymmetricTensor<D, V> {
+    /// Creates a diagonal tensor, `inner` on the diagonal and `out` out of the plane.
     #[inline(always)]
     pub fn diagonal(inner: V, out: V) -> Self {
         let mut all = [[inner.constant(0.0); D]; D];
@@ -26,11 +26,13 @@ impl<const D: usize, V: Number> Symmetric<D, V> {
         Self { inner: all, out }
     }
 
+    /// Returns component (i, j).
     #[inline(always)]
     pub fn of(&self, i: usize, j: usize) -> V {
         self.inner[i.min(j)][i.max(j)]
     }
 
+    /// Returns the trace.
     #[inline(always)]
     pub fn trace(&self) -> V {
         let mut sum = self.out;
@@ -40,7 +42,7 @@ impl<const D: usize, V: Number> Symmetric<D, V> {
         sum
     }
 
-    /// b − tr b/3.
+    /// Returns the deviator b − tr b/3.
     #[inline(always)]
     pub fn deviator(&self) -> Self {
         let (mean, mut all) = (self.trace() * (1.0 / 3.0), *self);
@@ -53,7 +55,7 @@ impl<const D: usize, V: Number> Symmetric<D, V> {
         all
     }
 
-    /// a:b.
+    /// Returns the double contraction a:b.
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> V {
         let mut sum = self.out * other.out;
@@ -66,7 +68,7 @@ impl<const D: usize, V: Number> Symmetric<D, V> {
         sum
     }
 
-    /// a a.
+    /// Returns the square a a.
     #[inline(always)]
     pub fn squared(&self) -> Self {
         let mut all = Self { out: self.out * self.out, ..*self };
@@ -82,6 +84,7 @@ impl<const D: usize, V: Number> Symmetric<D, V> {
         all
     }
 
+    /// Returns the determinant.
     #[inline(always)]
     pub fn determinant(&self) -> V {
         let b = &self.inner;
@@ -93,7 +96,7 @@ impl<const D: usize, V: Number> Symmetric<D, V> {
             + b[x][z] * (b[x][y] * b[y][z] - b[y][y] * b[x][z])
     }
 
-    /// b⁻¹ of a determinant of 1.
+    /// Returns the inverse of a tensor of unit determinant.
     #[inline(always)]
     pub fn inverse(&self) -> Self {
         let (b, mut all) = (&self.inner, *self);
@@ -112,7 +115,7 @@ impl<const D: usize, V: Number> Symmetric<D, V> {
         all
     }
 
-    /// θ + s d.
+    /// Returns θ + s d, θ = `mean`, s = `part`.
     #[inline(always)]
     pub fn scaled(&self, part: V, mean: V) -> Self {
         let mut all = *self;
@@ -128,24 +131,24 @@ impl<const D: usize, V: Number> Symmetric<D, V> {
         all
     }
 
-    /// So much of this one and so much of another.
+    /// Returns the linear combination `part` · self + `other_part` · other.
     #[inline(always)]
-    pub fn combined(&self, part: f64, (other, its): (&Self, V)) -> Self {
+    pub fn combined(&self, part: f64, other: &Self, other_part: V) -> Self {
         let mut all = *self;
         for i in 0..D {
             for j in i..D {
-                all.inner[i][j] = self.inner[i][j] * part + other.inner[i][j] * its;
+                all.inner[i][j] = self.inner[i][j] * part + other.inner[i][j] * other_part;
             }
         }
         if D == 2 {
-            all.out = self.out * part + other.out * its;
+            all.out = self.out * part + other.out * other_part;
         }
         all
     }
 
-    /// This one where `which` is more than 0, else another.
+    /// Returns `self` in the lanes where `which` is positive, else `other`.
     #[inline(always)]
-    pub fn chosen(&self, which: V, other: &Self) -> Self {
+    pub fn where_positive(&self, which: V, other: &Self) -> Self {
         let mut all = *self;
         for i in 0..D {
             for j in i..D {
@@ -159,26 +162,26 @@ impl<const D: usize, V: Number> Symmetric<D, V> {
     }
 }
 
-impl<const D: usize, S: Simd> Symmetric<D, f64x8<S>> {
-    /// From what eight elements remember.
+impl<const D: usize, S: Simd> SymmetricTensor<D, f64x8<S>> {
+    /// Loads the tensor from history rows.
     #[inline(always)]
     pub fn load(simd: S, rows: &[Recall]) -> Self {
-        let rows = &rows[..rows_of_shape::<D>()];
+        let rows = &rows[..shape_rows::<D>()];
         let zero = f64x8::splat(simd, 0.0);
         let (mut inner, mut at) = ([[zero; D]; D], 0);
         for i in 0..D {
             for j in i..D {
-                inner[i][j] = wide(simd, &rows[at].0);
+                inner[i][j] = load_lanes(simd, &rows[at].0);
                 at += 1;
             }
         }
-        Self { inner, out: if D == 2 { wide(simd, &rows[at].0) } else { zero } }
+        Self { inner, out: if D == 2 { load_lanes(simd, &rows[at].0) } else { zero } }
     }
 
-    /// To what they remember.
+    /// Stores the tensor in history rows.
     #[inline(always)]
     pub fn store(&self, rows: &mut [Recall]) {
-        let rows = &mut rows[..rows_of_shape::<D>()];
+        let rows = &mut rows[..shape_rows::<D>()];
         let mut at = 0;
         for i in 0..D {
             for j in i..D {

@@ -1,192 +1,218 @@
-//! Elements of a viscoelastic gel: elastic ones with branches beside them that forget their strain (numerics 6.4).
+//! Viscoelastic elements: a hyperelastic equilibrium response plus Maxwell branches (numerics 6.4).
 
-use super::simplex::{Element, Placed, Strain, isochoric};
+use super::simplex::{DeformationGradient, ElementKinematics, RestElement, isochoric_mean};
 use super::{Answer, DEPTH, Memory, Potential, Simplices, Spent};
 use crate::constitutive::{Branch, NeoHookean, Viscoelastic};
 use crate::math::{Tensor, Vector, cofactor, cube_root, det};
 use crate::mesh::ElementId;
 
-/// What an element of a viscoelastic gel remembers: first C̄⁻¹ and J at its own last tick, then the C̄_i⁻¹ of its branches.
+/// Most history records of a viscoelastic element: C̄⁻¹ and J at its last tick, then C̄_i⁻¹ of each branch.
 pub(super) const MOST_MEMORIES: usize = 1 + Viscoelastic::MOST_BRANCHES;
 
-/// What the branches of an element do together.
-struct Branches<'a, const D: usize> {
-    at: Placed<'a, D>,
-    /// Σ μ_i C̄_i⁻¹, and its component out of the plane, Pa.
-    pull: (Tensor<D>, f64),
+/// Sums over the branches of an element.
+struct BranchForces<'a, const D: usize> {
+    at: ElementKinematics<'a, D>,
+    /// Σ μ_i C̄_i⁻¹, Pa.
+    inverse_shapes: Tensor<D>,
+    /// Out-of-plane component of Σ μ_i C̄_i⁻¹, Pa.
+    out: f64,
     /// Σ μ_i tr b̄_i/3, Pa.
     mean: f64,
-    /// Their part of κ, N/m.
+    /// Part of the branches in κ, N/m.
     stiffness: f64,
 }
 
-/// dev b̄ of a branch as the gel at rest sees it: dev(C̄ C̄_i⁻¹), which has the eigenvalues of that, and its component out of the plane.
-struct Deviator<const D: usize> {
-    inner: Tensor<D>,
+/// Deviator dev(C̄ C̄_i⁻¹), which has the eigenvalues of dev b̄ of a branch, with its out-of-plane component.
+struct ShapeDeviator<const D: usize> {
+    tensor: Tensor<D>,
     out: f64,
 }
 
-impl<const D: usize> Deviator<D> {
-    /// So much of this one and so much of another.
-    fn combined(&self, part: f64, (other, its): (&Self, f64)) -> Self {
-        Self { inner: self.inner * part + other.inner * its, out: self.out * part + other.out * its }
+/// Relaxation of a branch at a constant strain.
+struct BranchRelaxation<const D: usize> {
+    /// Decrease of tr b̄.
+    fall: f64,
+    /// Deviator before the relaxation.
+    deviator: ShapeDeviator<D>,
+}
+
+impl<const D: usize> ShapeDeviator<D> {
+    /// Returns the linear combination `part` · self + `other_part` · other.
+    fn combined(&self, part: f64, other: &Self, other_part: f64) -> Self {
+        Self { tensor: self.tensor * part + other.tensor * other_part, out: self.out * part + other.out * other_part }
     }
 
+    /// Returns the double contraction with another deviator.
     fn dot(&self, other: &Self) -> f64 {
-        (self.inner * other.inner).trace() + self.out * other.out
+        (self.tensor * other.tensor).trace() + self.out * other.out
     }
 }
 
 impl<const D: usize> Simplices<D> {
-    /// Energy of a patch of a viscoelastic gel that forgets nothing in the meantime, and what its elements answer.
-    pub(super) fn at_hold(
+    /// Evaluates a patch without relaxation: its energy, J, and the responses of its elements.
+    pub(super) fn evaluate_viscoelastic(
         &self,
         gel: &Viscoelastic,
-        (ids, x): (&[ElementId], &[Vector<D>]),
+        ids: &[ElementId],
+        x: &[Vector<D>],
         memory: &[Memory<D>],
         answers: &mut [Answer<D>; DEPTH],
     ) -> f64 {
-        let elastic = self.stretch(gel.equilibrium(), ids, x, answers);
+        let elastic = self.evaluate_hyperelastic(gel.equilibrium(), ids, x, answers);
         ids.iter().zip(answers).fold(elastic, |energy, (id, answer)| {
             let mut own = [Memory::default(); MOST_MEMORIES];
             let own = &mut own[..self.memories()];
-            own.copy_from_slice(&memory[self.memories_of(*id)]);
-            energy + self.relax(gel, (*id, x), (0.0, own), answer).energy
+            own.copy_from_slice(&memory[self.history_range(*id)]);
+            energy + self.add_branches(gel, *id, x, 0.0, own, answer).energy
         })
     }
 
-    /// The same at the next own tick of the patch, `step` s after the last.
-    pub(super) fn relaxed(
+    /// Evaluates a patch at its next tick, `step` s after the last, with relaxation of its branches.
+    pub(super) fn advance_viscoelastic(
         &self,
         gel: &Viscoelastic,
-        (ids, x): (&[ElementId], &[Vector<D>]),
-        (step, memory): (f64, &mut [Memory<D>]),
+        ids: &[ElementId],
+        x: &[Vector<D>],
+        step: f64,
+        memory: &mut [Memory<D>],
         answers: &mut [Answer<D>; DEPTH],
     ) -> Spent {
-        let elastic = self.stretch(gel.equilibrium(), ids, x, answers);
+        let elastic = self.evaluate_hyperelastic(gel.equilibrium(), ids, x, answers);
         let mut sum = Spent { energy: elastic, ..Spent::default() };
         for (id, answer) in ids.iter().zip(answers) {
-            let own = (step, &mut memory[self.memories_of(*id)]);
-            let spent = self.relax(gel, (*id, x), own, answer);
+            let own = &mut memory[self.history_range(*id)];
+            let spent = self.add_branches(gel, *id, x, step, own, answer);
             sum.energy += spent.energy;
             sum.viscous += spent.viscous;
         }
         sum
     }
 
-    /// Where the memories of an element are among those of all.
-    fn memories_of(&self, id: ElementId) -> std::ops::Range<usize> {
+    /// Returns the range of the history records of an element.
+    fn history_range(&self, id: ElementId) -> std::ops::Range<usize> {
         let first = id.index() * self.memories();
         first..first + self.memories()
     }
 
-    /// Adds what the branches of a gel store in an element, and do to its nodes; after a step, s, since its own last tick they have
-    /// forgotten some of it: half a step where it was then, half a step where it is now.
-    fn relax(
+    /// Adds the energy, forces and stiffness of the branches of an element.
+    ///
+    /// After a step, s, since the last tick the branches relax at the strain of its start, then at the strain of its
+    /// end.
+    fn add_branches(
         &self,
         gel: &Viscoelastic,
-        (id, x): (ElementId, &[Vector<D>]),
-        (step, memory): (f64, &mut [Memory<D>]),
+        id: ElementId,
+        x: &[Vector<D>],
+        step: f64,
+        memory: &mut [Memory<D>],
         answer: &mut Answer<D>,
     ) -> Spent {
-        let element = &self.kept[id.index()];
-        let strain = self.strain((id, element), x);
+        let element = &self.rest_elements[id.index()];
+        let strain = self.element_deformation(id, element, x);
         let (last, rest) = memory.split_first_mut().expect("an element with branches remembers where it was");
-        let now = place(&strain);
-        let mut sum = Branches::new(element, &strain);
+        let now = isochoric_shape(&strain);
+        let mut sum = BranchForces::new(element, &strain);
         let mut spent = Spent::default();
         for (branch, own) in gel.branches().iter().zip(rest) {
             if step > 0.0 {
                 let before = (last.jacobian >= NeoHookean::FLOOR).then_some(&*last);
-                let lost = forget(own, [before, now.as_ref()], branch.left(step));
+                let lost = relax_branch(own, [before, now.as_ref()], branch.relaxation_factors(step));
                 spent.viscous += element.volume * 0.5 * branch.shear_modulus * lost;
             }
             spent.energy += element.volume * sum.add(branch, own);
         }
         *last = now.unwrap_or(Memory { jacobian: strain.jacobian(), ..*last });
-        sum.answer(answer);
+        sum.add_to(answer);
         spent
     }
 }
 
-/// C̄⁻¹ of an element, which a branch that forgets at once would have for its own; nothing below the continuation.
-fn place<const D: usize>(strain: &Strain<D>) -> Option<Memory<D>> {
+/// Returns C̄⁻¹ of an element, the rest shape of a fully relaxed branch; none below the floor of J.
+fn isochoric_shape<const D: usize>(strain: &DeformationGradient<D>) -> Option<Memory<D>> {
     let jacobian = strain.jacobian();
-    (jacobian >= NeoHookean::FLOOR && strain.inner > 0.0).then(|| {
+    (jacobian >= NeoHookean::FLOOR && strain.det_f > 0.0).then(|| {
         let root = cube_root(jacobian);
-        let inverse = strain.cofactor.transpose() / strain.inner;
+        let inverse = strain.cofactor.transpose() / strain.det_f;
         let out = if D == 2 { root * root / (strain.out * strain.out) } else { 1.0 };
         Memory { inverse: inverse * inverse.transpose() * (root * root), out, jacobian, ..Memory::default() }
     })
 }
 
-/// Has a branch forget where the element was, and then where it is now, so much that these parts of its stress are left; returns what
-/// it loses, in tr b̄.
+/// Relaxes a branch by the factors `parts`, at the strain before the step, then at the strain now; returns the loss
+/// of tr b̄.
 ///
-/// That is what tr b̄ falls by in both places, less what the stress of either does in excess of the mean of the first and the last along
-/// the way in between, which is what the nodes feel: ½ (d_b − d_a):[(1 − s_b) d_b − (1 − s_a) d], d_a = s_a d, to second order.
-fn forget<const D: usize>(branch: &mut Memory<D>, [before, now]: [Option<&Memory<D>>; 2], parts: [f64; 2]) -> f64 {
-    let first = before.map(|place| draw_back(branch, place, parts[0]));
-    let second = now.map(|place| draw_back(branch, place, parts[1]));
-    let falls = [&first, &second].into_iter().flatten().map(|(fall, _)| fall).sum::<f64>();
-    let (Some((_, start)), Some((_, end))) = (first, second) else { return falls };
-    let way = end.combined(1.0, (&start, -parts[0]));
-    let excess = end.combined(1.0 - parts[1], (&start, parts[0] - 1.0));
-    falls - 0.5 * way.dot(&excess)
+/// The loss is the fall of tr b̄ at both strains, corrected for the work of the branch between them. The nodes do
+/// work against the mean of the first and the last stress; the excess of the two relaxed stresses over this mean is,
+/// to second order, ½ (d_b − d_a):[(1 − s_b) d_b − (1 − s_a) d], d_a = s_a d.
+fn relax_branch<const D: usize>(
+    branch: &mut Memory<D>,
+    [before, now]: [Option<&Memory<D>>; 2],
+    parts: [f64; 2],
+) -> f64 {
+    let first = before.map(|shape| relax_at(branch, shape, parts[0]));
+    let second = now.map(|shape| relax_at(branch, shape, parts[1]));
+    let falls = [&first, &second].into_iter().flatten().map(|relaxation| relaxation.fall).sum::<f64>();
+    let (Some(first), Some(second)) = (first, second) else { return falls };
+    let (start, end) = (first.deviator, second.deviator);
+    let change = end.combined(1.0, &start, -parts[0]);
+    let excess = end.combined(1.0 - parts[1], &start, parts[0] - 1.0);
+    falls - 0.5 * change.dot(&excess)
 }
 
-/// Leaves a part s of dev b̄ of a branch where the element is held at C̄⁻¹; returns what tr b̄ falls by, and dev b̄ before.
+/// Relaxes dev b̄ of a branch to its part s at the constant strain C̄⁻¹.
 ///
-/// b̄ = θ + d, tr d = 0, becomes θ' + s d with θ'³ − θ' s²|d|²/2 + s³ det d = 1, hence C̄_i⁻¹ becomes s C̄_i⁻¹ + (θ' − sθ) C̄⁻¹; θ, |d|² and
-/// det d are those of C̄ C̄_i⁻¹, too, which has the eigenvalues of b̄.
-fn draw_back<const D: usize>(branch: &mut Memory<D>, place: &Memory<D>, left: f64) -> (f64, Deviator<D>) {
-    let product = cofactor(&place.inverse).transpose() / det(&place.inverse) * branch.inverse;
-    let out = if D == 2 { branch.out / place.out } else { 0.0 };
+/// b̄ = θ + d, tr d = 0, becomes θ' + s d with θ'³ − θ' s²|d|²/2 + s³ det d = 1, hence C̄_i⁻¹ becomes s C̄_i⁻¹ + (θ'
+/// − sθ) C̄⁻¹; θ, |d|² and det d are those of C̄ C̄_i⁻¹, too, which has the eigenvalues of b̄.
+fn relax_at<const D: usize>(branch: &mut Memory<D>, shape: &Memory<D>, left: f64) -> BranchRelaxation<D> {
+    let product = cofactor(&shape.inverse).transpose() / det(&shape.inverse) * branch.inverse;
+    let out = if D == 2 { branch.out / shape.out } else { 0.0 };
     let before = (product.trace() + out) / 3.0;
-    let inner = product - Tensor::<D>::identity() * before;
-    let deviator = Deviator { inner, out: if D == 2 { out - before } else { 0.0 } };
-    let determinant = det(&inner) * if D == 2 { deviator.out } else { 1.0 };
+    let tensor = product - Tensor::<D>::identity() * before;
+    let deviator = ShapeDeviator { tensor, out: if D == 2 { out - before } else { 0.0 } };
+    let determinant = det(&tensor) * if D == 2 { deviator.out } else { 1.0 };
     let square = left * left * deviator.dot(&deviator);
-    let after = isochoric(before, (0.5 * square, left * left * left * determinant));
+    let after = isochoric_mean(before, 0.5 * square, left * left * left * determinant);
     let towards = after - left * before;
-    branch.inverse = branch.inverse * left + place.inverse * towards;
-    branch.out = if D == 2 { branch.out * left + place.out * towards } else { 1.0 };
-    (3.0 * (before - after), deviator)
+    branch.inverse = branch.inverse * left + shape.inverse * towards;
+    branch.out = if D == 2 { branch.out * left + shape.out * towards } else { 1.0 };
+    BranchRelaxation { fall: 3.0 * (before - after), deviator }
 }
 
-impl<'a, const D: usize> Branches<'a, D> {
-    fn new(element: &'a Element<D>, strain: &'a Strain<D>) -> Self {
-        let pull = (Tensor::<D>::zeros(), 0.0);
-        Self { at: Placed::new(element, strain), pull, mean: 0.0, stiffness: 0.0 }
+impl<'a, const D: usize> BranchForces<'a, D> {
+    /// Creates empty sums for a deformed element.
+    fn new(element: &'a RestElement<D>, strain: &'a DeformationGradient<D>) -> Self {
+        let at = ElementKinematics::new(element, strain);
+        Self { at, inverse_shapes: Tensor::<D>::zeros(), out: 0.0, mean: 0.0, stiffness: 0.0 }
     }
 
-    /// Takes up a branch with its rest shape; returns what it stores, J/m³.
+    /// Adds a branch with its rest shape; returns its energy, J/m³.
     fn add(&mut self, branch: &Branch, own: &Memory<D>) -> f64 {
         let (mu, elastic) = (branch.shear_modulus, self.at.elastic(own));
         let trace = elastic.trace();
-        self.pull.0 += own.inverse * mu;
-        self.pull.1 += own.out * mu;
-        // Thirds of each: at rest the sum is Σ μ_i to the bit.
+        self.inverse_shapes += own.inverse * mu;
+        self.out += own.out * mu;
+        // Thirds of each trace: at rest the sum is exactly Σ μ_i.
         self.mean += mu * (trace * (1.0 / 3.0));
-        let curvature = if self.at.is_upright() { self.at.shear_bound(&elastic) } else { self.continued(own) };
+        let curvature =
+            if self.at.is_above_floor() { self.at.shear_bound(&elastic) } else { self.floor_curvature(own) };
         self.stiffness += self.at.element.volume * mu * curvature;
         0.5 * mu * (trace - 3.0)
     }
 
-    /// The curvature of a branch where J^(−2/3) is held at the continuation: then W is quadratic.
-    fn continued(&self, own: &Memory<D>) -> f64 {
+    /// Returns the curvature of a branch below the floor of J, where J^(−2/3) is constant and W quadratic, 1/m².
+    fn floor_curvature(&self, own: &Memory<D>) -> f64 {
         let element = self.at.element;
         let hoop = element.hoop * element.hoop * own.out;
         let of = |gradient: &Vector<D>| gradient.dot(&(own.inverse * gradient)) + hoop;
         self.at.scale * element.gradients[..=D].iter().map(of).sum::<f64>()
     }
 
-    /// Adds the forces of P = Σ μ_i [J^(−2/3) F C̄_i⁻¹ − tr b̄_i/(3J) ∂J/∂F], and κ.
-    fn answer(&self, answer: &mut Answer<D>) {
+    /// Adds the forces of P = Σ μ_i [J^(−2/3) F C̄_i⁻¹ − tr b̄_i/(3J) ∂J/∂F], and κ, to a response.
+    fn add_to(&self, answer: &mut Answer<D>) {
         let (strain, scale) = (self.at.strain, self.at.scale);
-        let volumetric = if self.at.is_upright() { -self.mean / self.at.jacobian } else { 0.0 };
-        let p = strain.f * self.pull.0 * scale + strain.cofactor * (volumetric * strain.out);
-        let forces = self.at.element.forces(&p, scale * strain.out * self.pull.1 + volumetric * strain.inner);
+        let volumetric = if self.at.is_above_floor() { -self.mean / self.at.jacobian } else { 0.0 };
+        let p = strain.f * self.inverse_shapes * scale + strain.cofactor * (volumetric * strain.out);
+        let forces = self.at.element.forces(&p, scale * strain.out * self.out + volumetric * strain.det_f);
         answer.forces.iter_mut().zip(forces).for_each(|(force, own)| *force += own);
         answer.stiffness += self.stiffness;
     }
@@ -223,7 +249,7 @@ mod tests {
         vec![Memory::default(); simplices.memories()]
     }
 
-    /// Goes on to these positions, and answers what the element does there.
+    /// Advances the element to the positions `x`.
     fn advance<const D: usize>(
         simplices: &Simplices<D>,
         x: &[Vector<D>],
@@ -239,7 +265,7 @@ mod tests {
         (simplices.evaluate(0, x, memory, &mut answers), answers[0])
     }
 
-    /// Checks it in the plane, about an axis and in space.
+    /// Runs a check in the plane, about an axis and in space.
     macro_rules! everywhere {
         ($check:ident, $gel:expr) => {
             let (rest, simplices) = simplex::<2>(Section::Planar { thickness: 0.7 }, $gel);
@@ -251,7 +277,7 @@ mod tests {
         };
     }
 
-    /// Memories of an element that has come to `size` by a detour and forgotten some of that.
+    /// Returns the history of an element deformed to `size` by a detour, with relaxation.
     fn bent<const D: usize>(rest: &[Vector<D>], simplices: &Simplices<D>, size: f64) -> Vec<Memory<D>> {
         let mut memory = fresh(simplices);
         advance(simplices, rest, (0.0, &mut memory));
@@ -279,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn forces_are_minus_the_gradient_of_the_energy_while_nothing_is_forgotten() {
+    fn forces_are_minus_the_gradient_of_the_energy_without_relaxation() {
         everywhere!(check_forces, gel());
     }
 
@@ -304,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn the_stiffness_bound_is_an_upper_bound_and_not_idle() {
+    fn the_stiffness_bound_is_an_upper_bound_and_tight() {
         everywhere!(check_stiffness, gel());
     }
 
@@ -359,12 +385,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_forgotten_at_a_held_strain_is_what_was_stored() {
+    fn dissipation_at_constant_strain_is_the_loss_of_stored_energy() {
         everywhere!(check_losses, gel());
     }
 
     #[test]
-    fn a_loss_is_what_the_work_on_the_branches_exceeds_what_they_store_by() {
+    fn dissipation_of_the_branches_is_the_work_that_is_not_stored() {
         let (rest, simplices) = simplex::<3>(Section::Spatial, gel());
         for step in [1e-5, 1e-3, 1.0] {
             let mut memory = fresh(&simplices);
@@ -386,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ramp_is_followed_exactly_where_strains_are_small() {
+    fn a_small_strain_ramp_is_exact() {
         let (rest, simplices) = simplex::<3>(Section::Spatial, gel());
         let end = |n: u32| {
             let mut memory = fresh(&simplices);
@@ -402,7 +428,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_turned_inside_out_comes_back_with_its_memory() {
+    fn an_inverted_element_keeps_its_history() {
         let (rest, simplices) = simplex::<3>(Section::Spatial, gel());
         let mut memory = bent(&rest, &simplices, 0.2);
         let before = memory.clone();

@@ -1,29 +1,29 @@
-//! Elements of a gel that flows: F = F_e F_p, a return to the strength at every update of their own (numerics A16).
+//! Viscoplastic elements, F = F_e F_p: radial return onto the yield surface (Simo & Hughes 1998, numerics A16).
 
-use super::simplex::{Elastic, Placed, Strain};
+use super::simplex::{DeformationGradient, ElasticCauchyGreen, ElementKinematics};
 use super::{Answer, DEPTH, Section, Simplices};
-use crate::constitutive::{Flowing, Material, Returned, Volume, Volumetric};
+use crate::constitutive::{Flowing, Material, StressReturn, Volume, VolumetricResponse};
 use crate::math::{Tensor, Vector, cube_root, det};
 use crate::mesh::ElementId;
 
-/// What an element that flows remembers, or one branch of an element that relaxes.
+/// History variables of a viscoplastic element, or of one branch of a viscoelastic element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Memory<const D: usize> {
-    /// C̄_p⁻¹ = (F_pᵀF_p)⁻¹, of determinant 1 with `out`; 1 before it has flowed; of a branch C̄_i⁻¹.
+    /// C̄_p⁻¹ = (F_pᵀF_p)⁻¹, of unit determinant together with `out`, initially 1; C̄_i⁻¹ of a branch.
     pub inverse: Tensor<D>,
-    /// Its component out of the plane; 1 in space.
+    /// Out-of-plane component of C̄_p⁻¹; 1 in space.
     pub out: f64,
-    /// ε_p, equivalent plastic strain.
+    /// Equivalent plastic strain ε_p.
     pub plastic: f64,
-    /// J at its own last tick.
+    /// J at the last tick of the patch.
     pub jacobian: f64,
-    /// Rate of ε_p when it has flowed last, 1/s.
+    /// Rate of ε_p at the last plastic step, 1/s.
     pub rate: f64,
-    /// g, the part of its stress in shear that softening has left.
+    /// Damage factor g of the shear stress.
     pub left: f64,
-    /// q, the equivalent stress at its own last tick, of the sound gel, Pa.
+    /// Equivalent stress q of the undamaged material at the last tick, Pa.
     pub stress: f64,
-    /// U′ as its strength feels it, Pa.
+    /// Time-filtered U′ of the yield law, Pa.
     pub felt: f64,
 }
 
@@ -35,7 +35,7 @@ impl<const D: usize> Default for Memory<D> {
 }
 
 impl<const D: usize> Memory<D> {
-    /// Whether all of it are numbers.
+    /// Returns true if all variables are finite.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         let Self { inverse, out, plastic, jacobian, rate, left, stress, felt } = self;
@@ -44,16 +44,16 @@ impl<const D: usize> Memory<D> {
     }
 }
 
-/// What a patch stores, and what it has lost since its own last tick.
+/// Energy of a patch, and its dissipation since its last tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Spent {
-    /// V, J.
+    /// Energy V, J.
     pub energy: f64,
-    /// Lost to plastic flow, J.
+    /// Plastic dissipation, J.
     pub plastic: f64,
-    /// Lost to viscosity, of the bulk or of branches, J.
+    /// Viscous dissipation, of bulk viscosity or of branches, J.
     pub viscous: f64,
-    /// Stored energy lost to softening, J.
+    /// Stored energy released by damage, J.
     pub damage: f64,
 }
 
@@ -66,32 +66,33 @@ impl std::ops::AddAssign for Spent {
     }
 }
 
-/// An element on the way to its answer.
-struct Flow<'a, const D: usize> {
+/// Viscoplastic element during its evaluation.
+struct ViscoplasticElement<'a, const D: usize> {
     gel: &'a Flowing,
-    at: Placed<'a, D>,
+    at: ElementKinematics<'a, D>,
 }
 
-/// What the elements of a patch remember.
-pub(super) fn recalled<const D: usize>(memory: &[Memory<D>], ids: &[ElementId]) -> [Memory<D>; DEPTH] {
+/// Collects the history variables of the elements of a patch.
+pub(super) fn patch_history<const D: usize>(memory: &[Memory<D>], ids: &[ElementId]) -> [Memory<D>; DEPTH] {
     std::array::from_fn(|k| ids.get(k).map_or_else(Memory::default, |id| memory[id.index()]))
 }
 
 impl<const D: usize> Simplices<D> {
-    /// Energy of a patch of a gel that flows, and what its elements answer; what has passed since their last tick makes them flow,
-    /// if there was any, and is remembered; if not, viscosity adds to U′ of each what it is told.
-    pub(super) fn flow(
+    /// Evaluates a patch: its energy, J, its dissipation, and the responses of its elements.
+    ///
+    /// A step above 0 s updates the history. At step 0 the viscous part of U′ of each element is `held`, Pa.
+    pub(super) fn evaluate_viscoplastic(
         &self,
         (gel, ids): (&Flowing, &[ElementId]),
         x: &[Vector<D>],
         (step, memory, held): (f64, &mut [Memory<D>; DEPTH], &[f64; DEPTH]),
         answers: &mut [Answer<D>; DEPTH],
     ) -> Spent {
-        let mut strains = [Strain::none(); DEPTH];
+        let mut strains = [DeformationGradient::none(); DEPTH];
         let (mut volume, mut now) = (0.0, 0.0);
         for (id, strain) in ids.iter().zip(&mut strains) {
-            let element = &self.kept[id.index()];
-            *strain = self.strain((*id, element), x);
+            let element = &self.rest_elements[id.index()];
+            *strain = self.element_deformation(*id, element, x);
             volume += element.volume;
             now += element.volume * strain.jacobian();
         }
@@ -99,14 +100,14 @@ impl<const D: usize> Simplices<D> {
         let mut spent = Spent { energy: volume * shared.energy, ..Spent::default() };
         let remembered = memory.iter_mut().zip(held);
         for (((id, strain), (memory, held)), answer) in ids.iter().zip(&strains).zip(remembered).zip(answers) {
-            let element = &self.kept[id.index()];
+            let element = &self.rest_elements[id.index()];
             let own = gel.own(strain.jacobian());
-            let own = if ids.len() > 1 { own } else { Volumetric { energy: 0.0, slope: 0.0, curvature: 0.0 } };
-            let flow = Flow { gel, at: Placed::new(element, strain) };
+            let own = if ids.len() > 1 { own } else { VolumetricResponse { energy: 0.0, slope: 0.0, curvature: 0.0 } };
+            let flow = ViscoplasticElement { gel, at: ElementKinematics::new(element, strain) };
             let sound = memory.left;
             let slope = own.slope + shared.slope;
             let (elastic, lost) = flow.returned((step, slope), memory);
-            let left = gel.softening.map_or(sound, |softening| softening.left(sound, memory.plastic, step));
+            let left = gel.softening.map_or(sound, |softening| softening.after_step(sound, memory.plastic, step));
             memory.left = left;
             let sheared = 0.5 * gel.shear_modulus * (elastic.trace() - 3.0);
             spent.plastic += element.volume * lost * (0.5 * (sound + left));
@@ -123,13 +124,13 @@ impl<const D: usize> Simplices<D> {
         spent
     }
 
-    /// κ: the greatest eigenvalue of an element's share of the stiffness, with room for what viscosity takes off the stable step.
+    /// Returns κ, a bound of the stiffness eigenvalues of an element, raised for the stable step lost to viscosity.
     ///
-    /// To that of the shear ([`Placed::shear_bound`]) comes δ²U = U″J² (tr L)² + U′J [(tr L)² − tr(LL)], the bracket being at most s|L|² with
-    /// s = 1 in the plane, else 2. The return, and what it softens, only take stiffness away. μ is what is left of it.
+    /// The volumetric part is δ²U = U″J² (tr L)² + U′J [(tr L)² − tr(LL)], the bracket at most s|L|² with s = 1 in the
+    /// plane, else 2. Return mapping and damage only reduce the stiffness. `mu` is the damaged modulus.
     fn bound(
         &self,
-        (flow, elastic): (&Flow<'_, D>, &Elastic<D>),
+        (flow, elastic): (&ViscoplasticElement<'_, D>, &ElasticCauchyGreen<D>),
         mu: f64,
         (slope, curvature, rate): (f64, f64, f64),
     ) -> f64 {
@@ -147,14 +148,15 @@ impl<const D: usize> Simplices<D> {
         flow.damped(flow.at.element.volume * (shear + volumetric), dilated, rate)
     }
 
-    /// The isochoric part of F_e of an element without its rotation as far as a mean needs it: the lower triangle L with LLᵀ = b̄, and the
-    /// stretch out of the plane; nothing of one that is inside out, or of a fluid.
+    /// Returns the isochoric elastic stretch as the Cholesky factor L, LLᵀ = b̄, with the out-of-plane stretch.
     ///
-    /// Means of such triangles of determinant 1 have a determinant of 1 or more, and so never more distortion than the mean of it.
+    /// None for an inverted element and for a fluid. L stands for F_e without its rotation in means over elements.
+    ///
+    /// A mean of unit-determinant factors has a determinant of 1 or more, so no more than the mean distortion.
     #[must_use]
     pub fn elastic(&self, id: ElementId, x: &[Vector<D>], memory: &Memory<D>) -> Option<(Tensor<D>, f64)> {
-        let element = self.element(id);
-        let strain = self.strain((id, &element), x);
+        let element = self.rest_element(id);
+        let strain = self.element_deformation(id, &element, x);
         let f = strain.f;
         if matches!(&self.material, Material::Flowing(gel) if gel.shear_modulus == 0.0) {
             return None;
@@ -163,61 +165,61 @@ impl<const D: usize> Simplices<D> {
         let lower = nalgebra::Cholesky::new(f * memory.inverse * f.transpose())?.l();
         let jacobian = det(&lower) * out;
         let root = cube_root(jacobian);
-        (jacobian > 0.0 && strain.inner > 0.0).then(|| (lower / root, if D == 2 { out / root } else { 1.0 }))
+        (jacobian > 0.0 && strain.det_f > 0.0).then(|| (lower / root, if D == 2 { out / root } else { 1.0 }))
     }
 }
 
-impl<const D: usize> Flow<'_, D> {
-    /// b̄ with what was remembered, brought back to the strength if a step has passed and it is beyond; and what was lost, J/m³.
+impl<const D: usize> ViscoplasticElement<'_, D> {
+    /// Radial return mapping of b̄ after a step, s; returns b̄ and the dissipation, J/m³.
     ///
-    /// In the stress of the sound gel: softening takes the same part of stress and strength (numerics 6.2). `slope` is U′, Pa.
-    fn returned(&self, (step, slope): (f64, f64), memory: &mut Memory<D>) -> (Elastic<D>, f64) {
+    /// Stresses are those of the undamaged material: damage scales stress and yield stress alike (numerics 6.2).
+    fn returned(&self, (step, slope): (f64, f64), memory: &mut Memory<D>) -> (ElasticCauchyGreen<D>, f64) {
         let (strain, scale, mu) = (self.at.strain, self.at.scale, self.gel.shear_modulus);
         let trial = self.at.elastic(memory);
         let Some(strength) = self.gel.strength else { return (trial, 0.0) };
         let deviator = trial.deviator();
         let stress = mu * (1.5 * deviator.norm_squared()).sqrt();
         let before = std::mem::replace(&mut memory.stress, stress);
-        memory.felt = strength.felt(memory.felt, slope, step);
-        if step <= 0.0 || !self.at.is_upright() {
+        memory.felt = strength.filtered_slope(memory.felt, slope, step);
+        if step <= 0.0 || !self.at.is_above_floor() {
             return (trial, 0.0);
         }
-        let Returned { stress: left, strain: flown } =
-            strength.returned((stress, mu * trial.trace()), memory.felt, (step, memory.rate));
+        let StressReturn { stress: left, strain: flown } =
+            strength.return_stress(stress, mu * trial.trace(), memory.felt, step, memory.rate);
         if flown == 0.0 {
             return (trial, 0.0);
         }
-        let elastic = deviator.isochoric(left / stress, trial.trace() / 3.0);
-        let inverse = strain.cofactor.transpose() / strain.inner;
-        memory.inverse = inverse * elastic.inner * inverse.transpose() / scale;
+        let elastic = deviator.with_unit_determinant(left / stress, trial.trace() / 3.0);
+        let inverse = strain.cofactor.transpose() / strain.det_f;
+        memory.inverse = inverse * elastic.tensor * inverse.transpose() / scale;
         memory.out = if D == 2 { elastic.out / (strain.out * strain.out * scale) } else { 1.0 };
         memory.plastic += flown;
         (memory.rate, memory.stress) = (flown / step, left);
-        // What is set free at the mean of the stress at the last tick and now, which is what the nodes feel in between, not of now and
-        // the trial; q Δε_p forgets that Ī₁ is no quadratic form, and misses 8 % at q = μ/3 in tension.
+        // Dissipation at the mean of the last and the present stress, the one that acts on the nodes in between. q Δε_p
+        // would neglect that Ī₁ is no quadratic form, and miss 8 % at q = μ/3 in tension.
         (elastic, mu * (trial.trace() - elastic.trace()) * 0.5 * (before + left) / (left + stress))
     }
 
-    /// ε̇, and η ε̇, the part of U′ that viscosity adds, Pa: per rest volume it takes η ε̇ J̇.
+    /// Returns ε̇ and the viscous part η ε̇ of U′, Pa; its dissipation per rest volume is η ε̇ J̇.
     fn viscous(&self, step: f64, memory: &Memory<D>) -> (f64, f64) {
         let rate = (self.at.strain.jacobian() - memory.jacobian) / (self.at.jacobian * step);
         (rate, self.resistance(rate) * rate)
     }
 
     fn resistance(&self, rate: f64) -> f64 {
-        self.gel.viscosity.at(self.gel.density, (self.gel.sound_speed(), self.height()), rate)
+        self.gel.viscosity.at(self.gel.density, self.gel.sound_speed(), self.height(), rate)
     }
 
-    /// Least height of the element, m.
+    /// Returns the least height of the element, m.
     fn height(&self) -> f64 {
         1.0 / self.at.gradients().iter().map(Vector::<D>::norm_squared).fold(0.0, f64::max).sqrt()
     }
 
-    /// The stiffness without viscosity that would ask for the step that this one, κ, leaves with it.
+    /// Returns the undamped stiffness with the stable step of κ with viscosity, N/m.
     ///
-    /// The viscous forces are −C v with |C| ≤ c = w η J Σ|b|², twice that of a part that grows with the square of the rate; with the
-    /// velocity of half a step before, a node of mass m is stable up to (2/ω)(√(1 + ξ²) − ξ), ω² = κ/m, ξ = c/(2mω) (numerics 1.3g), which
-    /// is 2√m/(√(κ + s²) + s) with s = c/(2√m).
+    /// The viscous forces are −C v with |C| ≤ c = w η J Σ|b|², twice that of the quadratic part. With the velocity of
+    /// half a step before, a node of mass m is stable up to (2/ω)(√(1 + ξ²) − ξ), ω² = κ/m, ξ = c/(2mω) (numerics
+    /// 1.3g). This limit is 2√m/(√(κ + s²) + s) with s = c/(2√m).
     fn damped(&self, kappa: f64, dilated: f64, rate: f64) -> f64 {
         let c = self.at.element.volume * self.resistance(2.0 * rate) * self.at.jacobian * dilated;
         let mass = self.gel.density * self.at.element.volume / (D + 1) as f64;
@@ -226,18 +228,18 @@ impl<const D: usize> Flow<'_, D> {
         root * root
     }
 
-    /// Forces of P = μ J^(−2/3) F C̄_p⁻¹ + (U′ − μ Ī₁/(3J)) ∂J/∂F, μ being what is left of it.
+    /// Computes the forces of P = μ J^(−2/3) F C̄_p⁻¹ + (U′ − μ Ī₁/(3J)) ∂J/∂F, μ being the damaged modulus.
     fn answer(
         &self,
         memory: &Memory<D>,
-        (elastic, mu): (&Elastic<D>, f64),
+        (elastic, mu): (&ElasticCauchyGreen<D>, f64),
         (slope, stiffness): (f64, f64),
     ) -> Answer<D> {
         let (strain, scale) = (self.at.strain, self.at.scale);
-        let sheared = if self.at.is_upright() { mu * elastic.trace() / (3.0 * self.at.jacobian) } else { 0.0 };
+        let sheared = if self.at.is_above_floor() { mu * elastic.trace() / (3.0 * self.at.jacobian) } else { 0.0 };
         let volumetric = slope - sheared;
         let p = strain.f * memory.inverse * (mu * scale) + strain.cofactor * (volumetric * strain.out);
-        let forces = self.at.element.forces(&p, mu * scale * strain.out * memory.out + volumetric * strain.inner);
+        let forces = self.at.element.forces(&p, mu * scale * strain.out * memory.out + volumetric * strain.det_f);
         Answer { forces, stiffness, jacobian: strain.jacobian() }
     }
 }
@@ -260,7 +262,7 @@ mod tests {
         }
     }
 
-    /// Two triangles, or two tetrahedra, with a common J.
+    /// Returns a patch of two triangles or two tetrahedra.
     fn pair<const D: usize>(section: Section) -> (Mesh<D>, Simplices<D>) {
         pair_of(gel(), section)
     }
@@ -292,7 +294,7 @@ mod tests {
         mesh.rest.iter().enumerate().map(|(a, x)| x + Vector::<D>::from_fn(|i, _| wave(i, a))).collect()
     }
 
-    /// What two elements remember that were sheared far in small steps.
+    /// Returns the history of two elements after a large shear in small steps.
     fn flown<const D: usize>(mesh: &Mesh<D>, simplices: &Simplices<D>) -> Vec<Memory<D>> {
         let mut memory = vec![Memory::default(); 2];
         for step in 1..=50 {
@@ -340,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn forces_are_minus_the_gradient_of_the_energy_that_is_stored_after_any_flow() {
+    fn forces_are_minus_the_gradient_of_the_energy_after_plastic_flow() {
         check_forces::<2>(Section::Planar { thickness: 0.7 });
         check_forces::<2>(Section::Axisymmetric);
         check_forces::<3>(Section::Spatial);
@@ -369,23 +371,23 @@ mod tests {
     }
 
     #[test]
-    fn the_stiffness_bound_holds_after_any_flow() {
+    fn the_stiffness_bound_holds_after_plastic_flow() {
         check_stiffness::<2>(Section::Planar { thickness: 0.7 });
         check_stiffness::<2>(Section::Axisymmetric);
         check_stiffness::<3>(Section::Spatial);
     }
 
     #[test]
-    fn flow_keeps_the_volume_and_leaves_the_stress_that_the_gel_bears() {
+    fn plastic_flow_is_isochoric_and_ends_on_the_yield_surface() {
         let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
         let mut memory = flown(&mesh, &simplices);
         let x = waved(&mesh, 0.21);
         simplices.advance(0, &x, (0.01, &mut memory), &mut [Answer::default(); DEPTH]);
         for (id, memory) in (0..).map(ElementId).zip(&memory) {
             assert!((det(&memory.inverse) * memory.out - 1.0).abs() < 1e-12);
-            let (element, gel) = (simplices.element(id), gel());
-            let strain = simplices.strain((id, &element), &x);
-            let elastic = Placed::new(&element, &strain).elastic(memory);
+            let (element, gel) = (simplices.rest_element(id), gel());
+            let strain = simplices.element_deformation(id, &element, &x);
+            let elastic = ElementKinematics::new(&element, &strain).elastic(memory);
             let stress = gel.shear_modulus * (1.5 * elastic.deviator().norm_squared()).sqrt();
             let bears = gel.strength.unwrap().at(memory.rate);
             assert!((stress / bears - 1.0).abs() < 1e-8, "{stress} {bears}");
@@ -393,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_pressed_together_bears_more_and_what_is_drawn_apart_no_more() {
+    fn pressure_raises_the_yield_stress_and_tension_does_not() {
         let (mesh, _) = pair::<3>(Section::Spatial);
         let mesh = Mesh::new(mesh.rest, mesh.elements[..1].to_vec());
         let (strength, plain) = (gel().strength.unwrap(), gel());
@@ -413,9 +415,10 @@ mod tests {
                 let x: Vec<_> = mesh.rest.iter().map(|x| (x + Vector::<3>::x() * shear * x[2]) * size).collect();
                 simplices.advance(0, &x, (0.01, &mut memory), &mut [Answer::default(); DEPTH]);
                 if step == 50 {
-                    let (element, bears) = (simplices.element(ElementId(0)), confined * strength.at(memory[0].rate));
-                    let strain = simplices.strain((ElementId(0), &element), &x);
-                    let elastic = Placed::new(&element, &strain).elastic(&memory[0]);
+                    let (element, bears) =
+                        (simplices.rest_element(ElementId(0)), confined * strength.at(memory[0].rate));
+                    let strain = simplices.element_deformation(ElementId(0), &element, &x);
+                    let elastic = ElementKinematics::new(&element, &strain).elastic(&memory[0]);
                     let stress = gel.shear_modulus * (1.5 * elastic.deviator().norm_squared()).sqrt();
                     assert!((stress / bears - 1.0).abs() < 1e-8, "{size}: {stress} for {bears}");
                 }
@@ -423,7 +426,7 @@ mod tests {
         }
     }
 
-    /// Work done on a pair that is sheared there and back, less what it stores and has lost, as a part of the work.
+    /// Returns the relative energy residual of a pair sheared there and back.
     fn residual(gel: Flowing, steps: u32) -> f64 {
         let (mesh, simplices) = pair_of::<2>(gel, Section::Axisymmetric);
         let mut memory = vec![Memory::default(); 2];
@@ -453,7 +456,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gel_that_is_strained_there_and_back_softens_and_never_heals() {
+    fn damage_grows_under_cyclic_strain_and_never_heals() {
         let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
         let (mut memory, mut left) = (vec![Memory::default(); 2], [1.0; 2]);
         for step in 1..=200 {
@@ -466,7 +469,7 @@ mod tests {
     }
 
     #[test]
-    fn softening_takes_the_same_part_of_all_stress_in_shear_and_moves_no_flow() {
+    fn damage_scales_all_shear_stress_and_no_plastic_flow() {
         let (mesh, simplices) = pair::<2>(Section::Axisymmetric);
         let memory = flown(&mesh, &simplices);
         let sound: Vec<Memory<2>> = memory.iter().map(|memory| Memory { left: 1.0, ..*memory }).collect();
@@ -481,7 +484,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_lost_is_the_work_that_is_not_stored() {
+    fn dissipation_is_the_work_that_is_not_stored() {
         let felt = |time: f64| {
             let strength = gel().strength.map(|own| own.confined(Confinement { pressure: 3.0, factor: 5.0, time }));
             Flowing { strength, ..gel() }

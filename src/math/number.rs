@@ -1,12 +1,11 @@
-//! One source for one number and for eight of them side by side.
+//! Real numbers and vectors of eight: one generic source for scalar and SIMD kernels.
 
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the vector unit of its caller")]
 
 use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, f64x8, u64x8};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A real number, or several side by side: only operations that are exact or correctly rounded, so that all give the same
-/// bits.
+/// Real number or SIMD vector of reals, with exact or correctly rounded operations only: all forms give the same bits.
 pub trait Number:
     Copy
     + Add<Output = Self>
@@ -18,47 +17,50 @@ pub trait Number:
     + Sub<f64, Output = Self>
     + Mul<f64, Output = Self>
 {
-    /// The same constant everywhere.
+    /// Returns a constant in every lane.
     #[must_use]
     fn constant(self, value: f64) -> Self;
-    /// |x|.
+    /// Returns |x|.
     #[must_use]
     fn absolute(self) -> Self;
-    /// √x.
+    /// Returns √x.
     #[must_use]
     fn root(self) -> Self;
-    /// The greater of two; the second if one is not a number.
+    /// Returns the maximum with a constant; the constant if either is not a number.
     #[must_use]
     fn at_least(self, other: f64) -> Self;
-    /// The smaller of two; the second if one is not a number.
+    /// Returns the minimum with a constant; the constant if either is not a number.
     #[must_use]
     fn at_most(self, other: f64) -> Self;
-    /// The greater of two.
+    /// Returns the maximum of two numbers.
     #[must_use]
     fn or_greater(self, other: Self) -> Self;
-    /// The first of two where this is more than 0, else the second.
+    /// Selects `first` in the lanes where `self` is positive, else `second`.
     #[must_use]
     fn choose(self, first: Self, second: Self) -> Self;
-    /// Whether it is more than 0, or one of several is.
+    /// Returns true if a lane is positive.
     #[must_use]
     fn any_positive(self) -> bool;
-    /// k and m ∈ [1/√2, √2) of a positive normal number x = 2ᵏ m.
+    /// Splits a positive normal number x = 2ᵏ m into k and m ∈ [1/√2, √2).
     #[must_use]
     fn octave(self) -> (Self, Self);
-    /// 2ᵏ of a whole number k, |k| ≤ 1022.
+    /// Returns 2ᵏ of an integer k, |k| ≤ 1022.
     #[must_use]
     fn power_of_two(self) -> Self;
 }
 
+/// Bits of 1/√2.
 const SQRT_HALF: u64 = 0x3FE6_A09E_667F_3BCD;
-/// Added to k so that it is positive, and the bits of 2⁵², whose last bits are then k: no vector unit before AVX-512 turns
-/// 64-bit integers into floating point.
+/// Offset that makes k positive.
 const OFFSET: u64 = 2048;
+/// Bits of 2⁵²; or-ing k into its last bits converts k to floating point, as no vector unit before AVX-512 converts
+/// 64-bit integers.
 const TWO_52: u64 = 0x4330_0000_0000_0000;
+/// 2⁵² plus [`OFFSET`], subtracted after the conversion of k.
 const OFFSET_AND_TWO_52: f64 = 4_503_599_627_370_496.0 + 2048.0;
-/// 2⁵² and what stands for the power 0 in the bits of a number: the last bits of the sum with k are those of 2ᵏ.
+/// 2⁵² plus the exponent bias 1023: the last bits of the sum with k are the exponent bits of 2ᵏ.
 const TWO_52_AND_BIAS: f64 = 4_503_599_627_370_496.0 + 1023.0;
-/// 1.5 · 2⁵²: what is added to it, and it taken off again, is a whole number.
+/// 1.5 · 2⁵²: adding and subtracting it rounds to an integer.
 const WHOLE: f64 = 6_755_399_441_055_744.0;
 
 impl Number for f64 {
@@ -175,14 +177,15 @@ impl<S: Simd> Number for f64x8<S> {
     }
 }
 
-/// ln 2, the first of the two with so few digits that whole multiples of it are exact.
+/// Leading digits of ln 2, few enough for exact integer multiples.
 const LN2_HIGH: f64 = f64::from_bits(0x3FE6_2E42_FEE0_0000);
+/// Remainder of ln 2 after [`LN2_HIGH`].
 const LN2_LOW: f64 = f64::from_bits(0x3DEA_39EF_3579_3C76);
 
-/// Natural logarithm of a positive normal number, within 1 ulp of the exact value.
+/// Returns the natural logarithm of a positive normal number, within 1 ulp of the exact value.
 ///
 /// x = 2ᵏ m with m ∈ [1/√2, √2); ln m = 2 artanh s = 2 Σ s²ⁿ⁺¹/(2n+1) with s = (m − 1)/(m + 1), |s| < 0.172. The
-/// series is cut where its next term is below 2⁻⁵⁶. Written out so that element kernels call no libm (numerics A9).
+/// series is truncated where its next term is below 2⁻⁵⁶. Element kernels thus call no libm (numerics A9).
 #[must_use]
 #[inline(always)]
 pub fn ln<T: Number>(x: T) -> T {
@@ -190,7 +193,7 @@ pub fn ln<T: Number>(x: T) -> T {
     let f = m - 1.0;
     let s = f / (m + 1.0);
     let z = s * s;
-    // Every other term by itself: two short chains, not a long one that all would wait for.
+    // Even and odd terms separately: two short dependency chains instead of a long one.
     let w = z * z;
     let (mut even, mut odd) = (x.constant(2.0 / 23.0), x.constant(2.0 / 21.0));
     for at in [19.0, 15.0, 11.0, 7.0, 3.0] {
@@ -205,16 +208,16 @@ pub fn ln<T: Number>(x: T) -> T {
     k * LN2_HIGH - ((half - (s * (half + z * tail) + k * LN2_LOW)) - f)
 }
 
-/// eˣ within 1 ulp of the exact value, of |x| > 700 that of 700 or −700.
+/// Returns eˣ within 1 ulp of the exact value; x is clamped to ±700.
 #[must_use]
 #[inline(always)]
 pub fn exp<T: Number>(x: T) -> T {
     let (power, more) = exponential(x);
-    // 1 + (r + r² …): what is small is added first.
+    // 1 + (r + r² …): the small terms are added first.
     (more + 1.0) * power
 }
 
-/// eˣ − 1 within some ulps of the exact value also where it is small, of |x| > 700 that of 700 or −700.
+/// Returns eˣ − 1 within some ulps of the exact value, small x included; x is clamped to ±700.
 #[must_use]
 #[inline(always)]
 pub fn exp_less_one<T: Number>(x: T) -> T {
@@ -222,7 +225,9 @@ pub fn exp_less_one<T: Number>(x: T) -> T {
     more * power + (power - 1.0)
 }
 
-/// 2ᵏ and eʳ − 1 with x = k ln 2 + r, |r| ≤ ln 2/2: eˣ = 2ᵏ Σ rⁿ/n!; the series is cut where its next term is below 2⁻⁵⁷.
+/// Returns 2ᵏ and eʳ − 1 with x = k ln 2 + r, |r| ≤ ln 2/2: eˣ = 2ᵏ Σ rⁿ/n!.
+///
+/// The series is truncated where its next term is below 2⁻⁵⁷.
 #[inline(always)]
 fn exponential<T: Number>(x: T) -> (T, T) {
     const INVERSE: [f64; 14] = {
@@ -245,7 +250,7 @@ fn exponential<T: Number>(x: T) -> (T, T) {
     (k.power_of_two(), even * w + odd * w * r + r)
 }
 
-/// xᵐ of a positive normal number, within some roundings times |m ln x|.
+/// Returns xᵐ of a positive normal number, within some roundings times |m ln x|.
 #[must_use]
 #[inline(always)]
 pub fn power<T: Number>(x: T, exponent: f64) -> T {
@@ -279,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn powers_of_e_agree_with_libm_within_an_ulp() {
+    fn exp_agrees_with_libm_within_an_ulp() {
         let mut x = -690.0;
         while x < 690.0 {
             let (own, exact) = (exp(x), libm::exp(x));
@@ -290,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn powers_of_e_less_one_agree_with_libm_where_they_are_small_too() {
+    fn exp_less_one_agrees_with_libm_near_zero_too() {
         let mut x = 1e-17;
         while x < 690.0 {
             for x in [x, -x] {
@@ -316,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn eight_powers_of_e_have_the_bits_of_one() {
+    fn eight_exponentials_have_the_bits_of_one() {
         let mut x = [-1e9, -20.0, -0.4, -1e-9, 0.0, 0.3, 3.0, 690.0];
         for _ in 0..2000 {
             let eight: [f64; 8] = dispatch!(Level::new(), simd => exp(f64x8::from_slice(simd, &x)).into());
@@ -326,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn eight_choices_are_those_of_one() {
+    fn eight_selections_agree_with_scalar_ones() {
         let (x, nan) = ([-1.0, 0.0, -0.0, 1e-300, 2.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY], [f64::NAN; 8]);
         let eight: [f64; 8] = dispatch!(Level::new(), simd => {
             f64x8::from_slice(simd, &x).choose(f64x8::splat(simd, 1.0), f64x8::splat(simd, 2.0)).into()

@@ -1,25 +1,25 @@
 use super::{Tensor, Vector};
 
-/// Sweeps at most. Tensors of the tests, with eigenvalues up to twelve decades apart, need five.
-const SWEEPS: usize = 12;
-/// A rotation that changes no digit of the diagonal is left out: (2⁻⁵⁵)².
+/// Most Jacobi sweeps; the tensors of the tests, with eigenvalues up to twelve decades apart, need five.
+const MAX_SWEEPS: usize = 12;
+/// Squared relative size of an off-diagonal entry too small to change a digit of the diagonal: (2⁻⁵⁵)².
 const SETTLED: f64 = 1.0 / (1_u128 << 110) as f64;
 
-/// Eigenvalues of a symmetric tensor, in no order, and its eigenvectors as columns.
+/// Returns the eigenvalues of a symmetric tensor, unordered, and its eigenvectors as columns.
 ///
-/// Jacobi's rotations, one component after the other (Golub and Van Loan, Matrix Computations, 8.5): sums, products, quotients and
-/// square roots only, so the same bits on every platform, and a diagonal tensor comes back as it is.
+/// Cyclic Jacobi method (Golub and Van Loan, Matrix Computations, 8.5): sums, products, quotients and square roots
+/// only, so the same bits on every platform; a diagonal tensor is returned unchanged.
 #[must_use]
 pub fn spectral<const D: usize>(symmetric: &Tensor<D>) -> (Vector<D>, Tensor<D>) {
     let (mut a, mut vectors) = (*symmetric, Tensor::<D>::identity());
-    for _ in 0..SWEEPS {
+    for _ in 0..MAX_SWEEPS {
         let mut is_settled = true;
         for p in 0..D {
             for q in p + 1..D {
                 let off = a[(p, q)];
                 if off * off > SETTLED * (a[(p, p)] * a[(q, q)]).abs() {
                     is_settled = false;
-                    rotate((&mut a, &mut vectors), (p, q));
+                    rotate(&mut a, &mut vectors, p, q);
                 }
             }
         }
@@ -30,8 +30,8 @@ pub fn spectral<const D: usize>(symmetric: &Tensor<D>) -> (Vector<D>, Tensor<D>)
     (a.diagonal(), vectors)
 }
 
-/// Turns the axes p and q until they are not coupled.
-fn rotate<const D: usize>((a, vectors): (&mut Tensor<D>, &mut Tensor<D>), (p, q): (usize, usize)) {
+/// Applies the Jacobi rotation that zeroes the entry (p, q).
+fn rotate<const D: usize>(a: &mut Tensor<D>, vectors: &mut Tensor<D>, p: usize, q: usize) {
     let off = a[(p, q)];
     let theta = 0.5 * (a[(q, q)] - a[(p, p)]) / off;
     let tangent = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
@@ -54,7 +54,7 @@ fn rotate<const D: usize>((a, vectors): (&mut Tensor<D>, &mut Tensor<D>), (p, q)
 mod tests {
     use super::*;
 
-    /// QᵀΛQ of a rotation that is neither small nor along an axis.
+    /// Returns QᵀΛQ of a rotation that is neither small nor along an axis.
     fn turned(values: [f64; 3], angle: f64) -> Tensor<3> {
         let axis = nalgebra::Unit::new_normalize(Vector::<3>::new(1.0, -2.0, 0.5));
         let q = nalgebra::Rotation3::from_axis_angle(&axis, angle).into_inner();
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tensor_is_what_its_eigenvalues_and_eigenvectors_make_of_it() {
+    fn eigenvalues_and_eigenvectors_reconstruct_the_tensor() {
         let sets = [
             [1.0, 1.0, 1.0],
             [1.0, 1.0 + 1e-15, 2.0],
