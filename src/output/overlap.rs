@@ -1,4 +1,4 @@
-//! How much of the gel lies over other gel at the end of a run.
+//! Volume of self-overlap of the gel at the end of a run.
 
 use crate::math::{Vector, restrict};
 use crate::mesh::{Mesh, NodeId};
@@ -6,7 +6,7 @@ use crate::remesh::{Moved, overlapped};
 use crate::scene::{Dimension, Scene};
 use crate::simulation::Frame;
 
-/// Its volume, m³.
+/// Returns the volume of gel that overlaps other gel, m³.
 pub(super) fn volume(scene: &Scene, frame: &Frame) -> f64 {
     let thickness = scene.thickness();
     match scene.scene.dimension {

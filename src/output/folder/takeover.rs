@@ -1,4 +1,4 @@
-//! How a run takes over a folder that has results: what it checks before, and how files are moved.
+//! Takeover of a folder with results: checks, and moving of files.
 
 use super::manifest::{FolderContents, LockOutcome, is_staging_handed_over};
 use super::{
@@ -11,9 +11,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 impl ResultFolder {
-    /// Takes a folder that is ours, if the claim allows it.
+    /// Takes a result folder over, if the claim allows it.
     pub(super) fn take_over(mut self, outcome: LockOutcome, wanted: &FolderClaim) -> Result<Self, OutputError> {
-        // Until it is known that the folder is for this run, nothing of it is given up.
+        // Nothing of the folder may be given up before the checks have passed.
         self.stage = ClaimStage::Adopted;
         if wanted.is_of_fmu
             && self.is_for_this_fmu(outcome)
@@ -37,7 +37,7 @@ impl ResultFolder {
         }
     }
 
-    /// Takes a claim over that was handed to the FMU of this process; no other instance can take it then.
+    /// Adopts the claim handed to the FMU of this process; afterwards no other instance can adopt it.
     fn adopt(&mut self) -> Result<(), OutputError> {
         self.staging = Some(self.path.join(STAGING)).filter(|staging| is_there(staging));
         match &self.staging {
@@ -48,7 +48,7 @@ impl ResultFolder {
         }
     }
 
-    /// Returns true if the command that runs in this process holds the folder for its FMU.
+    /// Returns true if the command in this process holds the folder for its FMU.
     fn is_for_this_fmu(&self, outcome: LockOutcome) -> bool {
         let held = outcome == LockOutcome::Busy || cfg!(windows);
         held && (self.contents().is_handed_over() || is_staging_handed_over(&self.path))
@@ -70,7 +70,7 @@ impl ResultFolder {
         if let Some(command) = others {
             return Err(self.refused(FolderRefusal::OtherCommand { command }));
         }
-        // A start that was killed has left nothing that anybody misses.
+        // A start that was killed has left no results.
         let is_empty_claim = matches!(self.contents().state, None | Some(FolderState::Claimed)) && !cfg!(windows);
         if wanted.policy == TakeoverPolicy::Refuse && !is_empty_claim {
             return Err(self.refused(FolderRefusal::Occupied));
@@ -78,7 +78,7 @@ impl ResultFolder {
         Ok(())
     }
 
-    /// Refuses files that are not ours where files are to be written or removed, and links that lead elsewhere.
+    /// Refuses unlisted files in the place of results, and links out of the folder.
     fn refuse_foreign(&self, needs: &[String]) -> Result<(), OutputError> {
         let all = || needs.iter().chain(&self.contents().files);
         let folders: BTreeSet<&Path> = all().flat_map(|name| Path::new(name).ancestors().skip(1)).collect();
@@ -98,7 +98,7 @@ impl ResultFolder {
         }
     }
 
-    /// Refuses to write over files that the run reads, by whatever name they are there.
+    /// Refuses to overwrite input files, under any of their names.
     fn refuse_inputs(&self, wanted: &FolderClaim) -> Result<(), OutputError> {
         let inputs: Vec<Handle> = wanted.inputs.iter().filter_map(|input| handle(input)).collect();
         if inputs.is_empty() {
@@ -115,7 +115,7 @@ impl ResultFolder {
         }
     }
 
-    /// Makes the hidden folder for the files of a new run, afresh if a killed run has left it.
+    /// Creates the staging folder of a new run, afresh after a killed run.
     fn stage_anew(mut self, command: &str) -> Result<Self, OutputError> {
         let staging = self.path.join(STAGING);
         if is_there(&staging) {
@@ -128,7 +128,7 @@ impl ResultFolder {
         Ok(self)
     }
 
-    /// Moves the files of the hidden folder over those of the earlier run, and removes what is left of that one.
+    /// Moves the staged files over the files of the earlier run, and removes its remaining files.
     pub(super) fn settle(&mut self) -> Result<(), OutputError> {
         let Some(staging) = self.staging.clone() else { return Ok(()) };
         let mut names = names_in(&staging, "").map_err(naming(&staging))?;
@@ -151,17 +151,17 @@ impl ResultFolder {
         fs::remove_dir_all(&staging).map_err(naming(&staging))
     }
 
-    /// Removes folders inside that are empty since these files are gone.
+    /// Removes the subfolders that are empty without these files.
     fn remove_empty_folders(&self, names: &[String]) {
         let folders: BTreeSet<&Path> = names.iter().flat_map(|name| Path::new(name).ancestors().skip(1)).collect();
         let inside = folders.into_iter().rev().filter(|folder| !folder.as_os_str().is_empty());
         remove_empty(&inside.map(|folder| self.path.join(folder)).collect::<Vec<_>>());
     }
 
-    /// Takes back a claim that has come to nothing. What cannot be removed is left: there is nobody to tell.
+    /// Withdraws a claim without results. A file that cannot be removed stays, because nobody can be told.
     pub(super) fn abandon(&mut self) {
         if let Some(staging) = &self.staging {
-            // It is gone if the FMU of this process has begun with the claim.
+            // The staging folder is gone if the FMU of this process has begun with the claim.
             drop(fs::remove_dir_all(staging));
             return;
         }
@@ -178,12 +178,12 @@ impl ResultFolder {
     }
 }
 
-/// A file as the system knows it, by whatever name.
+/// Returns the identity of a file, independent of its name.
 fn handle(path: &Path) -> Option<Handle> {
     path.is_file().then(|| Handle::from_path(path).ok()).flatten()
 }
 
-/// Names of all files in a folder, with `/` between folders.
+/// Returns the names of all files in a folder, with `/` between folders.
 fn names_in(folder: &Path, prefix: &str) -> std::io::Result<BTreeSet<String>> {
     let mut names = BTreeSet::new();
     for entry in fs::read_dir(folder)? {

@@ -1,24 +1,24 @@
-//! Numbers as a person writes them.
+//! Number formats of the report.
 
-/// Prefixes of the SI from 10⁻¹² in steps of a thousand.
+/// SI prefixes from 10⁻¹² in steps of a thousand.
 const PREFIXES: [&str; 9] = ["p", "n", "µ", "m", "", "k", "M", "G", "T"];
 const UNITY: i32 = 4;
-/// Smaller values have no prefix.
+/// Least value with a prefix.
 const SMALLEST: f64 = 1e-12;
-/// Values of this size and more have none, either: they are written with an exponent.
+/// Least value written with an exponent instead of a prefix.
 const LARGEST: f64 = 1e15;
 
-/// Factor and prefix that bring a magnitude between 1 and 1000: 0.014 gives 10³ and "m".
+/// Returns the factor and the prefix that bring a magnitude between 1 and 1000: 0.014 gives 10³ and "m".
 pub(super) fn prefix(magnitude: f64) -> (f64, &'static str) {
     if magnitude == 0.0 || !magnitude.is_finite() {
         return (1.0, "");
     }
-    // A hair more than the magnitude, so that 1000 of one prefix is 1 of the next in spite of round-off.
+    // Slightly more than the magnitude: 1000 of one prefix becomes 1 of the next in spite of round-off.
     let thousands = ((magnitude.abs() * (1.0 + 1e-9)).log10() / 3.0).floor().clamp(-4.0, 4.0) as i32;
     (1000f64.powi(-thousands), PREFIXES[(thousands + UNITY) as usize])
 }
 
-/// A value with its unit in four significant digits: "14.05 mm".
+/// Formats a value with unit in four significant digits: "14.05 mm".
 pub(in crate::output) fn quantity(value: f64, unit: &str) -> String {
     match value.abs() {
         size if !size.is_finite() => "not known".to_string(),
@@ -27,14 +27,15 @@ pub(in crate::output) fn quantity(value: f64, unit: &str) -> String {
     }
 }
 
-/// A value with its unit in three significant digits and the prefix that suits the end of its scale.
+/// Formats a value with unit in three significant digits and the prefix of the end of its scale.
 pub(in crate::output) fn mark(value: f64, end: f64, unit: &str) -> String {
     if value.is_finite() && value.abs() < LARGEST { prefixed(value, end, unit, 3) } else { quantity(value, unit) }
 }
 
-/// Factor and unit that bring a magnitude between 1 and 1000 also where there is no prefix: 10¹⁸ m gives 10⁻¹⁸ and "10^18 m".
+/// Returns the factor and the unit that bring a magnitude between 1 and 1000, even outside the prefixes: 10¹⁸ m gives
+/// 10⁻¹⁸ and "10^18 m".
 pub(super) fn scale(magnitude: f64, unit: &str) -> (f64, String) {
-    /// Powers of a thousand of which both the factor and its inverse are numbers.
+    /// Powers of a thousand whose factor and inverse are doubles.
     const THOUSANDS: (f64, f64) = (-100.0, 102.0);
     if magnitude == 0.0 || !magnitude.is_finite() || (SMALLEST..LARGEST).contains(&magnitude) {
         let (factor, prefix) = prefix(magnitude);
@@ -49,7 +50,7 @@ fn prefixed(value: f64, model: f64, unit: &str, significant: i32) -> String {
     format!("{} {prefix}{unit}", digits(value * factor, significant))
 }
 
-/// A ratio or an error: few digits, with an exponent where it is small or large.
+/// Formats a ratio or an error in few digits, with an exponent if small or large.
 pub(in crate::output) fn ratio(value: f64) -> String {
     match value.abs() {
         0.0 => "0".to_string(),
@@ -63,12 +64,12 @@ pub(in crate::output) fn ratio(value: f64) -> String {
     }
 }
 
-/// A share in percent.
+/// Formats a fraction in percent.
 pub(super) fn percent(value: f64) -> String {
     ratio(100.0 * value) + " %"
 }
 
-/// A count with thin spaces between thousands.
+/// Formats a count with thin spaces between thousands.
 pub(super) fn count(value: f64) -> String {
     if value.is_nan() || value.abs() >= LARGEST {
         return ratio(value);
