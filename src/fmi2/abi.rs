@@ -1,8 +1,8 @@
 //! The 34 exported C functions of FMI 2.0 co-simulation.
 //!
 //! # Safety
-//! The importer keeps the C side of the contract: a component comes from `fmi2Instantiate` and was not freed, arrays
-//! have the length passed with them, strings end with a null byte, and one thread at a time uses an instance. Null
+//! The importer keeps the C side of the contract. A component comes from `fmi2Instantiate` and was not freed. Arrays
+//! have the length passed with them, and strings end with a null byte. One thread at a time uses an instance. Null
 //! pointers, text encoding and the origin of a state are checked here. Every function runs inside `guard`, which
 //! stops a panic before it reaches C and computes in the default floating-point environment. Log lines are handed
 //! over after the instance is released and the environment of the importer is restored, therefore a logger may call

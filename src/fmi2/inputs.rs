@@ -9,9 +9,8 @@ use crate::scene::{Dimension, body_name};
 use crate::simulation::{CouplingMode, Inputs};
 use serde::{Deserialize, Serialize};
 
-/// Tolerance of out-of-plane components relative to the longest component, for the round-off of an importer that
-/// rotates vectors.
-const OUT_OF_PLANE_TOLERANCE: f64 = 1e-9;
+/// Tolerance of a component relative to the longest component, for the round-off of an importer that rotates vectors.
+const RELATIVE_TOLERANCE: f64 = 1e-9;
 
 /// Inputs and first derivatives set by the importer.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -210,7 +209,7 @@ impl BodyInputs<'_> {
         let longest = self.scalars(input).map(|s| self.value(&s).abs()).fold(0.0, f64::max);
         let excluded = excluded_components(input, self.dimension);
         let alone = excluded.len() == self.scalars(input).count();
-        let limit = if alone { 0.0 } else { OUT_OF_PLANE_TOLERANCE * longest };
+        let limit = if alone { 0.0 } else { RELATIVE_TOLERANCE * longest };
         let expected = match self.dimension {
             Dimension::Planar => "0: the scene is planar, motion stays in the x-z plane",
             Dimension::Axisymmetric => "0: the scene is axisymmetric, motion stays on the z axis without turning",
@@ -233,7 +232,7 @@ impl BodyInputs<'_> {
         let held = format!("the scene holds the body in place ({}.fixed = true)", body_name(self.body));
         let longest = self.scalars(input).map(|s| self.start(&s).abs()).fold(0.0, f64::max);
         // A quaternion may be normalised, or not normalised as in the scene.
-        let slack = if input == Input::ProjectileOrientation { 2e-3 } else { OUT_OF_PLANE_TOLERANCE };
+        let slack = if input == Input::ProjectileOrientation { 2e-3 } else { RELATIVE_TOLERANCE };
         for scalar in self.scalars(input) {
             let (value, start, rate) = (self.value(&scalar), self.start(&scalar), self.inputs.rate(&scalar));
             if (value - start).abs() > slack * longest {

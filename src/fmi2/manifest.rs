@@ -1,9 +1,9 @@
 //! `resources/manifest.json`: identity of a packed archive, and the check of its resources.
 //!
-//! The GUID is XXH3-128 over the version, the hash of the model description with an empty GUID, the hash of the
-//! library, and name and hash of every other file in `resources/`. Importers cache unpacked archives by GUID and
-//! therefore never confuse two archives. The library never reads `modelDescription.xml`, because importers may
-//! rewrite it.
+//! The GUID is XXH3-128 over four entries: the version, the hash of the model description with an empty GUID, the
+//! hash of the library, and name and hash of every other file in `resources/`. Importers cache unpacked archives by
+//! GUID and therefore never confuse two archives. The library never reads `modelDescription.xml`, because importers
+//! may rewrite it.
 
 use super::reading::{MOST_FILE_BYTES, read_limited};
 use serde::{Deserialize, Serialize};

@@ -6,7 +6,7 @@ use crate::simulation::{BuildError, Simulation, memory_estimate};
 use std::fmt;
 use sysinfo::{MemoryRefreshKind, Pid, ProcessRefreshKind, ProcessesToUpdate, System};
 
-/// Least reserve with a look at the available memory, which takes some 0.1 ms.
+/// Least reserve, bytes, that is checked against the available memory; the check takes some 0.1 ms.
 const CHECK_THRESHOLD: u64 = 64 << 20;
 
 /// Phase with a need of memory.

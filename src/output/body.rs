@@ -140,7 +140,7 @@ fn transformed(mut solid: BodySurface, turn: UnitQuaternion<f64>, to: Vector3) -
     solid
 }
 
-/// A round plate whose upper face is the plane through `origin`, as wide as `scenery`.
+/// Returns a round plate as wide as `scenery`, with its upper face in the plane through `origin`.
 fn plate(normal: Vector3, origin: Vector3, scenery: &AxisAlignedBox) -> BodySurface {
     let (radius, thickness) = (1.1 * scenery.radius(), 0.06 * scenery.radius());
     let middle = scenery.centre();

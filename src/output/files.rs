@@ -45,7 +45,7 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     let part = part(path);
     let written = begin(&part).and_then(|mut file| file.write_all(bytes)).and_then(|()| fs::rename(&part, path));
     written.map_err(|source| {
-        // The removal may fail for the reason of the first error, which is the one to report.
+        // The removal may fail for the same reason; the first error is reported.
         drop(fs::remove_file(&part));
         naming(path)(source)
     })

@@ -23,7 +23,7 @@ pub use files::OutputError;
 pub use folder::{FolderClaim, FolderRefusal, FolderState, ResultFolder, TakeoverPolicy};
 pub use picture::model_picture;
 pub use remesh_pictures::{Figures, draw as draw_steps};
-pub use sensors::{Dent, SensorFigures};
+pub use sensors::{DentFigures, SensorFigures};
 pub use summary::{EndCause, ExitFigures, Interface, RunSummary, SummaryAccount, rebound};
 
 use frames::FrameSeries;

@@ -19,12 +19,12 @@ pub struct SensorFigures {
     /// Time of the greatest rate, s: the middle between the two rows.
     pub time_of_peak_pressure_rate: f64,
     /// Dent of the entry surface, for a sensor on the surface.
-    pub dent: Option<Dent>,
+    pub dent: Option<DentFigures>,
 }
 
 /// Dent of the entry surface of a block or a cylinder at one point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Dent {
+pub struct DentFigures {
     /// Greatest depth, m.
     pub depth: f64,
     /// Time of the greatest depth, s.
@@ -95,7 +95,7 @@ pub(super) fn figures(scene: &Scene, history: &HistoryFile) -> Result<Vec<Sensor
         time_of_peak_pressure: peaks.pressure.time,
         peak_pressure_rate: peaks.rate.value,
         time_of_peak_pressure_rate: peaks.rate.time,
-        dent: scene.gel.shape.thickness().filter(|_| sensor.position[2] == 0.0).map(|thickness| Dent {
+        dent: scene.gel.shape.thickness().filter(|_| sensor.position[2] == 0.0).map(|thickness| DentFigures {
             depth: peaks.dent.value,
             time_of_depth: peaks.dent.time,
             viscous_criterion: peaks.criterion.value / thickness,

@@ -61,7 +61,7 @@ struct ImportedFunctions {
 
 impl ImportedFunctions {
     fn of(library: &Library) -> Result<Self, libloading::Error> {
-        // SAFETY: the standard gives these names these types.
+        // SAFETY: the standard fixes the type of each function.
         unsafe {
             Ok(Self {
                 instantiate: *library.get(b"fmi2Instantiate")?,
@@ -118,7 +118,7 @@ impl LoadedFmu {
     /// # Errors
     /// [`ImportError`] with the messages of the FMU.
     pub fn new(library: &Path, name: &str, guid: &str, resources: &Path) -> Result<Self, ImportError> {
-        // SAFETY: the library is an FMU: what runs when it is loaded is its own affair.
+        // SAFETY: the library is an FMU and responsible for its own initialisers.
         let library = unsafe { Library::new(library) }?;
         let functions = ImportedFunctions::of(&library)?;
         let log = Box::new(MessageLog::default());
@@ -152,7 +152,7 @@ impl LoadedFmu {
     /// Calls `fmi2SetupExperiment` for the time from 0 to an end, s.
     #[must_use]
     pub fn set_up_experiment(&self, end: f64) -> Status {
-        // SAFETY: a live component; so it is below.
+        // SAFETY: a live component, here and below.
         to_status(unsafe { (self.functions.set_up_experiment)(self.component, 0, 0.0, 0.0, 1, end) })
     }
 
@@ -218,7 +218,7 @@ impl LoadedFmu {
     /// Calls `fmi2GetFMUstate` into an existing or a new state.
     #[must_use]
     pub fn get_state(&self, state: &mut LoadedState) -> Status {
-        // SAFETY: null, or a state of this FMU; so it is below.
+        // SAFETY: null, or a state of this FMU, here and below.
         to_status(unsafe { (self.functions.get_state)(self.component, &raw mut state.0) })
     }
 
@@ -243,14 +243,14 @@ impl LoadedFmu {
     /// Calls `fmi2SerializeFMUstate` over all of the bytes.
     #[must_use]
     pub fn write_state(&self, state: &LoadedState, bytes: &mut [u8]) -> Status {
-        // SAFETY: as many bytes as are said to be there.
+        // SAFETY: pointer and length of the same slice.
         to_status(unsafe { (self.functions.write_state)(self.component, state.0, bytes.as_mut_ptr(), bytes.len()) })
     }
 
     /// Calls `fmi2DeSerializeFMUstate` into an existing or a new state.
     #[must_use]
     pub fn read_state(&self, bytes: &[u8], state: &mut LoadedState) -> Status {
-        // SAFETY: as many bytes as are said to be there.
+        // SAFETY: pointer and length of the same slice.
         to_status(unsafe { (self.functions.read_state)(self.component, bytes.as_ptr(), bytes.len(), &raw mut state.0) })
     }
 }

@@ -9,10 +9,10 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::ptr;
 use std::sync::atomic::{AtomicBool, AtomicIsize, AtomicPtr, Ordering};
 
-/// Limit of simultaneous reserves beside the standing reserve; further reserves back nothing.
+/// Limit of simultaneous reserves beside the standing reserve; further reserves hold no block.
 const MAX_RESERVES: usize = 128;
 
-/// Size of the standing reserve, bytes: the need of a call that builds, saves and writes nothing.
+/// Size of the standing reserve, bytes, for calls that neither build, save nor write.
 const STANDING_BYTES: usize = 1 << 20;
 
 /// Least size of a block, bytes. Blocks of this size are always mapped and unmapped by glibc
@@ -185,7 +185,7 @@ unsafe impl GlobalAlloc for BackedAllocator {
 
     #[inline]
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // SAFETY: the contract of the caller; a block that could not be moved is still there.
+        // SAFETY: the contract of the caller; a block that could not be moved stays valid.
         let allocate = || unsafe { System.realloc(block, layout, size) };
         let found = allocate();
         if found.is_null() { retry_allocation(allocate) } else { found }

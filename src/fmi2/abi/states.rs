@@ -49,7 +49,7 @@ pub unsafe extern "C" fn fmi2FreeFMUstate(c: OpaquePointer, target: *mut OpaqueP
         if target.is_null() {
             return Ok(Status::Ok);
         }
-        // SAFETY: a pointer to a pointer; what it points to is checked by `state_behind` before it is freed.
+        // SAFETY: a pointer to a pointer; `state_behind` checks the state before it is freed.
         unsafe {
             if !(*target).is_null() {
                 // Volatile: the word is read again only through a stale pointer.
@@ -120,7 +120,7 @@ unsafe fn state_behind<'a>(at: OpaquePointer, function: &'static str) -> Result<
     if words != [0, STATE_MAGIC] {
         return Err(SnapshotError::Foreign.into());
     }
-    // SAFETY: the words are those of a state of ours.
+    // SAFETY: the words are those of a state of this FMU.
     Ok(unsafe { &mut *at.cast::<FmuStateObject>() })
 }
 

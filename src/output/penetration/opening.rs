@@ -42,10 +42,10 @@ const DIRECTIONS: u32 = 64;
 /// Computes the radius of the void at each depth, m: 0 where the line runs through gel, `None` where gel does not
 /// enclose the void.
 ///
-/// The radius is the least radius of the gel in an axisymmetric scene, half of the width in a plane scene and the
+/// The radius is the least radius of the gel in an axisymmetric scene, half of the width in a plane scene, and the
 /// distance of the surface in space. A void is enclosed if gel lies in every direction across the line. The outer
-/// surface of the gel is no cavity wall: at the back, all depths whose void ends at a downward facet are left out up
-/// to the first other depth.
+/// surface of the gel is no cavity wall. At the back, the depths whose void ends at a downward facet are therefore
+/// left out, up to the first void that ends at a cavity wall.
 pub(super) fn void_radii(gel: GelSection, frame: &Frame, line: &Vector3, at: DepthGrid) -> Vec<Option<f64>> {
     let mut depths: Vec<Vec<SurfacePiece>> = vec![vec![]; at.n];
     for nodes in &frame.cells.facets {

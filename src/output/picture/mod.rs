@@ -1,7 +1,7 @@
 //! Pictures of the deformed mesh and the projectile.
 //!
-//! A [`MeshPicture`] stores material, shade, speed and time step of each pixel instead of its colour, and all
-//! pictures of a report share the colour scale of the whole run.
+//! A [`MeshPicture`] stores material, shade, speed and time step of each pixel instead of its colour. All pictures of
+//! a report can therefore share the colour scale of the whole run.
 
 mod camera;
 mod colour;

@@ -32,14 +32,14 @@ fn section(panel: &PicturePanel, number: usize) -> String {
     let picture = |view: &str| {
         format!(
             "<img alt=\"{}, {view}\" src=\"{}\" width=\"720\" height=\"720\"/>",
-            panel.title,
-            file(number, panel.name, view)
+            panel.text.title,
+            file(number, panel.text.name, view)
         )
     };
     format!(
         "<section><h2>{number}. {}</h2>\n<p>{}</p>\n{}<div class=\"pair\">{}{}</div></section>\n",
-        panel.title,
-        panel.about,
+        panel.text.title,
+        panel.text.about,
         panel.scale.as_ref().map(legend).unwrap_or_default(),
         picture("whole"),
         picture("close")

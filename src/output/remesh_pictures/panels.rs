@@ -8,13 +8,19 @@ use crate::remesh::Steps;
 use crate::scene::{RemeshMethod, Scene};
 use crate::simulation::{Rehearsal, Successor};
 
-/// Panel of one step: a picture of the whole gel and a close-up.
-pub(super) struct PicturePanel {
+/// Texts of a panel.
+pub(super) struct PanelText {
     /// Prefix of the file names.
     pub name: &'static str,
+    /// Title.
     pub title: &'static str,
     /// Description in a sentence.
     pub about: &'static str,
+}
+
+/// Panel of one step: a picture of the whole gel and a close-up.
+pub(super) struct PicturePanel {
+    pub text: PanelText,
     pub scale: Option<PanelScale>,
     pub whole: Vec<u8>,
     pub close: Vec<u8>,
@@ -112,14 +118,7 @@ impl<'a> PanelSource<'a> {
     }
 
     /// Returns a panel drawn by `draw`, with the bodies in the background.
-    fn panel(
-        &self,
-        name: &'static str,
-        title: &'static str,
-        scale: Option<PanelScale>,
-        about: &'static str,
-        draw: impl Fn(&mut PictureCanvas),
-    ) -> PicturePanel {
+    fn panel(&self, text: PanelText, scale: Option<PanelScale>, draw: impl Fn(&mut PictureCanvas)) -> PicturePanel {
         let [whole, close] = self.windows.map(|window| {
             let mut drawing = PictureCanvas::new(window);
             for body in &self.bodies {
@@ -128,16 +127,18 @@ impl<'a> PanelSource<'a> {
             draw(&mut drawing);
             drawing.png()
         });
-        PicturePanel { name, title, about, scale, whole, close }
+        PicturePanel { text, scale, whole, close }
     }
 
     fn distorted_mesh(&self) -> PicturePanel {
         let scale = PanelScale { low: 0.0, high: 1.0, unit: "", map: &STEP };
         self.panel(
-            "worn",
-            "The worn mesh",
+            PanelText {
+                name: "worn",
+                title: "The worn mesh",
+                about: "The mesh that ends, coloured by the quality of its elements: 1 is equilateral, 0 flat.",
+            },
             Some(scale),
-            "The mesh that ends, coloured by the quality of its elements: 1 is equilateral, 0 flat.",
             |drawing| {
                 fill_triangles(drawing, &self.old, |e| scale.colour(self.preview.shapes[e]));
                 draw_edges(drawing, &self.old);
@@ -148,11 +149,13 @@ impl<'a> PanelSource<'a> {
     fn curvature_indicator(&self) -> PicturePanel {
         let scale = PanelScale { low: 0.0, high: 90.0, unit: "°", map: &SPEED };
         self.panel(
-            "indicator",
-            "How far the fields bend",
-            Some(scale),
-            "The indicator: the greatest angle between \
+            PanelText {
+                name: "indicator",
+                title: "How far the fields bend",
+                about: "The indicator: the greatest angle between \
             the graphs of displacement or velocity over an element and over its neighbours.",
+            },
+            Some(scale),
             |drawing| {
                 fill_triangles(drawing, &self.old, |e| scale.colour(self.preview.bend[e].to_degrees()));
             },
@@ -165,10 +168,12 @@ impl<'a> PanelSource<'a> {
         let high = size.iter().copied().fold(0.0, f64::max);
         let scale = PanelScale { low, high, unit: "m", map: &STEP };
         self.panel(
-            "sizes",
-            "How fine the new mesh should be",
+            PanelText {
+                name: "sizes",
+                title: "How fine the new mesh should be",
+                about: "Target sizes from the indicator, the distance from the body and the growth that is allowed.",
+            },
             Some(scale),
-            "Target sizes from the indicator, the distance from the body and the growth that is allowed.",
             |drawing| {
                 fill_interpolated(drawing, &self.old, size, &scale);
             },
@@ -177,11 +182,13 @@ impl<'a> PanelSource<'a> {
 
     fn quadtree_cells(&self, steps: &Steps) -> PicturePanel {
         self.panel(
-            "quadtree",
-            "The quadtree",
-            None,
-            "A balanced quadtree over the square around the gel: cells that \
+            PanelText {
+                name: "quadtree",
+                title: "The quadtree",
+                about: "A balanced quadtree over the square around the gel: cells that \
             meet the gel are no larger than the target sizes in them.",
+            },
+            None,
             |drawing| {
                 fill_triangles(drawing, &self.old, |_| AMBER);
                 let pen = edge_pen(drawing, steps.cells.iter().map(|cell| cell.edge).fold(f64::MAX, f64::min));
@@ -198,10 +205,12 @@ impl<'a> PanelSource<'a> {
     fn delaunay_triangulation(&self, steps: &Steps) -> PicturePanel {
         let triangles = DrawnTriangles::of(&steps.background.points, steps.background.triangles.clone());
         self.panel(
-            "delaunay",
-            "The Delaunay triangulation of its points",
+            PanelText {
+                name: "delaunay",
+                title: "The Delaunay triangulation of its points",
+                about: "The middles of the cells, triangulated: the gel plays no part in it.",
+            },
             None,
-            "The middles of the cells, triangulated: the gel plays no part in it.",
             |drawing| {
                 fill_triangles(drawing, &self.old, |_| AMBER);
                 draw_edges(drawing, &triangles);
@@ -214,11 +223,13 @@ impl<'a> PanelSource<'a> {
         let reach = 2.0 * self.windows[1].half;
         let scale = PanelScale { low: -reach, high: reach, unit: "m", map: &SIGNED };
         self.panel(
-            "distance",
-            "The signed distance",
-            Some(scale),
-            "The distance of the points from the boundary of \
+            PanelText {
+                name: "distance",
+                title: "The signed distance",
+                about: "The distance of the points from the boundary of \
             the gel, negative inside, and its linear interpolant: the gel is where that is below zero.",
+            },
+            Some(scale),
             |drawing| {
                 fill_interpolated(drawing, &triangles, &steps.distance, &scale);
                 draw_edges(drawing, &triangles);
@@ -232,11 +243,13 @@ impl<'a> PanelSource<'a> {
         let triangles = DrawnTriangles::of(&immersed.points, immersed.triangles.clone());
         let has = |e: usize, is: &dyn Fn(f64) -> bool| triangles.corners[e].iter().any(|p| is(immersed.distance[*p]));
         self.panel(
-            "immersed",
-            "The gel immersed in the triangulation",
-            None,
-            "Points nearer than 0.3 of a cell have \
+            PanelText {
+                name: "immersed",
+                title: "The gel immersed in the triangulation",
+                about: "Points nearer than 0.3 of a cell have \
             been moved onto the boundary (dots); amber triangles are inside, red ones are cut.",
+            },
+            None,
             |drawing| {
                 fill_triangles(drawing, &triangles, |e| match (has(e, &|d| d > 0.0), has(e, &|d| d < 0.0)) {
                     (true, true) => CUT_COLOUR,
@@ -259,11 +272,13 @@ impl<'a> PanelSource<'a> {
     fn carved_mesh(&self, steps: &Steps) -> PicturePanel {
         let triangles = DrawnTriangles::of_mesh(&steps.proposal.position, &steps.proposal.elements);
         self.panel(
-            "trimmed",
-            "The mesh that is cut out",
-            None,
-            "What is outside is gone, triangles that the \
+            PanelText {
+                name: "trimmed",
+                title: "The mesh that is cut out",
+                about: "What is outside is gone, triangles that the \
             boundary cuts are cut, and quadrilaterals are divided by their better diagonal.",
+            },
+            None,
             |drawing| {
                 fill_triangles(drawing, &triangles, |_| AMBER);
                 draw_edges(drawing, &triangles);
@@ -275,10 +290,12 @@ impl<'a> PanelSource<'a> {
         let values: Vec<f64> = self.preview.frame.velocities.iter().map(|v| v.z).collect();
         let scale = self.velocity_scale();
         self.panel(
-            "velocity-before",
-            "The vertical velocity on the old mesh",
+            PanelText {
+                name: "velocity-before",
+                title: "The vertical velocity on the old mesh",
+                about: "What is to be carried over.",
+            },
             Some(scale),
-            "What is to be carried over.",
             |drawing| {
                 fill_interpolated(drawing, &self.old, &values, &scale);
                 draw_edges(drawing, &self.old);
@@ -290,20 +307,21 @@ impl<'a> PanelSource<'a> {
         let triangles = DrawnTriangles::of_mesh(&new.points, &new.elements);
         let values: Vec<f64> = new.velocity.iter().map(|v| v[1]).collect();
         let scale = self.velocity_scale();
-        let (name, title, about) = match method {
-            RemeshMethod::Immersed => (
-                "velocity-immersed",
-                "The same on the immersed mesh",
-                "The velocity transferred to the mesh that was cut out; masses, momentum and centre of mass are kept.",
-            ),
-            RemeshMethod::Retained => (
-                "velocity-retained",
-                "The same on a mesh that retains old nodes",
-                "The other method from the same state: good nodes and the whole surface stay, points of the quadtree \
+        let text = match method {
+            RemeshMethod::Immersed => PanelText {
+                name: "velocity-immersed",
+                title: "The same on the immersed mesh",
+                about: "The velocity transferred to the mesh that was cut out; masses, momentum and centre of mass are \
+                        kept.",
+            },
+            RemeshMethod::Retained => PanelText {
+                name: "velocity-retained",
+                title: "The same on a mesh that retains old nodes",
+                about: "The other method from the same state: good nodes and the whole surface stay, points of the quadtree \
                     fill the rest.",
-            ),
+            },
         };
-        self.panel(name, title, Some(scale), about, |drawing| {
+        self.panel(text, Some(scale), |drawing| {
             fill_interpolated(drawing, &triangles, &values, &scale);
             draw_edges(drawing, &triangles);
         })

@@ -193,7 +193,11 @@ mod tests {
         #[test]
         fn a_plot_takes_any_numbers_and_has_a_bounded_number_of_ticks(
             curves in prop::collection::vec(curve(), 0..3),
-            vertical in prop::sample::select(vec![VerticalScale::Linear, VerticalScale::FromZero, VerticalScale::Decades]),
+            vertical in prop::sample::select(vec![
+                VerticalScale::Linear,
+                VerticalScale::FromZero,
+                VerticalScale::Decades,
+            ]),
             (start, end) in (number(), number()),
         ) {
             prop_assert!(curves.iter().all(|curve| curve.travel() >= 0.0));
