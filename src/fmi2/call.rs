@@ -186,12 +186,12 @@ impl CallError {
 
     #[allow(clippy::needless_pass_by_value)] // numbers and texts alike, made for this call
     pub(super) fn value(name: impl Into<String>, found: impl ToString, expected: impl Into<String>) -> Self {
-        Self::Value { name: name.into(), found: legible(found.to_string()), expected: expected.into() }
+        Self::Value { name: name.into(), found: shorten_number(found.to_string()), expected: expected.into() }
     }
 }
 
 /// Shortens a number of more than [`MOST_DIGITS`] characters, such as 10³⁰⁰ with all zeros, to a form with exponent.
-fn legible(text: String) -> String {
+fn shorten_number(text: String) -> String {
     match text.parse::<f64>() {
         Ok(value) if text.len() > MOST_DIGITS => format!("{value:e}"),
         Ok(_) | Err(_) => text,
@@ -199,6 +199,6 @@ fn legible(text: String) -> String {
 }
 
 /// Formats a number in its shortest digits, with an exponent if long.
-pub(super) fn number(value: f64) -> String {
-    legible(value.to_string())
+pub(super) fn format_number(value: f64) -> String {
+    shorten_number(value.to_string())
 }

@@ -1,9 +1,9 @@
 //! Inputs: set values, their meaning for the simulation, and the checks against the dimension of the scene.
 
-use super::call::{CallError, number};
+use super::call::{CallError, format_number};
 use super::instance::{BuiltModel, FmuInstance, ScalarValues};
 use super::scalar::{Ports, Scalar, scalars};
-use super::table::{Input, Source, VARIABLES, row};
+use super::table::{Input, Source, VARIABLES, variable_of};
 use crate::math::Vector3;
 use crate::scene::{Dimension, body_name};
 use crate::simulation::{CouplingMode, Inputs};
@@ -85,11 +85,11 @@ impl BodyInputs<'_> {
 
     /// Returns the first component of an input.
     fn scalar(&self, input: Input) -> Scalar {
-        Scalar { variable: row(Source::Input(input)), component: 0, body: self.body }
+        Scalar { variable: variable_of(Source::Input(input)), component: 0, body: self.body }
     }
 
     fn scalars(&self, input: Input) -> impl Iterator<Item = Scalar> + Clone {
-        Scalar::of(row(Source::Input(input)), self.body)
+        Scalar::of(variable_of(Source::Input(input)), self.body)
     }
 
     /// Returns all components of an input; components out of the plane or off the axis are 0.
@@ -200,7 +200,7 @@ impl BodyInputs<'_> {
         let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
         if (norm - 1.0).abs() > 1e-3 {
             let (name, expected) = (self.scalar(Input::ProjectileOrientation), "a quaternion of norm 1 to within 1e-3");
-            return Err(CallError::value(name.row_name(), format!("{q:?} of norm {}", number(norm)), expected));
+            return Err(CallError::value(name.row_name(), format!("{q:?} of norm {}", format_number(norm)), expected));
         }
         Ok(normalised(q))
     }
@@ -236,7 +236,7 @@ impl BodyInputs<'_> {
         for scalar in self.scalars(input) {
             let (value, start, rate) = (self.value(&scalar), self.start(&scalar), self.inputs.rate(&scalar));
             if (value - start).abs() > slack * longest {
-                return Err(CallError::value(scalar.name(), value, format!("{}: {held}", number(start))));
+                return Err(CallError::value(scalar.name(), value, format!("{}: {held}", format_number(start))));
             }
             if rate != 0.0 {
                 return Err(CallError::value(format!("derivative of {}", scalar.name()), rate, format!("0: {held}")));

@@ -1,6 +1,6 @@
 //! FMU instance: settings, inputs, built model and life cycle.
 
-use super::call::{CallError, number};
+use super::call::{CallError, format_number};
 use super::inputs::{self, InputValues};
 use super::lifecycle::{CallGroup, LifecyclePhase};
 use super::logger::CallLog;
@@ -110,7 +110,11 @@ impl FmuInstance {
         if let Some(stop) = stop
             && (stop.is_nan() || stop <= start)
         {
-            return Err(CallError::value("stopTime", stop, format!("a time after startTime = {} s", number(start))));
+            return Err(CallError::value(
+                "stopTime",
+                stop,
+                format!("a time after startTime = {} s", format_number(start)),
+            ));
         }
         self.clock = ExperimentClock { start, stop, now: start };
         Ok(())

@@ -5,7 +5,7 @@ use super::instance::{FmuInstance, ScalarValues};
 use super::manifest::{Manifest, ManifestError};
 use super::reading::{files_in, read_scene_text};
 use super::scalar::{Ports, Scalar, scalars, table_of};
-use super::table::{Setting, Source, row};
+use super::table::{Setting, Source, variable_of};
 use super::uri;
 use crate::scene::{self, Files, MOST_FRAGMENTS, Override, Scene, body_name};
 use std::io;
@@ -80,7 +80,7 @@ pub(super) struct RunSettings {
 /// If the table of variables gives the parameter `threads` no maximum; the table does.
 #[must_use]
 pub fn most_threads() -> usize {
-    row(Source::Setting(Setting::Threads)).max.expect("the table bounds the threads") as usize
+    variable_of(Source::Setting(Setting::Threads)).max.expect("the table bounds the threads") as usize
 }
 
 impl Default for RunSettings {
@@ -187,7 +187,7 @@ impl FmuInstance {
         match self.settings.scene.as_str() {
             "" => Ok((PACKED.to_string(), self.packed.text.clone())),
             path => {
-                let text = read_text(Path::new(path)).map_err(|reason| CallError::NoScene { reason })?;
+                let text = read_scene_file(Path::new(path)).map_err(|reason| CallError::NoScene { reason })?;
                 Ok((path.to_string(), text))
             }
         }
@@ -199,12 +199,12 @@ fn origin_with_faults(origin: String, overrides: &[Override]) -> String {
     if overrides.is_empty() {
         return origin;
     }
-    let set = overrides.iter().map(|o| format!("{} = {}", parameter_of(&o.key), o.value));
+    let set = overrides.iter().map(|o| format!("{} = {}", parameter_name(&o.key), o.value));
     format!("{origin} with the parameters {}", set.collect::<Vec<_>>().join(", "))
 }
 
 /// Returns the name of the parameter of a scene key.
-fn parameter_of(key: &str) -> String {
+fn parameter_name(key: &str) -> String {
     let is_overriding = |s: &Scalar| s.variable.source == Source::Scene && s.keys().any(|own| own == key);
     let ports = Ports { fragments: MOST_FRAGMENTS, sensors: 0 };
     scalars(ports).find(is_overriding).map_or_else(|| key.to_owned(), |scalar| scalar.row_name())
@@ -242,7 +242,7 @@ fn override_of_row(
     Ok(Some(Override { key, value }))
 }
 
-fn read_text(path: &Path) -> Result<String, String> {
+fn read_scene_file(path: &Path) -> Result<String, String> {
     read_scene_text(path).map_err(|e| format!("cannot read {}: {e}", path.display()))
 }
 

@@ -45,7 +45,7 @@ impl Scalar {
         if let Some(own) = self.variable.of_sensor() {
             return format!("{}.{own}", numbered("sensor", self.body));
         }
-        if self.body == 0 { name.to_owned() } else { format!("{}.{}", body_name(self.body), own(name)) }
+        if self.body == 0 { name.to_owned() } else { format!("{}.{}", body_name(self.body), without_projectile(name)) }
     }
 
     /// Returns the name: `contact.force[1]`, without index for a row of one component.
@@ -65,7 +65,7 @@ impl Scalar {
     /// Returns the first scene key whose table exists in the scene.
     #[must_use]
     pub(super) fn key_in(&self, scene: &toml::Table) -> Option<String> {
-        let owns = |key: &String| key.rsplit_once('.').is_some_and(|(table, _)| lookup(scene, table).is_some());
+        let owns = |key: &String| key.rsplit_once('.').is_some_and(|(table, _)| find_key(scene, table).is_some());
         self.keys().find(owns)
     }
 
@@ -73,7 +73,7 @@ impl Scalar {
     pub(super) fn keys(&self) -> impl Iterator<Item = String> + '_ {
         self.variable.keys.iter().map(|key| match self.body {
             0 => (*key).to_owned(),
-            body => format!("{}.{}", body_name(body), own(key)),
+            body => format!("{}.{}", body_name(body), without_projectile(key)),
         })
     }
 
@@ -81,7 +81,7 @@ impl Scalar {
     /// as 1, an item of an Enumeration as its value; a String has no start here.
     #[must_use]
     pub fn start(&self, scene: &toml::Table) -> Option<f64> {
-        let keyed = self.keys().find_map(|key| self.number(lookup(scene, &key)?));
+        let keyed = self.keys().find_map(|key| self.value_of(find_key(scene, &key)?));
         keyed.or(match self.variable.start {
             Some(Start::Real(value)) => Some(value),
             Some(Start::Integer(value)) => Some(f64::from(value)),
@@ -93,12 +93,12 @@ impl Scalar {
 
 impl Scalar {
     /// Converts a value of the scene to a number.
-    fn number(&self, value: &toml::Value) -> Option<f64> {
+    fn value_of(&self, value: &toml::Value) -> Option<f64> {
         match value {
             toml::Value::String(name) => {
                 self.items().iter().find(|item| item.name == name).map(|item| item.value.into())
             }
-            other => number(other, self.component),
+            other => to_number(other, self.component),
         }
     }
 
@@ -116,7 +116,7 @@ impl Scalar {
 }
 
 /// Returns the part of a name or key behind `projectile.`.
-fn own(name: &str) -> &str {
+fn without_projectile(name: &str) -> &str {
     name.strip_prefix("projectile.").unwrap_or(name)
 }
 
@@ -137,7 +137,7 @@ impl Ports {
     }
 
     /// Returns true if a variable exists in this block of references.
-    fn have(&self, variable: &Variable, block: usize) -> bool {
+    fn include(&self, variable: &Variable, block: usize) -> bool {
         match (variable.is_of_sensors(), variable.each) {
             (true, _) => block < self.sensors,
             (false, true) => block <= self.fragments,
@@ -148,7 +148,7 @@ impl Ports {
 
 /// Returns every scalar of an FMU with these ports, by ascending value reference.
 pub fn scalars(ports: Ports) -> impl Iterator<Item = Scalar> {
-    let rows = move |block: usize| VARIABLES.iter().filter(move |v| ports.have(v, block)).map(move |v| (v, block));
+    let rows = move |block: usize| VARIABLES.iter().filter(move |v| ports.include(v, block)).map(move |v| (v, block));
     (0..=ports.fragments.max(ports.sensors)).flat_map(rows).flat_map(|(variable, block)| Scalar::of(variable, block))
 }
 
@@ -162,7 +162,7 @@ pub fn table_of(scene: &Scene) -> toml::Table {
 }
 
 /// Returns the value at a dotted key; `fragment[1]` is the first table of a list.
-fn lookup<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
+fn find_key<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
     let (first, rest) = key.split_once('.').map_or((key, None), |(a, b)| (a, Some(b)));
     let value = match first.strip_suffix(']').and_then(|first| first.split_once('[')) {
         Some((list, number)) => table.get(list)?.as_array()?.get(number.parse::<usize>().ok()?.checked_sub(1)?)?,
@@ -170,16 +170,16 @@ fn lookup<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
     };
     match rest {
         None => Some(value),
-        Some(rest) => lookup(value.as_table()?, rest),
+        Some(rest) => find_key(value.as_table()?, rest),
     }
 }
 
-fn number(value: &toml::Value, component: usize) -> Option<f64> {
+fn to_number(value: &toml::Value, component: usize) -> Option<f64> {
     match value {
         toml::Value::Float(x) => Some(*x),
         toml::Value::Integer(x) => Some(*x as f64),
         toml::Value::Boolean(x) => Some(f64::from(u8::from(*x))),
-        toml::Value::Array(items) => number(items.get(component)?, 0),
+        toml::Value::Array(items) => to_number(items.get(component)?, 0),
         toml::Value::String(_) | toml::Value::Datetime(_) | toml::Value::Table(_) => None,
     }
 }

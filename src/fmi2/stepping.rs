@@ -1,6 +1,6 @@
 //! `fmi2DoStep` and its status queries.
 
-use super::call::{CallError, number};
+use super::call::{CallError, format_number};
 use super::inputs::BodyLoad;
 use super::instance::{BuiltModel, ExperimentClock, FmuInstance};
 use super::lifecycle::LifecyclePhase;
@@ -22,7 +22,7 @@ impl ExperimentClock {
         }
         let slack = TOLERANCE * (self.now.abs().max(self.start.abs()).max(step));
         if current.is_nan() || (current - self.now).abs() > slack {
-            let expected = format!("{} s, the end of the last step", number(self.now));
+            let expected = format!("{} s, the end of the last step", format_number(self.now));
             return Err(CallError::value("currentCommunicationPoint", current, expected));
         }
         let end = current + step;
@@ -32,14 +32,14 @@ impl ExperimentClock {
             let expected = format!(
                 "at least {shortest:e} s: at {} s, after a startTime of {} s, double precision cannot tell the \
                  ends of shorter steps apart. Use a startTime nearer to 0",
-                number(current),
-                number(self.start)
+                format_number(current),
+                format_number(self.start)
             );
             return Err(CallError::value("communicationStepSize", step, expected));
         }
         match self.stop {
             Some(stop) if end > stop + TOLERANCE * stop.abs().max(self.start.abs()).max(step) => {
-                Err(CallError::value("end of the step", end, format!("at most stopTime = {} s", number(stop))))
+                Err(CallError::value("end of the step", end, format!("at most stopTime = {} s", format_number(stop))))
             }
             Some(_) | None => Ok(end),
         }

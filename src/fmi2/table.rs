@@ -163,6 +163,6 @@ impl Variable {
 /// # Panics
 /// If the table has no row of the source; the sources are generated from the rows.
 #[must_use]
-pub(super) fn row(source: Source) -> &'static Variable {
+pub(super) fn variable_of(source: Source) -> &'static Variable {
     VARIABLES.iter().find(|v| v.source == source).expect("each source is made from a row of the table")
 }

@@ -20,7 +20,7 @@ pub(super) fn to_path(uri: &str) -> Result<PathBuf, String> {
         None if rest.starts_with('/') => rest,
         None => return Err(refuse()),
     };
-    let bytes = decode(path).ok_or_else(refuse)?;
+    let bytes = percent_decode(path).ok_or_else(refuse)?;
     let text = String::from_utf8(bytes).map_err(|_| refuse())?;
     Ok(PathBuf::from(without_drive_slash(&text)))
 }
@@ -46,16 +46,16 @@ fn without_drive_slash(path: &str) -> &str {
     if cfg!(windows) && bytes.len() > 2 && bytes[2] == b':' { &path[1..] } else { path }
 }
 
-fn decode(text: &str) -> Option<Vec<u8>> {
+fn percent_decode(text: &str) -> Option<Vec<u8>> {
     let mut bytes = text.bytes();
     let mut out = Vec::with_capacity(text.len());
     while let Some(byte) = bytes.next() {
-        out.push(if byte == b'%' { 16 * hex(bytes.next()?)? + hex(bytes.next()?)? } else { byte });
+        out.push(if byte == b'%' { 16 * hex_digit(bytes.next()?)? + hex_digit(bytes.next()?)? } else { byte });
     }
     (!out.contains(&0)).then_some(out)
 }
 
-fn hex(digit: u8) -> Option<u8> {
+fn hex_digit(digit: u8) -> Option<u8> {
     (digit as char).to_digit(16).map(|d| d as u8)
 }
 

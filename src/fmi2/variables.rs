@@ -223,7 +223,7 @@ fn exit_figure(observed: Observed, model: &BuiltModel, body: usize) -> f64 {
 }
 
 /// Returns the number of elements, or of remeshings.
-fn count(observed: Observed, model: &mut BuiltModel) -> i32 {
+fn count_of(observed: Observed, model: &mut BuiltModel) -> i32 {
     let elements = matches!(observed, Observed::CostElements);
     let n = if elements { model.cost().elements as u64 } else { model.simulation.remeshes() };
     i32::try_from(n).unwrap_or(i32::MAX)
@@ -288,7 +288,7 @@ fn observed_value(observed: Observed, body: usize, now: f64, model: &mut BuiltMo
         Observed::CostSmallestStep => scalar(model.cost().smallest_step),
         Observed::CostLargestStep => scalar(model.cost().largest_step),
         Observed::CostRemeshFallback => scalar(model.simulation.fallback()),
-        Observed::CostElements | Observed::CostRemeshes => ObservedValue::Integer(count(observed, model)),
+        Observed::CostElements | Observed::CostRemeshes => ObservedValue::Integer(count_of(observed, model)),
     }
 }
 

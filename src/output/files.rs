@@ -35,37 +35,38 @@ impl OutputError {
 }
 
 /// Returns a function that adds the path to an I/O error.
-pub(super) fn naming(path: &Path) -> impl FnOnce(io::Error) -> OutputError + '_ {
+pub(super) fn with_path(path: &Path) -> impl FnOnce(io::Error) -> OutputError + '_ {
     |source| OutputError::Write { path: path.to_path_buf(), source }
 }
 
 /// Writes a whole file by rename, therefore the old file stays until the new file is complete, even if the run is
 /// killed.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    let part = part(path);
-    let written = begin(&part).and_then(|mut file| file.write_all(bytes)).and_then(|()| fs::rename(&part, path));
+    let part = temporary_path(path);
+    let written =
+        create_temporary(&part).and_then(|mut file| file.write_all(bytes)).and_then(|()| fs::rename(&part, path));
     written.map_err(|source| {
         // The removal may fail for the same reason; the first error is reported.
         drop(fs::remove_file(&part));
-        naming(path)(source)
+        with_path(path)(source)
     })
 }
 
 /// Returns the path of the hidden temporary file beside a file, a name used by nobody else.
-fn part(path: &Path) -> PathBuf {
+fn temporary_path(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}.gelfmu-part"))
 }
 
 /// Creates the temporary file in place of a leftover of a killed run; a link is not followed.
-fn begin(part: &Path) -> io::Result<File> {
+fn create_temporary(part: &Path) -> io::Result<File> {
     remove_existing(part)?;
     File::create_new(part)
 }
 
 /// Removes a file if present.
 pub(super) fn remove(path: &Path) -> Result<(), OutputError> {
-    remove_existing(path).map_err(naming(path))
+    remove_existing(path).map_err(with_path(path))
 }
 
 fn remove_existing(path: &Path) -> io::Result<()> {
@@ -76,11 +77,11 @@ fn remove_existing(path: &Path) -> io::Result<()> {
 }
 
 /// Formats a number of a table with every digit; a value that is not finite gives an empty cell.
-pub(super) fn cell(value: f64) -> String {
+pub(super) fn format_cell(value: f64) -> String {
     if value.is_finite() { format!("{value:e}") } else { String::new() }
 }
 
 /// Parses the number of a cell; an empty cell gives NaN.
-pub(super) fn number(cell: &str) -> Result<f64, std::num::ParseFloatError> {
+pub(super) fn parse_cell(cell: &str) -> Result<f64, std::num::ParseFloatError> {
     if cell.is_empty() { Ok(f64::NAN) } else { cell.parse() }
 }

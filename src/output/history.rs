@@ -1,6 +1,6 @@
 //! `history.csv`: one row per communication step, complete on disk after each row.
 
-use super::files::{OutputError, cell, naming, number};
+use super::files::{OutputError, format_cell, parse_cell, with_path};
 use crate::scene::Scene;
 use crate::simulation::{BodyReport, Observation, SensorReport};
 use std::fs::{File, OpenOptions};
@@ -129,7 +129,7 @@ fn row_text(observation: &Observation) -> String {
     let of_sensor = |sensor| SENSOR_COLUMNS.iter().map(move |(_, value)| value(sensor));
     let all = own.chain(observation.bodies[1..].iter().flat_map(of_fragment));
     let all = all.chain(observation.sensors.iter().flat_map(of_sensor));
-    all.map(cell).collect::<Vec<_>>().join(",")
+    all.map(format_cell).collect::<Vec<_>>().join(",")
 }
 
 /// Row of the history, read back from the file.
@@ -185,7 +185,7 @@ impl HistoryFile {
             file.write_all(names.as_bytes())?;
             Ok(file)
         };
-        let file = open().map_err(naming(path))?;
+        let file = open().map_err(with_path(path))?;
         let (header, columns) = (names.len() as u64, names.split(',').count());
         Ok(Self { path: path.to_path_buf(), file, header, columns, rows: Vec::new() })
     }
@@ -198,7 +198,7 @@ impl HistoryFile {
     /// Appends one row in a single write, therefore a killed process leaves whole rows.
     pub(super) fn append(&mut self, observation: &Observation) -> Result<(), OutputError> {
         let line = row_text(observation) + "\n";
-        self.file.write_all(line.as_bytes()).map_err(naming(&self.path))?;
+        self.file.write_all(line.as_bytes()).map_err(with_path(&self.path))?;
         self.rows.push(RowEnd { time: observation.time, offset: self.end_offset() + line.len() as u64 });
         Ok(())
     }
@@ -208,7 +208,7 @@ impl HistoryFile {
         self.rows.truncate(self.rows.partition_point(|row| row.time <= time));
         let end = self.end_offset();
         let cut = |file: &mut File| file.set_len(end).and_then(|()| file.seek(SeekFrom::Start(end)));
-        cut(&mut self.file).map(|_| ()).map_err(naming(&self.path))
+        cut(&mut self.file).map(|_| ()).map_err(with_path(&self.path))
     }
 
     /// Reads at most `limit` rows back from the file, evenly spaced by number, the last row included.
@@ -236,7 +236,7 @@ impl HistoryFile {
             }
             Ok(())
         };
-        File::open(&self.path).and_then(&mut read_file).map_err(naming(&self.path))
+        File::open(&self.path).and_then(&mut read_file).map_err(with_path(&self.path))
     }
 
     fn end_offset(&self) -> u64 {
@@ -245,7 +245,7 @@ impl HistoryFile {
 }
 
 fn parse_row(line: &str, columns: usize) -> io::Result<HistoryRow> {
-    let values: Result<Vec<f64>, _> = line.split(',').map(number).collect();
+    let values: Result<Vec<f64>, _> = line.split(',').map(parse_cell).collect();
     match values {
         Ok(values) if values.len() == columns => Ok(HistoryRow(values)),
         _ => Err(io::Error::new(io::ErrorKind::InvalidData, "a row was changed while the run was going on")),

@@ -295,7 +295,7 @@ impl RunSummary {
             energy_per_centimetre: penetration.map(|shot| shot.track.energy_per_centimetre()),
             fragments: ending.observation.bodies[1..].iter().map(FragmentFigures::of).collect(),
             sensors: vec![],
-            accounts: accounts(energy).into(),
+            accounts: energy_accounts(energy).into(),
             energy_error: energy.energy_error,
             energy_defect: energy.energy_defect,
             momentum_error: ending.observation.momentum_error,
@@ -336,7 +336,7 @@ fn as_object<S: serde::Serializer>(accounts: &[SummaryAccount], serializer: S) -
 }
 
 /// Returns every energy account in the order of the report.
-fn accounts(energy: &EnergyReport) -> [SummaryAccount; 18] {
+fn energy_accounts(energy: &EnergyReport) -> [SummaryAccount; 18] {
     let account = |name, value, meaning| SummaryAccount { name, value, meaning };
     [
         account("initial", energy.initial, "all energy at the start"),

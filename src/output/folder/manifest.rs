@@ -13,10 +13,10 @@ use std::time::Duration;
 /// File name of the manifest.
 pub(super) const MANIFEST: &str = "gelfmu.jsonl";
 /// Limit of the length of a manifest, bytes: a run of 10 000 frames writes 1 MB, each replacing run a few lines.
-const MOST_BYTES: u64 = 1 << 26;
+const MAX_MANIFEST_BYTES: u64 = 1 << 26;
 /// Number of attempts at the lock: another process holds it for a moment while checking the folder.
-const ATTEMPTS: usize = 25;
-const PAUSE: Duration = Duration::from_millis(10);
+const LOCK_ATTEMPTS: usize = 25;
+const LOCK_PAUSE: Duration = Duration::from_millis(10);
 
 /// State of a result folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -108,11 +108,11 @@ impl FolderManifest {
     /// `AlreadyExists` if another process was faster.
     pub(super) fn create(folder: &Path, command: &str) -> io::Result<Self> {
         let file = OpenOptions::new().read(true).write(true).create_new(true).open(folder.join(MANIFEST))?;
-        if lock(&file) == LockOutcome::Busy {
+        if lock_new(&file) == LockOutcome::Busy {
             return Err(io::ErrorKind::AlreadyExists.into());
         }
         let mut manifest = Self { file, contents: FolderContents::default() };
-        manifest.head(command).inspect_err(|_| {
+        manifest.write_head(command).inspect_err(|_| {
             // Only the first error is reported; the next run takes a manifest without a line over.
             drop(fs::remove_file(folder.join(MANIFEST)));
         })?;
@@ -120,7 +120,7 @@ impl FolderManifest {
     }
 
     /// Writes the first lines.
-    pub(super) fn head(&mut self, command: &str) -> io::Result<()> {
+    pub(super) fn write_head(&mut self, command: &str) -> io::Result<()> {
         let (results_of, version) = (Some(command.to_owned()), Some(env!("CARGO_PKG_VERSION").to_owned()));
         self.append(&JournalLine { results_of, version, ..JournalLine::default() })?;
         self.contents.command = Some(command.to_owned());
@@ -135,28 +135,28 @@ impl FolderManifest {
         let file = OpenOptions::new().read(true).write(true).open(folder.join(MANIFEST))?;
         let mut manifest = Self { file, contents: FolderContents::default() };
         let mut outcome = try_lock(&manifest.file);
-        for attempt in 1..=ATTEMPTS {
+        for attempt in 1..=LOCK_ATTEMPTS {
             match manifest.read() {
                 Ok(()) if manifest.contents.is_handed_over() || is_staging_handed_over(folder) => break,
                 Ok(()) if manifest.contents.command.is_some() && outcome == LockOutcome::Held => break,
                 Err(JournalError::Line(line)) => return Err(JournalError::Line(line)),
                 Err(JournalError::Io(error)) if outcome == LockOutcome::Held => return Err(error.into()),
                 // Some systems deny reading a locked file.
-                Ok(()) | Err(JournalError::Io(_)) if attempt == ATTEMPTS => break,
+                Ok(()) | Err(JournalError::Io(_)) if attempt == LOCK_ATTEMPTS => break,
                 Ok(()) | Err(JournalError::Io(_)) => drop(manifest.file.unlock()),
             }
-            sleep(PAUSE);
+            sleep(LOCK_PAUSE);
             outcome = try_lock(&manifest.file);
         }
-        manifest.refuse_other_names(folder)?;
+        manifest.refuse_shared_manifest(folder)?;
         if outcome == LockOutcome::Held {
-            manifest.cut_broken_line()?;
+            manifest.drop_incomplete_line()?;
         }
         Ok((manifest, outcome))
     }
 
     /// Refuses a manifest shared with another folder by a link, or replaced since it was opened.
-    fn refuse_other_names(&self, folder: &Path) -> io::Result<()> {
+    fn refuse_shared_manifest(&self, folder: &Path) -> io::Result<()> {
         let place = folder.join(MANIFEST);
         let refuse = |found: &str| Err(io::Error::other(format!("found {found}: copy the folder, or choose another")));
         if fs::symlink_metadata(&place)?.is_symlink() {
@@ -175,27 +175,27 @@ impl FolderManifest {
 
     /// Reads the journal again, because another handle of this process may have written.
     pub(super) fn read(&mut self) -> Result<(), JournalError> {
-        let text = self.text()?;
+        let text = self.read_text()?;
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         let mut contents = FolderContents::default();
         for (number, line) in (1..).zip(whole.lines()) {
             let line = serde_json::from_str(line).map_err(|_| JournalError::Line(number))?;
-            contents.take(line).ok_or(JournalError::Line(number))?;
+            contents.apply(line).ok_or(JournalError::Line(number))?;
         }
         self.contents = contents;
         Ok(())
     }
 
-    fn text(&mut self) -> Result<String, JournalError> {
+    fn read_text(&mut self) -> Result<String, JournalError> {
         let mut bytes = vec![];
         self.file.seek(SeekFrom::Start(0))?;
-        (&self.file).take(MOST_BYTES).read_to_end(&mut bytes)?;
+        (&self.file).take(MAX_MANIFEST_BYTES).read_to_end(&mut bytes)?;
         String::from_utf8(bytes).map_err(|_| JournalError::Line(1))
     }
 
     /// Removes an incomplete last line left by a killed process.
-    fn cut_broken_line(&mut self) -> Result<(), JournalError> {
-        let text = self.text()?;
+    fn drop_incomplete_line(&mut self) -> Result<(), JournalError> {
+        let text = self.read_text()?;
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         if whole < text.len() {
             self.file.set_len(whole as u64)?;
@@ -211,7 +211,7 @@ impl FolderManifest {
     }
 
     /// Lists a file, before the file exists.
-    pub(super) fn enlist(&mut self, name: &str) -> io::Result<()> {
+    pub(super) fn list_file(&mut self, name: &str) -> io::Result<()> {
         if self.contents.files.contains(name) {
             return Ok(());
         }
@@ -221,7 +221,7 @@ impl FolderManifest {
     }
 
     /// Strikes a file from the list, after its removal.
-    pub(super) fn strike_out(&mut self, name: &str) -> io::Result<()> {
+    pub(super) fn unlist_file(&mut self, name: &str) -> io::Result<()> {
         self.append(&JournalLine { removed: Some(name.to_owned()), ..JournalLine::default() })?;
         self.contents.files.remove(name);
         Ok(())
@@ -252,7 +252,7 @@ impl FolderManifest {
 
 impl FolderContents {
     /// Applies a line of the journal; `None` for a line that is invalid in a manifest.
-    fn take(&mut self, line: JournalLine) -> Option<()> {
+    fn apply(&mut self, line: JournalLine) -> Option<()> {
         if self.command.is_none() {
             self.command = Some(line.results_of?);
         }
@@ -260,7 +260,7 @@ impl FolderContents {
             (self.state, self.process) = (Some(state), line.process);
         }
         if let Some(file) = line.file {
-            leads_down(&file).then(|| self.files.insert(file))?;
+            is_inside_folder(&file).then(|| self.files.insert(file))?;
         }
         if let Some(removed) = line.removed {
             self.files.remove(&removed);
@@ -282,14 +282,14 @@ pub(super) fn is_staging_handed_over(folder: &Path) -> bool {
 }
 
 /// Returns true if a name stays inside the folder.
-fn leads_down(name: &str) -> bool {
+fn is_inside_folder(name: &str) -> bool {
     !name.is_empty() && Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
 }
 
 /// Tries to lock a new file for a moment.
-fn lock(file: &File) -> LockOutcome {
-    let mut outcomes = (0..ATTEMPTS).map(|attempt| {
-        sleep(if attempt == 0 { Duration::ZERO } else { PAUSE });
+fn lock_new(file: &File) -> LockOutcome {
+    let mut outcomes = (0..LOCK_ATTEMPTS).map(|attempt| {
+        sleep(if attempt == 0 { Duration::ZERO } else { LOCK_PAUSE });
         try_lock(file)
     });
     outcomes.find(|outcome| *outcome == LockOutcome::Held).unwrap_or(LockOutcome::Busy)
@@ -341,7 +341,7 @@ mod tests {
     fn a_manifest_is_held_by_one_handle() {
         let folder = tempfile::tempdir().unwrap();
         let mut first = FolderManifest::create(folder.path(), "run").unwrap();
-        first.enlist("a").unwrap();
+        first.list_file("a").unwrap();
         let error = FolderManifest::create(folder.path(), "run").unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::AlreadyExists);
         let (second, outcome) = FolderManifest::open(folder.path()).unwrap();

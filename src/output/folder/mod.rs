@@ -12,7 +12,7 @@ mod takeover;
 pub use manifest::FolderState;
 pub use refusal::FolderRefusal;
 
-use super::files::{self, OutputError, naming};
+use super::files::{self, OutputError, with_path};
 use manifest::{FolderManifest, JournalError, MANIFEST};
 use std::fs;
 use std::io;
@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// Name of the hidden staging folder for a run that replaces an earlier run.
 const STAGING: &str = ".gelfmu-new";
 /// Files left by a release without manifests.
-const UNLISTED: [&str; 6] = ["summary.json", "history.csv", "series.pvd", "report.html", "trade.csv", "options.md"];
+const LEGACY_FILES: [&str; 6] = ["summary.json", "history.csv", "series.pvd", "report.html", "trade.csv", "options.md"];
 
 /// Claim of a command on a folder.
 #[derive(Debug, Clone, Copy)]
@@ -59,7 +59,7 @@ pub struct ResultFolder {
     /// Staging folder of the files until they replace those of an earlier run.
     staging: Option<PathBuf>,
     /// Parent folders created for this folder, the innermost first.
-    made: Vec<PathBuf>,
+    created_parents: Vec<PathBuf>,
     /// Stage of the claim, which decides the action on drop.
     stage: ClaimStage,
 }
@@ -80,50 +80,51 @@ impl ResultFolder {
     ///
     /// # Errors
     /// [`OutputError`] if the folder belongs to another owner or cannot be written; the disk is unchanged then.
-    pub fn claim(path: &Path, wanted: &FolderClaim) -> Result<Self, OutputError> {
+    pub fn claim(path: &Path, claim: &FolderClaim) -> Result<Self, OutputError> {
         let missing = path.ancestors().take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists());
-        let made: Vec<PathBuf> = missing.map(Path::to_path_buf).collect();
-        let claimed = fs::create_dir_all(path).map_err(naming(path)).and_then(|()| Self::claim_there(path, wanted));
+        let created_parents: Vec<PathBuf> = missing.map(Path::to_path_buf).collect();
+        let claimed =
+            fs::create_dir_all(path).map_err(with_path(path)).and_then(|()| Self::claim_existing(path, claim));
         match claimed {
             Ok(mut folder) => {
-                folder.made = made;
+                folder.created_parents = created_parents;
                 Ok(folder)
             }
             Err(error) => {
-                remove_empty(&made);
+                remove_empty(&created_parents);
                 Err(error)
             }
         }
     }
 
-    fn claim_there(path: &Path, wanted: &FolderClaim) -> Result<Self, OutputError> {
+    fn claim_existing(path: &Path, claim: &FolderClaim) -> Result<Self, OutputError> {
         let refuse = |refusal| OutputError::refused(path, refusal);
-        if !is_there(&path.join(MANIFEST)) {
-            let strange = strange_entry(path).map_err(naming(path))?;
+        if !exists(&path.join(MANIFEST)) {
+            let strange = foreign_entry(path).map_err(with_path(path))?;
             // Another run may have claimed the folder meanwhile.
-            if let Some(file) = strange.filter(|_| !is_there(&path.join(MANIFEST))) {
-                let unlisted = UNLISTED.contains(&file.as_str());
+            if let Some(file) = strange.filter(|_| !exists(&path.join(MANIFEST))) {
+                let unlisted = LEGACY_FILES.contains(&file.as_str());
                 return Err(refuse(if unlisted {
                     FolderRefusal::Unlisted { file }
                 } else {
                     FolderRefusal::Foreign { file }
                 }));
             }
-            match FolderManifest::create(path, wanted.command) {
-                Ok(manifest) => return Ok(Self::with(path, manifest)),
+            match FolderManifest::create(path, claim.command) {
+                Ok(manifest) => return Ok(Self::from_manifest(path, manifest)),
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-                Err(error) => return Err(naming(&path.join(MANIFEST))(error)),
+                Err(error) => return Err(with_path(&path.join(MANIFEST))(error)),
             }
         }
         match FolderManifest::open(path) {
-            Ok((manifest, outcome)) => Self::take_over(Self::with(path, manifest), outcome, wanted),
+            Ok((manifest, outcome)) => Self::take_over(Self::from_manifest(path, manifest), outcome, claim),
             Err(JournalError::Line(line)) => Err(refuse(FolderRefusal::Damaged { line })),
-            Err(JournalError::Io(error)) => Err(naming(&path.join(MANIFEST))(error)),
+            Err(JournalError::Io(error)) => Err(with_path(&path.join(MANIFEST))(error)),
         }
     }
 
-    fn with(path: &Path, manifest: FolderManifest) -> Self {
-        Self { path: path.to_path_buf(), manifest, staging: None, made: vec![], stage: ClaimStage::Fresh }
+    fn from_manifest(path: &Path, manifest: FolderManifest) -> Self {
+        Self { path: path.to_path_buf(), manifest, staging: None, created_parents: vec![], stage: ClaimStage::Fresh }
     }
 
     /// Returns the path of the folder.
@@ -151,13 +152,13 @@ impl ResultFolder {
     pub fn prepare(&mut self, name: &str) -> Result<PathBuf, OutputError> {
         let place = self.place(name);
         if self.staging.is_none() && !self.owns(name) {
-            if is_there(&place) {
+            if exists(&place) {
                 return Err(OutputError::refused(&self.path, FolderRefusal::InTheWay { file: place }));
             }
-            self.manifest.enlist(name).map_err(naming(&self.path.join(MANIFEST)))?;
+            self.manifest.list_file(name).map_err(with_path(&self.path.join(MANIFEST)))?;
         }
         if let Some(folder) = place.parent() {
-            fs::create_dir_all(folder).map_err(naming(folder))?;
+            fs::create_dir_all(folder).map_err(with_path(folder))?;
         }
         Ok(place)
     }
@@ -189,7 +190,7 @@ impl ResultFolder {
             self.manifest.contents.files.iter().filter(|name| name.starts_with(&inside)).cloned().collect();
         for name in &names {
             files::remove(&self.path.join(name))?;
-            self.manifest.strike_out(name).map_err(naming(&self.path.join(MANIFEST)))?;
+            self.manifest.unlist_file(name).map_err(with_path(&self.path.join(MANIFEST)))?;
         }
         Ok(())
     }
@@ -200,7 +201,7 @@ impl ResultFolder {
     /// [`OutputError`] if a file cannot be moved, or an unlisted file is in the way.
     pub fn begin(&mut self) -> Result<(), OutputError> {
         if self.staging.is_some() {
-            self.settle()?;
+            self.replace_old_files()?;
         }
         self.stage = ClaimStage::Begun;
         self.mark(FolderState::Running)
@@ -214,7 +215,7 @@ impl ResultFolder {
         if self.manifest.contents.state == Some(state) {
             return Ok(());
         }
-        self.manifest.mark(state).map_err(naming(&self.path.join(MANIFEST)))
+        self.manifest.mark(state).map_err(with_path(&self.path.join(MANIFEST)))
     }
 
     /// Lets the FMU in this process adopt the claim. Before the first results of the FMU, dropping this claim
@@ -224,8 +225,8 @@ impl ResultFolder {
     /// [`OutputError`] if the manifest cannot be written.
     pub fn hand_over(&mut self) -> Result<(), OutputError> {
         match &self.staging {
-            None => self.manifest.hand_over().map_err(naming(&self.path.join(MANIFEST))),
-            Some(staging) => self.staged_manifest(FolderManifest::hand_over).map_err(naming(staging)),
+            None => self.manifest.hand_over().map_err(with_path(&self.path.join(MANIFEST))),
+            Some(staging) => self.staged_manifest(FolderManifest::hand_over).map_err(with_path(staging)),
         }
     }
 
@@ -247,24 +248,24 @@ impl Drop for ResultFolder {
                 drop(self.mark(FolderState::Failed));
             }
             ClaimStage::Begun | ClaimStage::Adopted => {}
-            ClaimStage::Fresh => self.abandon(),
+            ClaimStage::Fresh => self.withdraw(),
         }
     }
 }
 
 /// Returns an entry of a folder without manifest: a file of an earlier release first, else the first by name.
-fn strange_entry(folder: &Path) -> io::Result<Option<String>> {
+fn foreign_entry(folder: &Path) -> io::Result<Option<String>> {
     let mut names: Vec<String> = vec![];
     for entry in fs::read_dir(folder)? {
         names.push(entry?.file_name().to_string_lossy().into_owned());
     }
     names.sort();
-    let known = names.iter().find(|name| UNLISTED.contains(&name.as_str())).cloned();
+    let known = names.iter().find(|name| LEGACY_FILES.contains(&name.as_str())).cloned();
     Ok(known.or_else(|| names.into_iter().next()))
 }
 
 /// Returns true if a file, a folder or a link has this path.
-fn is_there(path: &Path) -> bool {
+fn exists(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()
 }
 

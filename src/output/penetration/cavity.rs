@@ -2,7 +2,7 @@
 
 use super::opening::{DepthGrid, GelSection, void_radii};
 use super::{DEPTHS_PER_METRE, ShotLine, depths_per_metre};
-use crate::output::files::cell;
+use crate::output::files::format_cell;
 use crate::scene::Scene;
 use crate::simulation::Frame;
 use std::fmt::Write;
@@ -102,7 +102,8 @@ pub(super) fn csv(profiles: &[CavityProfile]) -> String {
     let mut text = String::from("time_s,depth_m,radius_m\n");
     for profile in profiles {
         for (depth, radius) in profile.curve() {
-            writeln!(text, "{},{},{}", cell(profile.time), cell(depth), cell(radius)).expect("a string grows");
+            writeln!(text, "{},{},{}", format_cell(profile.time), format_cell(depth), format_cell(radius))
+                .expect("a string grows");
         }
     }
     text

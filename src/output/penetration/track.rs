@@ -2,7 +2,7 @@
 
 use super::{MAX_DEPTHS, ShotLine, depths_per_metre};
 use crate::math::Vector3;
-use crate::output::files::{OutputError, cell};
+use crate::output::files::{OutputError, format_cell};
 use crate::output::history::{HistoryFile, HistoryRow};
 use std::fmt::Write;
 
@@ -110,7 +110,7 @@ impl ProjectileTrack {
         for place in self.table() {
             let TrackPoint { depth, time, velocity, energy, yaw } = place;
             let force = self.force(depth).unwrap_or(f64::NAN);
-            let row = [depth, time, velocity, force, energy, yaw].map(cell);
+            let row = [depth, time, velocity, force, energy, yaw].map(format_cell);
             writeln!(text, "{}", row.join(",")).expect("a string grows");
         }
         text

@@ -38,30 +38,30 @@ pub(super) fn polygons(frame: &Frame, scene: &Scene) -> Vec<VisiblePolygon> {
     for solid in body::body_surfaces(scene, frame, &scenery) {
         match scene.scene.dimension {
             Dimension::Spatial if solid.bounded => polygons.extend(body_triangles(&solid)),
-            Dimension::Spatial => polygons.extend(section(&solid, plane).chain(surface(&solid, plane))),
-            Dimension::Planar | Dimension::Axisymmetric => polygons.extend(section(&solid, plane)),
+            Dimension::Spatial => polygons.extend(body_section(&solid, plane).chain(clipped_surface(&solid, plane))),
+            Dimension::Planar | Dimension::Axisymmetric => polygons.extend(body_section(&solid, plane)),
         }
     }
     match scene.scene.dimension {
-        Dimension::Planar => polygons.extend(elements(frame)),
-        Dimension::Axisymmetric => polygons.extend(mirrored(elements(frame))),
+        Dimension::Planar => polygons.extend(element_polygons(frame)),
+        Dimension::Axisymmetric => polygons.extend(mirrored(element_polygons(frame))),
         Dimension::Spatial => polygons.extend(cut_gel(frame, plane)),
     }
     polygons.retain(|polygon| polygon.corners.len() > 2);
     polygons
 }
 
-fn gel(frame: &Frame, element: usize, corners: Vec<PolygonCorner>) -> VisiblePolygon {
+fn gel_polygon(frame: &Frame, element: usize, corners: Vec<PolygonCorner>) -> VisiblePolygon {
     VisiblePolygon { corners, material: PolygonMaterial::Gel { step: frame.cells.step[element] } }
 }
 
-fn corner(frame: &Frame, node: u32) -> PolygonCorner {
+fn node_corner(frame: &Frame, node: u32) -> PolygonCorner {
     PolygonCorner { at: frame.points[node as usize], speed: frame.velocities[node as usize].norm() }
 }
 
-fn elements(frame: &Frame) -> Vec<VisiblePolygon> {
-    let corners = |nodes: &[u32; 4]| nodes[..3].iter().map(|node| corner(frame, *node)).collect();
-    frame.cells.nodes.iter().enumerate().map(|(element, nodes)| gel(frame, element, corners(nodes))).collect()
+fn element_polygons(frame: &Frame) -> Vec<VisiblePolygon> {
+    let corners = |nodes: &[u32; 4]| nodes[..3].iter().map(|node| node_corner(frame, *node)).collect();
+    frame.cells.nodes.iter().enumerate().map(|(element, nodes)| gel_polygon(frame, element, corners(nodes))).collect()
 }
 
 fn mirrored(mut polygons: Vec<VisiblePolygon>) -> Vec<VisiblePolygon> {
@@ -76,16 +76,12 @@ fn mirrored(mut polygons: Vec<VisiblePolygon>) -> Vec<VisiblePolygon> {
 /// Returns the boundary of the gel behind the plane, and its section.
 fn cut_gel(frame: &Frame, plane: CutPlane) -> impl Iterator<Item = VisiblePolygon> + '_ {
     let facet_elements = facet_elements(frame);
-    let boundary =
-        frame.cells.facets.iter().zip(facet_elements).filter_map(move |(facet, owner)| {
-            Some(gel(frame, owner?, plane.clip(&facet.map(|node| corner(frame, node)))))
-        });
-    let sections = frame
-        .cells
-        .nodes
-        .iter()
-        .enumerate()
-        .map(move |(element, nodes)| gel(frame, element, plane.section(&nodes.map(|node| corner(frame, node)))));
+    let boundary = frame.cells.facets.iter().zip(facet_elements).filter_map(move |(facet, owner)| {
+        Some(gel_polygon(frame, owner?, plane.clip(&facet.map(|node| node_corner(frame, node)))))
+    });
+    let sections = frame.cells.nodes.iter().enumerate().map(move |(element, nodes)| {
+        gel_polygon(frame, element, plane.section(&nodes.map(|node| node_corner(frame, node))))
+    });
     boundary.chain(sections)
 }
 
@@ -113,7 +109,7 @@ fn body_triangles(solid: &BodySurface) -> impl Iterator<Item = VisiblePolygon> +
         .map(move |triangle| VisiblePolygon { corners: corners(triangle), material: PolygonMaterial::Body })
 }
 
-fn surface(solid: &BodySurface, plane: CutPlane) -> impl Iterator<Item = VisiblePolygon> + '_ {
+fn clipped_surface(solid: &BodySurface, plane: CutPlane) -> impl Iterator<Item = VisiblePolygon> + '_ {
     solid.triangles.iter().map(move |triangle| {
         let corners = triangle.map(|i| resting_corner(solid.points[i as usize]));
         VisiblePolygon { corners: plane.clip(&corners), material: PolygonMaterial::Body }
@@ -121,7 +117,7 @@ fn surface(solid: &BodySurface, plane: CutPlane) -> impl Iterator<Item = Visible
 }
 
 /// Returns the section of a solid: the union of the tetrahedra from its centre to its triangles.
-fn section(solid: &BodySurface, plane: CutPlane) -> impl Iterator<Item = VisiblePolygon> + '_ {
+fn body_section(solid: &BodySurface, plane: CutPlane) -> impl Iterator<Item = VisiblePolygon> + '_ {
     solid.triangles.iter().map(move |triangle| {
         let [a, b, c] = triangle.map(|i| resting_corner(solid.points[i as usize]));
         VisiblePolygon {

@@ -107,7 +107,7 @@ pub fn draw(folder: &mut ResultFolder, scene: &Scene, preview: &Rehearsal) -> Re
     let panels = panels::panels(preview, scene);
     for (panel, number) in panels.iter().zip(1..) {
         for (view, picture) in [("whole", &panel.whole), ("close", &panel.close)] {
-            folder.write(&page::file(number, panel.text.name, view), picture)?;
+            folder.write(&page::picture_file(number, panel.text.name, view), picture)?;
         }
     }
     let figures = Figures::of(preview);

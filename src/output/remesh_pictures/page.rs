@@ -2,11 +2,11 @@
 
 use super::panels::{PanelScale, PicturePanel};
 use super::{Figures, MeshChange};
-use crate::output::report::{STYLE, escape, mark, quantity, ratio};
+use crate::output::report::{STYLE, escape, format_tick, quantity, ratio};
 use crate::scene::{RemeshMethod, Scene};
 
 /// Returns the file name of a picture.
-pub(super) fn file(number: usize, name: &str, view: &str) -> String {
+pub(super) fn picture_file(number: usize, name: &str, view: &str) -> String {
     format!("{number:02}-{name}-{view}.png")
 }
 
@@ -33,7 +33,7 @@ fn section(panel: &PicturePanel, number: usize) -> String {
         format!(
             "<img alt=\"{}, {view}\" src=\"{}\" width=\"720\" height=\"720\"/>",
             panel.text.title,
-            file(number, panel.text.name, view)
+            picture_file(number, panel.text.name, view)
         )
     };
     format!(
@@ -49,7 +49,7 @@ fn section(panel: &PicturePanel, number: usize) -> String {
 fn legend(scale: &PanelScale) -> String {
     let PanelScale { low, high, unit, map } = *scale;
     let ticks: String = [0.0, 0.25, 0.5, 0.75, 1.0]
-        .map(|place| format!("<span>{}</span>", mark(low + place * (high - low), high, unit)))
+        .map(|place| format!("<span>{}</span>", format_tick(low + place * (high - low), high, unit)))
         .concat();
     format!(
         "<div class=\"bar\" style=\"background: linear-gradient(to right, {})\"></div>\n<div class=\"ticks\">{ticks}</div>\n",

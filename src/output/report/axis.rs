@@ -1,6 +1,6 @@
 //! Axes of plots: any range of numbers becomes a range with ticks.
 
-use super::number::scale;
+use super::number::si_scale;
 use std::ops::Range;
 
 /// Least width of an axis relative to its largest value: round-off is not drawn as a curve.
@@ -35,9 +35,9 @@ pub(super) enum AxisMargin {
 impl PlotAxis {
     /// Returns a linear axis of the finite values in a unit; without finite values from 0 to 1.
     pub(super) fn linear(values: impl Iterator<Item = f64>, unit: &str, margin: AxisMargin) -> Self {
-        let Range { start, end } = span(values).unwrap_or(0.0..0.0);
-        let (factor, unit) = scale(start.abs().max(end.abs()), unit);
-        let scaled = widened(start * factor..end * factor);
+        let Range { start, end } = finite_range(values).unwrap_or(0.0..0.0);
+        let (factor, unit) = si_scale(start.abs().max(end.abs()), unit);
+        let scaled = widen(start * factor..end * factor);
         let room = MARGIN * (scaled.end - scaled.start);
         let range = match margin {
             AxisMargin::None => scaled,
@@ -50,7 +50,7 @@ impl PlotAxis {
     /// Returns an axis of decadic logarithms over whole decades, at least three.
     pub(super) fn decades(values: impl Iterator<Item = f64>) -> Self {
         let known = values.filter(|value| value.abs() <= MAX_LOGARITHM);
-        let Range { start, end } = span(known).unwrap_or(0.0..0.0);
+        let Range { start, end } = finite_range(known).unwrap_or(0.0..0.0);
         let range = start.floor().min(end.ceil() - 3.0)..end.ceil();
         Self { factor: 1.0, unit: String::new(), range }
     }
@@ -64,13 +64,13 @@ impl PlotAxis {
 }
 
 /// Returns the range of the finite values, if any.
-pub(super) fn span(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
+pub(super) fn finite_range(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
     let finite = values.filter(|value| value.is_finite()).map(|value| value..value);
     finite.reduce(|range, value| range.start.min(value.start)..range.end.max(value.end))
 }
 
 /// Returns a range of sufficient width for ticks; a range without width is widened on both sides.
-fn widened(range: Range<f64>) -> Range<f64> {
+fn widen(range: Range<f64>) -> Range<f64> {
     let size = range.start.abs().max(range.end.abs());
     if size < MIN_RELATIVE_WIDTH {
         // Scaled values lie between 1 and 1000, except zero and values next to the least double.

@@ -13,7 +13,13 @@ const MIN_ERROR: f64 = 1e-18;
 
 /// Returns all plots; a plot of constant curves is left out.
 pub(super) fn charts(scene: &Scene, rows: &[HistoryRow]) -> String {
-    let plots = [motion(rows), speed(rows), force(rows, scene.force_window()), energy(rows), closure(rows)];
+    let plots = [
+        position_plot(rows),
+        speed_plot(rows),
+        force_plot(rows, scene.force_window()),
+        energy_plot(rows),
+        balance_errors(rows),
+    ];
     let sensors = [
         sensor_plot(scene, rows, "Pressure at the sensors", "Pa", 0),
         sensor_plot(scene, rows, "Displacement along z at the sensors", "m", 3),
@@ -32,30 +38,30 @@ pub(super) fn time_of_greatest_energy(rows: &[HistoryRow]) -> f64 {
         .map_or(0.0, |row| row.get("time_s"))
 }
 
-fn motion(rows: &[HistoryRow]) -> CurvePlot {
+fn position_plot(rows: &[HistoryRow]) -> CurvePlot {
     let curves = ["x", "y", "z"].map(|axis| (format!("position {axis}"), format!("position_{axis}_m")));
     CurvePlot {
         title: "Position of the projectile",
         unit: "m",
         vertical: VerticalScale::Linear,
-        horizontal: span(rows),
-        curves: visible(moving(rows, &curves)),
+        horizontal: time_axis(rows),
+        curves: select_visible(changing_curves(rows, &curves)),
     }
 }
 
-fn speed(rows: &[HistoryRow]) -> CurvePlot {
+fn speed_plot(rows: &[HistoryRow]) -> CurvePlot {
     let curves = ["x", "y", "z"].map(|axis| (format!("velocity {axis}"), format!("velocity_{axis}_m_per_s")));
     CurvePlot {
         title: "Velocity of the projectile",
         unit: "m/s",
         vertical: VerticalScale::Linear,
-        horizontal: span(rows),
-        curves: visible(moving(rows, &curves)),
+        horizontal: time_axis(rows),
+        curves: select_visible(changing_curves(rows, &curves)),
     }
 }
 
 /// Returns the plot of the mean force, over the window of the peak force and over a 200th of the run.
-fn force(rows: &[HistoryRow], window: f64) -> CurvePlot {
+fn force_plot(rows: &[HistoryRow], window: f64) -> CurvePlot {
     let history: Vec<(f64, Vector3)> =
         rows.iter().map(|row| (row.get("time_s"), row.vector("total_impulse_", "_N_s"))).collect();
     let fine = history.last().map_or(window, |last| last.0 / 200.0).min(window);
@@ -68,7 +74,7 @@ fn force(rows: &[HistoryRow], window: f64) -> CurvePlot {
         title: "Force on the projectile",
         unit: "N",
         vertical: VerticalScale::Linear,
-        horizontal: span(rows),
+        horizontal: time_axis(rows),
         curves,
     }
 }
@@ -89,7 +95,7 @@ fn moving_mean(history: &[(f64, Vector3)], width: f64) -> Vec<(f64, f64)> {
     points
 }
 
-fn energy(rows: &[HistoryRow]) -> CurvePlot {
+fn energy_plot(rows: &[HistoryRow]) -> CurvePlot {
     let names = [
         "kinetic",
         "projectile",
@@ -114,8 +120,8 @@ fn energy(rows: &[HistoryRow]) -> CurvePlot {
         title: "Energy accounts",
         unit: "J",
         vertical: VerticalScale::Linear,
-        horizontal: span(rows),
-        curves: visible(moving(rows, &curves)),
+        horizontal: time_axis(rows),
+        curves: select_visible(changing_curves(rows, &curves)),
     }
 }
 
@@ -131,13 +137,13 @@ fn sensor_plot(
     let points = |i: usize| rows.iter().map(|row| (row.get("time_s"), row.sensor(i, n)[column])).collect();
     let curves = (0..n).map(|i| PlotCurve { name: numbered("sensor", i), points: points(i) });
     let curves = curves.filter(PlotCurve::varies).take(CurvePlot::MAX_CURVES).collect();
-    CurvePlot { title, unit, vertical: VerticalScale::Linear, horizontal: span(rows), curves }
+    CurvePlot { title, unit, vertical: VerticalScale::Linear, horizontal: time_axis(rows), curves }
 }
 
-fn closure(rows: &[HistoryRow]) -> CurvePlot {
+fn balance_errors(rows: &[HistoryRow]) -> CurvePlot {
     let names = ["energy", "momentum", "angular_momentum"];
     let curves = names.map(|name| (name.replace('_', " "), format!("{name}_error")));
-    let mut curves = moving(rows, &curves);
+    let mut curves = changing_curves(rows, &curves);
     for point in curves.iter_mut().flat_map(|curve| &mut curve.points) {
         point.1 = point.1.max(MIN_ERROR).log10();
     }
@@ -145,19 +151,19 @@ fn closure(rows: &[HistoryRow]) -> CurvePlot {
         title: "What no account explains, relative to what went through",
         unit: "",
         vertical: VerticalScale::Decades,
-        horizontal: span(rows),
+        horizontal: time_axis(rows),
         curves,
     }
 }
 
 /// Returns the time axis from the first to the last row, common to all plots of a page.
-fn span(rows: &[HistoryRow]) -> HorizontalAxis {
+fn time_axis(rows: &[HistoryRow]) -> HorizontalAxis {
     let at = |row: Option<&HistoryRow>| row.map_or(0.0, |row| row.get("time_s"));
     HorizontalAxis { name: "time", unit: "s", range: at(rows.first())..at(rows.last()) }
 }
 
 /// Returns the curves with visible travel, at most as many as there are colours.
-fn visible(mut curves: Vec<PlotCurve>) -> Vec<PlotCurve> {
+fn select_visible(mut curves: Vec<PlotCurve>) -> Vec<PlotCurve> {
     let mut travels: Vec<f64> = curves.iter().map(PlotCurve::travel).collect();
     travels.sort_unstable_by(|a, b| b.total_cmp(a));
     let nth = |n: usize| travels.get(n).copied().unwrap_or(0.0);
@@ -167,7 +173,7 @@ fn visible(mut curves: Vec<PlotCurve>) -> Vec<PlotCurve> {
 }
 
 /// Returns the columns that change as curves; `columns` holds curve names and column names.
-fn moving(rows: &[HistoryRow], columns: &[(String, String)]) -> Vec<PlotCurve> {
+fn changing_curves(rows: &[HistoryRow], columns: &[(String, String)]) -> Vec<PlotCurve> {
     let points = |column: &str| rows.iter().map(|row| (row.get("time_s"), row.get(column))).collect();
     let curves = columns.iter().map(|(name, column)| PlotCurve { name: name.clone(), points: points(column) });
     curves.filter(PlotCurve::varies).collect()

@@ -8,38 +8,45 @@ const MIN_YAW: f64 = 0.01;
 
 /// Returns all plots against depth.
 pub(super) fn charts(shot: &PenetrationRecord) -> String {
-    let plots = [speed(shot), force(shot), energy(shot), yaw(shot), cavity(shot)];
+    let plots = [speed_plot(shot), force_plot(shot), energy_plot(shot), yaw_plot(shot), cavity_plot(shot)];
     let figures: String = plots.iter().filter(|plot| !plot.curves.is_empty()).map(CurvePlot::figure).collect();
     format!("<section><h2>Along the way of the projectile</h2>\n{figures}</section>\n")
 }
 
-fn speed(shot: &PenetrationRecord) -> CurvePlot {
-    plot(shot, "Speed of the projectile by depth", "m/s", vec![along(shot, "speed", |_, place| place.velocity)])
+fn speed_plot(shot: &PenetrationRecord) -> CurvePlot {
+    depth_plot(
+        shot,
+        "Speed of the projectile by depth",
+        "m/s",
+        vec![curve_along_track(shot, "speed", |_, place| place.velocity)],
+    )
 }
 
-fn force(shot: &PenetrationRecord) -> CurvePlot {
-    let curve = along(shot, "mean over 4 mm of depth", |shot, place| shot.track.force(place.depth).unwrap_or(f64::NAN));
-    plot(shot, "Force on the projectile by depth", "N", vec![curve])
+fn force_plot(shot: &PenetrationRecord) -> CurvePlot {
+    let curve = curve_along_track(shot, "mean over 4 mm of depth", |shot, place| {
+        shot.track.force(place.depth).unwrap_or(f64::NAN)
+    });
+    depth_plot(shot, "Force on the projectile by depth", "N", vec![curve])
 }
 
 /// Returns the plot of the energy per centimetre, as a step curve.
-fn energy(shot: &PenetrationRecord) -> CurvePlot {
-    let (energies, end) = (shot.track.energy_per_centimetre(), depth(shot));
+fn energy_plot(shot: &PenetrationRecord) -> CurvePlot {
+    let (energies, end) = (shot.track.energy_per_centimetre(), track_depth(shot));
     let level =
         |(i, energy): (usize, &f64)| [(i as f64 / 100.0, *energy), (((i + 1) as f64 / 100.0).min(end), *energy)];
     let points = energies.iter().enumerate().flat_map(level).collect();
     let curve = PlotCurve { name: "in each centimetre".to_owned(), points };
-    plot(shot, "Energy given to the gel by depth", "J", vec![curve])
+    depth_plot(shot, "Energy given to the gel by depth", "J", vec![curve])
 }
 
 /// Returns the plot of the yaw, without a curve if the projectile flies straight.
-fn yaw(shot: &PenetrationRecord) -> CurvePlot {
-    let curve = along(shot, "between axis and velocity", |_, place| place.yaw.to_degrees());
+fn yaw_plot(shot: &PenetrationRecord) -> CurvePlot {
+    let curve = curve_along_track(shot, "between axis and velocity", |_, place| place.yaw.to_degrees());
     let turns = curve.points.iter().any(|(_, yaw)| *yaw > MIN_YAW);
-    plot(shot, "Yaw of the projectile by depth", "°", if turns { vec![curve] } else { vec![] })
+    depth_plot(shot, "Yaw of the projectile by depth", "°", if turns { vec![curve] } else { vec![] })
 }
 
-fn cavity(shot: &PenetrationRecord) -> CurvePlot {
+fn cavity_plot(shot: &PenetrationRecord) -> CurvePlot {
     let cavity = &shot.cavity;
     let curves = [
         ("temporary cavity: greatest of the run", &cavity.temporary),
@@ -48,24 +55,28 @@ fn cavity(shot: &PenetrationRecord) -> CurvePlot {
     ];
     let curves = curves.map(|(name, points)| PlotCurve { name: name.to_owned(), points: points.clone() });
     let curves = curves.into_iter().filter(|curve| !curve.points.is_empty()).collect();
-    plot(shot, "Radius of the cavity by depth", "m", curves)
+    depth_plot(shot, "Radius of the cavity by depth", "m", curves)
 }
 
-fn along(shot: &PenetrationRecord, name: &str, value: impl Fn(&PenetrationRecord, &TrackPoint) -> f64) -> PlotCurve {
+fn curve_along_track(
+    shot: &PenetrationRecord,
+    name: &str,
+    value: impl Fn(&PenetrationRecord, &TrackPoint) -> f64,
+) -> PlotCurve {
     let points = shot.track.table().iter().map(|place| (place.depth, value(shot, place))).collect();
     PlotCurve { name: name.to_owned(), points }
 }
 
-fn plot(shot: &PenetrationRecord, title: &'static str, unit: &'static str, curves: Vec<PlotCurve>) -> CurvePlot {
+fn depth_plot(shot: &PenetrationRecord, title: &'static str, unit: &'static str, curves: Vec<PlotCurve>) -> CurvePlot {
     CurvePlot {
         title,
         unit,
         vertical: VerticalScale::FromZero,
-        horizontal: HorizontalAxis { name: "depth", unit: "m", range: 0.0..depth(shot) },
+        horizontal: HorizontalAxis { name: "depth", unit: "m", range: 0.0..track_depth(shot) },
         curves,
     }
 }
 
-fn depth(shot: &PenetrationRecord) -> f64 {
+fn track_depth(shot: &PenetrationRecord) -> f64 {
     shot.track.table().last().map_or(0.0, |last| last.depth)
 }

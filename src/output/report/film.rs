@@ -1,6 +1,6 @@
 //! Pictures of the mesh with a slider through time.
 
-use super::number::{mark, quantity};
+use super::number::{format_tick, quantity};
 use crate::output::picture::{ColourMap, MeshPicture, PictureField, SPEED, STEP};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -27,13 +27,13 @@ struct ColourScale {
 impl ColourScale {
     /// Returns the scale of speeds from zero to the greatest.
     fn of_speed(shots: &[&MeshPicture]) -> Self {
-        let speeds = sorted(shots, PictureField::Speed);
+        let speeds = sorted_values(shots, PictureField::Speed);
         Self { low: 0.0, high: quantile(&speeds, COLOURED_FRACTION).max(f64::MIN_POSITIVE), logarithmic: false }
     }
 
     /// Returns the scale of time steps from smallest to largest, at least a factor of two.
     fn of_step(shots: &[&MeshPicture]) -> Self {
-        let steps = sorted(shots, PictureField::Step);
+        let steps = sorted_values(shots, PictureField::Step);
         let (low, high) = (quantile(&steps, 1.0 - COLOURED_FRACTION), quantile(&steps, COLOURED_FRACTION));
         Self { low: low.min(0.5 * high).max(f64::MIN_POSITIVE), high, logarithmic: true }
     }
@@ -72,11 +72,11 @@ pub(super) fn film(moment: f64, shots: &[&MeshPicture]) -> String {
          <input id=\"moment\" type=\"range\" min=\"0\" max=\"{}\" value=\"{}\" step=\"1\"/></p>\n{frames}\
          <script>\n{SLIDER}\n</script></section>\n",
         shots.len() - 1,
-        nearest(moment, shots)
+        nearest_picture(moment, shots)
     )
 }
 
-fn nearest(moment: f64, shots: &[&MeshPicture]) -> usize {
+fn nearest_picture(moment: f64, shots: &[&MeshPicture]) -> usize {
     let distance = |i: &usize| (shots[*i].time - moment).abs();
     (0..shots.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
 }
@@ -91,7 +91,7 @@ fn picture(png: &[u8], what: &str, legend: &str) -> String {
 
 fn legend(what: &str, unit: &str, map: &ColourMap, scale: &ColourScale) -> String {
     let ticks: String = [0.0, 0.25, 0.5, 0.75, 1.0]
-        .map(|place| format!("<span>{}</span>", mark(scale.value(place), scale.high, unit)))
+        .map(|place| format!("<span>{}</span>", format_tick(scale.value(place), scale.high, unit)))
         .concat();
     format!(
         "<figcaption>{what}</figcaption>\n<div class=\"bar\" style=\"background: \
@@ -100,7 +100,7 @@ fn legend(what: &str, unit: &str, map: &ColourMap, scale: &ColourScale) -> Strin
     )
 }
 
-fn sorted(shots: &[&MeshPicture], field: PictureField) -> Vec<f64> {
+fn sorted_values(shots: &[&MeshPicture], field: PictureField) -> Vec<f64> {
     let known = |x: &f64| x.is_finite() && (field == PictureField::Speed || *x > 0.0);
     let mut values: Vec<f64> = shots.iter().flat_map(|shot| shot.values(field)).filter(known).collect();
     values.sort_by(f64::total_cmp);

@@ -9,7 +9,7 @@ mod plot;
 mod tables;
 mod words;
 
-pub(super) use number::{mark, quantity, ratio};
+pub(super) use number::{format_tick, quantity, ratio};
 
 use super::history::HistoryRow;
 use super::penetration::PenetrationRecord;

@@ -1,6 +1,6 @@
 //! Plots of curves against time or depth, as SVG.
 
-use super::axis::{AxisMargin, PlotAxis, span};
+use super::axis::{AxisMargin, PlotAxis, finite_range};
 use plotters::prelude::*;
 use std::ops::Range;
 
@@ -64,7 +64,7 @@ impl PlotCurve {
 
     /// Returns the difference between the greatest and the least finite value.
     pub(super) fn travel(&self) -> f64 {
-        let range = span(self.points.iter().map(|point| point.1)).unwrap_or(0.0..0.0);
+        let range = finite_range(self.points.iter().map(|point| point.1)).unwrap_or(0.0..0.0);
         (range.end - range.start).min(f64::MAX)
     }
 }

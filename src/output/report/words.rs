@@ -25,13 +25,19 @@ pub(super) fn failure(scene: &Scene, summary: &RunSummary) -> String {
 
 /// Returns the summary paragraph.
 pub(super) fn summary(scene: &Scene, summary: &RunSummary) -> String {
-    let (depth, fragments) = (depth(summary), fragments(summary));
-    let sentences =
-        [meeting(scene, summary), depth, outcome(scene, summary), fragments, trust(summary), thickness(scene)];
+    let (depth, fragments) = (depth_sentence(summary), fragment_sentence(summary));
+    let sentences = [
+        impact_sentence(scene, summary),
+        depth,
+        outcome_sentence(scene, summary),
+        fragments,
+        accuracy_sentence(summary),
+        thickness_sentence(scene),
+    ];
     format!("<section><p class=\"lead\">{}</p></section>\n", sentences.join(" ").trim())
 }
 
-fn meeting(scene: &Scene, summary: &RunSummary) -> String {
+fn impact_sentence(scene: &Scene, summary: &RunSummary) -> String {
     let speed = Vector3::from(scene.projectile.velocity).norm();
     let gel = Vector3::from(scene.gel.velocity).norm();
     let meets = if summary.contact_duration.is_some() { "meets the gel" } else { "sets out" };
@@ -45,7 +51,7 @@ fn meeting(scene: &Scene, summary: &RunSummary) -> String {
     }
 }
 
-fn depth(summary: &RunSummary) -> String {
+fn depth_sentence(summary: &RunSummary) -> String {
     if summary.peak_depth <= 0.0 || summary.contact_duration.is_none() {
         return String::new();
     }
@@ -57,7 +63,7 @@ fn depth(summary: &RunSummary) -> String {
     format!("It reaches its greatest depth, <strong>{}</strong>, after {when}.", quantity(summary.peak_depth, "m"))
 }
 
-fn outcome(scene: &Scene, summary: &RunSummary) -> String {
+fn outcome_sentence(scene: &Scene, summary: &RunSummary) -> String {
     let force = if summary.peak_force > 0.0 {
         let window = quantity(summary.force_window, "s");
         let force = quantity(summary.peak_force, "N");
@@ -67,7 +73,7 @@ fn outcome(scene: &Scene, summary: &RunSummary) -> String {
     };
     let end = match summary.rebound_velocity {
         _ if scene.projectile.fixed => String::new(),
-        _ if summary.exit.perforated => perforation(summary),
+        _ if summary.exit.perforated => exit_sentence(summary),
         Some(speed) if speed > 0.0 && summary.final_depth > 0.0 => format!(
             " At {} it moves back the way it came with <strong>{}</strong>, still {} deep.",
             quantity(summary.end_time, "s"),
@@ -87,8 +93,8 @@ fn outcome(scene: &Scene, summary: &RunSummary) -> String {
 }
 
 /// Returns the sentence on the exit of a perforating projectile; empty otherwise.
-fn perforation(summary: &RunSummary) -> String {
-    let Some(exit) = exit(summary) else { return String::new() };
+fn exit_sentence(summary: &RunSummary) -> String {
+    let Some(exit) = exit_state(summary) else { return String::new() };
     format!(
         " It has perforated the gel: it left at the back with <strong>{}</strong> at {}, gave {} to the gel and kept {}.",
         quantity(exit.speed, "m/s"),
@@ -109,12 +115,12 @@ struct ExitState {
 }
 
 /// Returns the state at the exit of a perforating projectile.
-fn exit(summary: &RunSummary) -> Option<ExitState> {
+fn exit_state(summary: &RunSummary) -> Option<ExitState> {
     let speed = Vector3::from(summary.exit.exit_velocity?).norm();
     Some(ExitState { speed, time: summary.exit.exit_time?, residual_energy: summary.exit.residual_energy? })
 }
 
-fn fragments(summary: &RunSummary) -> String {
+fn fragment_sentence(summary: &RunSummary) -> String {
     let there = match summary.fragments.len() {
         0 => return String::new(),
         1 => "is one fragment".to_string(),
@@ -124,7 +130,7 @@ fn fragments(summary: &RunSummary) -> String {
     format!("Beside it there {there}; {active} of {} took part at the end.", summary.fragments.len())
 }
 
-fn trust(summary: &RunSummary) -> String {
+fn accuracy_sentence(summary: &RunSummary) -> String {
     let told = |doubt: &String| format!(" <strong>Doubtful: {}.</strong>", escape(doubt));
     let doubt: String = summary.doubts.iter().map(told).collect();
     format!(
@@ -143,7 +149,7 @@ fn per_thickness(scene: &Scene) -> &'static str {
     }
 }
 
-fn thickness(scene: &Scene) -> String {
+fn thickness_sentence(scene: &Scene) -> String {
     match per_thickness(scene) {
         "" => String::new(),
         per => format!("All masses, forces, impulses and energies on this page are{per}."),
@@ -151,14 +157,14 @@ fn thickness(scene: &Scene) -> String {
 }
 
 /// Formats a depth, m; a negative depth is a height above the entry surface.
-fn deep(depth: f64) -> String {
+fn format_depth(depth: f64) -> String {
     if depth < 0.0 { format!("none, {} above the entry surface", quantity(-depth, "m")) } else { quantity(depth, "m") }
 }
 
 /// Returns the list of key figures.
 pub(super) fn key_figures(scene: &Scene, summary: &RunSummary) -> String {
     let known = |value: Option<f64>, unit: &str| value.map_or("none yet".to_string(), |value| quantity(value, unit));
-    let way = match exit(summary) {
+    let way = match exit_state(summary) {
         Some(exit) => [
             ("exit speed", quantity(exit.speed, "m/s")),
             ("perforated after", quantity(exit.time, "s")),
@@ -166,9 +172,9 @@ pub(super) fn key_figures(scene: &Scene, summary: &RunSummary) -> String {
             ("energy at the exit", quantity(exit.residual_energy, "J") + per_thickness(scene)),
         ],
         None => [
-            ("greatest depth", deep(summary.peak_depth)),
+            ("greatest depth", format_depth(summary.peak_depth)),
             ("reached after", quantity(summary.time_of_peak_depth, "s")),
-            ("depth at the end", deep(summary.final_depth)),
+            ("depth at the end", format_depth(summary.final_depth)),
             ("rebound speed", known(summary.rebound_velocity, "m/s")),
         ],
     };
