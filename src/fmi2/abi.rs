@@ -56,7 +56,7 @@ fn guard(
         return Status::Error as c_int;
     }
     // Freeing memory needs no reserve.
-    if function != "fmi2FreeFMUstate" && !reserve::has_standing_reserve() {
+    if function != "fmi2FreeFMUstate" && !reserve::ensure_standing_reserve() {
         // SAFETY: not null, so it came from `fmi2Instantiate` and is used by this thread alone.
         unsafe { &*component.cast::<Component>() }.logger.report_shortage();
         return Status::Error as c_int;

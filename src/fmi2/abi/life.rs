@@ -125,7 +125,7 @@ pub unsafe extern "C" fn fmi2FreeInstance(c: OpaquePointer) {
         // SAFETY: from `fmi2Instantiate`, and not used again.
         let mut it = unsafe { Box::from_raw(c.cast::<Component>()) };
         // A panic here can only be reported by the lines logged before it. Without memory the files stay unchanged.
-        if reserve::has_standing_reserve() {
+        if reserve::ensure_standing_reserve() {
             drop(catch_unwind(AssertUnwindSafe(|| it.instance.finish_recording())));
         }
         let lines = it.instance.log.take();

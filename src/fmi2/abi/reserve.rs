@@ -61,8 +61,8 @@ impl Drop for MemoryReserve {
     }
 }
 
-/// Returns true if the standing reserve exists or could be made again.
-pub(super) fn has_standing_reserve() -> bool {
+/// Makes the standing reserve if missing; returns true if the reserve exists afterwards.
+pub(super) fn ensure_standing_reserve() -> bool {
     if !STANDING_SLOT.block.load(Ordering::Relaxed).is_null() {
         return true;
     }
@@ -77,7 +77,7 @@ pub(super) fn has_standing_reserve() -> bool {
 /// Counts a new instance; returns false, and counts no instance, without a standing reserve.
 pub(super) fn register_instance() -> bool {
     N_INSTANCES.fetch_add(1, Ordering::AcqRel);
-    let is_there = has_standing_reserve();
+    let is_there = ensure_standing_reserve();
     if !is_there {
         unregister_instance();
     }
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn an_allocation_that_fails_is_tried_again_after_each_reserve() {
         // A single test: a second test in this process could release the reserves under test.
-        assert!(has_standing_reserve());
+        assert!(ensure_standing_reserve());
         let reserves = [0, 1].map(|_| MemoryReserve::hold(1 << 26).expect("64 MiB"));
         let slots = [&reserves[0], &reserves[1]].map(|reserve| reserve.slot.expect("a slot"));
         assert!(slots.iter().all(|slot| !slot.block.load(Ordering::Relaxed).is_null()));
